@@ -1,0 +1,1 @@
+"""Recording a run on a robot cell, and the `exidyn` command that ties the folders together."""

@@ -1,0 +1,1 @@
+"""Robot controllers, one file a driver."""

@@ -1,0 +1,20 @@
+"""A constant torque: offset of the current amplifier and even part of dry friction."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..motion import Motion
+from ..robot import Robot
+from .effect import JointEffect, Parameter
+
+
+@dataclass(frozen=True)
+class CurrentOffset(JointEffect):
+    r"""Constant torque, the paper's :math:`\tau_{off_j}`."""
+
+    def parameters(self, robot: Robot) -> list[Parameter]:
+        return [Parameter(f"Off{joint + 1}", "N m") for joint in self.columns(robot)]
+
+    def regressor(self, robot: Robot, motion: Motion) -> np.ndarray:
+        return self.on_joints(robot, np.ones_like(motion.velocity))

@@ -1,0 +1,65 @@
+"""Inertia, gravity, centrifugal and Coriolis torque of the links."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+import pinocchio as pin
+
+from ..motion import Motion
+from ..rigid_regressor import INERTIAL, rigid_regressor
+from ..robot import Robot
+from .effect import Belief, Effect, Parameter
+
+UNITS = dict.fromkeys(INERTIAL[:6], "kg m^2") | dict.fromkeys(INERTIAL[6:9], "kg m") | {"M": "kg"}
+
+
+@dataclass(frozen=True)
+class RigidBody(Effect):
+    """The ten standard parameters of every link, about its frame's origin (the paper's (3))."""
+
+    transmitted: ClassVar[bool] = True
+
+    def parameters(self, robot: Robot) -> list[Parameter]:
+        return [
+            Parameter(f"{name}{link + 1}", UNITS[name], 0.0 if name in ("XX", "YY", "ZZ", "M") else -np.inf)
+            for link in range(robot.dof)
+            for name in INERTIAL
+        ]
+
+    def regressor(self, robot: Robot, motion: Motion) -> np.ndarray:
+        out = np.zeros((*motion.position.shape, 10 * robot.dof))
+        return rigid_regressor(
+            robot.kinematics, motion.position, motion.velocity, motion.acceleration, out
+        )
+
+    def beliefs(self, robot: Robot) -> Mapping[str, Belief]:
+        beliefs = {}
+        for link, inertia in enumerate(tuple(robot.kinematics.inertias)[1:]):
+            for name, belief in inertial_beliefs(inertia, robot.inertial_tolerance).items():
+                beliefs[f"{name}{link + 1}"] = belief
+        return beliefs
+
+    def inertias(self, robot: Robot) -> list[slice]:
+        return [slice(10 * link, 10 * link + 10) for link in range(robot.dof)]
+
+
+def inertial_parameters(inertia: pin.Inertia) -> np.ndarray:
+    """The ten parameters of a body in `INERTIAL` order, about its frame's origin."""
+    m, mx, my, mz, xx, xy, yy, xz, yz, zz = inertia.toDynamicParameters()
+    return np.array([xx, xy, xz, yy, yz, zz, mx, my, mz, m])
+
+
+def inertial_beliefs(inertia: pin.Inertia, tolerance: float) -> dict[str, Belief]:
+    """Value and standard deviation of a body's ten parameters.
+
+    The tolerance is relative to the size of the body, so that a first moment that happens to be zero
+    is not held for certain: with mass m and r the root mean square distance of the mass from the
+    frame's origin, the deviations are tolerance times m, m r and m r^2.
+    """
+    values = inertial_parameters(inertia)
+    mass = values[9]
+    radius = np.sqrt(max(values[0] + values[3] + values[5], 0.0) / (2 * mass)) if mass > 0 else 0.0
+    scale = np.array([mass * radius**2] * 6 + [mass * radius] * 3 + [mass])
+    return {n: Belief(float(v), float(tolerance * s)) for n, v, s in zip(INERTIAL, values, scale, strict=True)}

@@ -1,0 +1,20 @@
+"""Inertia of rotor and gear, seen from the joint."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..motion import Motion
+from ..robot import Robot
+from .effect import JointEffect, Parameter
+
+
+@dataclass(frozen=True)
+class RotorInertia(JointEffect):
+    r"""Torque :math:`I_a \ddot q`, the paper's :math:`Ia_j`: rotor inertia times gear ratio squared."""
+
+    def parameters(self, robot: Robot) -> list[Parameter]:
+        return [Parameter(f"Ia{joint + 1}", "kg m^2", 0.0) for joint in self.columns(robot)]
+
+    def regressor(self, robot: Robot, motion: Motion) -> np.ndarray:
+        return self.on_joints(robot, motion.acceleration)

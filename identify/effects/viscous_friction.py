@@ -1,0 +1,20 @@
+"""Friction in proportion to velocity."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..motion import Motion
+from ..robot import Robot
+from .effect import JointEffect, Parameter
+
+
+@dataclass(frozen=True)
+class ViscousFriction(JointEffect):
+    r"""Torque :math:`F_v \dot q`, the paper's :math:`Fv_j`."""
+
+    def parameters(self, robot: Robot) -> list[Parameter]:
+        return [Parameter(f"Fv{joint + 1}", "N m s/rad", 0.0) for joint in self.columns(robot)]
+
+    def regressor(self, robot: Robot, motion: Motion) -> np.ndarray:
+        return self.on_joints(robot, motion.velocity)

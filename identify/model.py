@@ -1,0 +1,83 @@
+"""Model: a robot and the effects that make its torque."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from .effects import Belief, Effect, Parameter
+from .errors import RobotError
+from .motion import Motion
+from .robot import Robot
+
+
+@dataclass(frozen=True)
+class Model:
+    """Joint torque = sum over effects of regressor @ parameters + known torque.
+
+    Attributes:
+        robot: Kinematics, limits and drives.
+        effects: What makes torque; order is the order of the columns.
+        stated: Beliefs about parameters by name, beyond what the robot's inertias say.
+    """
+
+    robot: Robot
+    effects: tuple[Effect, ...]
+    stated: Mapping[str, Belief] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        names = [parameter.name for parameter in self.parameters]
+        twice = sorted({name for name in names if names.count(name) > 1})
+        if twice:
+            raise RobotError(f"{self.robot.name}: parameters named twice: {', '.join(twice)}")
+
+    def __add__(self, effect: Effect) -> "Model":
+        return replace(self, effects=(*self.effects, effect))
+
+    @property
+    def parameters(self) -> list[Parameter]:
+        """Linear unknowns of all effects, one a column."""
+        return [parameter for effect in self.effects for parameter in effect.parameters(self.robot)]
+
+    @property
+    def names(self) -> list[str]:
+        """Names of the parameters, one a column."""
+        return [parameter.name for parameter in self.parameters]
+
+    @property
+    def beliefs(self) -> list[Belief]:
+        """What is held true of each parameter; value zero and infinite deviation where nothing is."""
+        known = {n: b for effect in self.effects for n, b in effect.beliefs(self.robot).items()}
+        known |= self.stated
+        return [known.get(name, Belief(0.0)) for name in self.names]
+
+    @property
+    def believed_values(self) -> np.ndarray:
+        """Believed value of each parameter, shape (p,)."""
+        return np.array([belief.value for belief in self.beliefs])
+
+    @property
+    def inertias(self) -> list[slice]:
+        """Columns that are the ten parameters of one rigid body each."""
+        found, start = [], 0
+        for effect in self.effects:
+            found += [slice(start + s.start, start + s.stop) for s in effect.inertias(self.robot)]
+            start += len(effect.parameters(self.robot))
+        return found
+
+    def regressor(self, motion: Motion) -> np.ndarray:
+        """Torque per unit of each parameter, shape (t, n, p) [N m / unit]."""
+        return np.concatenate([e.regressor(self.robot, motion) for e in self.effects], axis=2)
+
+    def known_torque(self, motion: Motion) -> np.ndarray:
+        """Torque that no parameter scales (a known payload), shape (t, n) [N m]."""
+        return sum((e.known_torque(self.robot, motion) for e in self.effects), np.zeros_like(motion.position))
+
+    def torque(self, motion: Motion, values: np.ndarray) -> np.ndarray:
+        """Joint torque for given parameter values (p,), shape (t, n) [N m]."""
+        return self.regressor(motion) @ values + self.known_torque(motion)
+
+    def load(self, motion: Motion) -> np.ndarray:
+        """Torque that the gears transmit with the believed values, shape (t, n) [N m]."""
+        gears = replace(self, effects=tuple(e for e in self.effects if e.transmitted))
+        return gears.torque(motion, gears.believed_values)
