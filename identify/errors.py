@@ -8,6 +8,7 @@ ExidynError
 ├── RecordingError      a recording cannot be what it claims to be
 │   ├── WrongShape      columns or rows that do not fit the robot
 │   ├── NotFinite       NaN or infinity where a number is needed
+│   ├── NotRecorded     a signal that an effect needs, such as temperature, is not in the recording
 │   ├── BadTime         time stamps that do not increase
 │   ├── BadUnit         values that no joint or motor can have
 │   ├── NotAFile        a file that is not what its name says, or is empty
@@ -54,6 +55,10 @@ class WrongShape(RecordingError):
 
 class NotFinite(RecordingError):
     """NaN or infinity where a number is needed."""
+
+
+class NotRecorded(RecordingError):
+    """A signal that an effect needs, such as temperature, is not in the recording."""
 
 
 class BadTime(RecordingError):

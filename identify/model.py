@@ -67,7 +67,8 @@ class Model:
 
     def regressor(self, motion: Motion) -> np.ndarray:
         """Torque per unit of each parameter, shape (t, n, p) [N m / unit]."""
-        return np.concatenate([e.regressor(self.robot, motion) for e in self.effects], axis=2)
+        none = np.zeros((*motion.position.shape, 0))  # of a model without effects
+        return np.concatenate([none, *(e.regressor(self.robot, motion) for e in self.effects)], axis=2)
 
     def known_torque(self, motion: Motion) -> np.ndarray:
         """Torque that no parameter scales (a known payload), shape (t, n) [N m]."""
@@ -77,7 +78,9 @@ class Model:
         """Joint torque for given parameter values (p,), shape (t, n) [N m]."""
         return self.regressor(motion) @ values + self.known_torque(motion)
 
-    def load(self, motion: Motion) -> np.ndarray:
-        """Torque that the gears transmit with the believed values, shape (t, n) [N m]."""
+    def loaded(self, motion: Motion) -> Motion:
+        """The motion with the torque that the gears transmit, by belief; unchanged if no effect asks."""
+        if not any(effect.needs_load for effect in self.effects):
+            return motion
         gears = replace(self, effects=tuple(e for e in self.effects if e.transmitted))
-        return gears.torque(motion, gears.believed_values)
+        return replace(motion, load=gears.torque(motion, gears.believed_values))

@@ -12,6 +12,7 @@ velocity of that frame when joint j alone moves at 1 rad/s. Vectors are kept as 
 operation runs over contiguous samples; a Python loop over samples costs twice as much.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -61,21 +62,58 @@ def rigid_regressor(
         acceleration: Shape (t, n) [rad/s^2].
         out: Zeros of shape (t, n, 10 n); columns are `INERTIAL` of link 1, of link 2 and so on.
     """
+    for index, state in enumerate(_links(kinematics, position, velocity, acceleration)):
+        _write(state, out[:, :, 10 * index : 10 * index + 10])
+    return out
+
+
+def body_regressor(
+    kinematics: pin.Model,
+    position: np.ndarray,
+    velocity: np.ndarray,
+    acceleration: np.ndarray,
+    placement: pin.SE3,
+) -> np.ndarray:
+    """Joint torque per `INERTIAL` parameter of a body fixed to the last link, shape (t, n, 10).
+
+    Args:
+        kinematics: Pinocchio model with n joints.
+        position: Shape (t, n) [rad] or [m].
+        velocity: Shape (t, n) [rad/s].
+        acceleration: Shape (t, n) [rad/s^2].
+        placement: The body's frame in the last link's; the parameters are about its origin and axes.
+    """
+    last = _links(kinematics, position, velocity, acceleration)[-1]
+    out = np.zeros((*position.shape, 10))
+    # A joint without an axis does not move: its frame is the body's.
+    fixed, still = Joint(kinematics.nv - 1, placement, np.zeros(3), True), np.zeros(len(position))
+    *state, moving = _step(kinematics.nv, fixed, last, still, still, still)
+    del moving[kinematics.nv]
+    _write((*state, moving), out)
+    return out
+
+
+def _links(
+    kinematics: pin.Model, position: np.ndarray, velocity: np.ndarray, acceleration: np.ndarray
+) -> list[tuple]:
+    """Angular velocity, angular acceleration, lift and unit-joint velocities of every link's frame."""
     samples = len(position)
     still = np.zeros((3, samples))
     rising = np.repeat(-np.array(kinematics.gravity.linear)[:, None], samples, axis=1)
-    base = (still, still, rising, {})
-    links: list[tuple[np.ndarray, np.ndarray, np.ndarray, dict]] = []
+    base: tuple = (still, still, rising, {})
+    links: list[tuple] = []
     for index, joint in enumerate(joints_of(kinematics)):
         parent = base if joint.parent < 0 else links[joint.parent]
-        state = _step(
-            index, joint, parent, position[:, index], velocity[:, index], acceleration[:, index]
-        )
+        state = _step(index, joint, parent, position[:, index], velocity[:, index], acceleration[:, index])
         links.append(state)
-        body = Body(*state[:3])
-        for moving, (linear, angular) in state[3].items():
-            body.torque(linear, angular, out[:, moving, 10 * index : 10 * index + 10])
-    return out
+    return links
+
+
+def _write(state: tuple, out: np.ndarray) -> None:
+    """Torque of every joint that moves a frame, into out (t, n, 10)."""
+    body = Body(*state[:3])
+    for moving, (linear, angular) in state[3].items():
+        body.torque(linear, angular, out[:, moving])
 
 
 def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
@@ -110,7 +148,7 @@ def _step(index: int, joint: Joint, parent: tuple, q: np.ndarray, dq: np.ndarray
     return omega, alpha, lift, moving
 
 
-def _inward_rotation(joint: Joint, turn: np.ndarray):  # noqa: ANN202
+def _inward_rotation(joint: Joint, turn: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
     """Function that takes (3, t) vectors from the parent's frame into the link's (Rodrigues)."""
     axis, cosine, sine = joint.axis, np.cos(turn), np.sin(turn)
     across = np.array([[0, -axis[2], axis[1]], [axis[2], 0, -axis[0]], [-axis[1], axis[0], 0]])

@@ -3,8 +3,19 @@
 from .coulomb_friction import CoulombFriction
 from .current_offset import CurrentOffset
 from .effect import Belief, Effect, JointEffect, Parameter, Shape, shape
+from .friction_asymmetry import FrictionAsymmetry
+from .joint_spring import JointSpring
+from .kinematic_coupling import KinematicCoupling
+from .load_dependent_friction import LoadDependentFriction
+from .nonlinear_viscous_friction import NonlinearViscousFriction
+from .payload import Payload, known_parameters
+from .position_dependent_friction import PositionDependentFriction
 from .rigid_body import RigidBody
 from .rotor_inertia import RotorInertia
+from .spring_balancer import SpringBalancer
+from .stribeck_friction import StribeckFriction
+from .temperature_dependent_friction import TemperatureDependentFriction
+from .torque_ripple import TorqueRipple
 from .viscous_friction import ViscousFriction
 
 EFFECTS: dict[str, type[Effect]] = {
@@ -13,8 +24,27 @@ EFFECTS: dict[str, type[Effect]] = {
     "viscous_friction": ViscousFriction,
     "coulomb_friction": CoulombFriction,
     "current_offset": CurrentOffset,
+    "payload": Payload,
+    "friction_asymmetry": FrictionAsymmetry,
+    "stribeck_friction": StribeckFriction,
+    "load_dependent_friction": LoadDependentFriction,
+    "nonlinear_viscous_friction": NonlinearViscousFriction,
+    "temperature_dependent_friction": TemperatureDependentFriction,
+    "position_dependent_friction": PositionDependentFriction,
+    "spring_balancer": SpringBalancer,
+    "joint_spring": JointSpring,
+    "torque_ripple": TorqueRipple,
+    "kinematic_coupling": KinematicCoupling,
 }
 
-__all__ = ["EFFECTS", "Belief", "Effect", "JointEffect", "Parameter", "Shape", "shape", *sorted(
-    effect.__name__ for effect in EFFECTS.values()
-)]
+__all__ = [
+    "EFFECTS",
+    "Belief",
+    "Effect",
+    "JointEffect",
+    "Parameter",
+    "Shape",
+    "known_parameters",
+    "shape",
+    *sorted(effect.__name__ for effect in EFFECTS.values()),
+]

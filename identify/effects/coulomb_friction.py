@@ -7,6 +7,7 @@ import numpy as np
 from ..motion import Motion
 from ..robot import Robot
 from .effect import JointEffect, Parameter, shape
+from .smooth_sign import smooth_sign, smooth_sign_by_reversal
 
 
 @dataclass(frozen=True)
@@ -23,9 +24,8 @@ class CoulombFriction(JointEffect):
         return [Parameter(f"Fc{joint + 1}", "N m", 0.0) for joint in self.columns(robot)]
 
     def regressor(self, robot: Robot, motion: Motion) -> np.ndarray:
-        return self.on_joints(robot, np.tanh(motion.velocity / self.reversal))
+        return self.on_joints(robot, smooth_sign(motion.velocity, self.reversal))
 
     def shape_derivatives(self, robot: Robot, motion: Motion) -> dict[str, np.ndarray]:
-        ratio = motion.velocity / self.reversal
-        slope = -ratio / self.reversal / np.cosh(np.clip(ratio, -300, 300)) ** 2
+        slope = smooth_sign_by_reversal(motion.velocity, self.reversal)
         return {"reversal": self.on_joints(robot, slope)}

@@ -25,11 +25,13 @@ class Parameter(NamedTuple):
         name: Unique within a model, in the field's notation, such as "ZZ1" or "Fv3".
         unit: SI unit.
         minimum: Smallest value that physics allows.
+        regroup: Base parameters are taken in this order; what comes late is regrouped into the rest.
     """
 
     name: str
     unit: str
     minimum: float = -np.inf
+    regroup: int = 1
 
 
 class Belief(NamedTuple):
@@ -59,10 +61,12 @@ class Effect(ABC):
     Attributes:
         transmitted: Whether the torque passes through the gear (inertia, gravity, springs on the
             link), and so loads its friction; friction itself and the rotor do not.
+        needs_load: Whether its columns depend on `Motion.load`.
         pointwise: Whether a sample's torque depends on that sample alone.
     """
 
     transmitted: ClassVar[bool] = False
+    needs_load: ClassVar[bool] = False
     pointwise: ClassVar[bool] = True
 
     @abstractmethod

@@ -23,16 +23,20 @@ class RigidBody(Effect):
 
     def parameters(self, robot: Robot) -> list[Parameter]:
         return [
-            Parameter(f"{name}{link + 1}", UNITS[name], 0.0 if name in ("XX", "YY", "ZZ", "M") else -np.inf)
+            Parameter(
+                f"{name}{link + 1}",
+                UNITS[name],
+                minimum=0.0 if name in ("XX", "YY", "ZZ", "M") else -np.inf,
+                # Khalil's choice: a revolute link's YY, MZ and M go into the link before it.
+                regroup=2 if name in ("YY", "MZ", "M") else 0,
+            )
             for link in range(robot.dof)
             for name in INERTIAL
         ]
 
     def regressor(self, robot: Robot, motion: Motion) -> np.ndarray:
         out = np.zeros((*motion.position.shape, 10 * robot.dof))
-        return rigid_regressor(
-            robot.kinematics, motion.position, motion.velocity, motion.acceleration, out
-        )
+        return rigid_regressor(robot.kinematics, motion.position, motion.velocity, motion.acceleration, out)
 
     def beliefs(self, robot: Robot) -> Mapping[str, Belief]:
         beliefs = {}
@@ -62,4 +66,6 @@ def inertial_beliefs(inertia: pin.Inertia, tolerance: float) -> dict[str, Belief
     mass = values[9]
     radius = np.sqrt(max(values[0] + values[3] + values[5], 0.0) / (2 * mass)) if mass > 0 else 0.0
     scale = np.array([mass * radius**2] * 6 + [mass * radius] * 3 + [mass])
-    return {n: Belief(float(v), float(tolerance * s)) for n, v, s in zip(INERTIAL, values, scale, strict=True)}
+    return {
+        n: Belief(float(v), float(tolerance * s)) for n, v, s in zip(INERTIAL, values, scale, strict=True)
+    }

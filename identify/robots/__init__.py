@@ -1,1 +1,1 @@
-"""Robots that come with exidyn."""
+"""Robots that come with exidyn: one robot file each, read by its name."""

@@ -1,0 +1,181 @@
+"""ROS 2 messages as rows of numpy records: packing is a copy, unpacking a view.
+
+A message of fixed length is CDR (little endian, XCDR1): four bytes that say so, then the fields, each
+aligned to its size counted from behind those four bytes; a string is its length with the closing zero,
+then its bytes; a sequence is its count, then its elements. Joint names and counts are the same in every
+message of a channel, so that a channel's messages all have one layout, and its constants one template.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+_SEPARATOR = "=" * 80
+_HEADER = f"""{_SEPARATOR}
+MSG: std_msgs/Header
+builtin_interfaces/Time stamp
+string frame_id
+{_SEPARATOR}
+MSG: builtin_interfaces/Time
+int32 sec
+uint32 nanosec
+"""
+
+SCHEMAS: dict[str, str] = {
+    "sensor_msgs/msg/JointState": f"""std_msgs/Header header
+string[] name
+float64[] position
+float64[] velocity
+float64[] effort
+{_HEADER}""",
+    "std_msgs/msg/Float64MultiArray": f"""std_msgs/MultiArrayLayout layout
+float64[] data
+{_SEPARATOR}
+MSG: std_msgs/MultiArrayLayout
+std_msgs/MultiArrayDimension[] dim
+uint32 data_offset
+{_SEPARATOR}
+MSG: std_msgs/MultiArrayDimension
+string label
+uint32 size
+uint32 stride
+""",
+    "std_msgs/msg/String": "string data\n",
+    "tf2_msgs/msg/TFMessage": f"""geometry_msgs/TransformStamped[] transforms
+{_SEPARATOR}
+MSG: geometry_msgs/TransformStamped
+std_msgs/Header header
+string child_frame_id
+geometry_msgs/Transform transform
+{_SEPARATOR}
+MSG: geometry_msgs/Transform
+geometry_msgs/Vector3 translation
+geometry_msgs/Quaternion rotation
+{_SEPARATOR}
+MSG: geometry_msgs/Vector3
+float64 x
+float64 y
+float64 z
+{_SEPARATOR}
+MSG: geometry_msgs/Quaternion
+float64 x
+float64 y
+float64 z
+float64 w
+{_HEADER}""",
+}
+"""Definition of each message type in the notation that ROS 2 tools read from the file."""
+
+
+@dataclass
+class Layout:
+    """Fields of a message in order, from which `template` makes one record."""
+
+    names: list[str] = field(default_factory=list)
+    formats: list[Any] = field(default_factory=list)
+    offsets: list[int] = field(default_factory=list)
+    constants: dict[str, Any] = field(default_factory=dict)
+    size: int = 0
+
+    def __post_init__(self) -> None:
+        self._add("encapsulation", "V4", 1, b"\x00\x01\x00\x00")
+
+    def _add(self, name: str, kind: Any, alignment: int, constant: Any = None) -> None:
+        kind = np.dtype(kind)
+        self.size += -(self.size - 4) % alignment
+        self.names.append(name)
+        self.formats.append(kind)
+        self.offsets.append(self.size)
+        self.size += kind.itemsize
+        if constant is not None:
+            self.constants[name] = constant
+
+    def _constant(self, kind: Any, alignment: int, value: Any) -> None:
+        self._add(f"constant{len(self.names)}", kind, alignment, value)
+
+    def count(self, value: int) -> None:
+        """An unsigned number that is the same in every message."""
+        self._constant("<u4", 4, value)
+
+    def text(self, value: str) -> None:
+        """A string that is the same in every message."""
+        data = value.encode() + b"\x00"
+        self.count(len(data))
+        self._constant(f"V{len(data)}", 1, data)
+
+    def stamp(self, name: str) -> None:
+        """A time, which `set_stamp` fills."""
+        self._add(name, [("sec", "<i4"), ("nanosec", "<u4")], 4)
+
+    def doubles(self, name: str, count: int) -> None:
+        """`count` doubles without a count in front of them; none take no room, not even alignment."""
+        if count:
+            self._add(name, ("<f8", (count,)), 8)
+
+    def sequence(self, name: str, count: int) -> None:
+        """A sequence of `count` doubles."""
+        self.count(count)
+        self.doubles(name, count)
+
+    def template(self) -> np.ndarray:
+        """One record, shape (1,), with the constants in place and all else zero."""
+        kind = np.dtype(
+            {"names": self.names, "formats": self.formats, "offsets": self.offsets, "itemsize": self.size}
+        )
+        record = np.frombuffer(bytearray(self.size), kind)
+        for name, value in self.constants.items():
+            record[name] = np.void(value) if isinstance(value, bytes) else value
+        return record
+
+
+def joint_state(joints: Sequence[str], fields: Sequence[str]) -> np.ndarray:
+    """Template of a JointState of which only `fields` of position, velocity, effort are filled."""
+    layout = Layout()
+    layout.stamp("stamp")
+    layout.text("")
+    layout.count(len(joints))
+    for joint in joints:
+        layout.text(joint)
+    for name in ("position", "velocity", "effort"):
+        layout.sequence(name, len(joints) if name in fields else 0)
+    return layout.template()
+
+
+def double_array(count: int) -> np.ndarray:
+    """Template of a Float64MultiArray of one dimension, whose numbers are the field `data`."""
+    layout = Layout()
+    layout.count(0)
+    layout.count(0)
+    layout.sequence("data", count)
+    return layout.template()
+
+
+def transforms(frames: Sequence[tuple[str, str]]) -> np.ndarray:
+    """Template of a TFMessage: stampK and poseK (x y z, quaternion x y z w) for each (parent, child)."""
+    layout = Layout()
+    layout.count(len(frames))
+    for which, (parent, child) in enumerate(frames):
+        layout.stamp(f"stamp{which}")
+        layout.text(parent)
+        layout.text(child)
+        layout.doubles(f"pose{which}", 7)
+    return layout.template()
+
+
+def text_message(value: str) -> bytes:
+    """A std_msgs/msg/String."""
+    layout = Layout()
+    layout.text(value)
+    return layout.template().tobytes()
+
+
+def set_stamp(records: np.ndarray, name: str, time: np.ndarray) -> None:
+    """Fill the time `name` of all records from nanoseconds (t,); the seconds round down."""
+    records[name]["sec"], records[name]["nanosec"] = np.divmod(time, 1_000_000_000)
+
+
+def get_stamp(records: np.ndarray, name: str) -> np.ndarray:
+    """The time `name` of all records, shape (t,) [ns]."""
+    return records[name]["sec"].astype(np.int64) * 1_000_000_000 + records[name]["nanosec"]

@@ -1,0 +1,99 @@
+"""Cut-off frequencies chosen from the data.
+
+Positions are low-passed where they sink into encoder noise. Torque and regressor are compared up to the
+frequency at which the encoder's noise, twice differentiated and times inertia, would drown the noise of
+the current: beyond it, samples say more about the encoder than about the arm.
+"""
+
+import numpy as np
+from scipy import signal
+
+from .filters import differentiate
+from .model import Model
+from .motion import Motion
+
+LOWEST = 5.0
+"""Lowest cut-off [Hz]: a few times the base frequency of the motions arms are identified with."""
+QUIET = 0.35
+"""Share of the sample rate above which no arm follows; the spectrum there is noise."""
+
+
+def spectra(values: np.ndarray, rate: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Frequencies (f,), one-sided densities (f, n) and white noise density (n,).
+
+    Averaged over windows of 2 s, or an eighth of a shorter run.
+    """
+    length = int(max(16, min(2.0 * rate, len(values) / 8)))
+    frequency, density = signal.welch(values, rate, nperseg=length, axis=0, detrend="linear")
+    return frequency, density, np.median(density[frequency > QUIET * rate], axis=0)
+
+
+def accelerations(position: np.ndarray, rate: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Frequencies (f,) and densities of the acceleration (f, n): measured, and that of encoder noise.
+
+    Differentiation comes before the spectrum: the window's side lobes fall by frequency cubed, so
+    that in a spectrum of positions the slow motion would cover everything up to tens of hertz.
+    """
+    frequency, density, _ = spectra(differentiate(position, rate)[1][3:-3], rate)
+    noise = spectra(position, rate)[2] * (2 * np.pi * frequency[:, None]) ** 4
+    return frequency, density, noise
+
+
+def position_cutoff(position: np.ndarray, rate: float) -> float:
+    """Highest frequency up to which some joint's acceleration stands above its encoder's noise [Hz].
+
+    Above means four times the noise density, which an average over eight windows of noise alone
+    exceeds with p < 1e-4 (chi-squared with sixteen degrees of freedom).
+    """
+    frequency, density, noise = accelerations(position, rate)
+    above = np.any(density > 4.0 * noise, axis=1) & (frequency < QUIET * rate)
+    return max(_end(frequency, above), 1.5 * LOWEST)
+
+
+def torque_cutoff(model: Model, position: np.ndarray, current: np.ndarray, gain: np.ndarray, rate: float) -> float:
+    """Frequency up to which torque is compared [Hz]."""
+    crossing = noise_crossing(model, position, current, gain, rate)
+    return max(motion_band(position, rate), crossing, LOWEST)
+
+
+def motion_band(position: np.ndarray, rate: float) -> float:
+    """Frequency above which every joint's acceleration is 30 dB below its strongest line [Hz]."""
+    frequency, density, noise = accelerations(position, rate)
+    density = np.where((density > 4.0 * noise) & (frequency[:, None] < QUIET * rate), density, 0.0)
+    ends = []
+    for joint, start in enumerate(np.argmax(density, axis=0)):
+        weak = np.flatnonzero(density[start:, joint] < 1e-3 * density[start, joint])
+        ends.append(frequency[start + weak[0]] if len(weak) else frequency[start])
+    return float(max(ends))
+
+
+def noise_crossing(
+    model: Model, position: np.ndarray, current: np.ndarray, gain: np.ndarray, rate: float
+) -> float:
+    """Frequency up to which encoder noise adds at most 5 % to the torque's noise variance [Hz].
+
+    White position noise gives torque noise M (2 pi f)^2 times its density. Where that meets the torque's
+    own noise density, at f_x, the sum up to f_x holds a fifth more variance; up to 0.7 f_x, 5 % more.
+    The joint that meets first decides.
+    """
+    inertia = believed_inertia(model, np.mean(position, axis=0))
+    encoder = np.sqrt(inertia**2 @ spectra(position, rate)[2])
+    torque = np.abs(gain) * np.sqrt(spectra(current, rate)[2])
+    share = torque / np.maximum(encoder, np.finfo(float).tiny)
+    return float(0.7 * np.min(np.sqrt(share)) / (2 * np.pi))
+
+
+def believed_inertia(model: Model, posture: np.ndarray) -> np.ndarray:
+    """Mass matrix by belief, rotors included, shape (n, n) [kg m^2]."""
+    n = len(posture)
+    still = np.zeros((n + 1, n))
+    acceleration = np.vstack([np.zeros(n), np.eye(n)])
+    motion = Motion.of(np.zeros(n + 1), still + posture, still, acceleration, temperature=still)
+    torque = model.torque(model.loaded(motion), model.believed_values)
+    return (torque[1:] - torque[0]).T
+
+
+def _end(frequency: np.ndarray, above: np.ndarray) -> float:
+    """Last frequency of the first unbroken stretch, the lowest bin aside."""
+    below = np.flatnonzero(~above[1:])
+    return float(frequency[below[0] + 1] if len(below) else frequency[-1])

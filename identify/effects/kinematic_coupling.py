@@ -1,0 +1,104 @@
+r"""A motor that also turns when another joint moves, as in the wrist of most arms.
+
+The paper's (22), with motor velocities divided by their gear ratios, is :math:`u = C \dot q` with a unit
+diagonal; here :math:`u_j = \dot q_j + c\, \dot q_o`. Motors and their gears resist *their* motion with
+torques :math:`f(u)`. By virtual work :math:`\dot q^T \tau = u^T f`, so the joints feel
+
+.. math:: \tau = C^T f(C \dot q): \qquad \tau_j = f_j(u_j), \quad \tau_o = f_o(\dot q_o) + c f_j(u_j).
+
+What a joint feels when it moves alone belongs to its own rotor inertia and friction, which the columns
+here therefore leave out. What remains of :math:`f_j = I_a \dot u + F_v u + F_c \tanh(u / v_r)` is
+
+============  ==================================  ======================================
+unknown       row :math:`j`                       row :math:`o`
+============  ==================================  ======================================
+:math:`cI_a`  :math:`\ddot q_o`                   :math:`\ddot q_j`
+:math:`cF_v`  :math:`\dot q_o`                    :math:`\dot q_j`
+:math:`F_c`   :math:`s(u_j) - s(\dot q_j)`        :math:`c\,(s(u_j) - s(c\,\dot q_o))`
+============  ==================================  ======================================
+
+The first two are exact and do not need the ratio, which is why it is no shape of theirs. The product of
+inertia and the product of viscosity are off-diagonal terms of :math:`C^T I_a C` and :math:`C^T F_v C`.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..errors import RobotError
+from ..motion import Motion
+from ..robot import Robot
+from .effect import Effect, Parameter, shape
+from .smooth_sign import smooth_sign, smooth_sign_by_reversal, smooth_sign_by_velocity
+
+Sign = Callable[[np.ndarray, float], np.ndarray]
+
+
+@dataclass(frozen=True)
+class KinematicCoupling(Effect):
+    """Inertia and friction that the motor of `joint` shares with the joint `other`.
+
+    Attributes:
+        joint: Name of the joint whose motor it is.
+        other: Name of the joint that also turns that motor.
+        ratio: Turns of that motor, over its gear ratio, per turn of the other joint [-].
+        reversal: Velocity over which the sign of dry friction turns [rad/s].
+    """
+
+    joint: str
+    other: str
+    ratio: float = shape(1.0, "1", -2.0, 2.0)
+    reversal: float = shape(0.003, "rad/s", 1e-4, 0.1)
+
+    def parameters(self, robot: Robot) -> list[Parameter]:
+        j, o = self._pair(robot)
+        pair = f"{j + 1}_{o + 1}"
+        return [
+            Parameter(f"Ia{pair}", "kg m^2"),
+            Parameter(f"Fv{pair}", "N m s/rad"),
+            Parameter(f"Fc{pair}", "N m", 0.0),
+        ]
+
+    def regressor(self, robot: Robot, motion: Motion) -> np.ndarray:
+        j, o = self._pair(robot)
+        regressor = np.zeros((*motion.position.shape, 3))
+        regressor[:, j, 0], regressor[:, o, 0] = motion.acceleration[:, o], motion.acceleration[:, j]
+        regressor[:, j, 1], regressor[:, o, 1] = motion.velocity[:, o], motion.velocity[:, j]
+        regressor[:, :, 2] = self._dry(robot, motion, smooth_sign)
+        return regressor
+
+    def shape_derivatives(self, robot: Robot, motion: Motion) -> dict[str, np.ndarray]:
+        j, o = self._pair(robot)
+        by_ratio = np.zeros((*motion.position.shape, 3))
+        by_reversal = np.zeros_like(by_ratio)
+        by_reversal[:, :, 2] = self._dry(robot, motion, smooth_sign_by_reversal)
+        motor, alone = self._motor_velocity(robot, motion)
+        turn = motion.velocity[:, o]
+        slope = smooth_sign_by_velocity(motor, self.reversal)
+        slope_alone = smooth_sign_by_velocity(alone, self.reversal)
+        signs = smooth_sign(motor, self.reversal) - smooth_sign(alone, self.reversal)
+        by_ratio[:, j, 2] = slope * turn
+        by_ratio[:, o, 2] = signs + self.ratio * turn * (slope - slope_alone)
+        return {"ratio": by_ratio, "reversal": by_reversal}
+
+    def _pair(self, robot: Robot) -> tuple[int, int]:
+        j, o = robot.index(self.joint), robot.index(self.other)
+        if j == o:
+            raise RobotError(f"{robot.name}: joint '{self.joint}' cannot be coupled to itself; name another")
+        return j, o
+
+    def _motor_velocity(self, robot: Robot, motion: Motion) -> tuple[np.ndarray, np.ndarray]:
+        """Velocity of the motor, and its part from the other joint alone, each (t,) [rad/s]."""
+        j, o = self._pair(robot)
+        alone = self.ratio * motion.velocity[:, o]
+        return motion.velocity[:, j] + alone, alone
+
+    def _dry(self, robot: Robot, motion: Motion, sign: Sign) -> np.ndarray:
+        """The table's last row for `sign` or a derivative of it, shape (t, n)."""
+        j, o = self._pair(robot)
+        motor, alone = self._motor_velocity(robot, motion)
+        torque = np.zeros_like(motion.velocity)
+        torque[:, j] = sign(motor, self.reversal) - sign(motion.velocity[:, j], self.reversal)
+        torque[:, o] = self.ratio * (sign(motor, self.reversal) - sign(alone, self.reversal))
+        return torque

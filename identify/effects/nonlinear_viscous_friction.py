@@ -1,0 +1,40 @@
+"""Friction that grows faster or slower than velocity: churning grease, or a shear-thinning one."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..motion import Motion
+from ..robot import Robot
+from .effect import JointEffect, Parameter, shape
+
+TINY = np.finfo(float).tiny  # keeps log and powers finite at standstill, where both products vanish
+
+
+@dataclass(frozen=True)
+class NonlinearViscousFriction(JointEffect):
+    r"""Torque :math:`F_n\, \mathrm{sign}(\dot q)\, |\dot q / v_1|^a` with :math:`v_1` = 1 rad/s.
+
+    The reference velocity makes the parameter a torque, whatever the exponent. With exponent 1 this is
+    `ViscousFriction`, and beside it the columns are then the same: an exponent near 1 says that there
+    is nothing nonlinear to find. Towards 0 it nears `CoulombFriction`.
+
+    Attributes:
+        exponent: The power :math:`a` of the velocity [-]; 2 is the drag of a stirred fluid.
+    """
+
+    exponent: float = shape(2.0, "1", 0.3, 3.0)
+
+    def parameters(self, robot: Robot) -> list[Parameter]:
+        return [Parameter(f"Fn{joint + 1}", "N m", 0.0) for joint in self.columns(robot)]
+
+    def regressor(self, robot: Robot, motion: Motion) -> np.ndarray:
+        return self.on_joints(robot, self._power(motion.velocity))
+
+    def shape_derivatives(self, robot: Robot, motion: Motion) -> dict[str, np.ndarray]:
+        slope = self._power(motion.velocity) * np.log(np.maximum(np.abs(motion.velocity), TINY))
+        return {"exponent": self.on_joints(robot, slope)}
+
+    def _power(self, velocity: np.ndarray) -> np.ndarray:
+        """Power of the velocity that keeps its sign, shape (t, n) [-]."""
+        return np.sign(velocity) * np.abs(velocity) ** self.exponent

@@ -1,0 +1,98 @@
+"""A body carried on the flange."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+import pinocchio as pin
+
+from ..errors import RobotError, UnknownKey
+from ..motion import Motion
+from ..rigid_regressor import INERTIAL, body_regressor
+from ..robot import Robot
+from .effect import Effect, Parameter
+from .rigid_body import UNITS, inertial_parameters
+
+
+@dataclass(frozen=True)
+class Payload(Effect):
+    """A body on the flange, about the flange's origin and axes, in the runs that carry it.
+
+    Parameters that are known make a known torque; the others are unknowns such as the paper's ML and
+    MZL. In a run whose `Motion.payload` is another name, both are zero.
+
+    Attributes:
+        name: Name of the body, at the end of each parameter's name.
+        known: Pairs of a name in `INERTIAL` and its value in SI units; see `known_parameters`.
+    """
+
+    name: str = "L"
+    known: tuple[tuple[str, float], ...] = ()
+
+    transmitted: ClassVar[bool] = True
+
+    def __post_init__(self) -> None:
+        names = [name for name, _ in self.known]
+        for name in names:
+            if name not in INERTIAL:
+                raise UnknownKey(name, f"payload {self.name}", INERTIAL)
+        twice = sorted({name for name in names if names.count(name) > 1})
+        if twice:
+            raise RobotError(f"payload {self.name}: known twice: {', '.join(twice)}")
+
+    def parameters(self, robot: Robot) -> list[Parameter]:
+        return [
+            Parameter(f"{name}{self.name}", UNITS[name], 0.0 if name in ("XX", "YY", "ZZ", "M") else -np.inf)
+            for name in self._unknown
+        ]
+
+    def regressor(self, robot: Robot, motion: Motion) -> np.ndarray:
+        return self._columns(robot, motion, self._unknown)
+
+    def known_torque(self, robot: Robot, motion: Motion) -> np.ndarray:
+        values = np.array([value for _, value in self.known])
+        return self._columns(robot, motion, [name for name, _ in self.known]) @ values
+
+    def inertias(self, robot: Robot) -> list[slice]:
+        return [] if self.known else [slice(0, 10)]
+
+    @property
+    def _unknown(self) -> list[str]:
+        known = dict(self.known)
+        return [name for name in INERTIAL if name not in known]
+
+    def _columns(self, robot: Robot, motion: Motion, names: Sequence[str]) -> np.ndarray:
+        """Torque per unit of the named parameters, shape (t, n, len(names)) [N m / unit]."""
+        if motion.payload != self.name or not names:
+            return np.zeros((*motion.position.shape, len(names)))
+        every = body_regressor(
+            robot.kinematics, motion.position, motion.velocity, motion.acceleration, robot.flange
+        )
+        return every[:, :, [INERTIAL.index(name) for name in names]]
+
+
+def known_parameters(
+    mass: float, com: Sequence[float] | None = None, inertia: Sequence[float] | None = None
+) -> tuple[tuple[str, float], ...]:
+    """What a weighed or drawn body says about its ten parameters, for `Payload.known`.
+
+    Args:
+        mass: From a scale [kg].
+        com: Centre of mass from the flange's origin, in its axes, shape (3,) [m].
+        inertia: xx, xy, xz, yy, yz, zz about the centre of mass, in the flange's axes [kg m^2].
+
+    Raises:
+        RobotError: A mass that is not positive, or an inertia without the centre of mass it is about.
+    """
+    if not mass > 0.0:
+        raise RobotError(f"payload: mass is {mass} kg; it must be above 0")
+    if com is None:
+        if inertia is not None:
+            raise RobotError("payload: inertia is about the centre of mass, which is not given; give com too")
+        return (("M", float(mass)),)
+    xx, xy, xz, yy, yz, zz = (0.0,) * 6 if inertia is None else (float(value) for value in inertia)
+    about_com = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    values = inertial_parameters(pin.Inertia(float(mass), np.asarray(com, float), about_com))
+    names = INERTIAL[6:] if inertia is None else INERTIAL
+    return tuple((name, float(values[INERTIAL.index(name)])) for name in names)

@@ -1,0 +1,43 @@
+"""Dry friction that changes along a turn of the joint: an eccentric gear or a bent bearing."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..motion import Motion
+from ..robot import Robot
+from .effect import JointEffect, Parameter, shape
+from .smooth_sign import smooth_sign, smooth_sign_by_reversal
+
+
+@dataclass(frozen=True)
+class PositionDependentFriction(JointEffect):
+    r"""Torque :math:`\tanh(\dot q / v_r) (F_{cos} \cos kq + F_{sin} \sin kq)`.
+
+    Attributes:
+        harmonic: Periods per turn of the joint :math:`k` [-], or per metre over :math:`2\pi` where it
+            slides; part of the parameters' names, so that several can be in one model.
+        reversal: Velocity :math:`v_r` over which the sign turns [rad/s].
+    """
+
+    harmonic: float = 1
+    reversal: float = shape(0.003, "rad/s", 1e-4, 0.1)
+
+    def parameters(self, robot: Robot) -> list[Parameter]:
+        return [
+            Parameter(f"F{wave}{self.harmonic:g}_{joint + 1}", "N m")
+            for joint in self.columns(robot)
+            for wave in ("cos", "sin")
+        ]
+
+    def regressor(self, robot: Robot, motion: Motion) -> np.ndarray:
+        return self._waves(robot, motion, smooth_sign(motion.velocity, self.reversal))
+
+    def shape_derivatives(self, robot: Robot, motion: Motion) -> dict[str, np.ndarray]:
+        slope = smooth_sign_by_reversal(motion.velocity, self.reversal)
+        return {"reversal": self._waves(robot, motion, slope)}
+
+    def _waves(self, robot: Robot, motion: Motion, profile: np.ndarray) -> np.ndarray:
+        """Regressor of a profile (t, n) that waves along the joint."""
+        angle = self.harmonic * motion.position
+        return self.on_joints(robot, profile * np.cos(angle), profile * np.sin(angle))

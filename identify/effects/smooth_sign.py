@@ -1,0 +1,19 @@
+"""The sign of a velocity, made smooth around zero so that it can be fitted and filtered."""
+
+import numpy as np
+
+
+def smooth_sign(velocity: np.ndarray, reversal: float) -> np.ndarray:
+    """Direction of motion, from -1 to 1: tanh(velocity / reversal), both [rad/s]."""
+    return np.tanh(velocity / reversal)
+
+
+def smooth_sign_by_velocity(velocity: np.ndarray, reversal: float) -> np.ndarray:
+    """Derivative of `smooth_sign` by the velocity [s/rad]."""
+    # cosh overflows above 710; at 300 the slope is already 1e-260.
+    return 1.0 / reversal / np.cosh(np.clip(velocity / reversal, -300, 300)) ** 2
+
+
+def smooth_sign_by_reversal(velocity: np.ndarray, reversal: float) -> np.ndarray:
+    """Derivative of `smooth_sign` by the reversal velocity [s/rad]."""
+    return -velocity / reversal * smooth_sign_by_velocity(velocity, reversal)

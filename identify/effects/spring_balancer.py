@@ -1,0 +1,93 @@
+r"""A spring that carries part of the arm's weight (the paper's section V.B).
+
+The spring runs from a point fixed at distance :math:`d_{21}` from the joint's axis to a point of the
+moving link at distance :math:`d_{22}` from it. With :math:`\theta = \phi + q` it has the length (32)
+
+.. math:: l = \sqrt{d_{21}^2 + d_{22}^2 + 2 d_{21} d_{22} \cos\theta}, \qquad F = K_r l + K_0 .
+
+(24) is :math:`\tau_{sb} = F d_{22} \sin\psi`. With both coordinates of (28) = (27),
+:math:`\sin q_{23} = (d_{21} + d_{22} \cos\theta) / l` and :math:`\cos q_{23} = -d_{22} \sin\theta / l`,
+so that (25) gives :math:`\sin\psi = -d_{21} \sin\theta / l` without an arctangent, and
+
+.. math:: \tau_{sb} = -F d_{21} d_{22} \sin\theta / l .
+
+This is the torque *on the joint*: the motor gives what is left, so the columns are minus the paper's
+(35). (36) adds (35) as it stands, but with the values of Table III only this sign holds the arm up: at
+:math:`q_2 = 0`, arm forward, gravity asks the motor for -3.4 kN m and :math:`\tau_{sb}` is -7.7 kN m.
+
+(33) as printed, a plain arctangent, divides by zero at :math:`\theta = 0, \pm\pi`, the upright arm, and
+beyond :math:`-\pi < \theta < 0` takes the wrong branch, which turns the torque's sign.
+"""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from ..motion import Motion
+from ..robot import Robot
+from .effect import Effect, Parameter, shape
+
+SHORTEST = 1e-9
+"""Length below which the spring's ends coincide and its direction means nothing [m]."""
+
+
+@dataclass(frozen=True)
+class SpringBalancer(Effect):
+    """Torque of a spring between two links, linear in stiffness and preload.
+
+    Attributes:
+        joint: Name of the joint it spans.
+        d21: Distance of the fixed end from the joint's axis [m].
+        d22: Distance of the moving end from the joint's axis [m].
+        phi: Angle between the two at joint position zero, zero where the spring is longest [rad].
+    """
+
+    joint: str
+    d21: float = shape(0.6964, "m", 0.01, 5.0)
+    d22: float = shape(0.1847, "m", 0.01, 5.0)
+    phi: float = shape(-1.6148, "rad", -np.pi, np.pi)
+
+    transmitted: ClassVar[bool] = True
+
+    def parameters(self, robot: Robot) -> list[Parameter]:
+        return [Parameter("Kr", "N/m", 0.0), Parameter("K0", "N")]
+
+    def regressor(self, robot: Robot, motion: Motion) -> np.ndarray:
+        position = self._position(robot, motion)
+        lever = self._lever(position)
+        return self._on_joint(robot, motion, lever * self.length(position), lever)
+
+    def shape_derivatives(self, robot: Robot, motion: Motion) -> dict[str, np.ndarray]:
+        position = self._position(robot, motion)
+        sine, cosine = np.sin(self.phi + position), np.cos(self.phi + position)
+        area, length = self.d21 * self.d22, self.length(position)
+        # Each shape: what it does to area * sine (the first column), and to the length.
+        changes = {
+            "d21": (self.d22 * sine, (self.d21 + self.d22 * cosine) / length),
+            "d22": (self.d21 * sine, (self.d22 + self.d21 * cosine) / length),
+            "phi": (area * cosine, -area * sine / length),
+        }
+        return {
+            name: self._on_joint(robot, motion, first, first / length - area * sine * longer / length**2)
+            for name, (first, longer) in changes.items()
+        }
+
+    def length(self, position: np.ndarray) -> np.ndarray:
+        """Distance of the spring's ends [m] at positions of the joint [rad]."""
+        theta = self.phi + position
+        # hypot: the square root of (32) loses digits, or is negative, where the ends nearly meet.
+        length = np.hypot(self.d21 + self.d22 * np.cos(theta), self.d22 * np.sin(theta))
+        return np.maximum(length, SHORTEST)
+
+    def _lever(self, position: np.ndarray) -> np.ndarray:
+        """Motor torque that a unit of spring force takes, shape (t,) [m]."""
+        return self.d21 * self.d22 * np.sin(self.phi + position) / self.length(position)
+
+    def _position(self, robot: Robot, motion: Motion) -> np.ndarray:
+        return motion.position[:, robot.index(self.joint)]
+
+    def _on_joint(self, robot: Robot, motion: Motion, *columns: np.ndarray) -> np.ndarray:
+        regressor = np.zeros((*motion.position.shape, len(columns)))
+        regressor[:, robot.index(self.joint)] = np.stack(columns, axis=1)
+        return regressor

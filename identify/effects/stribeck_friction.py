@@ -1,0 +1,39 @@
+"""Dry friction that fades as a film of grease builds up."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..motion import Motion
+from ..robot import Robot
+from .effect import JointEffect, Parameter, shape
+from .smooth_sign import smooth_sign, smooth_sign_by_reversal
+
+
+@dataclass(frozen=True)
+class StribeckFriction(JointEffect):
+    r"""Torque :math:`F_s \tanh(\dot q / v_r) e^{-(\dot q / v_s)^2}`, on top of Coulomb friction.
+
+    Attributes:
+        fade: Velocity :math:`v_s` at which 37 % of it is left [rad/s].
+        reversal: Velocity :math:`v_r` over which the sign turns [rad/s].
+    """
+
+    fade: float = shape(0.1, "rad/s", 0.01, 1.0)
+    reversal: float = shape(0.003, "rad/s", 1e-4, 0.1)
+
+    def parameters(self, robot: Robot) -> list[Parameter]:
+        return [Parameter(f"Fs{joint + 1}", "N m", 0.0) for joint in self.columns(robot)]
+
+    def regressor(self, robot: Robot, motion: Motion) -> np.ndarray:
+        return self.on_joints(robot, smooth_sign(motion.velocity, self.reversal) * self._left(motion))
+
+    def shape_derivatives(self, robot: Robot, motion: Motion) -> dict[str, np.ndarray]:
+        v = motion.velocity
+        fade = smooth_sign(v, self.reversal) * self._left(motion) * 2 * v**2 / self.fade**3
+        reversal = smooth_sign_by_reversal(v, self.reversal) * self._left(motion)
+        return {"fade": self.on_joints(robot, fade), "reversal": self.on_joints(robot, reversal)}
+
+    def _left(self, motion: Motion) -> np.ndarray:
+        """Share of it that is left at this velocity, shape (t, n) [-]."""
+        return np.exp(-((motion.velocity / self.fade) ** 2))

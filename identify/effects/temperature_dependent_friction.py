@@ -1,0 +1,59 @@
+"""Friction that changes as the grease warms up."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..errors import NotRecorded
+from ..motion import Motion
+from ..robot import Robot
+from .effect import JointEffect, Parameter, shape
+from .smooth_sign import smooth_sign, smooth_sign_by_reversal
+
+
+@dataclass(frozen=True)
+class TemperatureDependentFriction(JointEffect):
+    r"""Torque :math:`(F_{vt}\, \dot q + F_{ct} \tanh(\dot q / v_r)) (T - T_0)`.
+
+    Viscous and Coulomb friction change by so much per kelvin: grease thins (:math:`F_{vt} < 0`), seals
+    and preloaded bearings may go either way. With this effect in the model, the parameters of
+    `ViscousFriction` and `CoulombFriction` are those at the reference temperature.
+
+    Attributes:
+        reference: Temperature :math:`T_0` [degC].
+        reversal: Velocity :math:`v_r` over which the sign turns [rad/s].
+    """
+
+    reference: float = 25.0
+    reversal: float = shape(0.003, "rad/s", 1e-4, 0.1)
+
+    def parameters(self, robot: Robot) -> list[Parameter]:
+        return [
+            parameter
+            for joint in self.columns(robot)
+            for parameter in (
+                Parameter(f"Fvt{joint + 1}", "N m s/rad/K"),
+                Parameter(f"Fct{joint + 1}", "N m/K"),
+            )
+        ]
+
+    def regressor(self, robot: Robot, motion: Motion) -> np.ndarray:
+        warmth = self._warmth(robot, motion)
+        sign = smooth_sign(motion.velocity, self.reversal)
+        return self.on_joints(robot, motion.velocity * warmth, sign * warmth)
+
+    def shape_derivatives(self, robot: Robot, motion: Motion) -> dict[str, np.ndarray]:
+        warmth = self._warmth(robot, motion)
+        slope = smooth_sign_by_reversal(motion.velocity, self.reversal) * warmth
+        return {"reversal": self.on_joints(robot, np.zeros_like(slope), slope)}
+
+    def _warmth(self, robot: Robot, motion: Motion) -> np.ndarray:
+        """Temperature above the reference, shape (t, n) [K]; NaN only on joints it does not act on."""
+        silent = [robot.joints[j] for j in self.columns(robot) if np.isnan(motion.temperature[:, j]).any()]
+        if silent:
+            raise NotRecorded(
+                f"{robot.name}: temperature-dependent friction needs the temperature of every sample, but "
+                f"temperatures were not recorded, or have gaps, on {', '.join(silent)}; record them, or "
+                "name only joints that have them (joints=...)"
+            )
+        return motion.temperature - self.reference

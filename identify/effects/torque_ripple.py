@@ -1,0 +1,36 @@
+"""Torque that waves along a turn of the motor: cogging, and commutation errors."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..motion import Motion
+from ..robot import Robot
+from .effect import JointEffect, Parameter
+
+
+@dataclass(frozen=True)
+class TorqueRipple(JointEffect):
+    r"""Torque :math:`R_{cos} \cos(k N q) + R_{sin} \sin(k N q)` with gear ratio :math:`N`.
+
+    Where other joints turn this motor too, the paper's (22), its angle is :math:`N C q` and not
+    :math:`N q`, and its torque reaches them through :math:`C^T`.
+
+    Attributes:
+        harmonic: Periods per turn of the motor :math:`k` [-]; part of the parameters' names, so that
+            several can be in one model.
+    """
+
+    harmonic: float = 1
+
+    def parameters(self, robot: Robot) -> list[Parameter]:
+        return [
+            Parameter(f"R{wave}{self.harmonic:g}_{joint + 1}", "N m")
+            for joint in self.columns(robot)
+            for wave in ("cos", "sin")
+        ]
+
+    def regressor(self, robot: Robot, motion: Motion) -> np.ndarray:
+        angle = self.harmonic * robot.gear_ratio * (motion.position @ robot.coupling.T)
+        on_motors = self.on_joints(robot, np.cos(angle), np.sin(angle))
+        return np.einsum("mj,tmp->tjp", robot.coupling, on_motors)

@@ -1,0 +1,153 @@
+"""Equations: the over-determined system of a model and its runs, filtered and thinned out.
+
+gain * current = regressor @ values + known torque, row by row. Where motors drive several joints (the
+paper's (22)) the rows are motor torques: coupling^-T times joint torques.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from .base_parameters import BaseParameters
+from .errors import RecordingError
+from .model import Model
+from .motion import Motion
+from .prepare import Prepared
+
+CHUNK = 2000
+"""Samples whose full-rate regressor is held at once; a few megabytes stay in the cache."""
+
+
+@dataclass(frozen=True)
+class Equations:
+    """Observation of all runs.
+
+    Attributes:
+        base: What the columns are.
+        regressor: Torque per unit of each base parameter, shape (r, n, b) [N m / unit].
+        current: Measured, shape (r, n) [A], or [N m] where torque was recorded.
+        known: Torque of what is known, shape (r, n) [N m].
+        weight: 0 where a joint sticks, else 1, shape (r, n).
+        gain: Believed torque per unit of current, shape (n,).
+        gain_known: Whether torque itself was recorded, so that gains are one by definition.
+        runs: Rows of each run.
+        rate: Rows per second [Hz].
+        noise: Noise floor of `current`, shape (n,).
+        commanded: Forms the regressor of the commanded motion, shape (r, n, b); None if not recorded.
+        regressor_noise: Standard deviation of the regressor's own noise, shape (n, b); None if not asked.
+        believed: Value of each standard parameter before the data, shape (p,).
+        tolerance: Its standard deviation, infinite where nothing is held true, shape (p,).
+        bodies: Standard parameters that are the ten of one rigid body each.
+    """
+
+    base: BaseParameters
+    regressor: np.ndarray
+    current: np.ndarray
+    known: np.ndarray
+    weight: np.ndarray
+    gain: np.ndarray
+    gain_known: bool
+    runs: tuple[slice, ...]
+    rate: float
+    noise: np.ndarray
+    commanded: Callable[[], np.ndarray] | None = None
+    regressor_noise: np.ndarray | None = None
+    believed: np.ndarray = field(default_factory=lambda: np.empty(0))
+    tolerance: np.ndarray = field(default_factory=lambda: np.empty(0))
+    bodies: tuple[slice, ...] = ()
+
+    @property
+    def names(self) -> list[str]:
+        """Base parameters, one a column."""
+        return self.base.names
+
+    def without(self, columns: Sequence[int]) -> "Equations":
+        """The same with some base parameters held at zero."""
+        left = np.setdiff1d(np.arange(len(self.base.kept)), columns)
+        base = replace(self.base, kept=self.base.kept[left], regrouping=self.base.regrouping[left])
+        commanded, noise = self.commanded, self.regressor_noise
+        return replace(
+            self,
+            base=base,
+            regressor=self.regressor[:, :, left],
+            commanded=None if commanded is None else lambda: commanded()[:, :, left],
+            regressor_noise=None if noise is None else noise[:, left],
+        )
+
+
+def assemble(model: Model, base: BaseParameters, runs: Sequence[Prepared]) -> Equations:
+    """Equations of a model over prepared runs.
+
+    Raises:
+        RecordingError: Runs that differ in what they measure, or in filtering.
+    """
+    kinds = {run.measures for run in runs}
+    if len(kinds) != 1:
+        raise RecordingError(f"runs measure {' and '.join(sorted(kinds))}; identify them apart")
+    rates = {round(run.decimation.output_rate, 6) for run in runs}
+    if len(rates) != 1:
+        raise RecordingError(
+            f"runs are thinned out to different rates ({', '.join(f'{r:g} Hz' for r in sorted(rates))}); "
+            "give one torque cut-off for all"
+        )
+    parts = [decimated_regressor(model, base, run, run.motion) for run in runs]
+    stops = np.cumsum([0, *(len(regressor) for regressor, _ in parts)])
+    return Equations(
+        base=base,
+        regressor=np.concatenate([regressor for regressor, _ in parts]),
+        current=np.concatenate([run.decimated_current for run in runs]),
+        known=np.concatenate([known for _, known in parts]),
+        weight=np.concatenate([run.weight for run in runs]),
+        gain=runs[0].gain,
+        gain_known=runs[0].measures == "torque",
+        runs=tuple(slice(a, b) for a, b in zip(stops[:-1], stops[1:], strict=True)),
+        rate=runs[0].decimation.output_rate,
+        noise=np.sqrt(np.mean([run.noise**2 for run in runs], axis=0)),
+        commanded=_commanded(model, base, runs),
+        believed=model.believed_values,
+        tolerance=np.array([belief.std for belief in model.beliefs]),
+        bodies=tuple(model.inertias),
+    )
+
+
+def _commanded(
+    model: Model, base: BaseParameters, runs: Sequence[Prepared]
+) -> Callable[[], np.ndarray] | None:
+    """Function that forms the regressor of the commanded motion; None unless every run has one."""
+    pairs = [(run, run.commanded) for run in runs if run.commanded is not None]
+    if len(pairs) < len(runs):
+        return None
+    return lambda: np.concatenate([decimated_regressor(model, base, *pair)[0] for pair in pairs])
+
+
+def decimated_regressor(
+    model: Model, base: BaseParameters, run: Prepared, motion: Motion
+) -> tuple[np.ndarray, np.ndarray]:
+    """Base regressor (r, n, b) and known torque (r, n) of one run, at the decimated rate.
+
+    The regressor is formed at full rate and then filtered: it is nonlinear in position, so the two do
+    not commute.
+    """
+    centres = run.decimation.centres(len(motion))
+    n, kept = motion.position.shape[1], base.kept
+    regressor, known = np.empty((len(centres), n, len(kept))), np.empty((len(centres), n))
+    to_motors = np.linalg.inv(model.robot.coupling).T
+    coupled = not np.array_equal(to_motors, np.eye(n))
+    for outputs, samples in _chunks(run, len(motion)):
+        piece = model.loaded(motion[samples])
+        rows = run.decimation.apply(model.regressor(piece)[:, :, kept])
+        torque = run.decimation.apply(model.known_torque(piece))
+        regressor[outputs] = np.einsum("ij,tjb->tib", to_motors, rows) if coupled else rows
+        known[outputs] = torque @ to_motors.T if coupled else torque
+    return regressor, known
+
+
+def _chunks(run: Prepared, samples: int) -> Iterator[tuple[slice, slice]]:
+    """Rows of output and the full-rate samples that the filter needs for them."""
+    decimation = run.decimation
+    count, length = len(decimation.centres(samples)), len(decimation.taps)
+    step = max(1, CHUNK // decimation.factor)
+    for start in range(0, count, step):
+        stop = min(start + step, count)
+        yield slice(start, stop), slice(start * decimation.factor, (stop - 1) * decimation.factor + length)

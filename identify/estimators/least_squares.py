@@ -1,0 +1,86 @@
+"""Ordinary, weighted and iteratively re-weighted least squares, with drive gains as believed."""
+
+import numpy as np
+
+from ..equations import Equations
+from .compressed import Compressed, solve
+from .covariance import sandwich
+from .estimate import Estimate
+
+HUBER = 1.345
+"""Residuals beyond this many standard deviations count less than quadratically: 95 % efficiency on
+Gaussian noise (Huber), and a bounded pull from a collision or a spike."""
+
+
+def residual(equations: Equations, values: np.ndarray, gain: np.ndarray) -> np.ndarray:
+    """Torque that the model leaves, shape (r, n) [N m]."""
+    return gain * equations.current - equations.known - equations.regressor @ values
+
+
+def ordinary(equations: Equations) -> Estimate:
+    """Ordinary least squares: every row counts the same, whatever its joint's noise."""
+    values, _ = _weighted_solution(equations, Compressed.of(equations), np.ones(len(equations.gain)))
+    # The covariance is that of weights one: divide rows by one common deviation.
+    return _estimate("ordinary", equations, values, common=True)
+
+
+def weighted(equations: Equations) -> Estimate:
+    """Weighted least squares: each joint's rows divided by its residual's standard deviation."""
+    values, _ = _weights_repeated(equations, Compressed.of(equations))
+    return _estimate("weighted", equations, values)
+
+
+def reweighted(equations: Equations) -> Estimate:
+    """Iteratively re-weighted least squares: as `weighted`, and outliers by Huber's weights."""
+    huber = np.ones_like(equations.current)
+    values = np.zeros(equations.regressor.shape[2])
+    for _ in range(30):
+        before = values
+        values, noise = _weights_repeated(equations, Compressed.of(equations, huber))
+        size = np.abs(residual(equations, values, equations.gain)) / _robust_std(equations, values)
+        huber = np.minimum(1.0, HUBER / np.maximum(size, 1e-12))
+        if np.linalg.norm(values - before) <= 1e-6 * np.linalg.norm(values):
+            break
+    return _estimate("reweighted", equations, values)
+
+
+def _robust_std(equations: Equations, values: np.ndarray) -> np.ndarray:
+    """Standard deviation of each joint's residual from its median absolute value, shape (n,)."""
+    sizes = np.abs(residual(equations, values, equations.gain))
+    sliding = [sizes[equations.weight[:, j] > 0, j] for j in range(sizes.shape[1])]
+    return np.maximum([1.4826 * np.median(s) for s in sliding], 1e-300)
+
+
+def _weights_repeated(equations: Equations, compressed: Compressed) -> tuple[np.ndarray, np.ndarray]:
+    """Solution and noise of each joint, each computed from the other until they agree."""
+    noise = np.ones(len(equations.gain))
+    values = np.zeros(equations.regressor.shape[2])
+    for _ in range(20):
+        before = values
+        values, noise = _weighted_solution(equations, compressed, noise)
+        if np.linalg.norm(values - before) <= 1e-8 * np.linalg.norm(values):
+            break
+    return values, noise
+
+
+def _weighted_solution(
+    equations: Equations, compressed: Compressed, noise: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    joints = range(len(noise))
+    rows = np.concatenate([compressed.regressor(j) / noise[j] for j in joints])
+    right = np.concatenate([compressed.torque(j, equations.gain) / noise[j] for j in joints])
+    values = solve(rows, right, equations.names)
+    found = compressed.residual_std(values, equations.gain)
+    return values, np.maximum(found, 1e-9 * np.max(found) + 1e-300)
+
+
+def _estimate(method: str, equations: Equations, values: np.ndarray, common: bool = False) -> Estimate:
+    left = residual(equations, values, equations.gain)
+    noise = Compressed.of(equations).residual_std(values, equations.gain)
+    instruments = None
+    if common:  # the sandwich divides rows by each joint's variance; ordinary least squares does not
+        instruments = equations.regressor * (noise**2)[None, :, None]
+    covariance = sandwich(equations.regressor, left, equations, instruments)
+    n = len(equations.gain)
+    full = np.pad(covariance, (0, n))
+    return Estimate(method, values, equations.gain, full, noise)

@@ -1,0 +1,58 @@
+r"""Maximum likelihood in current space, for drive gains and dynamics together.
+
+Noise sits in the currents, so they are what is predicted:
+:math:`\sum_j \| i_j - \gamma_j (W_j \chi + P_j) \|^2 / \sigma_j^2` with :math:`\gamma_j = 1/g_j`. Unlike
+least squares in torque, where noisy currents are regressors and pull the gains down, it is unbiased.
+"""
+
+import numpy as np
+
+from ..equations import Equations
+from .compressed import Compressed, solve
+from .covariance import sandwich
+from .estimate import Estimate
+from .total_least_squares import mixed, require_payload
+
+
+def maximum_likelihood(equations: Equations) -> Estimate:
+    """Gauss-Newton from the mixed total least squares solution, noise of each joint re-estimated."""
+    require_payload(equations)
+    compressed = Compressed.of(equations)
+    start = mixed(equations)
+    values, inverse = start.values, 1.0 / start.gain
+    for _ in range(50):
+        noise = compressed.residual_std(values, 1.0 / inverse) * np.abs(inverse)
+        step = _step(compressed, values, inverse, noise, equations.names)
+        values, inverse = values + step[: len(values)], inverse + step[len(values) :]
+        if np.max(np.abs(step[len(values) :] / inverse)) < 1e-10:
+            break
+    gain = 1.0 / inverse
+    covariance = _covariance(equations, values, gain)
+    return Estimate("maximum likelihood", values, gain, covariance, compressed.residual_std(values, gain))
+
+
+def _step(
+    compressed: Compressed, values: np.ndarray, inverse: np.ndarray, noise: np.ndarray, names: list[str]
+) -> np.ndarray:
+    """Gauss-Newton step of values and inverse gains."""
+    rows, right = [], []
+    n = len(inverse)
+    for joint in range(n):
+        torque = compressed.regressor(joint) @ values + compressed.known(joint)
+        by_gain = np.zeros((len(torque), n))
+        by_gain[:, joint] = torque
+        rows.append(np.column_stack([inverse[joint] * compressed.regressor(joint), by_gain]) / noise[joint])
+        right.append((compressed.current(joint) - inverse[joint] * torque) / noise[joint])
+    labels = [*names, *(f"drive gain {j + 1}" for j in range(n))]
+    return solve(np.concatenate(rows), np.concatenate(right), labels)
+
+
+def _covariance(equations: Equations, values: np.ndarray, gain: np.ndarray) -> np.ndarray:
+    """Covariance of (values, gains) with the residual's own colour."""
+    torque = equations.regressor @ values + equations.known
+    n = len(gain)
+    by_gain = np.zeros((*torque.shape, n))
+    for joint in range(n):
+        by_gain[:, joint, joint] = -torque[:, joint] / gain[joint] ** 2
+    jacobian = np.concatenate([equations.regressor / gain[None, :, None], by_gain], axis=2)
+    return sandwich(jacobian, equations.current - torque / gain, equations)

@@ -1,0 +1,166 @@
+"""Total least squares for drive gains and dynamics together, from runs with and without a known payload.
+
+The homogeneous system of the paper's (12), [V, -W, -P] [gain, values, 1] = rho, is solved by the right
+singular vector of the smallest singular value. That is the best estimate only if every entry of the
+matrix carries the same noise. Taken literally it does not: a current of amperes stands beside columns
+of hundreds of rad/s^2, and joints differ in noise. `literal` shows what follows. `total` divides each
+joint's rows by its torque noise and each column by its own noise; `mixed` takes that to the limit in
+which the regressor is exact (Van Huffel and Vandewalle, the mixed LS-TLS problem).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import linalg
+
+from ..equations import Equations
+from ..errors import NeedsPayload
+from .compressed import Compressed
+from .estimate import Estimate
+
+
+@dataclass(frozen=True)
+class Homogeneous:
+    """Compressed [V, W, P] of all joints, shape (rows, n + b + 1), and the rows it stands for."""
+
+    matrix: np.ndarray
+    rows: int
+
+
+def literal(equations: Equations) -> Estimate:
+    """Total least squares exactly as in the paper's (12) to (21), without weights."""
+    ones = np.ones(len(equations.gain))
+    system = _homogeneous(equations, Compressed.of(equations), ones)
+    return _total("literal", equations, system, np.ones(system.matrix.shape[1]))
+
+
+def total(equations: Equations) -> Estimate:
+    """Total least squares with rows and columns weighted by their noise."""
+    compressed = Compressed.of(equations)
+    estimate = mixed(equations)
+    for _ in range(3):  # the weights need the gains, roughly
+        noise = _torque_noise(equations, compressed, estimate)
+        system = _homogeneous(equations, compressed, noise)
+        estimate = _total("total", equations, system, _column_noise(equations, noise))
+    return estimate
+
+
+def mixed(equations: Equations) -> Estimate:
+    """Mixed LS-TLS: noise in the currents, none in the regressor."""
+    require_payload(equations)
+    compressed = Compressed.of(equations)
+    n = len(equations.gain)
+    estimate = None
+    gain = equations.gain
+    for _ in range(20):
+        noise = _torque_noise(equations, compressed, estimate)
+        system = _homogeneous(equations, compressed, noise)
+        vector, covariance = _mixed_solution(system, n, _gain_column_noise(noise, compressed, gain))
+        before, gain = gain, vector[:n]
+        estimate = _estimate("mixed", equations, compressed, vector, covariance)
+        if np.max(np.abs(gain / before - 1)) < 1e-8:
+            break
+    assert estimate is not None
+    return estimate
+
+
+def require_payload(equations: Equations) -> None:
+    """Raise unless currents were recorded and some torque is known, which alone sets the gains' scale.
+
+    Raises:
+        NeedsPayload: Torque was recorded, or nothing about a payload is known.
+    """
+    if equations.gain_known:
+        raise NeedsPayload("torque was recorded, not current: there is no drive gain to identify")
+    if not np.any(equations.known):
+        raise NeedsPayload(
+            "drive gains need a run that carries a known mass beside runs without it; "
+            "give --payload RUN --mass KG"
+        )
+
+
+def _homogeneous(equations: Equations, compressed: Compressed, noise: np.ndarray) -> Homogeneous:
+    """Rows of all joints divided by their torque noise."""
+    n = len(equations.gain)
+    blocks = []
+    for joint in range(n):
+        rows = compressed.factors[joint] / noise[joint]
+        currents = np.zeros((len(rows), n))
+        currents[:, joint] = rows[:, -1]
+        blocks.append(np.column_stack([currents, -rows[:, :-1]]))
+    return Homogeneous(np.concatenate(blocks), int(compressed.counts.sum()))
+
+
+def _torque_noise(equations: Equations, compressed: Compressed, estimate: Estimate | None) -> np.ndarray:
+    """Noise of each joint's torque: the residual's, or at first the floor's times the believed gain."""
+    if estimate is None:
+        floor = np.abs(equations.gain) * equations.noise
+        return np.where(np.isfinite(floor) & (floor > 0), floor, np.max(np.abs(equations.gain)))
+    return compressed.residual_std(estimate.values, estimate.gain)
+
+
+def _gain_column_noise(noise: np.ndarray, compressed: Compressed, gain: np.ndarray) -> np.ndarray:
+    """Noise of each current column: its joint's rows have sigma / |gain| each, the others none."""
+    return np.sqrt(compressed.counts) / np.abs(gain)
+
+
+def _column_noise(equations: Equations, noise: np.ndarray) -> np.ndarray:
+    """Noise of each column of [V, W, P] in weighted rows, as a root sum of squares, shape (n + b + 1,)."""
+    counts = equations.weight.sum(axis=0)
+    gains = np.sqrt(counts) / np.abs(equations.gain)
+    if equations.regressor_noise is None:
+        # Nothing said: a part in 1e4 of a column, the share of encoder noise in a filtered acceleration.
+        squares = np.einsum("rnb,rn,n->b", equations.regressor**2, equations.weight, noise**-2.0)
+        columns = 1e-4 * np.sqrt(squares)
+    else:
+        columns = np.sqrt(np.einsum("nb,n,n->b", equations.regressor_noise**2, counts, noise**-2.0))
+    weighted_known = np.sqrt(np.sum(equations.known**2 * equations.weight / noise**2))
+    return np.concatenate([gains, np.maximum(columns, 1e-12), [1e-4 * weighted_known]])
+
+
+def _total(method: str, equations: Equations, system: Homogeneous, column_noise: np.ndarray) -> Estimate:
+    """The paper's (16) to (21) on columns divided by their noise."""
+    require_payload(equations)
+    scaled = system.matrix / column_noise
+    _, singular, right = linalg.svd(scaled, full_matrices=False)
+    last = right[-1]
+    vector = last / column_noise
+    vector = vector / vector[-1]
+    unknowns = last[:-1] / last[-1]  # in the scaled columns, where (20) holds
+    deviation = singular[-1] / np.sqrt(system.rows - scaled.shape[1])
+    compatible = scaled - np.outer(scaled @ last, last)
+    gram = compatible[:, :-1].T @ compatible[:, :-1]
+    covariance = deviation**2 * (1 + unknowns @ unknowns) * np.linalg.pinv(gram, hermitian=True)
+    back = column_noise[-1] / column_noise[:-1]
+    covariance = covariance * np.outer(back, back)
+    return _estimate(method, equations, Compressed.of(equations), vector, covariance)
+
+
+def _mixed_solution(system: Homogeneous, n: int, gain_noise: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Eliminate the exact columns by QR, then total least squares on the currents alone."""
+    exact, noisy = system.matrix[:, n:], system.matrix[:, :n] / gain_noise
+    size = np.linalg.norm(exact, axis=0)
+    size[size == 0] = 1.0
+    factor = linalg.qr(np.column_stack([exact / size, noisy]), mode="r")[0]
+    count = exact.shape[1]
+    _, singular, right = linalg.svd(factor[count : count + n, count:])
+    gains = right[-1]
+    rest = linalg.solve_triangular(factor[:count, :count], -factor[:count, count:] @ gains) / size
+    vector = np.concatenate([gains / gain_noise, rest])
+    scale = 1.0 / vector[-1]
+    # Unit noise in weighted rows: the normal matrix of everything but the known column, minus the
+    # noise's own share of the currents' squares.
+    columns = np.column_stack([system.matrix[:, :n], system.matrix[:, n:-1]])
+    gram = columns.T @ columns
+    gram[:n, :n] -= np.diag((singular[-1] * gain_noise) ** 2)
+    return vector * scale, np.linalg.pinv(gram, hermitian=True)
+
+
+def _estimate(
+    method: str, equations: Equations, compressed: Compressed, vector: np.ndarray, covariance: np.ndarray
+) -> Estimate:
+    n = len(equations.gain)
+    order = np.concatenate([np.arange(n, len(covariance)), np.arange(n)])
+    values, gain = vector[n:-1], vector[:n]
+    noise = compressed.residual_std(values, gain)
+    return Estimate(method, values, gain, covariance[np.ix_(order, order)], noise)

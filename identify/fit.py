@@ -1,0 +1,143 @@
+"""Fit: a model with the values that runs gave it, and all doubts about them."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from .base_parameters import BaseParameters
+from .equations import decimated_regressor
+from .estimators import Estimate
+from .model import Model
+from .prepare import Filtering, Prepared
+
+
+@dataclass(frozen=True, eq=False)
+class Agreement:
+    """How well a fit predicts one run, all behind the decimation filter.
+
+    Attributes:
+        run: Name of the run.
+        time: Shape (r,) [s].
+        measured: Torque from currents and drive gains, shape (r, n) [N m].
+        predicted: Torque of the model, shape (r, n) [N m].
+        weight: 0 where a joint sticks, else 1, shape (r, n).
+        noise: Noise floor of the measured torque, shape (n,) [N m].
+        velocity: Shape (r, n) [rad/s].
+    """
+
+    run: str
+    time: np.ndarray
+    measured: np.ndarray
+    predicted: np.ndarray
+    weight: np.ndarray
+    noise: np.ndarray
+    velocity: np.ndarray
+
+    @property
+    def residual(self) -> np.ndarray:
+        """What the model leaves, shape (r, n) [N m]."""
+        return self.measured - self.predicted
+
+    @property
+    def residual_rms(self) -> np.ndarray:
+        """Root mean square of the residual while the joint slides, shape (n,) [N m]."""
+        return np.sqrt(self._mean(self.residual**2))
+
+    @property
+    def relative(self) -> np.ndarray:
+        """Norm of the residual over norm of the measured torque, shape (n,) [-]."""
+        return self.residual_rms / np.sqrt(self._mean(self.measured**2))
+
+    @property
+    def r_squared(self) -> np.ndarray:
+        """Share of the torque's variance explained, shape (n,) [-]."""
+        return 1.0 - self._mean(self.residual**2) / self._mean((self.measured - self._mean(self.measured)) ** 2)
+
+    @property
+    def over_noise(self) -> np.ndarray:
+        """Residual over the noise floor, shape (n,) [-]; about one where nothing is missing."""
+        return self.residual_rms / self.noise
+
+    def _mean(self, values: np.ndarray) -> np.ndarray:
+        return np.sum(values * self.weight, axis=0) / np.maximum(self.weight.sum(axis=0), 1.0)
+
+
+@dataclass(frozen=True)
+class Unclear:
+    """A base parameter that the runs leave open.
+
+    Attributes:
+        name: Which.
+        std_percent: Standard deviation over the value [%].
+        hint: Which motion would settle it.
+    """
+
+    name: str
+    std_percent: float
+    hint: str
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """Base parameters and drive gains of a model.
+
+    Attributes:
+        model: Robot and effects, payloads of the runs included.
+        base: Base parameters, those that were dropped left out.
+        estimate: Values, gains and covariance.
+        runs: Names of the runs used.
+        filtering: Filters that were used, chosen ones filled in.
+        condition: Condition number of the regressor with weighted rows and unit columns [-].
+        rows: Decimated samples times joints used.
+        believed: Base values before the data, shape (b,), and their deviation, shape (b,).
+        dropped: Base parameters that the data do not support, with the value they had.
+        unclear: Base parameters that remain uncertain, and what would settle them.
+        agreement: With each run used.
+        validation: With runs held out.
+        doubts: Sentences about recordings and fit that the user should read.
+    """
+
+    model: Model
+    base: BaseParameters
+    estimate: Estimate
+    runs: tuple[str, ...]
+    filtering: Filtering
+    condition: float
+    rows: int
+    believed: tuple[np.ndarray, np.ndarray]
+    dropped: dict[str, float] = field(default_factory=dict)
+    unclear: tuple[Unclear, ...] = ()
+    agreement: tuple[Agreement, ...] = ()
+    validation: tuple[Agreement, ...] = ()
+    doubts: tuple[str, ...] = ()
+
+    @property
+    def names(self) -> list[str]:
+        """Base parameters, in the order of `estimate.values`."""
+        return self.base.names
+
+    def value(self, name: str) -> float:
+        """Value of one base parameter, with or without the R of regrouping.
+
+        Raises:
+            KeyError: No such parameter; the message lists the valid ones.
+        """
+        plain = [n.removesuffix("R") for n in self.names]
+        for candidates in (self.names, plain):
+            if name in candidates:
+                return float(self.estimate.values[candidates.index(name)])
+        raise KeyError(f"no base parameter '{name}'. Valid: {', '.join(self.names)}")
+
+    def agree(self, run: Prepared) -> Agreement:
+        """Compare the fit with a prepared run."""
+        regressor, known = decimated_regressor(self.model, self.base, run, run.motion)
+        gain = self.estimate.gain if run.measures == "current" else np.ones_like(self.estimate.gain)
+        return Agreement(
+            run=run.name,
+            time=run.decimated_time,
+            measured=gain * run.decimated_current,
+            predicted=regressor @ self.estimate.values + known,
+            weight=run.weight,
+            noise=np.abs(gain) * run.noise,
+            velocity=run.decimation.apply(run.motion.velocity),
+        )

@@ -1,0 +1,163 @@
+"""identify: from recordings to a fit, in one call."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from .base_parameters import BaseParameters, base_parameters
+from .effects import Payload
+from .equations import Equations, assemble
+from .errors import DifferentRobot
+from .essential import unsupported
+from .estimators import Estimate, Estimator, bayesian, maximum_likelihood, weighted
+from .fit import Fit
+from .hints import unclear
+from .model import Model
+from .prepare import Filtering, Prepared, prepare
+from .recording import Recording
+from .recording_checks import check
+
+Progress = Callable[[str], None]
+
+
+def _silent(_: str) -> None:
+    pass
+
+
+def identify(
+    runs: Sequence[Recording],
+    validate: Sequence[Recording] = (),
+    *,
+    model: Model | None = None,
+    estimator: Estimator | None = None,
+    filtering: Filtering = Filtering(),  # noqa: B008
+    drop: bool = True,
+    progress: Progress = _silent,
+) -> Fit:
+    """Identify base parameters, and drive gains where a payload is known.
+
+    Args:
+        runs: Recordings of one arm; those with a payload say so.
+        validate: Recordings that are only predicted.
+        model: What to fit; the model in the first recording by default, plus its payloads.
+        estimator: One of `estimators.ESTIMATORS`; by default maximum likelihood where currents and a
+            known payload were recorded, else weighted least squares.
+        filtering: Filters; chosen from the data where it says nothing.
+        drop: Leave out base parameters that the data do not support.
+        progress: Called with a sentence at each stage.
+
+    Raises:
+        DifferentRobot: Runs of two different arms.
+        RecordingError: A run that cannot be what it claims to be.
+        NotExcited: Motions too poor to identify the model.
+    """
+    every = [check(run) for run in (*runs, *validate)]
+    model = with_payloads(model or same_robot(every), every)
+    every = [replace(run, model=model) for run in every]
+    progress("filter and differentiate")
+    filtering = common_filtering(every[: len(runs)], filtering)
+    prepared = [prepare(run, filtering) for run in every]
+    used, held_out = prepared[: len(runs)], prepared[len(runs) :]
+    progress("find base parameters")
+    base = base_parameters(model, sorted({run.motion.payload for run in used}))
+    progress(f"form and thin out the regressor of {len(base.kept)} base parameters")
+    equations = assemble(model, base, used)
+    progress("estimate")
+    estimator = estimator or default_estimator(equations)
+    fit = _fit(model, equations, estimator, used, drop, filtering)
+    progress("compare with the runs")
+    doubts = tuple(f"{run.name}: {doubt}" for run in every for doubt in run.warnings)
+    return replace(
+        fit,
+        agreement=tuple(fit.agree(run) for run in used),
+        validation=tuple(fit.agree(run) for run in held_out),
+        doubts=doubts,
+    )
+
+
+def default_estimator(equations: Equations) -> Estimator:
+    """Maximum likelihood where drive gains can be told, else weighted least squares."""
+    gains = not equations.gain_known and bool(np.any(equations.known))
+    return maximum_likelihood if gains else weighted
+
+
+def same_robot(runs: Sequence[Recording]) -> Model:
+    """The model that all runs share.
+
+    Raises:
+        DifferentRobot: They do not.
+    """
+    first = runs[0]
+    for run in runs[1:]:
+        if run.robot.joints != first.robot.joints or run.robot.kinematics != first.robot.kinematics:
+            raise DifferentRobot(
+                f"{first.name} was recorded on {first.robot.name} ({', '.join(first.robot.joints)}) and "
+                f"{run.name} on {run.robot.name} ({', '.join(run.robot.joints)}) or with other geometry; "
+                "identify them apart, or give the one robot with --robot"
+            )
+    return first.model
+
+
+def with_payloads(model: Model, runs: Sequence[Recording]) -> Model:
+    """The model plus each body that a run carries."""
+    carried = {run.payload.name: run.payload for run in runs if run.payload}
+    present = {effect.name for effect in model.effects if isinstance(effect, Payload)}
+    for name in sorted(set(carried) - present):
+        model = model + Payload(name, carried[name].known)
+    return model
+
+
+def common_filtering(runs: Sequence[Recording], filtering: Filtering) -> Filtering:
+    """One choice of filters for all runs: the widest that any of them asks for."""
+    own = [prepare(run, filtering) for run in runs]
+    return replace(
+        filtering,
+        rate=filtering.rate or float(np.median([run.decimation.rate for run in own])),
+        position_cutoff=max(run.position_cutoff for run in own),
+        torque_cutoff=max(run.decimation.cutoff for run in own),
+    )
+
+
+def _fit(
+    model: Model,
+    equations: Equations,
+    estimator: Estimator,
+    used: Sequence[Prepared],
+    drop: bool,
+    filtering: Filtering,
+) -> Fit:
+    """Estimate, drop what is not supported, estimate again."""
+    estimate, base, dropped = estimator(equations), equations.base, {}
+    if drop and (weak := unsupported(estimate)):
+        dropped = {base.names[k]: float(estimate.values[k]) for k in weak}
+        equations = equations.without(weak)
+        base, estimate = equations.base, estimator(equations)
+    tolerance = base.regrouping * np.array([belief.std for belief in model.beliefs])
+    return Fit(
+        model=model,
+        base=base,
+        estimate=estimate,
+        runs=tuple(run.name for run in used),
+        filtering=filtering,
+        condition=condition(equations, estimate),
+        rows=int(equations.weight.sum()),
+        believed=(base.regrouping @ model.believed_values, _deviation(base, model, tolerance)),
+        dropped=dropped,
+        unclear=unclear(model, base, estimate, used[-1].motion.payload),
+    )
+
+
+def _deviation(base: BaseParameters, model: Model, tolerance: np.ndarray) -> np.ndarray:
+    """Standard deviation of the believed base values; infinite where a part is not believed at all."""
+    entering = base.regrouping != 0
+    return np.sqrt(np.sum(np.where(entering, tolerance, 0.0) ** 2, axis=1))
+
+
+def condition(equations: Equations, estimate: Estimate) -> float:
+    """Condition number of the weighted regressor with columns scaled to one."""
+    rows = equations.regressor * (equations.weight / estimate.noise)[:, :, None]
+    gram = np.einsum("rnb,rnc->bc", rows, rows, optimize=True)
+    size = np.sqrt(np.diag(gram))
+    singular = np.linalg.eigvalsh(gram / np.outer(size, size))
+    return float(np.sqrt(singular[-1] / max(singular[0], np.finfo(float).tiny)))

@@ -1,0 +1,179 @@
+"""Comma-separated values: one row a sample, columns named t, q1, …, dq1, …, i1, … or as mapped."""
+
+import gzip
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from ..errors import NotAFile, RecordingError, WrongShape
+from ..model import Model
+from ..recording import SIGNALS, KnownPayload, Recording, Signal
+from ..recording_checks import check
+from ..robot import Robot
+from ..units import joint_side, to_radians
+
+PREFIXES: dict[str, tuple[str, ...]] = {
+    "position": ("q",),
+    "velocity": ("dq", "qd"),
+    "current": ("i",),
+    "torque": ("tau",),
+    "temperature": ("temp",),
+    "link_position": ("ql",),
+    "command": ("q_ref", "q_cmd"),
+}
+"""What stands before the number of the joint in a column's name; the signal's own name always may."""
+
+TIMES = ("t", "time", "timestamp")
+
+Columns = Mapping[str, str | Sequence[str]]
+
+
+def import_csv(
+    source: Path,
+    model: Model | None = None,
+    columns: Columns | None = None,
+    degrees: bool = False,
+    motor_side: bool | Sequence[str] = False,
+    time_scale: float = 1.0,
+    skip_rows: int = 0,
+    name: str | None = None,
+    payload: KnownPayload | None = None,
+    settings: Mapping[str, str] | None = None,
+) -> list[Recording]:
+    """Import one file; irregular time stamps stay as they are.
+
+    Args:
+        source: A .csv or .csv.gz file with a line of names at its beginning, comma, semicolon or tab.
+        model: The robot as believed.
+        columns: Where the names are others: "time" -> column; signal -> list of columns, one a joint, or
+            a pattern with {number} or {joint} in it, such as "axis{number}_current".
+        degrees: Positions and velocities are in degrees and degrees a second.
+        motor_side: Positions, velocities and torques are the motor's, before the gear; or which of them.
+        time_scale: Seconds per unit of the time column.
+        skip_rows: Rows to leave out at the beginning, where a recorder had not yet settled.
+        name: Name of the run; that of the file by default.
+        payload: What hung on the flange.
+        settings: Whatever else explains the run.
+
+    Raises:
+        RecordingError: The file does not hold a run of this robot; the message says why.
+    """
+    if model is None:
+        raise RecordingError(f"{source}: a table does not say of which robot it is; give the robot too")
+    header, values = read_table(source)
+    values = values[skip_rows:]
+    if not len(values):
+        raise NotAFile(f"{source} has no samples behind the {skip_rows} rows to skip")
+    time, *places = _places(source, model.robot, header, columns or {})
+    stamps = values[:, time[1][0]] * time_scale
+    start = stamps[0]
+    signals = {}
+    for signal, where in places:
+        picked = values[:, [max(place, 0) for place in where]]
+        picked[:, [place < 0 for place in where]] = np.nan
+        signals[signal] = Signal(stamps - start, picked)
+    stem = source.name.removesuffix(".gz").rsplit(".", 1)[0]
+    recording = Recording(
+        name=name or stem,
+        model=model,
+        signals=signals,
+        payload=payload,
+        settings={"source": source.name, "first_time_stamp_s": repr(float(start)), **(settings or {})},
+    )
+    if degrees:
+        recording = to_radians(recording)
+    return [check(joint_side(recording, motor_side))]
+
+
+def read_table(source: Path) -> tuple[list[str], np.ndarray]:
+    """Names of the columns, and all rows, shape (t, c).
+
+    Raises:
+        NotAFile: The file is missing, empty, cut off, or no table of numbers.
+    """
+    opener = gzip.open if source.name.endswith(".gz") else open
+    try:
+        with opener(source, "rt", encoding="utf-8-sig") as file:
+            first = file.readline()
+            separator = max(",;\t", key=first.count)
+            header = [column.strip().strip('"') for column in first.split(separator)]
+            rows = list(file)
+            if not rows:
+                raise NotAFile(f"{source} has no samples" if first else f"{source} is empty")
+            values = np.loadtxt(rows, delimiter=separator, ndmin=2)
+    except (OSError, EOFError, UnicodeDecodeError) as error:
+        raise NotAFile(f"{source} cannot be read as a table: {error}") from error
+    except ValueError as error:
+        if isinstance(error, RecordingError):
+            raise
+        raise WrongShape(f"{source}: {error}; rows count from behind the line of names") from error
+    if values.shape[1] != len(header):
+        raise WrongShape(f"{source}: {len(header)} names for {values.shape[1]} columns of numbers")
+    return header, values
+
+
+def _places(source: Path, robot: Robot, header: list[str], columns: Columns) -> list[tuple[str, list[int]]]:
+    """Column numbers of the time, first, and of each signal; -1 for a joint without one."""
+    unknown = [key for key in columns if key != "time" and key not in SIGNALS]
+    if unknown:
+        raise WrongShape(f"columns: unknown {', '.join(unknown)}. Valid: time, {', '.join(SIGNALS)}")
+    times = [columns["time"]] if "time" in columns else TIMES
+    time = next((header.index(str(column)) for column in times if column in header), None)
+    if time is None:
+        raise WrongShape(
+            f"{source}: no column of time ({', '.join(map(str, times))}) among {', '.join(header)}"
+        )
+    found: list[tuple[str, list[int]]] = [("time", [time])]
+    for signal in SIGNALS:
+        names = _names(signal, robot, columns)
+        where = [next((header.index(n) for n in choices if n in header), -1) for choices in names]
+        if signal in columns or signal == "position":
+            _refuse_missing(source, signal, names, where, header)
+        if max(where) >= 0:
+            _refuse_more(source, signal, robot, header, columns)
+            found.append((signal, where))
+    return found
+
+
+def _names(signal: str, robot: Robot, columns: Columns) -> list[list[str]]:
+    """Names that the column of each joint may have."""
+    given = columns.get(signal)
+    if given is not None and not isinstance(given, str):
+        if len(given) != robot.dof:
+            raise WrongShape(f"columns: {signal} has {len(given)} columns, {robot.name} {robot.dof} joints")
+        return [[column] for column in given]
+    if given is not None:
+        return [[given.format(number=k + 1, joint=joint)] for k, joint in enumerate(robot.joints)]
+    prefixes = (*PREFIXES[signal], signal)
+    return [
+        [f"{p}{k + 1}" for p in prefixes]
+        + [f"{p}_{joint}" for p in prefixes]
+        + [f"{joint}{between}{signal}" for between in "_./"]
+        for k, joint in enumerate(robot.joints)
+    ]
+
+
+def _refuse_missing(
+    source: Path, signal: str, names: list[list[str]], where: list[int], header: list[str]
+) -> None:
+    missing = [choices[0] for choices, place in zip(names, where, strict=True) if place < 0]
+    if missing:
+        raise WrongShape(
+            f"{source}: no column {', '.join(missing)} for {signal}. Columns: {', '.join(header)}; "
+            "name others by columns={...}"
+        )
+
+
+def _refuse_more(source: Path, signal: str, robot: Robot, header: list[str], columns: Columns) -> None:
+    """A table with more joints than the robot is of another robot."""
+    if signal in columns:
+        return
+    for prefix in PREFIXES[signal]:
+        numbers = [int(m[1]) for c in header if (m := re.fullmatch(re.escape(prefix) + r"(\d+)", c))]
+        if numbers and max(numbers) > robot.dof:
+            raise WrongShape(
+                f"{source}: column {prefix}{max(numbers)}, but {robot.name} has {robot.dof} joints: "
+                f"{', '.join(robot.joints)}"
+            )

@@ -1,0 +1,96 @@
+"""Which signal goes to which topic of an MCAP file, and what its messages look like."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from . import cdr
+from .recording import SIGNALS, Signal
+
+JOINT_STATE, ARRAY = "sensor_msgs/msg/JointState", "std_msgs/msg/Float64MultiArray"
+
+STATE_FIELDS = {"position": "position", "velocity": "velocity", "torque": "effort"}
+"""Signals of /joint_states and their fields there; all that share the position's time stamps."""
+
+ARRAY_TOPICS = {
+    "velocity": "/joint_velocity",
+    "torque": "/joint_torque",
+    "current": "/motor_current",
+    "temperature": "/motor_temperature",
+    "link_position": "/link_position",
+}
+"""Topics of the signals that have one of their own, as arrays in the order of the joints."""
+
+
+@dataclass(frozen=True)
+class Topic:
+    """One topic and the signals in its messages.
+
+    Attributes:
+        name: Topic, such as "/joint_states".
+        schema: Message type, a key of `cdr.SCHEMAS`.
+        fields: Signal name -> field of the message's record.
+    """
+
+    name: str
+    schema: str
+    fields: Mapping[str, str]
+
+    def template(self, joints: Sequence[str]) -> np.ndarray:
+        """One empty message, shape (1,)."""
+        if self.schema == JOINT_STATE:
+            return cdr.joint_state(joints, tuple(self.fields.values()))
+        return cdr.double_array(len(joints))
+
+    def metadata(self, joints: Sequence[str]) -> dict[str, str]:
+        """What the channel says about itself; `signals` is what `topic_of` reads it back from."""
+        return {
+            "signals": ",".join(self.fields),
+            "unit": ",".join(SIGNALS[signal] for signal in self.fields),
+            "names": ",".join(joints),
+        }
+
+    def messages(self, joints: Sequence[str], signals: Mapping[str, Signal]) -> np.ndarray:
+        """All messages of this topic, shape (t,), each a record whose bytes are the message."""
+        first = signals[next(iter(self.fields))]
+        records = np.repeat(self.template(joints), len(first))
+        if self.schema == JOINT_STATE:
+            cdr.set_stamp(records, "stamp", nanoseconds(first.time))
+        for signal, field in self.fields.items():
+            records[field] = signals[signal].values
+        return records
+
+
+def topic_of(name: str, metadata: Mapping[str, str]) -> Topic | None:
+    """The topic that a channel of a file is; None if it carries no signal."""
+    signals = [signal for signal in metadata.get("signals", "").split(",") if signal in SIGNALS]
+    if not signals:
+        return None
+    if name == "/joint_states":
+        return Topic(name, JOINT_STATE, {s: STATE_FIELDS[s] for s in signals if s in STATE_FIELDS})
+    if name == "/joint_command":
+        return Topic(name, JOINT_STATE, {signals[0]: "position"})
+    return Topic(name, ARRAY, {signals[0]: "data"})
+
+
+def topics_of(signals: Mapping[str, Signal]) -> list[Topic]:
+    """The topics that hold given signals, /joint_states first."""
+    stamps = signals["position"].time
+    states = {
+        signal: field
+        for signal, field in STATE_FIELDS.items()
+        if signal in signals and np.array_equal(signals[signal].time, stamps)
+    }
+    topics = [Topic("/joint_states", JOINT_STATE, states)]
+    if "command" in signals:
+        topics.append(Topic("/joint_command", JOINT_STATE, {"command": "position"}))
+    for signal, name in ARRAY_TOPICS.items():
+        if signal in signals and signal not in states:
+            topics.append(Topic(name, ARRAY, {signal: "data"}))
+    return topics
+
+
+def nanoseconds(time: np.ndarray) -> np.ndarray:
+    """Seconds (t,) as whole nanoseconds."""
+    return np.rint(time * 1e9).astype(np.int64)

@@ -1,0 +1,122 @@
+"""Write a model as one robot.toml that needs no other file, and reads back to the last digit."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import fields
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+
+from .effect_rows import key_of
+from .effects import EFFECTS, Effect
+from .kinematics import INERTIA_PLACES
+from .link_frames import link_frames
+from .model import Model
+from .rigid_regressor import Joint, joints_of
+from .robot import Robot
+
+FORMAT = 1
+RIGID_BODY = "link_inertia"
+"""The effect that every arm has, so that files need not name it."""
+
+
+def model_text(model: Model) -> str:
+    """A robot.toml with the model's kinematics, limits, drives, effects and beliefs in it."""
+    robot = model.robot
+    head: dict[str, Any] = {
+        "format": FORMAT,
+        "name": robot.name,
+        "gravity": robot.gravity,
+        "inertial_tolerance": robot.inertial_tolerance,
+    }
+    if not any(EFFECTS[RIGID_BODY] is type(effect) for effect in model.effects):
+        head["rigid_body"] = False
+    blocks = [
+        _lines(head),
+        _block("[limits]", {f.name: getattr(robot.limits, f.name) for f in fields(robot.limits)}),
+    ]
+    blocks += [_block("[drive]", _drive(robot)), _block("[flange]", _placement(robot.flange))]
+    frames = zip(joints_of(robot.kinematics), link_frames(robot.kinematics), strict=True)
+    blocks += [
+        _block("[[link]]", _link(robot, i, joint, frame.child)) for i, (joint, frame) in enumerate(frames)
+    ]
+    told: set[str] = set()
+    for place, effect in enumerate(model.effects):
+        row = _effect_row(effect, model, told)
+        if place or row != {"name": RIGID_BODY}:
+            blocks.append(_block("[[effect]]", row))
+    single = {n: list(b) for n, b in model.stated.items() if n in model.names and n not in told}
+    if single:
+        blocks.append(_block("[belief]", single))
+    return "\n\n".join(blocks) + "\n"
+
+
+def _drive(robot: Robot) -> dict[str, Any]:
+    return {
+        "gain": robot.drive_gain,
+        "gain_tolerance": robot.drive_gain_tolerance,
+        "gear_ratio": robot.gear_ratio,
+        "coupling": robot.coupling,
+    }
+
+
+def _placement(placement: pin.SE3) -> dict[str, Any]:
+    return {"origin": placement.translation, "rotation": placement.rotation}
+
+
+def _link(robot: Robot, place: int, joint: Joint, link: str) -> dict[str, Any]:
+    inertia = robot.kinematics.inertias[place + 1]
+    return {
+        "joint": robot.joints[place],
+        "link": link,
+        "parent": robot.joints[joint.parent] if joint.parent >= 0 else "",
+        "kind": "revolute" if joint.revolute else "prismatic",
+        "axis": joint.axis,
+        **_placement(joint.placement),
+        "mass": inertia.mass,
+        "center_of_mass": inertia.lever,
+        "inertia": [inertia.inertia[i, j] for i, j in INERTIA_PLACES],
+    }
+
+
+def _effect_row(effect: Effect, model: Model, told: set[str]) -> dict[str, Any]:
+    """The effect's fields, and its beliefs if all its parameters have one; notes in `told` which it wrote."""
+    row: dict[str, Any] = {"name": next(name for name, kind in EFFECTS.items() if kind is type(effect))}
+    row |= {key_of(f): value for f in fields(effect) if (value := getattr(effect, f.name)) is not None}
+    names = [parameter.name for parameter in effect.parameters(model.robot)]
+    if names and all(name in model.stated for name in names):
+        row["values"] = [model.stated[name].value for name in names]
+        row["std"] = [model.stated[name].std for name in names]
+        told.update(names)
+    return row
+
+
+def _block(heading: str, table: Mapping[str, Any]) -> str:
+    return f"{heading}\n{_lines(table)}"
+
+
+def _lines(table: Mapping[str, Any]) -> str:
+    return "\n".join(f"{_key(key)} = {_value(value)}" for key, value in table.items())
+
+
+def _key(key: str) -> str:
+    plain = key.isascii() and key.replace("_", "").replace("-", "").isalnum()
+    return key if plain else _string(key)
+
+
+def _value(value: object) -> str:
+    """A TOML value; `repr` of a float reads back as the same float."""
+    if isinstance(value, bool | np.bool_):
+        return "true" if value else "false"
+    if isinstance(value, str):
+        return _string(value)
+    if isinstance(value, Sequence | np.ndarray):
+        return f"[{', '.join(_value(item) for item in value)}]"
+    if isinstance(value, int | np.integer):
+        return str(int(value))
+    return repr(float(value))  # type: ignore[arg-type]
+
+
+def _string(text: str) -> str:
+    escaped = text.replace("\\", "\\\\").replace('"', '\\"')
+    return '"' + "".join(c if c.isprintable() else f"\\u{ord(c):04x}" for c in escaped) + '"'

@@ -1,0 +1,101 @@
+"""Read values out of a parsed TOML table, with errors that say which key, what was found and what fits."""
+
+import tomllib
+from collections.abc import Collection, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .errors import RobotError, UnknownKey
+
+
+def parse_toml(text: str, where: str) -> dict[str, Any]:
+    """Parsed TOML.
+
+    Raises:
+        RobotError: The text is not TOML; the message holds the line.
+    """
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise RobotError(f"{where}: not TOML: {error}") from error
+
+
+def read_text(path: Path) -> str:
+    """Text of a file.
+
+    Raises:
+        RobotError: The file is missing or is not text.
+    """
+    try:
+        return path.read_text(encoding="utf-8")
+    except UnicodeDecodeError as error:
+        raise RobotError(f"{path}: not a text file (UTF-8); give a robot.toml or a .urdf") from error
+    except OSError as error:
+        raise RobotError(f"{path}: cannot be read: {error.strerror}") from error
+
+
+def check_keys(table: object, valid: Collection[str], where: str) -> None:
+    """Refuse a key that nobody reads.
+
+    Raises:
+        UnknownKey: With the list of valid keys.
+        RobotError: It is not a table at all.
+    """
+    if not isinstance(table, Mapping):
+        raise RobotError(f"{where}: expected a table with keys {', '.join(valid)}; found {table!r}")
+    for key in table:
+        if key not in valid:
+            raise UnknownKey(key, where, list(valid))
+
+
+def string(value: object, where: str) -> str:
+    """A text that is not empty."""
+    if not isinstance(value, str) or not value:
+        raise RobotError(f"{where}: expected a text in quotes; found {value!r}")
+    return value
+
+
+def boolean(value: object, where: str) -> bool:
+    """True or false."""
+    if not isinstance(value, bool):
+        raise RobotError(f"{where}: expected true or false; found {value!r}")
+    return value
+
+
+def number(value: object, where: str, low: float = -np.inf, infinite: bool = False) -> float:
+    """A number of at least `low`, finite unless `infinite` is allowed."""
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise RobotError(f"{where}: expected a number; found {value!r}")
+    if np.isnan(value) or (np.isinf(value) and not infinite):
+        raise RobotError(f"{where}: expected a {'' if infinite else 'finite '}number; found {value}")
+    if value < low:
+        raise RobotError(f"{where}: {value} is less than {low:g}")
+    return float(value)
+
+
+def numbers(
+    value: object, count: int, where: str, low: float = -np.inf, infinite: bool = False
+) -> np.ndarray:
+    """A list of `count` numbers, or one number that stands for all of them, shape (count,)."""
+    if not isinstance(value, list | tuple):
+        return np.full(count, number(value, where, low, infinite))
+    if len(value) != count:
+        raise RobotError(f"{where}: {len(value)} values, expected {count}")
+    found = [number(item, f"{where}[{place}]", low, infinite) for place, item in enumerate(value)]
+    return np.array(found, float)
+
+
+def matrix(value: object, count: int, where: str) -> np.ndarray:
+    """A list of `count` rows of `count` numbers, shape (count, count)."""
+    if not isinstance(value, list | tuple) or len(value) != count:
+        raise RobotError(f"{where}: expected {count} rows of {count} numbers; found {value!r}")
+    return np.array([numbers(row, count, f"{where}[{place}]") for place, row in enumerate(value)])
+
+
+def tables(value: object, where: str) -> list[Mapping[str, Any]]:
+    """A list of at least one table, as `[[where]]` gives."""
+    if not isinstance(value, list) or not value or not all(isinstance(row, Mapping) for row in value):
+        raise RobotError(f"{where}: expected rows headed [[{where}]]; found {value!r}")
+    return value

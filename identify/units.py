@@ -1,0 +1,59 @@
+"""Recordings in the unit or on the side of the gear that a controller reports, turned into the joint's SI."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from .errors import UnknownKey
+from .recording import Recording, Signal
+from .rigid_regressor import joints_of
+
+ANGLES = ("position", "velocity", "link_position", "command")
+"""Signals that are angles of the joint, or their rate."""
+
+BEFORE_GEAR = ("position", "velocity", "command", "torque")
+"""Signals that a controller may report of the motor: by the gear ratio too large, torque too small."""
+
+
+def to_radians(recording: Recording) -> Recording:
+    """Take angles for degrees; joints that slide stay as they are."""
+    turns = [joint.revolute for joint in joints_of(recording.robot.kinematics)]
+    factor = np.where(turns, np.pi / 180, 1.0)
+    return _changed(recording, {name: factor for name in ANGLES})
+
+
+def joint_side(recording: Recording, motor_side: bool | Sequence[str]) -> Recording:
+    """Refer the motor's positions, velocities and torques to the joint, through gear ratio and coupling.
+
+    Motors turn by ratio * (coupling @ joints); by virtual work joints feel coupling^T @ (ratio * torque).
+
+    Args:
+        recording: In which the signals named are the motor's.
+        motor_side: Names of signals; True for all that can be.
+
+    Raises:
+        UnknownKey: A name that is no signal of a motor.
+    """
+    if isinstance(motor_side, bool):
+        motor_side = BEFORE_GEAR if motor_side else ()
+    for name in motor_side:
+        if name not in BEFORE_GEAR:
+            raise UnknownKey(name, "motor_side", BEFORE_GEAR)
+    ratio, coupling = recording.robot.gear_ratio, recording.robot.coupling
+    angles = np.linalg.inv(coupling * ratio[:, None])
+    torques = (coupling * ratio[:, None]).T
+    return _changed(recording, {name: torques if name == "torque" else angles for name in motor_side})
+
+
+def _changed(recording: Recording, factors: dict[str, np.ndarray]) -> Recording:
+    """Signals times a factor a joint (n,), or a matrix (n, n) from the left."""
+    signals = dict(recording.signals)
+    for name, factor in factors.items():
+        if name in signals:
+            old = signals[name]
+            # A diagonal matrix must not spread the NaN of one joint to all.
+            diagonal = factor if factor.ndim == 1 else np.diag(factor)
+            plain = factor.ndim == 1 or np.array_equal(factor, np.diag(diagonal))
+            signals[name] = Signal(old.time, old.values * diagonal if plain else old.values @ factor.T)
+    return replace(recording, signals=signals)

@@ -1,0 +1,228 @@
+"""What a recording must be, and what is doubted in it."""
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from exidyn.identify.effects import RigidBody
+from exidyn.identify.errors import BadTime, BadUnit, NotFinite, RecordingError, UnknownKey, WrongShape
+from exidyn.identify.model import Model
+from exidyn.identify.recording import KnownPayload, Recording, Signal
+from exidyn.identify.recording_checks import check
+from exidyn.identify.robot import Limits, Robot
+from exidyn.identify.units import joint_side, to_radians
+
+TIME = np.arange(1000) * 0.002
+
+
+def model(limit: float = 3.0, **options) -> Model:
+    """Two joints that turn and one that slides."""
+    kinematics = pin.Model()
+    for place, joint in enumerate((pin.JointModelRZ(), pin.JointModelRY(), pin.JointModelPZ())):
+        index = kinematics.addJoint(place, joint, pin.SE3.Identity(), f"joint{place + 1}")
+        kinematics.appendBodyToJoint(index, pin.Inertia(1.0, np.zeros(3), np.eye(3)), pin.SE3.Identity())
+    far = np.full(3, np.inf)
+    limits = Limits(np.full(3, -limit), np.full(3, limit), far, far, far, far)
+    return Model(Robot("small", kinematics, limits, **options), (RigidBody(),))
+
+
+def motion() -> np.ndarray:
+    return 0.5 * np.sin(np.outer(TIME, [3.0, 4.0, 5.0]))
+
+
+def noise(seed: int = 0) -> np.ndarray:
+    return np.random.default_rng(seed).normal(size=(len(TIME), 3))
+
+
+def recording(limit: float = 3.0, time=TIME, host_time=None, **signals) -> Recording:
+    values = {"position": motion(), "current": noise()} | signals
+    return Recording(
+        "run", model(limit), {name: Signal(time, value) for name, value in values.items()}, host_time=host_time
+    )
+
+
+def test_a_good_recording_has_no_doubts():
+    assert check(recording()).warnings == ()
+
+
+def test_signal_times_are_whole_nanoseconds_and_read_only():
+    signal = Signal(np.array([0.1 + 1e-12, 0.3]), np.zeros((2, 1)))
+    assert signal.time[0] == 0.1
+    with pytest.raises(ValueError, match="read-only"):
+        signal.values[0] = 1.0
+
+
+def test_signal_does_not_freeze_the_array_it_was_given():
+    values = np.zeros((2, 1))
+    Signal(np.arange(2), values)
+    values[0] = 1.0
+
+
+@pytest.mark.parametrize(("time", "values"), [(np.zeros(3), np.zeros((2, 1))), (np.zeros(2), np.zeros(2))])
+def test_signal_refuses_shapes_that_do_not_fit(time, values):
+    with pytest.raises(WrongShape, match=r"expected \(t,\) and \(t, n\)"):
+        Signal(time, values)
+
+
+def test_wrong_number_of_columns_names_the_joints():
+    with pytest.raises(WrongShape, match="position has 2 columns, but small has 3 joints: joint1, joint2, joint3"):
+        recording(position=motion()[:, :2])
+
+
+def test_unknown_signal_lists_the_valid_ones():
+    with pytest.raises(WrongShape, match="unknown signals speed. Valid: position, velocity"):
+        recording(speed=motion())
+
+
+def test_position_and_an_effort_are_needed():
+    with pytest.raises(WrongShape, match="needs position and one of current, torque; it has position"):
+        Recording("run", model(), {"position": Signal(TIME, motion())})
+
+
+def test_host_time_needs_one_stamp_a_position():
+    with pytest.raises(WrongShape, match="host_time has shape"):
+        recording(host_time=np.arange(10))
+
+
+def test_payload_refuses_unknown_parameters():
+    with pytest.raises(RecordingError, match="unknown parameters mass. Valid: XX"):
+        KnownPayload("L", (("mass", 175.0),))
+
+
+def test_nan_in_between_is_an_error_with_its_place():
+    position = motion()
+    position[500:503, 1] = np.nan
+    with pytest.raises(NotFinite, match=r"position of joint2 is not finite in 3 of 1000 samples, first at 1\.000 s"):
+        check(recording(position=position))
+
+
+def test_a_joint_that_was_never_measured_may_be_nan_where_it_is_optional():
+    temperature = np.full((len(TIME), 3), 40.0)
+    temperature[:, 2] = np.nan
+    assert check(recording(temperature=temperature)).warnings == ()
+    current = noise()
+    current[:, 2] = np.nan
+    with pytest.raises(NotFinite, match="current of joint3"):
+        check(recording(current=current))
+
+
+def test_silent_samples_are_dropped_with_their_host_time_and_leave_a_gap():
+    position = motion()
+    position[10:14] = np.nan
+    checked = check(recording(position=position, host_time=np.arange(1000)))
+    assert len(checked.signals["position"]) == 996
+    assert 10 not in checked.host_time
+    assert len(checked.signals["current"]) == 1000
+    assert checked.warnings[0].startswith("position: 1 gaps")
+
+
+@pytest.mark.parametrize("step", [0.0, -0.004])
+def test_time_must_increase(step):
+    time = TIME.copy()
+    time[300] = time[299] + step
+    with pytest.raises(BadTime, match="does not increase at 1 of 999 steps, first from 0.598000 s"):
+        check(recording(time=time))
+
+
+def test_time_in_milliseconds_is_recognised():
+    with pytest.raises(BadUnit, match="comes every 2 s.*would be 500 Hz: import with time_scale=0.001"):
+        check(recording(time=TIME * 1000))
+
+
+def test_gaps_are_counted_once_for_all_signals_that_share_their_stamps():
+    time = TIME.copy()
+    time[500:] += 0.1
+    time[700:] += 0.004
+    [doubt] = check(recording(time=time)).warnings
+    assert doubt.startswith("position, current: 2 gaps")
+    assert "median periods of 2.000 ms, the longest 102.000 ms, the first at 0.998 s" in doubt
+
+
+def test_jitter_below_a_sample_is_no_gap():
+    jitter = np.random.default_rng(0).uniform(-0.0004, 0.0004, len(TIME))
+    assert check(recording(time=TIME + jitter)).warnings == ()
+
+
+def test_a_joint_at_90_rad_looks_like_degrees():
+    position = motion()
+    position[:, 0] += 90.0
+    with pytest.raises(BadUnit, match="joint1 is at 90.*looks like degrees: import with degrees=True"):
+        check(recording(position=position))
+
+
+def test_a_joint_without_limits_may_turn_a_few_times_but_not_at_90_rad():
+    position = motion()
+    position[:, 0] += 30.0
+    assert check(recording(limit=np.inf, position=position)).warnings == ()
+    position[:, 0] += 60.0
+    with pytest.raises(BadUnit, match="looks like degrees"):
+        check(recording(limit=np.inf, position=position))
+
+
+def test_small_motions_in_degrees_are_recognised_by_their_speed():
+    with pytest.raises(BadUnit, match="joint1 turns at .* rad/s"):
+        check(recording(limit=np.inf, position=np.degrees(motion()) * [1.0, 1.0, 0.01]))
+
+
+def test_a_slide_in_millimetres_is_recognised():
+    with pytest.raises(BadUnit, match="joint3 is at .* m, .*looks like millimetres"):
+        check(recording(position=motion() * [1.0, 1.0, 1000.0]))
+
+
+def test_positions_beyond_the_limits_are_doubted():
+    [doubt] = check(recording(limit=0.3)).warnings[:1]
+    assert "joint1 goes 0.2 rad or m beyond its limits" in doubt
+
+
+def test_temperature_in_kelvin_is_recognised():
+    with pytest.raises(BadUnit, match="looks like kelvin: subtract 273.15"):
+        check(recording(temperature=np.full((len(TIME), 3), 310.0)))
+
+
+def test_clipped_currents_are_doubted_joint_by_joint():
+    current = np.round(3.0 * motion() + 0.05 * noise(), 2)
+    current[:, 1] = np.clip(current[:, 1], -1.2, 1.2)
+    doubts = check(recording(current=current)).warnings
+    assert len(doubts) == 2
+    assert all("current: joint2 is at exactly" in doubt and "clipped" in doubt for doubt in doubts)
+
+
+@pytest.mark.parametrize("resolution", [1e-1, 1e-2, 1e-3])
+def test_the_crest_of_a_smooth_quantised_current_is_not_clipping(resolution):
+    assert check(recording(current=np.round(3.0 * motion() / resolution) * resolution)).warnings == ()
+
+
+def test_constant_current_is_doubted():
+    current = noise()
+    current[:, 2] = 0.25
+    assert check(recording(current=current)).warnings == (
+        "current: joint3 is constant at 0.25; it was not measured, or the motor was off",
+    )
+
+
+def test_checking_twice_does_not_repeat_doubts():
+    once = check(recording(limit=0.3))
+    assert check(once).warnings == once.warnings
+
+
+def test_degrees_leave_slides_alone():
+    turned = to_radians(recording(position=motion() * [180 / np.pi, 180 / np.pi, 1.0]))
+    np.testing.assert_allclose(turned.signals["position"].values, motion(), atol=1e-15)
+
+
+def test_motor_side_keeps_the_power():
+    coupling = np.array([[1.0, 0.0, 0.0], [0.3, 1.0, 0.0], [0.0, -0.2, 1.0]])
+    arm = model(gear_ratio=np.array([100.0, -50.0, 20.0]), coupling=coupling)
+    motor = {"position": motion(), "velocity": noise(1), "torque": noise(2)}
+    before = Recording("run", arm, {name: Signal(TIME, values) for name, values in motor.items()})
+    after = joint_side(before, True).signals
+    power = (motor["velocity"] * motor["torque"]).sum(axis=1)
+    np.testing.assert_allclose((after["velocity"].values * after["torque"].values).sum(axis=1), power, rtol=1e-9)
+    turned = after["position"].values @ coupling.T * arm.robot.gear_ratio
+    np.testing.assert_allclose(turned, motor["position"], atol=1e-12)
+    assert np.array_equal(joint_side(before, ["torque"]).signals["velocity"].values, motor["velocity"])
+
+
+def test_motor_side_lists_what_can_be():
+    with pytest.raises(UnknownKey, match="unknown key .temperature.. Valid keys: command, position"):
+        joint_side(recording(), ["temperature"])
