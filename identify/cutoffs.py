@@ -57,14 +57,18 @@ def torque_cutoff(model: Model, position: np.ndarray, current: np.ndarray, gain:
 
 
 def motion_band(position: np.ndarray, rate: float) -> float:
-    """Frequency above which every joint's acceleration is 30 dB below its strongest line [Hz]."""
-    frequency, density, noise = accelerations(position, rate)
-    density = np.where((density > 4.0 * noise) & (frequency[:, None] < QUIET * rate), density, 0.0)
-    ends = []
-    for joint, start in enumerate(np.argmax(density, axis=0)):
-        weak = np.flatnonzero(density[start:, joint] < 1e-3 * density[start, joint])
-        ends.append(frequency[start + weak[0]] if len(weak) else frequency[start])
-    return float(max(ends))
+    """Frequency from which every joint's acceleration stays 30 dB below its strongest line [Hz].
+
+    For an octave, that is: a gap between a slow motion and a swept sine on top is narrower, and further
+    up encoder noise, which grows by frequency to the fourth, comes back.
+    """
+    frequency, density, _ = accelerations(position, rate)
+    weak = np.all(density < 1e-3 * np.maximum.accumulate(density, axis=0), axis=1)
+    for place, start in enumerate(frequency):
+        octave = (frequency >= start) & (frequency <= 2 * start)
+        if place > 0 and np.all(weak[octave]):
+            return float(start)
+    return 0.0
 
 
 def noise_crossing(

@@ -7,7 +7,7 @@ from typing import Any, get_type_hints
 import numpy as np
 
 from .effects import EFFECTS, Belief, Effect
-from .errors import ExidynError, RobotError, UnknownKey
+from .errors import ExidynError, RobotError
 from .robot import Robot
 from .toml_fields import boolean, check_keys, number, numbers, string
 
@@ -53,9 +53,9 @@ def read_beliefs(table: Mapping[str, Any], names: Sequence[str]) -> dict[str, Be
 
 def _effect(row: Mapping[str, Any], robot: Robot) -> tuple[Effect, list[str]]:
     """The row's effect and the names of its parameters."""
-    name = row.get("name")
+    name = string(row.get("name"), "[[effect]] name")
     if name not in EFFECTS:
-        raise UnknownKey(str(name), "[[effect]] name", list(EFFECTS))
+        raise RobotError(f"[[effect]]: there is no effect '{name}'. Effects: {', '.join(sorted(EFFECTS))}")
     kind, where = EFFECTS[name], f"effect {name}"
     known = {key_of(f): f for f in fields(kind)}
     check_keys(row, (*ROW_KEYS, *known), where)

@@ -57,7 +57,7 @@ def identify(
     every = [replace(run, model=model) for run in every]
     progress("filter and differentiate")
     filtering = common_filtering(every[: len(runs)], filtering)
-    prepared = [prepare(run, filtering) for run in every]
+    prepared = pooled_noise([prepare(run, filtering) for run in every])
     used, held_out = prepared[: len(runs)], prepared[len(runs) :]
     progress("find base parameters")
     base = base_parameters(model, sorted({run.motion.payload for run in used}))
@@ -119,6 +119,13 @@ def common_filtering(runs: Sequence[Recording], filtering: Filtering) -> Filteri
     )
 
 
+def pooled_noise(runs: Sequence[Prepared]) -> list[Prepared]:
+    """The same runs with one noise floor: a rest of half a second tells it to some thirty per cent."""
+    rested = [run for run in runs if run.noise_source == "rest"] or runs
+    noise = np.sqrt(np.mean([run.noise**2 for run in rested], axis=0))
+    return [replace(run, noise=noise, noise_source=rested[0].noise_source) for run in runs]
+
+
 def _fit(
     model: Model,
     equations: Equations,
@@ -133,7 +140,6 @@ def _fit(
         dropped = {base.names[k]: float(estimate.values[k]) for k in weak}
         equations = equations.without(weak)
         base, estimate = equations.base, estimator(equations)
-    tolerance = base.regrouping * np.array([belief.std for belief in model.beliefs])
     return Fit(
         model=model,
         base=base,
@@ -142,16 +148,17 @@ def _fit(
         filtering=filtering,
         condition=condition(equations, estimate),
         rows=int(equations.weight.sum()),
-        believed=(base.regrouping @ model.believed_values, _deviation(base, model, tolerance)),
+        believed=(base.regrouping @ model.believed_values, _deviation(base, model)),
         dropped=dropped,
         unclear=unclear(model, base, estimate, used[-1].motion.payload),
     )
 
 
-def _deviation(base: BaseParameters, model: Model, tolerance: np.ndarray) -> np.ndarray:
+def _deviation(base: BaseParameters, model: Model) -> np.ndarray:
     """Standard deviation of the believed base values; infinite where a part is not believed at all."""
     entering = base.regrouping != 0
-    return np.sqrt(np.sum(np.where(entering, tolerance, 0.0) ** 2, axis=1))
+    tolerance = np.array([belief.std for belief in model.beliefs])
+    return np.sqrt(np.sum((np.where(entering, tolerance, 0.0) * base.regrouping) ** 2, axis=1))
 
 
 def condition(equations: Equations, estimate: Estimate) -> float:

@@ -89,11 +89,11 @@ def add_joint(
         raise BrokenTree(f"joint '{name}' is there twice; give each its own name")
     if model.existBodyName(link):
         raise BrokenTree(f"link '{link}' is there twice; give each its own name")
+    links = [
+        i for i, f in enumerate(model.frames) if f.type == pin.FrameType.BODY and f.parentJoint == parent
+    ]
     index = int(model.addJoint(parent, joint, placement, name))
-    before = next(
-        (i for i, f in enumerate(model.frames) if f.type == pin.FrameType.BODY and f.parentJoint == parent), 0
-    )
-    model.addJointFrame(index, before if parent else 0)
+    model.addJointFrame(index, links[0] if links else 0)
     model.addBodyFrame(link, index, pin.SE3.Identity(), model.getFrameId(name, pin.FrameType.JOINT))
     return index
 

@@ -9,7 +9,7 @@ import json
 import os
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from . import cdr
 from .errors import NotAFile, RecordingError
 from .link_frames import link_frames, link_poses
 from .mcap_records import Contents, read_contents
-from .mcap_topics import nanoseconds, topic_of, topics_of
+from .mcap_topics import TRANSFORMS, Topic, nanoseconds, topic_of, topics_of
 from .mcap_writer import CHUNK, EPOCH, FORMAT, Head, RecordingWriter
 from .recording import KnownPayload, Recording, Signal
 from .recording_checks import check
@@ -30,9 +30,21 @@ TRANSFORM_RATE = 50.0
 def write_recording(recording: Recording, path: Path | str) -> None:
     """Write a recording; the file appears under its name only when it is whole."""
     part = Path(path).with_name(Path(path).name + ".part")
-    with open(part, "wb") as stream, RecordingWriter(stream, _head(recording)) as writer:
-        _write_messages(recording, writer)
+    head = _head(recording)
+    streams = _streams(recording, head.epoch)
+    start = min((int(stream.logged[0]) for stream in streams if len(stream.logged)), default=head.epoch)
+    with open(part, "wb") as file, RecordingWriter(file, head, start) as writer:
+        _write_merged(streams, writer)
     os.replace(part, path)
+
+
+class _Stream(NamedTuple):
+    """Messages of one topic, with the controller's and the host's clock [ns since 1970]."""
+
+    topic: Topic
+    published: np.ndarray
+    logged: np.ndarray
+    messages: np.ndarray
 
 
 def _head(recording: Recording) -> Head:
@@ -52,25 +64,29 @@ def _head(recording: Recording) -> Head:
     )
 
 
-def _write_messages(recording: Recording, writer: RecordingWriter) -> None:
-    """All topics, merged by the time at which they were recorded."""
+def _streams(recording: Recording, epoch: int) -> list[_Stream]:
     joints = recording.robot.joints
-    streams: list[tuple[str, str, np.ndarray, np.ndarray]] = []
-    for topic in topics_of(recording.signals):
-        writer.add_topic(topic)
-        time = recording.signals[next(iter(topic.fields))].time
-        streams.append((topic.name, topic.schema, time, topic.messages(joints, recording.signals)))
-    streams.append(_transforms(recording))
-    times = [nanoseconds(time) + writer.head.epoch for _, _, time, _ in streams]
-    logged = [_host_clock(recording, time, writer.head.epoch) for time in times]
-    which = np.concatenate([np.full(len(time), stream) for stream, time in enumerate(times)])
-    row = np.concatenate([np.arange(len(time)) for time in times])
-    for place in np.argsort(np.concatenate(logged), kind="stable"):
-        stream, index = which[place], row[place]
-        name, schema, _, messages = streams[stream]
-        writer.write(
-            name, schema, messages[index].tobytes(), int(times[stream][index]), int(logged[stream][index])
-        )
+    content = [
+        (topic, recording.signals[next(iter(topic.fields))].time, topic.messages(joints, recording.signals))
+        for topic in topics_of(recording.signals)
+    ]
+    streams = []
+    for topic, time, messages in (*content, _transforms(recording)):
+        published = nanoseconds(time) + epoch
+        streams.append(_Stream(topic, published, _host_clock(recording, published, epoch), messages))
+    return streams
+
+
+def _write_merged(streams: list[_Stream], writer: RecordingWriter) -> None:
+    """All topics, in the order in which they were recorded."""
+    for stream in streams:
+        writer.add_topic(stream.topic)
+    which = np.concatenate([np.full(len(stream.logged), number) for number, stream in enumerate(streams)])
+    row = np.concatenate([np.arange(len(stream.logged)) for stream in streams])
+    for place in np.argsort(np.concatenate([stream.logged for stream in streams]), kind="stable"):
+        stream, index = streams[which[place]], row[place]
+        message = stream.messages[index].tobytes()
+        writer.write(stream.topic, message, int(stream.published[index]), int(stream.logged[index]))
 
 
 def _host_clock(recording: Recording, time: np.ndarray, epoch: int) -> np.ndarray:
@@ -82,7 +98,7 @@ def _host_clock(recording: Recording, time: np.ndarray, epoch: int) -> np.ndarra
     return time + np.rint(np.interp(time - epoch, known, late)).astype(np.int64)
 
 
-def _transforms(recording: Recording) -> tuple[str, str, np.ndarray, np.ndarray]:
+def _transforms(recording: Recording) -> tuple[Topic, np.ndarray, np.ndarray]:
     """Poses of the links at `TRANSFORM_RATE` or at the rate of the recording."""
     position = recording.signals["position"]
     ticks = np.floor(position.time * TRANSFORM_RATE)
@@ -95,7 +111,7 @@ def _transforms(recording: Recording) -> tuple[str, str, np.ndarray, np.ndarray]
     for which in range(len(frames)):
         cdr.set_stamp(records, f"stamp{which}", nanoseconds(shown.time))
         records[f"pose{which}"] = poses[:, which]
-    return "/tf", "tf2_msgs/msg/TFMessage", shown.time, records
+    return TRANSFORMS, shown.time, records
 
 
 def read_recording(path: Path | str) -> Recording:

@@ -45,6 +45,8 @@ class Topic:
 
     def metadata(self, joints: Sequence[str]) -> dict[str, str]:
         """What the channel says about itself; `signals` is what `topic_of` reads it back from."""
+        if not self.fields:
+            return {}
         return {
             "signals": ",".join(self.fields),
             "unit": ",".join(SIGNALS[signal] for signal in self.fields),
@@ -60,6 +62,11 @@ class Topic:
         for signal, field in self.fields.items():
             records[field] = signals[signal].values
         return records
+
+
+DESCRIPTION = Topic("/robot_description", "std_msgs/msg/String", {})
+TRANSFORMS = Topic("/tf", "tf2_msgs/msg/TFMessage", {})
+"""What shows the arm in viewers, and carries no signal."""
 
 
 def topic_of(name: str, metadata: Mapping[str, str]) -> Topic | None:

@@ -8,7 +8,7 @@ from typing import IO
 from mcap.writer import CompressionType, Writer
 
 from . import cdr
-from .mcap_topics import Topic
+from .mcap_topics import DESCRIPTION, Topic
 from .model import Model
 from .recording import KnownPayload
 from .robot_file import model_text, urdf_text
@@ -63,18 +63,24 @@ class Head:
 
 
 class RecordingWriter:
-    """Writes one file, message by message; a context manager that finishes the file."""
+    """Writes one file, message by message; a context manager that finishes the file.
 
-    def __init__(self, stream: IO[bytes], head: Head) -> None:
+    Args:
+        stream: A file opened for writing.
+        head: What the file begins with.
+        start: Time of the first message [ns since 1970]; the head's epoch by default.
+    """
+
+    def __init__(self, stream: IO[bytes], head: Head, start: int | None = None) -> None:
         self.head = head
         self.joints = head.model.robot.joints
         self._writer = Writer(stream, chunk_size=CHUNK, compression=CompressionType.LZ4)
         self._writer.start(profile="ros2", library="exidyn")
         self._schemas: dict[str, int] = {}
         self._channels: dict[str, int] = {}
-        self._explain()
+        self._explain(head.epoch if start is None else start)
 
-    def _explain(self) -> None:
+    def _explain(self, start: int) -> None:
         urdf = urdf_text(self.head.model)
         self._writer.add_metadata("exidyn", self.head.record())
         self._writer.add_metadata("settings", dict(self.head.settings))
@@ -82,29 +88,26 @@ class RecordingWriter:
         self._attach("robot.urdf", "application/xml", urdf)
         if self.head.trajectory:
             self._attach("trajectory", "text/plain", self.head.trajectory)
-        epoch = self.head.epoch
-        self.write("/robot_description", "std_msgs/msg/String", cdr.text_message(urdf), epoch, epoch)
+        self.write(DESCRIPTION, cdr.text_message(urdf), start, start)
 
     def _attach(self, name: str, kind: str, text: str) -> None:
         self._writer.add_attachment(0, 0, name, kind, text.encode())
 
-    def add_topic(self, topic: Topic) -> None:
-        """Announce a topic with its units and joints, before its first message."""
-        self._channel(topic.name, topic.schema, topic.metadata(self.joints))
+    def add_topic(self, topic: Topic) -> int:
+        """Announce a topic with its units and joints, before its first message; the channel's number."""
+        if topic.schema not in self._schemas:
+            definition = cdr.SCHEMAS[topic.schema].encode()
+            self._schemas[topic.schema] = self._writer.register_schema(topic.schema, "ros2msg", definition)
+        if topic.name not in self._channels:
+            self._channels[topic.name] = self._writer.register_channel(
+                topic.name, "cdr", self._schemas[topic.schema], topic.metadata(self.joints)
+            )
+        return self._channels[topic.name]
 
-    def _channel(self, name: str, schema: str, metadata: dict[str, str]) -> int:
-        if schema not in self._schemas:
-            definition = cdr.SCHEMAS[schema].encode()
-            self._schemas[schema] = self._writer.register_schema(schema, "ros2msg", definition)
-        if name not in self._channels:
-            number = self._writer.register_channel(name, "cdr", self._schemas[schema], metadata)
-            self._channels[name] = number
-        return self._channels[name]
-
-    def write(self, topic: str, schema: str, message: bytes, publish_time: int, log_time: int) -> None:
-        """Write one message; controller's and host's clock [ns since 1970]."""
-        channel = self._channels.get(topic) or self._channel(topic, schema, {})
-        self._writer.add_message(channel, log_time, message, publish_time)
+    def write(self, topic: Topic, message: bytes, published: int, logged: int) -> None:
+        """Write one message, with the controller's and the host's clock [ns since 1970]."""
+        channel = self._channels.get(topic.name) or self.add_topic(topic)
+        self._writer.add_message(channel, logged, message, published)
 
     def finish(self) -> None:
         """Write the index that viewers look for."""

@@ -93,7 +93,7 @@ def _antecedent(row: Mapping[str, Any], place: int, frames: Mapping[str, _Frame]
         antecedent = names[antecedent - 1] if antecedent else ""
     if antecedent == "":
         return _Frame(0, pin.SE3.Identity())
-    if antecedent not in frames:
+    if not isinstance(antecedent, str) or antecedent not in frames:
         raise BrokenTree(
             f"{where}: antecedent {antecedent!r} is not a row above it. Valid: 0 (base), {', '.join(names)}"
         )
@@ -102,7 +102,7 @@ def _antecedent(row: Mapping[str, Any], place: int, frames: Mapping[str, _Frame]
 
 def _kind(row: Mapping[str, Any], where: str) -> str:
     sigma = row.get("sigma", 0)
-    if sigma not in SIGMA:
+    if not isinstance(sigma, int) or sigma not in SIGMA:
         raise RobotError(f"{where}: sigma {sigma!r}; valid: 0 (revolute), 1 (prismatic), 2 (fixed)")
     return SIGMA[sigma]
 

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy import signal
 
 from .filters import Decimation
 
@@ -37,13 +38,6 @@ class NoiseModel:
         size, vectors = np.linalg.eigh(self.innovation)
         root = vectors * np.sqrt(np.maximum(size, 0.0))  # rounding may leave it slightly indefinite
         return np.linalg.solve(np.fft.fft(polynomial, count, axis=0), root[None])
-
-    def after(self, decimation: Decimation) -> np.ndarray:
-        """Standard deviation of each signal that remains behind a decimation filter, shape (n,)."""
-        count = 4096
-        response = np.abs(np.fft.fft(decimation.taps, count)) ** 2
-        density = np.sum(np.abs(self.roots(count)) ** 2, axis=2)
-        return np.sqrt(response @ density / count)
 
 
 def autocovariance(pieces: Sequence[np.ndarray], weights: Sequence[np.ndarray], lags: int) -> np.ndarray:
@@ -93,31 +87,33 @@ def noise_at_rest(
         shortest: Pieces of rest shorter than this are left out [s].
 
     Returns:
-        Standard deviation, shape (n,); NaN where the arm rests for less than a second in all, since a
-        spectrum down to a few hertz needs that long.
+        Standard deviation, shape (n,); NaN where the arm rests for less than two periods of the cut-off.
     """
     edges = np.flatnonzero(np.diff(np.concatenate([[0], still.astype(int), [0]])))
     # The first and last tenth of a second of a rest still hold the stop and the start.
     margin = int(0.1 * decimation.rate)
     spans = [(a + margin, b - margin) for a, b in zip(edges[::2], edges[1::2], strict=True)]
     spans = [(a, b) for a, b in spans if b - a >= shortest * decimation.rate]
-    if sum(b - a for a, b in spans) < decimation.rate:
+    if sum(b - a for a, b in spans) < 2 * decimation.rate / decimation.cutoff:
         return np.full(current.shape[1], np.nan)
-    pieces = [current[a:b] - np.mean(current[a:b], axis=0) for a, b in spans]
-    return np.array([_floor([p[:, [j]] for p in pieces], decimation) for j in range(current.shape[1])])
+    frequency = np.arange(0.0, 0.5 * decimation.rate, 0.5)
+    densities = [_density(current[a:b], decimation.rate, frequency) for a, b in spans]
+    lengths = [b - a for a, b in spans]
+    density = np.average(densities, axis=0, weights=lengths)
+    circle = np.exp(-2j * np.pi * np.outer(frequency, np.arange(len(decimation.taps))) / decimation.rate)
+    response = np.abs(circle @ decimation.taps) ** 2
+    return np.sqrt(0.5 * response @ density)
 
 
-def _floor(pieces: list[np.ndarray], decimation: Decimation) -> float:
-    """Noise of one signal behind the filter, by the autoregressive order with the least AIC.
+def _density(piece: np.ndarray, rate: float, frequency: np.ndarray) -> np.ndarray:
+    """One-sided noise density (f, n) of a piece (t, n) at given frequencies.
 
-    A rest is short: a fixed high order would invent structure at low frequencies out of white noise.
+    A stuck joint creeps for a while, so a straight line is taken out; it takes the lowest two bins of
+    the noise with it, which are replaced by the mean of the next two.
     """
-    covariance = autocovariance(pieces, [np.ones_like(piece) for piece in pieces], ORDER)
-    count = sum(len(piece) for piece in pieces)
-    models = [autoregression(covariance[: order + 1]) for order in range(ORDER + 1)]
-    innovations = np.array([max(model.innovation[0, 0], np.finfo(float).tiny) for model in models])
-    best = int(np.argmin(count * np.log(innovations) + 2 * np.arange(ORDER + 1)))
-    return float(models[best].after(decimation)[0])
+    bins, density = signal.periodogram(piece, rate, axis=0, detrend="linear")
+    density[:2] = np.mean(density[2:4], axis=0)
+    return np.stack([np.interp(frequency, bins, column) for column in density.T], axis=1)
 
 
 def noise_above(current: np.ndarray, decimation: Decimation) -> np.ndarray:

@@ -5,9 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pinocchio as pin
 import pytest
-from mcap.reader import make_reader
-from mcap.writer import CompressionType, Writer
-
 from exidyn.identify.effects import CoulombFriction, RigidBody
 from exidyn.identify.errors import NotAFile, RecordingError
 from exidyn.identify.link_frames import link_frames, link_poses
@@ -16,6 +13,8 @@ from exidyn.identify.mcap_topics import nanoseconds
 from exidyn.identify.model import Model
 from exidyn.identify.recording import KnownPayload, Recording, Signal
 from exidyn.identify.robot import Limits, Robot
+from mcap.reader import make_reader
+from mcap.writer import CompressionType, Writer
 
 SAMPLES = 2500
 
@@ -111,7 +110,9 @@ def test_the_explanation_stands_before_the_samples(file):
 
 def test_messages_are_in_the_order_of_the_host_clock(file):
     with open(file, "rb") as stream:
-        times = [message.log_time for _, _, message in make_reader(stream).iter_messages(log_time_order=False)]
+        times = [
+            message.log_time for _, _, message in make_reader(stream).iter_messages(log_time_order=False)
+        ]
     assert times == sorted(times)
 
 
@@ -121,7 +122,9 @@ def test_rosbags_reads_every_number(file):
     found: dict[str, list] = {}
     with highlevel.AnyReader([file]) as reader:
         for connection, stamp, raw in reader.messages():
-            found.setdefault(connection.topic, []).append((stamp, reader.deserialize(raw, connection.msgtype)))
+            found.setdefault(connection.topic, []).append(
+                (stamp, reader.deserialize(raw, connection.msgtype))
+            )
     states = [message for _, message in found["/joint_states"]]
     assert states[0].name == ["achse_1", "achse_2", "achse_3"]
     assert np.array_equal([m.position for m in states], written.signals["position"].values)

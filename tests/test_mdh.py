@@ -6,14 +6,24 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 import pytest
-
 from exidyn.identify.errors import BrokenTree, RobotError, UnknownKey
 from exidyn.identify.mdh import mdh_kinematics, parse_mdh
 from exidyn.identify.rigid_regressor import INERTIAL
 from exidyn.identify.urdf import parse_urdf
 
 CASES = Path(os.environ.get("EXIDYN_CASES", Path(__file__).parents[1] / "../shared/cases"))
-BODY = {"M": 5.0, "MX": 0.5, "MY": -0.3, "MZ": 0.2, "XX": 1.0, "XY": 0.1, "XZ": -0.05, "YY": 1.2, "YZ": 0.02, "ZZ": 0.9}
+BODY = {
+    "M": 5.0,
+    "MX": 0.5,
+    "MY": -0.3,
+    "MZ": 0.2,
+    "XX": 1.0,
+    "XY": 0.1,
+    "XZ": -0.05,
+    "YY": 1.2,
+    "YZ": 0.02,
+    "ZZ": 0.9,
+}
 ROWS = [
     {"alpha": 0.3, "d": 0.2, "theta_offset": 0.4, "r": 0.5, **BODY},
     {"alpha": -1.2, "d": 0.1, "theta_offset": -0.7, "r": 0.3, "sigma": 1, **BODY},
@@ -68,7 +78,12 @@ def test_a_fixed_row_adds_its_body_and_is_the_flange():
 
 
 def test_antecedents_make_a_tree():
-    rows = [{"joint": "trunk"}, {"joint": "left"}, {"joint": "right", "antecedent": "trunk"}, {"antecedent": 1}]
+    rows = [
+        {"joint": "trunk"},
+        {"joint": "left"},
+        {"joint": "right", "antecedent": "trunk"},
+        {"antecedent": 1},
+    ]
     assert list(mdh_kinematics(rows, "tree").model.parents) == [0, 0, 1, 1, 1]
     assert list(mdh_kinematics([{}, {"antecedent": 0}], "two arms").model.parents) == [0, 0, 0]
 
@@ -107,7 +122,9 @@ def test_table_and_urdf_of_the_same_arm_have_the_same_torque():
     tree = parse_urdf((folder / "nominal.urdf").read_text())
     random = np.random.default_rng(0)
     for position, velocity, acceleration in random.standard_normal((20, 3, 6)):
-        torques = [pin.rnea(m, m.createData(), position, velocity, acceleration) for m in (table.model, tree.model)]
+        torques = [
+            pin.rnea(m, m.createData(), position, velocity, acceleration) for m in (table.model, tree.model)
+        ]
         # the URDF's numbers have nine digits
         np.testing.assert_allclose(torques[0], torques[1], atol=1e-8 * np.abs(torques[1]).max())
     assert table.rotor_inertia["joint6"] == 130.89891337820416

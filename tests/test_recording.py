@@ -3,7 +3,6 @@
 import numpy as np
 import pinocchio as pin
 import pytest
-
 from exidyn.identify.effects import RigidBody
 from exidyn.identify.errors import BadTime, BadUnit, NotFinite, RecordingError, UnknownKey, WrongShape
 from exidyn.identify.model import Model
@@ -37,7 +36,10 @@ def noise(seed: int = 0) -> np.ndarray:
 def recording(limit: float = 3.0, time=TIME, host_time=None, **signals) -> Recording:
     values = {"position": motion(), "current": noise()} | signals
     return Recording(
-        "run", model(limit), {name: Signal(time, value) for name, value in values.items()}, host_time=host_time
+        "run",
+        model(limit),
+        {name: Signal(time, value) for name, value in values.items()},
+        host_time=host_time,
     )
 
 
@@ -65,7 +67,9 @@ def test_signal_refuses_shapes_that_do_not_fit(time, values):
 
 
 def test_wrong_number_of_columns_names_the_joints():
-    with pytest.raises(WrongShape, match="position has 2 columns, but small has 3 joints: joint1, joint2, joint3"):
+    with pytest.raises(
+        WrongShape, match="position has 2 columns, but small has 3 joints: joint1, joint2, joint3"
+    ):
         recording(position=motion()[:, :2])
 
 
@@ -92,7 +96,9 @@ def test_payload_refuses_unknown_parameters():
 def test_nan_in_between_is_an_error_with_its_place():
     position = motion()
     position[500:503, 1] = np.nan
-    with pytest.raises(NotFinite, match=r"position of joint2 is not finite in 3 of 1000 samples, first at 1\.000 s"):
+    with pytest.raises(
+        NotFinite, match=r"position of joint2 is not finite in 3 of 1000 samples, first at 1\.000 s"
+    ):
         check(recording(position=position))
 
 
@@ -217,7 +223,9 @@ def test_motor_side_keeps_the_power():
     before = Recording("run", arm, {name: Signal(TIME, values) for name, values in motor.items()})
     after = joint_side(before, True).signals
     power = (motor["velocity"] * motor["torque"]).sum(axis=1)
-    np.testing.assert_allclose((after["velocity"].values * after["torque"].values).sum(axis=1), power, rtol=1e-9)
+    np.testing.assert_allclose(
+        (after["velocity"].values * after["torque"].values).sum(axis=1), power, rtol=1e-9
+    )
     turned = after["position"].values @ coupling.T * arm.robot.gear_ratio
     np.testing.assert_allclose(turned, motor["position"], atol=1e-12)
     assert np.array_equal(joint_side(before, ["torque"]).signals["velocity"].values, motor["velocity"])

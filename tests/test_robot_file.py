@@ -6,14 +6,25 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 import pytest
-
-from exidyn.identify.effects import EFFECTS, Belief, CoulombFriction, JointEffect, Payload, RigidBody, RotorInertia
+from exidyn.identify.effect_rows import ROW_KEYS as EFFECT_KEYS
+from exidyn.identify.effects import EFFECTS, Belief, CoulombFriction, Payload, RigidBody, RotorInertia
 from exidyn.identify.errors import BrokenTree, RobotError, UnknownJoint, UnknownKey
+from exidyn.identify.kinematics import LINK_KEYS
 from exidyn.identify.link_frames import link_frames
+from exidyn.identify.mdh import ROW_KEYS as MDH_KEYS
 from exidyn.identify.model import Model
 from exidyn.identify.motion import Motion
-from exidyn.identify.robot import Limits
-from exidyn.identify.robot_file import builtin_names, model_text, parse_model, read_model, urdf_text
+from exidyn.identify.robot import Limits, Robot
+from exidyn.identify.robot_file import (
+    DRIVE_KEYS,
+    KEYS,
+    LIMIT_KEYS,
+    builtin_names,
+    model_text,
+    parse_model,
+    read_model,
+    urdf_text,
+)
 from exidyn.identify.urdf import parse_urdf
 
 DOCUMENT = Path(__file__).parents[1] / "docs" / "robot-toml.md"
@@ -84,7 +95,8 @@ M1 = 4.0
 
 def motion(model: Model, payload: str = "") -> Motion:
     random = np.random.default_rng(3)
-    return Motion.of(np.arange(9) * 0.01, *random.standard_normal((3, 9, model.robot.dof)), payload=payload)
+    position, velocity, acceleration, load, temperature = random.standard_normal((5, 9, model.robot.dof))
+    return Motion(np.arange(9) * 0.01, position, velocity, acceleration, load, temperature, payload)
 
 
 def assert_equal(found: Model, expected: Model) -> None:
@@ -102,7 +114,9 @@ def assert_equal(found: Model, expected: Model) -> None:
     for name in ("drive_gain", "gear_ratio", "coupling", "gravity"):
         np.testing.assert_array_equal(getattr(found.robot, name), getattr(expected.robot, name), name)
     for field in fields(Limits):
-        np.testing.assert_array_equal(getattr(found.robot.limits, field.name), getattr(expected.robot.limits, field.name))
+        np.testing.assert_array_equal(
+            getattr(found.robot.limits, field.name), getattr(expected.robot.limits, field.name)
+        )
 
 
 def with_every_effect() -> Model:
@@ -120,9 +134,9 @@ MODELS["friction alone"] = Model(MODELS["full"].robot, (CoulombFriction(("lift",
 
 @pytest.mark.parametrize("name", MODELS)
 def test_what_is_written_reads_back_to_the_last_digit(name):
-    text = model_text(MODELS[name])
-    assert_equal(parse_model(text), MODELS[name])
-    assert model_text(parse_model(text)) == text
+    again = parse_model(model_text(MODELS[name]))
+    assert_equal(again, MODELS[name])
+    assert_equal(parse_model(model_text(again)), again)
 
 
 @pytest.mark.parametrize("name", MODELS)
@@ -137,6 +151,27 @@ def test_urdf_has_the_same_torque(name):
         expected = pin.rnea(robot.kinematics, robot.kinematics.createData(), *state)
         found = pin.rnea(read.model, read.model.createData(), *state)
         np.testing.assert_allclose(found, expected, atol=1e-11 * np.abs(expected).max())
+
+
+def test_urdf_keeps_a_turned_base_and_links_between_joints():
+    body = '<inertial><mass value="2"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>'
+    links = "".join(
+        f'<link name="{name}">{body}</link>' for name in ("floor", "base", "upper", "bracket", "lower")
+    )
+    chain = (("floor", "base", "fixed"), ("base", "upper", "continuous"), ("upper", "bracket", "fixed"),
+             ("bracket", "lower", "continuous"))  # fmt: skip
+    joints = "".join(
+        f'<joint name="to_{child}" type="{kind}"><parent link="{parent}"/><child link="{child}"/>'
+        '<origin xyz="0.1 0.2 0.3" rpy="0.4 0.5 0.6"/></joint>'
+        for parent, child, kind in chain
+    )
+    first = parse_urdf(f'<robot name="arm">{links}{joints}</robot>').model
+    text = urdf_text(Model(Robot("arm", first), (RigidBody(),)))
+    second = parse_urdf(text).model
+    assert all(f'<link name="{name}"' in text for name in ("base", "upper", "bracket", "lower"))
+    state = np.random.default_rng(5).standard_normal((3, 2))
+    expected = pin.rnea(first, first.createData(), *state)
+    np.testing.assert_allclose(pin.rnea(second, second.createData(), *state), expected, atol=1e-12)
 
 
 def test_urdf_has_something_to_see():
@@ -155,7 +190,9 @@ def test_values_and_tolerances_become_beliefs():
 
 def test_rigid_body_goes_without_saying():
     assert parse_model(TWO).effects == (RigidBody(),)
-    assert parse_model("rigid_body = false\n" + TWO + '[[effect]]\nname = "rotor_inertia"').effects == (RotorInertia(),)
+    assert parse_model("rigid_body = false\n" + TWO + '[[effect]]\nname = "rotor_inertia"').effects == (
+        RotorInertia(),
+    )
 
 
 def test_degrees_are_turned_to_radians():
@@ -172,18 +209,22 @@ def test_rotors_of_an_mdh_table_become_an_effect():
 
 def test_limits_and_flange_of_the_file_win_over_its_urdf(tmp_path):
     (tmp_path / "arm.urdf").write_text(urdf_text(MODELS["full"]))
-    (tmp_path / "robot.toml").write_text('urdf = "arm.urdf"\n[limits]\nvelocity = 9.0\n[flange]\norigin = [1, 2, 3]')
+    (tmp_path / "robot.toml").write_text(
+        'urdf = "arm.urdf"\n[limits]\nvelocity = 9.0\n[flange]\norigin = [1, 2, 3]'
+    )
     robot = read_model(tmp_path / "robot.toml").robot
     np.testing.assert_array_equal(robot.limits.velocity, [9.0, 9.0])
-    np.testing.assert_array_equal(robot.limits.position_lower, [-1.1, -np.inf])  # it has no upper limit: continuous
+    np.testing.assert_array_equal(
+        robot.limits.position_lower, [-1.1, -np.inf]
+    )  # it has no upper limit: continuous
     np.testing.assert_array_equal(robot.flange.translation, [1, 2, 3])
 
 
 def test_a_bare_urdf_gets_the_usual_effects(tmp_path):
     (tmp_path / "arm.urdf").write_text(urdf_text(MODELS["full"]))
     model = read_model(str(tmp_path / "arm.urdf"))
-    assert [type(e) for e in model.effects] == [EFFECTS[n] for n in (
-        "link_inertia", "rotor_inertia", "viscous_friction", "coulomb_friction", "current_offset")]  # fmt: skip
+    usual = ("link_inertia", "rotor_inertia", "viscous_friction", "coulomb_friction", "current_offset")
+    assert [type(effect) for effect in model.effects] == [EFFECTS[name] for name in usual]
     assert model.robot.name == "arm"
     assert not model.stated
 
@@ -197,7 +238,7 @@ def test_mdh_from_a_file(tmp_path):
 
 EFFECT = TWO + '[[effect]]\nname = "coulomb_friction"\n'
 WRONG = [
-    ("format = 1\nname = [\n", RobotError, "not TOML.*line"),
+    ("format = 1\nname = = 3\n", RobotError, "not TOML.*line 2"),
     ("format = 2\n" + TWO, RobotError, "format 2.*reads format 1"),
     ("nmae = 'a'\n" + TWO, UnknownKey, "'nmae'.*name"),
     ("name = ''\n" + TWO, RobotError, "name: expected a text"),
@@ -216,7 +257,11 @@ WRONG = [
     (TWO + "[drive]\ngains = [1, 2]", UnknownKey, "'gains'.*gain"),
     (TWO + "[drive]\ngain = [0, 2]", RobotError, "gain.*zero"),
     (TWO + "[drive]\ncoupling = [[1, 0]]", RobotError, "2 rows"),
-    (TWO + "[flange]\nrpy = [0, 0, 0]\nrotation = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]", RobotError, "one of them"),
+    (
+        TWO + "[flange]\nrpy = [0, 0, 0]\nrotation = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]",
+        RobotError,
+        "one of them",
+    ),
     (TWO + "[flange]\nrotation = [[1, 0, 0], [0, 1, 0], [0, 0, 2]]", RobotError, "not a rotation"),
     (TWO + "[[link]]\nparent = 'knee'", UnknownJoint, "'knee'.*shoulder, lift"),
     (TWO + "[[link]]\nkind = 'screw'", RobotError, "'screw'.*revolute, prismatic"),
@@ -224,9 +269,19 @@ WRONG = [
     (TWO + "[[link]]\nlink = 'carriage'", BrokenTree, "'carriage'.*twice"),
     (TWO + "[[link]]\naxis = [0, 0, 0]", RobotError, "length 0"),
     (TWO + "[[link]]\nmass = -1", BrokenTree, "joint3: mass -1"),
-    (TWO + "[[link]]\nmass = 1\ninertia = [1, 3, 0, 1, 0, 1]", BrokenTree, "joint3: principal moment of inertia -2"),
-    (TWO + "[[effect]]\nname = 'stiction'", UnknownKey, "'stiction'.*coulomb_friction.*spring_balancer"),
-    (TWO + "[[effect]]\nvalues = [1]", UnknownKey, "effect.*coulomb_friction"),
+    (
+        TWO + "[[link]]\nmass = 1\ninertia = [1, 3, 0, 1, 0, 1]",
+        BrokenTree,
+        "joint3: principal moment of inertia -2",
+    ),
+    (
+        TWO + "[[effect]]\nname = 'stiction'",
+        RobotError,
+        "no effect 'stiction'.*coulomb_friction.*spring_balancer",
+    ),
+    (TWO + "[[effect]]\nvalues = [1]", RobotError, "effect.. name: expected a text"),
+    (TWO + "[[effect]]\nname = [1]", RobotError, "effect.. name: expected a text"),
+    ("mdh = [{sigma = [1]}]", RobotError, "sigma .1.; valid: 0"),
     (EFFECT + "fade = 1.0", UnknownKey, "'fade'.*joints.*reversal.*values"),
     (EFFECT + "joints = ['knee']", UnknownJoint, "'knee'.*shoulder, lift"),
     (EFFECT + "joints = 'lift'", RobotError, "expected a list; found 'lift'"),
@@ -266,10 +321,12 @@ def test_files_that_are_no_text(tmp_path):
 
 def test_every_key_is_documented():
     text = DOCUMENT.read_text()
-    from exidyn.identify import kinematics, mdh, robot_file
+    keys = {*KEYS, *LIMIT_KEYS, *DRIVE_KEYS, *LINK_KEYS, *MDH_KEYS, *EFFECT_KEYS, "degrees"}
+    assert not sorted(key for key in keys if f"`{key}`" not in text)
 
-    keys = {*robot_file.KEYS, *robot_file.LIMIT_KEYS, *robot_file.DRIVE_KEYS, *kinematics.LINK_KEYS, *mdh.ROW_KEYS}
-    effects = {*EFFECTS, *(f.name for kind in EFFECTS.values() for f in fields(kind))} - {"name"}
-    missing = sorted(key for key in keys | effects if f"`{key}`" not in text)
-    assert not missing
-    assert all(f.name in ("joints",) for f in fields(JointEffect))
+
+def test_the_example_of_the_document_is_read(tmp_path):
+    (tmp_path / "my_arm.urdf").write_text(urdf_text(MODELS["cobot"]))
+    model = parse_model(DOCUMENT.read_text().split("```")[1].removeprefix("toml"), tmp_path)
+    assert model.robot.drive_gain[2] == 11.0
+    assert model.stated["Fc6"] == Belief(2.5, 0.3 * 2.5)

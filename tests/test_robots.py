@@ -3,7 +3,6 @@
 import numpy as np
 import pinocchio as pin
 import pytest
-
 from exidyn.identify.motion import Motion
 from exidyn.identify.rigid_regressor import INERTIAL
 from exidyn.identify.robot_file import builtin_names, read_model
@@ -26,19 +25,20 @@ PER_CENT = {"XX2": 16.0}
 
 
 def regrouped(values: dict[str, float]) -> dict[str, float]:
-    """Khalil's regrouping, from tip to base, for revolute joints: YY, MZ, M of a link go to the one before."""
+    """Khalil's regrouping for revolute joints, tip to base: YY, MZ, M of a link go to the one before."""
     v = dict(values)
     for j in range(6, 0, -1):
         yy, mz, m = (v[f"{name}{j}"] for name in ("YY", "MZ", "M"))
         v |= {f"YY{j}": 0.0, f"MZ{j}": 0.0, f"M{j}": 0.0, f"XX{j}": v[f"XX{j}"] - yy}
         s, c, d, r, i = np.sin(ALPHA[j - 1]), np.cos(ALPHA[j - 1]), D[j - 1], R[j - 1], j - 1
         along = yy + 2 * r * mz + r**2 * m
-        moved = {"XX": along, "XY": d * s * (mz + r * m), "XZ": -d * c * (mz + r * m), "YY": c**2 * along + d**2 * m,
-                 "YZ": c * s * along, "ZZ": s**2 * along + d**2 * m, "MX": d * m, "MY": -s * (mz + r * m),
-                 "MZ": c * (mz + r * m), "M": m}  # fmt: skip
+        first = mz + r * m
+        moved = {"XX": along, "YY": c**2 * along + d**2 * m, "ZZ": s**2 * along + d**2 * m, "M": m}
+        moved |= {"XY": d * s * first, "XZ": -d * c * first, "YZ": c * s * along}
+        moved |= {"MX": d * m, "MY": -s * first, "MZ": c * first}
         if i:
             v |= {f"{name}{i}": v[f"{name}{i}"] + change for name, change in moved.items()}
-    # the axes of joints 1 and 2 meet no rotation of the base: their rotors turn with ZZ1 and ZZ2
+    # links 1 and 2 turn about their own axes as the rotors of joints 1 and 2 do
     for j in (1, 2):
         v |= {f"ZZ{j}": v[f"ZZ{j}"] + v[f"Ia{j}"], f"Ia{j}": 0.0}
     return v
@@ -86,7 +86,7 @@ def test_gains_are_table_iii(kr270):
 
 
 def test_balancer_carries_the_arm_with_half_its_payload(kr270):
-    """Arm forward: with the balancer, motor 2 holds the arm and 135 kg at the flange with less than half the torque."""
+    """Arm forward with 135 kg: the balancer leaves motor 2 less than half of the torque."""
     position = np.array([[0.0, -0.3, 0.3, 0.0, 0.0, 0.0]])
     still = Motion.of(np.zeros(1), position, 0 * position, 0 * position)
     believed = dict(zip(kr270.names, kr270.believed_values, strict=True))
@@ -114,7 +114,9 @@ def test_limits_are_all_there_and_torque_holds_the_arm(name):
     model = read_model(name)
     limits = model.robot.limits
     assert np.all(np.isfinite([getattr(limits, key) for key in vars(limits)]))
-    position = np.random.default_rng(2).uniform(limits.position_lower, limits.position_upper, (500, model.robot.dof))
+    position = np.random.default_rng(2).uniform(
+        limits.position_lower, limits.position_upper, (500, model.robot.dof)
+    )
     still = Motion.of(np.arange(500.0), position, 0 * position, 0 * position)
     assert np.all(np.abs(model.torque(still, model.believed_values)) < 0.8 * limits.torque)
 

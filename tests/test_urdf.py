@@ -5,7 +5,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-
 from exidyn.identify.errors import BrokenTree
 from exidyn.identify.robot_file import read_model
 from exidyn.identify.urdf import parse_urdf
@@ -45,15 +44,22 @@ def test_limits_are_read():
 
 @pytest.mark.parametrize("inside", ["", LIMIT])
 def test_a_continuous_joint_has_one_position_and_no_limit(inside):
-    found = parse_urdf(robot(LINKS + joint("a", "base", "upper", "continuous", inside)
-                             + joint("b", "upper", "lower", "prismatic", LIMIT)))
+    found = parse_urdf(
+        robot(
+            LINKS
+            + joint("a", "base", "upper", "continuous", inside)
+            + joint("b", "upper", "lower", "prismatic", LIMIT)
+        )
+    )
     assert found.model.nq == found.model.nv == 2
     np.testing.assert_array_equal(found.limits.position_upper, [np.inf, 2])
 
 
 def test_an_absent_or_zero_limit_is_none():
     zero = '<limit lower="0" upper="0" velocity="0" effort="0"/>'
-    limits = parse_urdf(robot(LINKS + joint("a", "base", "upper") + joint("b", "upper", "lower", inside=zero))).limits
+    limits = parse_urdf(
+        robot(LINKS + joint("a", "base", "upper") + joint("b", "upper", "lower", inside=zero))
+    ).limits
     assert np.all(np.isinf([limits.position_lower, limits.position_upper, limits.velocity, limits.torque]))
 
 
@@ -71,7 +77,9 @@ def test_the_flange_is_a_fixed_leaf(name):
     fixed = joint("mount", "lower", name, "fixed", at)
     found = parse_urdf(robot(LINKS + JOINTS + link(name) + fixed))
     np.testing.assert_allclose(found.flange.translation, [0.1, 0.2, 0.3])
-    further = found = parse_urdf(robot(LINKS + JOINTS + link(name) + fixed + link("cup") + joint("c", name, "cup", "fixed")))
+    further = found = parse_urdf(
+        robot(LINKS + JOINTS + link(name) + fixed + link("cup") + joint("c", name, "cup", "fixed"))
+    )
     assert further.flange.isIdentity()  # something is mounted on it: not where a payload hangs
 
 
@@ -94,13 +102,19 @@ MIMIC = joint("elbow", "upper", "lower", inside='<mimic joint="shoulder"/>')
         (robot(LINKS + JOINTS + joint("loop", "lower", "base")), "form a loop.*base"),
         (robot(LINKS + JOINTS + joint("bar", "base", "lower")), "'lower' has two parents.*'bar'"),
         (robot(LINKS + link("base") + JOINTS), "link name used twice: base"),
-        (robot(LINKS + link("hand") + JOINTS + joint("elbow", "lower", "hand")), "joint name used twice: elbow"),
+        (
+            robot(LINKS + link("hand") + JOINTS + joint("elbow", "lower", "hand")),
+            "joint name used twice: elbow",
+        ),
         (robot(LINKS + JOINTS).replace('"elbow"', '""'), "a joint has no name"),
         (robot(LINKS + JOINTS).replace('mass value="2"', 'mass value="-2"'), "mass -2 kg"),
         (robot(LINKS + JOINTS).replace('mass value="2"', 'mass value="nan"'), 'value="nan"'),
         (robot(LINKS + JOINTS).replace('"0 0 1"', '"0 0"', 1), 'axis xyz="0 0".*3'),
         (robot(LINKS + JOINTS).replace('"0 0 1"', '"0 0 0"', 1), "'shoulder' has an axis of length 0"),
-        (robot(LINKS + joint("shoulder", "base", "upper") + PLANAR), "'elbow' is planar; valid types: revolute"),
+        (
+            robot(LINKS + joint("shoulder", "base", "upper") + PLANAR),
+            "'elbow' is planar; valid types: revolute",
+        ),
         (robot(LINKS + joint("shoulder", "base", "upper") + FLOATING), "'elbow' is floating"),
         (robot(LINKS + joint("shoulder", "base", "upper") + MIMIC), "'elbow' mimics"),
         (robot(LINKS + JOINTS.replace("revolute", "fixed")), "no joint moves"),
