@@ -134,9 +134,11 @@ def decimated_regressor(
     regressor, known = np.empty((len(centres), n, len(kept))), np.empty((len(centres), n))
     to_motors = np.linalg.inv(model.robot.coupling).T
     coupled = not np.array_equal(to_motors, np.eye(n))
+    remembered = model.remember(motion)
     for outputs, samples in _chunks(run, len(motion)):
         piece = model.loaded(motion[samples])
-        rows = run.decimation.apply(model.regressor(piece)[:, :, kept])
+        columns = model.regressor(piece, {place: rows[samples] for place, rows in remembered.items()})
+        rows = run.decimation.apply(columns[:, :, kept])
         torque = run.decimation.apply(model.known_torque(piece))
         regressor[outputs] = np.einsum("ij,tjb->tib", to_motors, rows) if coupled else rows
         known[outputs] = torque @ to_motors.T if coupled else torque

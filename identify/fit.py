@@ -23,6 +23,7 @@ class Agreement:
         weight: 0 where a joint sticks, else 1, shape (r, n).
         noise: Noise floor of the measured torque, shape (n,) [N m].
         velocity: Shape (r, n) [rad/s].
+        position: Shape (r, n) [rad]; None where it was not kept.
     """
 
     run: str
@@ -32,6 +33,7 @@ class Agreement:
     weight: np.ndarray
     noise: np.ndarray
     velocity: np.ndarray
+    position: np.ndarray | None = None
 
     @property
     def residual(self) -> np.ndarray:
@@ -140,4 +142,5 @@ class Fit:
             weight=run.weight,
             noise=np.abs(gain) * run.noise,
             velocity=run.decimation.apply(run.motion.velocity),
+            position=run.decimation.apply(run.motion.position),
         )

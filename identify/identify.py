@@ -10,13 +10,14 @@ from .effects import Payload
 from .equations import Equations, assemble
 from .errors import DifferentRobot
 from .essential import unsupported
-from .estimators import Estimate, Estimator, bayesian, maximum_likelihood, weighted
+from .estimators import Estimate, Estimator, maximum_likelihood, weighted
 from .fit import Fit
 from .hints import unclear
 from .model import Model
 from .prepare import Filtering, Prepared, prepare
 from .recording import Recording
 from .recording_checks import check
+from .shapes import fit_shapes
 
 Progress = Callable[[str], None]
 
@@ -33,6 +34,7 @@ def identify(
     estimator: Estimator | None = None,
     filtering: Filtering = Filtering(),  # noqa: B008
     drop: bool = True,
+    fitted_shapes: Sequence[str] = (),
     progress: Progress = _silent,
 ) -> Fit:
     """Identify base parameters, and drive gains where a payload is known.
@@ -45,6 +47,7 @@ def identify(
             known payload were recorded, else weighted least squares.
         filtering: Filters; chosen from the data where it says nothing.
         drop: Leave out base parameters that the data do not support.
+        fitted_shapes: Effects, by their key in `EFFECTS`, whose shapes are fitted to the runs first.
         progress: Called with a sentence at each stage.
 
     Raises:
@@ -59,6 +62,9 @@ def identify(
     filtering = common_filtering(every[: len(runs)], filtering)
     prepared = pooled_noise([prepare(run, filtering) for run in every])
     used, held_out = prepared[: len(runs)], prepared[len(runs) :]
+    if fitted_shapes:
+        progress("fit the shapes of " + ", ".join(fitted_shapes))
+        model = fit_shapes(model, used, fitted_shapes, progress=progress)
     progress("find base parameters")
     base = base_parameters(model, sorted({run.motion.payload for run in used}))
     progress(f"form and thin out the regressor of {len(base.kept)} base parameters")

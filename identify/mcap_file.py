@@ -19,7 +19,7 @@ from .link_frames import link_frames, link_poses
 from .mcap_records import Contents, read_contents
 from .mcap_topics import TRANSFORMS, Topic, nanoseconds, topic_of, topics_of
 from .mcap_writer import CHUNK, EPOCH, FORMAT, Head, RecordingWriter
-from .recording import KnownPayload, Recording, Signal
+from .recording import EFFORT, KnownPayload, Recording, Signal
 from .recording_checks import check
 from .robot_file import parse_model
 
@@ -146,6 +146,13 @@ def _read_head(contents: Contents, path: Path) -> Head:
         )
     if record.get("format") != FORMAT:
         raise RecordingError(f"{path} has format {record.get('format')}; this version reads {FORMAT}")
+    try:
+        return _parse_head(record, contents)
+    except (KeyError, TypeError, ValueError) as error:
+        raise NotAFile(f"{path}: what explains it is damaged: {error}") from error
+
+
+def _parse_head(record: Mapping[str, str], contents: Contents) -> Head:
     payload: Any = json.loads(record["payload"])
     known = tuple((name, value) for name, value in payload["known"]) if payload else ()
     return Head(
@@ -164,8 +171,7 @@ def _read_head(contents: Contents, path: Path) -> Head:
 def _read_signals(contents: Contents, head: Head) -> tuple[dict[str, Signal], np.ndarray]:
     joints = head.model.robot.joints
     silent = Signal(np.empty(0), np.empty((0, len(joints))))
-    signals = dict.fromkeys(("position", "current"), silent) if not head.samples else {}
-    signals |= dict.fromkeys(head.samples, silent)
+    signals = dict.fromkeys(head.samples, silent)
     host_time = np.empty(0, np.int64)
     for number, channel in contents.channels.items():
         topic = topic_of(channel.topic, channel.metadata)
@@ -176,6 +182,10 @@ def _read_signals(contents: Contents, head: Head) -> tuple[dict[str, Signal], np
         signals |= {signal: Signal(time, rows["body"][name]) for signal, name in topic.fields.items()}
         if "position" in topic.fields:
             host_time = rows["log_time"].astype(np.int64)
+    # A run that ended before its first sample is a recording too, if only of which robot it was.
+    signals.setdefault("position", silent)
+    if not any(name in signals for name in EFFORT):
+        signals["current"] = silent
     return signals, host_time
 
 

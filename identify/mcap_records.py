@@ -171,7 +171,7 @@ def _unpacked(packing: str, packed: memoryview, size: int) -> bytes:
         return bytes(packed)
     if packing != "lz4":
         raise NotAFile(
-            f"chunks are compressed by '{packing}'; only lz4 and none are read. Import the file first"
+            f"chunks are compressed by '{packing}'; read are lz4 and none. Compress the file again with lz4"
         )
     unpacker = lz4.frame.LZ4FrameDecompressor()
     parts = []

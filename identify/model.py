@@ -65,10 +65,28 @@ class Model:
             start += len(effect.parameters(self.robot))
         return found
 
-    def regressor(self, motion: Motion) -> np.ndarray:
-        """Torque per unit of each parameter, shape (t, n, p) [N m / unit]."""
+    def regressor(self, motion: Motion, remembered: Mapping[int, np.ndarray] | None = None) -> np.ndarray:
+        """Torque per unit of each parameter, shape (t, n, p) [N m / unit].
+
+        Args:
+            motion: A whole run, or a piece of one.
+            remembered: For a piece, its rows of what `remember` says of the whole run.
+        """
+        known = remembered or {}
         none = np.zeros((*motion.position.shape, 0))  # of a model without effects
-        return np.concatenate([none, *(e.regressor(self.robot, motion) for e in self.effects)], axis=2)
+        columns = (
+            known[place] if place in known else effect.regressor(self.robot, motion)
+            for place, effect in enumerate(self.effects)
+        )
+        return np.concatenate([none, *columns], axis=2)
+
+    def remember(self, motion: Motion) -> dict[int, np.ndarray]:
+        """Columns of effects with a memory over a whole run, place of the effect -> (t, n, p)."""
+        return {
+            place: effect.regressor(self.robot, motion)
+            for place, effect in enumerate(self.effects)
+            if not effect.pointwise
+        }
 
     def known_torque(self, motion: Motion) -> np.ndarray:
         """Torque that no parameter scales (a known payload), shape (t, n) [N m]."""

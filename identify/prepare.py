@@ -130,7 +130,7 @@ def _motion(
 ) -> tuple[Motion, slice]:
     """Filtered motion, and the samples that the filters' transients do not reach."""
     smooth = low_pass(position, rate, cutoff)
-    velocity, acceleration = differentiate(smooth, rate)
+    velocity, acceleration = _derivatives(recording, time, smooth, rate, cutoff)
     temperature = _onto(time, rate, recording, "temperature") if "temperature" in recording.signals else None
     payload = recording.payload.name if recording.payload else ""
     motion = Motion.of(time, smooth, velocity, acceleration, None, temperature, payload)
@@ -142,6 +142,25 @@ def _motion(
             f"{decimation.cutoff:.3g} Hz; record at least {3 * len(decimation.taps) / rate:.1f} s"
         )
     return motion, slice(edge, len(time) - edge)
+
+
+def _derivatives(
+    recording: Recording, time: np.ndarray, smooth: np.ndarray, rate: float, cutoff: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Velocity and acceleration; from the controller's own velocity where it can be trusted.
+
+    A controller counts encoder ticks on its own clock, so its velocity knows nothing of the jitter of
+    time stamps. It is trusted if it differs from the differentiated position by less than a twentieth
+    on every joint: a velocity of another quantity, unit or filter differs by more.
+    """
+    velocity, acceleration = differentiate(smooth, rate)
+    if "velocity" not in recording.signals:
+        return velocity, acceleration
+    recorded = low_pass(_onto(time, rate, recording, "velocity"), rate, cutoff)
+    apart = np.linalg.norm(recorded - velocity, axis=0) / np.maximum(np.linalg.norm(velocity, axis=0), 1e-12)
+    if not np.all(apart < 0.05):
+        return velocity, acceleration
+    return recorded, differentiate(recorded, rate)[0]
 
 
 def _standstill(motion: Motion, filtering: Filtering) -> np.ndarray:

@@ -67,6 +67,12 @@ def simulate(
 
 def exact_current(plant: Model, values: np.ndarray, gain: np.ndarray, motion: Motion) -> np.ndarray:
     """Motor current without noise, shape (t, n) [A], formed in pieces to spare memory."""
-    pieces = [plant.torque(plant.loaded(motion[k : k + 2000]), values) for k in range(0, len(motion), 2000)]
+    remembered = plant.remember(motion)
+    pieces = []
+    for start in range(0, len(motion), 2000):
+        rows = slice(start, start + 2000)
+        piece = plant.loaded(motion[rows])
+        columns = plant.regressor(piece, {place: every[rows] for place, every in remembered.items()})
+        pieces.append(columns @ values + plant.known_torque(piece))
     to_motors = np.linalg.inv(plant.robot.coupling).T
     return np.concatenate(pieces) @ to_motors.T / gain

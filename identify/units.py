@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from .errors import UnknownKey
+from .errors import UnknownKey, WrongShape
 from .recording import Recording, Signal
 from .rigid_regressor import joints_of
 
@@ -44,6 +44,36 @@ def joint_side(recording: Recording, motor_side: bool | Sequence[str]) -> Record
     angles = np.linalg.inv(coupling * ratio[:, None])
     torques = (coupling * ratio[:, None]).T
     return _changed(recording, {name: torques if name == "torque" else angles for name in motor_side})
+
+
+def to_axes_of_robot(
+    recording: Recording, sign: Sequence[float] | None = None, zero: Sequence[float] | None = None
+) -> Recording:
+    """Turn a controller's joint coordinates into those of the robot's description: sign * position + zero.
+
+    Torques and velocities take the sign alone. Currents stay the motor's: the drive gain has their sign.
+
+    Args:
+        recording: In the controller's coordinates.
+        sign: 1 or -1 a joint; all 1 by default.
+        zero: Position in the robot's description where the controller shows zero [rad], [m].
+
+    Raises:
+        WrongShape: Not one value a joint, or a sign that is neither 1 nor -1.
+    """
+    n = recording.robot.dof
+    signs = np.ones(n) if sign is None else np.asarray(sign, float)
+    zeros = np.zeros(n) if zero is None else np.asarray(zero, float)
+    if signs.shape != (n,) or zeros.shape != (n,) or not np.all(np.abs(signs) == 1):
+        raise WrongShape(
+            f"sign {sign} and zero {zero}: expected 1 or -1, and a position, for each of {n} joints"
+        )
+    turned = _changed(recording, dict.fromkeys((*ANGLES, "torque"), signs))
+    signals = dict(turned.signals)
+    for name in ("position", "link_position", "command"):
+        if name in signals:
+            signals[name] = Signal(signals[name].time, signals[name].values + zeros)
+    return replace(turned, signals=signals)
 
 
 def _changed(recording: Recording, factors: dict[str, np.ndarray]) -> Recording:

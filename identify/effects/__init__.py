@@ -4,6 +4,7 @@ from .coulomb_friction import CoulombFriction
 from .current_offset import CurrentOffset
 from .effect import Belief, Effect, JointEffect, Parameter, Shape, shape
 from .friction_asymmetry import FrictionAsymmetry
+from .hysteresis import Hysteresis
 from .joint_spring import JointSpring
 from .kinematic_coupling import KinematicCoupling
 from .load_dependent_friction import LoadDependentFriction
@@ -27,6 +28,7 @@ EFFECTS: dict[str, type[Effect]] = {
     "payload": Payload,
     "friction_asymmetry": FrictionAsymmetry,
     "stribeck_friction": StribeckFriction,
+    "hysteresis": Hysteresis,
     "load_dependent_friction": LoadDependentFriction,
     "nonlinear_viscous_friction": NonlinearViscousFriction,
     "temperature_dependent_friction": TemperatureDependentFriction,

@@ -9,7 +9,7 @@ the data, and elasticity or backlash, which have a state of their own.
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
@@ -93,6 +93,10 @@ class Effect(ABC):
         """Columns that are the ten inertial parameters of one rigid body, in `INERTIAL` order."""
         return []
 
+    def apart(self, robot: Robot) -> "list[Effect]":
+        """The same effect in pieces that may differ in shape: one a joint, where it acts on several."""
+        return [self]
+
     @classmethod
     def shapes(cls) -> dict[str, Shape]:
         """Nonlinear unknowns: field name -> unit and bounds."""
@@ -118,6 +122,9 @@ class JointEffect(Effect):
         if self.joints is None:
             return list(range(robot.dof))
         return [robot.index(joint) for joint in self.joints]
+
+    def apart(self, robot: Robot) -> list[Effect]:
+        return [replace(self, joints=(robot.joints[joint],)) for joint in self.columns(robot)]
 
     def on_joints(self, robot: Robot, *profiles: np.ndarray) -> np.ndarray:
         """Regressor whose columns are, joint by joint, the given profiles, each (t, n)."""

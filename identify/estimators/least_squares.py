@@ -30,6 +30,11 @@ def weighted(equations: Equations) -> Estimate:
     return _estimate("weighted", equations, values)
 
 
+def weighted_noise(equations: Equations) -> np.ndarray:
+    """Residual of each joint after `weighted`, shape (n,) [N m], without the cost of a covariance."""
+    return _weights_repeated(equations, Compressed.of(equations))[1]
+
+
 def reweighted(equations: Equations) -> Estimate:
     """Iteratively re-weighted least squares: as `weighted`, and outliers by Huber's weights."""
     huber = np.ones_like(equations.current)

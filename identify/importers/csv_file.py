@@ -12,7 +12,7 @@ from ..model import Model
 from ..recording import SIGNALS, KnownPayload, Recording, Signal
 from ..recording_checks import check
 from ..robot import Robot
-from ..units import joint_side, to_radians
+from ..units import joint_side, to_axes_of_robot, to_radians
 
 PREFIXES: dict[str, tuple[str, ...]] = {
     "position": ("q",),
@@ -36,6 +36,8 @@ def import_csv(
     columns: Columns | None = None,
     degrees: bool = False,
     motor_side: bool | Sequence[str] = False,
+    sign: Sequence[float] | None = None,
+    zero: Sequence[float] | None = None,
     time_scale: float = 1.0,
     skip_rows: int = 0,
     name: str | None = None,
@@ -51,6 +53,8 @@ def import_csv(
             a pattern with {number} or {joint} in it, such as "axis{number}_current".
         degrees: Positions and velocities are in degrees and degrees a second.
         motor_side: Positions, velocities and torques are the motor's, before the gear; or which of them.
+        sign: 1 or -1 a joint, where the controller counts the other way than the robot's description.
+        zero: Position in the robot's description where the controller shows zero [rad], one a joint.
         time_scale: Seconds per unit of the time column.
         skip_rows: Rows to leave out at the beginning, where a recorder had not yet settled.
         name: Name of the run; that of the file by default.
@@ -84,7 +88,7 @@ def import_csv(
     )
     if degrees:
         recording = to_radians(recording)
-    return [check(joint_side(recording, motor_side))]
+    return [check(to_axes_of_robot(joint_side(recording, motor_side), sign, zero))]
 
 
 def read_table(source: Path) -> tuple[list[str], np.ndarray]:

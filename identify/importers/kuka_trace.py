@@ -11,7 +11,7 @@ from ..errors import NotAFile, RecordingError
 from ..model import Model
 from ..recording import KnownPayload, Recording, Signal
 from ..recording_checks import check
-from ..units import joint_side
+from ..units import joint_side, to_axes_of_robot
 from .diadem_file import DiademChannel, read_diadem
 
 CHANNELS: dict[str, str] = {
@@ -61,6 +61,8 @@ def import_kuka_trace(
     source: Path,
     model: Model | None = None,
     motor_side: bool | Sequence[str] = False,
+    sign: Sequence[float] | None = None,
+    zero: Sequence[float] | None = None,
     name: str | None = None,
     payload: KnownPayload | None = None,
 ) -> list[Recording]:
@@ -70,6 +72,8 @@ def import_kuka_trace(
         source: A folder, or any file of one trace.
         model: The robot as believed.
         motor_side: What the controller gives before the gear, such as ["torque"].
+        sign: 1 or -1 a joint, where the controller counts the other way than the robot's description.
+        zero: Position in the robot's description where the controller shows zero [rad], one a joint.
         name: Of the trace in a folder of several; all of them by default.
         payload: What hung on the flange.
 
@@ -87,10 +91,8 @@ def import_kuka_trace(
     found = {trace: files for trace, files in traces.items() if wanted in (None, trace)}
     if not found:
         raise NotAFile(f"{source}: no trace {wanted or ''}. Traces here: {', '.join(traces) or 'none'}")
-    return [
-        check(joint_side(_recording(trace, files, model, payload), motor_side))
-        for trace, files in found.items()
-    ]
+    runs = [_recording(trace, files, model, payload) for trace, files in found.items()]
+    return [check(to_axes_of_robot(joint_side(run, motor_side), sign, zero)) for run in runs]
 
 
 def _trace_name(file: Path) -> str:

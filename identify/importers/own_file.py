@@ -3,14 +3,19 @@
 from pathlib import Path
 
 from ..mcap_file import read_recording
-from ..mcap_records import read_contents
+from ..mcap_records import MAGIC
 from ..model import Model
 from ..recording import Recording
 
+BEGIN = 256
+"""Bytes within which our first metadata record begins; only the format's header stands before it."""
+
 
 def is_own_file(source: Path) -> bool:
-    """Whether an MCAP file says that exidyn wrote it."""
-    return "exidyn" in read_contents(source).metadata
+    """Whether exidyn wrote an MCAP file, or nobody did: then our reader says what is wrong with it."""
+    with open(source, "rb") as file:
+        begin = file.read(BEGIN)
+    return not begin.startswith(MAGIC) or b"\x06\x00\x00\x00exidyn" in begin
 
 
 def import_own_file(source: Path, model: Model | None = None) -> list[Recording]:

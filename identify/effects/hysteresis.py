@@ -1,0 +1,65 @@
+"""Dry friction that builds up over a displacement instead of turning with the velocity's sign."""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from ..motion import Motion
+from ..robot import Robot
+from .effect import JointEffect, Parameter, shape
+
+
+@dataclass(frozen=True)
+class Hysteresis(JointEffect):
+    r"""Torque :math:`F_h z`, with :math:`dz = (1 - z\, \mathrm{sgn}\, dq)\, dq / \delta` (Dahl 1968).
+
+    Teeth, seals and grease first deform, then slide: after a reversal the torque rebuilds over a
+    displacement, however slow the motion. Sliding steadily it is Coulomb friction of the same size, and
+    takes its place in a model.
+
+    Attributes:
+        presliding: Displacement :math:`\delta` over which 63 % of the change is made [rad].
+    """
+
+    presliding: float = shape(3e-4, "rad", 1e-5, 3e-2)
+
+    pointwise: ClassVar[bool] = False
+
+    def parameters(self, robot: Robot) -> list[Parameter]:
+        return [Parameter(f"Fh{joint + 1}", "N m", 0.0) for joint in self.columns(robot)]
+
+    def regressor(self, robot: Robot, motion: Motion) -> np.ndarray:
+        return self.on_joints(robot, self._state(robot, motion)[0])
+
+    def shape_derivatives(self, robot: Robot, motion: Motion) -> dict[str, np.ndarray]:
+        return {"presliding": self.on_joints(robot, self._state(robot, motion)[1])}
+
+    def _state(self, robot: Robot, motion: Motion) -> tuple[np.ndarray, np.ndarray]:
+        """z and its derivative by the displacement, each (t, n), zero where the effect does not act."""
+        state, slope = np.zeros((2, *motion.position.shape))
+        for joint in self.columns(robot):
+            state[:, joint], slope[:, joint] = _dahl(motion.position[:, joint], self.presliding)
+        return state, slope
+
+
+def _dahl(position: np.ndarray, presliding: float) -> tuple[np.ndarray, np.ndarray]:
+    """z and dz/d(presliding) along one joint's path, from z = 0.
+
+    Between reversals z goes exponentially, with the path, to the sign of the motion; so there is one
+    closed step a stretch, however many samples it has.
+    """
+    steps = np.diff(position, prepend=position[0])
+    signs = np.sign(steps)
+    starts = np.concatenate([[0], np.flatnonzero(signs[1:] != signs[:-1]) + 1, [len(position)]])
+    path = np.cumsum(np.abs(steps))
+    state, slope = np.zeros((2, len(position)))
+    z, dz, origin = 0.0, 0.0, 0.0
+    for start, stop in zip(starts[:-1], starts[1:], strict=True):
+        sign = signs[start]
+        gone = path[start:stop] - origin
+        decay = np.exp(-gone / presliding)
+        state[start:stop] = sign - (sign - z) * decay if sign else z
+        slope[start:stop] = dz * decay - (sign - z) * decay * gone / presliding**2 if sign else dz
+        z, dz, origin = state[stop - 1], slope[stop - 1], path[stop - 1]
+    return state, slope

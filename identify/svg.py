@@ -1,0 +1,129 @@
+"""Plots as static SVG: panels with axes, lines thinned out to what a screen can show, bands and dots."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from html import escape
+
+import numpy as np
+
+from .svg_scale import Span, label, ticks
+
+COLUMNS = 320
+"""Bins across a panel of which a line keeps the lowest and highest sample: one every two pixels."""
+GRAIN = 10
+"""Path coordinates are whole tenths of a pixel, which keeps files small."""
+
+
+@dataclass(frozen=True)
+class Panel:
+    """A rectangle of a plot with its own scales.
+
+    Attributes:
+        x: Data range across.
+        y: Data range upwards.
+        left: Pixels from the left edge of the plot.
+        top: Pixels from its upper edge.
+        width: Pixels.
+        height: Pixels.
+    """
+
+    x: Span
+    y: Span
+    left: float
+    top: float
+    width: float
+    height: float
+
+    def pixels(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """Data to tenths of pixels, shape (k, 2), held within a panel's height of the panel."""
+        across = self.left + self.width * (np.asarray(x, float) - self.x.low) / self.x.size
+        share = np.clip((np.asarray(y, float) - self.y.low) / self.y.size, -1.0, 2.0)
+        down = self.top + self.height * (1.0 - share)
+        return np.rint(GRAIN * np.column_stack([across, down])).astype(int)
+
+    def axes(self, x_label: str, y_label: str, x_ticks: bool = True) -> str:
+        """Frame, grid, tick labels and axis labels with their units."""
+        bottom, right = self.top + self.height, self.left + self.width
+        parts = [f'<rect class="frame" {_box(self.left, self.top, self.width, self.height)}/>']
+        for value in ticks(self.x, 6):
+            place = self.left + self.width * (value - self.x.low) / self.x.size
+            parts.append(_line("grid", place, self.top, place, bottom))
+            if x_ticks:
+                parts.append(text(place, bottom + 13, label(value, self.x), "tick middle"))
+        for value in ticks(self.y, max(2, int(self.height / 26))):
+            place = bottom - self.height * (value - self.y.low) / self.y.size
+            parts.append(_line("grid", self.left, place, right, place))
+            parts.append(text(self.left - 5, place + 4, label(value, self.y), "tick end"))
+        if x_label:
+            parts.append(text(right, bottom + 27, x_label, "axis end"))
+        turned = f'transform="translate(12 {self.top + self.height / 2:.1f}) rotate(-90)"'
+        parts.append(f'<text class="axis middle" {turned}>{escape(y_label)}</text>')
+        return "".join(parts)
+
+    def line(self, x: np.ndarray, y: np.ndarray, style: str) -> str:
+        """A line, thinned out so that every extreme stays."""
+        kept = envelope(y, COLUMNS)
+        return path(self.pixels(x[kept], y[kept]), style)
+
+    def band(self, x: np.ndarray, low: np.ndarray, high: np.ndarray, style: str) -> str:
+        """The area between two lines."""
+        edge = np.concatenate([self.pixels(x, low), self.pixels(x, high)[::-1]])
+        return path(edge, style, closed=True)
+
+    def dots(self, x: np.ndarray, y: np.ndarray, style: str) -> str:
+        """Separate dots: strokes of no length with round ends."""
+        steps = "".join(f"M{a} {b}h0" for a, b in self.pixels(x, y))
+        return _path(steps, style)
+
+
+def envelope(y: np.ndarray, columns: int) -> np.ndarray:
+    """Indices of the lowest and highest sample of each of `columns` stretches, in order."""
+    if len(y) <= 2 * columns:
+        return np.arange(len(y))
+    edges = np.linspace(0, len(y), columns + 1).astype(int)
+    pairs = [(a + int(np.argmin(y[a:b])), a + int(np.argmax(y[a:b]))) for a, b in zip(edges, edges[1:])]  # noqa: B905
+    return np.unique([0, len(y) - 1, *(index for pair in pairs for index in pair)])
+
+
+def path(points: np.ndarray, style: str, closed: bool = False) -> str:
+    """A path through points (k, 2) in tenths of pixels, written as steps from one to the next."""
+    if len(points) == 0:
+        return ""
+    steps = "".join(f"{a} {b} " if b >= 0 else f"{a}{b} " for a, b in np.diff(points, axis=0))
+    first = f"M{points[0, 0]} {points[0, 1]}"
+    return _path(f"{first}l{steps.strip()}{'z' if closed else ''}" if steps else f"{first}h0", style)
+
+
+def text(x: float, y: float, words: str, style: str) -> str:
+    """Words at a place in pixels."""
+    return f'<text class="{style}" x="{x:.1f}" y="{y:.1f}">{escape(words)}</text>'
+
+
+def legend(x: float, y: float, entries: Sequence[tuple[str, str]]) -> str:
+    """A row of (style, words), each with a sample of its line."""
+    parts = []
+    for style, words in entries:
+        parts.append(path(np.rint(GRAIN * np.array([[x, y - 4], [x + 18, y - 4]])).astype(int), style))
+        parts.append(text(x + 23, y, words, "key"))
+        x += 38 + 6.1 * len(words)  # a letter of eleven pixels is about six wide
+    return "".join(parts)
+
+
+def picture(width: float, height: float, title: str, content: str) -> str:
+    """A plot that fills its column; the title is read aloud and shown on hovering."""
+    return (
+        f'<svg viewBox="0 0 {width:g} {height:g}" role="img">'
+        f"<title>{escape(title)}</title>{content}</svg>"
+    )
+
+
+def _path(steps: str, style: str) -> str:
+    return f'<path class="{style}" transform="scale({1 / GRAIN:g})" d="{steps}"/>'
+
+
+def _line(style: str, x1: float, y1: float, x2: float, y2: float) -> str:
+    return f'<line class="{style}" x1="{x1:.1f}" y1="{y1:.1f}" x2="{x2:.1f}" y2="{y2:.1f}"/>'
+
+
+def _box(x: float, y: float, width: float, height: float) -> str:
+    return f'x="{x:.1f}" y="{y:.1f}" width="{width:.1f}" height="{height:.1f}"'

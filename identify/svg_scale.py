@@ -1,0 +1,49 @@
+"""Scales of a plot: ranges, round ticks and their labels."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+
+class Span(NamedTuple):
+    """A range of data, never empty."""
+
+    low: float
+    high: float
+
+    @property
+    def size(self) -> float:
+        """Length of the range."""
+        return self.high - self.low
+
+    @classmethod
+    def around(cls, *values: np.ndarray, margin: float = 0.06, zero: bool = False) -> "Span":
+        """Range of all finite values and a margin, symmetric about zero if asked."""
+        every = np.concatenate([np.ravel(v) for v in values]) if values else np.zeros(1)
+        every = every[np.isfinite(every)]
+        low, high = (float(every.min()), float(every.max())) if len(every) else (0.0, 0.0)
+        if zero:
+            high = max(abs(low), abs(high))
+            low = -high
+        spare = margin * (high - low) or 0.5 * abs(high) or 1.0
+        return cls(low - spare, high + spare)
+
+
+def ticks(span: Span, count: int) -> np.ndarray:
+    """About `count` multiples of 1, 2 or 5 times a power of ten within the range."""
+    step = tick_step(span, count)
+    return step * np.arange(np.ceil(span.low / step), np.floor(span.high / step) + 1)
+
+
+def tick_step(span: Span, count: int) -> float:
+    """Smallest round step that gives no more than `count` ticks or so."""
+    rough = span.size / count
+    power = 10.0 ** np.floor(np.log10(rough))
+    return float(next(factor * power for factor in (1, 2, 5, 10) if factor * power >= rough * (1 - 1e-9)))
+
+
+def label(value: float, span: Span) -> str:
+    """A tick's value with no more digits than the range deserves."""
+    if abs(value) < 1e-9 * span.size:
+        return "0"
+    return f"{value:.6g}".replace("-", "\N{MINUS SIGN}")
