@@ -11,6 +11,7 @@ import numpy as np
 
 from .base_parameters import BaseParameters
 from .errors import RecordingError
+from .filters import differentiate, low_pass
 from .model import Model
 from .motion import Motion
 from .prepare import Prepared
@@ -35,7 +36,8 @@ class Equations:
         rate: Rows per second [Hz].
         noise: Noise floor of `current`, shape (n,).
         commanded: Forms the regressor of the commanded motion, shape (r, n, b); None if not recorded.
-        regressor_noise: Standard deviation of the regressor's own noise, shape (n, b); None if not asked.
+        regressor_noise: Forms the standard deviation that encoder noise gives the regressor and, in the
+            last column, the known torque, shape (n, b + 1).
         believed: Value of each standard parameter before the data, shape (p,).
         tolerance: Its standard deviation, infinite where nothing is held true, shape (p,).
         bodies: Standard parameters that are the ten of one rigid body each.
@@ -52,7 +54,7 @@ class Equations:
     rate: float
     noise: np.ndarray
     commanded: Callable[[], np.ndarray] | None = None
-    regressor_noise: np.ndarray | None = None
+    regressor_noise: Callable[[], np.ndarray] | None = None
     believed: np.ndarray = field(default_factory=lambda: np.empty(0))
     tolerance: np.ndarray = field(default_factory=lambda: np.empty(0))
     bodies: tuple[slice, ...] = ()
@@ -72,7 +74,7 @@ class Equations:
             base=base,
             regressor=self.regressor[:, :, left],
             commanded=None if commanded is None else lambda: commanded()[:, :, left],
-            regressor_noise=None if noise is None else noise[:, left],
+            regressor_noise=None if noise is None else lambda: noise()[:, [*left, -1]],
         )
 
 
@@ -105,6 +107,7 @@ def assemble(model: Model, base: BaseParameters, runs: Sequence[Prepared]) -> Eq
         rate=runs[0].decimation.output_rate,
         noise=np.sqrt(np.mean([run.noise**2 for run in runs], axis=0)),
         commanded=_commanded(model, base, runs),
+        regressor_noise=lambda: _regressor_noise(model, base, runs),
         believed=model.believed_values,
         tolerance=np.array([belief.std for belief in model.beliefs]),
         bodies=tuple(model.inertias),
@@ -119,6 +122,27 @@ def _commanded(
     if len(pairs) < len(runs):
         return None
     return lambda: np.concatenate([decimated_regressor(model, base, *pair)[0] for pair in pairs])
+
+
+def _regressor_noise(model: Model, base: BaseParameters, runs: Sequence[Prepared]) -> np.ndarray:
+    """Scatter of regressor and known torque when a draw of encoder noise is added to the positions."""
+    squares = []
+    for run in runs:
+        motion = run.motion[: 10 * len(run.decimation.taps)]  # ten filter lengths tell it to a tenth
+        noise = np.random.default_rng(0).normal(size=motion.position.shape) * run.encoder_noise
+        shift = low_pass(noise, run.decimation.rate, run.position_cutoff)
+        velocity, acceleration = differentiate(shift, run.decimation.rate)
+        disturbed = replace(
+            motion,
+            position=motion.position + shift,
+            velocity=motion.velocity + velocity,
+            acceleration=motion.acceleration + acceleration,
+        )
+        before = decimated_regressor(model, base, run, motion)
+        after = decimated_regressor(model, base, run, disturbed)
+        change = np.concatenate([after[0] - before[0], (after[1] - before[1])[:, :, None]], axis=2)
+        squares.append(np.mean(change**2, axis=0))
+    return np.sqrt(np.mean(squares, axis=0))
 
 
 def decimated_regressor(

@@ -10,6 +10,8 @@ from .motion import Motion
 
 ROOM_TEMPERATURE = 25.0
 """Temperature [degC] at which curves are drawn where friction depends on it."""
+APPROACH = 1.0
+"""Path [rad] on which a joint slides before its friction is looked at: far more than any presliding."""
 
 
 def friction_curve(fit: Fit, velocity: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -32,14 +34,12 @@ def friction_curve(fit: Fit, velocity: np.ndarray) -> tuple[np.ndarray, np.ndarr
     names = [fit.base.parameters[column].name for column in fit.base.kept]
     kept = [names.index(name) for name in gears.names if name in names]
     columns = [place for place, name in enumerate(gears.names) if name in names]
-    moving = _steady(fit.model, velocity)
-    standing = _steady(fit.model, np.zeros_like(velocity))
+    standing = gears.regressor(_alone(fit.model, np.zeros_like(velocity), 0))
     torque, variance = np.zeros_like(velocity), np.zeros_like(velocity)
     covariance = fit.estimate.covariance[np.ix_(kept, kept)]
     to_motors = np.linalg.inv(fit.model.robot.coupling).T
     for joint in range(velocity.shape[1]):
-        alone = replace(moving, velocity=velocity * (np.arange(velocity.shape[1]) == joint))
-        rows = (gears.regressor(alone) - gears.regressor(standing))[:, :, columns]
+        rows = (gears.regressor(_alone(fit.model, velocity, joint)) - standing)[1::2, :, columns]
         row = np.einsum("i,tip->tp", to_motors[joint], rows)
         torque[:, joint] = row @ fit.estimate.values[kept]
         variance[:, joint] = np.einsum("tp,pq,tq->t", row, covariance, row)
@@ -55,13 +55,16 @@ def partial_residual(fit: Fit, velocity: np.ndarray, residual: np.ndarray) -> np
     return residual + friction_curve(fit, velocity)[0]
 
 
-def _steady(model: Model, velocity: np.ndarray) -> Motion:
-    """Mid-range positions, believed load and room temperature at the given velocities (t, n)."""
-    limits = model.robot.limits
-    middle = (np.maximum(limits.position_lower, -np.pi) + np.minimum(limits.position_upper, np.pi)) / 2
-    position = np.broadcast_to(middle, velocity.shape)
-    time = np.arange(len(velocity)) * 1.0
-    still = np.zeros_like(velocity)
-    warm = np.full_like(velocity, ROOM_TEMPERATURE)
+def _alone(model: Model, velocity: np.ndarray, joint: int) -> Motion:
+    """One joint slides at its velocities (t, n), each reached after `APPROACH`; shape (2 t, n)."""
+    robot = model.robot
+    twice = np.repeat(velocity * (np.arange(robot.dof) == joint), 2, axis=0)
+    lower = np.maximum(robot.limits.position_lower, -np.pi)
+    upper = np.minimum(robot.limits.position_upper, np.pi)
+    still = np.zeros_like(twice)
+    position = still + (lower + upper) / 2
+    position[::2] -= APPROACH * np.sign(twice[::2])
+    time = np.arange(len(twice)) * 1.0
+    warm = np.full_like(twice, ROOM_TEMPERATURE)
     at_rest = model.loaded(Motion.of(time, position, still, still, temperature=warm))
-    return replace(at_rest, velocity=velocity)
+    return replace(at_rest, velocity=twice)

@@ -96,7 +96,7 @@ def noise_at_rest(
     spans = [(a, b) for a, b in spans if b - a >= shortest * decimation.rate]
     if sum(b - a for a, b in spans) < 2 * decimation.rate / decimation.cutoff:
         return np.full(current.shape[1], np.nan)
-    frequency = np.arange(0.0, 0.5 * decimation.rate, 0.5)
+    frequency = np.arange(0.25, 0.5 * decimation.rate, 0.5)  # middles of bands of 0.5 Hz
     densities = [_density(current[a:b], decimation.rate, frequency) for a, b in spans]
     lengths = [b - a for a, b in spans]
     density = np.average(densities, axis=0, weights=lengths)

@@ -45,6 +45,7 @@ class Prepared:
         position_cutoff: Low-pass that was used before differentiation [Hz].
         noise: Noise floor of `current` behind the decimation filter, shape (n,).
         noise_source: "rest" if measured while the arm stood still, else "high frequencies".
+        encoder_noise: Standard deviation of the measured position's white noise, shape (n,) [rad].
         commanded: Motion that was commanded, filtered alike; None if it was not recorded.
         known: What is known of the payload carried: (parameter, value) pairs.
     """
@@ -59,6 +60,7 @@ class Prepared:
     position_cutoff: float
     noise: np.ndarray
     noise_source: str
+    encoder_noise: np.ndarray
     commanded: Motion | None = None
     known: tuple[tuple[str, float], ...] = ()
 
@@ -105,11 +107,21 @@ def prepare(recording: Recording, filtering: Filtering = Filtering()) -> Prepare
     noise, source = _noise(current, motion, decimation)
     if not np.any(sliding):
         raise NotExcited(f"{recording.name}: no joint moves; record an exciting trajectory")
-    known = recording.payload.known if recording.payload else ()
     return Prepared(
-        recording.name, motion[inside], current[inside], measures, gain, sliding[inside], decimation,
-        position_cutoff, noise, source, _commanded(recording, time, rate, position_cutoff, inside), known,
-    )  # fmt: skip
+        name=recording.name,
+        motion=motion[inside],
+        current=current[inside],
+        measures=measures,
+        gain=gain,
+        sliding=sliding[inside],
+        decimation=decimation,
+        position_cutoff=position_cutoff,
+        noise=noise,
+        noise_source=source,
+        encoder_noise=np.sqrt(0.5 * rate * cutoffs.spectra(position, rate)[2]),
+        commanded=_commanded(recording, time, rate, position_cutoff, inside),
+        known=recording.payload.known if recording.payload else (),
+    )
 
 
 def _onto(time: np.ndarray, rate: float, recording: Recording, name: str) -> np.ndarray:

@@ -8,34 +8,36 @@ what a motion cannot: a spring balancer against gravity over a short range of it
 import numpy as np
 
 from ..equations import Equations
-from .compressed import Compressed, solve
-from .covariance import sandwich
+from .compressed import Compressed
 from .estimate import Estimate
-from .least_squares import residual, weighted
+from .least_squares import weighted
 
 
 def bayesian(equations: Equations) -> Estimate:
-    """Most probable base parameters given data and beliefs."""
-    compressed = Compressed.of(equations)
-    start = weighted(equations)
-    mean, deviation = prior(equations)
-    whiten = np.linalg.inv(np.linalg.cholesky(deviation))
-    noise, values = start.noise, start.values
-    for _ in range(10):
-        before = values
-        rows = [compressed.regressor(j) / noise[j] for j in range(len(noise))]
-        right = [compressed.torque(j, equations.gain) / noise[j] for j in range(len(noise))]
-        values = solve(
-            np.concatenate([*rows, whiten]), np.concatenate([*right, whiten @ mean]), equations.names
-        )
-        noise = compressed.residual_std(values, equations.gain)
-        if np.linalg.norm(values - before) <= 1e-8 * np.linalg.norm(values):
-            break
-    data = sandwich(equations.regressor, residual(equations, values, equations.gain), equations)
-    covariance = _both(data, deviation)
+    """Most probable base parameters given data and beliefs.
+
+    The data enter with the covariance of coloured noise: weights as if it were white would trust the
+    data several times too much against the beliefs.
+    """
+    data = weighted(equations)
+    count = len(data.values)
+    values, covariance = joined(data.values, data.covariance[:count, :count], *prior(equations))
+    noise = Compressed.of(equations).residual_std(values, equations.gain)
     full = np.pad(covariance, (0, len(equations.gain)))
     standard = standard_parameters(equations, values)
     return Estimate("bayesian", values, equations.gain, full, noise, standard)
+
+
+def joined(
+    values: np.ndarray, covariance: np.ndarray, mean: np.ndarray, deviation: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Mean (b,) and covariance (b, b) when two independent ones are joined, scaled against rounding."""
+    total = covariance + deviation
+    size = np.sqrt(np.diag(total))
+    share = np.linalg.solve(total / np.outer(size, size), covariance / np.outer(size, size)).T
+    share = share * np.outer(size, 1 / size)  # covariance @ inverse(total), Kalman's gain
+    both = share @ deviation
+    return values + share @ (mean - values), 0.5 * (both + both.T)
 
 
 def prior(equations: Equations) -> tuple[np.ndarray, np.ndarray]:
@@ -45,18 +47,22 @@ def prior(equations: Equations) -> tuple[np.ndarray, np.ndarray]:
     return regrouping @ equations.believed, spread @ spread.T
 
 
-def finite_tolerance(equations: Equations) -> np.ndarray:
-    """Standard deviation of each standard parameter; where nothing is held, one that says nothing.
+LOOSE = 10.0
+"""Deviation of what is not believed at all, over what would make the whole measured torque alone: wide
+enough to say nothing, and no wider, since rounding grows with it."""
 
-    A thousand times what one unit of the column needs to make the whole measured torque.
-    """
-    torque = np.sqrt(np.sum((equations.gain * equations.current) ** 2))
-    size = np.linalg.norm(equations.regressor, axis=(0, 1))
-    loose = np.full(len(equations.tolerance), 1e3 * torque / np.min(size[size > 0]))
-    loose[equations.base.kept] = 1e3 * torque / np.maximum(size, np.min(size[size > 0]))
-    known = np.isfinite(equations.tolerance)
+
+def finite_tolerance(equations: Equations) -> np.ndarray:
+    """Standard deviation of each standard parameter, shape (p,), finite also where nothing is held."""
+    torque = np.linalg.norm((equations.gain * equations.current)[equations.weight > 0])
+    rows = (equations.regressor * equations.weight[:, :, None]).reshape(-1, len(equations.names))
+    # A column that was regrouped is this combination of the kept ones; unseen columns have no length.
+    regrouping = equations.base.regrouping
+    size = np.sqrt(np.einsum("bp,bc,cp->p", regrouping, rows.T @ rows, regrouping, optimize=True))
+    seen = size > 0
+    loose = LOOSE * torque / np.where(seen, size, np.median(size[seen]))
     # A believed zero with zero tolerance would make the prior singular; it is held to a billionth.
-    return np.where(known, np.maximum(equations.tolerance, 1e-9 * loose), loose)
+    return np.where(np.isfinite(equations.tolerance), np.maximum(equations.tolerance, 1e-9 * loose), loose)
 
 
 def standard_parameters(equations: Equations, values: np.ndarray) -> np.ndarray:
@@ -65,10 +71,3 @@ def standard_parameters(equations: Equations, values: np.ndarray) -> np.ndarray:
     mean = equations.base.regrouping @ equations.believed
     change = np.linalg.lstsq(spread, values - mean, rcond=None)[0]
     return equations.believed + finite_tolerance(equations) * change
-
-
-def _both(data: np.ndarray, belief: np.ndarray) -> np.ndarray:
-    """Covariance when independent data and belief are joined, scaled against rounding."""
-    size = np.sqrt(np.diag(data))
-    joined = np.linalg.inv(data / np.outer(size, size)) + np.linalg.inv(belief / np.outer(size, size))
-    return np.linalg.inv(joined) * np.outer(size, size)

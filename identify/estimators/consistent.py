@@ -21,7 +21,8 @@ from .estimate import Estimate
 from .least_squares import weighted
 
 MARGIN = 1e-6
-"""Smallest eigenvalue of a pseudo-inertia over the body's believed size, so that simulators accept it."""
+"""Smallest eigenvalue of a pseudo-inertia over the largest of the ten parameters, so that simulators
+accept it."""
 
 
 def consistent(equations: Equations) -> Estimate:
@@ -40,52 +41,91 @@ def consistent(equations: Equations) -> Estimate:
 
 def nearest(equations: Equations, values: np.ndarray, covariance: np.ndarray) -> np.ndarray:
     """Consistent standard parameters (p,) nearest to base parameters (b,) in their covariance (b, b)."""
+    # Unknowns are deviations from the belief in units of its tolerance, so that the prior is their sum
+    # of squares; first without constraints.
     tolerance = finite_tolerance(equations)
-    # Unknowns are deviations from the belief in units of its tolerance: all of a size, and the prior
-    # is their sum of squares.
-    size = np.sqrt(np.diag(covariance))
-    whiten = np.linalg.inv(np.linalg.cholesky(covariance / np.outer(size, size))) / size
-    rows = whiten @ equations.base.regrouping * tolerance
-    right = whiten @ (values - equations.base.regrouping @ equations.believed)
-    count = len(tolerance)
-    quadratic = sparse.csc_matrix(np.triu(rows.T @ rows + np.eye(count)))
-    matrix, offset, cones = _constraints(equations, tolerance)
+    rows, right = _data(equations, values, covariance)
+    rows = rows * tolerance
+    stacked = np.concatenate([rows, np.eye(len(tolerance))])
+    free = np.linalg.lstsq(stacked, np.concatenate([right, np.zeros(len(tolerance))]), rcond=None)[0]
+    standard = equations.believed + tolerance * free
+    matrix, offset, cones = _constraints(equations, standard)
+    if _inside(offset, cones):
+        return standard
+    # Then the step back into the constraints. The solver wants unknowns of one size: each in units of
+    # its deviation when all others are held.
+    unit = tolerance / np.linalg.norm(stacked, axis=0)
+    stacked = stacked * (unit / tolerance)
     settings = clarabel.DefaultSettings()
     settings.verbose = False
-    solution = clarabel.DefaultSolver(quadratic, -rows.T @ right, matrix, offset, cones, settings).solve()
+    solution = clarabel.DefaultSolver(
+        sparse.csc_matrix(np.triu(stacked.T @ stacked)), np.zeros(len(unit)),
+        sparse.csc_matrix(matrix * unit), offset, cones, settings,
+    ).solve()  # fmt: skip
     if str(solution.status) not in ("Solved", "AlmostSolved"):
         raise FitError(
             f"no physically consistent parameters found ({solution.status}); check the signs of the drive "
             "gains and the direction of gravity, which consistency cannot mend"
         )
-    return equations.believed + tolerance * np.array(solution.x)
+    return standard + unit * np.array(solution.x)
 
 
-def _constraints(equations: Equations, tolerance: np.ndarray) -> tuple[sparse.csc_matrix, np.ndarray, list]:
-    """A x + s = b with s in cones: pseudo-inertias, then minima of the parameters outside bodies."""
-    blocks, offsets, cones = [], [], []
-    inside: set[int] = set()
+def _data(equations: Equations, values: np.ndarray, covariance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Whitened rows (b, p) and right side (b,) that deviations from the belief should meet."""
+    # Nobody knows a parameter to better than a millionth; noise-free data would overflow the solver.
+    size = np.maximum(np.sqrt(np.diag(covariance)), 1e-6 * np.abs(values) + np.finfo(float).tiny)
+    scaled = covariance / np.outer(size, size)
+    scaled[np.diag_indices(len(size))] = 1.0
+    whiten = np.linalg.inv(np.linalg.cholesky(scaled)) / size
+    regrouping = equations.base.regrouping
+    return whiten @ regrouping, whiten @ (values - regrouping @ equations.believed)
+
+
+def _constraints(equations: Equations, standard: np.ndarray) -> tuple[np.ndarray, np.ndarray, list]:
+    """A x + s = b with s in cones, for a step x (p,) from given standard parameters.
+
+    Cones are the pseudo-inertias, then minima of the parameters outside bodies.
+    """
+    blocks, offsets, cones = [np.zeros((0, len(standard)))], [np.zeros(0)], []
+    outside = np.array([np.isfinite(parameter.minimum) for parameter in equations.base.parameters])
+    vectors = pseudo_inertia_vectors()
     for body in equations.bodies:
-        inside |= set(range(body.start, body.stop))
-        vectors = pseudo_inertia_vectors()
-        matrix = np.zeros((10, len(tolerance)))
-        matrix[:, body] = -vectors * tolerance[body]
-        scale = max(np.max(np.abs(equations.believed[body])), np.finfo(float).tiny)
-        floor = MARGIN * scale * triangle(np.eye(4))
+        outside[body] = False
+        matrix = np.zeros((10, len(standard)))
+        matrix[:, body] = -vectors
+        scale = max(np.max(np.abs(standard[body])), 1e-12)  # a picogram: a body of nothing
         blocks.append(matrix / scale)
-        offsets.append((vectors @ equations.believed[body] - floor) / scale)
+        offsets.append(vectors @ standard[body] / scale - MARGIN * triangle(np.eye(4)))
         cones.append(clarabel.PSDTriangleConeT(4))
-    bounded = [
-        k for k, p in enumerate(equations.base.parameters) if np.isfinite(p.minimum) and k not in inside
-    ]
-    if bounded:
-        matrix = np.zeros((len(bounded), len(tolerance)))
-        matrix[np.arange(len(bounded)), bounded] = -1.0
+    bounded = np.flatnonzero(outside)
+    if len(bounded):
         minimum = np.array([equations.base.parameters[k].minimum for k in bounded])
-        blocks.append(matrix)
-        offsets.append((equations.believed[bounded] - minimum) / tolerance[bounded])
+        scale = np.maximum(np.abs(standard[bounded]), 1e-12)
+        blocks.append(-np.eye(len(standard))[bounded] / scale[:, None])
+        offsets.append((standard[bounded] - minimum) / scale)
         cones.append(clarabel.NonnegativeConeT(len(bounded)))
-    return sparse.csc_matrix(np.concatenate(blocks)), np.concatenate(offsets), cones
+    return np.concatenate(blocks), np.concatenate(offsets), cones
+
+
+def _inside(offset: np.ndarray, cones: list) -> bool:
+    """Whether no step is needed: every pseudo-inertia positive, every bound kept."""
+    start = 0
+    for cone in cones:
+        body = isinstance(cone, clarabel.PSDTriangleConeT)
+        count = 10 if body else len(offset) - start
+        part = offset[start : start + count]
+        if np.min(np.linalg.eigvalsh(square(part)) if body else part) < 0:
+            return False
+        start += count
+    return True
+
+
+def square(packed: np.ndarray) -> np.ndarray:
+    """Symmetric matrix (4, 4) whose `triangle` is given."""
+    rows, columns = np.tril_indices(4)[::-1]
+    matrix = np.zeros((4, 4))
+    matrix[rows, columns] = packed / np.where(rows == columns, 1.0, np.sqrt(2.0))
+    return np.triu(matrix) + np.triu(matrix, 1).T
 
 
 def triangle(matrix: np.ndarray) -> np.ndarray:

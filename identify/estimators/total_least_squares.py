@@ -38,10 +38,12 @@ def total(equations: Equations) -> Estimate:
     """Total least squares with rows and columns weighted by their noise."""
     compressed = Compressed.of(equations)
     estimate = mixed(equations)
+    encoder = equations.regressor_noise() if equations.regressor_noise else None
     for _ in range(3):  # the weights need the gains, roughly
         noise = _torque_noise(equations, compressed, estimate)
         system = _homogeneous(equations, compressed, noise)
-        estimate = _total("total", equations, system, _column_noise(equations, noise))
+        columns = _column_noise(equations, noise, estimate.gain, encoder)
+        estimate = _total("total", equations, system, columns)
     return estimate
 
 
@@ -104,18 +106,18 @@ def _gain_column_noise(noise: np.ndarray, compressed: Compressed, gain: np.ndarr
     return np.sqrt(compressed.counts) / np.abs(gain)
 
 
-def _column_noise(equations: Equations, noise: np.ndarray) -> np.ndarray:
+def _column_noise(
+    equations: Equations, noise: np.ndarray, gain: np.ndarray, encoder: np.ndarray | None
+) -> np.ndarray:
     """Noise of each column of [V, W, P] in weighted rows, as a root sum of squares, shape (n + b + 1,)."""
     counts = equations.weight.sum(axis=0)
-    gains = np.sqrt(counts) / np.abs(equations.gain)
-    if equations.regressor_noise is None:
-        # Nothing said: a part in 1e4 of a column, the share of encoder noise in a filtered acceleration.
-        squares = np.einsum("rnb,rn,n->b", equations.regressor**2, equations.weight, noise**-2.0)
-        columns = 1e-4 * np.sqrt(squares)
-    else:
-        columns = np.sqrt(np.einsum("nb,n,n->b", equations.regressor_noise**2, counts, noise**-2.0))
-    weighted_known = np.sqrt(np.sum(equations.known**2 * equations.weight / noise**2))
-    return np.concatenate([gains, np.maximum(columns, 1e-12), [1e-4 * weighted_known]])
+    columns = np.concatenate([equations.regressor, equations.known[:, :, None]], axis=2)
+    size = np.sqrt(np.einsum("rnb,rn->b", columns**2, equations.weight / noise**2))
+    # A constant column has no noise; a millionth of it keeps the singular values within double precision.
+    floor = 1e-6 * size
+    if encoder is not None:
+        floor = np.maximum(floor, np.sqrt((counts / noise**2) @ encoder**2))
+    return np.concatenate([np.sqrt(counts) / np.abs(gain), floor])
 
 
 def _total(method: str, equations: Equations, system: Homogeneous, column_noise: np.ndarray) -> Estimate:

@@ -1,0 +1,50 @@
+"""What every benchmark shares: its options, its tables, its JSON file."""
+
+import argparse
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+
+def options(description: str) -> argparse.Namespace:
+    """Command line of a benchmark: --quick and --json FILE."""
+    parser = argparse.ArgumentParser(description=description)
+    parser.add_argument("--quick", action="store_true", help="the same work in small, under a minute")
+    parser.add_argument("--json", type=Path, metavar="FILE", help="write the figures to FILE")
+    return parser.parse_args()
+
+
+def show(title: str, header: Sequence[str], rows: Sequence[Sequence[Any]]) -> None:
+    """Print a table: text to the left, numbers to the right with four significant digits."""
+    cells = [list(header), *([cell(value) for value in row] for row in rows)]
+    widths = [max(len(row[k]) for row in cells) for k in range(len(header))]
+    left = [all(isinstance(row[k], str) for row in rows) for k in range(len(header))]
+    print(f"\n{title}")
+    for place, row in enumerate(cells):
+        aligned = (c.ljust(w) if le else c.rjust(w) for c, w, le in zip(row, widths, left, strict=True))
+        print("  " + "  ".join(aligned).rstrip())
+        if place == 0:
+            print("  " + "  ".join("-" * w for w in widths))
+
+
+def cell(value: Any) -> str:
+    """A value as text."""
+    if isinstance(value, str):
+        return value
+    if value is None or np.isnan(value):
+        return "-"
+    return f"{value:.0f}" if 1e4 <= abs(value) < 1e7 else f"{value:.4g}"
+
+
+def save(path: Path | None, figures: dict[str, Any]) -> None:
+    """Write figures to a JSON file, if one was asked for."""
+    if path is not None:
+        path.write_text(json.dumps(figures, indent=2, default=_plain) + "\n")
+        print(f"\nfigures in {path}")
+
+
+def _plain(value: Any) -> Any:
+    return np.asarray(value).tolist()

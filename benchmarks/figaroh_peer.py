@@ -1,0 +1,181 @@
+"""FIGAROH's own code path on arrays in memory, for comparison.
+
+Used as its documentation says: `load_robot`, a YAML file in its unified format, and a subclass of its
+`BaseIdentification` that returns the recording as a `TrajectoryData`. Filter, derivatives, regressor, base
+parameters, solution and standard deviations are all FIGAROH's. Two ways to set it:
+
+- `Settings()`: what FIGAROH does unless told otherwise (cut-off 100 Hz, every tenth row after its
+  decimation), told only the sample rate;
+- `Settings.best()`: a cut-off that suits the motion, and the filter's edges masked.
+
+FIGAROH is optional: `why_absent()` says in one sentence what to install.
+"""
+
+import contextlib
+import io
+import json
+import tempfile
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+
+class Settings(NamedTuple):
+    """What a user of FIGAROH chooses.
+
+    Attributes:
+        cutoff: Of the low-pass filter on positions; FIGAROH's default is 100 [Hz].
+        decimation: One row kept of so many; FIGAROH's default is 10, and 1 keeps all.
+        edge: Left out at both ends after filtering [s].
+        weighted: Refine by weighted least squares.
+    """
+
+    cutoff: float = 100.0
+    decimation: int = 10
+    edge: float = 0.0
+    weighted: bool = False
+
+    @classmethod
+    def best(cls, decimation: int = 10) -> "Settings":
+        """Settings that fit a motion below 1 Hz with encoder noise well.
+
+        10 Hz leaves ten harmonics of the motion and stops the noise of the acceleration; one second is ten
+        periods of that filter, after which its start is forgotten.
+        """
+        return cls(cutoff=10.0, decimation=decimation, edge=1.0)
+
+
+@dataclass(frozen=True)
+class FigarohFit:
+    """What FIGAROH found.
+
+    Attributes:
+        names: Base parameters as FIGAROH writes them, b of them.
+        values: Shape (b,).
+        relative_std: Standard deviation over value, shape (b,) [%].
+        relative_residual: Norm of residual over norm of torque, in the rows that were fitted, shape (n,) [-].
+        residual_rms: Root mean square of the same residual, shape (n,) [N m].
+    """
+
+    names: tuple[str, ...]
+    values: np.ndarray
+    relative_std: np.ndarray
+    relative_residual: np.ndarray
+    residual_rms: np.ndarray
+
+
+def why_absent() -> str:
+    """Sentence that says why FIGAROH cannot be compared with; empty where it can."""
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # two of its dependencies register the same converters
+            import figaroh.identification.base_identification  # noqa: F401
+    except ImportError as missing:
+        return f"FIGAROH is left out of the comparison ({missing}); pip install 'exidyn[bench]' brings it."
+    return ""
+
+
+class FigarohArm:
+    """An arm loaded by FIGAROH, with viscous and Coulomb friction, rotor inertia and offset at each joint."""
+
+    def __init__(self, urdf: Path) -> None:
+        if absent := why_absent():
+            raise ImportError(absent)
+        from figaroh.tools.load_robot import load_robot
+
+        self.robot = load_robot(str(urdf), load_by_urdf=True)
+        self.joints = tuple(self.robot.model.names)[1:]
+
+    def regressor(self, position: np.ndarray, velocity: np.ndarray, acceleration: np.ndarray) -> np.ndarray:
+        """FIGAROH's regressor of given states, each (t, n); shape (n t, 14 n), all rows of joint 1 first."""
+        from figaroh.tools.regressor import build_regressor_basic
+
+        everything = dict.fromkeys(("has_friction", "has_actuator_inertia", "has_joint_offset"), True)
+        chosen = everything | {"is_joint_torques": True, "act_idxv": list(range(len(self.joints)))}
+        return build_regressor_basic(self.robot, position, velocity, acceleration, chosen)
+
+    def identify(
+        self, position: np.ndarray, torque: np.ndarray, rate: float, settings: Settings | None = None
+    ) -> FigarohFit:
+        """FIGAROH's whole identification with statistics, without its plots and files.
+
+        Args:
+            position: Shape (t, n) [rad].
+            torque: Shape (t, n) [N m].
+            rate: Samples a second [Hz].
+            settings: FIGAROH's defaults unless given.
+        """
+        settings = settings or Settings()
+        recording = self._recording(position, torque, rate, settings.edge)
+        with tempfile.TemporaryDirectory() as folder, contextlib.redirect_stdout(io.StringIO()):
+            file = Path(folder) / "arm.yaml"
+            file.write_text(json.dumps(_configuration(self.joints, rate, settings.cutoff)))  # JSON is YAML
+            work = _subclass(lambda: recording)(self.robot, str(file))
+            work.initialize()
+            work.solve(
+                decimate=settings.decimation > 1,
+                decimation_factor=settings.decimation,
+                plotting=False,
+                wls=settings.weighted,
+            )
+        return _fit(work, len(self.joints))
+
+    def _recording(self, position: np.ndarray, torque: np.ndarray, rate: float, edge: float) -> Any:
+        from figaroh.data.trajectory import JOINT_TORQUE, TrajectoryData
+
+        time = np.arange(len(position)) / rate
+        inside = (time >= edge) & (time <= time[-1] - edge)
+        return TrajectoryData(
+            time, self.joints, position, torque, (JOINT_TORQUE,) * len(self.joints), "Nm", mask=inside
+        )
+
+
+def _subclass(load: Callable[[], Any]) -> Any:
+    """The subclass that FIGAROH wants for each robot; it says where the data come from, and no more."""
+    from figaroh.identification.base_identification import BaseIdentification
+
+    class ArmIdentification(BaseIdentification):
+        def load_trajectory_data(self, data_source: str | None = None) -> Any:
+            return load()
+
+    return ArmIdentification
+
+
+def _configuration(joints: tuple[str, ...], rate: float, cutoff: float) -> dict[str, Any]:
+    """FIGAROH's unified configuration; what is not said here stays at its default."""
+    components = {"friction": True, "actuator_inertia": True, "joint_offset": True}
+    unknown = [0.0] * len(joints)
+    mechanics = {
+        "friction_coefficients": {"viscous": unknown, "static": unknown},
+        "actuator_inertias": unknown,
+        "joint_offsets": unknown,
+    }
+    return {
+        "robot": {
+            "name": "arm",
+            "properties": {"joints": {"active_joints": list(joints)}, "mechanics": mechanics},
+        },
+        "tasks": {
+            "identification": {
+                "problem": {"use_joint_torques": True, "model_components": components},
+                "signal_processing": {"sampling_frequency": rate, "cutoff_frequency": cutoff},
+            }
+        },
+    }
+
+
+def _fit(work: Any, joints: int) -> FigarohFit:
+    """Result of a solved identification; its rows are all those of joint 1, then of joint 2, and so on."""
+    torque = work.tau_noised.reshape(joints, -1)
+    residual = torque - work.tau_identif.reshape(joints, -1)
+    return FigarohFit(
+        tuple(work.params_base),
+        np.asarray(work.phi_base),
+        np.asarray(work.result.get("wls_std_deviations", work.std_relative)),
+        np.linalg.norm(residual, axis=1) / np.linalg.norm(torque, axis=1),
+        np.sqrt(np.mean(residual**2, axis=1)),
+    )

@@ -1,0 +1,154 @@
+import numpy as np
+import pytest
+from exidyn.identify.filters import Decimation
+from exidyn.identify.noise import (
+    NoiseModel,
+    autocovariance,
+    autoregression,
+    noise_above,
+    noise_at_rest,
+)
+
+from .two_joints import MIX, POLES, colour_covariance, coloured
+
+
+def exact_autocovariance(lags):
+    """Of `coloured`, from its definition: Gamma(k) = POLES^k Gamma(0)."""
+    return np.stack([np.linalg.matrix_power(POLES, k) @ colour_covariance() for k in range(lags + 1)])
+
+
+def test_autocovariance_of_a_known_process():
+    process = coloured(200_000, np.random.default_rng(0))
+    found = autocovariance([process], [np.ones_like(process)], 3)
+    size = np.sqrt(np.diag(colour_covariance()))
+    # two hundred thousand rows remembered for some five: 0.5 per cent
+    np.testing.assert_allclose(
+        found / np.outer(size, size), exact_autocovariance(3) / np.outer(size, size), atol=0.02
+    )
+    assert abs(found[1][0, 1] - found[1][1, 0]) > 0.1 * abs(found[1][0, 1])  # which lags is told
+
+
+def test_autocovariance_by_hand_with_weights_and_pieces():
+    random = np.random.default_rng(1)
+    pieces = [random.normal(size=(7, 2)), random.normal(size=(4, 2)), random.normal(size=(1, 2))]
+    weights = [(random.uniform(size=p.shape) > 0.3).astype(float) for p in pieces]
+    found = autocovariance(pieces, weights, 2)
+    for lag in range(3):
+        for i in range(2):
+            for j in range(2):
+                pairs = [
+                    (p[k, i] * p[k - lag, j], w[k, i] * w[k - lag, j])
+                    for p, w in zip(pieces, weights, strict=True)
+                    for k in range(lag, len(p))
+                ]
+                total, count = sum(v * w for v, w in pairs), sum(w for _, w in pairs)
+                assert found[lag, i, j] == pytest.approx(total / max(count, 1.0), abs=1e-14)
+
+
+def test_autoregression_recovers_a_multivariate_process_from_exact_covariances():
+    model = autoregression(exact_autocovariance(4))
+    np.testing.assert_allclose(model.coefficients[0], -POLES, atol=1e-4)
+    np.testing.assert_allclose(model.coefficients[1:], 0.0, atol=1e-4)
+    np.testing.assert_allclose(model.innovation, MIX @ MIX.T, rtol=1e-4, atol=1e-7)
+
+
+def test_autoregression_of_a_resonance():
+    """x(k) = 1.6 x(k-1) - 0.8 x(k-2) + e(k), from data."""
+    random = np.random.default_rng(2)
+    process = np.zeros(100_000)
+    for k, e in enumerate(random.normal(size=len(process))):
+        process[k] = e + (1.6 * process[k - 1] - 0.8 * process[k - 2] if k > 1 else 0.0)
+    model = autoregression(autocovariance([process[:, None]], [np.ones((len(process), 1))], 2))
+    np.testing.assert_allclose(model.coefficients[:, 0, 0], [-1.6, 0.8], atol=0.01)
+    assert model.innovation[0, 0] == pytest.approx(1.0, abs=0.03)
+
+
+def test_units_of_the_signals_do_not_matter():
+    scale = np.array([1e6, 1e-6])
+    plain = autoregression(exact_autocovariance(3))
+    scaled = autoregression(exact_autocovariance(3) * np.outer(scale, scale))
+    np.testing.assert_allclose(
+        scaled.coefficients, plain.coefficients * np.outer(scale, 1 / scale), rtol=1e-6, atol=1e-9
+    )
+    np.testing.assert_allclose(scaled.innovation, plain.innovation * np.outer(scale, scale), rtol=1e-9)
+
+
+def test_mean_of_the_spectrum_is_the_covariance_and_its_harmonics_are_the_lags():
+    roots = autoregression(exact_autocovariance(5)).roots(512)
+    spectrum = roots @ roots.conj().transpose(0, 2, 1)
+    np.testing.assert_allclose(spectrum.mean(axis=0), colour_covariance(), rtol=1e-4, atol=1e-9)
+    turn = np.exp(2j * np.pi * np.arange(512) / 512)[:, None, None]
+    np.testing.assert_allclose(
+        (spectrum * turn).mean(axis=0), exact_autocovariance(1)[1], rtol=1e-3, atol=1e-7
+    )
+
+
+def test_order_zero_is_white_noise():
+    model = autoregression(colour_covariance()[None])
+    assert model.coefficients.shape == (0, 2, 2)
+    roots = model.roots(8)
+    np.testing.assert_allclose(roots @ roots.conj().transpose(0, 2, 1), [colour_covariance()] * 8, rtol=1e-5)
+
+
+def test_indefinite_innovation_makes_no_nan():
+    roots = NoiseModel(np.zeros((1, 2, 2)), np.array([[1.0, 1.0], [1.0, 1.0 - 1e-15]])).roots(4)
+    assert np.isfinite(roots).all()
+
+
+def filtered_std(noise, decimation):
+    """What the filter leaves of a long stretch of noise."""
+    return np.std(decimation.apply(noise), axis=0)
+
+
+@pytest.mark.parametrize("cutoff", [5.0, 20.0, 80.0])
+def test_noise_at_rest_is_what_the_filter_leaves(cutoff):
+    decimation = Decimation.at(500.0, cutoff)
+    noise = np.random.default_rng(3).normal(size=(200_000, 2)) * [0.3, 2.0]
+    still = np.zeros(len(noise), bool)
+    for start in range(0, len(still), 2000):
+        still[start + 300 : start + 1300] = True
+    moving = np.where(still[:, None], 0.0, 50.0) + 7.0
+    found = noise_at_rest(noise + moving, still, decimation)
+    np.testing.assert_allclose(found, filtered_std(noise, decimation), rtol=0.05)
+
+
+def test_noise_at_rest_sees_colour():
+    decimation = Decimation.at(500.0, 20.0)
+    noise = coloured(60_000, np.random.default_rng(4))
+    still = np.arange(len(noise)) % 3000 < 2000
+    np.testing.assert_allclose(
+        noise_at_rest(noise, still, decimation), filtered_std(noise, decimation), rtol=0.1
+    )
+
+
+def test_creep_at_rest_is_not_noise():
+    decimation = Decimation.at(500.0, 20.0)
+    noise = np.random.default_rng(5).normal(size=(4000, 1))
+    creep = np.linspace(0, 100, 4000)[:, None]
+    plain = noise_at_rest(noise, np.ones(4000, bool), decimation)
+    np.testing.assert_allclose(
+        noise_at_rest(noise + creep, np.ones(4000, bool), decimation), plain, rtol=1e-6
+    )
+
+
+def test_no_rest_says_nothing():
+    decimation = Decimation.at(500.0, 20.0)
+    still = np.zeros(4000, bool)
+    assert np.isnan(noise_at_rest(np.ones((4000, 2)), still, decimation)).all()
+    still[::2] = True  # never long enough
+    assert np.isnan(noise_at_rest(np.ones((4000, 2)), still, decimation)).all()
+
+
+def test_white_noise_above_the_cutoff_tells_that_below():
+    decimation = Decimation.at(500.0, 20.0)
+    random = np.random.default_rng(6)
+    time = np.arange(20_000) / 500.0
+    noise = 0.2 * random.normal(size=(20_000, 1))
+    motion = 30.0 * np.sin(2 * np.pi * 0.7 * time)[:, None] + 100.0
+    np.testing.assert_allclose(
+        noise_above(noise + motion, decimation), filtered_std(noise, decimation), rtol=0.05
+    )
+
+
+def test_nothing_above_the_cutoff_says_nothing():
+    assert np.isnan(noise_above(np.ones((100, 2)), Decimation.at(100.0, 50.0))).all()
