@@ -115,6 +115,9 @@ class FigarohArm:
             file = Path(folder) / "arm.yaml"
             file.write_text(json.dumps(_configuration(self.joints, rate, settings.cutoff)))  # JSON is YAML
             work = _subclass(lambda: recording)(self.robot, str(file))
+            # FIGAROH leaves it to the user to say which model columns the joints are.
+            every = list(range(len(self.joints)))
+            work.identif_config |= {"act_idxq": every, "act_idxv": every}
             work.initialize()
             work.solve(
                 decimate=settings.decimation > 1,

@@ -206,7 +206,9 @@ def coverage(draws: int) -> float:
 def main() -> None:
     chosen = options(__doc__.splitlines()[0])
     equations = equations_of(record(0, Sensors()))
-    inertial = sum(name[:2] in ("XX", "XY", "XZ", "YY", "YZ", "ZZ", "MX", "MY", "MZ") for name in equations.names)
+    inertial = sum(
+        name[:2] in ("XX", "XY", "XZ", "YY", "YZ", "ZZ", "MX", "MY", "MZ") for name in equations.names
+    )
     print(
         f"{len(equations.names)} base parameters of arm and payload, {inertial} of them inertial; the paper's 66 are "
         "the arm's 60 and six drive gains"

@@ -50,7 +50,9 @@ def position_cutoff(position: np.ndarray, rate: float) -> float:
     return max(_end(frequency, above), 1.5 * LOWEST)
 
 
-def torque_cutoff(model: Model, position: np.ndarray, current: np.ndarray, gain: np.ndarray, rate: float) -> float:
+def torque_cutoff(
+    model: Model, position: np.ndarray, current: np.ndarray, gain: np.ndarray, rate: float
+) -> float:
     """Frequency up to which torque is compared [Hz]."""
     crossing = noise_crossing(model, position, current, gain, rate)
     return max(motion_band(position, rate), crossing, LOWEST)

@@ -31,6 +31,7 @@ class Equations:
         known: Torque of what is known, shape (r, n) [N m].
         weight: 0 where a joint sticks, else 1, shape (r, n).
         gain: Believed torque per unit of current, shape (n,).
+        gain_tolerance: Relative standard deviation of the believed gains [-].
         gain_known: Whether torque itself was recorded, so that gains are one by definition.
         runs: Rows of each run.
         rate: Rows per second [Hz].
@@ -49,6 +50,7 @@ class Equations:
     known: np.ndarray
     weight: np.ndarray
     gain: np.ndarray
+    gain_tolerance: float
     gain_known: bool
     runs: tuple[slice, ...]
     rate: float
@@ -102,6 +104,7 @@ def assemble(model: Model, base: BaseParameters, runs: Sequence[Prepared]) -> Eq
         known=np.concatenate([known for _, known in parts]),
         weight=np.concatenate([run.weight for run in runs]),
         gain=runs[0].gain,
+        gain_tolerance=model.robot.drive_gain_tolerance if runs[0].measures == "current" else 0.0,
         gain_known=runs[0].measures == "torque",
         runs=tuple(slice(a, b) for a, b in zip(stops[:-1], stops[1:], strict=True)),
         rate=runs[0].decimation.output_rate,

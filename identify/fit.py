@@ -24,6 +24,8 @@ class Agreement:
         noise: Noise floor of the measured torque, shape (n,) [N m].
         velocity: Shape (r, n) [rad/s].
         position: Shape (r, n) [rad]; None where it was not kept.
+        noise_source: "rest" if the noise floor was measured while the arm stood still, else
+            "high frequencies".
     """
 
     run: str
@@ -34,6 +36,7 @@ class Agreement:
     noise: np.ndarray
     velocity: np.ndarray
     position: np.ndarray | None = None
+    noise_source: str = ""
 
     @property
     def residual(self) -> np.ndarray:
@@ -97,6 +100,7 @@ class Fit:
         agreement: With each run used.
         validation: With runs held out.
         doubts: Sentences about recordings and fit that the user should read.
+        structure: Base parameters before any was dropped; None if none was.
     """
 
     model: Model
@@ -112,6 +116,7 @@ class Fit:
     agreement: tuple[Agreement, ...] = ()
     validation: tuple[Agreement, ...] = ()
     doubts: tuple[str, ...] = ()
+    structure: BaseParameters | None = None
 
     @property
     def names(self) -> list[str]:
@@ -143,4 +148,5 @@ class Fit:
             noise=np.abs(gain) * run.noise,
             velocity=run.decimation.apply(run.motion.velocity),
             position=run.decimation.apply(run.motion.position),
+            noise_source=run.noise_source,
         )

@@ -142,6 +142,7 @@ def _fit(
 ) -> Fit:
     """Estimate, drop what is not supported, estimate again."""
     estimate, base, dropped = estimator(equations), equations.base, {}
+    structure = base
     if drop and (weak := unsupported(estimate)):
         dropped = {base.names[k]: float(estimate.values[k]) for k in weak}
         equations = equations.without(weak)
@@ -156,6 +157,7 @@ def _fit(
         rows=int(equations.weight.sum()),
         believed=(base.regrouping @ model.believed_values, _deviation(base, model)),
         dropped=dropped,
+        structure=structure if dropped else None,
         unclear=unclear(model, base, estimate, used[-1].motion.payload),
     )
 

@@ -89,30 +89,44 @@ def noise_at_rest(
     Returns:
         Standard deviation, shape (n,); NaN where the arm rests for less than two periods of the cut-off.
     """
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], still.astype(int), [0]])))
-    # The first and last tenth of a second of a rest still hold the stop and the start.
-    margin = int(0.1 * decimation.rate)
-    spans = [(a + margin, b - margin) for a, b in zip(edges[::2], edges[1::2], strict=True)]
-    spans = [(a, b) for a, b in spans if b - a >= shortest * decimation.rate]
+    before, after = _rests(still, decimation.rate, shortest)
+    spans, line = (before, "constant") if before else (after, "linear")
     if sum(b - a for a, b in spans) < 2 * decimation.rate / decimation.cutoff:
         return np.full(current.shape[1], np.nan)
     frequency = np.arange(0.25, 0.5 * decimation.rate, 0.5)  # middles of bands of 0.5 Hz
-    densities = [_density(current[a:b], decimation.rate, frequency) for a, b in spans]
-    lengths = [b - a for a, b in spans]
-    density = np.average(densities, axis=0, weights=lengths)
+    densities = [_density(current[a:b], decimation.rate, frequency, line) for a, b in spans]
+    density = np.average(densities, axis=0, weights=[b - a for a, b in spans])
     circle = np.exp(-2j * np.pi * np.outer(frequency, np.arange(len(decimation.taps))) / decimation.rate)
     response = np.abs(circle @ decimation.taps) ** 2
     return np.sqrt(0.5 * response @ density)
 
 
-def _density(piece: np.ndarray, rate: float, frequency: np.ndarray) -> np.ndarray:
+def _rests(still: np.ndarray, rate: float, shortest: float) -> tuple[list, list]:
+    """Spans of rest before the first motion, and after some motion.
+
+    A tenth of a second is cut off where a motion starts or stops: the filters smear both.
+    """
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], still.astype(int), [0]])))
+    margin = int(0.1 * rate)
+    spans = [
+        (a + margin * (a > 0), b - margin * (b < len(still)))
+        for a, b in zip(edges[::2], edges[1::2], strict=True)
+    ]
+    spans = [(a, b) for a, b in spans if b - a >= shortest * rate]
+    return [span for span in spans if span[0] == 0], [span for span in spans if span[0] > 0]
+
+
+def _density(piece: np.ndarray, rate: float, frequency: np.ndarray, line: str) -> np.ndarray:
     """One-sided noise density (f, n) of a piece (t, n) at given frequencies.
 
-    A stuck joint creeps for a while, so a straight line is taken out; it takes the lowest two bins of
-    the noise with it, which are replaced by the mean of the next two.
+    After a motion a stuck joint creeps, so a straight line is taken out; before one a mean will do. The
+    line takes the lowest two bins of the noise with it, the mean the lowest one; the next stand for them.
     """
-    bins, density = signal.periodogram(piece, rate, axis=0, detrend="linear")
-    density[:2] = np.mean(density[2:4], axis=0)
+    bins, density = signal.periodogram(piece, rate, axis=0, detrend=line)
+    if line == "linear":
+        density[:2] = np.mean(density[2:4], axis=0)
+    else:
+        density[0] = density[1]
     return np.stack([np.interp(frequency, bins, column) for column in density.T], axis=1)
 
 

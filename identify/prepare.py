@@ -98,9 +98,7 @@ def prepare(recording: Recording, filtering: Filtering = Filtering()) -> Prepare
     current = _onto(time, rate, recording, measures)
     position_cutoff = filtering.position_cutoff or cutoffs.position_cutoff(position, rate)
     gain = recording.model.robot.drive_gain if measures == "current" else np.ones(position.shape[1])
-    cutoff = filtering.torque_cutoff or cutoffs.torque_cutoff(
-        recording.model, position, current, gain, rate
-    )
+    cutoff = filtering.torque_cutoff or cutoffs.torque_cutoff(recording.model, position, current, gain, rate)
     decimation = Decimation.at(rate, min(cutoff, 0.7 * position_cutoff))
     motion, inside = _motion(recording, time, position, rate, position_cutoff, decimation)
     sliding = np.abs(motion.velocity) >= _standstill(motion, filtering)

@@ -9,7 +9,7 @@ import numpy as np
 from .svg_scale import Span, label, ticks
 
 COLUMNS = 320
-"""Bins across a panel of which a line keeps the lowest and highest sample: one every two pixels."""
+"""Stretches of a line of which the lowest and highest sample stay: one every two pixels of a panel."""
 GRAIN = 10
 """Path coordinates are whole tenths of a pixel, which keeps files small."""
 
@@ -35,9 +35,9 @@ class Panel:
     height: float
 
     def pixels(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """Data to tenths of pixels, shape (k, 2), held within a panel's height of the panel."""
+        """Data to tenths of pixels, shape (k, 2); what lies outside the panel is moved to its edge."""
         across = self.left + self.width * (np.asarray(x, float) - self.x.low) / self.x.size
-        share = np.clip((np.asarray(y, float) - self.y.low) / self.y.size, -1.0, 2.0)
+        share = np.clip((np.asarray(y, float) - self.y.low) / self.y.size, 0.0, 1.0)
         down = self.top + self.height * (1.0 - share)
         return np.rint(GRAIN * np.column_stack([across, down])).astype(int)
 
@@ -50,7 +50,7 @@ class Panel:
             parts.append(_line("grid", place, self.top, place, bottom))
             if x_ticks:
                 parts.append(text(place, bottom + 13, label(value, self.x), "tick middle"))
-        for value in ticks(self.y, max(2, int(self.height / 26))):
+        for value in ticks(self.y, max(4, int(self.height / 26))):
             place = bottom - self.height * (value - self.y.low) / self.y.size
             parts.append(_line("grid", self.left, place, right, place))
             parts.append(text(self.left - 5, place + 4, label(value, self.y), "tick end"))
@@ -60,9 +60,9 @@ class Panel:
         parts.append(f'<text class="axis middle" {turned}>{escape(y_label)}</text>')
         return "".join(parts)
 
-    def line(self, x: np.ndarray, y: np.ndarray, style: str) -> str:
+    def line(self, x: np.ndarray, y: np.ndarray, style: str, columns: int = COLUMNS) -> str:
         """A line, thinned out so that every extreme stays."""
-        kept = envelope(y, COLUMNS)
+        kept = envelope(y, columns)
         return path(self.pixels(x[kept], y[kept]), style)
 
     def band(self, x: np.ndarray, low: np.ndarray, high: np.ndarray, style: str) -> str:
@@ -111,10 +111,7 @@ def legend(x: float, y: float, entries: Sequence[tuple[str, str]]) -> str:
 
 def picture(width: float, height: float, title: str, content: str) -> str:
     """A plot that fills its column; the title is read aloud and shown on hovering."""
-    return (
-        f'<svg viewBox="0 0 {width:g} {height:g}" role="img">'
-        f"<title>{escape(title)}</title>{content}</svg>"
-    )
+    return f'<svg viewBox="0 0 {width:g} {height:g}" role="img"><title>{escape(title)}</title>{content}</svg>'
 
 
 def _path(steps: str, style: str) -> str:

@@ -25,7 +25,7 @@ class Span(NamedTuple):
         if zero:
             high = max(abs(low), abs(high))
             low = -high
-        spare = margin * (high - low) or 0.5 * abs(high) or 1.0
+        spare = margin * (high - low) if high > low else 0.5 * abs(high) or 1.0
         return cls(low - spare, high + spare)
 
 

@@ -67,9 +67,8 @@ def test_units_of_the_signals_do_not_matter():
     scale = np.array([1e6, 1e-6])
     plain = autoregression(exact_autocovariance(3))
     scaled = autoregression(exact_autocovariance(3) * np.outer(scale, scale))
-    np.testing.assert_allclose(
-        scaled.coefficients, plain.coefficients * np.outer(scale, 1 / scale), rtol=1e-6, atol=1e-9
-    )
+    back = scaled.coefficients / np.outer(scale, 1 / scale)
+    np.testing.assert_allclose(back, plain.coefficients, atol=1e-9)
     np.testing.assert_allclose(scaled.innovation, plain.innovation * np.outer(scale, scale), rtol=1e-9)
 
 
@@ -125,9 +124,20 @@ def test_creep_at_rest_is_not_noise():
     decimation = Decimation.at(500.0, 20.0)
     noise = np.random.default_rng(5).normal(size=(4000, 1))
     creep = np.linspace(0, 100, 4000)[:, None]
-    plain = noise_at_rest(noise, np.ones(4000, bool), decimation)
+    still = np.arange(4000) > 500  # rest after a motion
+    plain = noise_at_rest(noise, still, decimation)
+    np.testing.assert_allclose(noise_at_rest(noise + creep, still, decimation), plain, rtol=1e-6)
+
+
+def test_rest_before_the_motion_is_preferred_to_the_creep_after():
+    decimation = Decimation.at(500.0, 20.0)
+    noise = np.random.default_rng(6).normal(size=(4000, 1))
+    rows = np.arange(4000)
+    first = rows < 1500
+    alone = noise_at_rest(noise, first, decimation)
+    disturbed = np.where(rows[:, None] > 3000, 10.0 * noise, noise)
     np.testing.assert_allclose(
-        noise_at_rest(noise + creep, np.ones(4000, bool), decimation), plain, rtol=1e-6
+        noise_at_rest(disturbed, first | (rows > 2500), decimation), alone, rtol=1e-12
     )
 
 

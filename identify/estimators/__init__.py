@@ -6,6 +6,7 @@ from .estimate import Estimate, Estimator
 from .instrumental import instrumental
 from .least_squares import ordinary, reweighted, weighted
 from .maximum_likelihood import maximum_likelihood
+from .posterior import posterior
 from .total_least_squares import literal, mixed, total
 
 ESTIMATORS: dict[str, Estimator] = {
@@ -15,6 +16,7 @@ ESTIMATORS: dict[str, Estimator] = {
     "instrumental": instrumental,
     "bayesian": bayesian,
     "consistent": consistent,
+    "posterior": posterior,
     "literal": literal,
     "total": total,
     "mixed": mixed,

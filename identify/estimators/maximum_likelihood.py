@@ -22,7 +22,8 @@ def maximum_likelihood(equations: Equations) -> Estimate:
     values, inverse = start.values, 1.0 / start.gain
     for _ in range(50):
         noise = compressed.residual_std(values, 1.0 / inverse) * np.abs(inverse)
-        step = _step(compressed, values, inverse, noise, equations.names)
+        labels = [*equations.names, *(f"drive gain {j + 1}" for j in range(len(noise)))]
+        step = solve(*linearised(compressed, values, inverse, noise), labels)
         values, inverse = values + step[: len(values)], inverse + step[len(values) :]
         if np.max(np.abs(step[len(values) :] / inverse)) < 1e-10:
             break
@@ -31,10 +32,13 @@ def maximum_likelihood(equations: Equations) -> Estimate:
     return Estimate("maximum likelihood", values, gain, covariance, compressed.residual_std(values, gain))
 
 
-def _step(
-    compressed: Compressed, values: np.ndarray, inverse: np.ndarray, noise: np.ndarray, names: list[str]
-) -> np.ndarray:
-    """Gauss-Newton step of values and inverse gains."""
+def linearised(
+    compressed: Compressed, values: np.ndarray, inverse: np.ndarray, noise: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Rows and right-hand side of a Gauss-Newton step of values (b,) and inverse gains (n,) [A/(N m)].
+
+    Rows are divided by the noise of each joint's current, shape (n,) [A].
+    """
     rows, right = [], []
     n = len(inverse)
     for joint in range(n):
@@ -43,8 +47,7 @@ def _step(
         by_gain[:, joint] = torque
         rows.append(np.column_stack([inverse[joint] * compressed.regressor(joint), by_gain]) / noise[joint])
         right.append((compressed.current(joint) - inverse[joint] * torque) / noise[joint])
-    labels = [*names, *(f"drive gain {j + 1}" for j in range(n))]
-    return solve(np.concatenate(rows), np.concatenate(right), labels)
+    return np.concatenate(rows), np.concatenate(right)
 
 
 def _covariance(equations: Equations, values: np.ndarray, gain: np.ndarray) -> np.ndarray:

@@ -1,0 +1,79 @@
+"""The command `exidyn`: one line a subcommand, each imported when it is asked for."""
+
+import argparse
+import sys
+from collections.abc import Callable, Sequence
+from importlib import import_module
+from importlib.metadata import version
+from typing import NamedTuple
+
+from exidyn.identify.errors import ExidynError
+
+
+class Command(NamedTuple):
+    """A subcommand: "module:function" in this package, and what it does in a line."""
+
+    place: str
+    purpose: str
+
+
+COMMANDS: dict[str, Command] = {
+    "example": Command("example_command:main", "simulate an arm, identify it, compare with the truth"),
+    "identify": Command("identify_command:main", "dynamics and drive gains from recordings"),
+    "import": Command("import_command:main", "other people's files to recordings (.mcap)"),
+    "info": Command("info_command:main", "what is inside a recording"),
+}
+"""Name -> where; each function takes the arguments behind its name and returns the exit code."""
+
+REFUSED = 2
+"""Exit code where something given was wrong, as argparse has it."""
+
+INTERRUPTED = 130
+"""Exit code after Ctrl-C, as shells have it: 128 + SIGINT."""
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run `exidyn`.
+
+    Args:
+        arguments: Behind the command's name; those of the process by default.
+
+    Returns:
+        Exit code: 0, `REFUSED` or `INTERRUPTED`.
+    """
+    given = _parser().parse_args(arguments)
+    try:
+        return _function(given.command)(given.rest)
+    except ExidynError as error:
+        print(f"exidyn: {error}", file=sys.stderr)
+        return REFUSED
+    except OSError as error:
+        print(f"exidyn: {error.filename or 'file'}: {error.strerror or error}", file=sys.stderr)
+        return REFUSED
+    except KeyboardInterrupt:
+        print("exidyn: interrupted", file=sys.stderr)
+        return INTERRUPTED
+
+
+def _parser() -> argparse.ArgumentParser:
+    width = max(map(len, COMMANDS))
+    lines = [f"  {name:<{width}}  {command.purpose}" for name, command in COMMANDS.items()]
+    parser = argparse.ArgumentParser(
+        prog="exidyn",
+        description="Find out what a robot arm's dynamics really are.",
+        epilog="commands:\n" + "\n".join(lines) + "\n\n'exidyn COMMAND --help' explains a command.",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("--version", action="version", version=f"exidyn {version('exidyn')}")
+    parser.add_argument("command", choices=COMMANDS, metavar="COMMAND", help="one of those below")
+    parser.add_argument("rest", nargs=argparse.REMAINDER, metavar="...", help="its arguments")
+    return parser
+
+
+def _function(name: str) -> Callable[[Sequence[str]], int]:
+    module, function = COMMANDS[name].place.split(":")
+    return getattr(import_module(f"{__package__}.{module}"), function)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

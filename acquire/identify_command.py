@@ -1,0 +1,138 @@
+"""exidyn identify: recordings in; a table, fit.json, a report and a view out."""
+
+import argparse
+import sys
+import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from exidyn.identify.estimators import ESTIMATORS
+from exidyn.identify.fit import Fit
+from exidyn.identify.fit_file import fit_text, write_fit
+from exidyn.identify.identify import identify
+from exidyn.identify.importers import import_source
+from exidyn.identify.model import Model
+from exidyn.identify.prepare import Filtering
+from exidyn.identify.recording import Recording
+from exidyn.identify.robot_file import builtin_names, read_model
+from exidyn.identify.summary import summary
+
+from .payload_runs import add_payload_arguments, carrying, distinct_bodies
+
+EXAMPLE = "example: exidyn identify empty.mcap --payload loaded.mcap --mass 175 --validate other.mcap"
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Identify, print, write."""
+    given = _parser().parse_args(arguments)
+    progress = stopwatch()
+    model = read_model(given.robot) if given.robot else None
+    progress("read the recordings")
+    runs, held_out = _recordings(given, model)
+    fit = identify(
+        runs,
+        held_out,
+        model=model,
+        estimator=ESTIMATORS[given.estimator] if given.estimator else None,
+        filtering=Filtering(None, given.position_cutoff, given.torque_cutoff, given.standstill),
+        drop=not given.keep_all,
+        progress=progress,
+    )
+    print(fit_text(fit) if given.json else summary(fit), flush=True)
+    _write(fit, given.output, given.rerun)
+    return 0
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="exidyn identify",
+        description="Identify an arm's dynamics, and its drive gains where a run carries a known payload.",
+        epilog=EXAMPLE,
+    )
+    parser.add_argument(
+        "runs",
+        nargs="+",
+        type=Path,
+        metavar="RUN",
+        help="recording (.mcap), or with --robot a table (.csv); a folder with case.toml gives all its runs",
+    )
+    add_payload_arguments(parser)
+    parser.add_argument(
+        "--validate", nargs="+", type=Path, default=[], metavar="RUN", help="runs that are only predicted"
+    )
+    parser.add_argument(
+        "--robot",
+        metavar="ROBOT",
+        help=f"robot.toml or .urdf, or built in: {', '.join(builtin_names())}; else the one in the recordings",
+    )
+    parser.add_argument(
+        "--estimator",
+        choices=ESTIMATORS,
+        metavar="NAME",
+        help=f"one of {', '.join(ESTIMATORS)}; by default ml with a known payload, else weighted",
+    )
+    parser.add_argument("--keep-all", action="store_true", help="keep parameters the data do not support")
+    _add_filters(parser)
+    parser.add_argument("--output", type=Path, default=Path("exidyn-fit"), metavar="FOLDER", help="default: %(default)s")
+    parser.add_argument("--json", action="store_true", help="print fit.json instead of the table")
+    parser.add_argument("--rerun", choices=("open", "save"), help="show measured and predicted in the Rerun viewer")
+    return parser
+
+
+def _add_filters(parser: argparse.ArgumentParser) -> None:
+    for name, unit, meaning in (
+        ("--position-cutoff", "HZ", "low-pass of positions before differentiation"),
+        ("--torque-cutoff", "HZ", "up to where torque is compared"),
+        ("--standstill", "RAD/S", "speed below which a joint sticks"),
+    ):
+        parser.add_argument(name, type=_positive, metavar=unit, help=f"{meaning}; default: from the data")
+
+
+def _positive(text: str) -> float:
+    value = float(text)
+    if not value > 0:
+        raise argparse.ArgumentTypeError(f"{text} must be above 0")
+    return value
+
+
+def _recordings(given: argparse.Namespace, model: Model | None) -> tuple[list[Recording], list[Recording]]:
+    """Runs to identify from and runs held out; a case folder says itself which are which."""
+    read = [recording for path in given.runs for recording in import_source(path, model)]
+    held_out = [recording for recording in read if recording.settings.get("role") == "validate"]
+    runs = [recording for recording in read if recording.settings.get("role") != "validate"]
+    if not runs:  # whoever gives only validation runs as RUN means them
+        runs, held_out = held_out, []
+    for run in given.payload:
+        runs += [carrying(recording, run) for recording in import_source(run.path, model)]
+    held_out += [recording for path in given.validate for recording in import_source(path, model)]
+    every = distinct_bodies([*runs, *held_out])
+    return every[: len(runs)], every[len(runs) :]
+
+
+def _write(fit: Fit, folder: Path, rerun: str | None) -> None:
+    """Write fit.json and report.html, and show or save the view; say where on standard error."""
+    from exidyn.identify.report import write_report
+
+    folder.mkdir(parents=True, exist_ok=True)
+    write_fit(fit, folder / "fit.json")
+    write_report(fit, folder / "report.html")
+    written = [folder / "fit.json", folder / "report.html"]
+    if rerun:
+        from exidyn.identify.view import open_rerun, save_rerun
+
+        if rerun == "open":
+            open_rerun(fit)
+        else:
+            save_rerun(fit, folder / "fit.rrd")
+            written.append(folder / "fit.rrd")
+    print("written: " + ", ".join(map(str, written)), file=sys.stderr)
+
+
+def stopwatch() -> Callable[[str], None]:
+    """Prints sentences on standard error with the seconds since it was made."""
+    start = time.perf_counter()
+
+    def progress(sentence: str) -> None:
+        print(f"{time.perf_counter() - start:6.1f} s  {sentence}", file=sys.stderr, flush=True)
+
+    return progress

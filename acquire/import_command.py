@@ -1,0 +1,95 @@
+"""exidyn import: other people's files in, recordings out."""
+
+import argparse
+import re
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from exidyn.identify.errors import RecordingError
+from exidyn.identify.importers import IMPORTERS, import_source
+from exidyn.identify.mcap_file import write_recording
+from exidyn.identify.recording import SIGNALS, Recording
+from exidyn.identify.robot_file import builtin_names, read_model
+from exidyn.identify.text_table import digits
+
+from .info_command import payload_words, warning_lines
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Import, write, and say of each run what came in."""
+    given = _parser().parse_args(arguments)
+    model = read_model(given.robot) if given.robot else None
+    recordings = import_source(given.source, model, given.kind, **_options(given))
+    if not recordings:
+        raise RecordingError(f"{given.source}: there is no run in it")
+    given.output.mkdir(parents=True, exist_ok=True)
+    taken: set[Path] = set()
+    for recording in recordings:
+        path = _free_path(given.output, recording, taken)
+        taken.add(path)
+        write_recording(recording, path)
+        print(_line(recording, path))
+        print("".join(line + "\n" for line in warning_lines(recording)), end="", file=sys.stderr)
+    return 0
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="exidyn import",
+        description="Turn tables (.csv, .csv.gz), KUKA traces, ROS 2 bags and case folders into recordings.",
+        epilog="example: exidyn import run.csv --robot robot.toml --degrees --columns time=Zeit "
+        "position=A{number}_ist current=I1,I2,I3,I4,I5,I6",
+    )
+    parser.add_argument("source", type=Path, metavar="SOURCE", help="file or folder")
+    parser.add_argument(
+        "--robot",
+        metavar="ROBOT",
+        help=f"robot.toml or .urdf, or built in: {', '.join(builtin_names())}; case folders bring theirs",
+    )
+    parser.add_argument("--kind", choices=IMPORTERS, metavar="KIND", help=f"one of {', '.join(IMPORTERS)}")
+    parser.add_argument("--output", type=Path, default=Path(), metavar="FOLDER", help="default: this folder")
+    parser.add_argument("--degrees", action="store_true", help="positions and velocities are in degrees")
+    parser.add_argument("--motor-side", action="store_true", help="they are the motor's, before the gear")
+    parser.add_argument("--time-scale", type=float, metavar="S", help="seconds per unit of the time column")
+    parser.add_argument("--skip-rows", type=int, metavar="N", help="rows to leave out at the beginning")
+    parser.add_argument(
+        "--columns",
+        nargs="+",
+        type=_column,
+        metavar="SIGNAL=COLUMN",
+        help=f"columns of a table: time or one of {', '.join(SIGNALS)}; one column a joint with commas, or a "
+        "pattern with {number} or {joint}",
+    )
+    return parser
+
+
+def _column(text: str) -> tuple[str, str | list[str]]:
+    signal, equals, columns = text.partition("=")
+    if not equals:
+        raise argparse.ArgumentTypeError(f"'{text}' is not SIGNAL=COLUMN")
+    return signal, columns.split(",") if "," in columns else columns
+
+
+def _options(given: argparse.Namespace) -> dict[str, Any]:
+    """Options of the importer that were given; it refuses those it does not have."""
+    options = {name: getattr(given, name) for name in ("degrees", "motor_side", "time_scale", "skip_rows")}
+    options["columns"] = dict(given.columns) if given.columns else None
+    return {name: value for name, value in options.items() if value is not None and value is not False}
+
+
+def _free_path(folder: Path, recording: Recording, taken: set[Path]) -> Path:
+    """A file name from the run's name; numbered where two runs of this import have the same."""
+    stem = re.sub(r"[^\w.-]+", "_", recording.name).strip("_") or "run"
+    paths = (folder / f"{stem}{f'_{k}' if k else ''}.mcap" for k in range(len(taken) + 1))
+    return next(path for path in paths if path not in taken)
+
+
+def _line(recording: Recording, path: Path) -> str:
+    signals = ", ".join(
+        f"{name} {digits(1 / signal.period) if signal.period else '-'} Hz"
+        for name, signal in recording.signals.items()
+    )
+    payload = f"; payload {payload_words(recording)}" if recording.payload else ""
+    return f"{path}: {recording.robot.name}, {recording.duration:.3f} s, {signals}{payload}"

@@ -1,0 +1,74 @@
+"""exidyn info: what is inside a recording."""
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from exidyn.identify.importers import import_source
+from exidyn.identify.recording import SIGNALS, Recording
+from exidyn.identify.robot_file import read_model
+from exidyn.identify.text_table import digits, paragraph, table
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Print what a recording holds."""
+    parser = argparse.ArgumentParser(prog="exidyn info", description="Print what is inside recordings.")
+    parser.add_argument("runs", nargs="+", type=Path, metavar="RUN", help="recording (.mcap) or case folder")
+    parser.add_argument("--robot", metavar="ROBOT", help="for tables, which do not say of which robot they are")
+    given = parser.parse_args(arguments)
+    model = read_model(given.robot) if given.robot else None
+    recordings = [recording for path in given.runs for recording in import_source(path, model)]
+    print("\n\n".join(describe(recording) for recording in recordings))
+    return 0
+
+
+def describe(recording: Recording) -> str:
+    """Robot, signals, ranges, payload, settings and doubts of a recording, in lines."""
+    robot, model = recording.robot, recording.model
+    facts = {
+        "robot": f"{robot.name}: {', '.join(robot.joints)}",
+        "model": ", ".join(dict.fromkeys(type(effect).__name__ for effect in model.effects)),
+        "duration": f"{recording.duration:.3f} s",
+        "payload": payload_words(recording),
+        "trajectory": "inside" if recording.trajectory else "none",
+        **dict(recording.settings),
+    }
+    lines = [recording.name]
+    for name, text in facts.items():
+        lines += paragraph(str(text), " " * 14, f"  {name + ':':<12}")
+    lines += ["", *(f"  {line}" for line in _signals(recording))]
+    return "\n".join(lines + warning_lines(recording))
+
+
+def payload_words(recording: Recording) -> str:
+    """What hung on the flange."""
+    if recording.payload is None:
+        return "none"
+    known = ", ".join(f"{name} {digits(value)}" for name, value in recording.payload.known)
+    return f"{recording.payload.name}: {known or 'nothing known'}"
+
+
+def warning_lines(recording: Recording) -> list[str]:
+    """The recording's doubts, a sentence each."""
+    return [line for doubt in recording.warnings for line in paragraph(doubt, " " * 11, "  warning: ")]
+
+
+def _signals(recording: Recording) -> list[str]:
+    """Table of the signals and, for each joint, the range it covers."""
+    joints = recording.robot.joints
+    head = ["signal", "unit", "samples", "Hz", *joints]
+    rows = []
+    for name, signal in recording.signals.items():
+        rate = digits(1 / signal.period) if signal.period else "-"
+        ranges = [_range(column) for column in signal.values.T]
+        rows.append([name, SIGNALS[name], str(len(signal)), rate, *ranges])
+    return table(head, rows, left=(0, 1))
+
+
+def _range(column: np.ndarray) -> str:
+    known = column[np.isfinite(column)]
+    if not len(known):
+        return "-"
+    return f"{known.min():.3g} .. {known.max():.3g}"

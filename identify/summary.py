@@ -1,0 +1,254 @@
+"""A fit as one page of text, in the manner of a regression summary."""
+
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from .base_parameters import BaseParameters
+from .effects import EFFECTS, Effect, JointEffect
+from .fit import Agreement, Fit
+from .hints import OPEN
+from .model import Model
+from .text_table import WIDTH, at_point, digits, paragraph, table
+
+NORMAL_95 = 1.96
+"""Deviations either side that hold the truth in 95 of 100 cases."""
+
+NOISE_LIMIT = 1.3
+"""Residual over noise floor above which physics is missing: what is left over is then 0.8 of the noise
+itself (1.3^2 = 1 + 0.83^2), and a noise floor from a short rest is known to some 30 % only."""
+
+OFF_PRIOR = 3.0
+"""Deviations between value and belief that are pointed out: one parameter in 370 by chance."""
+
+
+def summary(fit: Fit) -> str:
+    """One page: what was identified, how surely, how well it fits, and what remains open."""
+    title = f"Identified dynamics of {fit.model.robot.name}"
+    parts = [
+        [title.center(WIDTH).rstrip(), "=" * WIDTH, *_header(fit)],
+        ["Drive gains", *_rule(), *_gains(fit)],
+        ["Parameters", *_rule(), *_parameters(fit)],
+        ["Fit by joint", *_rule(), *_fits(fit)],
+        ["Open", *_rule(), *_open(fit)],
+        ["Composition of base parameters", *_rule(), *_composition(fit)],
+    ]
+    if fit.doubts:
+        parts.append(["Doubts", *_rule(), *(line for d in fit.doubts for line in paragraph(d, "  ", "- "))])
+    return "\n\n".join("\n".join(part) for part in parts) + "\n" + "=" * WIDTH
+
+
+def _rule() -> list[str]:
+    return ["-" * WIDTH]
+
+
+def _header(fit: Fit) -> list[str]:
+    robot, filtering = fit.model.robot, fit.filtering
+    sources = sorted({a.noise_source for a in fit.agreement if a.noise_source})
+    names = ", ".join(f"{number} {joint}" for number, joint in enumerate(robot.joints, 1))
+    standstill = filtering.standstill
+    pairs = [
+        ("Robot", robot.name, "Method", fit.estimate.method),
+        ("Runs", str(len(fit.runs)), "Base parameters", _counted(fit)),
+        ("Rows", str(fit.rows), "Condition number", digits(fit.condition)),
+        ("Position cut-off", _hertz(filtering.position_cutoff), "Noise floor from", ", ".join(sources) or "-"),
+        (
+            "Torque cut-off",
+            _hertz(filtering.torque_cutoff),
+            "Standstill below",
+            "1 % of usual speed" if standstill is None else f"{digits(standstill)} rad/s",
+        ),
+    ]
+    half = WIDTH // 2
+    lines = [f"{a + ':':<18}{b}".ljust(half) + f"{c + ':':<18}{d}" for a, b, c, d in pairs]
+    for label, text in (("Joints", names), ("Identified from", ", ".join(fit.runs))):
+        lines += paragraph(text, " " * 18, f"{label + ':':<18}")
+    held_out = ", ".join(a.run for a in fit.validation)
+    return lines + (paragraph(held_out, " " * 18, f"{'Validated on:':<18}") if held_out else [])
+
+
+def _counted(fit: Fit) -> str:
+    rank = len(fit.names) + len(fit.dropped)
+    return f"{rank} (rank), {len(fit.names)} kept" if fit.dropped else f"{rank} (rank), all kept"
+
+
+def _hertz(frequency: float | None) -> str:
+    return "from the data" if frequency is None else f"{digits(frequency)} Hz"
+
+
+def _gains(fit: Fit) -> list[str]:
+    robot, estimate = fit.model.robot, fit.estimate
+    if not np.any(estimate.gain_std > 0):
+        text = "not identified, taken as believed: that needs motor currents and a run with a known payload"
+        return paragraph(text) + table(
+            ["joint", "N m/A"], list(zip(robot.joints, at_point([digits(g) for g in estimate.gain]), strict=True))
+        )
+    half = NORMAL_95 * estimate.gain_std
+    columns = [
+        [digits(v) for v in values]
+        for values in (
+            estimate.gain,
+            100 * estimate.gain_std / np.abs(estimate.gain),
+            estimate.gain - half,
+            estimate.gain + half,
+            robot.drive_gain,
+            100 * (estimate.gain / robot.drive_gain - 1),
+        )
+    ]
+    head = ["joint", "N m/A", "std %", "from", "to (95 %)", "believed", "off belief %"]
+    return table(head, _rows(list(robot.joints), *columns))
+
+
+def _rows(first: Sequence[str], *columns: Sequence[str]) -> list[list[str]]:
+    return [list(row) for row in zip(first, *(at_point(column) for column in columns), strict=True)]
+
+
+def _parameters(fit: Fit) -> list[str]:
+    head = ["name", "joint", "value", "unit", "std %", "from", "to (95 %)", "believed", "+- std", "note"]
+    places = _places(fit.model)
+    rows: list[list[str]] = []
+    columns = [fit.base.parameters[column].name for column in fit.base.kept]
+    headings = [places[name][0] for name in columns]
+    for heading in dict.fromkeys(headings):
+        members = [row for row, of in enumerate(headings) if of == heading]
+        rows += [[heading], *_group(fit, members, [places[columns[row]][1] for row in members])]
+    lines = table(head, rows, left=(0, 1, 3, 9))
+    lines += paragraph(
+        f"std %: standard deviation over value, autocorrelated residuals allowed for. open: above {OPEN:g} %. "
+        f"off belief: more than {OFF_PRIOR:g} standard deviations of value and belief together."
+    )
+    return lines + _dropped(fit)
+
+
+def _group(fit: Fit, members: Sequence[int], joints: Sequence[str]) -> list[list[str]]:
+    """Rows of the parameters of one effect."""
+    value, std = fit.estimate.values[members], fit.estimate.std[members]
+    believed, tolerance = fit.believed[0][members], fit.believed[1][members]
+    percent = 100 * std / np.maximum(np.abs(value), np.finfo(float).tiny)
+    held = np.isfinite(tolerance)
+    columns = [
+        [digits(v) for v in values]
+        for values in (
+            value,
+            percent,
+            value - NORMAL_95 * std,
+            value + NORMAL_95 * std,
+            np.where(held, believed, np.nan),
+            tolerance,
+        )
+    ]
+    values, percents, low, high, prior, spread = (at_point(column) for column in columns)
+    off = held & (np.abs(value - believed) > OFF_PRIOR * np.hypot(std, np.where(held, tolerance, 0.0)))
+    notes = [
+        ", ".join(note for note, on in (("open", p > OPEN), ("off belief", o)) if on) or "kept"
+        for p, o in zip(percent, off, strict=True)
+    ]
+    names = [f"  {fit.names[row]}" for row in members]
+    units = [fit.base.units[row] for row in members]
+    return [
+        list(r)
+        for r in zip(names, joints, values, units, percents, low, high, prior, spread, notes, strict=True)
+    ]
+
+
+def _places(model: Model) -> dict[str, tuple[str, str]]:
+    """Heading and joint of each parameter."""
+    keys = {kind: name for name, kind in EFFECTS.items()}
+    return {
+        parameter.name: (f"{keys[type(effect)]} {getattr(effect, 'name', '')}".strip(), joint)
+        for effect in model.effects
+        for parameter, joint in zip(effect.parameters(model.robot), _joints(effect, model), strict=True)
+    }
+
+
+def _joints(effect: Effect, model: Model) -> Iterator[str]:
+    """Joint at which each parameter of an effect acts; empty where there is not one."""
+    robot = model.robot
+    count, bodies = len(effect.parameters(robot)), len(effect.inertias(robot))
+    where: Sequence[str] = [getattr(effect, "joint", "")]
+    if isinstance(effect, JointEffect):
+        where = [robot.joints[joint] for joint in effect.columns(robot)]
+    elif bodies == robot.dof:
+        where = robot.joints
+    return (where[place * len(where) // count] for place in range(count))
+
+
+def _dropped(fit: Fit) -> list[str]:
+    if not fit.dropped:
+        return []
+    places = _places(fit.model)
+    items = [
+        f"{name} ({places[name if name in places else name.removesuffix('R')][1] or 'payload'}) {digits(value)}"
+        for name, value in fit.dropped.items()
+    ]
+    text = (
+        f"Dropped, {len(items)} that may all be zero as far as these runs can say (joint, value before): "
+        + "; ".join(item.replace(" ", "\N{NO-BREAK SPACE}") for item in items)
+    )
+    return ["", *(line.replace("\N{NO-BREAK SPACE}", " ") for line in paragraph(text, "  ", ""))]
+
+
+def pooled(agreements: Sequence[Agreement]) -> Agreement:
+    """Several runs as one."""
+    together = {
+        name: np.concatenate([getattr(a, name) for a in agreements])
+        for name in ("time", "measured", "predicted", "weight", "velocity")
+    }
+    noise = np.sqrt(np.mean([a.noise**2 for a in agreements], axis=0))
+    name = agreements[0].run if len(agreements) == 1 else f"all {len(agreements)} runs"
+    return replace(agreements[0], run=name, position=None, noise=noise, **together)
+
+
+def _fits(fit: Fit) -> list[str]:
+    if not fit.agreement:
+        return paragraph("not kept in the file: compare with runs by Fit.agree")
+    head = ["joint", "residual N m", "noise N m", "over noise", "", "relative %", "R^2"]
+    rows: list[list[str]] = []
+    runs = [("identified from", pooled(fit.agreement)), *(("validated on", a) for a in fit.validation)]
+    for role, agreement in runs:
+        rows += [[f"{role} {agreement.run}"], *_fit_rows(fit, agreement)]
+    lines = table(head, rows, left=(0, 4))
+    return lines + paragraph(
+        f"over noise: residual over the noise floor, 1 where nothing is missing. * above {NOISE_LIMIT}: what the "
+        "model leaves is at least 0.8 of the noise itself, more than the noise floor's own uncertainty; physics "
+        "is missing there."
+    )
+
+
+def _fit_rows(fit: Fit, agreement: Agreement) -> list[list[str]]:
+    over = agreement.over_noise
+    values = (agreement.residual_rms, agreement.noise, over, 100 * agreement.relative)
+    residual, noise, times, relative = (at_point([digits(v) for v in column]) for column in values)
+    flags = ["*" if o > NOISE_LIMIT else "" for o in over]
+    explained = [f"{r:.5f}" for r in agreement.r_squared]
+    joints = [f"  {joint}" for joint in fit.model.robot.joints]
+    return [list(r) for r in zip(joints, residual, noise, times, flags, relative, explained, strict=True)]
+
+
+def _open(fit: Fit) -> list[str]:
+    if not fit.unclear:
+        return paragraph(f"Nothing: every parameter that was kept is known to {OPEN:g} % or better.")
+    head = ["name", "std %", "would be settled by a run that does this"]
+    rows = _rows([u.name for u in fit.unclear], [digits(u.std_percent) for u in fit.unclear])
+    return table(head, [[*row, u.hint] for row, u in zip(rows, fit.unclear, strict=True)], left=(0, 2))
+
+
+def _composition(fit: Fit) -> list[str]:
+    structure: BaseParameters = fit.structure or fit.base
+    lines = [line for e in structure.expressions for line in _wrapped_sum(e)]
+    alone = len(structure.kept) - len(structure.expressions)
+    lines += paragraph(f"The other {alone} are single parameters.") if alone else []
+    hidden = structure.without_effect
+    if hidden:
+        lines += paragraph("No motion of this arm reveals: " + ", ".join(hidden), "  ", "")
+    return lines
+
+
+def _wrapped_sum(expression: str) -> list[str]:
+    """A sum wrapped before its signs."""
+    name, right = expression.split(" = ", 1)
+    terms = re.sub(r" ([+-]) (\S+) ([A-Za-z])", r" \1~\2~\3", f" {right}")
+    terms = re.sub(r" ([+-]) ", r" \1~", terms).strip()
+    return [line.replace("~", " ") for line in paragraph(terms, " " * (len(name) + 3), f"{name} = ")]
