@@ -24,8 +24,13 @@ EXAMPLE = "example: exidyn identify empty.mcap --payload loaded.mcap --mass 175 
 
 def main(arguments: Sequence[str]) -> int:
     """Identify, print, write."""
+    run(arguments, stopwatch())
+    return 0
+
+
+def run(arguments: Sequence[str], progress: Callable[[str], None]) -> Fit:
+    """Do what the command does, and return the fit."""
     given = _parser().parse_args(arguments)
-    progress = stopwatch()
     model = read_model(given.robot) if given.robot else None
     progress("read the recordings")
     runs, held_out = _recordings(given, model)
@@ -40,7 +45,7 @@ def main(arguments: Sequence[str]) -> int:
     )
     print(fit_text(fit) if given.json else summary(fit), flush=True)
     _write(fit, given.output, given.rerun)
-    return 0
+    return fit
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -63,7 +68,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--robot",
         metavar="ROBOT",
-        help=f"robot.toml or .urdf, or built in: {', '.join(builtin_names())}; else the one in the recordings",
+        help=f"robot.toml or .urdf, or built in: {', '.join(builtin_names())}, else the recordings' own",
     )
     parser.add_argument(
         "--estimator",
@@ -73,9 +78,13 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--keep-all", action="store_true", help="keep parameters the data do not support")
     _add_filters(parser)
-    parser.add_argument("--output", type=Path, default=Path("exidyn-fit"), metavar="FOLDER", help="default: %(default)s")
+    parser.add_argument(
+        "--output", type=Path, default=Path("exidyn-fit"), metavar="FOLDER", help="default: %(default)s"
+    )
     parser.add_argument("--json", action="store_true", help="print fit.json instead of the table")
-    parser.add_argument("--rerun", choices=("open", "save"), help="show measured and predicted in the Rerun viewer")
+    parser.add_argument(
+        "--rerun", choices=("open", "save"), help="show measured and predicted in the Rerun viewer"
+    )
     return parser
 
 

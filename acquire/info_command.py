@@ -5,7 +5,6 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-
 from exidyn.identify.importers import import_source
 from exidyn.identify.recording import SIGNALS, Recording
 from exidyn.identify.robot_file import read_model
@@ -16,7 +15,9 @@ def main(arguments: Sequence[str]) -> int:
     """Print what a recording holds."""
     parser = argparse.ArgumentParser(prog="exidyn info", description="Print what is inside recordings.")
     parser.add_argument("runs", nargs="+", type=Path, metavar="RUN", help="recording (.mcap) or case folder")
-    parser.add_argument("--robot", metavar="ROBOT", help="for tables, which do not say of which robot they are")
+    parser.add_argument(
+        "--robot", metavar="ROBOT", help="for tables, which do not say of which robot they are"
+    )
     given = parser.parse_args(arguments)
     model = read_model(given.robot) if given.robot else None
     recordings = [recording for path in given.runs for recording in import_source(path, model)]

@@ -1,4 +1,4 @@
-"""Runs with a payload, as a command line gives them: what belongs to the last --payload, and bodies' names."""
+"""Runs with a payload as a command line gives them, and the names of their bodies."""
 
 import argparse
 from collections.abc import Sequence
@@ -32,7 +32,9 @@ class PayloadRun:
         if not self.numbers:
             return ()
         if "mass" not in self.numbers:
-            raise NeedsPayload(f"--payload {self.path}: {' and '.join(self.numbers)} given without --mass [kg]")
+            raise NeedsPayload(
+                f"--payload {self.path}: {' and '.join(self.numbers)} given without --mass [kg]"
+            )
         return known_parameters(**self.numbers)
 
 
@@ -82,7 +84,11 @@ def add_payload_arguments(parser: argparse.ArgumentParser) -> None:
     belongs: dict[str, Any] = {"action": OfLastPayload, "type": float, "dest": "payload"}
     parser.add_argument("--mass", **belongs, metavar="KG", help="mass of that body [kg]")
     parser.add_argument(
-        "--com", **belongs, nargs=3, metavar=("X", "Y", "Z"), help="its centre of mass in the flange's frame [m]"
+        "--com",
+        **belongs,
+        nargs=3,
+        metavar=("X", "Y", "Z"),
+        help="its centre of mass in the flange's frame [m]",
     )
     parser.add_argument(
         "--inertia",

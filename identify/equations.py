@@ -156,27 +156,19 @@ def decimated_regressor(
     The regressor is formed at full rate and then filtered: it is nonlinear in position, so the two do
     not commute.
     """
-    centres = run.decimation.centres(len(motion))
-    n, kept = motion.position.shape[1], base.kept
-    regressor, known = np.empty((len(centres), n, len(kept))), np.empty((len(centres), n))
+    columns = run.decimation.stream(_pieces(model, base, motion))
     to_motors = np.linalg.inv(model.robot.coupling).T
-    coupled = not np.array_equal(to_motors, np.eye(n))
+    if not np.array_equal(to_motors, np.eye(len(to_motors))):
+        columns = np.einsum("ij,tjb->tib", to_motors, columns)
+    return columns[:, :, :-1], columns[:, :, -1]
+
+
+def _pieces(model: Model, base: BaseParameters, motion: Motion) -> Iterator[np.ndarray]:
+    """Base regressor and known torque at full rate, piece by piece, shape (t, n, b + 1)."""
     remembered = model.remember(motion)
-    for outputs, samples in _chunks(run, len(motion)):
-        piece = model.loaded(motion[samples])
-        columns = model.regressor(piece, {place: rows[samples] for place, rows in remembered.items()})
-        rows = run.decimation.apply(columns[:, :, kept])
-        torque = run.decimation.apply(model.known_torque(piece))
-        regressor[outputs] = np.einsum("ij,tjb->tib", to_motors, rows) if coupled else rows
-        known[outputs] = torque @ to_motors.T if coupled else torque
-    return regressor, known
-
-
-def _chunks(run: Prepared, samples: int) -> Iterator[tuple[slice, slice]]:
-    """Rows of output and the full-rate samples that the filter needs for them."""
-    decimation = run.decimation
-    count, length = len(decimation.centres(samples)), len(decimation.taps)
-    step = max(1, CHUNK // decimation.factor)
-    for start in range(0, count, step):
-        stop = min(start + step, count)
-        yield slice(start, stop), slice(start * decimation.factor, (stop - 1) * decimation.factor + length)
+    for start in range(0, len(motion), CHUNK):
+        rows = slice(start, start + CHUNK)
+        piece = model.loaded(motion[rows])
+        columns = model.regressor(piece, {place: every[rows] for place, every in remembered.items()})
+        known = model.known_torque(piece)[:, :, None]
+        yield np.concatenate([np.take(columns, base.kept, axis=2), known], axis=2)

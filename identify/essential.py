@@ -1,5 +1,7 @@
 """Essential parameters: those the data do not support are dropped stepwise."""
 
+from collections.abc import Collection
+
 import numpy as np
 from scipy import stats
 
@@ -10,19 +12,25 @@ CONFIDENCE = 0.95
 below this quantile of chi-squared."""
 
 
-def unsupported(estimate: Estimate) -> list[int]:
+def unsupported(estimate: Estimate, held: Collection[int] = ()) -> list[int]:
     """Base parameters that may be zero, in the order in which they were dropped.
 
     At each step the one with the smallest ratio of value to deviation goes, and the others take their
     conditional values given that it is zero.
+
+    Args:
+        estimate: With all base parameters.
+        held: Those that are believed to be far from zero: runs that cannot see one are no reason to set
+            it to zero, and what it is confounded with would take its place.
     """
     count = len(estimate.values)
     values = np.array(estimate.values)
     covariance = np.array(estimate.covariance[:count, :count])
-    left, dropped, statistic = list(range(count)), [], 0.0
-    while len(left) > 1:
-        deviation = np.sqrt(np.diag(covariance)[left])
-        ratio = np.abs(values[left]) / np.maximum(deviation, np.finfo(float).tiny)
+    left, statistic = [k for k in range(count) if k not in held], 0.0
+    dropped: list[int] = []
+    while len(left) > (0 if held else 1):
+        variance = np.diag(covariance)[left]  # rounding may leave one slightly negative
+        ratio = np.abs(values[left]) / np.sqrt(np.maximum(variance, np.finfo(float).tiny))
         weakest = left[int(np.argmin(ratio))]
         statistic += float(np.min(ratio)) ** 2
         if statistic > stats.chi2.ppf(CONFIDENCE, len(dropped) + 1):

@@ -1,6 +1,8 @@
 """Zero-phase filters: band-pass differentiation and parallel decimation (paper, section III)."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy import interpolate, signal
@@ -75,7 +77,7 @@ class Decimation:
         """Half length of the filter; its transition (Hamming, 3.3 / length) is a third of the cut-off."""
         return int(np.ceil(5.0 * self.rate / self.cutoff))
 
-    @property
+    @cached_property
     def taps(self) -> np.ndarray:
         """Filter coefficients, shape (2 half + 1,), sum 1."""
         if self.cutoff >= 0.5 * self.rate:
@@ -104,3 +106,14 @@ class Decimation:
             width = (rows - 1) * self.factor + len(taps)
             out[start : start + rows] = matrix[:rows, :width] @ flat[first : first + width]
         return out.reshape(len(centres), *values.shape[1:])
+
+    def stream(self, pieces: Iterable[np.ndarray]) -> np.ndarray:
+        """`apply` to consecutive pieces of a signal, each (t, ...), as if they were one."""
+        ready: list[np.ndarray] = []
+        waiting: np.ndarray | None = None
+        for piece in pieces:
+            waiting = piece if waiting is None else np.concatenate([waiting, piece])
+            ready.append(self.apply(waiting))
+            # What the filter still needs for the next output stays for the next piece.
+            waiting = waiting[len(ready[-1]) * self.factor :]
+        return np.concatenate(ready)

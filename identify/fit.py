@@ -137,16 +137,20 @@ class Fit:
 
     def agree(self, run: Prepared) -> Agreement:
         """Compare the fit with a prepared run."""
-        regressor, known = decimated_regressor(self.model, self.base, run, run.motion)
-        gain = self.estimate.gain if run.measures == "current" else np.ones_like(self.estimate.gain)
-        return Agreement(
-            run=run.name,
-            time=run.decimated_time,
-            measured=gain * run.decimated_current,
-            predicted=regressor @ self.estimate.values + known,
-            weight=run.weight,
-            noise=np.abs(gain) * run.noise,
-            velocity=run.decimation.apply(run.motion.velocity),
-            position=run.decimation.apply(run.motion.position),
-            noise_source=run.noise_source,
-        )
+        return agreement(run, self.estimate, *decimated_regressor(self.model, self.base, run, run.motion))
+
+
+def agreement(run: Prepared, estimate: Estimate, regressor: np.ndarray, known: np.ndarray) -> Agreement:
+    """Compare an estimate with a run whose regressor (r, n, b) and known torque (r, n) are at hand."""
+    gain = estimate.gain if run.measures == "current" else np.ones_like(estimate.gain)
+    return Agreement(
+        run=run.name,
+        time=run.decimated_time,
+        measured=gain * run.decimated_current,
+        predicted=regressor @ estimate.values + known,
+        weight=run.weight,
+        noise=np.abs(gain) * run.noise,
+        velocity=run.decimation.apply(run.motion.velocity),
+        position=run.decimation.apply(run.motion.position),
+        noise_source=run.noise_source,
+    )

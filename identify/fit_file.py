@@ -138,7 +138,9 @@ def _base_parameters(fit: Fit) -> list[dict[str, Any]]:
 
 def _weights(base: BaseParameters, row: int) -> dict[str, float]:
     """Standard parameters in a base parameter, with their weights."""
-    return {base.parameters[c].name: float(base.regrouping[row, c]) for c in np.flatnonzero(base.regrouping[row])}
+    return {
+        base.parameters[c].name: float(base.regrouping[row, c]) for c in np.flatnonzero(base.regrouping[row])
+    }
 
 
 def _scores(agreement: Agreement) -> dict[str, Any]:

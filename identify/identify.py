@@ -11,10 +11,10 @@ from .equations import Equations, assemble
 from .errors import DifferentRobot
 from .essential import unsupported
 from .estimators import Estimate, Estimator, maximum_likelihood, weighted
-from .fit import Fit
+from .fit import Fit, agreement
 from .hints import unclear
 from .model import Model
-from .prepare import Filtering, Prepared, prepare
+from .prepare import Filtering, Prepared, choose, prepare
 from .recording import Recording
 from .recording_checks import check
 from .shapes import fit_shapes
@@ -76,7 +76,6 @@ def identify(
     doubts = tuple(f"{run.name}: {doubt}" for run in every for doubt in run.warnings)
     return replace(
         fit,
-        agreement=tuple(fit.agree(run) for run in used),
         validation=tuple(fit.agree(run) for run in held_out),
         doubts=doubts,
     )
@@ -116,12 +115,12 @@ def with_payloads(model: Model, runs: Sequence[Recording]) -> Model:
 
 def common_filtering(runs: Sequence[Recording], filtering: Filtering) -> Filtering:
     """One choice of filters for all runs: the widest that any of them asks for."""
-    own = [prepare(run, filtering) for run in runs]
+    own = [choose(run, filtering) for run in runs]
     return replace(
         filtering,
-        rate=filtering.rate or float(np.median([run.decimation.rate for run in own])),
-        position_cutoff=max(run.position_cutoff for run in own),
-        torque_cutoff=max(run.decimation.cutoff for run in own),
+        rate=float(np.median([chosen.rate for chosen in own])),
+        position_cutoff=max(chosen.position_cutoff for chosen in own),
+        torque_cutoff=max(chosen.torque_cutoff for chosen in own),
     )
 
 
@@ -143,7 +142,7 @@ def _fit(
     """Estimate, drop what is not supported, estimate again."""
     estimate, base, dropped = estimator(equations), equations.base, {}
     structure = base
-    if drop and (weak := unsupported(estimate)):
+    if drop and (weak := unsupported(estimate, believed_away_from_zero(base, model))):
         dropped = {base.names[k]: float(estimate.values[k]) for k in weak}
         equations = equations.without(weak)
         base, estimate = equations.base, estimator(equations)
@@ -159,7 +158,19 @@ def _fit(
         dropped=dropped,
         structure=structure if dropped else None,
         unclear=unclear(model, base, estimate, used[-1].motion.payload),
+        agreement=tuple(
+            agreement(run, estimate, equations.regressor[rows], equations.known[rows])
+            for run, rows in zip(used, equations.runs, strict=True)
+        ),
     )
+
+
+def believed_away_from_zero(base: BaseParameters, model: Model) -> list[int]:
+    """Base parameters whose belief excludes zero: it is more than two deviations away, as for 95 %."""
+    return [
+        int(k)
+        for k in np.flatnonzero(np.abs(base.regrouping @ model.believed_values) > 2 * _deviation(base, model))
+    ]
 
 
 def _deviation(base: BaseParameters, model: Model) -> np.ndarray:

@@ -84,6 +84,54 @@ class Prepared:
         return (sticking == 0).astype(float)
 
 
+@dataclass(frozen=True)
+class _Even:
+    """A recording on an even time axis, not yet filtered."""
+
+    recording: Recording
+    time: np.ndarray
+    position: np.ndarray
+    rate: float
+    measures: str
+
+    @classmethod
+    def of(cls, recording: Recording, rate: float | None) -> "_Even":
+        signal = recording.signals["position"]
+        rate = rate or 1.0 / float(np.median(np.diff(signal.time)))
+        time, position = uniform(signal.time, signal.values, rate)
+        measures = "current" if "current" in recording.signals else "torque"
+        return cls(recording, time, position, rate, measures)
+
+    @property
+    def gain(self) -> np.ndarray:
+        """Believed torque per unit of what was measured, shape (n,)."""
+        known = self.measures == "torque"
+        return np.ones(self.position.shape[1]) if known else self.recording.robot.drive_gain
+
+    @property
+    def current(self) -> np.ndarray:
+        return self.signal(self.measures)
+
+    def signal(self, name: str) -> np.ndarray:
+        """A signal of its own rate, on the even time axis."""
+        signal = self.recording.signals[name]
+        if signal.time.shape == self.time.shape and np.max(np.abs(signal.time - self.time)) < 1e-3 / self.rate:
+            return np.array(signal.values)
+        return np.stack([np.interp(self.time, signal.time, column) for column in signal.values.T], axis=1)
+
+
+def choose(recording: Recording, filtering: Filtering) -> Filtering:
+    """The filtering, with what it leaves open chosen from a recording."""
+    even = _Even.of(recording, filtering.rate)
+    position_cutoff = filtering.position_cutoff or cutoffs.position_cutoff(even.position, even.rate)
+    torque_cutoff = filtering.torque_cutoff or cutoffs.torque_cutoff(
+        recording.model, even.position, even.current, even.gain, even.rate
+    )
+    # Positions are low-passed first: beyond 0.7 of that cut-off accelerations are short.
+    torque_cutoff = min(torque_cutoff, 0.7 * position_cutoff)
+    return replace(filtering, rate=even.rate, position_cutoff=position_cutoff, torque_cutoff=torque_cutoff)
+
+
 def prepare(recording: Recording, filtering: Filtering = Filtering()) -> Prepared:  # noqa: B008
     """Resample, filter, differentiate, find standstill and noise.
 
@@ -91,16 +139,13 @@ def prepare(recording: Recording, filtering: Filtering = Filtering()) -> Prepare
         RecordingError: Too short for its filters.
         NotExcited: No joint moves.
     """
-    signal = recording.signals["position"]
-    rate = filtering.rate or 1.0 / float(np.median(np.diff(signal.time)))
-    time, position = uniform(signal.time, signal.values, rate)
-    measures = "current" if "current" in recording.signals else "torque"
-    current = _onto(time, rate, recording, measures)
-    position_cutoff = filtering.position_cutoff or cutoffs.position_cutoff(position, rate)
-    gain = recording.model.robot.drive_gain if measures == "current" else np.ones(position.shape[1])
-    cutoff = filtering.torque_cutoff or cutoffs.torque_cutoff(recording.model, position, current, gain, rate)
-    decimation = Decimation.at(rate, min(cutoff, 0.7 * position_cutoff))
-    motion, inside = _motion(recording, time, position, rate, position_cutoff, decimation)
+    if None in (filtering.rate, filtering.position_cutoff, filtering.torque_cutoff):
+        filtering = choose(recording, filtering)
+    even = _Even.of(recording, filtering.rate)
+    cutoff = float(filtering.position_cutoff or 0.0)
+    decimation = Decimation.at(even.rate, float(filtering.torque_cutoff or 0.0))
+    inside = _inside(even, cutoff, decimation)
+    motion, current = _whole_motion(even, cutoff), even.current
     sliding = np.abs(motion.velocity) >= _standstill(motion, filtering)
     noise, source = _noise(current, motion, decimation)
     if not np.any(sliding):
@@ -109,68 +154,81 @@ def prepare(recording: Recording, filtering: Filtering = Filtering()) -> Prepare
         name=recording.name,
         motion=motion[inside],
         current=current[inside],
-        measures=measures,
-        gain=gain,
+        measures=even.measures,
+        gain=even.gain,
         sliding=sliding[inside],
         decimation=decimation,
-        position_cutoff=position_cutoff,
+        position_cutoff=cutoff,
         noise=noise,
         noise_source=source,
-        encoder_noise=np.sqrt(0.5 * rate * cutoffs.spectra(position, rate)[2]),
-        commanded=_commanded(recording, time, rate, position_cutoff, inside),
+        encoder_noise=np.sqrt(0.5 * even.rate * cutoffs.spectra(even.position, even.rate)[2]),
+        commanded=_commanded(even, cutoff, inside),
         known=recording.payload.known if recording.payload else (),
     )
 
 
-def _onto(time: np.ndarray, rate: float, recording: Recording, name: str) -> np.ndarray:
-    """A signal of its own rate on the even time axis."""
-    signal = recording.signals[name]
-    if signal.time.shape == time.shape and np.max(np.abs(signal.time - time)) < 1e-3 / rate:
-        return np.array(signal.values)
-    return np.stack([np.interp(time, signal.time, column) for column in signal.values.T], axis=1)
+def filtered(recording: Recording, filtering: Filtering) -> tuple[Motion, np.ndarray]:
+    """Motion and current of a whole run at full rate, the filters' transients at both ends included.
+
+    For a comparison with figures that others made without dropping edges; a fit takes `prepare`.
+
+    Returns:
+        Filtered motion, and currents as measured, shape (t, n) [A], or [N m] where the controller gave that.
+    """
+    even = _Even.of(recording, filtering.rate)
+    cutoff = filtering.position_cutoff or cutoffs.position_cutoff(even.position, even.rate)
+    return _whole_motion(even, cutoff), even.current
 
 
-def _motion(
-    recording: Recording,
-    time: np.ndarray,
-    position: np.ndarray,
-    rate: float,
-    cutoff: float,
-    decimation: Decimation,
-) -> tuple[Motion, slice]:
-    """Filtered motion, and the samples that the filters' transients do not reach."""
-    smooth = low_pass(position, rate, cutoff)
-    velocity, acceleration = _derivatives(recording, time, smooth, rate, cutoff)
-    temperature = _onto(time, rate, recording, "temperature") if "temperature" in recording.signals else None
-    payload = recording.payload.name if recording.payload else ""
-    motion = Motion.of(time, smooth, velocity, acceleration, None, temperature, payload)
-    # A fourth-order Butterworth has forgotten its start, to 1 %, after one period of its cut-off.
-    edge = 3 + int(np.ceil(rate / cutoff))
-    if len(time) - 2 * edge < 2 * len(decimation.taps):
+def _inside(even: _Even, cutoff: float, decimation: Decimation) -> slice:
+    """The samples that the filters' transients do not reach.
+
+    A fourth-order Butterworth has forgotten its start, to 1 %, after one period of its cut-off.
+    """
+    edge, samples = 3 + int(np.ceil(even.rate / cutoff)), len(even.time)
+    if samples - 2 * edge < 2 * len(decimation.taps):
         raise RecordingError(
-            f"{recording.name}: {len(time) / rate:.2f} s is too short for filters at {cutoff:.3g} Hz and "
-            f"{decimation.cutoff:.3g} Hz; record at least {3 * len(decimation.taps) / rate:.1f} s"
+            f"{even.recording.name}: {samples / even.rate:.2f} s is too short for filters at {cutoff:.3g} Hz and "
+            f"{decimation.cutoff:.3g} Hz; record at least {3 * len(decimation.taps) / even.rate:.1f} s"
         )
-    return motion, slice(edge, len(time) - edge)
+    return slice(edge, samples - edge)
 
 
-def _derivatives(
-    recording: Recording, time: np.ndarray, smooth: np.ndarray, rate: float, cutoff: float
-) -> tuple[np.ndarray, np.ndarray]:
+def _whole_motion(even: _Even, cutoff: float) -> Motion:
+    """Filtered motion, its ends included."""
+    smooth = low_pass(even.position, even.rate, cutoff)
+    velocity, acceleration = _derivatives(even, smooth, cutoff)
+    temperature = even.signal("temperature") if "temperature" in even.recording.signals else None
+    return Motion.of(even.time, smooth, velocity, acceleration, None, temperature, _payload(even))
+
+
+def _payload(even: _Even) -> str:
+    return even.recording.payload.name if even.recording.payload else ""
+
+
+def _derivatives(even: _Even, smooth: np.ndarray, cutoff: float) -> tuple[np.ndarray, np.ndarray]:
     """Velocity and acceleration; from the controller's own velocity where it can be trusted.
 
     A controller counts encoder ticks on its own clock, so its velocity knows nothing of the jitter of
     time stamps. It is trusted if it differs from the differentiated position by less than a twentieth
     on every joint: a velocity of another quantity, unit or filter differs by more.
     """
-    velocity, acceleration = differentiate(smooth, rate)
-    if "velocity" not in recording.signals:
+    velocity, acceleration = differentiate(smooth, even.rate)
+    if "velocity" not in even.recording.signals:
         return velocity, acceleration
-    recorded = low_pass(_onto(time, rate, recording, "velocity"), rate, cutoff)
+    recorded = low_pass(even.signal("velocity"), even.rate, cutoff)
     apart = np.linalg.norm(recorded - velocity, axis=0) / np.maximum(np.linalg.norm(velocity, axis=0), 1e-12)
     if not np.all(apart < 0.05):
         return velocity, acceleration
-    return recorded, differentiate(recorded, rate)[0]
+    return recorded, differentiate(recorded, even.rate)[0]
+
+
+def _commanded(even: _Even, cutoff: float, inside: slice) -> Motion | None:
+    if "command" not in even.recording.signals:
+        return None
+    smooth = low_pass(even.signal("command"), even.rate, cutoff)
+    velocity, acceleration = differentiate(smooth, even.rate)
+    return Motion.of(even.time, smooth, velocity, acceleration, payload=_payload(even))[inside]
 
 
 def _standstill(motion: Motion, filtering: Filtering) -> np.ndarray:
@@ -191,15 +249,3 @@ def _noise(current: np.ndarray, motion: Motion, decimation: Decimation) -> tuple
     if np.all(np.isfinite(noise)):
         return noise, "rest"
     return noise_above(current, decimation), "high frequencies"
-
-
-def _commanded(
-    recording: Recording, time: np.ndarray, rate: float, cutoff: float, inside: slice
-) -> Motion | None:
-    if "command" not in recording.signals:
-        return None
-    smooth = low_pass(_onto(time, rate, recording, "command"), rate, cutoff)
-    velocity, acceleration = differentiate(smooth, rate)
-    payload = recording.payload.name if recording.payload else ""
-    motion = Motion.of(time, smooth, velocity, acceleration, payload=payload)
-    return motion[inside]

@@ -70,8 +70,8 @@ def runs_section(fit: Fit) -> str:
     columns = int(np.clip(STRETCHES // plots, 40, COLUMNS))
     note = (
         "The table has, for each run and joint, residual over noise and residual in per cent of the "
-        "torque. In the plots measured and predicted torque lie on one another; samples in which the joint stands still are "
-        "not judged, and residuals there may leave the frame."
+        "torque. In the plots measured and predicted torque lie on one another; samples in which the "
+        "joint stands still are not judged, and residuals there may leave the frame."
     )
     content = [_run(fit, run, role, columns) for run, role in runs]
     return section("runs", "Runs", paragraph(note), runs_table(fit), *content)
@@ -126,13 +126,14 @@ def structure_section(fit: Fit) -> str:
         halves += [f"<div><h3>Dropped</h3>{paragraph(words)}{dropped_table(fit)}</div>"]
     content = [f'<div class="grid two tables">{"".join(halves)}</div>']
     if hidden := _unseen(fit):
-        words = f"No motion of this arm makes them felt in a torque: {', '.join(hidden)}."
+        words = "These enter no base parameter that was kept, as a rule for no torque shows them: "
+        words += f"{', '.join(hidden)}."
         content += ["<h3>Without effect</h3>", paragraph(words)]
     return section("structure", "Regrouped and dropped", *content)
 
 
 def _unseen(fit: Fit) -> list[str]:
-    """Parameters without effect; what was dropped had one."""
+    """Standard parameters that enter nothing; what was dropped is listed apart."""
     dropped = {name.removesuffix("R") for name in fit.dropped}
     return [name for name in fit.base.without_effect if name not in dropped]
 

@@ -53,7 +53,7 @@ svg .value { fill: var(--predicted); } svg .share { fill: var(--residual); }
   --measured: #e69f00; --predicted: #0067a5; --residual: #c44e00; --band: #8a94a0; color-scheme: light; }
   body { max-width: none; padding: 0; font-size: 11px; } nav { display: none; }
   .two { grid-template-columns: 1fr 1fr; } .three { grid-template-columns: 1fr 1fr 1fr; }
-  .tables { grid-template-columns: 1fr; } svg text { font-size: 14px; }
+  svg text { font-size: 12px; } .two figure svg { height: 190px; } td svg { width: 130px; }
   figure, tr, ul.verdict { break-inside: avoid; } h2, h3 { break-after: avoid; } table { font-size: 10px; }
   @page { size: A4 landscape; margin: 12mm; } }
 """

@@ -156,6 +156,7 @@ def filter_table(fit: Fit) -> str:
         ("standstill below", filtering.standstill, "rad/s"),
     ]
     rows = [[name, NAMELESS if v is None else number(v), unit] for name, v, unit in chosen]
-    rows[3][1] = rows[3][1] if filtering.standstill is not None else "1 % of each joint's usual speed"
+    if filtering.standstill is None:
+        rows[3] = ["standstill below", "1 % of each joint's usual speed", ""]
     rows.append(["decimated samples times joints used", number(fit.rows, max(4, len(str(fit.rows)))), ""])
     return table(["filter", "value", "unit"], rows, words=(2,))

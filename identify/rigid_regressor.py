@@ -8,12 +8,12 @@ acceleration minus gravity :math:`a` of a link's frame origin, all in that frame
     \mu = I \dot\omega + \omega \times I \omega + mc \times a.
 
 The torque of joint j that it needs is :math:`l \cdot f + z \cdot \mu`, where :math:`(l, z)` is the
-velocity of that frame when joint j alone moves at 1 rad/s. Vectors are kept as (3, t), so that each
-operation runs over contiguous samples; a Python loop over samples costs twice as much.
+velocity of that frame when joint j alone moves at 1 rad/s. Vectors are kept as (3, t), those of the m
+joints that move a link as (3, m, t), so that each operation runs over contiguous samples.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pinocchio as pin
@@ -62,8 +62,8 @@ def rigid_regressor(
         acceleration: Shape (t, n) [rad/s^2].
         out: Zeros of shape (t, n, 10 n); columns are `INERTIAL` of link 1, of link 2 and so on.
     """
-    for index, state in enumerate(_links(kinematics, position, velocity, acceleration)):
-        _write(state, out[:, :, 10 * index : 10 * index + 10])
+    for index, link in enumerate(_links(kinematics, position, velocity, acceleration)):
+        _write(link, out[:, :, 10 * index : 10 * index + 10])
     return out
 
 
@@ -87,98 +87,119 @@ def body_regressor(
     out = np.zeros((*position.shape, 10))
     # A joint without an axis does not move: its frame is the body's.
     fixed, still = Joint(kinematics.nv - 1, placement, np.zeros(3), True), np.zeros(len(position))
-    *state, moving = _step(kinematics.nv, fixed, last, still, still, still)
-    del moving[kinematics.nv]
-    _write((*state, moving), out)
+    body = _step(kinematics.nv, fixed, last, still, still, still)
+    _write(replace(body, moving=last.moving), out)
     return out
+
+
+@dataclass(frozen=True)
+class Link:
+    """Motion of a link's frame, in that frame.
+
+    Attributes:
+        omega: Angular velocity, shape (3, t) [rad/s].
+        alpha: Angular acceleration, shape (3, t) [rad/s^2].
+        lift: Acceleration of the origin minus gravity, shape (3, t) [m/s^2].
+        moving: The m joints that move the frame.
+        linear: Velocity of the origin when one of them moves at 1 rad/s, shape (3, m, t) [m/rad].
+        angular: Angular velocity then, shape (3, m, t) [-].
+    """
+
+    omega: np.ndarray
+    alpha: np.ndarray
+    lift: np.ndarray
+    moving: list[int]
+    linear: np.ndarray
+    angular: np.ndarray
 
 
 def _links(
     kinematics: pin.Model, position: np.ndarray, velocity: np.ndarray, acceleration: np.ndarray
-) -> list[tuple]:
-    """Angular velocity, angular acceleration, lift and unit-joint velocities of every link's frame."""
+) -> list[Link]:
+    """Every link in turn, from the base outward."""
     samples = len(position)
-    still = np.zeros((3, samples))
+    still, nothing = np.zeros((3, samples)), np.zeros((3, 0, samples))
     rising = np.repeat(-np.array(kinematics.gravity.linear)[:, None], samples, axis=1)
-    base: tuple = (still, still, rising, {})
-    links: list[tuple] = []
+    base = Link(still, still, rising, [], nothing, nothing)
+    links: list[Link] = []
     for index, joint in enumerate(joints_of(kinematics)):
         parent = base if joint.parent < 0 else links[joint.parent]
-        state = _step(index, joint, parent, position[:, index], velocity[:, index], acceleration[:, index])
-        links.append(state)
+        links.append(
+            _step(index, joint, parent, position[:, index], velocity[:, index], acceleration[:, index])
+        )
     return links
 
 
-def _write(state: tuple, out: np.ndarray) -> None:
-    """Torque of every joint that moves a frame, into out (t, n, 10)."""
-    body = Body(*state[:3])
-    for moving, (linear, angular) in state[3].items():
-        body.torque(linear, angular, out[:, moving])
-
-
 def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    out = np.empty((3, max(np.shape(a)[1], np.shape(b)[1])))
+    """Cross product along the first axis; the others broadcast."""
+    out = np.empty(np.broadcast_shapes(a.shape, b.shape))
     out[0] = a[1] * b[2] - a[2] * b[1]
     out[1] = a[2] * b[0] - a[0] * b[2]
     out[2] = a[0] * b[1] - a[1] * b[0]
     return out
 
 
-def _step(index: int, joint: Joint, parent: tuple, q: np.ndarray, dq: np.ndarray, ddq: np.ndarray) -> tuple:
-    """Velocity, acceleration and unit-joint velocities of the next link's frame, in that frame."""
-    omega, alpha, lift, moving = parent
+def _step(index: int, joint: Joint, parent: Link, q: np.ndarray, dq: np.ndarray, ddq: np.ndarray) -> Link:
+    """The link behind a joint."""
     axis = joint.axis[:, None]
     turn, slide = (q, 0.0 * q) if joint.revolute else (0.0 * q, q)
     offset = joint.placement.translation[:, None] + joint.placement.rotation @ (axis * slide)
     inward = _inward_rotation(joint, turn)
-    lift = lift + _cross(alpha, offset) + _cross(omega, _cross(omega, offset))
-    omega, alpha, lift = (inward(vector) for vector in (omega, alpha, lift))
-    moving = {
-        other: (inward(linear + _cross(angular, offset)), inward(angular))
-        for other, (linear, angular) in moving.items()
-    }
+    spin = _cross(parent.alpha, offset) + _cross(parent.omega, _cross(parent.omega, offset))
+    # One product turns everything at once: three vectors of the link and two of each moving joint.
+    linear = parent.linear + _cross(parent.angular, offset[:, None])
+    frame = np.stack([parent.omega, parent.alpha, parent.lift + spin], axis=1)
+    turned = inward(np.concatenate([frame, linear, parent.angular], axis=1))
+    omega, alpha, lift = turned[:, 0], turned[:, 1], turned[:, 2]
+    linear, angular = np.split(turned[:, 3:], 2, axis=1)
     along = np.repeat(axis, len(q), axis=1)
+    none = np.zeros_like(along)
     if joint.revolute:
         alpha = alpha + _cross(omega, along * dq) + along * ddq
         omega = omega + along * dq
-        moving[index] = (np.zeros_like(along), along)
     else:
         lift = lift + 2.0 * _cross(omega, along * dq) + along * ddq
-        moving[index] = (along, np.zeros_like(along))
-    return omega, alpha, lift, moving
+    new = (none, along) if joint.revolute else (along, none)
+    linear, angular = (
+        np.concatenate([old, one[:, None]], axis=1) for old, one in zip((linear, angular), new, strict=True)
+    )
+    return Link(omega, alpha, lift, [*parent.moving, index], linear, angular)
 
 
 def _inward_rotation(joint: Joint, turn: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
-    """Function that takes (3, t) vectors from the parent's frame into the link's (Rodrigues)."""
+    """Function that takes (3, m, t) vectors from the parent's frame into the link's (Rodrigues)."""
     axis, cosine, sine = joint.axis, np.cos(turn), np.sin(turn)
     across = np.array([[0, -axis[2], axis[1]], [axis[2], 0, -axis[0]], [-axis[1], axis[0], 0]])
     to_placement = joint.placement.rotation.T
     along, cross = np.outer(axis, axis) @ to_placement, across @ to_placement
-    level = to_placement - along
+    every = np.concatenate([along, to_placement - along, cross])
 
     def inward(vector: np.ndarray) -> np.ndarray:
-        return along @ vector + (level @ vector) * cosine - (cross @ vector) * sine
+        parts = (every @ vector.reshape(3, -1)).reshape(3, *vector.shape)
+        return parts[0] + parts[1] * cosine - parts[2] * sine
 
     return inward
 
 
-class Body:
-    """Wrench of one link per inertial parameter; see the formulas at the top of this file."""
+def _write(link: Link, out: np.ndarray) -> None:
+    """Torque of every joint that moves a link per inertial parameter of it, into out (t, n, 10)."""
+    omega, alpha, lift = (vector[:, None] for vector in (link.omega, link.alpha, link.lift))
+    z, linear = link.angular, link.linear
+    y = _cross(z, omega)
+    columns = np.empty((10, *z.shape[1:]))
+    for column, (i, j) in enumerate(((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))):
+        np.multiply(z[i], alpha[j], out=columns[column])
+        columns[column] += y[i] * omega[j]
+        if i != j:
+            columns[column] += z[j] * alpha[i]
+            columns[column] += y[j] * omega[i]
+    along = _dot(omega, linear)
+    columns[6:9] = _cross(linear, alpha) + omega * along - linear * _dot(omega, omega) + _cross(lift, z)
+    columns[9] = _dot(linear, lift)
+    for place, moving in enumerate(link.moving):
+        out[:, moving] = columns[:, place].T
 
-    def __init__(self, omega: np.ndarray, alpha: np.ndarray, lift: np.ndarray) -> None:
-        self.omega, self.alpha, self.lift = omega, alpha, lift
-        self.square = np.einsum("it,it->t", omega, omega)
 
-    def torque(self, linear: np.ndarray, angular: np.ndarray, out: np.ndarray) -> None:
-        """Torque of a joint that moves this frame with (linear, angular), into out (t, 10)."""
-        omega, alpha, z = self.omega, self.alpha, angular
-        y = _cross(z, omega)
-        columns = np.empty((10, out.shape[0]))
-        for column, (i, j) in enumerate(((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))):
-            columns[column] = z[i] * alpha[j] + y[i] * omega[j]
-            if i != j:
-                columns[column] += z[j] * alpha[i] + y[j] * omega[i]
-        along = np.einsum("it,it->t", omega, linear)
-        columns[6:9] = _cross(linear, alpha) + omega * along - linear * self.square + _cross(self.lift, z)
-        columns[9] = np.einsum("it,it->t", linear, self.lift)
-        out[:] = columns.T
+def _dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Scalar product along the first axis."""
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]

@@ -3,6 +3,7 @@
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -12,16 +13,10 @@ from .fit import Agreement, Fit
 from .hints import OPEN
 from .model import Model
 from .text_table import WIDTH, at_point, digits, paragraph, table
+from .verdict import SURPRISE, TO_NOISE, verdict
 
 NORMAL_95 = 1.96
 """Deviations either side that hold the truth in 95 of 100 cases."""
-
-NOISE_LIMIT = 1.3
-"""Residual over noise floor above which physics is missing: what is left over is then 0.8 of the noise
-itself (1.3^2 = 1 + 0.83^2), and a noise floor from a short rest is known to some 30 % only."""
-
-OFF_PRIOR = 3.0
-"""Deviations between value and belief that are pointed out: one parameter in 370 by chance."""
 
 
 def summary(fit: Fit) -> str:
@@ -34,9 +29,8 @@ def summary(fit: Fit) -> str:
         ["Fit by joint", *_rule(), *_fits(fit)],
         ["Open", *_rule(), *_open(fit)],
         ["Composition of base parameters", *_rule(), *_composition(fit)],
+        ["Verdict and doubts", *_rule(), *(line for v in verdict(fit) for line in paragraph(v, "  ", "- "))],
     ]
-    if fit.doubts:
-        parts.append(["Doubts", *_rule(), *(line for d in fit.doubts for line in paragraph(d, "  ", "- "))])
     return "\n\n".join("\n".join(part) for part in parts) + "\n" + "=" * WIDTH
 
 
@@ -53,7 +47,12 @@ def _header(fit: Fit) -> list[str]:
         ("Robot", robot.name, "Method", fit.estimate.method),
         ("Runs", str(len(fit.runs)), "Base parameters", _counted(fit)),
         ("Rows", str(fit.rows), "Condition number", digits(fit.condition)),
-        ("Position cut-off", _hertz(filtering.position_cutoff), "Noise floor from", ", ".join(sources) or "-"),
+        (
+            "Position cut-off",
+            _hertz(filtering.position_cutoff),
+            "Noise floor from",
+            ", ".join(sources) or "-",
+        ),
         (
             "Torque cut-off",
             _hertz(filtering.torque_cutoff),
@@ -83,7 +82,8 @@ def _gains(fit: Fit) -> list[str]:
     if not np.any(estimate.gain_std > 0):
         text = "not identified, taken as believed: that needs motor currents and a run with a known payload"
         return paragraph(text) + table(
-            ["joint", "N m/A"], list(zip(robot.joints, at_point([digits(g) for g in estimate.gain]), strict=True))
+            ["joint", "N m/A"],
+            list(zip(robot.joints, at_point([digits(g) for g in estimate.gain]), strict=True)),
         )
     half = NORMAL_95 * estimate.gain_std
     columns = [
@@ -116,8 +116,9 @@ def _parameters(fit: Fit) -> list[str]:
         rows += [[heading], *_group(fit, members, [places[columns[row]][1] for row in members])]
     lines = table(head, rows, left=(0, 1, 3, 9))
     lines += paragraph(
-        f"std %: standard deviation over value, autocorrelated residuals allowed for. open: above {OPEN:g} %. "
-        f"off belief: more than {OFF_PRIOR:g} standard deviations of value and belief together."
+        "std %: standard deviation over value, with the residual's autocorrelation in it. "
+        f"open: above {OPEN:g} %. "
+        f"off belief: more than {SURPRISE:g} standard deviations of value and belief together."
     )
     return lines + _dropped(fit)
 
@@ -140,7 +141,7 @@ def _group(fit: Fit, members: Sequence[int], joints: Sequence[str]) -> list[list
         )
     ]
     values, percents, low, high, prior, spread = (at_point(column) for column in columns)
-    off = held & (np.abs(value - believed) > OFF_PRIOR * np.hypot(std, np.where(held, tolerance, 0.0)))
+    off = held & (np.abs(value - believed) > SURPRISE * np.hypot(std, np.where(held, tolerance, 0.0)))
     notes = [
         ", ".join(note for note, on in (("open", p > OPEN), ("off belief", o)) if on) or "kept"
         for p, o in zip(percent, off, strict=True)
@@ -180,8 +181,9 @@ def _dropped(fit: Fit) -> list[str]:
         return []
     places = _places(fit.model)
     items = [
-        f"{name} ({places[name if name in places else name.removesuffix('R')][1] or 'payload'}) {digits(value)}"
+        f"{name} ({joint}) {digits(value)}" if joint else f"{name} {digits(value)}"
         for name, value in fit.dropped.items()
+        for _, joint in (places.get(name) or places[name.removesuffix("R")],)
     ]
     text = (
         f"Dropped, {len(items)} that may all be zero as far as these runs can say (joint, value before): "
@@ -192,12 +194,12 @@ def _dropped(fit: Fit) -> list[str]:
 
 def pooled(agreements: Sequence[Agreement]) -> Agreement:
     """Several runs as one."""
-    together = {
+    together: dict[str, Any] = {
         name: np.concatenate([getattr(a, name) for a in agreements])
         for name in ("time", "measured", "predicted", "weight", "velocity")
     }
     noise = np.sqrt(np.mean([a.noise**2 for a in agreements], axis=0))
-    name = agreements[0].run if len(agreements) == 1 else f"all {len(agreements)} runs"
+    name = agreements[0].run if len(agreements) == 1 else f"{len(agreements)} runs together"
     return replace(agreements[0], run=name, position=None, noise=noise, **together)
 
 
@@ -211,9 +213,8 @@ def _fits(fit: Fit) -> list[str]:
         rows += [[f"{role} {agreement.run}"], *_fit_rows(fit, agreement)]
     lines = table(head, rows, left=(0, 4))
     return lines + paragraph(
-        f"over noise: residual over the noise floor, 1 where nothing is missing. * above {NOISE_LIMIT}: what the "
-        "model leaves is at least 0.8 of the noise itself, more than the noise floor's own uncertainty; physics "
-        "is missing there."
+        "over noise: residual over the noise floor, 1 where nothing is missing. "
+        f"* above {TO_NOISE}: what the model leaves is at least 0.8 of the noise itself; physics is missing there."
     )
 
 
@@ -221,8 +222,8 @@ def _fit_rows(fit: Fit, agreement: Agreement) -> list[list[str]]:
     over = agreement.over_noise
     values = (agreement.residual_rms, agreement.noise, over, 100 * agreement.relative)
     residual, noise, times, relative = (at_point([digits(v) for v in column]) for column in values)
-    flags = ["*" if o > NOISE_LIMIT else "" for o in over]
-    explained = [f"{r:.5f}" for r in agreement.r_squared]
+    flags = ["*" if o > TO_NOISE else "" for o in over]
+    explained = [f"{r:.6f}" for r in agreement.r_squared]
     joints = [f"  {joint}" for joint in fit.model.robot.joints]
     return [list(r) for r in zip(joints, residual, noise, times, flags, relative, explained, strict=True)]
 

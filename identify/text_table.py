@@ -57,5 +57,10 @@ def paragraph(text: str, indent: str = "", first: str | None = None) -> list[str
     """A text wrapped to the page; lines after the first begin with `indent`."""
     opening = indent if first is None else first
     return textwrap.wrap(
-        text, WIDTH, initial_indent=opening, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False
+        text,
+        WIDTH,
+        initial_indent=opening,
+        subsequent_indent=indent,
+        break_long_words=False,
+        break_on_hyphens=False,
     )

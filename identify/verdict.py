@@ -10,8 +10,10 @@ from .fit import Agreement, Fit
 TO_NOISE = 1.3
 """Residual over noise up to which nothing can be missing but less than the noise itself: what remains
 adds in squares, and 1.3 squared is 1 + 0.83 squared."""
-MISSING = 2.0
-"""Residual over noise above which what is missing (1.7 noises) clearly outweighs the noise."""
+MISSING = 1.5
+"""Residual over noise above which what is missing (1.1 noises) outweighs the noise itself."""
+LISTED = 3
+"""Unclear parameters named in the verdict; tables have the rest."""
 SURPRISE = 3.0
 """Deviations, of belief and estimate together, from which a belief no longer fits: one in 370 by chance."""
 
@@ -119,12 +121,16 @@ def _parameters(fit: Fit) -> list[str]:
     if fit.dropped:
         lines[0] += f" {len(fit.dropped)} more are not supported by the data and were set to zero."
     if fit.unclear:
-        names = ", ".join(f"{u.name} ({u.std_percent:.0f} %)" for u in fit.unclear)
-        lines.append(
-            f"Unclear, by their standard deviation: {names}. Motions that would settle them are below."
-        )
+        lines.append(f"Unclear (standard deviation; what would settle it): {_unclear(fit)}.")
     else:
         lines.append("None of them is unclear.")
     if far := surprises(fit):
         lines.append(f"Far from what was believed: {', '.join(far)}.")
     return lines
+
+
+def _unclear(fit: Fit) -> str:
+    worst = sorted(fit.unclear, key=lambda u: -u.std_percent)
+    shown = [f"{u.name} ({u.std_percent:.0f} %; {u.hint})" for u in worst[:LISTED]]
+    more = len(worst) - len(shown)
+    return ", ".join(shown) + (f", and {more} more" if more else "")

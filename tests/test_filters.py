@@ -90,6 +90,15 @@ def test_decimation_in_pieces_is_decimation_of_the_whole():
     np.testing.assert_allclose(np.concatenate(pieces)[: len(whole)], whole, atol=1e-13)
 
 
+@pytest.mark.parametrize("piece", [1, 13, 400, 5000])
+@pytest.mark.parametrize("cutoff", [20.0, 300.0])
+def test_a_stream_of_pieces_is_the_whole(piece, cutoff):
+    decimation = Decimation.at(500.0, cutoff)
+    values = np.random.default_rng(3).normal(size=(1501, 2, 3))
+    pieces = (values[start : start + piece] for start in range(0, len(values), piece))
+    np.testing.assert_allclose(decimation.stream(pieces), decimation.apply(values), atol=1e-13)
+
+
 def test_decimation_has_unit_gain_half_at_the_cutoff_and_no_phase():
     decimation = Decimation.at(500.0, 20.0)
     assert decimation.taps.sum() == pytest.approx(1.0, abs=1e-12)

@@ -68,6 +68,7 @@ def equations(rows=800, payload=False, rate=20.0):
         weight=np.ones((len(regressor), 2)),
         gain=GAIN,
         gain_known=False,
+        gain_tolerance=0.1,
         runs=(slice(0, rows // 2), slice(rows // 2, len(regressor))),
         rate=rate,
         noise=np.full(2, 1e-3),
