@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .effects import Parameter
+from .errors import RobotError
 from .model import Model
 from .motion import Motion
 
@@ -98,7 +99,12 @@ def base_parameters(model: Model, payloads: Sequence[str] = ("",)) -> BaseParame
     Args:
         model: Robot and effects.
         payloads: Bodies carried in the runs, one name a kind of run; empty for none.
+
+    Raises:
+        RobotError: A model without parameters.
     """
+    if not model.names:
+        raise RobotError(f"{model.robot.name}: the model has no effects, and so no parameters to identify")
     motions = [rich_motion(model, payload=payload, seed=k) for k, payload in enumerate(payloads)]
     columns = np.concatenate([model.regressor(m).reshape(-1, len(model.names)) for m in motions])
     return from_columns(tuple(model.parameters), columns)

@@ -11,7 +11,7 @@ import numpy as np
 
 from .base_parameters import BaseParameters
 from .errors import RecordingError
-from .filters import differentiate, low_pass
+from .filters import Decimation, differentiate, low_pass
 from .model import Model
 from .motion import Motion
 from .prepare import Prepared
@@ -156,19 +156,43 @@ def decimated_regressor(
     The regressor is formed at full rate and then filtered: it is nonlinear in position, so the two do
     not commute.
     """
-    columns = run.decimation.stream(_pieces(model, base, motion))
+    rows = len(run.decimation.centres(len(motion)))
+    columns = np.zeros((rows, motion.position.shape[1], len(base.kept) + 1))
+    for part, own, decimation in _parts(model, run):
+        places = np.flatnonzero(np.isin(base.kept, own))
+        kept = np.searchsorted(own, base.kept[places])
+        ready = decimation.stream(_pieces(model, part, kept, motion[:: decimation.step]))[:rows]
+        columns[:, :, places] = ready[:, :, :-1]
+        columns[:, :, -1] += ready[:, :, -1]
     to_motors = np.linalg.inv(model.robot.coupling).T
     if not np.array_equal(to_motors, np.eye(len(to_motors))):
         columns = np.einsum("ij,tjb->tib", to_motors, columns)
     return columns[:, :, :-1], columns[:, :, -1]
 
 
-def _pieces(model: Model, base: BaseParameters, motion: Motion) -> Iterator[np.ndarray]:
-    """Base regressor and known torque at full rate, piece by piece, shape (t, n, b + 1)."""
-    remembered = model.remember(motion)
+def _parts(model: Model, run: Prepared) -> Iterator[tuple[Model, np.ndarray, Decimation]]:
+    """The smooth effects and the abrupt ones: as a model, with their columns and how they are thinned out.
+
+    A smooth effect has up to some four times the frequencies of the low-passed positions (inertia that
+    turns with two joints, times squares of velocity), so eight samples a period of the cut-off hold it.
+    """
+    counts = [len(effect.parameters(model.robot)) for effect in model.effects]
+    owner = np.repeat(np.arange(len(counts)), counts)
+    smooth = np.array([effect.smooth and effect.pointwise for effect in model.effects], bool)
+    for kind, rate in ((smooth, 8.0 * run.position_cutoff), (~smooth, np.inf)):
+        effects = tuple(effect for effect, wanted in zip(model.effects, kind, strict=True) if wanted)
+        if effects:
+            own = np.flatnonzero(kind[owner])
+            yield replace(model, effects=effects), own, run.decimation.thinned(rate)
+
+
+def _pieces(model: Model, part: Model, kept: np.ndarray, motion: Motion) -> Iterator[np.ndarray]:
+    """Kept columns of a part of the model, and its known torque, piece by piece, shape (t, n, b + 1)."""
+    remembered = part.remember(motion)
+    needs_load = any(effect.needs_load for effect in part.effects)
     for start in range(0, len(motion), CHUNK):
         rows = slice(start, start + CHUNK)
-        piece = model.loaded(motion[rows])
-        columns = model.regressor(piece, {place: every[rows] for place, every in remembered.items()})
-        known = model.known_torque(piece)[:, :, None]
-        yield np.concatenate([np.take(columns, base.kept, axis=2), known], axis=2)
+        piece = model.loaded(motion[rows]) if needs_load else motion[rows]
+        columns = part.regressor(piece, {place: every[rows] for place, every in remembered.items()})
+        known = part.known_torque(piece)[:, :, None]
+        yield np.concatenate([np.take(columns, kept, axis=2), known], axis=2)

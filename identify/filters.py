@@ -1,7 +1,7 @@
 """Zero-phase filters: band-pass differentiation and parallel decimation (paper, section III)."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -55,17 +55,28 @@ class Decimation:
         rate: Samples per second before [Hz].
         cutoff: Half-amplitude frequency [Hz].
         factor: Samples before per sample after.
+        step: Only every so many of the samples before are given; a divisor of `factor`.
     """
 
     rate: float
     cutoff: float
     factor: int
+    step: int = 1
 
     @classmethod
     def at(cls, rate: float, cutoff: float) -> "Decimation":
-        """Decimation whose output band just holds the filter's: cut-off at 0.8 of the new Nyquist."""
-        factor = max(1, int(0.4 * rate / cutoff))
+        """Decimation whose output band just holds the filter's: cut-off at 0.8 of the new Nyquist.
+
+        The factor is a product of 2, 3 and 5, so that it has divisors to thin out by.
+        """
+        most = max(1, int(0.4 * rate / cutoff))
+        factor = next(k for k in range(most, 0, -1) if _only_small_primes(k))
         return cls(rate, min(cutoff, 0.5 * rate), factor)
+
+    def thinned(self, rate: float) -> "Decimation":
+        """The same filter for a signal given at a lower rate, at least `rate` [Hz]."""
+        steps = [k for k in range(1, self.factor + 1) if self.factor % k == 0 and self.rate / k >= rate]
+        return replace(self, step=max(steps, default=1))
 
     @property
     def output_rate(self) -> float:
@@ -73,37 +84,46 @@ class Decimation:
         return self.rate / self.factor
 
     @property
+    def stride(self) -> int:
+        """Samples given per sample after."""
+        return self.factor // self.step
+
+    @property
     def half(self) -> int:
-        """Half length of the filter; its transition (Hamming, 3.3 / length) is a third of the cut-off."""
-        return int(np.ceil(5.0 * self.rate / self.cutoff))
+        """Half length of the filter in samples given, a multiple of the stride.
+
+        Its transition (Hamming, 3.3 / length) is a third of the cut-off.
+        """
+        return self.stride * int(np.ceil(5.0 * self.rate / self.cutoff / self.factor))
 
     @cached_property
     def taps(self) -> np.ndarray:
         """Filter coefficients, shape (2 half + 1,), sum 1."""
         if self.cutoff >= 0.5 * self.rate:
             return np.ones(1)
-        return signal.firwin(2 * self.half + 1, self.cutoff, fs=self.rate)
+        taps = signal.firwin(2 * self.half * self.step + 1, self.cutoff, fs=self.rate)[:: self.step]
+        return taps / np.sum(taps)
 
     def centres(self, samples: int) -> np.ndarray:
         """Indices of the samples on which the outputs are centred; the filter never leaves the data."""
         half = (len(self.taps) - 1) // 2
-        return np.arange(half, samples - half, self.factor)
+        return np.arange(half, samples - half, self.stride)
 
     def apply(self, values: np.ndarray) -> np.ndarray:
         """Filter and thin out along time, shape (t, ...) -> (centres, ...)."""
-        taps = self.taps
+        taps, stride = self.taps, self.stride
         centres = self.centres(len(values))
         flat = values.reshape(len(values), -1)
         out = np.empty((len(centres), flat.shape[1]))
         # A block of outputs is one small matrix product; the block's matrix is the same everywhere.
-        block = max(1, len(taps) // self.factor)
-        matrix = np.zeros((block, (block - 1) * self.factor + len(taps)))
+        block = max(1, len(taps) // stride)
+        matrix = np.zeros((block, (block - 1) * stride + len(taps)))
         for row in range(block):
-            matrix[row, row * self.factor : row * self.factor + len(taps)] = taps
+            matrix[row, row * stride : row * stride + len(taps)] = taps
         for start in range(0, len(centres), block):
             rows = min(block, len(centres) - start)
-            first = start * self.factor
-            width = (rows - 1) * self.factor + len(taps)
+            first = start * stride
+            width = (rows - 1) * stride + len(taps)
             out[start : start + rows] = matrix[:rows, :width] @ flat[first : first + width]
         return out.reshape(len(centres), *values.shape[1:])
 
@@ -115,5 +135,12 @@ class Decimation:
             waiting = piece if waiting is None else np.concatenate([waiting, piece])
             ready.append(self.apply(waiting))
             # What the filter still needs for the next output stays for the next piece.
-            waiting = waiting[len(ready[-1]) * self.factor :]
+            waiting = waiting[len(ready[-1]) * self.stride :]
         return np.concatenate(ready)
+
+
+def _only_small_primes(number: int) -> bool:
+    for prime in (2, 3, 5):
+        while number % prime == 0:
+            number //= prime
+    return number == 1

@@ -56,7 +56,9 @@ class Agreement:
     @property
     def r_squared(self) -> np.ndarray:
         """Share of the torque's variance explained, shape (n,) [-]."""
-        return 1.0 - self._mean(self.residual**2) / self._mean((self.measured - self._mean(self.measured)) ** 2)
+        return 1.0 - self._mean(self.residual**2) / self._mean(
+            (self.measured - self._mean(self.measured)) ** 2
+        )
 
     @property
     def over_noise(self) -> np.ndarray:

@@ -8,7 +8,7 @@ import numpy as np
 from .base_parameters import BaseParameters, base_parameters
 from .effects import Payload
 from .equations import Equations, assemble
-from .errors import DifferentRobot
+from .errors import DifferentRobot, RecordingError
 from .essential import unsupported
 from .estimators import Estimate, Estimator, maximum_likelihood, weighted
 from .fit import Fit, agreement
@@ -16,7 +16,7 @@ from .hints import unclear
 from .model import Model
 from .prepare import Filtering, Prepared, choose, prepare
 from .recording import Recording
-from .recording_checks import check
+from .recording_checks import check, check_alive
 from .shapes import fit_shapes
 
 Progress = Callable[[str], None]
@@ -55,7 +55,11 @@ def identify(
         RecordingError: A run that cannot be what it claims to be.
         NotExcited: Motions too poor to identify the model.
     """
-    every = [check(run) for run in (*runs, *validate)]
+    if not runs:
+        raise RecordingError(
+            "nothing to identify from; give at least one recording besides those for validation"
+        )
+    every = [check_alive(check(run)) for run in (*runs, *validate)]
     model = with_payloads(model or same_robot(every), every)
     every = [replace(run, model=model) for run in every]
     progress("filter and differentiate")
@@ -119,8 +123,8 @@ def common_filtering(runs: Sequence[Recording], filtering: Filtering) -> Filteri
     return replace(
         filtering,
         rate=float(np.median([chosen.rate for chosen in own])),
-        position_cutoff=max(chosen.position_cutoff for chosen in own),
-        torque_cutoff=max(chosen.torque_cutoff for chosen in own),
+        position_cutoff=max(chosen.position_cutoff or 0.0 for chosen in own),
+        torque_cutoff=max(chosen.torque_cutoff or 0.0 for chosen in own),
     )
 
 

@@ -130,6 +130,17 @@ def _density(piece: np.ndarray, rate: float, frequency: np.ndarray, line: str) -
     return np.stack([np.interp(frequency, bins, column) for column in density.T], axis=1)
 
 
+def quantisation(current: np.ndarray, decimation: Decimation) -> np.ndarray:
+    """Noise that the resolution of a current as recorded (t, n) leaves behind the filter, shape (n,).
+
+    A coarse current is constant while the arm rests, and so seems to be without noise; in motion its
+    error is white and uniform over a step.
+    """
+    steps = np.abs(np.diff(current, axis=0))
+    step = np.min(np.where(steps > 0, steps, np.inf), axis=0, initial=np.inf)
+    return np.where(np.isfinite(step), step, 0.0) / np.sqrt(12) * np.linalg.norm(decimation.taps)
+
+
 def noise_above(current: np.ndarray, decimation: Decimation) -> np.ndarray:
     """Noise of each current behind the filter if it is as strong below the cut-off as above it, (n,).
 

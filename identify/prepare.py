@@ -8,8 +8,11 @@ from . import cutoffs
 from .errors import NotExcited, RecordingError
 from .filters import Decimation, differentiate, low_pass, uniform
 from .motion import Motion
-from .noise import noise_above, noise_at_rest
+from .noise import noise_above, noise_at_rest, quantisation
 from .recording import Recording
+
+FEWEST = 64
+"""Samples below which there is no spectrum to choose filters from; no filter fits such a run anyway."""
 
 
 @dataclass(frozen=True)
@@ -97,10 +100,23 @@ class _Even:
     @classmethod
     def of(cls, recording: Recording, rate: float | None) -> "_Even":
         signal = recording.signals["position"]
-        rate = rate or 1.0 / float(np.median(np.diff(signal.time)))
+        if len(signal) < FEWEST:
+            raise RecordingError(
+                f"{recording.name}: only {len(signal)} samples; record at least some seconds"
+            )
+        # Stamps are whole nanoseconds: a rate in mHz is all they tell.
+        rate = rate or round(1.0 / float(np.median(np.diff(signal.time))), 3)
         time, position = uniform(signal.time, signal.values, rate)
         measures = "current" if "current" in recording.signals else "torque"
-        return cls(recording, time, position, rate, measures)
+        # Where one of the two was not recorded, there is nothing to compare.
+        effort = recording.signals[measures].time
+        both = (time > effort[0] - 1.5 / rate) & (time < effort[-1] + 1.5 / rate)
+        if np.count_nonzero(both) < FEWEST:
+            raise RecordingError(
+                f"{recording.name}: position and {measures} share only {np.count_nonzero(both)} samples; "
+                "are their time stamps from one clock?"
+            )
+        return cls(recording, time[both], position[both], rate, measures)
 
     @property
     def gain(self) -> np.ndarray:
@@ -115,7 +131,10 @@ class _Even:
     def signal(self, name: str) -> np.ndarray:
         """A signal of its own rate, on the even time axis."""
         signal = self.recording.signals[name]
-        if signal.time.shape == self.time.shape and np.max(np.abs(signal.time - self.time)) < 1e-3 / self.rate:
+        if (
+            signal.time.shape == self.time.shape
+            and np.max(np.abs(signal.time - self.time)) < 1e-3 / self.rate
+        ):
             return np.array(signal.values)
         return np.stack([np.interp(self.time, signal.time, column) for column in signal.values.T], axis=1)
 
@@ -159,7 +178,7 @@ def prepare(recording: Recording, filtering: Filtering = Filtering()) -> Prepare
         sliding=sliding[inside],
         decimation=decimation,
         position_cutoff=cutoff,
-        noise=noise,
+        noise=np.maximum(noise, quantisation(recording.signals[even.measures].values, decimation)),
         noise_source=source,
         encoder_noise=np.sqrt(0.5 * even.rate * cutoffs.spectra(even.position, even.rate)[2]),
         commanded=_commanded(even, cutoff, inside),
@@ -188,8 +207,8 @@ def _inside(even: _Even, cutoff: float, decimation: Decimation) -> slice:
     edge, samples = 3 + int(np.ceil(even.rate / cutoff)), len(even.time)
     if samples - 2 * edge < 2 * len(decimation.taps):
         raise RecordingError(
-            f"{even.recording.name}: {samples / even.rate:.2f} s is too short for filters at {cutoff:.3g} Hz and "
-            f"{decimation.cutoff:.3g} Hz; record at least {3 * len(decimation.taps) / even.rate:.1f} s"
+            f"{even.recording.name}: {samples / even.rate:.2f} s is too short for filters at {cutoff:.3g} Hz "
+            f"and {decimation.cutoff:.3g} Hz; record at least {3 * len(decimation.taps) / even.rate:.1f} s"
         )
     return slice(edge, samples - edge)
 
@@ -226,7 +245,10 @@ def _derivatives(even: _Even, smooth: np.ndarray, cutoff: float) -> tuple[np.nda
 def _commanded(even: _Even, cutoff: float, inside: slice) -> Motion | None:
     if "command" not in even.recording.signals:
         return None
-    smooth = low_pass(even.signal("command"), even.rate, cutoff)
+    command = even.signal("command")
+    if not np.all(np.isfinite(command)):  # a joint whose command was not recorded
+        return None
+    smooth = low_pass(command, even.rate, cutoff)
     velocity, acceleration = differentiate(smooth, even.rate)
     return Motion.of(even.time, smooth, velocity, acceleration, payload=_payload(even))[inside]
 

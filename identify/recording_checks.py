@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from .errors import BadTime, BadUnit, NotFinite
+from .errors import BadTime, BadUnit, NotFinite, NotRecorded
 from .recording import EFFORT, Recording, Signal
 from .rigid_regressor import joints_of
 
@@ -62,6 +62,19 @@ def check(recording: Recording) -> Recording:
     _check_temperature(recording)
     doubts += [doubt for name in EFFORT for doubt in _stuck(recording, name)]
     return recording.doubted(*doubts)
+
+
+def check_alive(recording: Recording) -> Recording:
+    """The recording, if every motor's current changes.
+
+    Raises:
+        NotRecorded: One is constant; as a torque it would say that the joint weighs nothing.
+    """
+    for name in EFFORT:
+        dead = [doubt for doubt in _stuck(recording, name) if " is constant at " in doubt]
+        if dead:
+            raise NotRecorded(f"{recording.name}: {'; '.join(dead)}. Identify from runs in which all are measured")
+    return recording
 
 
 def _without_silence(recording: Recording) -> Recording:

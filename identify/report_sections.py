@@ -19,7 +19,7 @@ from .report_tables import (
     unclear_table,
 )
 from .svg import COLUMNS
-from .verdict import gains_estimated, verdict
+from .verdict import gains_estimated, gains_sentence, verdict
 
 STRETCHES = 20_000
 """Stretches of lines in all plots of runs together; each costs some 33 bytes, so all cost 0.7 MB."""
@@ -42,7 +42,7 @@ def gains_section(fit: Fit) -> str:
         "outside."
     )
     if not gains_estimated(fit):
-        note = verdict(fit)[1]
+        note = gains_sentence(fit)
         if np.all(fit.estimate.gain == 1.0):
             return section("gains", "Drive gains", paragraph(note))
     return section("gains", "Drive gains", paragraph(note), gain_table(fit))

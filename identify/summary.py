@@ -80,6 +80,8 @@ def _hertz(frequency: float | None) -> str:
 def _gains(fit: Fit) -> list[str]:
     robot, estimate = fit.model.robot, fit.estimate
     if not np.any(estimate.gain_std > 0):
+        if np.all(estimate.gain == 1.0):
+            return paragraph("torque was recorded, not current: there are none")
         text = "not identified, taken as believed: that needs motor currents and a run with a known payload"
         return paragraph(text) + table(
             ["joint", "N m/A"],
@@ -214,7 +216,8 @@ def _fits(fit: Fit) -> list[str]:
     lines = table(head, rows, left=(0, 4))
     return lines + paragraph(
         "over noise: residual over the noise floor, 1 where nothing is missing. "
-        f"* above {TO_NOISE}: what the model leaves is at least 0.8 of the noise itself; physics is missing there."
+        f"* above {TO_NOISE}: what the model leaves is at least 0.8 of the noise itself; "
+        "physics is missing there."
     )
 
 

@@ -54,7 +54,7 @@ def joint_verdicts(fit: Fit) -> list[JointVerdict]:
 
 def verdict(fit: Fit) -> list[str]:
     """Sentences, the most important first: the joints, the gains, the parameters, the doubts."""
-    return [_joints(fit), _gains(fit), *_parameters(fit), *fit.doubts]
+    return [_joints(fit), gains_sentence(fit), *_parameters(fit), *fit.doubts]
 
 
 def gains_estimated(fit: Fit) -> bool:
@@ -100,7 +100,8 @@ def _joints(fit: Fit) -> str:
     )
 
 
-def _gains(fit: Fit) -> str:
+def gains_sentence(fit: Fit) -> str:
+    """How well the drive gains are known."""
     if not gains_estimated(fit):
         if np.all(fit.estimate.gain == 1.0):
             return "Torque was taken as measured; there are no drive gains to find."

@@ -16,15 +16,17 @@ import rerun.urdf
 
 from .errors import UnknownJoint
 from .fit import Agreement, Fit
-from .report_html import rounded
-from .report_plots import NORMAL_95
+from .report_plots import NORMAL_95, torque_unit
 from .robot import Robot
 from .urdf_text import urdf_text
-from .verdict import verdict
+from .view_text import parameters_markdown, verdict_markdown
 
 TIMELINE = "time"
 LINES = {"measured": (3.5, 230, 159, 0), "predicted": (1.2, 86, 180, 233), "residual": (1.0, 213, 94, 0)}
 """Width in pixels and colour of each line: Okabe and Ito's, on Rerun's dark ground."""
+JOINTS = ((86, 180, 233), (230, 159, 0), (0, 158, 115), (240, 228, 66), (204, 121, 167), (213, 94, 0))
+"""Colours by which colour-blind readers, too, tell the joints apart; a seventh joint is white."""
+WHITE = (240, 240, 240)
 CAPPED = 100.0
 """Per cent at which a bar ends: beyond it not even the sign is known, and others would look like none."""
 
@@ -50,9 +52,9 @@ def open_rerun(fit: Fit) -> "subprocess.Popen[bytes]":
 
 def log_fit(recording: rr.RecordingStream, fit: Fit) -> None:
     """Write everything to an open recording."""
-    recording.log("verdict", rr.TextDocument(_verdict_text(fit), media_type="text/markdown"), static=True)
+    recording.log("verdict", rr.TextDocument(verdict_markdown(fit), media_type="text/markdown"), static=True)
     recording.log(
-        "parameters/table", rr.TextDocument(_table_text(fit), media_type="text/markdown"), static=True
+        "parameters/table", rr.TextDocument(parameters_markdown(fit), media_type="text/markdown"), static=True
     )
     recording.log("parameters/interval", _interval_bars(fit), static=True)
     for run in _runs(fit):
@@ -79,7 +81,7 @@ def _run_tab(fit: Fit, run: Agreement) -> rrb.Container:
     plots = [
         rrb.TimeSeriesView(
             origin=_entity(run, "torque", joint),
-            name=f"{joint}: torque [N m]",
+            name=f"{joint}: torque [{torque_unit(fit.model.robot, index)}]",
             plot_legend=rrb.PlotLegend(visible=index == 0),
         )
         for index, joint in enumerate(fit.model.robot.joints)
@@ -97,7 +99,7 @@ def _arm_view(fit: Fit, run: Agreement) -> rrb.Spatial3DView:
     lengths = [np.linalg.norm(place.translation) for place in fit.model.robot.kinematics.jointPlacements]
     reach = float(np.sum(lengths)) or 1.0
     eye = rrb.EyeControls3D(
-        position=[1.4 * reach, -1.2 * reach, 0.9 * reach], look_target=[0, 0, 0.3 * reach]
+        position=[1.1 * reach, -0.9 * reach, 0.8 * reach], look_target=[0, 0, 0.3 * reach]
     )
     ground = rrb.SpatialInformation(target_frame=f"{_arm_name(run)}/{_arm(fit, run).root_link().name}")
     origin = rr.new_entity_path([_arm_name(run)])
@@ -126,7 +128,8 @@ def _log_run(recording: rr.RecordingStream, robot: Robot, run: Agreement) -> Non
             recording.log(entity, rr.SeriesLines(names=name, colors=colour, widths=width), static=True)
             _send(recording, entity, run.time, getattr(run, name)[:, index])
     entity = _entity(run, "over_noise")
-    recording.log(entity, rr.SeriesLines(names=list(robot.joints)), static=True)
+    colours = [*JOINTS, *[WHITE] * robot.dof][: robot.dof]
+    recording.log(entity, rr.SeriesLines(names=list(robot.joints), colors=colours), static=True)
     _send(recording, entity, run.time, run.residual / run.noise)
 
 
@@ -170,28 +173,3 @@ def _interval_bars(fit: Fit) -> rr.BarChart:
     """Half-width of each 95 % interval in per cent of the value, in the order of the table."""
     size = np.maximum(np.abs(fit.estimate.values), np.finfo(float).tiny)
     return rr.BarChart(np.minimum(100.0 * NORMAL_95 * fit.estimate.std / size, CAPPED))
-
-
-def _verdict_text(fit: Fit) -> str:
-    return "\n".join(["## Verdict", *(f"- {line}" for line in verdict(fit))])
-
-
-def _table_text(fit: Fit) -> str:
-    """Gains and parameters as Markdown tables."""
-    estimate, (believed, deviation) = fit.estimate, fit.believed
-    lines = ["## Drive gains", "| joint | gain | \u00b1 95 % | belief |", "|---|---|---|---|"]
-    for k, (joint, belief) in enumerate(zip(fit.model.robot.joints, fit.model.robot.drive_gain, strict=True)):
-        half = NORMAL_95 * estimate.gain_std[k]
-        lines.append(f"| {joint} | {rounded(estimate.gain[k], 5)} | {rounded(half, 2)} | {rounded(belief)} |")
-    lines += [
-        "## Parameters",
-        "| | parameter | value | \u00b1 95 % | unit | belief |",
-        "|---|---|---|---|---|---|",
-    ]
-    for k, (name, unit) in enumerate(zip(fit.names, fit.base.units, strict=True)):
-        prior = (
-            f"{rounded(believed[k])} \u00b1 {rounded(deviation[k], 2)}" if np.isfinite(deviation[k]) else ""
-        )
-        value, half = rounded(estimate.values[k], 5), rounded(NORMAL_95 * estimate.std[k], 2)
-        lines.append(f"| {k} | {name} | {value} | {half} | {unit} | {prior} |")
-    return "\n".join(lines)

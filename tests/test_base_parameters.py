@@ -88,7 +88,7 @@ def test_kept_and_dropped_are_clearly_apart(name):
 
 
 def test_kr270_has_the_papers_count(base):
-    """b = 66 in the paper counts the six drive gains: 36 inertial, 4 rotors, 18 of friction, 2 of the spring."""
+    """The paper's b = 66 counts six drive gains: 36 inertial, 4 rotors, 18 of friction, 2 of the spring."""
     kinds = [name.rstrip("R123456") for name in base.names]
     assert len(base.names) == 60
     assert sum(kind in ("Fv", "Fc", "Off") for kind in kinds) == 18

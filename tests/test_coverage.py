@@ -34,7 +34,7 @@ def tolerance(parameters):
 
 
 def white_deviation(system, estimate):
-    """What least squares claims if noise were white: square root of the diagonal of inverse(W^T W / sigma^2)."""
+    """What least squares claims if noise were white, by inverse(W^T W / sigma^2)."""
     rows = (system.regressor / estimate.noise[:, None]).reshape(-1, len(estimate.values))
     return np.sqrt(np.diag(np.linalg.inv(rows.T @ rows)))
 

@@ -58,6 +58,23 @@ def test_rows_are_the_whole_runs_regressor_filtered(run, base, monkeypatch):
     assert len(regressor) == len(run.decimated_current) == len(run.decimated_time) == len(run.weight)
 
 
+@pytest.mark.parametrize("payload", [None, KnownPayload("L", MASS)])
+def test_smooth_columns_formed_at_a_lower_rate_are_the_same(payload):
+    """Inertia, gravity and their payload need no 500 Hz where positions are low-passed at 6 Hz."""
+    slow = prepare(record(payload, duration=20.0), Filtering(position_cutoff=6.0, torque_cutoff=4.0))
+    assert slow.decimation.thinned(8 * 6.0).step > 2
+    of = model(Payload("L", MASS))
+    base = base_parameters(of, ["", "L"])
+    regressor, known = decimated_regressor(of, base, slow, slow.motion)
+    direct = slow.decimation.apply(of.regressor(slow.motion)[:, :, base.kept])
+    # a part in ten thousand of the noise that currents have beside their column
+    size = np.maximum(np.abs(direct).max(axis=0), 1e-9)
+    np.testing.assert_array_less(np.abs(regressor - direct) / size, 1e-4)
+    size = np.abs(of.known_torque(slow.motion)).max() + 1e-9
+    np.testing.assert_allclose(known, slow.decimation.apply(of.known_torque(slow.motion)), atol=1e-4 * size)
+    assert np.any(known) == (payload is not None)
+
+
 def test_current_and_regressor_meet_without_noise(base):
     """The equations hold at their own times: no delay between current and regressor."""
     run = prepare(record(sensors=EXACT), FILTERS)

@@ -99,6 +99,23 @@ def test_a_stream_of_pieces_is_the_whole(piece, cutoff):
     np.testing.assert_allclose(decimation.stream(pieces), decimation.apply(values), atol=1e-13)
 
 
+def test_every_other_sample_of_a_slow_signal_gives_the_same():
+    """The filter on a thinned signal: same centres, same values, as long as the signal has no more in it."""
+    whole = Decimation.at(500.0, 5.0)
+    random = np.random.default_rng(4)
+    slow = low_pass(random.normal(size=(3003, 3)), 500.0, 8.0)
+    expected = whole.apply(slow)
+    for rate in (500.0, 200.0, 90.0, 40.0):
+        thin = whole.thinned(rate)
+        assert 500.0 / thin.step >= rate
+        assert whole.factor % thin.step == 0
+        found = thin.apply(slow[:: thin.step])[: len(expected)]
+        assert found.shape == expected.shape
+        np.testing.assert_allclose(found, expected, atol=1e-3 * np.abs(expected).max())
+        centres = thin.centres(len(slow[:: thin.step]))[: len(expected)] * thin.step
+        np.testing.assert_array_equal(centres, whole.centres(len(slow)))
+
+
 def test_decimation_has_unit_gain_half_at_the_cutoff_and_no_phase():
     decimation = Decimation.at(500.0, 20.0)
     assert decimation.taps.sum() == pytest.approx(1.0, abs=1e-12)

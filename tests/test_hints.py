@@ -31,7 +31,7 @@ def test_what_is_known_needs_no_hint():
         ("Fv1", "move shoulder fast"),
         ("Fv2", "move elbow fast"),
         ("Ia2", "accelerate elbow hard"),
-        ("YY1", "accelerate shoulder hard"),
+        ("Ia1", "accelerate shoulder hard"),
     ],
 )
 def test_the_motion_that_moves_the_column_is_named(name, hint):

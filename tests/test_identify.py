@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from exidyn.identify.base_parameters import base_parameters
 from exidyn.identify.effects import Payload
-from exidyn.identify.errors import DifferentRobot, NotExcited
+from exidyn.identify.errors import DifferentRobot, FitError, NotExcited, RecordingError, RobotError
 from exidyn.identify.estimators import ESTIMATORS, ordinary
 from exidyn.identify.identify import identify
 from exidyn.identify.prepare import Filtering, prepare
@@ -215,3 +215,55 @@ def test_one_joint_that_never_moves_is_refused():
 def test_base_parameters_are_those_of_the_structure(fit):
     structure = base_parameters(fit.model).names
     assert [name for name in fit.names if name not in structure] == []
+
+
+def test_only_where_position_and_current_were_both_recorded(fit):
+    """A current that starts late and ends early is not continued by its first and last value."""
+    recording = record(0)
+    signals = dict(recording.signals)
+    signals["current"] = signals["current"][2000:8000]
+    run = prepare(replace(recording, signals=signals))
+    assert run.motion.time[0] >= 4.0 - 0.002
+    assert run.motion.time[-1] <= 16.0 + 0.002
+    part = identify([replace(recording, signals=signals)])
+    assert within(part, 5.0).all()
+
+
+@pytest.mark.parametrize("samples", [1, 2, 5, 20, 63, 200])
+def test_short_runs_are_refused(samples):
+    recording = record(0)
+    short = {name: signal[:samples] for name, signal in recording.signals.items()}
+    with pytest.raises(RecordingError, match="only|too short"):
+        identify([replace(recording, signals=short)])
+
+
+def test_signals_of_two_clocks_are_refused():
+    recording = record(0)
+    signals = dict(recording.signals)
+    signals["current"] = Signal(signals["current"].time + 1000.0, signals["current"].values)
+    with pytest.raises(RecordingError, match="clock|overlap|share"):
+        identify([replace(recording, signals=signals)])
+
+
+def test_a_motor_that_was_not_measured_is_refused():
+    recording = record(0)
+    signals = dict(recording.signals)
+    signals["current"] = Signal(signals["current"].time, signals["current"].values * [1.0, 0.0])
+    with pytest.raises(NotExcited, match="joint 2 has no current"):
+        identify([replace(recording, signals=signals)])
+
+
+def test_instruments_need_every_joints_command():
+    recording = record(0)
+    signals = dict(recording.signals)
+    signals["command"] = Signal(signals["command"].time, signals["command"].values * [1.0, np.nan])
+    assert within(identify([replace(recording, signals=signals)])).all()
+    with pytest.raises(FitError, match="commanded positions"):
+        identify([replace(recording, signals=signals)], estimator=ESTIMATORS["instrumental"])
+
+
+def test_nothing_to_identify_from():
+    with pytest.raises(RecordingError, match="at least one"):
+        identify([], validate=[record(0)])
+    with pytest.raises(RobotError, match="no effects"):
+        identify([record(0)], model=replace(model(), effects=()))

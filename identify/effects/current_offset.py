@@ -1,6 +1,7 @@
 """A constant torque: offset of the current amplifier and even part of dry friction."""
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -12,6 +13,8 @@ from .effect import JointEffect, Parameter
 @dataclass(frozen=True)
 class CurrentOffset(JointEffect):
     r"""Constant torque, the paper's :math:`\tau_{off_j}`."""
+
+    smooth: ClassVar[bool] = True
 
     def parameters(self, robot: Robot) -> list[Parameter]:
         return [Parameter(f"Off{joint + 1}", "N m") for joint in self.columns(robot)]

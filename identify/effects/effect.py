@@ -62,11 +62,14 @@ class Effect(ABC):
         transmitted: Whether the torque passes through the gear (inertia, gravity, springs on the
             link), and so loads its friction; friction itself and the rotor do not.
         needs_load: Whether its columns depend on `Motion.load`.
+        smooth: Whether its torque is a product of sines and powers of the motion, and so no more abrupt than
+            it; friction that turns within milliseconds is not.
         pointwise: Whether a sample's torque depends on that sample alone.
     """
 
     transmitted: ClassVar[bool] = False
     needs_load: ClassVar[bool] = False
+    smooth: ClassVar[bool] = False
     pointwise: ClassVar[bool] = True
 
     @abstractmethod

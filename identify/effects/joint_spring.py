@@ -18,6 +18,7 @@ class JointSpring(JointEffect):
     """
 
     transmitted: ClassVar[bool] = True
+    smooth: ClassVar[bool] = True
 
     def parameters(self, robot: Robot) -> list[Parameter]:
         return [

@@ -31,6 +31,7 @@ class Payload(Effect):
     known: tuple[tuple[str, float], ...] = ()
 
     transmitted: ClassVar[bool] = True
+    smooth: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         names = [name for name, _ in self.known]

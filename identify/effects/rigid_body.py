@@ -20,6 +20,7 @@ class RigidBody(Effect):
     """The ten standard parameters of every link, about its frame's origin (the paper's (3))."""
 
     transmitted: ClassVar[bool] = True
+    smooth: ClassVar[bool] = True
 
     def parameters(self, robot: Robot) -> list[Parameter]:
         return [

@@ -1,6 +1,7 @@
 """Inertia of rotor and gear, seen from the joint."""
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -12,6 +13,8 @@ from .effect import JointEffect, Parameter
 @dataclass(frozen=True)
 class RotorInertia(JointEffect):
     r"""Torque :math:`I_a \ddot q`, the paper's :math:`Ia_j`: rotor inertia times gear ratio squared."""
+
+    smooth: ClassVar[bool] = True
 
     def parameters(self, robot: Robot) -> list[Parameter]:
         return [Parameter(f"Ia{joint + 1}", "kg m^2", 0.0) for joint in self.columns(robot)]

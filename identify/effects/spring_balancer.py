@@ -49,6 +49,7 @@ class SpringBalancer(Effect):
     phi: float = shape(-1.6148, "rad", -np.pi, np.pi)
 
     transmitted: ClassVar[bool] = True
+    smooth: ClassVar[bool] = True
 
     def parameters(self, robot: Robot) -> list[Parameter]:
         return [Parameter("Kr", "N/m", 0.0), Parameter("K0", "N")]

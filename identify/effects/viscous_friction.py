@@ -1,6 +1,7 @@
 """Friction in proportion to velocity."""
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -12,6 +13,8 @@ from .effect import JointEffect, Parameter
 @dataclass(frozen=True)
 class ViscousFriction(JointEffect):
     r"""Torque :math:`F_v \dot q`, the paper's :math:`Fv_j`."""
+
+    smooth: ClassVar[bool] = True
 
     def parameters(self, robot: Robot) -> list[Parameter]:
         return [Parameter(f"Fv{joint + 1}", "N m s/rad", 0.0) for joint in self.columns(robot)]

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import linalg
 
-from ..errors import NotExcited
 from ..equations import Equations
+from ..errors import NotExcited
 
 
 @dataclass(frozen=True)
@@ -42,6 +42,10 @@ class Compressed:
                 raise NotExcited(
                     f"joint {joint + 1} slides in only {len(rows)} of {len(weight)} samples; "
                     "record a motion in which it moves"
+                )
+            if not np.any(rows[:, -1]):
+                raise NotExcited(
+                    f"joint {joint + 1} has no current at all; was it measured, and was the motor on?"
                 )
             factors.append(linalg.qr(rows, mode="r", overwrite_a=True, check_finite=False)[0])
         return cls(tuple(f[: f.shape[1]] for f in factors), np.count_nonzero(weight, axis=0))

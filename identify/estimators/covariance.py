@@ -51,7 +51,10 @@ def sandwich(
     counts = weight.sum(axis=0)
     freedom = np.maximum(counts - unknowns / joints, 1.0)
     residual = residual * np.sqrt(counts / freedom)
-    variance = np.sum(weight * residual**2, axis=0) / counts + np.finfo(float).tiny
+    variance = np.sum(weight * residual**2, axis=0) / counts
+    # A joint that the model meets exactly (a channel that is zero throughout) would outweigh all others
+    # beyond double precision.
+    variance = np.maximum(variance, 1e-12 * np.max(variance) + np.finfo(float).tiny)
     scale = 1.0 / np.sqrt(np.einsum("rnk,rnk,rn->k", left, left, weight / variance, optimize=True))
     noise = noise_model(residual, equations)
     bread, meat = np.zeros((2, unknowns, unknowns))

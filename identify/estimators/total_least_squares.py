@@ -54,13 +54,13 @@ def mixed(equations: Equations) -> Estimate:
     n = len(equations.gain)
     estimate = None
     gain = equations.gain
-    for _ in range(20):
+    for attempt in range(20):
         noise = _torque_noise(equations, compressed, estimate)
         system = _homogeneous(equations, compressed, noise)
         vector, covariance = _mixed_solution(system, n, _gain_column_noise(noise, compressed, gain))
         before, gain = gain, vector[:n]
         estimate = _estimate("mixed", equations, compressed, vector, covariance)
-        if np.max(np.abs(gain / before - 1)) < 1e-8:
+        if attempt > 0 and np.max(np.abs(gain / before - 1)) < 1e-8:  # the first has the floor's weights
             break
     assert estimate is not None
     return estimate

@@ -1,0 +1,206 @@
+"""The command `exidyn`, in this process."""
+
+import json
+import subprocess
+import sys
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from exidyn.acquire import command_line
+from exidyn.acquire.command_line import COMMANDS, INTERRUPTED, REFUSED, main
+from exidyn.identify.fit_file import read_fit
+from exidyn.identify.mcap_file import read_recording
+from exidyn.identify.recording import KnownPayload
+from exidyn.identify.robot_file import model_text
+
+from . import two_joints
+from .two_joint_files import loaded, run, write
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory):
+    """Paths of runs: empty, loaded (silent about its payload), other."""
+    folder = tmp_path_factory.mktemp("runs")
+    return write(folder, run("empty"), loaded(), run("other", 2, 3))
+
+
+def test_a_payload_of_known_mass_tells_the_drive_gains(files, tmp_path, capsys):
+    empty, full, other = files
+    out = tmp_path / "out"
+    assert (
+        main(["identify", empty, "--payload", full, "--mass", "3", "--validate", other, "--output", str(out)])
+        == 0
+    )
+    printed, progress = capsys.readouterr()
+    assert "Identified dynamics of two joints" in printed
+    assert "validated on other" in printed
+    assert max(map(len, printed.splitlines())) <= 110
+    assert "estimate" in progress
+    assert str(out / "report.html") in progress
+    fit = read_fit(out / "fit.json")
+    assert fit.runs == ("empty", "loaded")
+    error = np.abs(fit.estimate.gain - two_joints.GAIN)
+    assert np.all(error < 4 * fit.estimate.gain_std)
+    assert np.all(error < 0.01 * np.abs(two_joints.GAIN))
+    assert (out / "report.html").stat().st_size > 10_000
+
+
+def test_json_is_the_fit_and_nothing_else(files, tmp_path, capsys):
+    out = tmp_path / "out"
+    assert main(["identify", files[0], "--json", "--output", str(out)]) == 0
+    printed = capsys.readouterr().out
+    assert json.loads(printed)["joints"] == ["shoulder", "elbow"]
+    assert printed.strip() == (out / "fit.json").read_text().strip()
+
+
+def test_filters_estimator_and_keeping_all_arrive(files, tmp_path):
+    options = ["--position-cutoff", "9", "--torque-cutoff", "6", "--standstill", "0.02"]
+    more = ["--keep-all", "--estimator", "ordinary", "--output", str(tmp_path)]
+    assert main(["identify", files[0], *options, *more]) == 0
+    fit = read_fit(tmp_path / "fit.json")
+    assert (fit.filtering.position_cutoff, fit.filtering.torque_cutoff, fit.filtering.standstill) == (
+        9,
+        6,
+        0.02,
+    )
+    assert "ordinary" in fit.estimate.method
+    assert fit.dropped == {}
+
+
+def test_a_saved_view_is_written(files, tmp_path):
+    assert main(["identify", files[0], "--rerun", "save", "--output", str(tmp_path)]) == 0
+    assert (tmp_path / "fit.rrd").stat().st_size > 1000
+
+
+def test_two_bodies_have_two_names_and_one_body_one(files, tmp_path):
+    empty, full, other = files
+    pairs = ["--payload", full, "--mass", "3", "--payload", other, "--mass", "1e-3"]
+    assert main(["identify", empty, *pairs, "--keep-all", "--output", str(tmp_path)]) == 0
+    assert {"MXL", "MXL2"} <= set(read_fit(tmp_path / "fit.json").model.names)
+    pairs = ["--payload", full, "--mass", "3", "--payload", full, "--mass", "3"]
+    assert main(["identify", empty, *pairs, "--keep-all", "--output", str(tmp_path)]) == 0
+    names = read_fit(tmp_path / "fit.json").model.names
+    assert "MXL" in names
+    assert "MXL2" not in names
+
+
+def test_the_payload_inside_a_file_counts(files, tmp_path):
+    [path] = write(tmp_path, loaded(KnownPayload("weight", two_joints.MASS)))
+    assert main(["identify", files[0], "--payload", path, "--output", str(tmp_path)]) == 0
+    fit = read_fit(tmp_path / "fit.json")
+    assert "MXweight" in fit.model.names
+    assert np.all(fit.estimate.gain_std > 0)
+
+
+def test_center_of_mass_and_inertia_are_known_then(files, tmp_path):
+    body = ["--mass", "3", "--com", "0.1", "0", "-.05", "--inertia", *"1 0 0 1 0 1".split()]
+    assert main(["identify", files[0], "--payload", files[1], *body, "--output", str(tmp_path)]) == 0
+    assert not [n for n in read_fit(tmp_path / "fit.json").model.names if n.endswith("L")]
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["--mass", "3"], "--mass belongs behind the --payload"),
+        (["--payload", "RUN", "--mass", "3", "--mass", "4"], "has --mass twice"),
+        (["--torque-cutoff", "0"], "must be above 0"),
+        (["--estimator", "magic"], "invalid choice: 'magic'"),
+    ],
+)
+def test_wrong_options_say_what_is_wrong(files, options, words, capsys):
+    with pytest.raises(SystemExit) as stopped:
+        main(["identify", files[0], *options])
+    assert stopped.value.code == REFUSED
+    assert words in capsys.readouterr().err
+
+
+def test_info_prints_what_is_inside(files, tmp_path, capsys):
+    [path] = write(tmp_path, loaded(KnownPayload("weight", two_joints.MASS)))
+    assert main(["info", path]) == 0
+    printed = capsys.readouterr().out
+    for words in ("two joints: shoulder, elbow", "weight: M 3.000", "position  rad", "5000", "250.0"):
+        assert words in printed
+
+
+def test_import_writes_recordings_and_says_so(tmp_path, capsys):
+    recording = run("table")
+    signals = {name: recording.signals[name] for name in ("position", "current")}
+    columns = np.column_stack([signals["position"].time, *(s.values for s in signals.values())])
+    table, robot = tmp_path / "table.csv", tmp_path / "robot.toml"
+    columns[:, 1:3] = np.degrees(columns[:, 1:3])
+    np.savetxt(table, columns, "%.17g", ",", header="zeit,shoulder_ist,elbow_ist,a,b", comments="")
+    robot.write_text(model_text(recording.model))
+    given = [
+        "--robot",
+        str(robot),
+        "--degrees",
+        "--columns",
+        "time=zeit",
+        "position={joint}_ist",
+        "current=a,b",
+    ]
+    assert main(["import", str(table), *given, "--output", str(tmp_path / "out")]) == 0
+    printed = capsys.readouterr().out
+    assert "out/table.mcap: two joints, 19.996 s, position 250.0 Hz, current 250.0 Hz" in printed
+    found = read_recording(tmp_path / "out" / "table.mcap").signals
+    np.testing.assert_allclose(found["position"].values, signals["position"].values, atol=1e-12)
+    assert np.array_equal(found["current"].values, signals["current"].values)
+
+
+def test_help_version_and_unknown_commands(capsys):
+    for arguments, code in ((["--help"], 0), (["--version"], 0), (["identfy"], REFUSED), ([], REFUSED)):
+        with pytest.raises(SystemExit) as stopped:
+            main(arguments)
+        assert stopped.value.code == code
+    printed, errors = capsys.readouterr()
+    assert all(f"  {name} " in printed for name in COMMANDS)
+    assert "identify" in errors
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_every_command_in_the_table_explains_itself(name, capsys):
+    with pytest.raises(SystemExit) as stopped:
+        main([name, "--help"])
+    assert stopped.value.code == 0
+    assert f"exidyn {name}" in capsys.readouterr().out
+
+
+def test_help_does_not_load_the_libraries():
+    program = "import sys, exidyn.acquire.command_line; print({'pinocchio', 'numpy'} & set(sys.modules))"
+    assert subprocess.check_output([sys.executable, "-c", program], text=True).strip() == "set()"
+
+
+def test_an_interruption_ends_quietly(monkeypatch, capsys):
+    def interrupted(_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(command_line, "_function", lambda _: interrupted)
+    assert main(["info", "run.mcap"]) == INTERRUPTED
+    assert capsys.readouterr().err == "exidyn: interrupted\n"
+
+
+def test_a_folder_that_cannot_be_written_is_named(files, tmp_path, capsys):
+    (tmp_path / "taken").write_text("")
+    assert main(["identify", files[0], "--output", str(tmp_path / "taken")]) == REFUSED
+    assert f"exidyn: {tmp_path / 'taken'}: File exists" in capsys.readouterr().err
+
+
+def test_the_example_finds_the_truth(tmp_path, capsys):
+    assert main(["example", "--seconds", "20", "--output", str(tmp_path)]) == 0
+    printed, progress = capsys.readouterr()
+    assert f"exidyn identify {tmp_path}/unloaded.mcap --payload {tmp_path}/loaded.mcap --mass 175" in progress
+    lines = [line.split() for line in printed.partition("Identified beside true")[2].splitlines() if line]
+    gains = [line for line in lines if line[0] == "drive"]
+    assert len(gains) == 6
+    assert all(abs(float(line[-3])) < 0.5 for line in gains)  # % of truth, where 10 % wrong was believed
+    spring = [line for line in lines if line[0] == "spring"]
+    assert len(spring) == 2
+    assert all(abs(float(line[-1])) < 3 for line in spring)  # deviations
+
+
+def test_only_validation_runs_are_identified_from(files, tmp_path):
+    recording = replace(run("alone"), settings={"role": "validate"})
+    path = write(tmp_path, recording)
+    assert main(["identify", *path, "--output", str(tmp_path)]) == 0
+    assert read_fit(tmp_path / "fit.json").runs == ("alone",)

@@ -1,0 +1,188 @@
+"""The Rerun recording of a fit: read back, its values are the fit's own; a viewer shows it without complaint."""
+
+import struct
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import rerun as rr
+import rerun.chunk
+from exidyn.identify.identify import identify
+from exidyn.identify.link_frames import link_poses
+from exidyn.identify.verdict import verdict
+from exidyn.identify.view import CAPPED, blueprint, log_fit, open_rerun, save_rerun
+from rerun.experimental import ViewerClient
+
+from .test_identify import BODY, record
+
+PORT = 9957
+
+
+@pytest.fixture(scope="module")
+def fit():
+    return identify([record(0), record(1, payload=BODY)], validate=[record(5)])
+
+
+@pytest.fixture(scope="module")
+def chunks(fit, tmp_path_factory):
+    path = tmp_path_factory.mktemp("view") / "fit.rrd"
+    save_rerun(fit, path)
+    return read(path)
+
+
+def read(path):
+    """Columns of every entity: (entity path without escapes, column) -> arrow arrays."""
+    found = {}
+    for chunk in rerun.chunk.RrdReader(path).stream():
+        batch = chunk.to_record_batch()
+        for name in batch.schema.names:
+            entity = str(chunk.entity_path).replace("\\", "")
+            found.setdefault((entity, name), []).append(batch[name])
+    return found
+
+
+def numbers(chunks, entity, column="Scalars:scalars"):
+    arrays = chunks[entity, column]
+    return np.concatenate([array.flatten().to_numpy(zero_copy_only=False) for array in arrays])
+
+
+def seconds(chunks, entity):
+    return np.concatenate([array.cast("int64").to_numpy() for array in chunks[entity, "time"]]) * 1e-9
+
+
+def runs_of(fit):
+    return [*fit.agreement, *fit.validation]
+
+
+def test_torques_read_back_are_those_of_the_fit(chunks, fit):
+    for run in runs_of(fit):
+        for k, joint in enumerate(fit.model.robot.joints):
+            for name in ("measured", "predicted", "residual"):
+                entity = f"/runs/{run.run}/torque/{joint}/{name}"
+                np.testing.assert_array_equal(numbers(chunks, entity), getattr(run, name)[:, k])
+                np.testing.assert_allclose(seconds(chunks, entity), run.time, atol=2e-9)
+
+
+def test_residual_over_noise_reads_back(chunks, fit):
+    for run in runs_of(fit):
+        found = numbers(chunks, f"/runs/{run.run}/over_noise").reshape(-1, 2)
+        np.testing.assert_array_equal(found, run.residual / run.noise)
+
+
+def test_arm_moves_as_in_the_run(chunks, fit):
+    robot = fit.model.robot
+    for run in runs_of(fit):
+        poses = link_poses(robot.kinematics, run.position)
+        for k, joint in enumerate(robot.joints):
+            entity = f"/arm in {run.run}/moves/{joint}"
+            place = numbers_nested(chunks, entity, "Transform3D:translation", 3)
+            turn = numbers_nested(chunks, entity, "Transform3D:quaternion", 4)
+            np.testing.assert_allclose(place, poses[:, k, :3], atol=1e-6)
+            alike = np.abs(np.sum(turn * poses[:, k, 3:], axis=1))  # a quaternion and its negative turn alike
+            np.testing.assert_allclose(alike, 1.0, atol=1e-6)
+
+
+def numbers_nested(chunks, entity, column, width):
+    parts = [array.flatten().flatten().to_numpy(zero_copy_only=False) for array in chunks[entity, column]]
+    return np.concatenate(parts).reshape(-1, width)
+
+
+def test_texts_hold_verdict_and_every_parameter(chunks, fit):
+    (text,) = chunks["/verdict", "TextDocument:text"][0].to_pylist()[0]
+    assert all(line in text for line in verdict(fit))
+    (table,) = chunks["/parameters/table", "TextDocument:text"][0].to_pylist()[0]
+    rows = {
+        cells[2].strip(): cells
+        for cells in (line.split("|") for line in table.splitlines())
+        if len(cells) > 7
+    }
+    for k, name in enumerate(fit.names):
+        value = float(rows[name][3].replace("\N{MINUS SIGN}", "-"))
+        half = float(rows[name][4])
+        assert value == pytest.approx(fit.estimate.values[k], rel=1e-4)
+        assert half == pytest.approx(1.96 * fit.estimate.std[k], rel=0.051)
+
+
+def test_bars_are_the_intervals_in_per_cent(chunks, fit):
+    (bars,) = chunks["/parameters/interval", "BarChart:values"][0].to_pylist()[0]
+    percent = 196.0 * fit.estimate.std / np.abs(fit.estimate.values)
+    found = np.array(
+        bars["buffer"] if isinstance(bars["buffer"], list) else next(iter(bars["buffer"].values()))
+    )
+    np.testing.assert_allclose(found.ravel(), np.minimum(percent, CAPPED), rtol=1e-12)
+
+
+def test_fit_without_samples_saves_what_it_has(fit, tmp_path):
+    save_rerun(replace(fit, agreement=(), validation=()), tmp_path / "bare.rrd")
+    entities = {entity for entity, _ in read(tmp_path / "bare.rrd")}
+    assert {"/verdict", "/parameters/table", "/parameters/interval"} <= entities
+    assert not any(entity.startswith(("/runs", "/arm")) for entity in entities)
+
+
+def test_run_without_positions_has_no_arm(fit, tmp_path):
+    still = replace(fit, agreement=(), validation=(replace(fit.validation[0], position=None),))
+    save_rerun(still, tmp_path / "still.rrd")
+    entities = {entity for entity, _ in read(tmp_path / "still.rrd")}
+    assert any(entity.startswith("/runs") for entity in entities)
+    assert not any(entity.startswith("/arm") for entity in entities)
+
+
+def test_viewer_is_opened_with_the_fit_on_this_machine_only(fit, monkeypatch):
+    started = []
+    monkeypatch.setattr("exidyn.identify.view.subprocess.Popen", started.append)
+    open_rerun(fit)
+    ((*command, path),) = started
+    assert command == [sys.executable, "-m", "rerun", "--bind", "127.0.0.1"]
+    run = fit.validation[0]
+    entity = f"/runs/{run.run}/torque/elbow/measured"
+    np.testing.assert_array_equal(numbers(read(Path(path)), entity), run.measured[:, 1])
+
+
+@pytest.fixture
+def viewer():
+    """A viewer without a window, which draws in software if it must."""
+    program = Path(sys.executable).with_name("rerun")
+    client = ViewerClient.spawn(
+        headless=True, port=PORT, executable_path=str(program), hide_welcome_screen=True
+    )
+    try:
+        client.get_state()
+    except ConnectionError:
+        pytest.skip(
+            "the headless viewer does not start; it needs a Vulkan driver (mesa-vulkan-drivers will do)"
+        )
+    yield client
+    client.quit()
+
+
+def test_viewer_shows_every_view_without_complaint(fit, viewer, tmp_path):
+    recording = rr.RecordingStream("exidyn_fit")
+    recording.connect_grpc(f"rerun+http://127.0.0.1:{PORT}/proxy", default_blueprint=blueprint(fit))
+    log_fit(recording, fit)
+    recording.flush()
+    end = max(run.time[-1] for run in runs_of(fit))
+    state = settled(viewer, end)
+    assert not [report for view in state.views for report in view.reports]
+    # a plot a joint, the ratio and the arm of each run, and three views beside them
+    assert len(state.views) == len(runs_of(fit)) * 4 + 3
+    assert state.recordings[0].timelines["time"].end * 1e-9 == pytest.approx(end, abs=1e-6)
+    picture = viewer.take_screenshot()
+    recording.disconnect()
+    (tmp_path / "view.png").write_bytes(picture)
+    width, height = struct.unpack(">II", picture[16:24])
+    assert min(width, height) >= 600
+
+
+def settled(viewer, end, patience=60.0):
+    """State of the viewer once everything has arrived."""
+    until = time.monotonic() + patience
+    while True:
+        state = viewer.get_state()
+        times = [r.timelines["time"].end * 1e-9 for r in state.recordings if "time" in r.timelines]
+        if state.views and times and max(times) > end - 1e-3:
+            return state
+        assert time.monotonic() < until, "the viewer did not receive the recording"
+        time.sleep(0.2)
