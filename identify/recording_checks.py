@@ -73,7 +73,9 @@ def check_alive(recording: Recording) -> Recording:
     for name in EFFORT:
         dead = [doubt for doubt in _stuck(recording, name) if " is constant at " in doubt]
         if dead:
-            raise NotRecorded(f"{recording.name}: {'; '.join(dead)}. Identify from runs in which all are measured")
+            raise NotRecorded(
+                f"{recording.name}: {'; '.join(dead)}. Identify from runs in which all are measured"
+            )
     return recording
 
 

@@ -125,17 +125,10 @@ def structure_section(fit: Fit) -> str:
         words = "The data do not support these; they were set to zero and the others estimated again."
         halves += [f"<div><h3>Dropped</h3>{paragraph(words)}{dropped_table(fit)}</div>"]
     content = [f'<div class="grid two tables">{"".join(halves)}</div>']
-    if hidden := _unseen(fit):
-        words = "These enter no base parameter that was kept, as a rule for no torque shows them: "
-        words += f"{', '.join(hidden)}."
+    if hidden := (fit.structure or fit.base).without_effect:
+        words = f"No motion of this arm makes them felt in a torque: {', '.join(hidden)}."
         content += ["<h3>Without effect</h3>", paragraph(words)]
     return section("structure", "Regrouped and dropped", *content)
-
-
-def _unseen(fit: Fit) -> list[str]:
-    """Standard parameters that enter nothing; what was dropped is listed apart."""
-    dropped = {name.removesuffix("R") for name in fit.dropped}
-    return [name for name in fit.base.without_effect if name not in dropped]
 
 
 def data_section(fit: Fit) -> str:

@@ -158,5 +158,8 @@ def filter_table(fit: Fit) -> str:
     rows = [[name, NAMELESS if v is None else number(v), unit] for name, v, unit in chosen]
     if filtering.standstill is None:
         rows[3] = ["standstill below", "1 % of each joint's usual speed", ""]
+    sources = sorted({run.noise_source for run in (*fit.agreement, *fit.validation)} - {""})
+    if sources:
+        rows.append(["noise floor measured at", " and ".join(sources), ""])
     rows.append(["decimated samples times joints used", number(fit.rows, max(4, len(str(fit.rows)))), ""])
     return table(["filter", "value", "unit"], rows, words=(2,))

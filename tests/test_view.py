@@ -1,5 +1,6 @@
-"""The Rerun recording of a fit: read back, its values are the fit's own; a viewer shows it without complaint."""
+"""The Rerun recording of a fit: read back, its values are the fit's own; a viewer takes all of it."""
 
+import socket
 import struct
 import sys
 import time
@@ -17,8 +18,6 @@ from exidyn.identify.view import CAPPED, blueprint, log_fit, open_rerun, save_re
 from rerun.experimental import ViewerClient
 
 from .test_identify import BODY, record
-
-PORT = 9957
 
 
 @pytest.fixture(scope="module")
@@ -100,8 +99,7 @@ def test_texts_hold_verdict_and_every_parameter(chunks, fit):
         if len(cells) > 7
     }
     for k, name in enumerate(fit.names):
-        value = float(rows[name][3].replace("\N{MINUS SIGN}", "-"))
-        half = float(rows[name][4])
+        value, half = (float(cell.replace("\N{MINUS SIGN}", "-")) for cell in rows[name][3:5])
         assert value == pytest.approx(fit.estimate.values[k], rel=1e-4)
         assert half == pytest.approx(1.96 * fit.estimate.std[k], rel=0.051)
 
@@ -144,45 +142,46 @@ def test_viewer_is_opened_with_the_fit_on_this_machine_only(fit, monkeypatch):
 @pytest.fixture
 def viewer():
     """A viewer without a window, which draws in software if it must."""
-    program = Path(sys.executable).with_name("rerun")
-    client = ViewerClient.spawn(
-        headless=True, port=PORT, executable_path=str(program), hide_welcome_screen=True
-    )
+    with socket.socket() as probe:  # any port that is free just now
+        probe.bind(("127.0.0.1", 0))
+        port = probe.getsockname()[1]
+    program = str(Path(sys.executable).with_name("rerun"))
+    client = ViewerClient.spawn(headless=True, port=port, executable_path=program, hide_welcome_screen=True)
     try:
         client.get_state()
     except ConnectionError:
         pytest.skip(
             "the headless viewer does not start; it needs a Vulkan driver (mesa-vulkan-drivers will do)"
         )
-    yield client
+    yield client, f"rerun+http://127.0.0.1:{port}/proxy"
     client.quit()
 
 
 def test_viewer_shows_every_view_without_complaint(fit, viewer, tmp_path):
+    client, address = viewer
     recording = rr.RecordingStream("exidyn_fit")
-    recording.connect_grpc(f"rerun+http://127.0.0.1:{PORT}/proxy", default_blueprint=blueprint(fit))
+    recording.connect_grpc(address, default_blueprint=blueprint(fit))
     log_fit(recording, fit)
     recording.flush()
     end = max(run.time[-1] for run in runs_of(fit))
-    state = settled(viewer, end)
+    state = settled(client, end)
     assert not [report for view in state.views for report in view.reports]
     # a plot a joint, the ratio and the arm of each run, and three views beside them
     assert len(state.views) == len(runs_of(fit)) * 4 + 3
-    assert state.recordings[0].timelines["time"].end * 1e-9 == pytest.approx(end, abs=1e-6)
-    picture = viewer.take_screenshot()
+    picture = client.take_screenshot()
     recording.disconnect()
     (tmp_path / "view.png").write_bytes(picture)
     width, height = struct.unpack(">II", picture[16:24])
     assert min(width, height) >= 600
 
 
-def settled(viewer, end, patience=60.0):
+def settled(client, end, patience=60.0):
     """State of the viewer once everything has arrived."""
     until = time.monotonic() + patience
     while True:
-        state = viewer.get_state()
-        times = [r.timelines["time"].end * 1e-9 for r in state.recordings if "time" in r.timelines]
-        if state.views and times and max(times) > end - 1e-3:
+        state = client.get_state()
+        times = [line.end * 1e-9 for r in state.recordings for line in r.timelines if line.name == "time"]
+        if state.views and times and max(times) == pytest.approx(end, abs=1e-6):
             return state
         assert time.monotonic() < until, "the viewer did not receive the recording"
         time.sleep(0.2)

@@ -1,0 +1,34 @@
+"""A fit of the arm in two_joints.py, from files' worth of simulated recordings."""
+
+from dataclasses import replace
+from functools import cache
+
+from exidyn.identify.effects import FrictionAsymmetry
+from exidyn.identify.fit import Fit
+from exidyn.identify.identify import identify
+from exidyn.identify.prepare import Prepared, prepare
+from exidyn.identify.recording import KnownPayload
+
+from . import two_joints
+from .two_joint_files import BELIEVED, loaded, run
+
+
+@cache
+def fit() -> Fit:
+    """With a known payload, a run held out, a doubt, and friction asked for that the arm does not have."""
+    runs = [run("empty"), loaded(KnownPayload("L", two_joints.MASS))]
+    other = run("other", 2, 3).doubted("the cable touched the base")
+    return identify(runs, [other], model=BELIEVED + FrictionAsymmetry())
+
+
+@cache
+def plain_fit() -> Fit:
+    """From one run without payload, all parameters kept."""
+    return identify([run("empty")], drop=False)
+
+
+def other_run() -> Prepared:
+    """A run with the payload that neither fit has seen."""
+    known = KnownPayload("L", two_joints.MASS)
+    recording = replace(loaded(known), name="new", model=fit().model)
+    return prepare(recording, fit().filtering)
