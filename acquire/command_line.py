@@ -45,7 +45,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         return _function(given.command)(given.rest)
     except ExidynError as error:
-        print(f"exidyn: {error}", file=sys.stderr)
+        print(f"exidyn: {' '.join(str(error).split())}", file=sys.stderr)
         return REFUSED
     except OSError as error:
         print(f"exidyn: {error.filename or 'file'}: {error.strerror or error}", file=sys.stderr)

@@ -23,7 +23,7 @@ def main(arguments: Sequence[str]) -> int:
     command += ["--output", str(given.output)]
     progress("exidyn identify " + shlex.join(command))
     fit = identify_command.run(command, progress)
-    print(f"\nIdentified beside true; the recordings believe drive gains {GAIN_ERROR:.0%} too large.\n")
+    print(f"\nIdentified beside true; drive gains were believed {100 * GAIN_ERROR:.0f} % too large.\n")
     print(comparison(fit, example.truth))
     return 0
 

@@ -9,13 +9,13 @@ from pathlib import Path
 from exidyn.identify.estimators import ESTIMATORS
 from exidyn.identify.fit import Fit
 from exidyn.identify.fit_file import fit_text, write_fit
-from exidyn.identify.identify import identify
+from exidyn.identify.fit_summary import summary
+from exidyn.identify.identification import identify
 from exidyn.identify.importers import import_source
 from exidyn.identify.model import Model
 from exidyn.identify.prepare import Filtering
 from exidyn.identify.recording import Recording
 from exidyn.identify.robot_file import builtin_names, read_model
-from exidyn.identify.summary import summary
 
 from .payload_runs import add_payload_arguments, carrying, distinct_bodies
 

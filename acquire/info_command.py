@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+from exidyn.identify.effects import EFFECTS
 from exidyn.identify.importers import import_source
 from exidyn.identify.recording import SIGNALS, Recording
 from exidyn.identify.robot_file import read_model
@@ -28,18 +29,21 @@ def main(arguments: Sequence[str]) -> int:
 def describe(recording: Recording) -> str:
     """Robot, signals, ranges, payload, settings and doubts of a recording, in lines."""
     robot, model = recording.robot, recording.model
+    names = {kind: name for name, kind in EFFECTS.items()}
     facts = {
         "robot": f"{robot.name}: {', '.join(robot.joints)}",
-        "model": ", ".join(dict.fromkeys(type(effect).__name__ for effect in model.effects)),
+        "model": ", ".join(dict.fromkeys(names[type(effect)] for effect in model.effects)),
         "duration": f"{recording.duration:.3f} s",
         "payload": payload_words(recording),
         "trajectory": "inside" if recording.trajectory else "none",
         **dict(recording.settings),
     }
     lines = [recording.name]
+    width = max(map(len, facts)) + 2
     for name, text in facts.items():
-        lines += paragraph(str(text), " " * 14, f"  {name + ':':<12}")
-    lines += ["", *(f"  {line}" for line in _signals(recording))]
+        lines += paragraph(str(text), " " * (width + 2), f"  {name + ':':<{width}}")
+    for each in (_signals(recording), _ranges(recording)):
+        lines += ["", *(f"  {line}" for line in each)]
     return "\n".join(lines + warning_lines(recording))
 
 
@@ -57,15 +61,19 @@ def warning_lines(recording: Recording) -> list[str]:
 
 
 def _signals(recording: Recording) -> list[str]:
-    """Table of the signals and, for each joint, the range it covers."""
-    joints = recording.robot.joints
-    head = ["signal", "unit", "samples", "Hz", *joints]
-    rows = []
-    for name, signal in recording.signals.items():
-        rate = digits(1 / signal.period) if signal.period else "-"
-        ranges = [_range(column) for column in signal.values.T]
-        rows.append([name, SIGNALS[name], str(len(signal)), rate, *ranges])
-    return table(head, rows, left=(0, 1))
+    """Table of the signals."""
+    rows = [
+        [name, SIGNALS[name], str(len(signal)), digits(1 / signal.period) if signal.period else "-"]
+        for name, signal in recording.signals.items()
+    ]
+    return table(["signal", "unit", "samples", "Hz"], rows, left=(0, 1))
+
+
+def _ranges(recording: Recording) -> list[str]:
+    """Table of the range that each joint covers in each signal."""
+    columns = [[_range(column) for column in s.values.T] for s in recording.signals.values()]
+    rows = [list(row) for row in zip(recording.robot.joints, *columns, strict=True)]
+    return table(["joint", *recording.signals], rows)
 
 
 def _range(column: np.ndarray) -> str:

@@ -12,12 +12,11 @@ from multiprocessing import get_context
 
 import numpy as np
 from common import options, save, show
-
 from exidyn.identify.base_parameters import base_parameters
 from exidyn.identify.effects import Payload, known_parameters
 from exidyn.identify.equations import Equations, assemble
 from exidyn.identify.estimators import ESTIMATORS, Estimate
-from exidyn.identify.identify import common_filtering
+from exidyn.identify.identification import common_filtering
 from exidyn.identify.model import Model
 from exidyn.identify.prepare import Filtering, prepare
 from exidyn.identify.recording import KnownPayload, Recording

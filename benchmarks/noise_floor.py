@@ -12,10 +12,9 @@ from pathlib import Path
 
 import numpy as np
 from common import options, save, show
-
 from exidyn.identify.estimators import posterior
 from exidyn.identify.fit import Fit
-from exidyn.identify.identify import identify
+from exidyn.identify.identification import identify
 from exidyn.identify.importers import import_source
 
 CASES = Path(os.environ.get("EXIDYN_CASES", Path(__file__).parents[1] / "../shared/cases"))

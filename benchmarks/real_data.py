@@ -5,13 +5,11 @@ checkout; its READMEs hold sources, licences and how the yardsticks were made.
 """
 
 import os
-from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-
 from exidyn.identify.importers import import_source
 from exidyn.identify.model import Model
 from exidyn.identify.prepare import Filtering
@@ -44,6 +42,7 @@ class DataSet:
         rate: Sample rate [Hz].
         cutoff: Low-pass through which the README compares torques [Hz].
         moving: Low-passed speed above which the README counts a sample of a joint [rad/s].
+        weighed: Whether the description holds inertias that anyone believes.
         drives: What the description does not say of the drives, fields of `Robot`.
         options: Of the importer.
     """
@@ -56,6 +55,7 @@ class DataSet:
     rate: float
     cutoff: float
     moving: float
+    weighed: bool = True
     drives: dict[str, Any] = field(default_factory=dict)
     options: dict[str, Any] = field(default_factory=dict)
 
@@ -90,11 +90,9 @@ def piece(run: Recording, first: int, stop: int, parts: int, name: str) -> Recor
     return replace(run, name=name, signals=signals, host_time=None)
 
 
-def folds(runs: Sequence[Recording]) -> list[tuple[list[Recording], Recording]]:
-    """Each run left out once; a single run is cut into thirds first."""
-    if len(runs) == 1:
-        runs = [piece(runs[0], k, k + 1, 3, f"{runs[0].name} part {k + 1}") for k in range(3)]
-    return [([*runs[:k], *runs[k + 1 :]], run) for k, run in enumerate(runs)]
+def thirds(run: Recording) -> list[Recording]:
+    """A recording cut into three."""
+    return [piece(run, k, k + 1, 3, f"{run.name} part {k + 1}") for k in range(3)]
 
 
 UR10E = DataSet(
@@ -148,4 +146,5 @@ PANDA = DataSet(
     rate=1000.0,
     cutoff=8.0,
     moving=0.02,
+    weighed=False,  # 1 kg a link, to have something there
 )

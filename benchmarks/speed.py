@@ -19,18 +19,17 @@ os.environ["OMP_NUM_THREADS"] = "1"  # before numpy: one thread on both sides
 
 import numpy as np
 from common import options, save, show
-from figaroh_peer import FigarohArm, Settings, why_absent
-from floor import regressor_floor
-
 from exidyn.identify.estimators import weighted
 from exidyn.identify.fit import Fit
-from exidyn.identify.identify import identify
+from exidyn.identify.identification import identify
 from exidyn.identify.model import Model
 from exidyn.identify.motion import Motion
 from exidyn.identify.prepare import Filtering
 from exidyn.identify.recording import Recording, Signal
 from exidyn.identify.robot_file import read_model, urdf_text
 from exidyn.trajectories.fourier import random_fourier
+from figaroh_peer import FigarohArm, Settings, why_absent
+from floor import regressor_floor
 
 NOISE = np.array([1.0, 1.0, 0.6, 0.3, 0.3, 0.15])
 """Torque noise of each joint [N m]."""
@@ -159,7 +158,9 @@ def growth(lengths: tuple[float, ...]) -> dict[str, Any]:
         [minutes, taken, taken / minutes, memory]
         for minutes, (taken, memory) in zip(lengths, measured, strict=True)
     ]
-    show("A long recording at 500 Hz, data in memory included", ["minutes", "CPU s", "s/min", "peak GiB"], rows)
+    show(
+        "A long recording at 500 Hz, data in memory included", ["minutes", "CPU s", "s/min", "peak GiB"], rows
+    )
     return {
         "minutes": lengths,
         "identify_cpu_s_by_length": [taken for taken, _ in measured],

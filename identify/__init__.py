@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from .fit import Fit as Fit
     from .fit_file import read_fit as read_fit
     from .fit_file import write_fit as write_fit
+    from .fit_summary import summary as summary
     from .identification import identify as identify
     from .importers import import_source as import_source
     from .mcap_file import read_recording as read_recording
@@ -19,7 +20,6 @@ if TYPE_CHECKING:
     from .prepare import Filtering as Filtering
     from .report import write_report as write_report
     from .robot_file import read_model as read_model
-    from .summary import summary as summary
 
 _PLACES = {
     "ESTIMATORS": "estimators",
@@ -31,7 +31,7 @@ _PLACES = {
     "read_fit": "fit_file",
     "read_model": "robot_file",
     "read_recording": "mcap_file",
-    "summary": "summary",
+    "summary": "fit_summary",
     "write_fit": "fit_file",
     "write_recording": "mcap_file",
     "write_report": "report",

@@ -13,7 +13,7 @@ from scipy import signal
 from .filters import Decimation
 
 ORDER = 8
-"""Autoregressive order: what whitened residuals of simulated and real arms in the literature and here."""
+"""Autoregressive order: enough to follow the edge that decimation leaves in the spectrum of a residual."""
 
 
 @dataclass(frozen=True)

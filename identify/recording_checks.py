@@ -124,7 +124,8 @@ def _check_time(recording: Recording, name: str, signal: Signal) -> None:
     if name in ("position", *EFFORT) and signal.period > SLOWEST:
         raise BadUnit(
             f"{recording.name}: {name} comes every {signal.period:g} s, at most {SLOWEST} s can be followed. "
-            f"In milliseconds that would be {1e3 / signal.period:g} Hz: import with time_scale=0.001"
+            f"In milliseconds that would be {1e3 / signal.period:g} Hz: import with time_scale=0.001 "
+            "(--time-scale 0.001)"
         )
 
 
@@ -162,7 +163,10 @@ def _check_turns(recording: Recording) -> None:
     found = np.abs(position.values).max(axis=0)
     for joint in np.flatnonzero(found > allowed):
         name = recording.robot.joints[joint]
-        degrees, slides = ("rad", "degrees", "degrees=True"), ("m", "millimetres", "positions in metres")
+        degrees, slides = (
+            ("rad", "degrees", "degrees=True (--degrees)"),
+            ("m", "millimetres", "positions in metres"),
+        )
         unit, smaller, option = degrees if revolute[joint] else slides
         raise BadUnit(
             f"{recording.name}: {name} is at {found[joint]:g} {unit}, which it cannot "
@@ -218,7 +222,8 @@ def _stuck(recording: Recording, name: str) -> list[str]:
     for joint, column in zip(recording.robot.joints, signal.values.T, strict=True):
         if np.ptp(column) == 0:
             doubts.append(
-                f"{name}: {joint} is constant at {column[0]:g}; it was not measured, or the motor was off"
+                f"{name}: {joint} is constant at {column[0] + 0.0:g}; it was not measured, or the motor was "
+                "off"
             )
             continue
         for extreme in (column.min(), column.max()):

@@ -11,6 +11,8 @@ from .svg_scale import Span
 
 NORMAL_95 = 1.96
 """Deviations on each side of a value within which it lies with 95 % probability."""
+STRETCH = 60.0
+"""Longest time [s] in which the torque of an arm, with a swing every second or so, can be told by eye."""
 DOTS = 600
 """Dots in a friction plot; more hide one another."""
 REACH = 4.5
@@ -30,25 +32,37 @@ def velocity_unit(robot: Robot, joint: int) -> str:
 def torque_plot(run: Agreement, robot: Robot, joint: int, columns: int = COLUMNS) -> str:
     """Measured and predicted torque of a joint, and below what is left of it beside the noise."""
     unit, name = torque_unit(robot, joint), robot.joints[joint]
-    measured, predicted = run.measured[:, joint], run.predicted[:, joint]
+    shown = telling_stretch(run, joint)
+    measured, predicted = run.measured[shown, joint], run.predicted[shown, joint]
     residual, noise = run.residual[:, joint], NORMAL_95 * run.noise[joint]
-    across = Span.around(run.time, margin=0.0)
     sliding = residual[run.weight[:, joint] > 0]  # a stuck joint's residual would set the scale
-    above = Panel(across, Span.around(measured, predicted), 64, 22, 560, 122)
+    whole = len(measured) == len(residual)
+    across = Span.around(run.time, margin=0.0)
+    part = Span.around(run.time[shown], margin=0.0)
+    above = Panel(part, Span.around(measured, predicted), 64, 22, 560, 122 if whole else 108)
     below = Panel(across, Span.around(sliding, np.array([noise]), zero=True), 64, 154, 560, 86)
-    edges = np.array([across.low, across.high])
-    limit = np.full(2, noise)
+    edges, limit = np.array([across.low, across.high]), np.full(2, noise)
     keys = [("measured", "measured"), ("predicted", "predicted"), ("residual", "residual")]
     content = (
         legend(64, 14, [*keys, ("bandkey", "noise, 95 %")])
-        + above.axes("", f"torque [{unit}]", x_ticks=False)
-        + above.line(run.time, measured, "measured", columns)
-        + above.line(run.time, predicted, "predicted", columns)
+        + above.axes("", f"torque [{unit}]", x_ticks=not whole)
+        + above.line(run.time[shown], measured, "measured", columns)
+        + above.line(run.time[shown], predicted, "predicted", columns)
         + below.axes("time [s]", f"residual [{unit}]")
         + below.band(edges, -limit, limit, "band")
         + below.line(run.time, residual, "residual", columns)
     )
     return picture(632, 270, f"{run.run}, {name}: torque and residual over time", content)
+
+
+def telling_stretch(run: Agreement, joint: int) -> slice:
+    """The whole run, or of a long one the `STRETCH` in which most of the residual lies."""
+    length = int(np.searchsorted(run.time, run.time[0] + STRETCH, side="right"))
+    if length >= len(run.time):
+        return slice(0, len(run.time))
+    total = np.cumsum(np.concatenate([[0.0], run.residual[:, joint] ** 2 * run.weight[:, joint]]))
+    start = int(np.argmax(total[length:] - total[:-length]))
+    return slice(start, start + length)
 
 
 def friction_plot(fit: Fit, joint: int) -> str:

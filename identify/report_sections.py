@@ -7,7 +7,7 @@ import numpy as np
 from .fit import Agreement, Fit
 from .friction_curve import ROOM_TEMPERATURE
 from .report_html import figure, listing, number, paragraph, section
-from .report_plots import friction_plot, torque_plot, torque_unit
+from .report_plots import STRETCH, friction_plot, torque_plot, torque_unit
 from .report_tables import (
     correlation_table,
     dropped_table,
@@ -71,7 +71,8 @@ def runs_section(fit: Fit) -> str:
     note = (
         "The table has, for each run and joint, residual over noise and residual in per cent of the "
         "torque. In the plots measured and predicted torque lie on one another; samples in which the "
-        "joint stands still are not judged, and residuals there may leave the frame."
+        "joint stands still are not judged, and residuals there may leave the frame. Of runs above "
+        f"{STRETCH:g}\u00a0s the torque is shown where most of the residual lies."
     )
     content = [_run(fit, run, role, columns) for run, role in runs]
     return section("runs", "Runs", paragraph(note), runs_table(fit), *content)

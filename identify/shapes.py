@@ -14,6 +14,7 @@ from .base_parameters import BaseParameters, base_parameters
 from .effects import EFFECTS, Effect
 from .equations import Equations, assemble
 from .errors import RobotError
+from .estimators.compressed import Compressed
 from .estimators.least_squares import weighted_noise
 from .model import Model
 from .prepare import Prepared
@@ -48,9 +49,8 @@ def fit_shapes(
             effect = replace(effect, **{name: best})
             equations = trial.equations_with(effect)
             model = replace(model, effects=(*model.effects[:place], effect, *model.effects[place + 1 :]))
-            progress(
-                f"{type(effect).__name__} {', '.join(getattr(effect, 'joints', None) or ())}: {name} {best:.3g}"
-            )
+            joints = ", ".join(getattr(effect, "joints", None) or ())
+            progress(f"{type(effect).__name__} {joints}: {name} {best:.3g}")
     return model
 
 
@@ -86,19 +86,26 @@ class _Trial:
         columns = range(start, start + len(self.effect.parameters(model.robot)))
         self.own = [k for k, column in enumerate(columns) if column in base.kept]
         self.kept = [int(np.flatnonzero(base.kept == columns[k])[0]) for k in self.own]
+        self.compressed = Compressed.of(equations)
+        acts = np.any(equations.regressor[:, :, self.kept], axis=(0, 2))
+        self.joints = np.flatnonzero(acts if acts.any() else np.ones_like(acts))
 
     def equations_with(self, effect: Effect) -> Equations:
         """Equations with the effect's columns replaced."""
         regressor = self.equations.regressor.copy()
         for run, rows in zip(self.runs, self.equations.runs, strict=True):
             columns = effect.regressor(self.model.robot, self.model.loaded(run.motion))
-            regressor[rows][:, :, self.kept] = run.decimation.apply(columns[:, :, self.own])
+            touched = run.decimation.apply(columns[:, self.joints][:, :, self.own])
+            for place, joint in enumerate(self.joints):
+                regressor[rows][:, joint, self.kept] = touched[:, place]
         return replace(self.equations, regressor=regressor)
 
     def cost(self, name: str, value: float) -> float:
         """Minus the logarithm of the likelihood, but for a constant."""
         equations = self.equations_with(replace(self.effect, **{name: value}))
-        return float(equations.weight.sum(axis=0) @ np.log(weighted_noise(equations)))
+        # Of the rows, only those of the joints on which the effect acts have changed.
+        compressed = self.compressed.again(equations, self.joints)
+        return float(equations.weight.sum(axis=0) @ np.log(weighted_noise(equations, compressed)))
 
 
 def _search(cost: Callable[[float], float], start: float, bounds: tuple) -> float:

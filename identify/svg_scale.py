@@ -30,16 +30,14 @@ class Span(NamedTuple):
 
 
 def ticks(span: Span, count: int) -> np.ndarray:
-    """About `count` multiples of 1, 2 or 5 times a power of ten within the range."""
-    step = tick_step(span, count)
+    """Multiples of 1, 2 or 5 times a power of ten within the range, as near to `count` as can be."""
+    power = 10.0 ** np.floor(np.log10(span.size / count))
+    choices = [_multiples(span, factor * power) for factor in (0.5, 1, 2, 5, 10)]
+    return min(choices, key=lambda values: abs(len(values) - count))
+
+
+def _multiples(span: Span, step: float) -> np.ndarray:
     return step * np.arange(np.ceil(span.low / step), np.floor(span.high / step) + 1)
-
-
-def tick_step(span: Span, count: int) -> float:
-    """Smallest round step that gives no more than `count` ticks or so."""
-    rough = span.size / count
-    power = 10.0 ** np.floor(np.log10(rough))
-    return float(next(factor * power for factor in (1, 2, 5, 10) if factor * power >= rough * (1 - 1e-9)))
 
 
 def label(value: float, span: Span) -> str:

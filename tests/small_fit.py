@@ -5,7 +5,7 @@ from functools import cache
 
 from exidyn.identify.effects import FrictionAsymmetry
 from exidyn.identify.fit import Fit
-from exidyn.identify.identify import identify
+from exidyn.identify.identification import identify
 from exidyn.identify.prepare import Prepared, prepare
 from exidyn.identify.recording import KnownPayload
 

@@ -138,6 +138,20 @@ def test_a_motion_too_poor_is_refused(folder, capsys):
     assert "shoulder" in said or "joint 1" in said
 
 
+def test_a_joint_that_hardly_moves_is_doubted(folder, capsys):
+    position = RUN.signals["position"]
+    nearly = Signal(position.time, position.values * [1.0, 0.01])
+    [path] = write(folder, replace(RUN, signals={**RUN.signals, "position": nearly}))
+    assert main(["identify", path]) == 0
+    assert "- elbow moves by only" in capsys.readouterr().out
+
+
+def test_gains_without_a_known_payload_are_refused(folder, capsys):
+    [path] = write(folder, RUN)
+    said = refused(["identify", path, "--estimator", "ml"], capsys)
+    assert "give --payload RUN --mass KG" in said
+
+
 def test_a_payload_run_without_mass_is_refused(folder, capsys):
     empty, full = write(folder, RUN, loaded())
     said = refused(["identify", empty, "--payload", full], capsys)

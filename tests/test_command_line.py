@@ -119,7 +119,8 @@ def test_info_prints_what_is_inside(files, tmp_path, capsys):
     [path] = write(tmp_path, loaded(KnownPayload("weight", two_joints.MASS)))
     assert main(["info", path]) == 0
     printed = capsys.readouterr().out
-    for words in ("two joints: shoulder, elbow", "weight: M 3.000", "position  rad", "5000", "250.0"):
+    model = "link_inertia, viscous_friction, coulomb_friction, current_offset"
+    for words in ("two joints: shoulder, elbow", model, "weight: M 3.000", "position  rad", "5000  250.0"):
         assert words in printed
 
 

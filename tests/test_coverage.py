@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from exidyn.identify.estimators import bayesian, maximum_likelihood, ordinary, weighted
+from exidyn.identify.estimators import bayesian, maximum_likelihood, ordinary, reweighted, weighted
 
 from .two_joints import GAIN, coloured, equations
 
@@ -55,6 +55,22 @@ def test_intervals_hold_the_truth(estimator):
     assert held(np.array(errors), np.array(naive)) < 0.85
     # the deviations are those of the scatter, one parameter at a time: 200 draws tell it to 5 %
     np.testing.assert_allclose(np.mean(deviations, axis=0), np.std(errors, axis=0), rtol=0.2)
+
+
+def test_collisions_widen_robust_intervals_little():
+    """Fifty rows in every draw are 100 N m off: the deviations stay those of the scatter."""
+    exact, truth = equations(rows=600)
+    random = np.random.default_rng(9)
+    errors, deviations = [], []
+    for _ in range(100):
+        current = exact.current + random.normal(size=exact.current.shape) * [0.02, 0.05]
+        start = random.integers(0, 550)
+        current[start : start + 50, 1] += 100.0 / GAIN[1]
+        estimate = reweighted(replace(exact, current=current))
+        errors.append(estimate.values - truth)
+        deviations.append(estimate.std)
+    scatter = np.sqrt(np.mean(np.square(errors), axis=0))
+    assert np.all(np.abs(np.log2(np.mean(deviations, axis=0) / scatter)) < 1)
 
 
 def test_gains_and_values_together():

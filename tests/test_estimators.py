@@ -161,6 +161,48 @@ def test_sandwich_is_the_sum_over_lags_of_the_known_colour():
     assert np.median(found / np.sqrt(np.diag(np.linalg.inv(rows.T @ rows)))) > 1.5
 
 
+def test_gram_with_known_colour_is_the_double_sum():
+    from exidyn.identify.estimators.covariance import _coloured_gram
+    from exidyn.identify.noise import autoregression
+
+    from .test_noise import exact_autocovariance
+
+    gamma = exact_autocovariance(120)
+    rows = np.random.default_rng(8).normal(size=(121, 2, 3))
+    rows[:, :, 1] = np.linspace(0, 1, 121)[:, None] ** [1, 2]
+    expected = np.zeros((3, 3))
+    for k in range(121):
+        for m in range(121):
+            lag = gamma[k - m] if k >= m else gamma[m - k].T
+            expected += rows[k].T @ lag @ rows[m]
+    found = _coloured_gram(rows, autoregression(gamma[:5]))
+    np.testing.assert_allclose(found, expected, atol=1e-4 * np.abs(expected).max())
+
+
+def test_ordinary_covariance_when_joints_differ_in_noise(exact):
+    """inverse(W^T W) W^T S W inverse(W^T W), with S the noise that was put in."""
+    system = white(exact[0], NOISE * [1.0, 20.0])
+    rows, _, joint = tall(system)
+    sigma = (NOISE * [1.0, 20.0] * np.abs(GAIN))[joint]
+    bread = np.linalg.inv(rows.T @ rows)
+    expected = np.sqrt(np.diag(bread @ (rows.T * sigma**2) @ rows @ bread))
+    # six hundred rows tell the noise's density at zero frequency, which offsets see, to some 30 %
+    np.testing.assert_allclose(ordinary(system).std, expected, rtol=0.35)
+    assert np.max(expected / weighted(system).std) > 2
+
+
+def test_instrumental_covariance_is_that_of_its_instruments(exact):
+    """inverse(Z^T W) Z^T S Z inverse(W^T Z) with instruments far from the rows."""
+    noisy = white(exact[0], NOISE)
+    instruments = noisy.regressor + 2.0 * np.random.default_rng(4).normal(size=noisy.regressor.shape)
+    estimate = instrumental(replace(noisy, commanded=lambda: instruments))
+    sigma = NOISE * np.abs(GAIN)
+    left = (instruments / sigma[:, None]).reshape(-1, instruments.shape[2])
+    rows = (noisy.regressor / sigma[:, None]).reshape(left.shape)
+    inverse = np.linalg.inv(left.T @ rows)
+    np.testing.assert_allclose(estimate.std, np.sqrt(np.diag(inverse @ left.T @ left @ inverse.T)), rtol=0.25)
+
+
 def test_segments_of_a_long_run_change_the_sandwich_little(monkeypatch):
     from exidyn.identify.estimators import covariance
 
@@ -219,8 +261,14 @@ def test_maximum_likelihood_is_scipys_in_current_space(exact):
     found = optimize.least_squares(misfit, start, x_scale=np.abs(start), xtol=1e-14, ftol=1e-14, gtol=1e-14)
     np.testing.assert_allclose(estimate.gain, found.x[count:], rtol=1e-6)
     np.testing.assert_allclose(estimate.values, found.x[:count], atol=1e-4 * estimate.std.min(), rtol=1e-6)
-    plain = np.sqrt(np.diag(np.linalg.inv(found.jac.T @ found.jac)))
-    np.testing.assert_allclose(np.concatenate([estimate.std, estimate.gain_std]), plain, rtol=0.3)
+    covariance = np.linalg.inv(found.jac.T @ found.jac)
+    plain, own = np.sqrt(np.diag(covariance)), np.concatenate([estimate.std, estimate.gain_std])
+    np.testing.assert_allclose(own, plain, rtol=0.3)
+    correlation, expected = estimate.covariance / np.outer(own, own), covariance / np.outer(plain, plain)
+    np.testing.assert_allclose(correlation, expected, atol=0.3)
+    strong = np.abs(expected) > 0.5
+    assert np.all(np.sign(correlation[strong]) == np.sign(expected[strong]))
+    assert np.any(strong[:count, count:])
 
 
 def uncompressed(system):
@@ -266,6 +314,13 @@ def test_mixed_is_an_eigenproblem(system):
     chi = -np.linalg.lstsq(exact_columns, matrix[:, :2] @ gain)[0]
     np.testing.assert_allclose(gain / chi[-1], estimate.gain, rtol=1e-4)
     np.testing.assert_allclose(chi[:-1] / chi[-1], estimate.values, rtol=1e-3, atol=1e-3 * estimate.std.min())
+
+
+def test_mixed_takes_its_own_noise_out_of_the_currents(exact):
+    """Where noise is a third of the current its squares would make the gains look better known."""
+    loud = white(exact[0], 0.3 * np.std(exact[0].current, axis=0), seed=3)
+    likely, own = maximum_likelihood(loud), mixed(loud)
+    np.testing.assert_allclose(own.gain_std, likely.gain_std, rtol=0.25)
 
 
 def test_gains_by_the_four_methods_agree_where_noise_is_small(exact):

@@ -6,9 +6,16 @@ import numpy as np
 import pytest
 from exidyn.identify.base_parameters import base_parameters
 from exidyn.identify.effects import Payload
-from exidyn.identify.errors import DifferentRobot, FitError, NotExcited, RecordingError, RobotError
+from exidyn.identify.errors import (
+    DifferentRobot,
+    FitError,
+    NotExcited,
+    NotRecorded,
+    RecordingError,
+    RobotError,
+)
 from exidyn.identify.estimators import ESTIMATORS, ordinary
-from exidyn.identify.identify import identify
+from exidyn.identify.identification import identify
 from exidyn.identify.prepare import Filtering, prepare
 from exidyn.identify.recording import KnownPayload, Recording, Signal
 from exidyn.identify.simulate import Sensors, simulate
@@ -94,6 +101,13 @@ def test_validation_does_not_enter_the_fit(fit, runs):
     np.testing.assert_array_equal(other.estimate.values, fit.estimate.values)
 
 
+def test_a_payload_that_only_validation_carries_is_doubted(fit, runs):
+    doubtful = identify(runs, validate=[record(7, BODY)])
+    assert any("run 7: carries 'L'" in doubt for doubt in doubtful.doubts)
+    assert not any("carries" in doubt for doubt in fit.doubts)
+    assert doubtful.validation[0].over_noise.max() > 5
+
+
 def test_value_by_name_with_and_without_the_r(fit):
     assert fit.value("MX1R") == fit.value("MX1")
     with pytest.raises(KeyError, match="no base parameter 'XX9'.*MX1R"):
@@ -102,7 +116,7 @@ def test_value_by_name_with_and_without_the_r(fit):
 
 def test_condition_is_that_of_the_weighted_scaled_matrix(fit, runs):
     from exidyn.identify.equations import assemble
-    from exidyn.identify.identify import pooled_noise
+    from exidyn.identify.identification import pooled_noise
 
     prepared = pooled_noise([prepare(run, fit.filtering) for run in runs])
     equations = assemble(fit.model, fit.base, prepared)
@@ -249,7 +263,7 @@ def test_a_motor_that_was_not_measured_is_refused():
     recording = record(0)
     signals = dict(recording.signals)
     signals["current"] = Signal(signals["current"].time, signals["current"].values * [1.0, 0.0])
-    with pytest.raises(NotExcited, match="joint 2 has no current"):
+    with pytest.raises(NotRecorded, match="current: elbow is constant at 0; it was not measured"):
         identify([replace(recording, signals=signals)])
 
 

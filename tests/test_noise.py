@@ -136,9 +136,7 @@ def test_rest_before_the_motion_is_preferred_to_the_creep_after():
     first = rows < 1500
     alone = noise_at_rest(noise, first, decimation)
     disturbed = np.where(rows[:, None] > 3000, 10.0 * noise, noise)
-    np.testing.assert_allclose(
-        noise_at_rest(disturbed, first | (rows > 2500), decimation), alone, rtol=1e-12
-    )
+    np.testing.assert_allclose(noise_at_rest(disturbed, first | (rows > 2500), decimation), alone, rtol=1e-12)
 
 
 def test_no_rest_says_nothing():

@@ -11,18 +11,17 @@ import numpy as np
 import pytest
 import rerun as rr
 import rerun.chunk
-from exidyn.identify.identify import identify
 from exidyn.identify.link_frames import link_poses
 from exidyn.identify.verdict import verdict
 from exidyn.identify.view import CAPPED, blueprint, log_fit, open_rerun, save_rerun
 from rerun.experimental import ViewerClient
 
-from .test_identify import BODY, record
+from .report_pages import known_fit
 
 
 @pytest.fixture(scope="module")
 def fit():
-    return identify([record(0), record(1, payload=BODY)], validate=[record(5)])
+    return known_fit()
 
 
 @pytest.fixture(scope="module")

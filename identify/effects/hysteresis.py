@@ -36,7 +36,7 @@ class Hysteresis(JointEffect):
         return {"presliding": self.on_joints(robot, self._state(robot, motion)[1])}
 
     def _state(self, robot: Robot, motion: Motion) -> tuple[np.ndarray, np.ndarray]:
-        """z and its derivative by the displacement, each (t, n), zero where the effect does not act."""
+        """State z and its derivative by the displacement, each (t, n), zero where the effect does not act."""
         state, slope = np.zeros((2, *motion.position.shape))
         for joint in self.columns(robot):
             state[:, joint], slope[:, joint] = _dahl(motion.position[:, joint], self.presliding)
@@ -44,7 +44,7 @@ class Hysteresis(JointEffect):
 
 
 def _dahl(position: np.ndarray, presliding: float) -> tuple[np.ndarray, np.ndarray]:
-    """z and dz/d(presliding) along one joint's path, from z = 0.
+    """State z and dz/d(presliding) along one joint's path, from z = 0.
 
     Between reversals z goes exponentially, with the path, to the sign of the motion; so there is one
     closed step a stretch, however many samples it has.
@@ -53,13 +53,26 @@ def _dahl(position: np.ndarray, presliding: float) -> tuple[np.ndarray, np.ndarr
     signs = np.sign(steps)
     starts = np.concatenate([[0], np.flatnonzero(signs[1:] != signs[:-1]) + 1, [len(position)]])
     path = np.cumsum(np.abs(steps))
-    state, slope = np.zeros((2, len(position)))
-    z, dz, origin = 0.0, 0.0, 0.0
-    for start, stop in zip(starts[:-1], starts[1:], strict=True):
-        sign = signs[start]
-        gone = path[start:stop] - origin
-        decay = np.exp(-gone / presliding)
-        state[start:stop] = sign - (sign - z) * decay if sign else z
-        slope[start:stop] = dz * decay - (sign - z) * decay * gone / presliding**2 if sign else dz
-        z, dz, origin = state[stop - 1], slope[stop - 1], path[stop - 1]
+    stretch = np.repeat(np.arange(len(starts) - 1), np.diff(starts))
+    origin = np.concatenate([[0.0], path[starts[1:-1] - 1]])
+    sign = signs[starts[:-1]]
+    gone, end = path - origin[stretch], path[starts[1:] - 1] - origin
+    z, dz = _starts(sign, end / presliding, end / presliding**2)
+    decay = np.where(signs, np.exp(-gone / presliding), 1.0)  # 1 while still, where nothing is gone either
+    left = signs - z[stretch]
+    state = np.where(signs, signs - left * decay, z[stretch])
+    slope = dz[stretch] * decay - np.where(signs, left * decay * gone / presliding**2, 0.0)
     return state, slope
+
+
+def _starts(sign: np.ndarray, length: np.ndarray, rate: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """State z and its derivative where each stretch begins; `length` is in units of presliding."""
+    z, dz = np.zeros((2, len(sign)))
+    decay = np.exp(-length)
+    for k in range(len(sign) - 1):
+        if not sign[k]:
+            z[k + 1], dz[k + 1] = z[k], dz[k]
+            continue
+        left = (sign[k] - z[k]) * decay[k]
+        z[k + 1], dz[k + 1] = sign[k] - left, dz[k] * decay[k] - left * rate[k]
+    return z, dz

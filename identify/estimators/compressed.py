@@ -3,7 +3,8 @@
 The normal equations are never formed: they square the condition number.
 """
 
-from dataclasses import dataclass
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import linalg
@@ -32,23 +33,15 @@ class Compressed:
             NotExcited: A joint with fewer rows than unknowns, or no current at all.
         """
         weight = equations.weight if weight is None else equations.weight * np.sqrt(weight)
-        factors = []
-        for joint in range(equations.current.shape[1]):
-            rows = np.column_stack(
-                [equations.regressor[:, joint], equations.known[:, joint], equations.current[:, joint]]
-            )
-            rows = rows[weight[:, joint] > 0] * weight[weight[:, joint] > 0, joint, None]
-            if len(rows) < 10:
-                raise NotExcited(
-                    f"joint {joint + 1} slides in only {len(rows)} of {len(weight)} samples; "
-                    "record a motion in which it moves"
-                )
-            if not np.any(rows[:, -1]):
-                raise NotExcited(
-                    f"joint {joint + 1} has no current at all; was it measured, and was the motor on?"
-                )
-            factors.append(linalg.qr(rows, mode="r", overwrite_a=True, check_finite=False)[0])
-        return cls(tuple(f[: f.shape[1]] for f in factors), np.count_nonzero(weight, axis=0))
+        factors = [_factor(equations, weight, joint) for joint in range(equations.current.shape[1])]
+        return cls(tuple(factors), np.count_nonzero(weight, axis=0))
+
+    def again(self, equations: Equations, joints: Iterable[int]) -> "Compressed":
+        """The same after a change of the equations that leaves all but some joints' rows as they were."""
+        factors = list(self.factors)
+        for joint in joints:
+            factors[joint] = _factor(equations, equations.weight, joint)
+        return replace(self, factors=tuple(factors))
 
     def regressor(self, joint: int) -> np.ndarray:
         """Compressed regressor of one joint."""
@@ -72,6 +65,21 @@ class Compressed:
         squares = [np.sum((self.torque(j, gain) - self.regressor(j) @ values) ** 2) for j in joints]
         freedom = np.maximum(self.counts - len(values) / len(self.factors), 1.0)
         return np.sqrt(np.array(squares) / freedom)
+
+
+def _factor(equations: Equations, weight: np.ndarray, joint: int) -> np.ndarray:
+    """Triangular factor of one joint's weighted rows."""
+    rows = np.column_stack(
+        [equations.regressor[:, joint], equations.known[:, joint], equations.current[:, joint]]
+    )
+    rows = rows[weight[:, joint] > 0] * weight[weight[:, joint] > 0, joint, None]
+    if len(rows) < 10:
+        raise NotExcited(
+            f"joint {joint + 1} slides in only {len(rows)} of {len(weight)} samples; "
+            "record a motion in which it moves"
+        )
+    factor: np.ndarray = linalg.qr(rows, mode="r", overwrite_a=True, check_finite=False)[0]
+    return factor[: factor.shape[1]]
 
 
 def solve(rows: np.ndarray, right: np.ndarray, names: list[str]) -> np.ndarray:

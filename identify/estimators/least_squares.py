@@ -30,9 +30,9 @@ def weighted(equations: Equations) -> Estimate:
     return _estimate("weighted", equations, values)
 
 
-def weighted_noise(equations: Equations) -> np.ndarray:
+def weighted_noise(equations: Equations, compressed: Compressed | None = None) -> np.ndarray:
     """Residual of each joint after `weighted`, shape (n,) [N m], without the cost of a covariance."""
-    return _weights_repeated(equations, Compressed.of(equations))[1]
+    return _weights_repeated(equations, compressed or Compressed.of(equations))[1]
 
 
 def reweighted(equations: Equations) -> Estimate:
@@ -46,7 +46,7 @@ def reweighted(equations: Equations) -> Estimate:
         huber = np.minimum(1.0, HUBER / np.maximum(size, 1e-12))
         if np.linalg.norm(values - before) <= 1e-6 * np.linalg.norm(values):
             break
-    return _estimate("reweighted", equations, values)
+    return _estimate("reweighted", equations, values, huber=huber)
 
 
 def _robust_std(equations: Equations, values: np.ndarray) -> np.ndarray:
@@ -79,13 +79,22 @@ def _weighted_solution(
     return values, np.maximum(found, 1e-9 * np.max(found) + 1e-300)
 
 
-def _estimate(method: str, equations: Equations, values: np.ndarray, common: bool = False) -> Estimate:
+def _estimate(
+    method: str,
+    equations: Equations,
+    values: np.ndarray,
+    common: bool = False,
+    huber: np.ndarray | None = None,
+) -> Estimate:
     left = residual(equations, values, equations.gain)
     noise = Compressed.of(equations).residual_std(values, equations.gain)
-    instruments = None
+    jacobian, instruments = equations.regressor, None
     if common:  # the sandwich divides rows by each joint's variance; ordinary least squares does not
         instruments = equations.regressor * (noise**2)[None, :, None]
-    covariance = sandwich(equations.regressor, left, equations, instruments)
+    if huber is not None:  # an outlier pulls with a bounded force, and by a small step not more or less
+        left, instruments = left * huber, equations.regressor
+        jacobian = equations.regressor * (huber == 1.0)[:, :, None]
+    covariance = sandwich(jacobian, left, equations, instruments)
     n = len(equations.gain)
     full = np.pad(covariance, (0, n))
     return Estimate(method, values, equations.gain, full, noise)

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from exidyn.identify.fit import Unclear
 from exidyn.identify.fit_file import read_fit, write_fit
-from exidyn.identify.identify import identify
+from exidyn.identify.fit_summary import pooled, summary
+from exidyn.identify.identification import identify
 from exidyn.identify.recording import Signal
-from exidyn.identify.summary import pooled, summary
 from exidyn.identify.text_table import WIDTH, at_point, digits, paragraph, table
 
 from .small_fit import fit, plain_fit
@@ -116,7 +116,7 @@ def test_recorded_torque_has_no_gains():
     signals = {name: s for name, s in recording.signals.items() if name != "current"}
     signals["torque"] = Signal(current.time, current.values * [-40.0, 25.0])
     text = summary(identify([replace(recording, signals=signals)]))
-    assert "torque was recorded, not current" in section(text, "Drive gains")[0]
+    assert "what was recorded counts as torque" in section(text, "Drive gains")[0]
 
 
 def test_every_kept_parameter_has_a_row_with_its_joint_and_every_dropped_one_is_listed():
@@ -179,6 +179,19 @@ def test_composition_has_every_regrouping_and_what_no_motion_reveals():
     for expression in (*structure.expressions, ", ".join(structure.without_effect)):
         assert expression in joined
     assert not set(structure.without_effect) & set(fit().dropped)
+
+
+def test_joints_of_long_names_fit_into_the_table():
+    long = tuple(f"{name}_joint_of_the_left_arm" for name in ("shoulder", "elbow_and_everything_behind"))
+    robot = fit().model.robot
+    kinematics = robot.kinematics.copy()
+    for place, name in enumerate(long):
+        kinematics.names[place + 1] = name
+    named = replace(fit(), model=replace(fit().model, robot=replace(robot, kinematics=kinematics)))
+    lines = section(summary(named), "Parameters")
+    assert row(lines, "Fv1")[1] == "shoulder"
+    assert row(lines, "Fv2")[1] == "elbow_and_eve~"
+    assert max(map(len, lines)) <= WIDTH
 
 
 def test_doubts_are_printed():

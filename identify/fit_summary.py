@@ -3,6 +3,7 @@
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from os.path import commonprefix
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,9 @@ from .hints import OPEN
 from .model import Model
 from .text_table import WIDTH, at_point, digits, paragraph, table
 from .verdict import SURPRISE, TO_NOISE, verdict
+
+LABEL = 14
+"""Characters of a joint's name in the table of parameters; the head has it in full."""
 
 NORMAL_95 = 1.96
 """Deviations either side that hold the truth in 95 of 100 cases."""
@@ -81,7 +85,7 @@ def _gains(fit: Fit) -> list[str]:
     robot, estimate = fit.model.robot, fit.estimate
     if not np.any(estimate.gain_std > 0):
         if np.all(estimate.gain == 1.0):
-            return paragraph("torque was recorded, not current: there are none")
+            return paragraph("all taken as 1: what was recorded counts as torque, or none were stated")
         text = "not identified, taken as believed: that needs motor currents and a run with a known payload"
         return paragraph(text) + table(
             ["joint", "N m/A"],
@@ -169,13 +173,22 @@ def _places(model: Model) -> dict[str, tuple[str, str]]:
 def _joints(effect: Effect, model: Model) -> Iterator[str]:
     """Joint at which each parameter of an effect acts; empty where there is not one."""
     robot = model.robot
+    labels = _labels(robot.joints)
     count, bodies = len(effect.parameters(robot)), len(effect.inertias(robot))
-    where: Sequence[str] = [getattr(effect, "joint", "")]
+    where: Sequence[str] = [labels.get(getattr(effect, "joint", ""), "")]
     if isinstance(effect, JointEffect):
-        where = [robot.joints[joint] for joint in effect.columns(robot)]
+        where = [labels[robot.joints[joint]] for joint in effect.columns(robot)]
     elif bodies == robot.dof:
-        where = robot.joints
+        where = list(labels.values())
     return (where[place * len(where) // count] for place in range(count))
+
+
+def _labels(joints: Sequence[str]) -> dict[str, str]:
+    """Names of joints, short enough for a column: without an ending they all share, such as "_joint"."""
+    shared = len(commonprefix([joint[::-1] for joint in joints])) if len(joints) > 1 else 0
+    shared = 0 if shared == min(map(len, joints)) else shared
+    bare = [joint[: len(joint) - shared] for joint in joints]
+    return {j: b if len(b) <= LABEL else b[: LABEL - 1] + "~" for j, b in zip(joints, bare, strict=True)}
 
 
 def _dropped(fit: Fit) -> list[str]:

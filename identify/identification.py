@@ -8,9 +8,10 @@ import numpy as np
 from .base_parameters import BaseParameters, base_parameters
 from .effects import Payload
 from .equations import Equations, assemble
-from .errors import DifferentRobot, RecordingError
+from .errors import DifferentRobot, NotExcited, RecordingError
 from .essential import unsupported
 from .estimators import Estimate, Estimator, maximum_likelihood, weighted
+from .excitation_doubts import excitation_doubts
 from .fit import Fit, agreement
 from .hints import unclear
 from .model import Model
@@ -20,6 +21,11 @@ from .recording_checks import check, check_alive
 from .shapes import fit_shapes
 
 Progress = Callable[[str], None]
+
+TOO_POOR = (
+    "the motion is too poor for this estimator: its equations cannot be solved to any digit. "
+    "Move all joints, farther and faster"
+)
 
 
 def _silent(_: str) -> None:
@@ -74,10 +80,12 @@ def identify(
     progress(f"form and thin out the regressor of {len(base.kept)} base parameters")
     equations = assemble(model, base, used)
     progress("estimate")
-    estimator = estimator or default_estimator(equations)
+    estimator = solvable(estimator or default_estimator(equations))
     fit = _fit(model, equations, estimator, used, drop, filtering)
     progress("compare with the runs")
     doubts = tuple(f"{run.name}: {doubt}" for run in every for doubt in run.warnings)
+    doubts += excitation_doubts(model.robot.joints, used, fit.condition)
+    doubts += payload_doubts(model, used, held_out)
     return replace(
         fit,
         validation=tuple(fit.agree(run) for run in held_out),
@@ -85,10 +93,39 @@ def identify(
     )
 
 
+def payload_doubts(model: Model, used: Sequence[Prepared], held_out: Sequence[Prepared]) -> tuple[str, ...]:
+    """Runs that are predicted with a payload of which no run used for the fit tells the unknown part."""
+    open_bodies = {e.name for e in model.effects if isinstance(e, Payload) and e.parameters(model.robot)}
+    strange = open_bodies - {run.motion.payload for run in used}
+    return tuple(
+        f"{run.name}: carries '{run.motion.payload}', as no run used for the fit does; what is not known "
+        "of it is predicted as zero"
+        for run in held_out
+        if run.motion.payload in strange
+    )
+
+
 def default_estimator(equations: Equations) -> Estimator:
     """Maximum likelihood where drive gains can be told, else weighted least squares."""
     gains = not equations.gain_known and bool(np.any(equations.known))
     return maximum_likelihood if gains else weighted
+
+
+def solvable(estimator: Estimator) -> Estimator:
+    """The estimator, which raises `NotExcited` where its arithmetic breaks down."""
+
+    def checked(equations: Equations) -> Estimate:
+        try:
+            with np.errstate(divide="ignore", invalid="ignore"):
+                estimate = estimator(equations)
+            broken = not np.all(np.isfinite(estimate.values)) or not np.all(estimate.gain)
+        except np.linalg.LinAlgError as error:
+            raise NotExcited(TOO_POOR) from error
+        if broken:
+            raise NotExcited(TOO_POOR)
+        return estimate
+
+    return checked
 
 
 def same_robot(runs: Sequence[Recording]) -> Model:
@@ -190,4 +227,4 @@ def condition(equations: Equations, estimate: Estimate) -> float:
     gram = np.einsum("rnb,rnc->bc", rows, rows, optimize=True)
     size = np.sqrt(np.diag(gram))
     singular = np.linalg.eigvalsh(gram / np.outer(size, size))
-    return float(np.sqrt(singular[-1] / max(singular[0], np.finfo(float).tiny)))
+    return float(np.sqrt(singular[-1] / max(singular[0], 1e-32 * singular[-1])))  # doubles tell no more
