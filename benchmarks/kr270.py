@@ -168,8 +168,8 @@ def balancer_motion() -> dict[str, list[float]]:
             rows.append([reached, float(motion), *percent[:2], correlation[0, 1], correlation[0, 2]])
     header = ["swing of q2 [rad]", "motion", "K_r std %", "K_0 std %", "corr(K_r, K_0)", "corr(K_r, MX2R)"]
     show(
-        "What the balancer needs: over a short swing of joint 2 its length hardly changes, so that stiffness,\n"
-        "preload and the weight of link 2 give the same torque (the paper: 3.9 % and 2.1 %)",
+        "What the balancer needs: over a short swing of joint 2 its length hardly changes, so that\n"
+        "stiffness, preload and the weight of link 2 give the same torque (the paper: 3.9 % and 2.1 %)",
         header,
         rows,
     )
@@ -209,8 +209,8 @@ def main() -> None:
         name[:2] in ("XX", "XY", "XZ", "YY", "YZ", "ZZ", "MX", "MY", "MZ") for name in equations.names
     )
     print(
-        f"{len(equations.names)} base parameters of arm and payload, {inertial} of them inertial; the paper's 66 are "
-        "the arm's 60 and six drive gains"
+        f"{len(equations.names)} base parameters of arm and payload, {inertial} of them inertial; the paper's "
+        "66 are the arm's 60 and six drive gains"
     )
     estimates = gains(equations)
     paper_table(equations, estimates)

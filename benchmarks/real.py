@@ -7,9 +7,14 @@ are compared in the README's own manner: everything through one zero-phase Butte
 samples above its threshold of speed, norm of the residual over norm of the torque.
 """
 
+import contextlib
+import io
+import os
 from collections.abc import Sequence
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 from itertools import product
+from multiprocessing import get_context
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -37,12 +42,12 @@ class Recipe(NamedTuple):
     """What is chosen by cross-validation.
 
     Attributes:
-        law: Key of `EFFECTS` that takes the place of dry friction.
+        laws: Key of `EFFECTS` of each joint's dry friction.
         standstill: Speed from which on a joint slides, in the fit [rad/s]; None for `prepare`'s own.
         tolerance: Relative standard deviation of the inertias before the data; None for no prior.
     """
 
-    law: str
+    laws: tuple[str, ...]
     standstill: float | None
     tolerance: float | None
 
@@ -50,26 +55,38 @@ class Recipe(NamedTuple):
     def words(self) -> list[str]:
         """The three choices for a table."""
         speed = "from data" if self.standstill is None else f"{self.standstill:g} rad/s"
-        return [self.law, speed, "none" if self.tolerance is None else f"{self.tolerance:g}"]
+        return [in_words(self.laws), speed, "none" if self.tolerance is None else f"{self.tolerance:g}"]
+
+
+def in_words(laws: Sequence[str]) -> str:
+    """Name of the one law, or the first letter of each joint's."""
+    return laws[0] if len(set(laws)) == 1 else " ".join(law[0] for law in laws)
+
+
+def with_laws(model: Model, laws: Sequence[str]) -> Model:
+    """The model with a law of dry friction a joint in the place of Coulomb's."""
+    joints = {
+        law: tuple(j for j, own in zip(model.robot.joints, laws, strict=True) if own == law) for law in laws
+    }
+    rest = tuple(e for e in model.effects if not isinstance(e, EFFECTS["coulomb_friction"]))
+    return replace(model, effects=(*rest, *(EFFECTS[law](joints=joints[law]) for law in joints)))
 
 
 def shaped(data: DataSet, model: Model, runs: Sequence[Recording], recipe: Recipe) -> Fit:
-    """Weighted least squares with the law's shapes fitted too."""
-    filtering = replace(data.filtering, standstill=recipe.standstill)
-    model, shapes = with_law(model, recipe.law), [recipe.law]
-    return identify(runs, model=model, filtering=filtering, fitted_shapes=shapes, drop=False)
+    """Weighted least squares with the shapes of dry friction fitted too."""
+    return identify(
+        runs,
+        model=with_laws(model, recipe.laws),
+        filtering=replace(data.filtering, standstill=recipe.standstill),
+        fitted_shapes=sorted(set(recipe.laws)),
+        drop=False,
+    )
 
 
 def refined(fit: Fit, runs: Sequence[Recording], recipe: Recipe) -> Fit:
     """The fit again with the recipe's prior."""
     model = with_tolerance(fit.model, recipe.tolerance)
     return identify(runs, model=model, filtering=fit.filtering, estimator=estimator_of(recipe), drop=False)
-
-
-def with_law(model: Model, law: str) -> Model:
-    """The model with another law of dry friction in the place of Coulomb's."""
-    dry = EFFECTS["coulomb_friction"]
-    return replace(model, effects=tuple(EFFECTS[law]() if isinstance(e, dry) else e for e in model.effects))
 
 
 def with_tolerance(model: Model, tolerance: float | None) -> Model:
@@ -124,34 +141,68 @@ class Compared(NamedTuple):
         return np.asarray(norms[0] / norms[1])
 
 
-def choose(
-    data: DataSet, model: Model, runs: Sequence[Recording], tolerances: Sequence[float | None]
-) -> tuple[Recipe, dict[str, Fit]]:
-    """The recipe that best predicts each training run from the others, and the shaped fit of each law.
+class Candidates:
+    """Fits to the training runs, and how well each recipe predicts one run from the others."""
 
-    The measure is the mean, over joints and runs left out, of the logarithm of the relative residual.
-    Shapes are fitted to all training runs: a number a joint, whichever the law.
-    """
-    parts = thirds(runs[0]) if len(runs) == 1 else runs
-    mean: dict[Recipe, float] = {}
-    fits: dict[tuple[str, float | None], Fit] = {}
-    for law, standstill in product(LAWS, (data.moving, None)):
-        fit = fits[law, standstill] = shaped(data, model, parts, Recipe(law, standstill, None))
+    def __init__(self, data: DataSet, model: Model, runs: Sequence[Recording]) -> None:
+        self.data, self.model, self.runs = data, model, runs
+        self.parts = thirds(runs[0]) if len(runs) == 1 else runs
+        self.fits: dict[tuple[tuple[str, ...], float | None], Fit] = {}
+        self.scores: dict[Recipe, np.ndarray] = {}
+
+    def try_out(self, laws: tuple[str, ...], standstill: float | None, tolerances: Sequence[Any]) -> None:
+        """Score recipes that differ in the prior: mean logarithm of relative residuals, shape (n,).
+
+        Shapes are fitted to all training runs: a number a joint, whichever the law.
+        """
+        data, parts = self.data, self.parts
+        fit = shaped(data, self.model, parts, Recipe(laws, standstill, None))
         prepared = [prepare(replace(run, model=fit.model), fit.filtering) for run in parts]
         equations = assemble(fit.model, fit.base, prepared)
         compared = [Compared.of(fit, run, data) for run in parts]
         for tolerance in tolerances:
-            recipe = Recipe(law, standstill, tolerance)
+            recipe = Recipe(laws, standstill, tolerance)
             believed = with_tolerance(fit.model, tolerance).beliefs
             prior = replace(equations, tolerance=np.array([belief.std for belief in believed]))
             estimates = [estimator_of(recipe)(without_run(prior, k)) for k in range(len(parts))]
             left = [run.relative(e.values) for run, e in zip(compared, estimates, strict=True)]
-            mean[recipe] = float(np.exp(np.mean(np.log(left))))
-    best = min(mean, key=mean.__getitem__)
-    rows = [[*recipe.words, mean[recipe], "<- chosen" if recipe == best else ""] for recipe in mean]
+            self.scores[recipe] = np.mean(np.log(left), axis=0)
+        self.fits[laws, standstill] = fit
+
+    @property
+    def best(self) -> Recipe:
+        """The recipe with the smallest residual on average over joints."""
+        return min(self.scores, key=lambda recipe: float(np.mean(self.scores[recipe])))
+
+    def final(self, recipe: Recipe) -> Fit:
+        """Fit of a recipe to the training runs."""
+        fit = self.fits.get((recipe.laws, recipe.standstill))
+        if fit is None or self.parts is not self.runs:
+            fit = shaped(self.data, self.model, self.runs, recipe)
+        return refined(fit, self.runs, recipe)
+
+
+def choose(
+    data: DataSet, model: Model, runs: Sequence[Recording], tolerances: Sequence[float | None]
+) -> tuple[Recipe, Candidates]:
+    """The recipe that best predicts each training run from the others.
+
+    One law for all joints first; then each joint the law that predicted it better, if that helps on average.
+    """
+    found, n = Candidates(data, model, runs), model.robot.dof
+    for law, standstill in product(LAWS, (data.moving, None)):
+        found.try_out((law,) * n, standstill, tolerances)
+    best = found.best
+    by_law = np.array([found.scores[best._replace(laws=(law,) * n)] for law in LAWS])
+    found.try_out(tuple(LAWS[k] for k in by_law.argmin(axis=0)), best.standstill, [best.tolerance])
+    best = found.best
+    rows = [
+        [*recipe.words, np.exp(np.mean(score)), "<- chosen" if recipe == best else ""]
+        for recipe, score in found.scores.items()
+    ]
     header = ["dry friction", "slides above", "prior of inertias", "relative residual", ""]
     show(f"{data.key}: choice by predicting each training run from the others", header, rows)
-    return best, {law: fits[law, best.standstill] for law in LAWS}
+    return best, found
 
 
 def without_run(equations: Equations, run: int) -> Equations:
@@ -178,23 +229,18 @@ def residuals(data: DataSet, model: Model, quick: bool) -> dict[str, Any]:
     """Held-out relative residuals beside the README's."""
     runs = [data.run(name) for name in data.train]
     tolerances = (QUICK_TOLERANCES if quick else TOLERANCES) if data.weighed else (None,)
-    recipe, fits = choose(data, model, runs, tolerances)
+    recipe, candidates = choose(data, model, runs, tolerances)
     held_out = [data.run(name) for name in data.held_out]
     found = {}
-    for law in LAWS:
-        fit = refined(fits[law], runs, recipe)
-        found[law] = np.array([Compared.of(fit, run, data).relative(fit.estimate.values) for run in held_out])
-    ours = found[recipe.law]
+    for laws in dict.fromkeys([recipe.laws, *((law,) * model.robot.dof for law in LAWS)]):
+        fit = candidates.final(recipe._replace(laws=laws))
+        figures = [Compared.of(fit, run, data).relative(fit.estimate.values) for run in held_out]
+        found[in_words(laws)] = np.array(figures)
     over = {law: pooled(relative) / pooled(data.yardstick) for law, relative in found.items()}
-    rows = []
-    for name, mine, theirs in zip(data.held_out, ours, data.yardstick, strict=True):
-        rows += [[name, "yardstick", *theirs], ["", "exidyn", *mine], ["", "ratio", *(mine / theirs)]]
-    rows += [["all, rms", "ratio", *over[recipe.law]]]
-    rows += [["  the same with", law, *ratio] for law, ratio in over.items() if law != recipe.law]
-    joints = [f"J{j + 1}" for j in range(ours.shape[1])]
-    show(f"{data.key}: relative residual on held-out runs", ["run", "", *joints], rounded(rows))
+    ours = found[in_words(recipe.laws)]
+    residual_table(data, ours, over)
     return {
-        "residual_over_yardstick": over[recipe.law],
+        "residual_over_yardstick": over[in_words(recipe.laws)],
         "residual_over_yardstick_by_file": dict(zip(data.held_out, ours / data.yardstick, strict=True)),
         "residual_over_yardstick_by_law": over,
         "relative_residual_by_file": dict(zip(data.held_out, ours, strict=True)),
@@ -202,9 +248,31 @@ def residuals(data: DataSet, model: Model, quick: bool) -> dict[str, Any]:
     }
 
 
+def residual_table(data: DataSet, ours: np.ndarray, over: dict[str, np.ndarray]) -> None:
+    """Ours (files, n) beside the yardstick, file by file; all files by law, the chosen one first."""
+    rows: list[list[Any]] = []
+    for name, mine, theirs in zip(data.held_out, ours, data.yardstick, strict=True):
+        rows += [[name, "yardstick", *theirs], ["", "exidyn", *mine], ["", "ratio", *(mine / theirs)]]
+    for place, (law, ratio) in enumerate(over.items()):
+        rows.append(["  the same with" if place else "all, rms", law if place else "ratio", *ratio])
+    joints = [f"J{j + 1}" for j in range(ours.shape[1])]
+    show(f"{data.key}: relative residual on held-out runs", ["run", "", *joints], rounded(rows))
+
+
 def rounded(rows: Sequence[Sequence[Any]]) -> list[list[Any]]:
     """Numbers with four decimals."""
     return [[value if isinstance(value, str) else round(float(value), 4) for value in row] for row in rows]
+
+
+def study(data: DataSet, quick: bool) -> tuple[str, dict[str, Any]]:
+    """Tables, as text, and figures of one arm."""
+    model, figures, text = data.model(), {}, io.StringIO()
+    with contextlib.redirect_stdout(text):
+        if data.key == UR10E.key:
+            gains, figures = payloads(data, quick)
+            model = replace(model, robot=replace(model.robot, drive_gain=gains))
+        figures |= residuals(data, model, quick)
+    return text.getvalue(), figures
 
 
 def main() -> None:
@@ -213,13 +281,12 @@ def main() -> None:
         print(f"no recordings in {FOLDER}; set EXIDYN_DATA to their folder")
         save(chosen.json, {"skipped": "no recordings"})
         return
-    gains, figures = payloads(UR10E, chosen.quick)
-    results: dict[str, dict[str, Any]] = {UR10E.key: figures}
-    for data in (UR10E, KR300, PANDA):
-        model = data.model()
-        if data is UR10E:
-            model = replace(model, robot=replace(model.robot, drive_gain=gains))
-        results.setdefault(data.key, {}).update(residuals(data, model, chosen.quick))
+    os.environ.setdefault("OMP_NUM_THREADS", "1")  # of the two processes: one core each
+    sets, results = (UR10E, KR300, PANDA), {}
+    with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
+        for data, (text, figures) in zip(sets, pool.map(study, sets, [chosen.quick] * 3), strict=True):
+            print(text, end="", flush=True)
+            results[data.key] = figures
     save(chosen.json, results)
 
 

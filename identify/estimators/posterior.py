@@ -59,7 +59,10 @@ def _colour(equations: Equations, values: np.ndarray, inverse: np.ndarray) -> np
     residual = equations.current - inverse * (equations.regressor @ values + equations.known)
     roots = noise_model(residual, equations).roots(64)
     density = np.sum(np.abs(roots) ** 2, axis=2)
-    return np.sqrt(np.maximum(np.mean(density[:3], axis=0) / np.mean(density, axis=0), 1.0))
+    usual = np.mean(density, axis=0)
+    # Far from the solution the residual is the model's misfit, so smooth that no innovation is left.
+    slow = np.divide(np.mean(density[:3], axis=0), usual, out=np.ones_like(usual), where=usual > 0)
+    return np.sqrt(np.maximum(slow, 1.0))
 
 
 def _solve(rows: np.ndarray, right: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
