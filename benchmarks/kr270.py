@@ -209,8 +209,8 @@ def main() -> None:
         name[:2] in ("XX", "XY", "XZ", "YY", "YZ", "ZZ", "MX", "MY", "MZ") for name in equations.names
     )
     print(
-        f"{len(equations.names)} base parameters of arm and payload, {inertial} of them inertial; the paper's "
-        "66 are the arm's 60 and six drive gains"
+        f"{len(equations.names)} base parameters of arm and payload, {inertial} of them inertial; "
+        "the paper's 66 are the arm's 60 and six drive gains"
     )
     estimates = gains(equations)
     paper_table(equations, estimates)

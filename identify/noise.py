@@ -1,78 +1,46 @@
-"""Coloured noise: autoregressive models of it, and each joint's noise floor.
+"""Coloured noise: its spectrum, and each joint's noise floor.
 
-Current noise and residuals at 500 Hz are far from white. An autoregressive model of moderate order is
-a spectrum that is positive everywhere and needs only a second or two of data.
+Current noise and residuals at 500 Hz are far from white, and those of several joints are correlated.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from scipy import signal
 
 from .filters import Decimation
 
-ORDER = 8
-"""Autoregressive order: enough to follow the edge that decimation leaves in the spectrum of a residual."""
-
-
-@dataclass(frozen=True)
-class NoiseModel:
-    """Stationary noise of n signals, x(k) = -A1 x(k-1) - A2 x(k-2) - ... + e(k).
-
-    Attributes:
-        coefficients: A1, A2, ..., shape (order, n, n).
-        innovation: Covariance of e, shape (n, n).
-    """
-
-    coefficients: np.ndarray
-    innovation: np.ndarray
-
-    def roots(self, count: int) -> np.ndarray:
-        """Square roots R of the spectrum R R^H at `count` frequencies round the circle, (count, n, n).
-
-        The mean of R R^H over the circle is the covariance of x.
-        """
-        n = len(self.innovation)
-        polynomial = np.concatenate([np.eye(n)[None], self.coefficients])
-        size, vectors = np.linalg.eigh(self.innovation)
-        root = vectors * np.sqrt(np.maximum(size, 0.0))  # rounding may leave it slightly indefinite
-        return np.linalg.solve(np.fft.fft(polynomial, count, axis=0), root[None])
-
 
 def autocovariance(pieces: Sequence[np.ndarray], weights: Sequence[np.ndarray], lags: int) -> np.ndarray:
-    """Mean of x(k) x(k - lag)^T over pieces of signals (t, n), weighted pair by pair, (lags + 1, n, n)."""
+    """Covariance of x(k) with x(k - lag) over pieces of signals (t, n), shape (lags + 1, n, n).
+
+    Rows with zero weight count as zeros, and every lag is divided by the same number of rows: the
+    sequence is then positive semi-definite whatever the gaps, which lag-by-lag means are not.
+    """
     n = pieces[0].shape[1]
-    products, counts = np.zeros((2, lags + 1, n, n))
+    products, counts = np.zeros((lags + 1, n, n)), np.zeros(n)
     for piece, weight in zip(pieces, weights, strict=True):
         masked = piece * weight
+        counts += np.sum(weight**2, axis=0)
         for lag in range(min(lags + 1, len(piece))):
-            stop = len(piece) - lag
-            products[lag] += masked[lag:].T @ masked[:stop]
-            counts[lag] += weight[lag:].T @ weight[:stop]
-    return products / np.maximum(counts, 1.0)
+            products[lag] += masked[lag:].T @ masked[: len(piece) - lag]
+    size = np.sqrt(np.maximum(counts, 1.0))
+    return products / np.outer(size, size)
 
 
-def autoregression(covariance: np.ndarray) -> NoiseModel:
-    """Yule-Walker solution for autocovariances at lags 0 .. order, shape (order + 1, n, n)."""
-    order, n = len(covariance) - 1, covariance.shape[1]
-    covariance = covariance.copy()
-    size = np.sqrt(np.maximum(np.diag(covariance[0]), np.finfo(float).tiny))
-    covariance /= np.outer(size, size)
-    covariance[0] += 1e-6 * np.eye(n)  # keeps the block matrix positive definite under rounding
+def spectrum(covariance: np.ndarray, count: int) -> np.ndarray:
+    """Variance density at `count` even frequencies round the circle, shape (count, n, n).
 
-    def lag(k: int) -> np.ndarray:
-        return covariance[k] if k >= 0 else covariance[-k].T
-
-    if order == 0:
-        return NoiseModel(np.zeros((0, n, n)), covariance[0] * np.outer(size, size))
-    blocks = np.block([[lag(column - row) for column in range(order)] for row in range(order)])
-    right = np.concatenate([covariance[k] for k in range(1, order + 1)], axis=1)
-    solution = -np.linalg.solve(blocks.T, right.T).T
-    coefficients = solution.reshape(n, order, n).transpose(1, 0, 2)
-    innovation = covariance[0] + sum(a @ lag(-k - 1) for k, a in enumerate(coefficients))
-    innovation = 0.5 * (innovation + innovation.T) * np.outer(size, size)
-    return NoiseModel(coefficients * np.outer(size, 1 / size), innovation)
+    Autocovariances (lags + 1, n, n) are weighted by Parzen's window, which keeps the density positive
+    semi-definite; its mean over the circle is the covariance at lag zero.
+    """
+    lags = len(covariance) - 1
+    count = max(count, 2 * lags + 1)
+    window = signal.windows.parzen(2 * lags + 1)[lags:]
+    sequence = np.zeros((count, *covariance.shape[1:]))
+    sequence[: lags + 1] = window[:, None, None] * covariance
+    sequence[count - lags :] = np.swapaxes(sequence[lags:0:-1], 1, 2)
+    return np.fft.fft(sequence, axis=0)
 
 
 def noise_at_rest(

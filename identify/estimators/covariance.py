@@ -3,9 +3,8 @@ r"""Covariance of an estimate under coloured noise.
 With weights :math:`1/\sigma_j^2` and rows :math:`J_j`, :math:`H = \sum_j J_j^T J_j / \sigma_j^2`, the
 estimate's covariance is :math:`H^{-1} S H^{-1}`, where S is the covariance of the gradient,
 :math:`S = \sum_{jk} J_j^T C_{jk} J_k / (\sigma_j \sigma_k)^2`, and C the noise's covariance over time
-and joints: encoder noise of one joint is acceleration noise in the torque of several. C comes from a
-vector autoregressive model of the residual and is applied in the frequency domain. White noise would
-give :math:`H^{-1}`, which at the residuals of real arms claims intervals several times too short.
+and joints: encoder noise of one joint is acceleration noise in the torque of several. C comes from the
+residual's autocovariances and is applied in the frequency domain. White noise would give :math:`H^{-1}`, which at the residuals of real arms claims intervals several times too short.
 """
 
 from collections.abc import Iterator
@@ -13,18 +12,23 @@ from collections.abc import Iterator
 import numpy as np
 
 from ..equations import Equations
-from ..noise import ORDER, NoiseModel, autocovariance, autoregression
+from ..noise import autocovariance, spectrum
 
 SEGMENT = 2048
 """Rows that are transformed at once. Noise is forgotten within some tens of rows, so cutting a long run
 here changes the result by about a per cent and bounds the memory."""
 
 
-def noise_model(residual: np.ndarray, equations: Equations) -> NoiseModel:
-    """Vector autoregressive model of the residual (r, n), rows with zero weight left out."""
+MEMORY = 2.0
+"""Time over which noise, and the misfit of friction around a reversal, is forgotten [s]."""
+
+
+def noise_covariance(residual: np.ndarray, equations: Equations) -> np.ndarray:
+    """Autocovariance of the residual (r, n) up to `MEMORY`, rows with zero weight left out."""
     pieces = [residual[run] for run in equations.runs]
     weights = [equations.weight[run] for run in equations.runs]
-    return autoregression(autocovariance(pieces, weights, ORDER))
+    lags = max(4, int(MEMORY * equations.rate))
+    return autocovariance(pieces, weights, lags)
 
 
 def sandwich(
@@ -56,7 +60,7 @@ def sandwich(
     # beyond double precision.
     variance = np.maximum(variance, 1e-12 * np.max(variance) + np.finfo(float).tiny)
     scale = 1.0 / np.sqrt(np.einsum("rnk,rnk,rn->k", left, left, weight / variance, optimize=True))
-    noise = noise_model(residual, equations)
+    noise = noise_covariance(residual, equations)
     bread, meat = np.zeros((2, unknowns, unknowns))
     for rows in _segments(equations):
         factor = weight[rows, :, None] / variance[:, None] * scale
@@ -68,20 +72,28 @@ def sandwich(
     return inverse @ meat @ inverse.T * np.outer(scale, scale)
 
 
+def sandwich_with_gains(equations: Equations, values: np.ndarray, gain: np.ndarray) -> np.ndarray:
+    """Covariance of (values, gains), shape (b + n, b + n), where currents are what is predicted."""
+    torque = equations.regressor @ values + equations.known
+    by_gain = -np.eye(len(gain)) * (torque / gain**2)[:, :, None]
+    jacobian = np.concatenate([equations.regressor / gain[None, :, None], by_gain], axis=2)
+    return sandwich(jacobian, equations.current - torque / gain, equations)
+
+
 def _segments(equations: Equations) -> Iterator[slice]:
     for run in equations.runs:
         for start in range(run.start, run.stop, SEGMENT):
             yield slice(start, min(start + SEGMENT, run.stop))
 
 
-def _coloured_gram(rows: np.ndarray, noise: NoiseModel) -> np.ndarray:
-    """rows^T C rows, shape (k, k), for rows (r, n, k) and C the noise's covariance over rows and joints."""
-    count = 2 * len(rows)  # zero padding keeps the ends from meeting
+def _coloured_gram(rows: np.ndarray, noise: np.ndarray) -> np.ndarray:
+    """rows^T C rows, shape (k, k), for rows (r, n, k) and C made of the noise's autocovariances."""
+    density = spectrum(noise, 2 * len(rows))  # zero padding keeps the ends from meeting
+    count, unknowns = len(density), rows.shape[2]
     transform = np.fft.rfft(rows, count, axis=0)
-    roots = noise.roots(count)[: len(transform)]
-    coloured = np.einsum("fij,fik->fjk", roots.conj(), transform, optimize=True)
     fold = np.full(len(transform), 2.0)
-    fold[[0, -1]] = 1.0
-    coloured *= np.sqrt(fold / count)[:, None, None]
-    flat = coloured.reshape(-1, rows.shape[2])
-    return flat.real.T @ flat.real + flat.imag.T @ flat.imag
+    fold[0] = 1.0
+    if count % 2 == 0:
+        fold[-1] = 1.0
+    coloured = np.matmul(density[: len(transform)] * (fold / count)[:, None, None], transform)
+    return (transform.reshape(-1, unknowns).conj().T @ coloured.reshape(-1, unknowns)).real

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..equations import Equations
 from .compressed import Compressed, solve
-from .covariance import sandwich
+from .covariance import sandwich_with_gains
 from .estimate import Estimate
 from .total_least_squares import mixed, require_payload
 
@@ -28,7 +28,7 @@ def maximum_likelihood(equations: Equations) -> Estimate:
         if np.max(np.abs(step[len(values) :] / inverse)) < 1e-10:
             break
     gain = 1.0 / inverse
-    covariance = _covariance(equations, values, gain)
+    covariance = sandwich_with_gains(equations, values, gain)
     return Estimate("maximum likelihood", values, gain, covariance, compressed.residual_std(values, gain))
 
 
@@ -48,14 +48,3 @@ def linearised(
         rows.append(np.column_stack([inverse[joint] * compressed.regressor(joint), by_gain]) / noise[joint])
         right.append((compressed.current(joint) - inverse[joint] * torque) / noise[joint])
     return np.concatenate(rows), np.concatenate(right)
-
-
-def _covariance(equations: Equations, values: np.ndarray, gain: np.ndarray) -> np.ndarray:
-    """Covariance of (values, gains) with the residual's own colour."""
-    torque = equations.regressor @ values + equations.known
-    n = len(gain)
-    by_gain = np.zeros((*torque.shape, n))
-    for joint in range(n):
-        by_gain[:, joint, joint] = -torque[:, joint] / gain[joint] ** 2
-    jacobian = np.concatenate([equations.regressor / gain[None, :, None], by_gain], axis=2)
-    return sandwich(jacobian, equations.current - torque / gain, equations)

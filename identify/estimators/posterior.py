@@ -8,9 +8,10 @@ known payload is needed: the beliefs set the scale. What fits only by leaving th
 import numpy as np
 
 from ..equations import Equations
+from ..noise import spectrum
 from .bayesian import prior, standard_parameters
 from .compressed import Compressed
-from .covariance import noise_model
+from .covariance import noise_covariance
 from .estimate import Estimate
 from .maximum_likelihood import linearised
 
@@ -57,11 +58,10 @@ def _colour(equations: Equations, values: np.ndarray, inverse: np.ndarray) -> np
     frequency. White weights would let the data outvote the beliefs many times over.
     """
     residual = equations.current - inverse * (equations.regressor @ values + equations.known)
-    roots = noise_model(residual, equations).roots(64)
-    density = np.sum(np.abs(roots) ** 2, axis=2)
+    density = spectrum(noise_covariance(residual, equations), 64)
+    density = np.diagonal(density, axis1=1, axis2=2).real
     usual = np.mean(density, axis=0)
-    # Far from the solution the residual is the model's misfit, so smooth that no innovation is left.
-    slow = np.divide(np.mean(density[:3], axis=0), usual, out=np.ones_like(usual), where=usual > 0)
+    slow = np.divide(density[0], usual, out=np.ones_like(usual), where=usual > 0)
     return np.sqrt(np.maximum(slow, 1.0))
 
 

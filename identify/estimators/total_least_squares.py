@@ -6,9 +6,12 @@ matrix carries the same noise. Taken literally it does not: a current of amperes
 of hundreds of rad/s^2, and joints differ in noise. `literal` shows what follows. `total` divides each
 joint's rows by its torque noise and each column by its own noise; `mixed` takes that to the limit in
 which the regressor is exact (Van Huffel and Vandewalle, the mixed LS-TLS problem).
+
+`literal` and `total` report the paper's covariance (20), which takes rows for white; where a residual is
+coloured their intervals are too short. `mixed` reports the one of `covariance`.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import linalg
@@ -16,6 +19,7 @@ from scipy import linalg
 from ..equations import Equations
 from ..errors import NeedsPayload
 from .compressed import Compressed
+from .covariance import sandwich_with_gains
 from .estimate import Estimate
 
 
@@ -57,13 +61,16 @@ def mixed(equations: Equations) -> Estimate:
     for attempt in range(20):
         noise = _torque_noise(equations, compressed, estimate)
         system = _homogeneous(equations, compressed, noise)
-        vector, covariance = _mixed_solution(system, n, _gain_column_noise(noise, compressed, gain))
+        vector = _mixed_solution(system, n, _gain_column_noise(noise, compressed, gain))
         before, gain = gain, vector[:n]
-        estimate = _estimate("mixed", equations, compressed, vector, covariance)
+        values = vector[n:-1]
+        noise = compressed.residual_std(values, gain)
+        estimate = Estimate("mixed", values, gain, np.zeros((len(vector) - 1,) * 2), noise)
         if attempt > 0 and np.max(np.abs(gain / before - 1)) < 1e-8:  # the first has the floor's weights
             break
     assert estimate is not None
-    return estimate
+    # Its estimating equations are, to first order, those of maximum likelihood in the currents.
+    return replace(estimate, covariance=sandwich_with_gains(equations, estimate.values, gain))
 
 
 def require_payload(equations: Equations) -> None:
@@ -138,24 +145,18 @@ def _total(method: str, equations: Equations, system: Homogeneous, column_noise:
     return _estimate(method, equations, Compressed.of(equations), vector, covariance)
 
 
-def _mixed_solution(system: Homogeneous, n: int, gain_noise: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _mixed_solution(system: Homogeneous, n: int, gain_noise: np.ndarray) -> np.ndarray:
     """Eliminate the exact columns by QR, then total least squares on the currents alone."""
     exact, noisy = system.matrix[:, n:], system.matrix[:, :n] / gain_noise
     size = np.linalg.norm(exact, axis=0)
     size[size == 0] = 1.0
     factor = linalg.qr(np.column_stack([exact / size, noisy]), mode="r")[0]
     count = exact.shape[1]
-    _, singular, right = linalg.svd(factor[count : count + n, count:])
+    right = linalg.svd(factor[count : count + n, count:])[2]
     gains = right[-1]
     rest = linalg.solve_triangular(factor[:count, :count], -factor[:count, count:] @ gains) / size
     vector = np.concatenate([gains / gain_noise, rest])
-    scale = 1.0 / vector[-1]
-    # Unit noise in weighted rows: the normal matrix of everything but the known column, minus the
-    # noise's own share of the currents' squares.
-    columns = np.column_stack([system.matrix[:, :n], system.matrix[:, n:-1]])
-    gram = columns.T @ columns
-    gram[:n, :n] -= np.diag((singular[-1] * gain_noise) ** 2)
-    return vector * scale, np.linalg.pinv(gram, hermitian=True)
+    return vector / vector[-1]
 
 
 def _estimate(
