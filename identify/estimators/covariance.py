@@ -4,7 +4,8 @@ With weights :math:`1/\sigma_j^2` and rows :math:`J_j`, :math:`H = \sum_j J_j^T 
 estimate's covariance is :math:`H^{-1} S H^{-1}`, where S is the covariance of the gradient,
 :math:`S = \sum_{jk} J_j^T C_{jk} J_k / (\sigma_j \sigma_k)^2`, and C the noise's covariance over time
 and joints: encoder noise of one joint is acceleration noise in the torque of several. C comes from the
-residual's autocovariances and is applied in the frequency domain. White noise would give :math:`H^{-1}`, which at the residuals of real arms claims intervals several times too short.
+residual's autocovariances and is applied in the frequency domain. White noise would give
+:math:`H^{-1}`, which at the residuals of real arms claims intervals several times too short.
 """
 
 from collections.abc import Iterator
@@ -20,7 +21,8 @@ here changes the result by about a per cent and bounds the memory."""
 
 
 MEMORY = 2.0
-"""Time over which noise, and the misfit of friction around a reversal, is forgotten [s]."""
+"""Longest lag [s] of the residual's autocovariance that counts: several times what noise and the misfit of
+friction around a reversal remember, since Parzen's window takes a tenth off at an eighth of it."""
 
 
 def noise_covariance(residual: np.ndarray, equations: Equations) -> np.ndarray:
