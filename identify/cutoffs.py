@@ -43,11 +43,27 @@ def position_cutoff(position: np.ndarray, rate: float) -> float:
     """Highest frequency up to which some joint's acceleration stands above its encoder's noise [Hz].
 
     Above means four times the noise density, which an average over eight windows of noise alone
-    exceeds with p < 1e-4 (chi-squared with sixteen degrees of freedom).
+    exceeds with p < 1e-4 (chi-squared with sixteen degrees of freedom). That takes the noise for white.
+    Jittering time stamps and filters in the controller colour it, but whatever its colour it grows once
+    it is twice differentiated: an octave above the least acceleration, noise has long taken over.
     """
     frequency, density, noise = accelerations(position, rate)
     above = np.any(density > 4.0 * noise, axis=1) & (frequency < QUIET * rate)
-    return max(_end(frequency, above), 1.5 * LOWEST)
+    return max(min(_end(frequency, above), 2.0 * _valley(frequency, density, noise, rate)), 1.5 * LOWEST)
+
+
+def _valley(frequency: np.ndarray, density: np.ndarray, noise: np.ndarray, rate: float) -> float:
+    """Frequency of the least acceleration above the strongest, the highest of all joints [Hz].
+
+    The strongest is sought where the motion is beyond doubt, a hundred times above the white noise: past
+    the valley noise may well be stronger than the motion.
+    """
+    smooth = np.apply_along_axis(np.convolve, 0, density, np.ones(3) / 3, "same")
+    inside = frequency < QUIET * rate
+    peaks = np.argmax(np.where(inside[:, None] & (density > 100.0 * noise), density, 0.0), axis=0)
+    smooth[~inside] = np.inf
+    lows = [peak + int(np.argmin(smooth[peak:, joint])) for joint, peak in enumerate(peaks)]
+    return float(np.max(frequency[lows]))
 
 
 def torque_cutoff(

@@ -10,6 +10,7 @@ from exidyn.identify.cutoffs import (
     spectra,
     torque_cutoff,
 )
+from scipy import signal
 
 from .two_joints import GAIN, model
 
@@ -59,6 +60,16 @@ def test_less_encoder_noise_lets_higher_frequencies_pass():
     assert 1.5 * LOWEST <= cutoffs[0] < cutoffs[1] < cutoffs[2] < 0.36 * RATE
     # white unit noise over (f / 3)^3 in amplitude sinks under noise of that size at 3 / size^(1/3)
     np.testing.assert_allclose(cutoffs[:2], [3 / 1e-2 ** (1 / 3), 3 / 1e-3 ** (1 / 3)], rtol=0.3)
+
+
+def test_noise_that_is_filtered_above_is_not_taken_for_motion():
+    """Jitter of stamps, or a controller's filter: the top of the spectrum is quieter than the noise is."""
+    moved = sines(0.2, 0.4)
+    coloured = signal.sosfiltfilt(
+        signal.butter(2, 0.25 * RATE, fs=RATE, output="sos"), noise(1e-5, moved), axis=0
+    )
+    # twice differentiated, noise of 1e-5 rad passes 1 % of the motion's acceleration below 10 Hz
+    assert position_cutoff(moved + coloured, RATE) < 15.0
 
 
 def test_noise_alone_passes_no_more_than_the_least():
