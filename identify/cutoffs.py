@@ -49,19 +49,19 @@ def position_cutoff(position: np.ndarray, rate: float) -> float:
     """
     frequency, density, noise = accelerations(position, rate)
     above = np.any(density > 4.0 * noise, axis=1) & (frequency < QUIET * rate)
-    return max(min(_end(frequency, above), 2.0 * _valley(frequency, density, noise, rate)), 1.5 * LOWEST)
+    return max(min(_end(frequency, above), 2.0 * _valley(frequency, density, rate)), 1.5 * LOWEST)
 
 
-def _valley(frequency: np.ndarray, density: np.ndarray, noise: np.ndarray, rate: float) -> float:
-    """Frequency of the least acceleration above the strongest, the highest of all joints [Hz].
+def _valley(frequency: np.ndarray, density: np.ndarray, rate: float) -> float:
+    """Frequency of the least acceleration above that of the fastest motion, the highest of all joints [Hz].
 
-    The strongest is sought where the motion is beyond doubt, a hundred times above the white noise: past
-    the valley noise may well be stronger than the motion.
+    The fastest, not the most accelerated: past the valley noise may accelerate more than the motion does.
     """
     smooth = np.apply_along_axis(np.convolve, 0, density, np.ones(3) / 3, "same")
-    inside = frequency < QUIET * rate
-    peaks = np.argmax(np.where(inside[:, None] & (density > 100.0 * noise), density, 0.0), axis=0)
-    smooth[~inside] = np.inf
+    inside = (frequency > 0) & (frequency < QUIET * rate)
+    velocity = np.where(inside[:, None], density, 0.0) / np.maximum(frequency, frequency[1])[:, None] ** 2
+    smooth[frequency >= QUIET * rate] = np.inf
+    peaks = np.argmax(velocity, axis=0)
     lows = [peak + int(np.argmin(smooth[peak:, joint])) for joint, peak in enumerate(peaks)]
     return float(np.max(frequency[lows]))
 
