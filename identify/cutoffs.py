@@ -56,6 +56,7 @@ def _valley(frequency: np.ndarray, density: np.ndarray, rate: float) -> float:
     """Frequency of the least acceleration above that of the fastest motion, the highest of all joints [Hz].
 
     The fastest, not the most accelerated: past the valley noise may accelerate more than the motion does.
+    Infinite where it is less than 10 dB deep on some joint: scatter of the spectrum makes such dips too.
     """
     smooth = np.apply_along_axis(np.convolve, 0, density, np.ones(3) / 3, "same")
     inside = (frequency > 0) & (frequency < QUIET * rate)
@@ -63,7 +64,9 @@ def _valley(frequency: np.ndarray, density: np.ndarray, rate: float) -> float:
     smooth[frequency >= QUIET * rate] = np.inf
     peaks = np.argmax(velocity, axis=0)
     lows = [peak + int(np.argmin(smooth[peak:, joint])) for joint, peak in enumerate(peaks)]
-    return float(np.max(frequency[lows]))
+    joints = range(density.shape[1])
+    deep = all(smooth[lows[j], j] < 0.1 * np.max(smooth[peaks[j] : lows[j] + 1, j]) for j in joints)
+    return float(np.max(frequency[lows])) if deep else np.inf
 
 
 def torque_cutoff(
