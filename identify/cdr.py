@@ -174,8 +174,3 @@ def text_message(value: str) -> bytes:
 def set_stamp(records: np.ndarray, name: str, time: np.ndarray) -> None:
     """Fill the time `name` of all records from nanoseconds (t,); the seconds round down."""
     records[name]["sec"], records[name]["nanosec"] = np.divmod(time, 1_000_000_000)
-
-
-def get_stamp(records: np.ndarray, name: str) -> np.ndarray:
-    """The time `name` of all records, shape (t,) [ns]."""
-    return records[name]["sec"].astype(np.int64) * 1_000_000_000 + records[name]["nanosec"]

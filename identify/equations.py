@@ -164,7 +164,7 @@ def decimated_regressor(
         ready = decimation.stream(_pieces(model, part, kept, motion[:: decimation.step]))[:rows]
         columns[:, :, places] = ready[:, :, :-1]
         columns[:, :, -1] += ready[:, :, -1]
-    to_motors = np.linalg.inv(model.robot.coupling).T
+    to_motors = model.robot.to_motors
     if not np.array_equal(to_motors, np.eye(len(to_motors))):
         columns = np.einsum("ij,tjb->tib", to_motors, columns)
     return columns[:, :, :-1], columns[:, :, -1]

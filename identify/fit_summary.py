@@ -14,13 +14,10 @@ from .fit import Agreement, Fit
 from .hints import OPEN
 from .model import Model
 from .text_table import WIDTH, at_point, digits, paragraph, table
-from .verdict import SURPRISE, TO_NOISE, verdict
+from .verdict import NORMAL_95, SURPRISE, TO_NOISE, gains_estimated, gains_sentence, surprises, verdict
 
 LABEL = 14
 """Characters of a joint's name in the table of parameters; the head has it in full."""
-
-NORMAL_95 = 1.96
-"""Deviations either side that hold the truth in 95 of 100 cases."""
 
 
 def summary(fit: Fit) -> str:
@@ -83,11 +80,10 @@ def _hertz(frequency: float | None) -> str:
 
 def _gains(fit: Fit) -> list[str]:
     robot, estimate = fit.model.robot, fit.estimate
-    if not np.any(estimate.gain_std > 0):
+    if not gains_estimated(fit):
         if np.all(estimate.gain == 1.0):
-            return paragraph("all taken as 1: what was recorded counts as torque, or none were stated")
-        text = "not identified, taken as believed: that needs motor currents and a run with a known payload"
-        return paragraph(text) + table(
+            return paragraph(gains_sentence(fit))
+        return paragraph(gains_sentence(fit)) + table(
             ["joint", "N m/A"],
             list(zip(robot.joints, at_point([digits(g) for g in estimate.gain]), strict=True)),
         )
@@ -147,10 +143,11 @@ def _group(fit: Fit, members: Sequence[int], joints: Sequence[str]) -> list[list
         )
     ]
     values, percents, low, high, prior, spread = (at_point(column) for column in columns)
-    off = held & (np.abs(value - believed) > SURPRISE * np.hypot(std, np.where(held, tolerance, 0.0)))
+    far = surprises(fit)
     notes = [
-        ", ".join(note for note, on in (("open", p > OPEN), ("off belief", o)) if on) or "kept"
-        for p, o in zip(percent, off, strict=True)
+        ", ".join(note for note, on in (("open", p > OPEN), ("off belief", fit.names[row] in far)) if on)
+        or "kept"
+        for row, p in zip(members, percent, strict=True)
     ]
     names = [f"  {fit.names[row]}" for row in members]
     units = [fit.base.units[row] for row in members]

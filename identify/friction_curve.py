@@ -35,7 +35,7 @@ def friction_curve(fit: Fit, joint: int, velocity: np.ndarray) -> tuple[np.ndarr
     columns = [place for place, name in enumerate(gears.names) if name in names]
     sliding = gears.regressor(_alone(fit.model, joint, velocity))
     standing = gears.regressor(_alone(fit.model, joint, np.zeros_like(velocity)))
-    to_motor = np.linalg.inv(fit.model.robot.coupling)[:, joint]
+    to_motor = fit.model.robot.to_motors[joint]
     rows = np.einsum("i,tip->tp", to_motor, (sliding - standing)[1::2, :, columns])
     covariance = fit.estimate.covariance[np.ix_(kept, kept)]
     variance = np.einsum("tp,pq,tq->t", rows, covariance, rows)

@@ -80,17 +80,12 @@ def identify(
     progress(f"form and thin out the regressor of {len(base.kept)} base parameters")
     equations = assemble(model, base, used)
     progress("estimate")
-    estimator = solvable(estimator or default_estimator(equations))
-    fit = _fit(model, equations, estimator, used, drop, filtering)
+    fit = _fit(model, equations, solvable(estimator or default_estimator(equations)), used, drop, filtering)
     progress("compare with the runs")
     doubts = tuple(f"{run.name}: {doubt}" for run in every for doubt in run.warnings)
     doubts += excitation_doubts(model.robot.joints, used, fit.condition)
     doubts += payload_doubts(model, used, held_out)
-    return replace(
-        fit,
-        validation=tuple(fit.agree(run) for run in held_out),
-        doubts=doubts,
-    )
+    return replace(fit, validation=tuple(fit.agree(run) for run in held_out), doubts=doubts)
 
 
 def payload_doubts(model: Model, used: Sequence[Prepared], held_out: Sequence[Prepared]) -> tuple[str, ...]:

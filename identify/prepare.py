@@ -79,7 +79,7 @@ class Prepared:
 
     @property
     def weight(self) -> np.ndarray:
-        """Share of each decimated sample's surroundings in which the joint slides, 0 or 1, (r, n)."""
+        """1 where the joint slides all around a decimated sample, else 0, shape (r, n)."""
         span = self.decimation.factor
         centres = self.decimation.centres(len(self.motion))
         counts = np.cumsum(np.pad(~self.sliding, ((span + 1, span), (0, 0))), axis=0)
@@ -140,7 +140,11 @@ class _Even:
 
 
 def choose(recording: Recording, filtering: Filtering) -> Filtering:
-    """The filtering, with what it leaves open chosen from a recording."""
+    """The filtering, with what it leaves open chosen from a recording.
+
+    Raises:
+        RecordingError: Too short to have a spectrum.
+    """
     even = _Even.of(recording, filtering.rate)
     position_cutoff = filtering.position_cutoff or cutoffs.position_cutoff(even.position, even.rate)
     torque_cutoff = filtering.torque_cutoff or cutoffs.torque_cutoff(
@@ -181,7 +185,7 @@ def prepare(recording: Recording, filtering: Filtering = Filtering()) -> Prepare
         noise=np.maximum(noise, quantisation(recording.signals[even.measures].values, decimation)),
         noise_source=source,
         encoder_noise=np.sqrt(0.5 * even.rate * cutoffs.spectra(even.position, even.rate)[2]),
-        commanded=_commanded(even, cutoff, inside),
+        commanded=_commanded(even, cutoff, motion, inside),
         known=recording.payload.known if recording.payload else (),
     )
 
@@ -193,6 +197,9 @@ def filtered(recording: Recording, filtering: Filtering) -> tuple[Motion, np.nda
 
     Returns:
         Filtered motion, and currents as measured, shape (t, n) [A], or [N m] where the controller gave that.
+
+    Raises:
+        RecordingError: Too short to have a spectrum.
     """
     even = _Even.of(recording, filtering.rate)
     cutoff = filtering.position_cutoff or cutoffs.position_cutoff(even.position, even.rate)
@@ -219,11 +226,8 @@ def _whole_motion(even: _Even, cutoff: float) -> Motion:
     smooth = low_pass(even.position, even.rate, cutoff)
     velocity, acceleration = _derivatives(even, smooth, cutoff)
     temperature = even.signal("temperature") if "temperature" in even.recording.signals else None
-    return Motion.of(even.time, smooth, velocity, acceleration, None, temperature, _payload(even))
-
-
-def _payload(even: _Even) -> str:
-    return even.recording.payload.name if even.recording.payload else ""
+    payload = even.recording.payload.name if even.recording.payload else ""
+    return Motion.of(even.time, smooth, velocity, acceleration, None, temperature, payload)
 
 
 def _derivatives(even: _Even, smooth: np.ndarray, cutoff: float) -> tuple[np.ndarray, np.ndarray]:
@@ -243,7 +247,8 @@ def _derivatives(even: _Even, smooth: np.ndarray, cutoff: float) -> tuple[np.nda
     return recorded, differentiate(recorded, even.rate)[0]
 
 
-def _commanded(even: _Even, cutoff: float, inside: slice) -> Motion | None:
+def _commanded(even: _Even, cutoff: float, measured: Motion, inside: slice) -> Motion | None:
+    """The commanded motion, at the temperature and with the payload that were measured."""
     if "command" not in even.recording.signals:
         return None
     command = even.signal("command")
@@ -251,7 +256,7 @@ def _commanded(even: _Even, cutoff: float, inside: slice) -> Motion | None:
         return None
     smooth = low_pass(command, even.rate, cutoff)
     velocity, acceleration = differentiate(smooth, even.rate)
-    return Motion.of(even.time, smooth, velocity, acceleration, payload=_payload(even))[inside]
+    return replace(measured, position=smooth, velocity=velocity, acceleration=acceleration)[inside]
 
 
 def _standstill(motion: Motion, filtering: Filtering) -> np.ndarray:
@@ -262,12 +267,21 @@ def _standstill(motion: Motion, filtering: Filtering) -> np.ndarray:
     """
     if filtering.standstill is not None:
         return np.full(motion.position.shape[1], filtering.standstill)
-    return 0.01 * np.maximum(np.percentile(np.abs(motion.velocity), 95, axis=0), 1e-6)
+    return 0.01 * _usual_speed(motion)
+
+
+def _usual_speed(motion: Motion) -> np.ndarray:
+    """What each joint exceeds in a twentieth of the run, shape (n,) [rad/s]; never zero."""
+    return np.maximum(np.percentile(np.abs(motion.velocity), 95, axis=0), 1e-6)
 
 
 def _noise(current: np.ndarray, motion: Motion, decimation: Decimation) -> tuple[np.ndarray, str]:
-    usual = np.maximum(np.percentile(np.abs(motion.velocity), 95, axis=0), 1e-6)
-    still = np.all(np.abs(motion.velocity) < 1e-3 * usual, axis=1)
+    """Noise floor of each current behind the filter, shape (n,), and where it was measured.
+
+    A joint rests below a tenth of the speed at which it counts as standing still: creeping, it would
+    still turn its friction.
+    """
+    still = np.all(np.abs(motion.velocity) < 1e-3 * _usual_speed(motion), axis=1)
     noise = noise_at_rest(current, still, decimation)
     if np.all(np.isfinite(noise)):
         return noise, "rest"

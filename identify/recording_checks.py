@@ -9,7 +9,6 @@ import numpy as np
 
 from .errors import BadTime, BadUnit, NotFinite, NotRecorded
 from .recording import EFFORT, Recording, Signal
-from .rigid_regressor import joints_of
 
 SLOWEST = 0.5
 """Longest median period of positions or currents [s]. An arm's motion cannot be followed at 2 Hz, but any
@@ -148,17 +147,12 @@ def _gaps(recording: Recording) -> list[str]:
     return doubts
 
 
-def _revolute(recording: Recording) -> np.ndarray:
-    """Which joints turn, shape (n,)."""
-    return np.array([joint.revolute for joint in joints_of(recording.robot.kinematics)])
-
-
 def _check_turns(recording: Recording) -> None:
     position, limits = recording.signals["position"], recording.robot.limits
     reach = np.maximum(np.abs(limits.position_lower), np.abs(limits.position_upper))
     limited = np.isfinite(reach)
     turns = np.where(limited, np.maximum(TURNS_WITH_LIMITS, 1.5 * reach), TURNS_WITHOUT_LIMITS)
-    revolute = _revolute(recording)
+    revolute = recording.robot.revolute
     allowed = np.where(revolute, turns, LONGEST_SLIDE)
     found = np.abs(position.values).max(axis=0)
     for joint in np.flatnonzero(found > allowed):

@@ -4,13 +4,11 @@ import numpy as np
 
 from .fit import Agreement, Fit
 from .friction_curve import friction_curve
-from .rigid_regressor import joints_of
 from .robot import Robot
 from .svg import COLUMNS, Panel, legend, picture
 from .svg_scale import Span
+from .verdict import NORMAL_95
 
-NORMAL_95 = 1.96
-"""Deviations on each side of a value within which it lies with 95 % probability."""
 STRETCH = 60.0
 """Longest time [s] in which the torque of an arm, with a swing every second or so, can be told by eye."""
 DOTS = 600
@@ -21,12 +19,12 @@ REACH = 4.5
 
 def torque_unit(robot: Robot, joint: int) -> str:
     """Unit of what the joint's motor gives."""
-    return "N m" if joints_of(robot.kinematics)[joint].revolute else "N"
+    return "N m" if robot.revolute[joint] else "N"
 
 
 def velocity_unit(robot: Robot, joint: int) -> str:
     """Unit of the joint's velocity."""
-    return "rad/s" if joints_of(robot.kinematics)[joint].revolute else "m/s"
+    return "rad/s" if robot.revolute[joint] else "m/s"
 
 
 def torque_plot(run: Agreement, robot: Robot, joint: int, columns: int = COLUMNS) -> str:

@@ -6,8 +6,8 @@ import numpy as np
 
 from .fit import Agreement, Fit
 from .report_html import NAMELESS, number, table, unit
-from .report_plots import NORMAL_95, interval_bar, torque_unit
-from .verdict import gains_estimated, joint_verdicts
+from .report_plots import interval_bar, torque_unit
+from .verdict import NORMAL_95, gains_estimated, joint_verdicts
 
 WORST_PAIRS = 12
 """Pairs of correlated parameters that are listed."""

@@ -6,9 +6,10 @@ import numpy as np
 import pinocchio as pin
 
 from .errors import BrokenTree, UnknownJoint, WrongShape
+from .rigid_regressor import joints_of
 
 
-def _unlimited() -> np.ndarray:
+def _unsaid() -> np.ndarray:
     return np.empty(0)
 
 
@@ -58,12 +59,12 @@ class Robot:
 
     name: str
     kinematics: pin.Model
-    limits: Limits = field(default=None)  # type: ignore[assignment]
-    drive_gain: np.ndarray = field(default_factory=_unlimited)
+    limits: Limits = field(default_factory=lambda: Limits.none(0))
+    drive_gain: np.ndarray = field(default_factory=_unsaid)
     drive_gain_tolerance: float = 0.1
     inertial_tolerance: float = 0.1
-    gear_ratio: np.ndarray = field(default_factory=_unlimited)
-    coupling: np.ndarray = field(default_factory=_unlimited)
+    gear_ratio: np.ndarray = field(default_factory=_unsaid)
+    coupling: np.ndarray = field(default_factory=_unsaid)
     flange: pin.SE3 = field(default_factory=pin.SE3.Identity)
 
     def __post_init__(self) -> None:
@@ -84,7 +85,7 @@ class Robot:
             if value.shape != default.shape:
                 raise WrongShape(f"{self.name}: {name} has shape {value.shape}, expected {default.shape}")
             object.__setattr__(self, name, value)
-        if self.limits is None:
+        if self.limits.velocity.size == 0:
             object.__setattr__(self, "limits", Limits.none(n))
 
     @property
@@ -97,6 +98,11 @@ class Robot:
         """Joint names, in the order of every (t, n) array."""
         return tuple(self.kinematics.names)[1:]
 
+    @property
+    def revolute(self) -> np.ndarray:
+        """Which joints turn; the others slide. Shape (n,), bool."""
+        return np.array([joint.revolute for joint in joints_of(self.kinematics)])
+
     def index(self, joint: str) -> int:
         """Column of a joint.
 
@@ -106,6 +112,11 @@ class Robot:
         if joint not in self.joints:
             raise UnknownJoint(joint, self.name, self.joints)
         return self.joints.index(joint)
+
+    @property
+    def to_motors(self) -> np.ndarray:
+        """Motor torque times gear ratio = to_motors @ joint torque, by virtual work; shape (n, n) [-]."""
+        return np.linalg.inv(self.coupling).T
 
     @property
     def gravity(self) -> np.ndarray:

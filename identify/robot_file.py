@@ -15,6 +15,7 @@ from .errors import RobotError
 from .kinematics import PLACEMENT_KEYS, Kinematics, link_kinematics, read_placement
 from .mdh import mdh_kinematics, parse_mdh
 from .model import Model
+from .rigid_regressor import joints_of
 from .robot import Limits, Robot
 from .robot_text import FORMAT, RIGID_BODY, model_text
 from .toml_fields import boolean, check_keys, matrix, number, numbers, parse_toml, read_text, string, tables
@@ -108,7 +109,8 @@ def _robot(table: Mapping[str, Any], kinematics: Kinematics) -> Robot:
     known = _drive(table.get("drive", {}), model.nv)
     if "inertial_tolerance" in table:
         known["inertial_tolerance"] = number(table["inertial_tolerance"], "inertial_tolerance", 0.0)
-    limits = _limits(table.get("limits", {}), kinematics.limits or Limits.none(model.nv), model.nv)
+    turns = np.array([joint.revolute for joint in joints_of(model)])
+    limits = _limits(table.get("limits", {}), kinematics.limits or Limits.none(model.nv), turns)
     return Robot(model.name, model, limits, flange=flange, **known)
 
 
@@ -129,17 +131,17 @@ def _drive(table: Mapping[str, Any], n: int) -> dict[str, Any]:
     return known
 
 
-def _limits(table: Mapping[str, Any], described: Limits, n: int) -> Limits:
-    """Limits of the file over those of its URDF."""
+def _limits(table: Mapping[str, Any], described: Limits, turns: np.ndarray) -> Limits:
+    """Limits of the file over those of its URDF; `turns`, shape (n,), says which joints do not slide."""
     check_keys(table, ("degrees", *LIMIT_KEYS), "[limits]")
     degrees = boolean(table.get("degrees", False), "[limits] degrees")
     known = {key: getattr(described, key) for key in LIMIT_KEYS}
     for key in LIMIT_KEYS:
         if key in table:
             low = -np.inf if key.startswith("position") else 0.0
-            known[key] = numbers(table[key], n, f"[limits] {key}", low, infinite=True)
+            known[key] = numbers(table[key], len(turns), f"[limits] {key}", low, infinite=True)
             if degrees and key != "torque":
-                known[key] = np.radians(known[key])
+                known[key] = np.where(turns, np.radians(known[key]), known[key])
     for joint, (lower, upper) in enumerate(
         zip(known["position_lower"], known["position_upper"], strict=True)
     ):

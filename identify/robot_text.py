@@ -104,7 +104,7 @@ def _key(key: str) -> str:
     return key if plain else _string(key)
 
 
-def _value(value: object) -> str:
+def _value(value: Any) -> str:
     """A TOML value; `repr` of a float reads back as the same float."""
     if isinstance(value, bool | np.bool_):
         return "true" if value else "false"
@@ -114,7 +114,7 @@ def _value(value: object) -> str:
         return f"[{', '.join(_value(item) for item in value)}]"
     if isinstance(value, int | np.integer):
         return str(int(value))
-    return repr(float(value))  # type: ignore[arg-type]
+    return repr(float(value))
 
 
 def _string(text: str) -> str:

@@ -6,6 +6,7 @@ one number at a time. The measure is the likelihood with each joint's own noise.
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from scipy import optimize
@@ -45,7 +46,7 @@ def fit_shapes(
             continue
         for name, bounds in effect.shapes().items():
             trial = _Trial(model, place, base, runs, equations)
-            best = _search(lambda value: trial.cost(name, value), getattr(effect, name), bounds)  # noqa: B023
+            best = _search(partial(trial.cost, name), getattr(effect, name), bounds)
             effect = replace(effect, **{name: best})
             equations = trial.equations_with(effect)
             model = replace(model, effects=(*model.effects[:place], effect, *model.effects[place + 1 :]))
@@ -56,11 +57,13 @@ def fit_shapes(
 
 def _apart(model: Model, names: Sequence[str]) -> Model:
     """The model with the named effects in one piece a joint."""
+    kinds = {type(effect) for effect in model.effects}
+    shaped = [name for name, kind in EFFECTS.items() if kind in kinds and kind.shapes()]
     for name in names:
-        if name not in EFFECTS or not any(isinstance(e, EFFECTS[name]) for e in model.effects):
-            present = [k for k, kind in EFFECTS.items() if any(isinstance(e, kind) for e in model.effects)]
+        if name not in shaped:
             raise RobotError(
-                f"no effect '{name}' in the model whose shapes could be fitted; it has {', '.join(present)}"
+                f"no effect '{name}' in the model whose shapes could be fitted; it has "
+                f"{', '.join(shaped) or 'none'}"
             )
     effects: list[Effect] = []
     for effect in model.effects:
@@ -94,8 +97,9 @@ class _Trial:
         """Equations with the effect's columns replaced."""
         regressor = self.equations.regressor.copy()
         for run, rows in zip(self.runs, self.equations.runs, strict=True):
-            columns = effect.regressor(self.model.robot, self.model.loaded(run.motion))
-            touched = run.decimation.apply(columns[:, self.joints][:, :, self.own])
+            columns = effect.regressor(self.model.robot, self.model.loaded(run.motion))[:, :, self.own]
+            on_motors = np.einsum("mj,tjk->tmk", self.model.robot.to_motors[self.joints], columns)
+            touched = run.decimation.apply(on_motors)
             for place, joint in enumerate(self.joints):
                 regressor[rows][:, joint, self.kept] = touched[:, place]
         return replace(self.equations, regressor=regressor)

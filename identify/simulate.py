@@ -8,6 +8,9 @@ from .model import Model
 from .motion import Motion
 from .recording import KnownPayload, Recording, Signal
 
+CHUNK = 2000
+"""Samples whose regressor is held at once: a few megabytes."""
+
 
 @dataclass(frozen=True)
 class Sensors:
@@ -69,10 +72,9 @@ def exact_current(plant: Model, values: np.ndarray, gain: np.ndarray, motion: Mo
     """Motor current without noise, shape (t, n) [A], formed in pieces to spare memory."""
     remembered = plant.remember(motion)
     pieces = []
-    for start in range(0, len(motion), 2000):
-        rows = slice(start, start + 2000)
+    for start in range(0, len(motion), CHUNK):
+        rows = slice(start, start + CHUNK)
         piece = plant.loaded(motion[rows])
         columns = plant.regressor(piece, {place: every[rows] for place, every in remembered.items()})
         pieces.append(columns @ values + plant.known_torque(piece))
-    to_motors = np.linalg.inv(plant.robot.coupling).T
-    return np.concatenate(pieces) @ to_motors.T / gain
+    return np.concatenate(pieces) @ plant.robot.to_motors.T / gain

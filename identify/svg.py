@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from html import escape
+from itertools import pairwise
 
 import numpy as np
 
@@ -81,7 +82,7 @@ def envelope(y: np.ndarray, columns: int) -> np.ndarray:
     if len(y) <= 2 * columns:
         return np.arange(len(y))
     edges = np.linspace(0, len(y), columns + 1).astype(int)
-    pairs = [(a + int(np.argmin(y[a:b])), a + int(np.argmax(y[a:b]))) for a, b in zip(edges, edges[1:])]  # noqa: B905
+    pairs = [(a + int(np.argmin(y[a:b])), a + int(np.argmax(y[a:b]))) for a, b in pairwise(edges)]
     return np.unique([0, len(y) - 1, *(index for pair in pairs for index in pair)])
 
 

@@ -1,4 +1,4 @@
-"""Read values out of a parsed TOML table, with errors that say which key, what was found and what fits."""
+"""Read values out of a parsed TOML table; a `RobotError` says which key, what was found and what fits."""
 
 import tomllib
 from collections.abc import Collection, Mapping

@@ -7,7 +7,6 @@ import numpy as np
 
 from .errors import UnknownKey, WrongShape
 from .recording import Recording, Signal
-from .rigid_regressor import joints_of
 
 ANGLES = ("position", "velocity", "link_position", "command")
 """Signals that are angles of the joint, or their rate."""
@@ -18,8 +17,7 @@ BEFORE_GEAR = ("position", "velocity", "command", "torque")
 
 def to_radians(recording: Recording) -> Recording:
     """Take angles for degrees; joints that slide stay as they are."""
-    turns = [joint.revolute for joint in joints_of(recording.robot.kinematics)]
-    factor = np.where(turns, np.pi / 180, 1.0)
+    factor = np.where(recording.robot.revolute, np.pi / 180, 1.0)
     return _changed(recording, {name: factor for name in ANGLES})
 
 

@@ -7,6 +7,8 @@ import numpy as np
 
 from .fit import Agreement, Fit
 
+NORMAL_95 = 1.96
+"""Deviations on each side of a value within which it lies with 95 % probability."""
 TO_NOISE = 1.3
 """Residual over noise up to which nothing can be missing but less than the noise itself: what remains
 adds in squares, and 1.3 squared is 1 + 0.83 squared."""
@@ -104,10 +106,10 @@ def gains_sentence(fit: Fit) -> str:
     """How well the drive gains are known."""
     if not gains_estimated(fit):
         if np.all(fit.estimate.gain == 1.0):
-            return "Torque was taken as measured; there are no drive gains to find."
+            return "Drive gains are all taken as 1: what was recorded counts as torque, or none were stated."
         return (
             "Drive gains are as believed, not measured: an error in them is an error of every parameter. "
-            "A run with a known payload tells them."
+            "Finding them needs motor currents and a run with a known payload."
         )
     percent = 100.0 * fit.estimate.gain_std / np.abs(fit.estimate.gain)
     worst = int(np.argmax(percent))

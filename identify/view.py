@@ -16,9 +16,10 @@ import rerun.urdf
 
 from .errors import UnknownJoint
 from .fit import Agreement, Fit
-from .report_plots import NORMAL_95, torque_unit
+from .report_plots import torque_unit
 from .robot import Robot
 from .urdf_text import urdf_text
+from .verdict import NORMAL_95
 from .view_text import parameters_markdown, verdict_markdown
 
 TIMELINE = "time"

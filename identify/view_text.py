@@ -4,8 +4,7 @@ import numpy as np
 
 from .fit import Fit
 from .report_html import rounded
-from .report_plots import NORMAL_95
-from .verdict import gains_estimated, verdict
+from .verdict import NORMAL_95, gains_estimated, verdict
 
 
 def verdict_markdown(fit: Fit) -> str:

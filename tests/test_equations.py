@@ -177,6 +177,16 @@ def test_commanded_motion_makes_nearly_the_same_regressor(run, base):
     assert np.linalg.norm(wrong) < 0.05 * np.linalg.norm(equations.regressor)
 
 
+def test_commanded_motion_is_as_warm_and_as_loaded_as_the_measured_one():
+    recording = record(KnownPayload("L", MASS))
+    position = recording.signals["position"]
+    warm = Signal(position.time, np.linspace(20.0, 40.0, len(position))[:, None] * [1.0, 1.1])
+    run = prepare(replace(recording, signals={**recording.signals, "temperature": warm}), FILTERS)
+    assert np.ptp(run.motion.temperature, axis=0).min() > 10.0
+    np.testing.assert_array_equal(run.commanded.temperature, run.motion.temperature)
+    assert run.commanded.payload == run.motion.payload == "L"
+
+
 def test_without_command_there_is_none(base):
     recording = record()
     signals = {k: v for k, v in recording.signals.items() if k != "command"}

@@ -7,6 +7,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from exidyn.identify.effect_rows import ROW_KEYS as EFFECT_KEYS
+from exidyn.identify.effect_rows import key_of
 from exidyn.identify.effects import EFFECTS, Belief, CoulombFriction, Payload, RigidBody, RotorInertia
 from exidyn.identify.errors import BrokenTree, RobotError, UnknownJoint, UnknownKey
 from exidyn.identify.kinematics import LINK_KEYS
@@ -195,9 +196,9 @@ def test_rigid_body_goes_without_saying():
     )
 
 
-def test_degrees_are_turned_to_radians():
-    limits = parse_model(TWO + "[limits]\ndegrees = true\nvelocity = [180.0, 90.0]\ntorque = 7").robot.limits
-    np.testing.assert_array_equal(limits.velocity, [np.pi, np.pi / 2])
+def test_degrees_are_turned_to_radians_and_metres_left_alone():
+    limits = parse_model(TWO + "[limits]\ndegrees = true\nvelocity = [180.0, 0.9]\ntorque = 7").robot.limits
+    np.testing.assert_array_equal(limits.velocity, [np.pi, 0.9])
     np.testing.assert_array_equal(limits.torque, [7, 7])
 
 
@@ -322,6 +323,7 @@ def test_files_that_are_no_text(tmp_path):
 def test_every_key_is_documented():
     text = DOCUMENT.read_text()
     keys = {*KEYS, *LIMIT_KEYS, *DRIVE_KEYS, *LINK_KEYS, *MDH_KEYS, *EFFECT_KEYS, "degrees"}
+    keys |= {name for effect in EFFECTS.values() for name in map(key_of, fields(effect))} | set(EFFECTS)
     assert not sorted(key for key in keys if f"`{key}`" not in text)
 
 

@@ -49,9 +49,22 @@ def test_each_joint_gets_its_own_presliding(run):
     assert "elbow" in said[1]
 
 
-def test_only_an_effect_of_the_model_can_be_fitted(run):
-    with pytest.raises(RobotError, match=r"no effect 'hysteresis'.*coulomb_friction"):
-        fit_shapes(model(), [run], ["hysteresis"])
+@pytest.mark.parametrize("name", ["hysteresis", "viscous_friction", "nonsense"])
+def test_only_an_effect_of_the_model_with_shapes_can_be_fitted(run, name):
+    with pytest.raises(RobotError, match=rf"no effect '{name}'.* it has coulomb_friction$"):
+        fit_shapes(model(), [run], [name])
+
+
+def test_shapes_of_coupled_motors_are_told_from_the_motors_torques(run):
+    """The elbow's friction is on both motors where the shoulder's also turns with the elbow."""
+    coupled = replace(model().robot, coupling=np.array([[1.0, 0.8], [0.0, 1.0]]))
+    plant = replace(presliding_model(*PRESLIDING), robot=coupled)
+    torque = run.current * run.gain @ coupled.to_motors.T
+    start = replace(presliding_model(3e-4, 3e-4), robot=coupled)
+    fitted = fit_shapes(start, [replace(run, current=torque / run.gain)], ["hysteresis"])
+    found = [effect.presliding for effect in fitted.effects if isinstance(effect, Hysteresis)]
+    np.testing.assert_allclose(found, PRESLIDING, rtol=0.2)
+    assert [type(effect) for effect in fitted.effects] == [type(effect) for effect in plant.effects]
 
 
 def test_factors_formed_again_are_those_of_the_changed_equations(run):

@@ -8,7 +8,6 @@ from exidyn.identify.base_parameters import base_parameters
 from exidyn.identify.effects import CoulombFriction, CurrentOffset, Payload, RigidBody, ViscousFriction
 from exidyn.identify.equations import Equations
 from exidyn.identify.model import Model
-from exidyn.identify.motion import Motion
 from exidyn.identify.robot import Limits, Robot
 from exidyn.trajectories.fourier import random_fourier
 
@@ -104,8 +103,3 @@ def white(equations, deviation, seed=0):
     """The same with white current noise of the given standard deviations (2,)."""
     noise = np.random.default_rng(seed).normal(size=equations.current.shape) * deviation
     return replace(equations, current=equations.current + noise)
-
-
-def still_motion(samples, joints=2):
-    zero = np.zeros((samples, joints))
-    return Motion.of(np.arange(samples) / 500.0, zero, zero, zero)

@@ -12,6 +12,9 @@ from scipy import linalg
 from ..equations import Equations
 from ..errors import NotExcited
 
+FEWEST = 10
+"""Rows of a joint below which nothing can be said of its noise: ten tell a deviation to a quarter."""
+
 
 @dataclass(frozen=True)
 class Compressed:
@@ -30,7 +33,7 @@ class Compressed:
         """Compress equations; `weight` (r, n) multiplies rows on top of their own weight.
 
         Raises:
-            NotExcited: A joint with fewer rows than unknowns, or no current at all.
+            NotExcited: A joint that slides in fewer than `FEWEST` rows.
         """
         weight = equations.weight if weight is None else equations.weight * np.sqrt(weight)
         factors = [_factor(equations, weight, joint) for joint in range(equations.current.shape[1])]
@@ -73,7 +76,7 @@ def _factor(equations: Equations, weight: np.ndarray, joint: int) -> np.ndarray:
         [equations.regressor[:, joint], equations.known[:, joint], equations.current[:, joint]]
     )
     rows = rows[weight[:, joint] > 0] * weight[weight[:, joint] > 0, joint, None]
-    if len(rows) < 10:
+    if len(rows) < FEWEST:
         raise NotExcited(
             f"joint {joint + 1} slides in only {len(rows)} of {len(weight)} samples; "
             "record a motion in which it moves"

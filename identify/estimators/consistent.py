@@ -40,7 +40,11 @@ def consistent(equations: Equations) -> Estimate:
 
 
 def nearest(equations: Equations, values: np.ndarray, covariance: np.ndarray) -> np.ndarray:
-    """Consistent standard parameters (p,) nearest to base parameters (b,) in their covariance (b, b)."""
+    """Consistent standard parameters (p,) nearest to base parameters (b,) in their covariance (b, b).
+
+    Raises:
+        FitError: The solver found none.
+    """
     # Unknowns are deviations from the belief in units of its tolerance, so that the prior is their sum
     # of squares; first without constraints.
     tolerance = finite_tolerance(equations)

@@ -50,28 +50,49 @@ def sandwich(
     Returns:
         Shape (k, k).
     """
-    weight = equations.weight
-    unknowns, joints = jacobian.shape[2], jacobian.shape[1]
+    weight, unknowns = equations.weight, jacobian.shape[2]
     left = jacobian if left is None else left
-    # Fitting k unknowns shortens the residual; each joint is charged its share.
-    counts = weight.sum(axis=0)
-    freedom = np.maximum(counts - unknowns / joints, 1.0)
-    residual = residual * np.sqrt(counts / freedom)
-    variance = np.sum(weight * residual**2, axis=0) / counts
+    variance = np.sum(weight * residual**2, axis=0) / weight.sum(axis=0)
     # A joint that the model meets exactly (a channel that is zero throughout) would outweigh all others
     # beyond double precision.
     variance = np.maximum(variance, 1e-12 * np.max(variance) + np.finfo(float).tiny)
     scale = 1.0 / np.sqrt(np.einsum("rnk,rnk,rn->k", left, left, weight / variance, optimize=True))
-    noise = noise_covariance(residual, equations)
-    bread, meat = np.zeros((2, unknowns, unknowns))
+    deviation = np.sqrt(variance)[:, None]
+
+    def weighted_rows(of: np.ndarray, rows: slice) -> np.ndarray:
+        return of[rows] * (weight[rows, :, None] / deviation * scale)
+
+    bread, information, meat = np.zeros((3, unknowns, unknowns))
     for rows in _segments(equations):
-        factor = weight[rows, :, None] / variance[:, None] * scale
-        moved = left[rows] * factor
-        right = jacobian[rows] * (weight[rows, :, None] * scale)
-        bread += moved.reshape(-1, unknowns).T @ right.reshape(-1, unknowns)
-        meat += _coloured_gram(moved, noise)
+        moved, right = (weighted_rows(of, rows).reshape(-1, unknowns) for of in (left, jacobian))
+        bread += moved.T @ right
+        information += right.T @ right
+    noise, root = noise_covariance(residual, equations), _inverse_root(information)
+    for rows in _segments(equations):
+        taken = _taken(weighted_rows(jacobian, rows) @ root, len(noise) - 1)
+        meat += _coloured_gram(weighted_rows(left, rows) / deviation, noise, taken)
     inverse = np.linalg.inv(bread)
     return inverse @ meat @ inverse.T * np.outer(scale, scale)
+
+
+def _inverse_root(matrix: np.ndarray) -> np.ndarray:
+    """R with R R^T the inverse of a positive definite matrix (k, k), rounding guarded."""
+    size, vectors = np.linalg.eigh(matrix)
+    return vectors / np.sqrt(np.maximum(size, np.finfo(float).eps * size[-1]))
+
+
+def _taken(hat: np.ndarray, lags: int) -> np.ndarray:
+    """Share of the noise's power that fitting took out of the residual, by frequency, shape (count, n).
+
+    Row t of `hat` (r, n, k) times itself is the leverage of sample t. Unknowns follow the noise at the
+    frequencies of their own columns, which are slow; there the residual is shorter than the noise.
+    """
+    count = 2 * len(hat)
+    power = np.sum(np.abs(np.fft.rfft(hat, count, axis=0)) ** 2, axis=2)
+    leverage = np.fft.irfft(power, count, axis=0)[: lags + 1] / len(hat)
+    leverage = np.pad(leverage, ((0, lags + 1 - len(leverage)), (0, 0)))
+    density = spectrum(leverage[:, :, None] * np.eye(hat.shape[1]), count)
+    return np.clip(np.diagonal(density, axis1=1, axis2=2).real, 0.0, 0.9)
 
 
 def sandwich_with_gains(equations: Equations, values: np.ndarray, gain: np.ndarray) -> np.ndarray:
@@ -88,14 +109,19 @@ def _segments(equations: Equations) -> Iterator[slice]:
             yield slice(start, min(start + SEGMENT, run.stop))
 
 
-def _coloured_gram(rows: np.ndarray, noise: np.ndarray) -> np.ndarray:
-    """rows^T C rows, shape (k, k), for rows (r, n, k) and C made of the noise's autocovariances."""
+def _coloured_gram(rows: np.ndarray, noise: np.ndarray, taken: np.ndarray) -> np.ndarray:
+    """rows^T C rows, shape (k, k), for rows (r, n, k) and C made of the residual's autocovariances.
+
+    The residual's power is raised by what fitting took, `taken` (count, n), to make it the noise's.
+    """
     density = spectrum(noise, 2 * len(rows))  # zero padding keeps the ends from meeting
     count, unknowns = len(density), rows.shape[2]
     transform = np.fft.rfft(rows, count, axis=0)
-    fold = np.full(len(transform), 2.0)
+    half = len(transform)
+    fold = np.full(half, 2.0)
     fold[0] = 1.0
     if count % 2 == 0:
         fold[-1] = 1.0
-    coloured = np.matmul(density[: len(transform)] * (fold / count)[:, None, None], transform)
+    raised = np.sqrt(fold[:, None] / count / (1.0 - taken[:half]))
+    coloured = np.matmul(density[:half] * raised[:, :, None] * raised[:, None, :], transform)
     return (transform.reshape(-1, unknowns).conj().T @ coloured.reshape(-1, unknowns)).real

@@ -39,8 +39,9 @@ def posterior(equations: Equations) -> Estimate:
         colour = _colour(equations, values, inverse)
         if np.max(np.abs(step) / np.sqrt(np.diag(covariance))) < 1e-3:
             break
-    gain = 1.0 / inverse
-    slope = np.concatenate([np.ones(count), -(gain**2)])
+    # Gains that are one by definition come back as one to a billionth, and as not estimated.
+    gain = equations.gain if equations.gain_known else 1.0 / inverse
+    slope = np.concatenate([np.ones(count), np.zeros_like(gain) if equations.gain_known else -(gain**2)])
     return Estimate(
         "posterior",
         values,

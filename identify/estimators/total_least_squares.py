@@ -11,7 +11,7 @@ which the regressor is exact (Van Huffel and Vandewalle, the mixed LS-TLS proble
 coloured their intervals are too short. `mixed` reports the one of `covariance`.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from scipy import linalg
@@ -44,9 +44,8 @@ def total(equations: Equations) -> Estimate:
     estimate = mixed(equations)
     encoder = equations.regressor_noise() if equations.regressor_noise else None
     for _ in range(3):  # the weights need the gains, roughly
-        noise = _torque_noise(equations, compressed, estimate)
-        system = _homogeneous(equations, compressed, noise)
-        columns = _column_noise(equations, noise, estimate.gain, encoder)
+        system = _homogeneous(equations, compressed, estimate.noise)
+        columns = _column_noise(equations, estimate.noise, estimate.gain, encoder)
         estimate = _total("total", equations, system, columns)
     return estimate
 
@@ -56,21 +55,16 @@ def mixed(equations: Equations) -> Estimate:
     require_payload(equations)
     compressed = Compressed.of(equations)
     n = len(equations.gain)
-    estimate = None
-    gain = equations.gain
+    noise, gain = _believed_noise(equations), equations.gain
     for attempt in range(20):
-        noise = _torque_noise(equations, compressed, estimate)
         system = _homogeneous(equations, compressed, noise)
-        vector = _mixed_solution(system, n, _gain_column_noise(noise, compressed, gain))
-        before, gain = gain, vector[:n]
-        values = vector[n:-1]
+        vector = _mixed_solution(system, n, _gain_column_noise(compressed.counts, gain))
+        before, gain, values = gain, vector[:n], vector[n:-1]
         noise = compressed.residual_std(values, gain)
-        estimate = Estimate("mixed", values, gain, np.zeros((len(vector) - 1,) * 2), noise)
         if attempt > 0 and np.max(np.abs(gain / before - 1)) < 1e-8:  # the first has the floor's weights
             break
-    assert estimate is not None
     # Its estimating equations are, to first order, those of maximum likelihood in the currents.
-    return replace(estimate, covariance=sandwich_with_gains(equations, estimate.values, gain))
+    return Estimate("mixed", values, gain, sandwich_with_gains(equations, values, gain), noise)
 
 
 def require_payload(equations: Equations) -> None:
@@ -100,17 +94,18 @@ def _homogeneous(equations: Equations, compressed: Compressed, noise: np.ndarray
     return Homogeneous(np.concatenate(blocks), int(compressed.counts.sum()))
 
 
-def _torque_noise(equations: Equations, compressed: Compressed, estimate: Estimate | None) -> np.ndarray:
-    """Noise of each joint's torque: the residual's, or at first the floor's times the believed gain."""
-    if estimate is None:
-        floor = np.abs(equations.gain) * equations.noise
-        return np.where(np.isfinite(floor) & (floor > 0), floor, np.max(np.abs(equations.gain)))
-    return compressed.residual_std(estimate.values, estimate.gain)
+def _believed_noise(equations: Equations) -> np.ndarray:
+    """Noise of each joint's torque before any fit: the floor's times the believed gain, (n,) [N m]."""
+    floor = np.abs(equations.gain) * equations.noise
+    return np.where(np.isfinite(floor) & (floor > 0), floor, np.max(np.abs(equations.gain)))
 
 
-def _gain_column_noise(noise: np.ndarray, compressed: Compressed, gain: np.ndarray) -> np.ndarray:
-    """Noise of each current column: its joint's rows have sigma / |gain| each, the others none."""
-    return np.sqrt(compressed.counts) / np.abs(gain)
+def _gain_column_noise(counts: np.ndarray, gain: np.ndarray) -> np.ndarray:
+    """Noise of each current column in weighted rows, as a root sum of squares, shape (n,) [A/(N m)].
+
+    Each of a joint's rows, `counts` (n,) of them, has a noise of one over its gain; others have none.
+    """
+    return np.sqrt(counts) / np.abs(gain)
 
 
 def _column_noise(
@@ -124,7 +119,7 @@ def _column_noise(
     floor = 1e-6 * size
     if encoder is not None:
         floor = np.maximum(floor, np.sqrt((counts / noise**2) @ encoder**2))
-    return np.concatenate([np.sqrt(counts) / np.abs(gain), floor])
+    return np.concatenate([_gain_column_noise(counts, gain), floor])
 
 
 def _total(method: str, equations: Equations, system: Homogeneous, column_noise: np.ndarray) -> Estimate:

@@ -62,6 +62,7 @@ def believed_model(folder: Path) -> Model:
 
     Raises:
         NotAFile: There is no case.toml, or it is not one.
+        RecordingError: It lacks a key.
     """
     case = _read(folder / "case.toml")
     try:

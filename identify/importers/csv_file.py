@@ -78,9 +78,8 @@ def import_csv(
         picked = values[:, [max(place, 0) for place in where]]
         picked[:, [place < 0 for place in where]] = np.nan
         signals[signal] = Signal(stamps - start, picked)
-    stem = source.name.removesuffix(".gz").rsplit(".", 1)[0]
     recording = Recording(
-        name=name or stem,
+        name=name or source.name.removesuffix(".gz").rsplit(".", 1)[0],
         model=model,
         signals=signals,
         payload=payload,
@@ -95,7 +94,8 @@ def read_table(source: Path) -> tuple[list[str], np.ndarray]:
     """Names of the columns, and all rows, shape (t, c).
 
     Raises:
-        NotAFile: The file is missing, empty, cut off, or no table of numbers.
+        NotAFile: The file is missing, empty, cut off, or no table.
+        WrongShape: A cell that is no number, or rows of another length than the line of names.
     """
     opener = gzip.open if source.name.endswith(".gz") else open
     try:
