@@ -16,9 +16,12 @@ from .errors import RobotError
 from .model import Model
 from .motion import Motion
 
-DEPENDENT = 1e-8
-"""Share of a unit column outside the span of others below which it is taken as dependent: rounding
-leaves some 1e-13, the weakest independent column of the arms tried some 1e-3."""
+DEPENDENT = 1e-3
+"""Share of a unit column outside the span of others below which it is taken as dependent. Rounding leaves
+1e-12, a right angle written as 1.5708 leaves 4e-6, and an arm's weakest truly independent column some
+1e-2: what is independent only through a milliradian rests on how well the drawing is known."""
+ROUNDING = 1e-5
+"""Share of a column in a regrouping that is taken as zero: what geometry rounded to five digits leaves."""
 
 
 @dataclass(frozen=True)
@@ -114,7 +117,7 @@ def from_columns(parameters: tuple[Parameter, ...], columns: np.ndarray) -> Base
     """Base parameters of the given regressor columns, shape (rows, p)."""
     size = np.linalg.norm(columns, axis=0)
     order = sorted(range(len(parameters)), key=lambda c: (parameters[c].regroup, c))
-    seen = size > DEPENDENT * np.median(size[size > 0])
+    seen = size > ROUNDING * np.median(size[size > 0])
     basis = np.empty((len(columns), 0))
     kept, shares = [], []
     for column in order:
@@ -139,6 +142,6 @@ def _regrouping(columns: np.ndarray, kept: np.ndarray, size: np.ndarray, seen: n
     weights[np.arange(len(kept)), kept] = 1.0
     if dependent:
         share = np.linalg.lstsq(scaled, columns[:, dependent] / size[dependent], rcond=None)[0]
-        share[np.abs(share) < DEPENDENT] = 0.0
+        share[np.abs(share) < ROUNDING] = 0.0
         weights[:, dependent] = share * size[dependent] / size[kept][:, None]
     return weights

@@ -1,6 +1,9 @@
+from pathlib import Path
+
 import numpy as np
 import pinocchio as pin
 import pytest
+from exidyn.identify import robots
 from exidyn.identify.base_parameters import base_parameters, from_columns, rich_motion
 from exidyn.identify.effects import (
     CoulombFriction,
@@ -15,7 +18,7 @@ from exidyn.identify.effects import (
 )
 from exidyn.identify.model import Model
 from exidyn.identify.robot import Robot
-from exidyn.identify.robot_file import read_model
+from exidyn.identify.robot_file import parse_model, read_model
 
 from .robots import kinematics, random_motion, six_axis, sliding
 
@@ -233,3 +236,17 @@ def test_order_of_preference_decides_what_is_regrouped():
     late = from_columns((Parameter("a", "1", regroup=2), Parameter("b", "1"), Parameter("c", "1")), columns)
     assert late.names == ["bR", "cR"]
     np.testing.assert_allclose(late.regrouping, [[1.5, 1, 0], [0.5, 0, 1]], atol=1e-12)
+
+
+@pytest.mark.parametrize("rounded", ["1.5708", "1.570796"])
+def test_a_rounded_right_angle_makes_no_base_parameters(rounded):
+    exact = read_model("kr270")
+    text = (Path(robots.__file__).parent / "kr270.toml").read_text().replace("1.5707963267948966", rounded)
+    found, known = base_parameters(parse_model(text)), base_parameters(exact)
+    assert found.names == known.names
+    np.testing.assert_allclose(
+        found.regrouping @ exact.believed_values,
+        known.regrouping @ exact.believed_values,
+        rtol=1e-3,
+        atol=0.05,
+    )
