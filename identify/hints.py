@@ -22,12 +22,12 @@ def unclear(model: Model, base: BaseParameters, estimate: Estimate, payload: str
     regressor = model.regressor(motion)[:, :, base.kept] / estimate.noise[None, :, None]
     count = len(estimate.values)
     covariance = estimate.covariance[:count, :count]
+    # One more sample with row w shrinks the variance by (w c)^2 / (1 + w C w), c the column of C.
+    seen = regressor @ covariance
+    spread = np.sum(seen * regressor, axis=2)
     hints = []
     for column in found:
-        # One more sample with row w shrinks the variance by (w c)^2 / (1 + w C w), c the column of C.
-        seen = regressor @ covariance[:, column]
-        spread = np.einsum("tnb,bc,tnc->tn", regressor, covariance, regressor)
-        gain = np.max(seen**2 / (1.0 + spread), axis=1)
+        gain = np.max(seen[:, :, column] ** 2 / (1.0 + spread), axis=1)
         hint = _in_words(model, motion.position, motion.velocity, motion.acceleration, gain)
         hints.append(Unclear(base.names[column], float(percent[column]), hint))
     return tuple(hints)
