@@ -41,7 +41,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Returns:
         Exit code: 0, `REFUSED` or `INTERRUPTED`.
     """
-    given = _parser().parse_args(arguments)
+    parser = _parser()
+    if not (sys.argv[1:] if arguments is None else arguments):
+        parser.print_help()
+        return 0
+    given = parser.parse_args(arguments)
     try:
         return _function(given.command)(given.rest)
     except ExidynError as error:

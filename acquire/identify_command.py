@@ -1,10 +1,12 @@
 """exidyn identify: recordings in; a table, fit.json, a report and a view out."""
 
 import argparse
+import errno
 import sys
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from tempfile import TemporaryFile
 
 from exidyn.identify.estimators import ESTIMATORS
 from exidyn.identify.fit import Fit
@@ -31,6 +33,7 @@ def main(arguments: Sequence[str]) -> int:
 def run(arguments: Sequence[str], progress: Callable[[str], None]) -> Fit:
     """Do what the command does, and return the fit."""
     given = _parser().parse_args(arguments)
+    _make_folder(given.output)
     model = read_model(given.robot) if given.robot else None
     progress("read the recordings")
     runs, held_out = _recordings(given, model)
@@ -52,7 +55,8 @@ def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="exidyn identify",
         description="Identify an arm's dynamics, and its drive gains where a run carries a known payload.",
-        epilog=EXAMPLE,
+        epilog=f"{EXAMPLE}\n\n{_estimators_help()}",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument(
         "runs",
@@ -74,7 +78,7 @@ def _parser() -> argparse.ArgumentParser:
         "--estimator",
         choices=ESTIMATORS,
         metavar="NAME",
-        help=f"one of {', '.join(ESTIMATORS)}; by default ml with a known payload, else weighted",
+        help=f"one of {', '.join(ESTIMATORS)}, see below; by default ml with a known payload, else weighted",
     )
     parser.add_argument("--keep-all", action="store_true", help="keep parameters the data do not support")
     _add_filters(parser)
@@ -86,6 +90,16 @@ def _parser() -> argparse.ArgumentParser:
         "--rerun", choices=("open", "save"), help="show measured and predicted in the Rerun viewer"
     )
     return parser
+
+
+def _estimators_help() -> str:
+    """Each estimator's name and the first line of its docstring."""
+    width = max(map(len, ESTIMATORS))
+    lines = [
+        f"  {name:<{width}}  {(function.__doc__ or '').partition(chr(10))[0]}"
+        for name, function in ESTIMATORS.items()
+    ]
+    return "\n".join(["estimators:", *lines])
 
 
 def _add_filters(parser: argparse.ArgumentParser) -> None:
@@ -118,11 +132,26 @@ def _recordings(given: argparse.Namespace, model: Model | None) -> tuple[list[Re
     return every[: len(runs)], every[len(runs) :]
 
 
+def _make_folder(folder: Path) -> None:
+    """Make the folder for the results before any work is done for them.
+
+    Raises:
+        OSError: It cannot be made or written; names the option.
+    """
+    if folder.exists() and not folder.is_dir():
+        raise FileExistsError(errno.EEXIST, "this file exists; --output needs a folder", str(folder))
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with TemporaryFile(dir=folder):
+            pass
+    except OSError as error:
+        raise OSError(error.errno, f"--output cannot be written: {error.strerror}", str(folder)) from error
+
+
 def _write(fit: Fit, folder: Path, rerun: str | None) -> None:
     """Write fit.json and report.html, and show or save the view; say where on standard error."""
     from exidyn.identify.report import write_report
 
-    folder.mkdir(parents=True, exist_ok=True)
     write_fit(fit, folder / "fit.json")
     write_report(fit, folder / "report.html")
     written = [folder / "fit.json", folder / "report.html"]

@@ -13,8 +13,25 @@ from exidyn.identify.mcap_file import write_recording
 from exidyn.identify.recording import SIGNALS, Recording
 from exidyn.identify.robot_file import builtin_names, read_model
 from exidyn.identify.text_table import digits
+from exidyn.identify.units import BEFORE_GEAR
 
 from .info_command import payload_words, warning_lines
+
+EXAMPLE = """
+example: exidyn import run.csv --robot robot.toml --degrees --columns time=Zeit
+         position=A{number}_ist current=I1,I2,I3,I4,I5,I6"""
+
+NAMES = """columns of a table, unless --columns names others (joints count from 1):
+  t                    time [s]
+  q1, q2, ...          position [rad]
+  dq1, ...             velocity [rad/s]
+  i1, ...              current of the motor [A]
+  tau1, ...            torque [N m]
+  temp1, ...           temperature of the motor [degC]
+  ql1, ...             position behind the gear, of a second encoder [rad]
+  q_ref1, ...          commanded position [rad]
+t, all q and all i or tau are needed. Between columns stands a comma, semicolon or tab.
+"""
 
 
 def main(arguments: Sequence[str]) -> int:
@@ -39,8 +56,8 @@ def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="exidyn import",
         description="Turn tables (.csv, .csv.gz), KUKA traces, ROS 2 bags and case folders into recordings.",
-        epilog="example: exidyn import run.csv --robot robot.toml --degrees --columns time=Zeit "
-        "position=A{number}_ist current=I1,I2,I3,I4,I5,I6",
+        epilog=NAMES + EXAMPLE,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("source", type=Path, metavar="SOURCE", help="file or folder")
     parser.add_argument(
@@ -51,7 +68,14 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--kind", choices=IMPORTERS, metavar="KIND", help=f"one of {', '.join(IMPORTERS)}")
     parser.add_argument("--output", type=Path, default=Path(), metavar="FOLDER", help="default: this folder")
     parser.add_argument("--degrees", action="store_true", help="positions and velocities are in degrees")
-    parser.add_argument("--motor-side", action="store_true", help="they are the motor's, before the gear")
+    parser.add_argument(
+        "--motor-side",
+        nargs="*",
+        choices=BEFORE_GEAR,
+        metavar="SIGNAL",
+        help=f"these signals are the motor's, before the gear: of {', '.join(BEFORE_GEAR)}, all if none is "
+        "named. Torque is multiplied, the others are divided by the robot's [drive] gear_ratio",
+    )
     parser.add_argument("--time-scale", type=float, metavar="S", help="seconds per unit of the time column")
     parser.add_argument("--skip-rows", type=int, metavar="N", help="rows to leave out at the beginning")
     parser.add_argument(
@@ -75,6 +99,7 @@ def _column(text: str) -> tuple[str, str | list[str]]:
 def _options(given: argparse.Namespace) -> dict[str, Any]:
     """Options of the importer that were given; it refuses those it does not have."""
     options = {name: getattr(given, name) for name in ("degrees", "motor_side", "time_scale", "skip_rows")}
+    options["motor_side"] = True if given.motor_side == [] else given.motor_side
     options["columns"] = dict(given.columns) if given.columns else None
     return {name: value for name, value in options.items() if value is not None and value is not False}
 
@@ -88,7 +113,7 @@ def _free_path(folder: Path, recording: Recording, taken: set[Path]) -> Path:
 
 def _line(recording: Recording, path: Path) -> str:
     signals = ", ".join(
-        f"{name} {digits(1 / signal.period) if signal.period else '-'} Hz"
+        f"{name} {digits(signal.rate) if signal.rate else '-'} Hz"
         for name, signal in recording.signals.items()
     )
     payload = f"; payload {payload_words(recording)}" if recording.payload else ""

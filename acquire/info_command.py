@@ -63,7 +63,7 @@ def warning_lines(recording: Recording) -> list[str]:
 def _signals(recording: Recording) -> list[str]:
     """Table of the signals."""
     rows = [
-        [name, SIGNALS[name], str(len(signal)), digits(1 / signal.period) if signal.period else "-"]
+        [name, SIGNALS[name], str(len(signal)), digits(signal.rate) if signal.rate else "-"]
         for name, signal in recording.signals.items()
     ]
     return table(["signal", "unit", "samples", "Hz"], rows, left=(0, 1))

@@ -7,13 +7,15 @@ from typing import Any, get_type_hints
 import numpy as np
 
 from .effects import EFFECTS, Belief, Effect
-from .errors import ExidynError, RobotError
+from .errors import ExidynError, RobotError, UnknownJoint
 from .robot import Robot
 from .toml_fields import boolean, check_keys, number, numbers, string
 
 ROW_KEYS = ("name", "values", "tolerance", "std")
 FIELD_KEYS = {"name": "label"}
 """Field of an effect -> its key, where the key of that name already means something else in a row."""
+JOINT_FIELDS = ("joint", "other", "joints")
+"""Fields that hold names of joints."""
 SCALARS: dict[object, Callable[[object, str], Any]] = {float: number, str: string, bool: boolean}
 
 
@@ -62,6 +64,7 @@ def _effect(row: Mapping[str, Any], robot: Robot) -> tuple[Effect, list[str]]:
     absent = [key for key, f in known.items() if _required(f) and key not in row]
     if absent:
         raise RobotError(f"{where}: needs {', '.join(absent)}")
+    _refuse_numbers(row, robot, where)
     hints = get_type_hints(kind)
     given = {
         f.name: _field_value(row[key], hints[f.name], f"{where} {key}")
@@ -75,6 +78,15 @@ def _effect(row: Mapping[str, Any], robot: Robot) -> tuple[Effect, list[str]]:
         raise
     except (TypeError, ValueError, LookupError) as error:
         raise RobotError(f"{where}: {given}: {error}") from error
+
+
+def _refuse_numbers(row: Mapping[str, Any], robot: Robot, where: str) -> None:
+    """Joints are named: a number would leave open whether the first is 0 or 1."""
+    for key in JOINT_FIELDS:
+        given = row.get(key)
+        for joint in given if isinstance(given, list) else [given]:
+            if isinstance(joint, int | float):
+                raise UnknownJoint(joint, f"{where} {key}:", robot.joints)
 
 
 def _required(field: "Field[Any]") -> bool:

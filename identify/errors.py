@@ -31,14 +31,15 @@ class UnknownKey(RobotError):
     """A key that nobody reads; the message lists the valid ones."""
 
     def __init__(self, key: str, where: str, valid: "list[str] | tuple[str, ...]") -> None:
-        super().__init__(f"{where}: unknown key '{key}'. Valid keys: {', '.join(sorted(valid))}")
+        super().__init__(f"{where}: unknown key '{key}'. Valid keys: {', '.join(sorted(valid)) or 'none'}")
 
 
 class UnknownJoint(RobotError, LookupError):
     """A joint that the robot does not have; the message lists the valid ones."""
 
     def __init__(self, joint: object, robot: str, valid: "list[str] | tuple[str, ...]") -> None:
-        super().__init__(f"{robot} has no joint '{joint}'. Valid joints: {', '.join(valid)}")
+        said = f"has no joint '{joint}'" if isinstance(joint, str) else f"{joint!r}: joints are given by name"
+        super().__init__(f"{robot} {said}. Valid joints: {', '.join(valid)}")
 
 
 class BrokenTree(RobotError):
@@ -54,7 +55,11 @@ class WrongShape(RecordingError):
 
 
 class NotFinite(RecordingError):
-    """NaN or infinity where a number is needed."""
+    """NaN or infinity where a number is needed; `time` is that of the first, if its stamp is finite [s]."""
+
+    def __init__(self, text: str, time: float | None = None) -> None:
+        super().__init__(text)
+        self.time = time
 
 
 class NotRecorded(RecordingError):

@@ -103,6 +103,7 @@ class Fit:
         validation: With runs held out.
         doubts: Sentences about recordings and fit that the user should read.
         structure: Base parameters before any was dropped; None if none was.
+        measures: "current" or "torque": what was recorded in the runs used.
     """
 
     model: Model
@@ -119,6 +120,17 @@ class Fit:
     validation: tuple[Agreement, ...] = ()
     doubts: tuple[str, ...] = ()
     structure: BaseParameters | None = None
+    measures: str = "torque"
+
+    @property
+    def gains_unstated(self) -> bool:
+        """Whether currents were recorded, and the robot's description says of no joint what they give."""
+        return self.measures == "current" and bool(np.all(self.model.robot.drive_gain == 1.0))
+
+    @property
+    def unscaled(self) -> bool:
+        """Whether what counts as torque is really current: gains neither stated nor estimated."""
+        return self.gains_unstated and not np.any(self.estimate.gain_std > 0.0)
 
     @property
     def names(self) -> list[str]:

@@ -94,6 +94,7 @@ def _table(fit: Fit) -> dict[str, Any]:
         "joints": list(fit.model.robot.joints),
         "method": estimate.method,
         "runs": list(fit.runs),
+        "measures": fit.measures,
         "rows": fit.rows,
         "condition": fit.condition,
         "filtering": asdict(fit.filtering),
@@ -176,7 +177,13 @@ def _fit(table: dict[str, Any]) -> Fit:
         unclear=tuple(Unclear(**unclear) for unclear in table["unclear"]),
         doubts=tuple(table["doubts"]),
         structure=_base(parameters, rows, gap) if len(kept) < len(rows) else None,
+        # Files of before the key: of torque all gains are 1, and of currents hardly ever.
+        measures=table.get("measures", "torque" if _all_ones(table["drive_gain"]) else "current"),
     )
+
+
+def _all_ones(gains: Sequence) -> bool:
+    return all(float(gain) == 1.0 for gain in gains)
 
 
 def _base(parameters: tuple, rows: Sequence[dict[str, Any]], gap: tuple) -> BaseParameters:

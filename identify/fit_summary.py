@@ -13,6 +13,7 @@ from .effects import EFFECTS, Effect, JointEffect
 from .fit import Agreement, Fit
 from .hints import OPEN
 from .model import Model
+from .payload_centre import payload_centres
 from .text_table import WIDTH, at_point, digits, paragraph, table
 from .verdict import NORMAL_95, SURPRISE, TO_NOISE, gains_estimated, gains_sentence, surprises, verdict
 
@@ -81,7 +82,7 @@ def _hertz(frequency: float | None) -> str:
 def _gains(fit: Fit) -> list[str]:
     robot, estimate = fit.model.robot, fit.estimate
     if not gains_estimated(fit):
-        if np.all(estimate.gain == 1.0):
+        if fit.unscaled or fit.measures == "torque":
             return paragraph(gains_sentence(fit))
         return paragraph(gains_sentence(fit)) + table(
             ["joint", "N m/A"],
@@ -100,6 +101,8 @@ def _gains(fit: Fit) -> list[str]:
         )
     ]
     head = ["joint", "N m/A", "std %", "from", "to (95 %)", "believed", "off belief %"]
+    if fit.gains_unstated:  # nobody believed in a gain of 1
+        head, columns = head[:5], columns[:4]
     return table(head, _rows(list(robot.joints), *columns))
 
 
@@ -108,7 +111,8 @@ def _rows(first: Sequence[str], *columns: Sequence[str]) -> list[list[str]]:
 
 
 def _parameters(fit: Fit) -> list[str]:
-    head = ["name", "joint", "value", "unit", "std %", "from", "to (95 %)", "believed", "+- std", "note"]
+    unit = "unit/(N m/A)" if fit.unscaled else "unit"
+    head = ["name", "joint", "value", unit, "std %", "from", "to (95 %)", "believed", "+- std", "note"]
     places = _places(fit.model)
     rows: list[list[str]] = []
     columns = [fit.base.parameters[column].name for column in fit.base.kept]
@@ -117,6 +121,7 @@ def _parameters(fit: Fit) -> list[str]:
         members = [row for row, of in enumerate(headings) if of == heading]
         rows += [[heading], *_group(fit, members, [places[columns[row]][1] for row in members])]
     lines = table(head, rows, left=(0, 1, 3, 9))
+    lines += [line for words in payload_centres(fit) for line in paragraph(words)]
     lines += paragraph(
         "std %: standard deviation over value, with the residual's autocorrelation in it. "
         f"open: above {OPEN:g} %. "
@@ -130,6 +135,8 @@ def _group(fit: Fit, members: Sequence[int], joints: Sequence[str]) -> list[list
     value, std = fit.estimate.values[members], fit.estimate.std[members]
     believed, tolerance = fit.believed[0][members], fit.believed[1][members]
     percent = 100 * std / np.maximum(np.abs(value), np.finfo(float).tiny)
+    if fit.unscaled:  # values in amperes compare with no belief
+        tolerance = np.full(len(tolerance), np.inf)
     held = np.isfinite(tolerance)
     columns = [
         [digits(v) for v in values]
@@ -218,7 +225,8 @@ def pooled(agreements: Sequence[Agreement]) -> Agreement:
 def _fits(fit: Fit) -> list[str]:
     if not fit.agreement:
         return paragraph("not kept in the file: compare with runs by Fit.agree")
-    head = ["joint", "residual N m", "noise N m", "over noise", "", "relative %", "R^2"]
+    unit = "A" if fit.unscaled else "N m"
+    head = ["joint", f"residual {unit}", f"noise {unit}", "over noise", "", "relative %", "R^2"]
     rows: list[list[str]] = []
     runs = [("identified from", pooled(fit.agreement)), *(("validated on", a) for a in fit.validation)]
     for role, agreement in runs:

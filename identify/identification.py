@@ -13,6 +13,7 @@ from .essential import unsupported
 from .estimators import Estimate, Estimator, maximum_likelihood, weighted
 from .excitation_doubts import excitation_doubts
 from .fit import Fit, agreement
+from .fit_doubts import fit_doubts, repeated_runs
 from .hints import unclear
 from .model import Model
 from .prepare import Filtering, Prepared, choose, prepare
@@ -57,7 +58,7 @@ def identify(
         progress: Called with a sentence at each stage.
 
     Raises:
-        DifferentRobot: Runs of two different arms.
+        DifferentRobot: Runs of two different arms, or of another arm than the model's.
         RecordingError: A run that cannot be what it claims to be.
         NotExcited: Motions too poor to identify the model.
     """
@@ -66,7 +67,7 @@ def identify(
             "nothing to identify from; give at least one recording besides those for validation"
         )
     every = [check_alive(check(run)) for run in (*runs, *validate)]
-    model = with_payloads(model or same_robot(every), every)
+    model = with_payloads(of_these_joints(model, every) if model else same_robot(every), every)
     every = [replace(run, model=model) for run in every]
     progress("filter and differentiate")
     filtering = common_filtering(every[: len(runs)], filtering)
@@ -85,6 +86,7 @@ def identify(
     doubts = tuple(f"{run.name}: {doubt}" for run in every for doubt in run.warnings)
     doubts += excitation_doubts(model.robot.joints, used, fit.condition)
     doubts += payload_doubts(model, used, held_out)
+    doubts = (*fit_doubts(fit), *doubts, *repeated_runs(runs, validate))
     return replace(fit, validation=tuple(fit.agree(run) for run in held_out), doubts=doubts)
 
 
@@ -140,6 +142,22 @@ def same_robot(runs: Sequence[Recording]) -> Model:
     return first.model
 
 
+def of_these_joints(model: Model, runs: Sequence[Recording]) -> Model:
+    """The model, if it has the joints by name of every run; its geometry and gains may be others.
+
+    Raises:
+        DifferentRobot: It has not.
+    """
+    for run in runs:
+        if run.robot.joints != model.robot.joints:
+            raise DifferentRobot(
+                f"{run.name} was recorded on {run.robot.name} (joints {', '.join(run.robot.joints)}), but "
+                f"the robot given is {model.robot.name} (joints {', '.join(model.robot.joints)}); give that "
+                "of the recording, or give its joints the recording's names in the same order"
+            )
+    return model
+
+
 def with_payloads(model: Model, runs: Sequence[Recording]) -> Model:
     """The model plus each body that a run carries."""
     carried = {run.payload.name: run.payload for run in runs if run.payload}
@@ -193,6 +211,7 @@ def _fit(
         believed=(base.regrouping @ model.believed_values, _deviation(base, model)),
         dropped=dropped,
         structure=structure if dropped else None,
+        measures=used[0].measures,
         unclear=unclear(model, base, estimate, used[-1].motion.payload),
         agreement=tuple(
             agreement(run, estimate, equations.regressor[rows], equations.known[rows])

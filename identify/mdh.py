@@ -17,10 +17,13 @@ import pinocchio as pin
 from .errors import BrokenTree, RobotError
 from .kinematics import INERTIA_PLACES, Kinematics, add_joint, rigid_inertia
 from .rigid_regressor import INERTIAL
-from .toml_fields import check_keys, number, parse_toml, string, tables
+from .toml_fields import boolean, check_keys, number, parse_toml, string, tables
 
 GEOMETRY = ("alpha", "d", "theta_offset", "r")
-ROW_KEYS = ("joint", "antecedent", "sigma", *GEOMETRY, *INERTIAL, "Ia")
+ANGLES = ("alpha", "theta_offset")
+TURN = 2 * np.pi
+"""Angle that no table needs more than [rad]; 90 meant as degrees is far above."""
+ROW_KEYS = ("joint", "antecedent", "sigma", "degrees", *GEOMETRY, *INERTIAL, "Ia")
 CONVENTION = "mdh-khalil"
 SIGMA = {0: "revolute", 1: "prismatic", 2: "fixed"}
 
@@ -109,7 +112,16 @@ def _kind(row: Mapping[str, Any], where: str) -> str:
 
 def _transform(row: Mapping[str, Any], where: str) -> pin.SE3:
     """The row's transform at q = 0."""
-    alpha, d, theta, r = (number(row.get(key, 0.0), f"{where} {key}") for key in GEOMETRY)
+    given = {key: number(row.get(key, 0.0), f"{where} {key}") for key in GEOMETRY}
+    if boolean(row.get("degrees", False), f"{where} degrees"):
+        given |= {key: float(np.radians(given[key])) for key in ANGLES}
+    for key in ANGLES:
+        if abs(given[key]) > TURN:
+            raise RobotError(
+                f"{where}: {key} is {given[key]:g} rad, more than a whole turn ({TURN:.4g}). If the row is "
+                "in degrees, say degrees = true in it"
+            )
+    alpha, d, theta, r = given.values()
     tilt = pin.SE3(pin.rpy.rpyToMatrix(alpha, 0.0, 0.0), np.zeros(3))
     turn = pin.SE3(pin.rpy.rpyToMatrix(0.0, 0.0, theta), np.array([d, 0.0, 0.0]))
     return tilt * turn * pin.SE3(np.eye(3), np.array([0.0, 0.0, r]))
@@ -136,5 +148,20 @@ def _body(row: Mapping[str, Any], where: str) -> pin.Inertia:
         return pin.Inertia.Zero()
     center = np.array([mx, my, mz]) / m
     about_origin = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-    about_center = about_origin - m * (center @ center * np.eye(3) - np.outer(center, center))
-    return rigid_inertia(m, center, np.array([about_center[at] for at in INERTIA_PLACES]), where)
+    shift = m * (center @ center * np.eye(3) - np.outer(center, center))
+    about_center = about_origin - shift
+    try:
+        return rigid_inertia(m, center, np.array([about_center[at] for at in INERTIA_PLACES]), where)
+    except BrokenTree as error:
+        raise BrokenTree(f"{error}. {_hint(about_origin, shift)}") from error
+
+
+def _hint(about_origin: np.ndarray, shift: np.ndarray) -> str:
+    """Which entry of a row, both (3, 3) [kg m^2], is less than what the mass off the origin alone makes."""
+    small = [
+        f"{name} is {about_origin[k, k]:g}, but M, MX, MY, MZ alone make {shift[k, k]:g}"
+        for k, name in enumerate(("XX", "YY", "ZZ"))
+        if about_origin[k, k] < shift[k, k]
+    ]
+    why = "; ".join(small) or "XX, YY or ZZ is too small, or XY, XZ or YZ too large"
+    return f"A row's XX ... ZZ are about the origin of its frame, not about the centre of mass: {why}"

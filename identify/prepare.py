@@ -6,6 +6,7 @@ import numpy as np
 
 from . import cutoffs
 from .errors import NotExcited, RecordingError
+from .filter_checks import check_cutoff, check_positive, check_standstill
 from .filters import Decimation, differentiate, low_pass, uniform
 from .motion import Motion
 from .noise import noise_above, noise_at_rest, quantisation
@@ -30,6 +31,11 @@ class Filtering:
     position_cutoff: float | None = None
     torque_cutoff: float | None = None
     standstill: float | None = None
+
+    def __post_init__(self) -> None:
+        check_positive("--position-cutoff", self.position_cutoff, "Hz")
+        check_positive("--torque-cutoff", self.torque_cutoff, "Hz")
+        check_positive("--standstill", self.standstill, "rad/s")
 
 
 @dataclass(frozen=True)
@@ -143,9 +149,11 @@ def choose(recording: Recording, filtering: Filtering) -> Filtering:
     """The filtering, with what it leaves open chosen from a recording.
 
     Raises:
-        RecordingError: Too short to have a spectrum.
+        RecordingError: Too short to have a spectrum, or a cut-off that no filter can have.
     """
     even = _Even.of(recording, filtering.rate)
+    check_cutoff("--position-cutoff", filtering.position_cutoff, even.rate, recording.name)
+    check_cutoff("--torque-cutoff", filtering.torque_cutoff, even.rate, recording.name)
     position_cutoff = filtering.position_cutoff or cutoffs.position_cutoff(even.position, even.rate)
     torque_cutoff = filtering.torque_cutoff or cutoffs.torque_cutoff(
         recording.model, even.position, even.current, even.gain, even.rate
@@ -159,7 +167,7 @@ def prepare(recording: Recording, filtering: Filtering = Filtering()) -> Prepare
     """Resample, filter, differentiate, find standstill and noise.
 
     Raises:
-        RecordingError: Too short for its filters.
+        RecordingError: Too short for its filters, or a standstill above all speeds.
         NotExcited: No joint moves.
     """
     if None in (filtering.rate, filtering.position_cutoff, filtering.torque_cutoff):
@@ -169,6 +177,7 @@ def prepare(recording: Recording, filtering: Filtering = Filtering()) -> Prepare
     decimation = Decimation.at(even.rate, float(filtering.torque_cutoff or 0.0))
     inside = _inside(even, cutoff, decimation)
     motion, current = _whole_motion(even, cutoff), even.current
+    check_standstill(filtering.standstill, motion.velocity, recording.name)
     sliding = np.abs(motion.velocity) >= _standstill(motion, filtering)
     noise, source = _noise(current, motion, decimation)
     if not np.any(sliding):

@@ -25,6 +25,9 @@ SIGNALS: dict[str, str] = {
 `link_position` from a second one behind the gear, both in joint coordinates.
 """
 
+RATE_AGREES = 0.02
+"""Share by which samples a second may differ from one over the median period and count as the same."""
+
 EFFORT = ("current", "torque")
 """Signals of which a recording needs at least one."""
 
@@ -62,6 +65,14 @@ class Signal:
     def period(self) -> float:
         """Median time between samples [s]; zero for fewer than two."""
         return float(np.median(np.diff(self.time))) if len(self) > 1 else 0.0
+
+    @property
+    def rate(self) -> float:
+        """Samples a second [Hz]: of the median period, or of all where gaps or jitter make that another."""
+        if not self.period:
+            return 0.0
+        mean = (len(self) - 1) / float(self.time[-1] - self.time[0])
+        return mean if abs(mean * self.period - 1.0) > RATE_AGREES else 1.0 / self.period
 
 
 @dataclass(frozen=True)

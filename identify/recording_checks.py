@@ -3,6 +3,7 @@
 An error says that identifying from this would be wrong; a warning says what a person should look at.
 """
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -33,6 +34,9 @@ HOTTEST = 200.0
 GAP = 1.5
 """A step of more median periods than this misses at least one sample, if the clock is regular."""
 
+GAPS_SAID = re.compile(r": \d+ gaps? of more than ")
+"""What a doubt about gaps looks like."""
+
 CLIPPED_SAMPLES = 20
 """Samples at exactly the extreme value from which on it is worth asking, 40 ms at 500 Hz."""
 
@@ -60,7 +64,9 @@ def check(recording: Recording) -> Recording:
         doubts += _beyond_limits(recording)
     _check_temperature(recording)
     doubts += [doubt for name in EFFORT for doubt in _stuck(recording, name)]
-    return recording.doubted(*doubts)
+    # A file brings the doubts of its import. Gaps are counted anew, as some of it may have been lost since.
+    still = tuple(said for said in recording.warnings if said in doubts or not GAPS_SAID.search(said))
+    return replace(recording, warnings=still).doubted(*doubts)
 
 
 def check_alive(recording: Recording) -> Recording:
@@ -102,7 +108,8 @@ def _check_finite(recording: Recording, name: str, signal: Signal) -> None:
             raise NotFinite(
                 f"{recording.name}: {name} of {joint} is not finite in {bad.sum()} of {len(bad)} samples, "
                 f"first at {signal.time[bad.argmax()]:.3f} s. Leave such samples out; time stamps need not "
-                "be regular"
+                "be regular",
+                time=float(signal.time[bad.argmax()]),
             )
 
 
@@ -118,7 +125,7 @@ def _check_time(recording: Recording, name: str, signal: Signal) -> None:
         raise BadTime(
             f"{recording.name}: time of {name} does not increase at {len(back)} of {len(steps)} steps, first "
             f"from {signal.time[first]:.6f} s to {signal.time[first + 1]:.6f} s. Sort the samples, or leave "
-            "out what is wrong (at the beginning of a table: skip_rows)"
+            "out what is wrong (at the beginning of a table: skip_rows, --skip-rows)"
         )
     if name in ("position", *EFFORT) and signal.period > SLOWEST:
         raise BadUnit(
@@ -129,22 +136,23 @@ def _check_time(recording: Recording, name: str, signal: Signal) -> None:
 
 
 def _gaps(recording: Recording) -> list[str]:
-    """Doubts about time stamps with holes, once for all signals that share them."""
+    """Doubts about time stamps with holes, once for all signals that share the stamps or the holes."""
     sharing: dict[bytes, list[str]] = {}
     for name, signal in recording.signals.items():
         sharing.setdefault(signal.time.tobytes(), []).append(name)
-    doubts = []
+    found: dict[str, list[str]] = {}
     for names in sharing.values():
         signal = recording.signals[names[0]]
         steps = np.diff(signal.time)
         long = steps > GAP * signal.period
         if long.any():
-            doubts.append(
-                f"{', '.join(names)}: {long.sum()} gaps of more than {GAP} median periods of "
+            fact = (
+                f"{long.sum()} gap{'s' * bool(long.sum() > 1)} of more than {GAP} median periods of "
                 f"{signal.period * 1e3:.3f} ms, the longest {steps.max() * 1e3:.3f} ms, the first at "
                 f"{signal.time[:-1][long][0]:.3f} s"
             )
-    return doubts
+            found.setdefault(fact, []).extend(names)
+    return [f"{', '.join(names)}: {fact}" for fact, names in found.items()]
 
 
 def _check_turns(recording: Recording) -> None:
@@ -178,7 +186,7 @@ def _check_speed(recording: Recording, position: Signal, revolute: np.ndarray) -
         raise BadUnit(
             f"{recording.name}: {recording.robot.joints[joint]} turns at {usual[joint]:g} rad/s in a "
             f"twentieth of the samples; at most {FASTEST_TURN:g} rad/s is believed. Positions in degrees "
-            "(degrees=True), or time in another unit than seconds (time_scale)?"
+            "(degrees=True, --degrees), or time in another unit than seconds (time_scale, --time-scale)?"
         )
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 from .fit import Fit
 from .report_sections import SECTIONS
 from .report_style import STYLE
+from .verdict import counted
 
 HEADING = re.compile(r'<section id="(\w+)"><h2>(.*?)</h2>')
 
@@ -22,7 +23,8 @@ def report_html(fit: Fit) -> str:
     body = "".join(section(fit) for section in SECTIONS)
     links = "".join(f'<a href="#{anchor}">{title}</a>' for anchor, title in HEADING.findall(body))
     effects = ", ".join(_words(type(effect).__name__) for effect in fit.model.effects)
-    summary = f"{fit.model.robot.dof} joints; {len(fit.runs)} runs; {escape(fit.estimate.method)}; {effects}"
+    counts = (counted(fit.model.robot.dof, "joint"), counted(len(fit.runs), "run"))
+    summary = "; ".join((*counts, escape(fit.estimate.method), effects))
     return (
         '<!doctype html><html lang="en"><head><meta charset="utf-8">'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'

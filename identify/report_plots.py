@@ -22,14 +22,19 @@ def torque_unit(robot: Robot, joint: int) -> str:
     return "N m" if robot.revolute[joint] else "N"
 
 
+def measured_unit(fit: Fit, joint: int) -> str:
+    """Unit of what is compared with the model: current, where nothing tells the torque that it gives."""
+    return "A" if fit.unscaled else torque_unit(fit.model.robot, joint)
+
+
 def velocity_unit(robot: Robot, joint: int) -> str:
     """Unit of the joint's velocity."""
     return "rad/s" if robot.revolute[joint] else "m/s"
 
 
-def torque_plot(run: Agreement, robot: Robot, joint: int, columns: int = COLUMNS) -> str:
+def torque_plot(run: Agreement, robot: Robot, joint: int, columns: int = COLUMNS, unit: str = "") -> str:
     """Measured and predicted torque of a joint, and below what is left of it beside the noise."""
-    unit, name = torque_unit(robot, joint), robot.joints[joint]
+    unit, name = unit or torque_unit(robot, joint), robot.joints[joint]
     shown = telling_stretch(run, joint)
     measured, predicted = run.measured[shown, joint], run.predicted[shown, joint]
     residual, noise = run.residual[:, joint], NORMAL_95 * run.noise[joint]
@@ -75,7 +80,7 @@ def friction_plot(fit: Fit, joint: int) -> str:
     entries = [("dots", "measured, all else taken off")] if len(velocity) else []
     content = (
         legend(64, 14, [*entries, ("predicted", "model and 95 %")])
-        + panel.axes(f"velocity [{velocity_unit(robot, joint)}]", f"friction [{torque_unit(robot, joint)}]")
+        + panel.axes(f"velocity [{velocity_unit(robot, joint)}]", f"friction [{measured_unit(fit, joint)}]")
         + panel.dots(velocity, torque, "dots")
         + panel.band(grid, low, high, "sure")
         + panel.line(grid, curve, "predicted")

@@ -7,7 +7,7 @@ import numpy as np
 from .fit import Agreement, Fit
 from .friction_curve import ROOM_TEMPERATURE
 from .report_html import figure, listing, number, paragraph, section
-from .report_plots import STRETCH, friction_plot, torque_plot, torque_unit
+from .report_plots import STRETCH, friction_plot, measured_unit, torque_plot
 from .report_tables import (
     correlation_table,
     dropped_table,
@@ -43,7 +43,7 @@ def gains_section(fit: Fit) -> str:
     )
     if not gains_estimated(fit):
         note = gains_sentence(fit)
-        if np.all(fit.estimate.gain == 1.0):
+        if fit.unscaled or fit.measures == "torque":
             return section("gains", "Drive gains", paragraph(note))
     return section("gains", "Drive gains", paragraph(note), gain_table(fit))
 
@@ -82,9 +82,9 @@ def _run(fit: Fit, run: Agreement, role: str, columns: int) -> str:
     figures = [
         figure(
             joint,
-            f"residual {run.residual_rms[j]:.3g} {torque_unit(fit.model.robot, j)}, "
+            f"residual {run.residual_rms[j]:.3g} {measured_unit(fit, j)}, "
             f"{run.over_noise[j]:.2f} x noise, {100 * run.relative[j]:.2g} % of the torque",
-            torque_plot(run, fit.model.robot, j, columns),
+            torque_plot(run, fit.model.robot, j, columns, measured_unit(fit, j)),
         )
         for j, joint in enumerate(fit.model.robot.joints)
     ]

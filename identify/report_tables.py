@@ -6,8 +6,8 @@ import numpy as np
 
 from .fit import Agreement, Fit
 from .report_html import NAMELESS, number, table, unit
-from .report_plots import interval_bar, torque_unit
-from .verdict import NORMAL_95, gains_estimated, joint_verdicts
+from .report_plots import interval_bar, measured_unit, torque_unit
+from .verdict import EXPLAINED, LITTLE, NORMAL_95, gains_estimated, joint_verdicts
 
 WORST_PAIRS = 12
 """Pairs of correlated parameters that are listed."""
@@ -19,13 +19,13 @@ def joint_table(fit: Fit) -> str:
     rows = []
     for joint, found in enumerate(joint_verdicts(fit)):
         run = runs[found.run]
-        kind = {"explained to its noise": "good", "a little is missing": "middling"}.get(found.words, "bad")
+        kind = {EXPLAINED: "good", LITTLE: "middling"}.get(found.words, "bad")
         numbers = (found.over_noise, run.residual_rms[joint], run.noise[joint], 100 * run.relative[joint])
         cells = [number(value, 3) for value in numbers]
         rows.append(
             [
                 escape(found.joint), f'<td class="words {kind}">{found.words}</td>', *cells,
-                number(run.r_squared[joint], 5), torque_unit(fit.model.robot, joint), escape(run.run),
+                number(run.r_squared[joint], 5), measured_unit(fit, joint), escape(run.run),
             ]
         )  # fmt: skip
     head = [
@@ -62,6 +62,9 @@ def gain_table(fit: Fit) -> str:
         tolerance = robot.drive_gain_tolerance * abs(belief)
         cells = [number(gain, 5), f"{torque_unit(robot, joint)}/A"]
         cells += [number(NORMAL_95 * std, 3), number(100 * std / abs(gain), 2)] if found else [NAMELESS] * 2
+        if fit.gains_unstated:  # the belief of 1 is nobody's
+            rows.append([escape(name), *cells, NAMELESS, NAMELESS, NAMELESS])
+            continue
         cells += [number(belief), number(tolerance, 2)]
         rows.append(
             [escape(name), *cells, interval_bar(gain, std, belief, tolerance) if found else "believed"]
@@ -76,6 +79,8 @@ def gain_table(fit: Fit) -> str:
 def parameter_rows(fit: Fit) -> list[list[str]]:
     """One row a base parameter."""
     estimate, (believed, deviation) = fit.estimate, fit.believed
+    if fit.unscaled:  # values in amperes compare with no belief
+        deviation = np.full(len(deviation), np.inf)
     rows = []
     for k, (name, measure) in enumerate(zip(fit.names, fit.base.units, strict=True)):
         value, std = estimate.values[k], estimate.std[k]
@@ -95,7 +100,8 @@ def parameter_tables(fit: Fit) -> str:
     """Base parameters, in two tables side by side where the screen is wide."""
     rows = parameter_rows(fit)
     half = (len(rows) + 1) // 2
-    head = ["parameter", "value", "unit", "\u00b1 95 %", "std %", "belief", "\u00b1 std", "against belief"]
+    unit = "unit per N m/A" if fit.unscaled else "unit"
+    head = ["parameter", "value", unit, "\u00b1 95 %", "std %", "belief", "\u00b1 std", "against belief"]
     halves = [table(head, part, words=(2, 7)) for part in (rows[:half], rows[half:]) if part]
     return f'<div class="grid two tables">{"".join(halves)}</div>'
 

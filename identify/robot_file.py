@@ -29,8 +29,8 @@ TABLES = ("limits", "drive", "flange", "belief")
 KEYS = ("format", "name", *SOURCES, "gravity", "inertial_tolerance", "rigid_body", *TABLES, "effect")
 LIMIT_KEYS = tuple(f.name for f in fields(Limits))
 DRIVE_KEYS = ("gain", "gain_tolerance", "gear_ratio", "coupling")
-BARE_URDF_EFFECTS = ("rotor_inertia", "viscous_friction", "coulomb_friction", "current_offset")
-"""What nearly every geared arm has, and so what a URDF alone is taken to mean."""
+USUAL_EFFECTS = ("rotor_inertia", "viscous_friction", "coulomb_friction", "current_offset")
+"""What nearly every geared arm has, and so what a URDF or MDH table is taken to mean that names no effect."""
 
 
 def builtin_names() -> list[str]:
@@ -61,7 +61,7 @@ def read_model(source: str | Path) -> Model:
     kinematics = parse_urdf(text, str(path))
     limits = kinematics.limits or Limits.none(kinematics.model.nv)
     robot = Robot(path.stem, kinematics.model, limits, flange=kinematics.flange)
-    return Model(robot, tuple(EFFECTS[name]() for name in (RIGID_BODY, *BARE_URDF_EFFECTS)))
+    return Model(robot, tuple(EFFECTS[name]() for name in (RIGID_BODY, *USUAL_EFFECTS)))
 
 
 def parse_model(text: str, folder: Path | None = None) -> Model:
@@ -153,8 +153,13 @@ def _limits(table: Mapping[str, Any], described: Limits, turns: np.ndarray) -> L
 
 
 def _effect_rows(table: Mapping[str, Any], kinematics: Kinematics, robot: Robot) -> list[Mapping[str, Any]]:
-    """Rows of the file, after those that go without saying: the rigid body, and rotors of an MDH table."""
-    rows: list[Mapping[str, Any]] = list(tables(table["effect"], "effect")) if "effect" in table else []
+    """Rows of the file, after those that go without saying: the rigid body, and rotors of an MDH table.
+
+    `[[link]]` rows spell all out; a URDF or MDH table knows of bodies only, and gets the usual effects.
+    """
+    given = table.get("effect")
+    rows: list[Mapping[str, Any]] = list(tables(given, "effect")) if given not in (None, []) else []
+    usual: tuple[str, ...] = USUAL_EFFECTS if given is None and "link" not in table else ()
     named = [row.get("name") for row in rows]
     implied: list[Mapping[str, Any]] = []
     if RIGID_BODY not in named and boolean(table.get("rigid_body", True), "rigid_body"):
@@ -166,4 +171,8 @@ def _effect_rows(table: Mapping[str, Any], kinematics: Kinematics, robot: Robot)
         implied.append(
             {"name": "rotor_inertia", "values": list(rotors.values()), "tolerance": tolerance, **everywhere}
         )
-    return implied + rows
+        others = [joint for joint in robot.joints if joint not in rotors]
+        usual = tuple(name for name in usual if name != "rotor_inertia")
+        if others and given is None:
+            implied.append({"name": "rotor_inertia", "joints": others})
+    return implied + [{"name": name} for name in usual] + rows

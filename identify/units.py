@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from .errors import UnknownKey, WrongShape
+from .errors import RecordingError, UnknownKey, WrongShape
 from .recording import Recording, Signal
 
 ANGLES = ("position", "velocity", "link_position", "command")
@@ -32,6 +32,7 @@ def joint_side(recording: Recording, motor_side: bool | Sequence[str]) -> Record
 
     Raises:
         UnknownKey: A name that is no signal of a motor.
+        RecordingError: The robot has no gears.
     """
     if isinstance(motor_side, bool):
         motor_side = BEFORE_GEAR if motor_side else ()
@@ -39,6 +40,11 @@ def joint_side(recording: Recording, motor_side: bool | Sequence[str]) -> Record
         if name not in BEFORE_GEAR:
             raise UnknownKey(name, "motor_side", BEFORE_GEAR)
     ratio, coupling = recording.robot.gear_ratio, recording.robot.coupling
+    if motor_side and np.all(ratio == 1) and np.array_equal(coupling, np.eye(len(ratio))):
+        raise RecordingError(
+            f"{recording.name}: motor_side (--motor-side) needs the gears, but {recording.robot.name} has "
+            "gear ratio 1 on every joint; give [drive] gear_ratio, motor turns per joint turn, in robot.toml"
+        )
     angles = np.linalg.inv(coupling * ratio[:, None])
     torques = (coupling * ratio[:, None]).T
     return _changed(recording, {name: torques if name == "torque" else angles for name in motor_side})

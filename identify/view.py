@@ -16,7 +16,7 @@ import rerun.urdf
 
 from .errors import UnknownJoint
 from .fit import Agreement, Fit
-from .report_plots import torque_unit
+from .report_plots import measured_unit
 from .robot import Robot
 from .urdf_text import urdf_text
 from .verdict import NORMAL_95
@@ -82,7 +82,7 @@ def _run_tab(fit: Fit, run: Agreement) -> rrb.Container:
     plots = [
         rrb.TimeSeriesView(
             origin=_entity(run, "torque", joint),
-            name=f"{joint}: torque [{torque_unit(fit.model.robot, index)}]",
+            name=f"{joint}: torque [{measured_unit(fit, index)}]",
             plot_legend=rrb.PlotLegend(visible=index == 0),
         )
         for index, joint in enumerate(fit.model.robot.joints)

@@ -103,10 +103,35 @@ def test_a_table_without_robot_asks_for_it(folder, capsys):
     assert "give the robot too" in refused(table(folder)[:2], capsys)
 
 
+def test_a_motor_side_without_gears_is_refused(folder, capsys):
+    said = refused([*table(folder), "--motor-side", "position"], capsys)
+    assert "--motor-side" in said
+    assert "give [drive] gear_ratio" in said
+
+
+@pytest.mark.parametrize(
+    ("change", "header", "words"),
+    [
+        (lambda t, q, i: (t, q, i), "zeit,q1,q2,i1,i2", "name it by --columns time=NAME"),
+        (lambda t, q, i: (t, q, i), "t,a,b,i1,i2", "name others by --columns position=NAME,NAME"),
+        (lambda t, q, i: (t, np.degrees(q), i), "t,q1,q2,i1,i2", "(--degrees)"),
+        (lambda t, q, i: (1000 * t, q, i), "t,q1,q2,i1,i2", "(--time-scale 0.001)"),
+        (at(slice(100, 103), 1, np.nan), "t,q1,q2,i1,i2", "run.csv line 102: run: position of elbow"),
+    ],
+    ids=["time", "position", "degrees", "milliseconds", "nan"],
+)
+def test_what_to_do_about_a_table_is_said_in_options_of_the_command(folder, change, header, words, capsys):
+    assert words in refused(table(folder, change, header), capsys)
+
+
+def test_a_table_without_robot_asks_for_the_option(folder, capsys):
+    assert "--robot FILE" in refused(table(folder)[:2], capsys)
+
+
 def test_gaps_are_warned_of_and_imported(folder, capsys):
     assert main(table(folder, later(slice(2000, None), 0.5))) == 0
     printed, warned = capsys.readouterr()
-    assert "warning: position, current: 1 gaps of more than 1.5 median periods of 4.000 ms" in warned
+    assert "warning: position, current: 1 gap of more than 1.5 median periods of 4.000 ms" in warned
     assert "run.mcap: two joints" in printed
 
 
@@ -177,7 +202,10 @@ def test_two_robots_are_refused(folder, capsys):
 def test_a_robot_of_other_joints_is_refused(folder, capsys):
     [path] = write(folder, RUN)
     said = refused(["identify", path, "--robot", "kr270"], capsys)
-    assert "position has 2 columns, but kr270 has 6 joints" in said
+    assert (
+        "recorded on two joints (joints shoulder, elbow), but the robot given is kr270 (joints joint1,"
+        in said
+    )
 
 
 def test_a_truncated_recording_is_read_with_a_warning(folder, capsys):

@@ -1,21 +1,27 @@
 """The command `exidyn`, in this process."""
 
 import json
+import re
 import subprocess
 import sys
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 from exidyn.acquire import command_line
 from exidyn.acquire.command_line import COMMANDS, INTERRUPTED, REFUSED, main
+from exidyn.identify.estimators import ESTIMATORS
 from exidyn.identify.fit_file import read_fit
+from exidyn.identify.importers.csv_file import PREFIXES
 from exidyn.identify.mcap_file import read_recording
 from exidyn.identify.recording import KnownPayload
 from exidyn.identify.robot_file import model_text
 
 from . import two_joints
 from .two_joint_files import loaded, run, write
+
+DOCS = Path(__file__).parents[1] / "docs"
 
 
 @pytest.fixture(scope="module")
@@ -150,7 +156,7 @@ def test_import_writes_recordings_and_says_so(tmp_path, capsys):
 
 
 def test_help_version_and_unknown_commands(capsys):
-    for arguments, code in ((["--help"], 0), (["--version"], 0), (["identfy"], REFUSED), ([], REFUSED)):
+    for arguments, code in ((["--help"], 0), (["--version"], 0), (["identfy"], REFUSED)):
         with pytest.raises(SystemExit) as stopped:
             main(arguments)
         assert stopped.value.code == code
@@ -159,12 +165,71 @@ def test_help_version_and_unknown_commands(capsys):
     assert "identify" in errors
 
 
+@pytest.mark.parametrize(("signals", "turned"), [(["torque"], {"torque"}), ([], {"torque", "position"})])
+def test_motor_side_takes_the_signals_named_or_all(tmp_path, signals, turned):
+    robot = replace(run("table").robot, gear_ratio=np.array([100.0, 50.0]))
+    (tmp_path / "robot.toml").write_text(model_text(replace(run("table").model, robot=robot)))
+    (tmp_path / "run.csv").write_text("t,q1,q2,tau1,tau2\n0,.5,-1,.1,-.2\n.1,.4,-1,.2,-.2\n.2,.3,-1,.3,-.2\n")
+    given = [str(tmp_path / "run.csv"), "--robot", str(tmp_path / "robot.toml"), "--output", str(tmp_path)]
+    assert main(["import", *given, "--motor-side", *signals]) == 0
+    found = read_recording(tmp_path / "run.mcap").signals
+    torque, position = found["torque"].values[0], found["position"].values[0]
+    np.testing.assert_allclose(torque, [10.0, -10.0])
+    np.testing.assert_allclose(position, [0.005, -0.02] if "position" in turned else [0.5, -1.0])
+
+
+def test_motor_side_of_currents_is_refused(capsys):
+    with pytest.raises(SystemExit):
+        main(["import", "run.csv", "--motor-side", "current"])
+    assert "'current'" in capsys.readouterr().err
+
+
+def test_columns_are_explained_by_the_command_and_the_page(capsys):
+    with pytest.raises(SystemExit):
+        main(["import", "--help"])
+    said, page = capsys.readouterr().out, (DOCS / "import.md").read_text()
+    for first in (prefixes[0] for prefixes in PREFIXES.values()):
+        assert f"  {first}1" in said
+        assert f"`{first}1`" in page
+
+
+def test_the_table_of_the_page_can_be_pasted(tmp_path):
+    (tmp_path / "run.csv").write_text((DOCS / "import.md").read_text().split("```")[1].removeprefix("csv\n"))
+    (tmp_path / "robot.toml").write_text(model_text(run("table").model))
+    given = [str(tmp_path / "run.csv"), "--robot", str(tmp_path / "robot.toml"), "--output", str(tmp_path)]
+    assert main(["import", *given]) == 0
+    assert len(read_recording(tmp_path / "run.mcap").signals["current"]) == 4
+
+
+def test_import_prints_the_rate_of_all_samples_where_many_are_missing(tmp_path, capsys):
+    recording = run("holes")
+    kept = np.flatnonzero(np.arange(5000) % 5)
+    thinned = {name: signal[kept] for name, signal in recording.signals.items()}
+    [path] = write(tmp_path, replace(recording, signals=thinned))
+    assert main(["import", path, "--output", str(tmp_path / "out")]) == 0
+    assert "position 200.0 Hz" in capsys.readouterr().out
+
+
 @pytest.mark.parametrize("name", COMMANDS)
 def test_every_command_in_the_table_explains_itself(name, capsys):
     with pytest.raises(SystemExit) as stopped:
         main([name, "--help"])
     assert stopped.value.code == 0
     assert f"exidyn {name}" in capsys.readouterr().out
+
+
+def test_without_a_command_help_is_printed(capsys):
+    assert main([]) == 0
+    printed = capsys.readouterr().out
+    assert all(f"  {name} " in printed for name in COMMANDS)
+
+
+def test_each_estimator_is_explained(capsys):
+    with pytest.raises(SystemExit):
+        main(["identify", "--help"])
+    printed = capsys.readouterr().out
+    for name, function in ESTIMATORS.items():
+        assert re.search(rf"^  {name} +{re.escape(function.__doc__.splitlines()[0])}$", printed, re.MULTILINE)
 
 
 def test_help_does_not_load_the_libraries():
@@ -184,7 +249,12 @@ def test_an_interruption_ends_quietly(monkeypatch, capsys):
 def test_a_folder_that_cannot_be_written_is_named(files, tmp_path, capsys):
     (tmp_path / "taken").write_text("")
     assert main(["identify", files[0], "--output", str(tmp_path / "taken")]) == REFUSED
-    assert f"exidyn: {tmp_path / 'taken'}: File exists" in capsys.readouterr().err
+    said = capsys.readouterr().err
+    assert said == f"exidyn: {tmp_path / 'taken'}: this file exists; --output needs a folder\n"
+    assert main(["identify", files[0], "--output", str(tmp_path / "taken" / "below")]) == REFUSED
+    assert capsys.readouterr().err.startswith(
+        f"exidyn: {tmp_path / 'taken' / 'below'}: --output cannot be written: "
+    )
 
 
 def test_the_example_finds_the_truth(tmp_path, capsys):

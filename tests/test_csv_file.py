@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from exidyn.identify.errors import BadTime, BadUnit, NotAFile, RecordingError, WrongShape
+from exidyn.identify.errors import BadTime, BadUnit, NotAFile, NotFinite, RecordingError, WrongShape
 from exidyn.identify.importers import import_source
 from exidyn.identify.mcap_file import read_recording, write_recording
 from exidyn.identify.model import Model
@@ -94,9 +94,18 @@ def test_joints_without_a_second_encoder_are_silent(tmp_path):
         ("t,q1,i1,i2\n0,0,0,0\n", WrongShape, "no column q2 for position. Columns: t, q1, i1, i2"),
         ("x,q1,q2,i1,i2\n0,0,0,0,0\n", WrongShape, "no column of time"),
         ("t,q1,q2\n0,0,0\n1,1,1\n", WrongShape, "needs position and one of current, torque"),
-        ("t,q1,q2,i1,i2\n0,0,0,0\n", WrongShape, "5 names for 4 columns"),
-        ("t,q1,q2,i1,i2\n0,0,0,0,0\n1,,0,0,0\n", WrongShape, "could not convert string '' to float64"),
-        ("t,q1,q2,i1,i2\n0,0,0,0,0\n1,0,0\n", WrongShape, "number of columns changed"),
+        ("t,q1,q2,i1,i2\n0,0,0,0\n", WrongShape, "run.csv line 2: 4 cells for 5 names in line 1$"),
+        (
+            "t,q1,q2,i1,i2\n0,0,0,0,0\n\n.2,,0,0,0\n",
+            NotFinite,
+            "run.csv line 4: run: position of axis1 is not finite in 1 of 2 samples",
+        ),
+        ("t,q1,q2,i1,i2\n0,0,0,0,0\n,0,0,0,0\n", NotFinite, "run.csv line 3: no time stamp"),
+        ("t,q1,q2,i1,i2\n0,0,0,0,0\n1,0,0\n", WrongShape, "run.csv line 3: 3 cells for 5 names in line 1$"),
+        ("t,q1,q2,i1,i2\n0,0,0,0,0\n1,on,0,0,0\n", WrongShape, "line 3: 'on' in column 'q1' is no number"),
+        ("t,q1,q2,i1,i2\n0,0,1,5,0,1,0,1\n", WrongShape, "8 cells .*decimal comma need semicolons"),
+        ("t,q1,q2,i1,i2\n\n0,0,0,0,0\n", NotAFile, "has one sample, in line 3"),
+        ("t,q1,q2,i1,i2\n\n", NotAFile, "has no samples"),
         (
             "t,q1,q2,q3,i1,i2,i3\n0,0,0,0,0,0,0\n",
             WrongShape,
@@ -109,6 +118,24 @@ def test_a_bad_table_says_what_is_wrong(tmp_path, content, error, message):
     (tmp_path / "run.csv").write_text(content)
     with pytest.raises(error, match=message):
         import_source(tmp_path / "run.csv", model())
+
+
+def test_decimal_commas_between_semicolons(tmp_path):
+    path = table(tmp_path / "run.csv", "t;q1;q2;i1;i2", motion(), noise(), separator=";")
+    path.write_text(path.read_text().replace(".", ","))
+    [found] = import_source(path, model())
+    assert np.array_equal(found.signals["position"].values, motion())
+    assert np.array_equal(found.signals["current"].values, noise())
+
+
+def test_samples_that_a_controller_left_empty_are_silent(tmp_path):
+    path = table(tmp_path / "run.csv", "t,q1,q2,i1,i2,temp1,temp2", motion(), noise(), 40 + noise())
+    lines = path.read_text().splitlines()
+    lines[2:] = [",".join(line.split(",")[:5]) + ",," for line in lines[2:]]
+    path.write_text("\n".join(lines))
+    [found] = import_source(path, model())
+    assert len(found.signals["temperature"]) == 1
+    assert np.array_equal(found.signals["position"].values, motion())
 
 
 def test_a_table_cut_off_in_the_middle_of_its_compression(tmp_path):
@@ -126,7 +153,7 @@ def test_a_table_that_is_not_compressed_as_it_says(tmp_path):
 
 def test_bad_maps_are_refused(tmp_path):
     path = table(tmp_path / "run.csv", "t,q1,q2,i1,i2", motion(), noise())
-    with pytest.raises(WrongShape, match="columns: unknown amps. Valid: time, position"):
+    with pytest.raises(WrongShape, match="columns.*: unknown amps. Valid: time, position"):
         import_source(path, model(), columns={"amps": "i{number}"})
     with pytest.raises(WrongShape, match="position has 1 columns, small 2 joints"):
         import_source(path, model(), columns={"position": ["q1"]})

@@ -12,7 +12,7 @@ from exidyn.identify.rigid_regressor import INERTIAL
 
 from .robots import random_motion, six_axis, sliding
 
-CHOICES = {"joint": "joint4", "other": "joint5"}
+CHOICES = {"joint": "joint4", "other": "joint5", "d21": 0.6964, "d22": 0.1847, "phi": -1.6148}
 """Values of the fields that have no default."""
 
 UNITS = {

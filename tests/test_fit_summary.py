@@ -116,7 +116,7 @@ def test_recorded_torque_has_no_gains():
     signals = {name: s for name, s in recording.signals.items() if name != "current"}
     signals["torque"] = Signal(current.time, current.values * [-40.0, 25.0])
     text = summary(identify([replace(recording, signals=signals)]))
-    assert "what was recorded counts as torque" in section(text, "Drive gains")[0]
+    assert "Torque was recorded, and taken as measured" in section(text, "Drive gains")[0]
 
 
 def test_every_kept_parameter_has_a_row_with_its_joint_and_every_dropped_one_is_listed():

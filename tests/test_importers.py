@@ -29,6 +29,17 @@ def test_a_source_that_is_nothing_lists_what_can_be(tmp_path):
         import_source(tmp_path / "robot.stl", model(), kind="excel")
 
 
+def test_a_folder_of_folders_names_those_that_can_be_imported(tmp_path):
+    for case in ("first", "second"):
+        (tmp_path / case).mkdir()
+        (tmp_path / case / "case.toml").write_text("")
+    (tmp_path / "notes").mkdir()
+    with pytest.raises(NotAFile, match="these folders in it can, one at a time: first, second. Known are"):
+        import_source(tmp_path, model())
+    with pytest.raises(NotAFile, match="notes is nothing that can be imported. Known are"):
+        import_source(tmp_path / "notes", model())
+
+
 def test_an_unknown_option_lists_the_valid_ones(tmp_path):
     path = table(tmp_path / "run.csv", "t,q1,q2,i1,i2", motion(), noise())
     with pytest.raises(UnknownKey, match="import of csv: unknown key 'degree'. Valid keys: columns, degrees"):

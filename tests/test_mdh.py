@@ -99,6 +99,11 @@ def test_antecedents_make_a_tree():
         ({"M": -1.0}, BrokenTree, "-1"),
         ({"MX": 1.0}, RobotError, "M is 0"),
         ({"M": 1.0, "MX": 1.0, "XX": 0.1, "YY": 0.1, "ZZ": 0.1}, BrokenTree, "principal moment"),
+        ({"M": 1.0, "MX": 1.0, "XX": 0.1, "YY": 0.1, "ZZ": 2.0}, BrokenTree, "origin.*: YY is 0.1, but.* 1$"),
+        ({"M": 1.0, "XX": 1, "YY": 1, "ZZ": 1, "XY": 2.0}, BrokenTree, "XY, XZ or YZ too large"),
+        ({"alpha": 90.0}, RobotError, "alpha is 90 rad.*degrees = true"),
+        ({"theta_offset": -180}, RobotError, "theta_offset is -180 rad.*degrees = true"),
+        ({"degrees": "yes"}, RobotError, "degrees: expected true or false"),
         ({"Ia": -2.0}, RobotError, "Ia.*-2"),
         ({"sigma": 2, "Ia": 2.0}, RobotError, "fixed"),
         ({"r": "long"}, RobotError, "long"),
@@ -107,6 +112,13 @@ def test_antecedents_make_a_tree():
 def test_a_wrong_row_is_named(row, error, says):
     with pytest.raises(error, match=f"(?s)mdh row 2.*{says}"):
         mdh_kinematics([{}, row], "arm")
+
+
+def test_rows_may_be_in_degrees():
+    turned = {key: np.degrees(ROWS[0][key]) for key in ("alpha", "theta_offset")}
+    found = mdh_kinematics([ROWS[0] | turned | {"degrees": True}], "arm").model.jointPlacements[1]
+    expected = mdh_kinematics(ROWS[:1], "arm").model.jointPlacements[1]
+    np.testing.assert_allclose(found.homogeneous, expected.homogeneous, atol=1e-15)
 
 
 def test_another_convention_is_refused():

@@ -1,5 +1,7 @@
 """What a recording must be, and what is doubted in it."""
 
+from dataclasses import replace
+
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -119,7 +121,7 @@ def test_silent_samples_are_dropped_with_their_host_time_and_leave_a_gap():
     assert len(checked.signals["position"]) == 996
     assert 10 not in checked.host_time
     assert len(checked.signals["current"]) == 1000
-    assert checked.warnings[0].startswith("position: 1 gaps")
+    assert checked.warnings[0].startswith("position: 1 gap of more")
 
 
 @pytest.mark.parametrize("step", [0.0, -0.004])
@@ -142,6 +144,35 @@ def test_gaps_are_counted_once_for_all_signals_that_share_their_stamps():
     [doubt] = check(recording(time=time)).warnings
     assert doubt.startswith("position, current: 2 gaps")
     assert "median periods of 2.000 ms, the longest 102.000 ms, the first at 0.998 s" in doubt
+
+
+def test_gaps_that_signals_share_without_their_stamps_are_said_once():
+    time = TIME.copy()
+    time[500:] += 0.1
+    found = recording(time=time)
+    shorter = {**found.signals, "current": found.signals["current"][:-1]}
+    [doubt] = check(replace(found, signals=shorter)).warnings
+    assert doubt.startswith("position, current: 1 gap of")
+
+
+def test_gaps_are_said_once_of_a_recording_of_which_a_part_was_lost():
+    time = TIME.copy()
+    time[500:] += 0.1
+    time[700:] += 0.1
+    whole = check(recording(time=time)).doubted("position: something else")
+    part = {name: signal[:600] for name, signal in whole.signals.items()}
+    first, second = check(replace(whole, signals=part)).warnings
+    assert first == "position: something else"
+    assert second.startswith("position, current: 1 gap of")
+    assert check(whole).warnings == whole.warnings
+
+
+def test_rate_is_that_of_all_samples_where_many_are_missing():
+    time = TIME[np.arange(len(TIME)) % 4 != 0]
+    signal = Signal(time, np.zeros((len(time), 1)))
+    assert signal.rate == pytest.approx(0.75 / 0.002, rel=2e-3)
+    assert Signal(TIME, np.zeros((len(TIME), 1))).rate == pytest.approx(500.0)
+    assert signal[:1].rate == 0.0
 
 
 def test_jitter_below_a_sample_is_no_gap():
@@ -229,6 +260,12 @@ def test_motor_side_keeps_the_power():
     turned = after["position"].values @ coupling.T * arm.robot.gear_ratio
     np.testing.assert_allclose(turned, motor["position"], atol=1e-12)
     assert np.array_equal(joint_side(before, ["torque"]).signals["velocity"].values, motor["velocity"])
+
+
+def test_motor_side_needs_gears():
+    with pytest.raises(RecordingError, match=r"gear ratio 1 on every joint; give \[drive\] gear_ratio"):
+        joint_side(recording(), ["torque"])
+    assert joint_side(recording(), False).signals.keys() == recording().signals.keys()
 
 
 def test_motor_side_lists_what_can_be():

@@ -8,7 +8,15 @@ import pinocchio as pin
 import pytest
 from exidyn.identify.effect_rows import ROW_KEYS as EFFECT_KEYS
 from exidyn.identify.effect_rows import key_of
-from exidyn.identify.effects import EFFECTS, Belief, CoulombFriction, Payload, RigidBody, RotorInertia
+from exidyn.identify.effects import (
+    EFFECTS,
+    Belief,
+    CoulombFriction,
+    Payload,
+    RigidBody,
+    RotorInertia,
+    ViscousFriction,
+)
 from exidyn.identify.errors import BrokenTree, RobotError, UnknownJoint, UnknownKey
 from exidyn.identify.kinematics import LINK_KEYS
 from exidyn.identify.link_frames import link_frames
@@ -87,6 +95,8 @@ known = [["M", 3.3], ["MX", -0.1]]
 [[effect]]
 name = "spring_balancer"
 joint = "shoulder"
+d21 = 0.5
+d22 = 0.2
 phi = -1.5
 [belief]
 Fv2 = [0.1, 0.3]
@@ -122,7 +132,7 @@ def assert_equal(found: Model, expected: Model) -> None:
 
 def with_every_effect() -> Model:
     robot = parse_model(TWO).robot
-    needed = {"joint": "shoulder", "other": "lift"}
+    needed = {"joint": "shoulder", "other": "lift", "d21": 0.5, "d22": 0.2, "phi": -1.5}
     kinds = [k for k in EFFECTS.values() if k is not RigidBody]
     effects = [k(**{f.name: needed[f.name] for f in fields(k) if f.name in needed}) for k in kinds]
     return Model(robot, (RigidBody(), *effects))
@@ -203,9 +213,15 @@ def test_degrees_are_turned_to_radians_and_metres_left_alone():
 
 
 def test_rotors_of_an_mdh_table_become_an_effect():
-    model = parse_model("[[mdh]]\nIa = 3.0\n[[mdh]]\nalpha = 1.0\n[[mdh]]\nIa = 5.0")
+    rows = "[[mdh]]\nIa = 3.0\n[[mdh]]\nalpha = 1.0\n[[mdh]]\nIa = 5.0"
+    model = parse_model("effect = []\n" + rows)
     assert model.effects == (RigidBody(), RotorInertia(("joint1", "joint3")))
     assert model.stated["Ia3"].value == 5.0
+    model = parse_model(rows + '\n[[effect]]\nname = "viscous_friction"')
+    assert model.effects == (RigidBody(), RotorInertia(("joint1", "joint3")), ViscousFriction())
+    model = parse_model(rows)
+    assert model.effects[1:3] == (RotorInertia(("joint1", "joint3")), RotorInertia(("joint2",)))
+    assert set(model.stated) == {"Ia1", "Ia3"}
 
 
 def test_limits_and_flange_of_the_file_win_over_its_urdf(tmp_path):
@@ -228,6 +244,19 @@ def test_a_bare_urdf_gets_the_usual_effects(tmp_path):
     assert [type(effect) for effect in model.effects] == [EFFECTS[name] for name in usual]
     assert model.robot.name == "arm"
     assert not model.stated
+
+
+def test_a_file_that_names_no_effect_gets_those_of_a_bare_urdf(tmp_path):
+    (tmp_path / "arm.urdf").write_text(urdf_text(MODELS["full"]))
+    file = tmp_path / "robot.toml"
+    file.write_text('urdf = "arm.urdf"\n')
+    bare = read_model(tmp_path / "arm.urdf")
+    assert read_model(file).effects == bare.effects
+    assert parse_model("[[mdh]]\n[[mdh]]\nalpha = 1.0").effects == bare.effects
+    file.write_text('urdf = "arm.urdf"\n[[effect]]\nname = "viscous_friction"\n')
+    assert read_model(file).effects == (RigidBody(), ViscousFriction())
+    file.write_text('urdf = "arm.urdf"\neffect = []\n')
+    assert read_model(file).effects == (RigidBody(),)
 
 
 def test_mdh_from_a_file(tmp_path):
@@ -292,7 +321,18 @@ WRONG = [
     (EFFECT + "values = [1, 2]\nstd = [1, -2]", RobotError, "-2 is less than 0"),
     (EFFECT + "values = [1, 2]\nstd = 1\ntolerance = 1", RobotError, "one of them"),
     (EFFECT + "tolerance = 0.1", RobotError, "needs values"),
-    (TWO + "[[effect]]\nname = 'spring_balancer'", RobotError, "spring_balancer: needs joint"),
+    (TWO + "[[effect]]\nname = 'spring_balancer'", RobotError, "spring_balancer: needs joint, d21, d22, phi"),
+    (
+        TWO + "[[effect]]\nname = 'spring_balancer'\njoint = 'lift'\nphi = 0",
+        RobotError,
+        "spring_balancer: needs d21, d22",
+    ),
+    (
+        TWO + "[[effect]]\nname = 'spring_balancer'\njoint = 2\nd21 = 1\nd22 = 1\nphi = 0",
+        UnknownJoint,
+        "spring_balancer joint: 2: joints are given by name. Valid joints: shoulder, lift",
+    ),
+    (EFFECT + "joints = [2]", UnknownJoint, "joints: 2: joints are given by name. Valid joints: shoulder"),
     (TWO + "[[effect]]\nname = 'payload'\nknown = [1]", RobotError, "payload"),
     (EFFECT + "[[effect]]\nname = 'coulomb_friction'", RobotError, "named twice: Fc1, Fc2"),
     (TWO + "[belief]\nFc1 = 1.0", UnknownKey, "'Fc1'.*XX1"),

@@ -49,9 +49,10 @@ class Shape(NamedTuple):
     high: float
 
 
-def shape(default: float, unit: str, low: float, high: float) -> Any:
-    """Declare a nonlinear unknown as a dataclass field."""
-    return field(default=default, metadata={"shape": Shape(unit, low, high)})
+def shape(default: float | None, unit: str, low: float, high: float) -> Any:
+    """Declare a nonlinear unknown as a dataclass field; without a default it must be given."""
+    metadata = {"shape": Shape(unit, low, high)}
+    return field(metadata=metadata) if default is None else field(default=default, metadata=metadata)
 
 
 @dataclass(frozen=True)

@@ -44,9 +44,9 @@ class SpringBalancer(Effect):
     """
 
     joint: str
-    d21: float = shape(0.6964, "m", 0.01, 5.0)
-    d22: float = shape(0.1847, "m", 0.01, 5.0)
-    phi: float = shape(-1.6148, "rad", -np.pi, np.pi)
+    d21: float = shape(None, "m", 0.01, 5.0)
+    d22: float = shape(None, "m", 0.01, 5.0)
+    phi: float = shape(None, "rad", -np.pi, np.pi)
 
     transmitted: ClassVar[bool] = True
     smooth: ClassVar[bool] = True

@@ -54,8 +54,27 @@ def kind_of(source: Path) -> str:
     """Which importer reads what lies at a path.
 
     Raises:
-        NotAFile: None does.
+        NotAFile: None does; the message names what lies one level below and can be imported.
     """
+    kind = _kind(source)
+    if kind is None:
+        raise NotAFile(
+            f"{source} is nothing that can be imported{_below(source)}. Known are: CSV (.csv, .csv.gz), a "
+            "case folder with case.toml, KUKA traces (.dat with .r64), ROS 2 bags (folder, .db3, .mcap) and "
+            "exidyn's own .mcap"
+        )
+    return kind
+
+
+def _below(source: Path) -> str:
+    """The folders in a folder that can be imported, in words."""
+    if not source.is_dir():
+        return ""
+    folders = sorted(path.name for path in source.iterdir() if path.is_dir() and _kind(path))
+    return f", but these folders in it can, one at a time: {', '.join(folders)}" if folders else ""
+
+
+def _kind(source: Path) -> str | None:
     name = source.name.lower()
     if source.is_dir():
         if (source / "case.toml").exists():
@@ -76,7 +95,4 @@ def kind_of(source: Path) -> str:
         from .own_file import is_own_file
 
         return "exidyn" if is_own_file(source) else "ros2_bag"
-    raise NotAFile(
-        f"{source} is nothing that can be imported. Known are: CSV (.csv, .csv.gz), a case folder with "
-        "case.toml, KUKA traces (.dat with .r64), ROS 2 bags (folder, .db3, .mcap) and exidyn's own .mcap"
-    )
+    return None

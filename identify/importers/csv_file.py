@@ -1,18 +1,18 @@
 """Comma-separated values: one row a sample, columns named t, q1, …, dq1, …, i1, … or as mapped."""
 
-import gzip
 import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 
-from ..errors import NotAFile, RecordingError, WrongShape
+from ..errors import NotAFile, NotFinite, RecordingError, WrongShape
 from ..model import Model
 from ..recording import SIGNALS, KnownPayload, Recording, Signal
 from ..recording_checks import check
 from ..robot import Robot
 from ..units import joint_side, to_axes_of_robot, to_radians
+from .table_text import read_table
 
 PREFIXES: dict[str, tuple[str, ...]] = {
     "position": ("q",),
@@ -65,13 +65,15 @@ def import_csv(
         RecordingError: The file does not hold a run of this robot; the message says why.
     """
     if model is None:
-        raise RecordingError(f"{source}: a table does not say of which robot it is; give the robot too")
-    header, values = read_table(source)
-    values = values[skip_rows:]
+        raise RecordingError(
+            f"{source}: a table does not say of which robot it is; give the robot too (--robot FILE)"
+        )
+    header, values, lines = read_table(source)
+    values, lines = values[skip_rows:], lines[skip_rows:]
     if not len(values):
-        raise NotAFile(f"{source} has no samples behind the {skip_rows} rows to skip")
+        raise NotAFile(f"{source} has no samples behind the {skip_rows} rows to skip (--skip-rows)")
     time, *places = _places(source, model.robot, header, columns or {})
-    stamps = values[:, time[1][0]] * time_scale
+    stamps = _stamps(source, values[:, time[1][0]] * time_scale, lines)
     start = stamps[0]
     signals = {}
     for signal, where in places:
@@ -87,47 +89,41 @@ def import_csv(
     )
     if degrees:
         recording = to_radians(recording)
-    return [check(to_axes_of_robot(joint_side(recording, motor_side), sign, zero))]
-
-
-def read_table(source: Path) -> tuple[list[str], np.ndarray]:
-    """Names of the columns, and all rows, shape (t, c).
-
-    Raises:
-        NotAFile: The file is missing, empty, cut off, or no table.
-        WrongShape: A cell that is no number, or rows of another length than the line of names.
-    """
-    opener = gzip.open if source.name.endswith(".gz") else open
+    recording = to_axes_of_robot(joint_side(recording, motor_side), sign, zero)
     try:
-        with opener(source, "rt", encoding="utf-8-sig") as file:
-            first = file.readline()
-            separator = max(",;\t", key=first.count)
-            header = [column.strip().strip('"') for column in first.split(separator)]
-            rows = list(file)
-            if not rows:
-                raise NotAFile(f"{source} has no samples" if first else f"{source} is empty")
-            values = np.loadtxt(rows, delimiter=separator, ndmin=2)
-    except (OSError, EOFError, UnicodeDecodeError) as error:
-        raise NotAFile(f"{source} cannot be read as a table: {error}") from error
-    except ValueError as error:
-        if isinstance(error, RecordingError):
+        return [check(recording)]
+    except NotFinite as error:
+        if error.time is None:
             raise
-        raise WrongShape(f"{source}: {error}; rows count from behind the line of names") from error
-    if values.shape[1] != len(header):
-        raise WrongShape(f"{source}: {len(header)} names for {values.shape[1]} columns of numbers")
-    return header, values
+        row = int(np.argmin(np.abs(stamps - start - error.time)))
+        raise NotFinite(f"{source} line {lines[row]}: {error}", error.time) from error
+
+
+def _stamps(source: Path, stamps: np.ndarray, lines: np.ndarray) -> np.ndarray:
+    """The time stamps, shape (t,) [s], if they can be those of a run."""
+    bad = np.flatnonzero(~np.isfinite(stamps))
+    if len(bad):
+        raise NotFinite(
+            f"{source} line {lines[bad[0]]}: no time stamp; leave such rows out ({len(bad)} in all)"
+        )
+    if len(stamps) < 2:
+        raise NotAFile(f"{source} has one sample, in line {lines[0]}; a run has many")
+    return stamps
 
 
 def _places(source: Path, robot: Robot, header: list[str], columns: Columns) -> list[tuple[str, list[int]]]:
     """Column numbers of the time, first, and of each signal; -1 for a joint without one."""
     unknown = [key for key in columns if key != "time" and key not in SIGNALS]
     if unknown:
-        raise WrongShape(f"columns: unknown {', '.join(unknown)}. Valid: time, {', '.join(SIGNALS)}")
+        raise WrongShape(
+            f"columns (--columns): unknown {', '.join(unknown)}. Valid: time, {', '.join(SIGNALS)}"
+        )
     times = [columns["time"]] if "time" in columns else TIMES
     time = next((header.index(str(column)) for column in times if column in header), None)
     if time is None:
         raise WrongShape(
-            f"{source}: no column of time ({', '.join(map(str, times))}) among {', '.join(header)}"
+            f"{source}: no column of time ({', '.join(map(str, times))}) among {', '.join(header)}; name it "
+            'by --columns time=NAME (columns={"time": NAME})'
         )
     found: list[tuple[str, list[int]]] = [("time", [time])]
     for signal in SIGNALS:
@@ -146,7 +142,9 @@ def _names(signal: str, robot: Robot, columns: Columns) -> list[list[str]]:
     given = columns.get(signal)
     if given is not None and not isinstance(given, str):
         if len(given) != robot.dof:
-            raise WrongShape(f"columns: {signal} has {len(given)} columns, {robot.name} {robot.dof} joints")
+            raise WrongShape(
+                f"columns (--columns): {signal} has {len(given)} columns, {robot.name} {robot.dof} joints"
+            )
         return [[column] for column in given]
     if given is not None:
         return [[given.format(number=k + 1, joint=joint)] for k, joint in enumerate(robot.joints)]
@@ -166,7 +164,7 @@ def _refuse_missing(
     if missing:
         raise WrongShape(
             f"{source}: no column {', '.join(missing)} for {signal}. Columns: {', '.join(header)}; "
-            "name others by columns={...}"
+            f"name others by --columns {signal}=NAME,NAME,... (columns={{...}})"
         )
 
 

@@ -81,7 +81,9 @@ def import_kuka_trace(
         RecordingError: The files do not hold a run of this robot; the message says why.
     """
     if model is None:
-        raise RecordingError(f"{source}: a trace does not say of which robot it is; give the robot too")
+        raise RecordingError(
+            f"{source}: a trace does not say of which robot it is; give the robot too (--robot FILE)"
+        )
     folder = source if source.is_dir() else source.parent
     traces: dict[str, list[Path]] = {}
     for file in sorted(folder.iterdir()):

@@ -46,7 +46,9 @@ def import_ros2_bag(
         RecordingError: The bag cannot be read or does not hold a run of this robot; or rosbags is missing.
     """
     if model is None:
-        raise RecordingError(f"{source}: a bag does not say how its robot is built; give the robot too")
+        raise RecordingError(
+            f"{source}: a bag does not say how its robot is built; give the robot too (--robot FILE)"
+        )
     if effort not in ("torque", "current"):
         raise RecordingError(f"effort='{effort}': valid are torque, current")
     folder = source.parent if source.suffix == ".db3" else source
