@@ -44,6 +44,7 @@ def run(arguments: Sequence[str], progress: Callable[[str], None]) -> Fit:
         estimator=ESTIMATORS[given.estimator] if given.estimator else None,
         filtering=Filtering(None, given.position_cutoff, given.torque_cutoff, given.standstill),
         drop=not given.keep_all,
+        fitted_shapes=given.fit_shapes,
         progress=progress,
     )
     print(fit_text(fit) if given.json else summary(fit), flush=True)
@@ -81,6 +82,13 @@ def _parser() -> argparse.ArgumentParser:
         help=f"one of {', '.join(ESTIMATORS)}, see below; by default ml with a known payload, else weighted",
     )
     parser.add_argument("--keep-all", action="store_true", help="keep parameters the data do not support")
+    parser.add_argument(
+        "--fit-shapes",
+        nargs="+",
+        default=[],
+        metavar="EFFECT",
+        help="effects whose shapes are fitted as well, joint by joint, such as coulomb_friction",
+    )
     _add_filters(parser)
     parser.add_argument(
         "--output", type=Path, default=Path("exidyn-fit"), metavar="FOLDER", help="default: %(default)s"

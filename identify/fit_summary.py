@@ -31,6 +31,7 @@ def summary(fit: Fit) -> str:
         ["Fit by joint", *_rule(), *_fits(fit)],
         ["Open", *_rule(), *_open(fit)],
         ["Composition of base parameters", *_rule(), *_composition(fit)],
+        ["Shapes of effects, as stated or fitted", *_rule(), *_shapes(fit)],
         ["Verdict and doubts", *_rule(), *(line for v in verdict(fit) for line in paragraph(v, "  ", "- "))],
     ]
     return "\n\n".join("\n".join(part) for part in parts) + "\n" + "=" * WIDTH
@@ -255,6 +256,19 @@ def _open(fit: Fit) -> list[str]:
     head = ["name", "std %", "would be settled by a run that does this"]
     rows = _rows([u.name for u in fit.unclear], [digits(u.std_percent) for u in fit.unclear])
     return table(head, [[*row, u.hint] for row, u in zip(rows, fit.unclear, strict=True)], left=(0, 2))
+
+
+def _shapes(fit: Fit) -> list[str]:
+    """Nonlinear unknowns, one effect a line."""
+    keys, lines = {kind: name for name, kind in EFFECTS.items()}, []
+    for effect in fit.model.effects:
+        values = [
+            f"{name} {getattr(effect, name):.4g} {shape.unit}" for name, shape in effect.shapes().items()
+        ]
+        if values:
+            where = ", ".join(dict.fromkeys(_joints(effect, fit.model)))
+            lines += paragraph(f"{keys[type(effect)]} ({where}): {', '.join(values)}", "  ")
+    return lines or ["None of the effects has one."]
 
 
 def _composition(fit: Fit) -> list[str]:

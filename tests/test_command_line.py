@@ -275,3 +275,15 @@ def test_only_validation_runs_are_identified_from(files, tmp_path):
     path = write(tmp_path, recording)
     assert main(["identify", *path, "--output", str(tmp_path)]) == 0
     assert read_fit(tmp_path / "fit.json").runs == ("alone",)
+
+
+def test_shapes_are_fitted_where_asked(files, tmp_path, capsys):
+    command = ["identify", files[0], "--output", str(tmp_path / "out"), "--fit-shapes"]
+    assert main([*command, "coulomb_friction"]) == 0
+    page = capsys.readouterr().out
+    found = [float(value) for value in re.findall(r"coulomb_friction \(\w+\): reversal (\S+) rad/s", page)]
+    assert len(found) == 2
+    # 0.003 rad/s passes in a millisecond of these motions: little more is told than that it is small
+    assert all(1e-4 <= value < 0.02 for value in found)
+    assert main([*command, "stribeck_friction"]) == REFUSED
+    assert "stribeck_friction" in capsys.readouterr().err
