@@ -5,10 +5,13 @@ told. Current noise is white, 1 % of each joint's rms current; encoders have 4e-
 noise. The believed drive gains are the manufacturer's of Table III, 8 to 19 % off.
 """
 
+import os
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 from multiprocessing import get_context
+
+os.environ.setdefault("OMP_NUM_THREADS", "1")  # before numpy: one thread a process, and two processes
 
 import numpy as np
 from common import options, save, show

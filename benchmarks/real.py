@@ -19,6 +19,8 @@ from dataclasses import replace
 from multiprocessing import get_context
 from typing import Any
 
+os.environ.setdefault("OMP_NUM_THREADS", "1")  # before numpy: one thread a process, and two processes
+
 import numpy as np
 from common import options, save, show
 from exidyn.identify.model import Model
@@ -90,7 +92,6 @@ def main() -> None:
     chosen = options(__doc__.splitlines()[0])
     if not (FOLDER / UR10E.urdf).exists():
         print(f"no recordings in {FOLDER}; set EXIDYN_DATA to their folder")
-        save(chosen.json, {"skipped": "no recordings"})
         return
     os.environ.setdefault("OMP_NUM_THREADS", "1")  # of the two processes: one core each
     sets, results = (UR10E, KR300, PANDA), {}
