@@ -32,7 +32,7 @@ th { border-bottom: 1px solid var(--rule); color: var(--faint); font-weight: 600
 th:first-child, td:first-child, .words { text-align: left; }
 td.good { color: var(--good); }
 td.middling { color: var(--middling); } td.bad { color: var(--bad); font-weight: 600; }
-td svg { display: block; width: 170px; height: 16px; }
+td svg { display: block; width: 140px; height: 16px; }
 figure svg { display: block; width: 100%; height: auto; }
 code { font-size: 13px; overflow-wrap: anywhere; }
 svg text { font: 11px system-ui, "Segoe UI", "DejaVu Sans", sans-serif; fill: var(--ink); }

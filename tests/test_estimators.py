@@ -161,6 +161,20 @@ def test_sandwich_is_the_sum_over_lags_of_the_known_colour():
     assert np.median(found / np.sqrt(np.diag(np.linalg.inv(rows.T @ rows)))) > 1.5
 
 
+def test_each_run_counts_with_its_own_noise():
+    """The second run, which alone tells the payload, is four times as noisy as the first."""
+    system, truth = equations(rows=6000, payload=True)
+    spread = np.ones((6000, 1))
+    spread[system.runs[1]] = 4.0
+    left = 0.5 * spread * np.random.default_rng(6).normal(size=system.current.shape)
+    found = np.sqrt(np.diag(sandwich(system.regressor, left, system)))
+    rows, each = system.regressor.reshape(-1, len(truth)), np.repeat(0.25 * spread[:, 0] ** 2, 2)
+    bread = np.linalg.inv(rows.T @ rows)
+    expected = np.sqrt(np.diag(bread @ (rows.T * each) @ rows @ bread))
+    # one level for both runs would make the payload's 0.73 of this
+    np.testing.assert_allclose(found, expected, rtol=0.15)
+
+
 def test_gram_with_known_colour_is_the_double_sum():
     from exidyn.identify.estimators.covariance import _coloured_gram
     from scipy import signal

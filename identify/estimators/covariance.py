@@ -8,7 +8,7 @@ residual's autocovariances and is applied in the frequency domain. White noise w
 :math:`H^{-1}`, which at the residuals of real arms claims intervals several times too short.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -25,10 +25,15 @@ MEMORY = 2.0
 friction around a reversal remember, since Parzen's window takes a tenth off at an eighth of it."""
 
 
-def noise_covariance(residual: np.ndarray, equations: Equations) -> np.ndarray:
-    """Autocovariance of the residual (r, n) up to `MEMORY`, rows with zero weight left out."""
-    pieces = [residual[run] for run in equations.runs]
-    weights = [equations.weight[run] for run in equations.runs]
+def noise_covariance(
+    residual: np.ndarray, equations: Equations, runs: Sequence[slice] | None = None
+) -> np.ndarray:
+    """Autocovariance of the residual (r, n) over some runs, all by default, up to `MEMORY`.
+
+    Rows with zero weight are left out.
+    """
+    runs = equations.runs if runs is None else runs
+    pieces, weights = [residual[run] for run in runs], [equations.weight[run] for run in runs]
     lags = max(4, int(MEMORY * equations.rate))
     return autocovariance(pieces, weights, lags)
 
@@ -63,14 +68,18 @@ def sandwich(
         return of[rows] * (weight[rows, :, None] / deviation * scale)
 
     bread, information, meat = np.zeros((3, unknowns, unknowns))
-    for rows in _segments(equations):
-        moved, right = (weighted_rows(of, rows).reshape(-1, unknowns) for of in (left, jacobian))
-        bread += moved.T @ right
-        information += right.T @ right
-    noise, root = noise_covariance(residual, equations), _inverse_root(information)
-    for rows in _segments(equations):
-        taken = _taken(weighted_rows(jacobian, rows) @ root, len(noise) - 1)
-        meat += _coloured_gram(weighted_rows(left, rows) / deviation, noise, taken)
+    for run in equations.runs:
+        for rows in _segments(run):
+            moved, right = (weighted_rows(of, rows).reshape(-1, unknowns) for of in (left, jacobian))
+            bread += moved.T @ right
+            information += right.T @ right
+    root = _inverse_root(information)
+    for run in equations.runs:
+        # Each run with its own noise: under a payload currents, and so their noise, are larger.
+        noise = noise_covariance(residual, equations, [run])
+        for rows in _segments(run):
+            taken = _taken(weighted_rows(jacobian, rows) @ root, len(noise) - 1)
+            meat += _coloured_gram(weighted_rows(left, rows) / deviation, noise, taken)
     inverse = np.linalg.inv(bread)
     return inverse @ meat @ inverse.T * np.outer(scale, scale)
 
@@ -103,10 +112,9 @@ def sandwich_with_gains(equations: Equations, values: np.ndarray, gain: np.ndarr
     return sandwich(jacobian, equations.current - torque / gain, equations)
 
 
-def _segments(equations: Equations) -> Iterator[slice]:
-    for run in equations.runs:
-        for start in range(run.start, run.stop, SEGMENT):
-            yield slice(start, min(start + SEGMENT, run.stop))
+def _segments(run: slice) -> Iterator[slice]:
+    for start in range(run.start, run.stop, SEGMENT):
+        yield slice(start, min(start + SEGMENT, run.stop))
 
 
 def _coloured_gram(rows: np.ndarray, noise: np.ndarray, taken: np.ndarray) -> np.ndarray:
