@@ -144,7 +144,7 @@ def literal_and_its_cure() -> dict[str, np.ndarray]:
     for text, sensors, filtering in (
         ("1 % of rms, filters from the data", Sensors(), None),
         ("1 % of rms, the paper's 20 Hz", Sensors(), Filtering(position_cutoff=40, torque_cutoff=20)),
-        ("4 % of rms (1 % of peak), 20 Hz", Sensors(0.04), Filtering(position_cutoff=40, torque_cutoff=20)),
+        ("4 % of rms, 20 Hz", Sensors(0.04), Filtering(position_cutoff=40, torque_cutoff=20)),
     ):
         equations = equations_of(record(0, sensors), filtering)
         for name in METHODS:
