@@ -8,7 +8,7 @@ residual's autocovariances and is applied in the frequency domain. White noise w
 :math:`H^{-1}`, which at the residuals of real arms claims intervals several times too short.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -25,15 +25,10 @@ MEMORY = 2.0
 friction around a reversal remember, since Parzen's window takes a tenth off at an eighth of it."""
 
 
-def noise_covariance(
-    residual: np.ndarray, equations: Equations, runs: Sequence[slice] | None = None
-) -> np.ndarray:
-    """Autocovariance of the residual (r, n) over some runs, all by default, up to `MEMORY`.
-
-    Rows with zero weight are left out.
-    """
-    runs = equations.runs if runs is None else runs
-    pieces, weights = [residual[run] for run in runs], [equations.weight[run] for run in runs]
+def noise_covariance(residual: np.ndarray, equations: Equations) -> np.ndarray:
+    """Autocovariance of the residual (r, n) up to `MEMORY`, rows with zero weight left out."""
+    pieces = [residual[run] for run in equations.runs]
+    weights = [equations.weight[run] for run in equations.runs]
     lags = max(4, int(MEMORY * equations.rate))
     return autocovariance(pieces, weights, lags)
 
@@ -74,14 +69,25 @@ def sandwich(
             bread += moved.T @ right
             information += right.T @ right
     root = _inverse_root(information)
-    for run in equations.runs:
-        # Each run with its own noise: under a payload currents, and so their noise, are larger.
-        noise = noise_covariance(residual, equations, [run])
+    # Noise differs in level between runs: under a payload currents, and so their noise, are larger. Its
+    # colour is that of the same drives and encoders, and a short run could not tell its own.
+    levels = [_level(residual[run], weight[run], deviation[:, 0]) for run in equations.runs]
+    even = np.concatenate([residual[run] / level for run, level in zip(equations.runs, levels, strict=True)])
+    colour = noise_covariance(even, equations)
+    for run, level in zip(equations.runs, levels, strict=True):
+        noise = colour * np.outer(level, level)
         for rows in _segments(run):
             taken = _taken(weighted_rows(jacobian, rows) @ root, len(noise) - 1)
             meat += _coloured_gram(weighted_rows(left, rows) / deviation, noise, taken)
     inverse = np.linalg.inv(bread)
     return inverse @ meat @ inverse.T * np.outer(scale, scale)
+
+
+def _level(residual: np.ndarray, weight: np.ndarray, usual: np.ndarray) -> np.ndarray:
+    """Root mean square of one run's residual (t, n) by joint; the usual where the joint sticks throughout."""
+    counts = weight.sum(axis=0)
+    square = np.sum(weight * residual**2, axis=0) / np.maximum(counts, 1.0)
+    return np.where(counts > 0, np.maximum(np.sqrt(square), 1e-6 * usual), usual)
 
 
 def _inverse_root(matrix: np.ndarray) -> np.ndarray:
