@@ -13,7 +13,7 @@ from exidyn.identify.recording import KnownPayload, Recording, Signal
 from exidyn.identify.robot_file import read_model
 from exidyn.identify.simulate import Sensors, simulate
 from exidyn.identify.text_table import at_point, digits, table
-from exidyn.trajectories.fourier import random_fourier
+from exidyn.trajectories.random_fourier import random_fourier
 
 RATE = 500.0
 """Samples a second [Hz], as robot controllers give them."""

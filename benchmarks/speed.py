@@ -27,7 +27,7 @@ from exidyn.identify.motion import Motion
 from exidyn.identify.prepare import Filtering
 from exidyn.identify.recording import Recording, Signal
 from exidyn.identify.robot_file import read_model, urdf_text
-from exidyn.trajectories.fourier import random_fourier
+from exidyn.trajectories.random_fourier import random_fourier
 from figaroh_peer import FigarohArm, Settings, why_absent
 from floor import regressor_floor
 

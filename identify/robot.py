@@ -24,6 +24,8 @@ class Limits:
         acceleration: Shape (n,) [rad/s^2].
         jerk: Shape (n,) [rad/s^3].
         torque: Shape (n,) [N m].
+        velocity_lower: Shape (n,) [rad/s], negative; minus `velocity` unless said.
+        acceleration_lower: Shape (n,) [rad/s^2], negative; minus `acceleration` unless said.
     """
 
     position_lower: np.ndarray
@@ -32,6 +34,13 @@ class Limits:
     acceleration: np.ndarray
     jerk: np.ndarray
     torque: np.ndarray
+    velocity_lower: np.ndarray = field(default_factory=_unsaid)
+    acceleration_lower: np.ndarray = field(default_factory=_unsaid)
+
+    def __post_init__(self) -> None:
+        for name in ("velocity", "acceleration"):
+            if getattr(self, f"{name}_lower").size == 0:
+                object.__setattr__(self, f"{name}_lower", -np.asarray(getattr(self, name), float))
 
     @classmethod
     def none(cls, joints: int) -> "Limits":

@@ -28,6 +28,8 @@ SOURCES = ("urdf", "mdh", "link")
 TABLES = ("limits", "drive", "flange", "belief")
 KEYS = ("format", "name", *SOURCES, "gravity", "inertial_tolerance", "rigid_body", *TABLES, "effect")
 LIMIT_KEYS = tuple(f.name for f in fields(Limits))
+BACKWARD_KEYS = ("velocity_lower", "acceleration_lower")
+"""Limits that are those forward with a minus, unless they are said."""
 DRIVE_KEYS = ("gain", "gain_tolerance", "gear_ratio", "coupling")
 USUAL_EFFECTS = ("rotor_inertia", "viscous_friction", "coulomb_friction", "current_offset")
 """What nearly every geared arm has, and so what a URDF or MDH table is taken to mean that names no effect."""
@@ -135,11 +137,13 @@ def _limits(table: Mapping[str, Any], described: Limits, turns: np.ndarray) -> L
     """Limits of the file over those of its URDF; `turns`, shape (n,), says which joints do not slide."""
     check_keys(table, ("degrees", *LIMIT_KEYS), "[limits]")
     degrees = boolean(table.get("degrees", False), "[limits] degrees")
-    known = {key: getattr(described, key) for key in LIMIT_KEYS}
+    known = {key: getattr(described, key) for key in LIMIT_KEYS if key not in BACKWARD_KEYS}
     for key in LIMIT_KEYS:
         if key in table:
-            low = -np.inf if key.startswith("position") else 0.0
+            low = 0.0 if key not in ("position_lower", "position_upper", *BACKWARD_KEYS) else -np.inf
             known[key] = numbers(table[key], len(turns), f"[limits] {key}", low, infinite=True)
+            if key in BACKWARD_KEYS and np.any(known[key] > 0.0):
+                raise RobotError(f"[limits] {key}: {known[key].tolist()}; it is a limit backward, so below 0")
             if degrees and key != "torque":
                 known[key] = np.where(turns, np.radians(known[key]), known[key])
     for joint, (lower, upper) in enumerate(

@@ -12,7 +12,7 @@ from exidyn.identify.prepare import Filtering, prepare
 from exidyn.identify.recording import KnownPayload, Recording, Signal
 from exidyn.identify.robot import Limits
 from exidyn.identify.simulate import Sensors, simulate
-from exidyn.trajectories.fourier import random_fourier
+from exidyn.trajectories.random_fourier import random_fourier
 
 from .robots import six_axis
 from .two_joints import GAIN, MASS, model, trajectory, true_values

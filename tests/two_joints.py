@@ -9,7 +9,7 @@ from exidyn.identify.effects import CoulombFriction, CurrentOffset, Payload, Rig
 from exidyn.identify.equations import Equations
 from exidyn.identify.model import Model
 from exidyn.identify.robot import Limits, Robot
-from exidyn.trajectories.fourier import random_fourier
+from exidyn.trajectories.random_fourier import random_fourier
 
 GAIN = np.array([-40.0, 25.0])
 """Believed and true drive gains [N m/A]."""

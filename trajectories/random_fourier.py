@@ -1,4 +1,4 @@
-"""Fourier series: the periodic motion of most identification runs."""
+"""Random motion that nobody optimised: for examples, tests, and to compare with."""
 
 from dataclasses import dataclass
 
@@ -8,7 +8,7 @@ from exidyn.identify.robot import Limits
 
 
 @dataclass(frozen=True)
-class Fourier:
+class RampedFourier:
     """Position centre + sum over harmonics k of sine_k sin(k w s) + cosine_k cos(k w s).
 
     The phase s starts and ends at rest: it speeds up over `ramp`, and the arm waits for `rest` before
@@ -72,14 +72,14 @@ def _gone(share: np.ndarray) -> np.ndarray:
 
 def random_fourier(
     limits: Limits, duration: float, period: float = 10.0, harmonics: int = 5, seed: int = 0
-) -> Fourier:
+) -> RampedFourier:
     """A Fourier motion with random coefficients that keeps to 90 % of the limits; not optimised."""
     random = np.random.default_rng(seed)
     lower, upper = np.maximum(limits.position_lower, -np.pi), np.minimum(limits.position_upper, np.pi)
     n = len(lower)
     centre = 0.5 * (lower + upper)
     sine, cosine = random.normal(size=(2, n, harmonics)) / np.arange(1, harmonics + 1)
-    trial = Fourier(period, centre, sine, cosine, duration)
+    trial = RampedFourier(period, centre, sine, cosine, duration)
     motion = trial.at(np.arange(0.0, duration, 0.01))
     room = np.stack(
         [
@@ -89,4 +89,4 @@ def random_fourier(
         ]
     )
     scale = 0.9 * np.min(np.where(np.isfinite(room), room, np.inf), axis=0)[:, None]
-    return Fourier(period, centre, scale * sine, scale * cosine, duration)
+    return RampedFourier(period, centre, scale * sine, scale * cosine, duration)

@@ -1,11 +1,11 @@
 import numpy as np
 import pytest
 from exidyn.identify.robot import Limits
-from exidyn.trajectories.fourier import Fourier, random_fourier
+from exidyn.trajectories.random_fourier import RampedFourier, random_fourier
 
 from .two_joints import arm
 
-SERIES = Fourier(
+SERIES = RampedFourier(
     period=4.0,
     centre=np.array([0.2, -0.4]),
     sine=np.array([[0.5, -0.1, 0.05], [0.1, 0.3, -0.2]]),

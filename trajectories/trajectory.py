@@ -1,0 +1,115 @@
+"""Trajectory: position, velocity, acceleration and jerk at any time."""
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from exidyn.identify.motion import Motion
+
+from .errors import OutsideTrajectory
+
+ROUNDING = 1e-9
+"""Seconds before the start or after the end that are taken as rounding of the tick's time."""
+
+
+class State(NamedTuple):
+    """Where the joints are and how they move, at one instant; each of shape (n,)."""
+
+    position: np.ndarray
+    velocity: np.ndarray
+    acceleration: np.ndarray
+
+    @classmethod
+    def at_rest(cls, position: np.ndarray) -> "State":
+        """Standing still."""
+        return cls(np.asarray(position, float), np.zeros(len(position)), np.zeros(len(position)))
+
+
+class States(NamedTuple):
+    """States over time.
+
+    Attributes:
+        time: Shape (t,) [s].
+        position: Shape (t, n) [rad], or [m] where the joint slides.
+        velocity: Shape (t, n) [rad/s].
+        acceleration: Shape (t, n) [rad/s^2].
+        jerk: Shape (t, n) [rad/s^3].
+    """
+
+    time: np.ndarray
+    position: np.ndarray
+    velocity: np.ndarray
+    acceleration: np.ndarray
+    jerk: np.ndarray
+
+    def motion(self, payload: str = "") -> Motion:
+        """The same as the input of effects."""
+        return Motion.of(self.time, self.position, self.velocity, self.acceleration, payload=payload)
+
+    def state(self, row: int) -> State:
+        """One instant."""
+        return State(self.position[row], self.velocity[row], self.acceleration[row])
+
+
+class Range(NamedTuple):
+    """Smallest and largest value that a quantity reaches, and when; each of shape (n,)."""
+
+    lower: np.ndarray
+    upper: np.ndarray
+    lower_time: np.ndarray
+    upper_time: np.ndarray
+
+
+class Extremes(NamedTuple):
+    """What a trajectory reaches anywhere, between samples too."""
+
+    position: Range
+    velocity: Range
+    acceleration: Range
+    jerk: Range
+
+
+@dataclass(frozen=True, eq=False)
+class Trajectory(ABC):
+    """A motion of all joints from time zero to its duration."""
+
+    @property
+    @abstractmethod
+    def duration(self) -> float:
+        """Time from start to end [s]."""
+
+    @property
+    @abstractmethod
+    def dof(self) -> int:
+        """Number of joints n."""
+
+    @abstractmethod
+    def at(self, time: np.ndarray) -> States:
+        """States at given times, shape (t,) [s].
+
+        Raises:
+            OutsideTrajectory: A time before zero or after the duration.
+        """
+
+    @abstractmethod
+    def extremes(self) -> Extremes:
+        """The largest and smallest position, velocity, acceleration and jerk, exactly."""
+
+    def every(self, tick: float) -> States:
+        """States at every tick from start to end; the last tick is at or before the end."""
+        return self.at(np.arange(int(np.floor(self.duration / tick + 1e-6)) + 1) * tick)
+
+    def inside(self, time: np.ndarray) -> np.ndarray:
+        """The times, rounding at both ends taken off.
+
+        Raises:
+            OutsideTrajectory: A time before zero or after the duration.
+        """
+        time = np.atleast_1d(np.asarray(time, float))
+        outside = (time < -ROUNDING) | (time > self.duration + ROUNDING) | ~np.isfinite(time)
+        if np.any(outside):
+            raise OutsideTrajectory(
+                f"the trajectory lasts from 0 to {self.duration:g} s; asked for {time[outside][0]:g} s"
+            )
+        return np.clip(time, 0.0, self.duration)
