@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 import pinocchio as pin
 
-from .rigid_regressor import joints_of
+from .newton_euler import joints_of
 
 
 class LinkFrame(NamedTuple):

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from .effects import Belief, Effect, Parameter
+from .effects import Belief, Effect, MotionGradient, Parameter
 from .errors import RobotError
 from .motion import Motion
 from .robot import Robot
@@ -96,9 +96,37 @@ class Model:
         """Joint torque for given parameter values (p,), shape (t, n) [N m]."""
         return self.regressor(motion) @ values + self.known_torque(motion)
 
+    def motion_gradient(
+        self, motion: Motion, weights: np.ndarray, known: np.ndarray | None = None
+    ) -> MotionGradient:
+        """Derivatives of sum(weights * regressor) + sum(known * known torque) by a loaded motion.
+
+        Args:
+            motion: With the load that `loaded` gives it, so that what the load gains is passed on.
+            weights: Shape (t, n, p).
+            known: Shape (t, n); nothing by default.
+        """
+        total, start = MotionGradient.none(motion.position.shape), 0
+        for effect in self.effects:
+            stop = start + len(effect.parameters(self.robot))
+            total = total + effect.motion_gradient(self.robot, motion, weights[:, :, start:stop])
+            if known is not None:
+                total = total + effect.known_gradient(self.robot, motion, known)
+            start = stop
+        if not np.any(total.load):
+            return total
+        gears = self._gears
+        by_load = gears.motion_gradient(motion, total.load[:, :, None] * gears.believed_values, total.load)
+        return replace(total, load=np.zeros_like(total.load)) + by_load
+
+    @property
+    def _gears(self) -> "Model":
+        """The part of the model whose torque the gears transmit."""
+        return replace(self, effects=tuple(e for e in self.effects if e.transmitted))
+
     def loaded(self, motion: Motion) -> Motion:
         """The motion with the torque that the gears transmit, by belief; unchanged if no effect asks."""
         if not any(effect.needs_load for effect in self.effects):
             return motion
-        gears = replace(self, effects=tuple(e for e in self.effects if e.transmitted))
+        gears = self._gears
         return replace(motion, load=gears.torque(motion, gears.believed_values))

@@ -6,7 +6,7 @@ import numpy as np
 import pinocchio as pin
 
 from .errors import BrokenTree, UnknownJoint, WrongShape
-from .rigid_regressor import joints_of
+from .newton_euler import joints_of
 
 
 def _unsaid() -> np.ndarray:

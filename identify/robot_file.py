@@ -15,7 +15,7 @@ from .errors import RobotError
 from .kinematics import PLACEMENT_KEYS, Kinematics, link_kinematics, read_placement
 from .mdh import mdh_kinematics, parse_mdh
 from .model import Model
-from .rigid_regressor import joints_of
+from .newton_euler import joints_of
 from .robot import Limits, Robot
 from .robot_text import FORMAT, RIGID_BODY, model_text
 from .toml_fields import boolean, check_keys, matrix, number, numbers, parse_toml, read_text, string, tables

@@ -1,6 +1,5 @@
 """Write a model as one robot.toml that needs no other file, and reads back to the last digit."""
 
-from collections.abc import Mapping, Sequence
 from dataclasses import fields
 from typing import Any
 
@@ -12,8 +11,9 @@ from .effects import EFFECTS, Effect
 from .kinematics import INERTIA_PLACES
 from .link_frames import link_frames
 from .model import Model
-from .rigid_regressor import Joint, joints_of
+from .newton_euler import Joint, joints_of
 from .robot import Robot
+from .toml_text import block, lines
 
 FORMAT = 1
 RIGID_BODY = "link_inertia"
@@ -32,22 +32,22 @@ def model_text(model: Model) -> str:
     if not any(EFFECTS[RIGID_BODY] is type(effect) for effect in model.effects):
         head["rigid_body"] = False
     blocks = [
-        _lines(head),
-        _block("[limits]", {f.name: getattr(robot.limits, f.name) for f in fields(robot.limits)}),
+        lines(head),
+        block("[limits]", {f.name: getattr(robot.limits, f.name) for f in fields(robot.limits)}),
     ]
-    blocks += [_block("[drive]", _drive(robot)), _block("[flange]", _placement(robot.flange))]
+    blocks += [block("[drive]", _drive(robot)), block("[flange]", _placement(robot.flange))]
     frames = zip(joints_of(robot.kinematics), link_frames(robot.kinematics), strict=True)
     blocks += [
-        _block("[[link]]", _link(robot, i, joint, frame.child)) for i, (joint, frame) in enumerate(frames)
+        block("[[link]]", _link(robot, i, joint, frame.child)) for i, (joint, frame) in enumerate(frames)
     ]
     told: set[str] = set()
     for place, effect in enumerate(model.effects):
         row = _effect_row(effect, model, told)
         if place or row != {"name": RIGID_BODY}:
-            blocks.append(_block("[[effect]]", row))
+            blocks.append(block("[[effect]]", row))
     single = {n: list(b) for n, b in model.stated.items() if n in model.names and n not in told}
     if single:
-        blocks.append(_block("[belief]", single))
+        blocks.append(block("[belief]", single))
     return "\n\n".join(blocks) + "\n"
 
 
@@ -89,34 +89,3 @@ def _effect_row(effect: Effect, model: Model, told: set[str]) -> dict[str, Any]:
         row["std"] = [model.stated[name].std for name in names]
         told.update(names)
     return row
-
-
-def _block(heading: str, table: Mapping[str, Any]) -> str:
-    return f"{heading}\n{_lines(table)}"
-
-
-def _lines(table: Mapping[str, Any]) -> str:
-    return "\n".join(f"{_key(key)} = {_value(value)}" for key, value in table.items())
-
-
-def _key(key: str) -> str:
-    plain = key.isascii() and key.replace("_", "").replace("-", "").isalnum()
-    return key if plain else _string(key)
-
-
-def _value(value: Any) -> str:
-    """A TOML value; `repr` of a float reads back as the same float."""
-    if isinstance(value, bool | np.bool_):
-        return "true" if value else "false"
-    if isinstance(value, str):
-        return _string(value)
-    if isinstance(value, Sequence | np.ndarray):
-        return f"[{', '.join(_value(item) for item in value)}]"
-    if isinstance(value, int | np.integer):
-        return str(int(value))
-    return repr(float(value))
-
-
-def _string(text: str) -> str:
-    escaped = text.replace("\\", "\\\\").replace('"', '\\"')
-    return '"' + "".join(c if c.isprintable() else f"\\u{ord(c):04x}" for c in escaped) + '"'

@@ -8,7 +8,7 @@ import pinocchio as pin
 
 from .link_frames import LinkFrame, link_frames
 from .model import Model
-from .rigid_regressor import Joint, joints_of
+from .newton_euler import Joint, joints_of
 from .robot import Robot
 
 SLENDERNESS = 0.06

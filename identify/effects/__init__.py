@@ -2,7 +2,7 @@
 
 from .coulomb_friction import CoulombFriction
 from .current_offset import CurrentOffset
-from .effect import Belief, Effect, JointEffect, Parameter, Shape, shape
+from .effect import Belief, Effect, JointEffect, MotionGradient, Parameter, Shape, shape
 from .friction_asymmetry import FrictionAsymmetry
 from .hysteresis import Hysteresis
 from .joint_spring import JointSpring
@@ -44,6 +44,7 @@ __all__ = [
     "Belief",
     "Effect",
     "JointEffect",
+    "MotionGradient",
     "Parameter",
     "Shape",
     "known_parameters",

@@ -9,9 +9,10 @@ import pinocchio as pin
 
 from ..errors import RobotError, UnknownKey
 from ..motion import Motion
+from ..rigid_gradient import body_gradient
 from ..rigid_regressor import INERTIAL, body_regressor
 from ..robot import Robot
-from .effect import Effect, Parameter
+from .effect import Effect, MotionGradient, Parameter
 from .rigid_body import UNITS, inertial_parameters
 
 
@@ -54,6 +55,26 @@ class Payload(Effect):
     def known_torque(self, robot: Robot, motion: Motion) -> np.ndarray:
         values = np.array([value for _, value in self.known])
         return self._columns(robot, motion, [name for name, _ in self.known]) @ values
+
+    def motion_gradient(self, robot: Robot, motion: Motion, weights: np.ndarray) -> MotionGradient:
+        return self._gradient(robot, motion, self._unknown, weights)
+
+    def known_gradient(self, robot: Robot, motion: Motion, weights: np.ndarray) -> MotionGradient:
+        values = np.array([value for _, value in self.known])
+        return self._gradient(robot, motion, [name for name, _ in self.known], weights[:, :, None] * values)
+
+    def _gradient(
+        self, robot: Robot, motion: Motion, names: Sequence[str], weights: np.ndarray
+    ) -> MotionGradient:
+        """Derivatives of sum(weights * columns of the named parameters); weights (t, n, len(names))."""
+        if motion.payload != self.name or not names:
+            return MotionGradient.none(motion.position.shape)
+        every = np.zeros((*motion.position.shape, len(INERTIAL)))
+        every[:, :, [INERTIAL.index(name) for name in names]] = weights
+        by = body_gradient(
+            robot.kinematics, motion.position, motion.velocity, motion.acceleration, robot.flange, every
+        )
+        return MotionGradient(*by, np.zeros_like(motion.position))
 
     def inertias(self, robot: Robot) -> list[slice]:
         return [] if self.known else [slice(0, 10)]

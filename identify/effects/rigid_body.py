@@ -8,9 +8,10 @@ import numpy as np
 import pinocchio as pin
 
 from ..motion import Motion
+from ..rigid_gradient import rigid_gradient
 from ..rigid_regressor import INERTIAL, rigid_regressor
 from ..robot import Robot
-from .effect import Belief, Effect, Parameter
+from .effect import Belief, Effect, MotionGradient, Parameter
 
 UNITS = dict.fromkeys(INERTIAL[:6], "kg m^2") | dict.fromkeys(INERTIAL[6:9], "kg m") | {"M": "kg"}
 
@@ -38,6 +39,10 @@ class RigidBody(Effect):
     def regressor(self, robot: Robot, motion: Motion) -> np.ndarray:
         out = np.zeros((*motion.position.shape, 10 * robot.dof))
         return rigid_regressor(robot.kinematics, motion.position, motion.velocity, motion.acceleration, out)
+
+    def motion_gradient(self, robot: Robot, motion: Motion, weights: np.ndarray) -> MotionGradient:
+        by = rigid_gradient(robot.kinematics, motion.position, motion.velocity, motion.acceleration, weights)
+        return MotionGradient(*by, np.zeros_like(motion.position))
 
     def beliefs(self, robot: Robot) -> Mapping[str, Belief]:
         beliefs = {}

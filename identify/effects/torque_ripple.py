@@ -6,7 +6,7 @@ import numpy as np
 
 from ..motion import Motion
 from ..robot import Robot
-from .effect import JointEffect, Parameter
+from .effect import Effect, JointEffect, MotionGradient, Parameter
 
 
 @dataclass(frozen=True)
@@ -34,3 +34,6 @@ class TorqueRipple(JointEffect):
         angle = self.harmonic * robot.gear_ratio * (motion.position @ robot.coupling.T)
         on_motors = self.on_joints(robot, np.cos(angle), np.sin(angle))
         return np.einsum("mj,tmp->tjp", robot.coupling, on_motors)
+
+    def motion_gradient(self, robot: Robot, motion: Motion, weights: np.ndarray) -> MotionGradient:
+        return Effect.motion_gradient(self, robot, motion, weights)  # coupling: a motor sees several joints

@@ -1,0 +1,202 @@
+"""The arm that every excitation tool is given, and the judge of what they hand back.
+
+UR10 of the package example-robot-data with its collision meshes, rigid bodies only: 36 base columns.
+Every tool keeps to the same limits: those of the URDF less a tenth of their range at either end, which is
+what FIGAROH's UR10 example keeps clear of.
+"""
+
+import importlib.metadata
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pinocchio as pin
+from exidyn.identify.base_parameters import BaseParameters, base_parameters
+from exidyn.identify.effects import RigidBody
+from exidyn.identify.model import Model
+from exidyn.identify.motion import Motion
+from exidyn.identify.robot import Limits
+from exidyn.identify.robot_file import read_model
+
+PACKAGE = "example-robot-data"
+MARGIN = 0.1
+"""Share of a limit's range that is kept clear at either end; FIGAROH's UR10 example does so."""
+ALLOWED = 0.01
+"""Share of a limit by which a trajectory may exceed it and still count: what a grid of 20 Hz lets through."""
+RATE = 100.0
+"""Samples a second at which a trajectory is judged [Hz]."""
+
+
+class States(NamedTuple):
+    """A trajectory as sampled, each of shape (t, n); [rad], [rad/s], [rad/s^2]."""
+
+    position: np.ndarray
+    velocity: np.ndarray
+    acceleration: np.ndarray
+
+
+class Verdict(NamedTuple):
+    """What the judge says of a trajectory.
+
+    Attributes:
+        condition: Condition number of the base regressor, columns scaled to unit length [-].
+        raw: The same without scaling [-].
+        excess: Worst excess over a limit as a share of it; not above 0 where all are kept [-].
+        where: Which limit of which joint that is.
+        collisions: Samples in which two links that are not neighbours touch.
+    """
+
+    condition: float
+    raw: float
+    excess: float
+    where: str
+    collisions: int
+
+    def feasible(self, collisions: bool) -> bool:
+        """Within the limits, and without touching itself if `collisions` count."""
+        return self.excess <= ALLOWED and not (collisions and self.collisions)
+
+    def breaches(self) -> str:
+        """What the trajectory violates, in words; empty for nothing."""
+        found = []
+        if self.excess > 1e-6:  # rounding
+            found.append(f"{100 * self.excess:.2g} % over the {self.where}")
+        if self.collisions:
+            found.append(f"touches itself in {self.collisions} samples at {RATE:.0f} Hz")
+        return ", ".join(found)
+
+
+@dataclass(frozen=True, eq=False)
+class Arm:
+    """One arm for all tools.
+
+    Attributes:
+        model: Robot and rigid bodies.
+        urdf: File of the robot.
+        packages: Folder in which the mesh files named in it are found.
+        limits: Position, velocity and torque that every tool keeps to.
+        base: Which columns remain.
+    """
+
+    model: Model
+    urdf: Path
+    packages: Path
+    limits: Limits
+    base: BaseParameters
+
+    @property
+    def dof(self) -> int:
+        """Number of joints n."""
+        return self.model.robot.dof
+
+    def base_regressor(self, states: States) -> np.ndarray:
+        """Base columns, shape (t n, b)."""
+        time = np.arange(len(states.position)) / RATE  # rigid bodies do not ask for it
+        columns = self.model.regressor(Motion.of(time, *states))
+        return columns.reshape(-1, columns.shape[2])[:, self.base.kept]
+
+    def condition(self, position: np.ndarray, velocity: np.ndarray, acceleration: np.ndarray) -> float:
+        """Condition number of the base regressor with unit columns; each of shape (t, n)."""
+        return unit_condition(self.base_regressor(States(position, velocity, acceleration)))
+
+    def raw_condition(self, states: States) -> float:
+        """Condition number of the base regressor as it is, which depends on the units."""
+        return float(np.linalg.cond(self.base_regressor(states)))
+
+    def torque(self, states: States) -> np.ndarray:
+        """Inverse dynamics by Pinocchio, shape (t, n) [N m]."""
+        kinematics = self.model.robot.kinematics
+        data = kinematics.createData()
+        return np.array([pin.rnea(kinematics, data, *row) for row in zip(*states, strict=True)])
+
+    def judge(self, states: States) -> Verdict:
+        """Condition number and violations of a trajectory, sampled densely over its whole length."""
+        columns = self.base_regressor(states)
+        excess, where = self._worst(states)
+        raw = float(np.linalg.cond(columns))
+        return Verdict(unit_condition(columns), raw, excess, where, self.collisions(states.position))
+
+    def _worst(self, states: States) -> tuple[float, str]:
+        limits, zero = self.limits, np.zeros(self.dof)
+        middle = 0.5 * (limits.position_lower + limits.position_upper)
+        half = 0.5 * (limits.position_upper - limits.position_lower)
+        kinds = {
+            "position": (states.position, middle, half),
+            "velocity": (states.velocity, zero, limits.velocity),
+            "torque": (self.torque(states), zero, limits.torque),
+        }
+        over = {
+            f"{kind} of {joint}": float(share)
+            for kind, (value, centre, most) in kinds.items()
+            for joint, share in zip(
+                self.model.robot.joints, np.max(np.abs(value - centre), axis=0) / most - 1.0, strict=True
+            )
+        }
+        where = max(over, key=lambda name: over[name])
+        return over[where], where
+
+    def collisions(self, position: np.ndarray) -> int:
+        """How many of the positions (t, n) make two links touch that are not neighbours."""
+        kinematics, geometry = self._bodies
+        data, contact = kinematics.createData(), geometry.createData()
+        return sum(
+            bool(pin.computeCollisions(kinematics, data, geometry, contact, row, True)) for row in position
+        )
+
+    @cached_property
+    def _bodies(self) -> tuple[pin.Model, pin.GeometryModel]:
+        """Kinematics and collision meshes, every two that are not on the same or on adjacent links."""
+        kinematics = pin.buildModelFromUrdf(str(self.urdf))
+        geometry = pin.buildGeomFromUrdf(
+            kinematics, str(self.urdf), pin.COLLISION, package_dirs=[str(self.packages)]
+        )
+        joints = [body.parentJoint for body in geometry.geometryObjects]
+        for first, one in enumerate(joints):
+            for second, other in enumerate(joints[:first]):
+                if one != other and kinematics.parents[one] != other and kinematics.parents[other] != one:
+                    geometry.addCollisionPair(pin.CollisionPair(second, first))
+        return kinematics, geometry
+
+
+def unit_condition(columns: np.ndarray) -> float:
+    """Condition number of a matrix whose columns are scaled to unit length."""
+    return float(np.linalg.cond(columns / np.linalg.norm(columns, axis=0)))
+
+
+def why_no_arm() -> str:
+    """Sentence that says why there is no UR10; empty where there is."""
+    try:
+        importlib.metadata.distribution(PACKAGE)
+    except importlib.metadata.PackageNotFoundError as missing:
+        return f"The UR10 is not there ({missing}); pip install 'exidyn[bench]' brings it."
+    return ""
+
+
+def ur10(margin: float = MARGIN) -> Arm:
+    """The UR10 of example-robot-data.
+
+    Args:
+        margin: Share of each limit's range to keep clear at either end.
+    """
+    if absent := why_no_arm():
+        raise ImportError(absent)
+    here = importlib.metadata.distribution(PACKAGE).locate_file("cmeel.prefix/share")
+    packages = Path(str(here))
+    urdf = packages / PACKAGE / "robots" / "ur_description" / "urdf" / "ur10_robot.urdf"
+    model = replace(read_model(urdf), effects=(RigidBody(),))
+    return Arm(model, urdf, packages, _within(model.robot.limits, margin), base_parameters(model))
+
+
+def _within(limits: Limits, margin: float) -> Limits:
+    clear = margin * (limits.position_upper - limits.position_lower)
+    share = 1.0 - 2.0 * margin
+    return replace(
+        limits,
+        position_lower=limits.position_lower + clear,
+        position_upper=limits.position_upper - clear,
+        velocity=share * limits.velocity,
+        velocity_lower=share * limits.velocity_lower,
+        torque=share * limits.torque,
+    )

@@ -1,0 +1,44 @@
+"""Write TOML: keys, values and blocks; a float is written so that it reads back as the same float."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+
+def block(heading: str, table: Mapping[str, Any]) -> str:
+    """A heading such as [drive] or [[link]], and its keys below."""
+    return f"{heading}\n{lines(table)}" if table else heading
+
+
+def lines(table: Mapping[str, Any]) -> str:
+    """One line a key; a matrix takes one a row."""
+    return "\n".join(f"{_key(key)} = {value_text(value)}" for key, value in table.items())
+
+
+def value_text(value: Any) -> str:
+    """A TOML value; `repr` of a float reads back as the same float."""
+    if isinstance(value, bool | np.bool_):
+        return "true" if value else "false"
+    if isinstance(value, str):
+        return _string(value)
+    if isinstance(value, Sequence | np.ndarray):
+        return f"[{', '.join(value_text(item) for item in value)}]"
+    if isinstance(value, int | np.integer):
+        return str(int(value))
+    return repr(float(value))
+
+
+def matrix_lines(rows: Sequence | np.ndarray) -> str:
+    """A list of lists with a line each."""
+    return "[\n" + "".join(f"  {value_text(row)},\n" for row in rows) + "]"
+
+
+def _key(key: str) -> str:
+    plain = key.isascii() and key.replace("_", "").replace("-", "").isalnum()
+    return key if plain else _string(key)
+
+
+def _string(text: str) -> str:
+    escaped = text.replace("\\", "\\\\").replace('"', '\\"')
+    return '"' + "".join(c if c.isprintable() else f"\\U{ord(c):08x}" for c in escaped) + '"'

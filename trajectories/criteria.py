@@ -1,0 +1,110 @@
+r"""Criteria: how good an information matrix is, as a number to be made small, and its gradient.
+
+The information matrix :math:`M = W^T W` (rows in units of their noise) adds up over runs, over earlier
+data and over beliefs, so a criterion need not know what it is the sum of. A criterion is a function of M
+and of the size of each parameter, shape (b,), that gives the value and the derivative by M, symmetric.
+"""
+
+from collections.abc import Callable
+from functools import partial
+
+import numpy as np
+from scipy.linalg import eigh
+
+Criterion = Callable[[np.ndarray, np.ndarray], tuple[float, np.ndarray]]
+
+SMALLEST = 1e-14
+"""Share of the largest eigenvalue that rounding leaves of a zero one: less is taken as this."""
+
+
+def condition(information: np.ndarray, size: np.ndarray, power: float = np.inf) -> tuple[float, np.ndarray]:
+    """Logarithm of the condition number of the regressor with columns scaled to one.
+
+    Args:
+        information: Shape (b, b).
+        size: Not used: the scaling comes from the columns.
+        power: Where finite, largest and smallest eigenvalue are means of this power over all of them: an
+            upper bound, smooth where eigenvalues meet.
+    """
+    scale = 1.0 / np.sqrt(np.diag(information))
+    scaled = information * np.outer(scale, scale)
+    values, vectors = eigh(scaled)
+    values = np.maximum(values, SMALLEST * values[-1])
+    high, by_high = _peak(np.log(values), power)
+    low, by_low = _peak(-np.log(values), power)
+    by_value = 0.5 * (by_high - by_low) / values
+    by_scaled = (vectors * by_value) @ vectors.T
+    through_scale = np.sum(by_scaled * scaled, axis=1) / np.diag(information)
+    return 0.5 * (high + low), by_scaled * np.outer(scale, scale) - np.diag(through_scale)
+
+
+def volume(information: np.ndarray, size: np.ndarray) -> tuple[float, np.ndarray]:
+    """D-optimality: mean logarithm of a deviation, from the volume of the confidence ellipsoid.
+
+    Args:
+        information: Shape (b, b).
+        size: Of each parameter; the deviations are relative to it.
+    """
+    values, vectors = _inverted(information, size)
+    count = len(values)
+    gradient = -0.5 / count * ((vectors / values) @ vectors.T) * np.outer(size, size)
+    return float(-0.5 * np.mean(np.log(values))), gradient
+
+
+def average(information: np.ndarray, size: np.ndarray) -> tuple[float, np.ndarray]:
+    """A-optimality: logarithm of the root mean square deviation, relative to the parameters' sizes."""
+    return _deviation(information, size, 1.0)
+
+
+def worst(information: np.ndarray, size: np.ndarray, power: float = 16.0) -> tuple[float, np.ndarray]:
+    """Logarithm of the largest deviation relative to its parameter's size.
+
+    Args:
+        information: Shape (b, b).
+        size: Of each parameter.
+        power: Of the mean of variances that stands for the largest: sixteen is within 26 % of it for
+            forty parameters, and smooth where two are equally bad.
+    """
+    return _deviation(information, size, power)
+
+
+def _deviation(information: np.ndarray, size: np.ndarray, power: float) -> tuple[float, np.ndarray]:
+    """Logarithm of the power mean of relative standard deviations."""
+    values, vectors = _inverted(information, size)
+    covariance = (vectors / values) @ vectors.T
+    variance = np.diag(covariance)
+    highest, share = _peak(np.log(variance), power)
+    if power == 1.0:
+        highest -= np.log(len(variance))
+    by_covariance = 0.5 * share / variance
+    gradient = -(covariance * by_covariance) @ covariance
+    return 0.5 * highest, gradient * np.outer(size, size)
+
+
+def _inverted(information: np.ndarray, size: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Eigenvalues and vectors of the information about parameters in units of their size."""
+    values, vectors = eigh(information * np.outer(size, size))
+    return np.maximum(values, SMALLEST * values[-1]), vectors
+
+
+def _peak(logarithms: np.ndarray, power: float) -> tuple[float, np.ndarray]:
+    """Largest logarithm, or that of the power sum, and its derivative by each."""
+    largest = float(np.max(logarithms))
+    if np.isinf(power):
+        share = np.zeros(len(logarithms))
+        share[int(np.argmax(logarithms))] = 1.0
+        return largest, share
+    weights = np.exp(power * (logarithms - largest))
+    return largest + float(np.log(weights.sum())) / power, weights / weights.sum()
+
+
+CRITERIA: dict[str, Criterion] = {
+    "condition": condition,
+    "volume": volume,
+    "average": average,
+    "worst": worst,
+}
+"""What a trajectory can be made best for, by the name the command line gives it."""
+
+smooth_condition = partial(condition, power=4.0)
+"""Stands in for the condition number at first: several small eigenvalues pull together."""
