@@ -6,6 +6,7 @@ what FIGAROH's UR10 example keeps clear of.
 """
 
 import importlib.metadata
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -139,11 +140,40 @@ class Arm:
 
     def collisions(self, position: np.ndarray) -> int:
         """How many of the positions (t, n) make two links touch that are not neighbours."""
+        return sum(self._touching(position))
+
+    def clear(self, position: np.ndarray) -> bool:
+        """Whether none of the positions (t, n) does; it stops at the first that does."""
+        return not any(self._touching(position))
+
+    def _touching(self, position: np.ndarray) -> Iterator[bool]:
         kinematics, geometry = self._bodies
         data, contact = kinematics.createData(), geometry.createData()
-        return sum(
-            bool(pin.computeCollisions(kinematics, data, geometry, contact, row, True)) for row in position
-        )
+        for row in position:
+            yield bool(pin.computeCollisions(kinematics, data, geometry, contact, row, True))
+
+    def clearance(self, position: np.ndarray) -> np.ndarray:
+        """Smallest distance of the convex hulls of every pair of links, negative inside; shape (pairs,) [m].
+
+        Hulls are larger than the links, but a hundred times faster than their meshes, and know how deep.
+        """
+        kinematics, hulls = self._hulls
+        data, contact = kinematics.createData(), hulls.createData()
+        nearest = np.full(len(hulls.collisionPairs), np.inf)
+        for row in position:
+            pin.computeDistances(kinematics, data, hulls, contact, row)
+            nearest = np.minimum(nearest, [found.min_distance for found in contact.distanceResults])
+        return nearest
+
+    @cached_property
+    def _hulls(self) -> tuple[pin.Model, pin.GeometryModel]:
+        kinematics, meshes = self._bodies
+        hulls = meshes.copy()
+        for body in hulls.geometryObjects:
+            if hasattr(body.geometry, "buildConvexHull"):  # boxes are their own
+                body.geometry.buildConvexHull(True, "Qt")
+                body.geometry = body.geometry.convex
+        return kinematics, hulls
 
     @cached_property
     def _bodies(self) -> tuple[pin.Model, pin.GeometryModel]:

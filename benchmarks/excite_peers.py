@@ -20,6 +20,12 @@ SEARCH_RATE = 20.0
 CONSTRAINT_RATE = 10.0
 """Samples a second at which SLSQP sees the limits: 24 a period of the highest harmonic, so that a peak
 between them is at most 0.9 % higher [Hz]."""
+CLEARANCE_RATE = 5.0
+"""Samples a second at which SLSQP sees the clearance of the links [Hz]; FIGAROH sees one a way-point."""
+CLEARANCE = 0.01
+"""Between links that are not neighbours, FIGAROH's default, which it keeps at its way-points [m]."""
+SCREEN = 0.1
+"""Clearance beyond which it makes no difference how far links are apart [m]."""
 Clock = Callable[[], float]
 
 
@@ -121,7 +127,7 @@ def random_search(
             continue
         states = grid.at(coefficients)
         condition = arm.condition(*states)
-        if condition < best and not (collisions and arm.collisions(states.position)):
+        if condition < best and not (collisions and not arm.clear(states.position)):
             best = condition
             found.append((clock() - start, coefficients))
     return _judged("random search", arm, found, clock() - start, [f"{tried} tried"], collisions)
@@ -161,8 +167,8 @@ def slsqp(
 ) -> PeerResult:
     """SciPy's SLSQP with two-point differences on the condition number, from random starts.
 
-    Position, velocity and torque limits are sampled inequality constraints. Self-collision is no
-    constraint of its; where it counts, iterates that collide are not taken.
+    Position, velocity and torque limits are sampled inequality constraints, and so is, if `collisions`
+    count, the clearance of every pair of links; starts are clear then.
     """
     random, grid = np.random.default_rng(seed), Series(arm.dof, SEARCH_RATE)
     found: list[tuple[float, np.ndarray]] = []
@@ -176,11 +182,11 @@ def slsqp(
     def keep(coefficients: np.ndarray) -> None:
         found.append((clock() - start, coefficients.copy()))
 
-    limits, starts, finished = _Limits(arm), 0, 0
+    limits, starts, finished = _Limits(arm, collisions), 0, 0
     try:
-        while True:
+        while clock() - start < budget_seconds:
             guess = random_coefficients(arm, grid, random)
-            if guess is None:
+            if guess is None or (collisions and not arm.clear(grid.at(guess).position)):
                 continue
             starts += 1
             keep(guess)
@@ -200,10 +206,15 @@ def slsqp(
 
 
 class _Limits:
-    """How far position, velocity and torque are inside their limits, as shares of them, at samples."""
+    """How far position, velocity and torque are inside their limits, as shares of them, at samples.
 
-    def __init__(self, arm: Arm) -> None:
-        self.arm, self.grid, limits = arm, Series(arm.dof, CONSTRAINT_RATE), arm.limits
+    And how far the hulls of every pair of links are apart beyond `CLEARANCE`, as a share of `SCREEN`, if
+    `collisions` count.
+    """
+
+    def __init__(self, arm: Arm, collisions: bool) -> None:
+        self.arm, self.grid, self.collisions = arm, Series(arm.dof, CONSTRAINT_RATE), collisions
+        limits = arm.limits
         self.middle = 0.5 * (limits.position_lower + limits.position_upper)
         self.half = 0.5 * (limits.position_upper - limits.position_lower)
 
@@ -214,7 +225,12 @@ class _Limits:
             states.velocity / limits.velocity,
             self.arm.torque(states) / limits.torque,
         ]
-        return np.concatenate([side.ravel() for share in shares for side in (1 - share, 1 + share)])
+        rows = [side.ravel() for share in shares for side in (1 - share, 1 + share)]
+        if self.collisions:
+            seen = states.position[:: round(CONSTRAINT_RATE / CLEARANCE_RATE)]
+            apart = np.minimum(self.arm.clearance(seen), SCREEN)
+            rows.append((apart - CLEARANCE) / SCREEN)
+        return np.concatenate(rows)
 
 
 def _judged(

@@ -3,7 +3,6 @@
 from dataclasses import fields
 from typing import Any
 
-import numpy as np
 import pinocchio as pin
 
 from .effect_rows import key_of
@@ -31,15 +30,9 @@ def model_text(model: Model) -> str:
     }
     if not any(EFFECTS[RIGID_BODY] is type(effect) for effect in model.effects):
         head["rigid_body"] = False
-    blocks = [
-        lines(head),
-        block("[limits]", {f.name: getattr(robot.limits, f.name) for f in fields(robot.limits)}),
-    ]
+    blocks = [lines(head), _limits(robot)]
     blocks += [block("[drive]", _drive(robot)), block("[flange]", _placement(robot.flange))]
-    frames = zip(joints_of(robot.kinematics), link_frames(robot.kinematics), strict=True)
-    blocks += [
-        block("[[link]]", _link(robot, i, joint, frame.child)) for i, (joint, frame) in enumerate(frames)
-    ]
+    blocks += [block("[[link]]", link | _inertia(robot, i)) for i, link in enumerate(_links(robot))]
     told: set[str] = set()
     for place, effect in enumerate(model.effects):
         row = _effect_row(effect, model, told)
@@ -49,6 +42,16 @@ def model_text(model: Model) -> str:
     if single:
         blocks.append(block("[belief]", single))
     return "\n\n".join(blocks) + "\n"
+
+
+def moving_text(robot: Robot) -> str:
+    """The part of a robot.toml that says where the arm can move and how fast: not what it weighs."""
+    blocks = [_limits(robot), block("[flange]", _placement(robot.flange))]
+    return "\n\n".join([*blocks, *(block("[[link]]", link) for link in _links(robot))]) + "\n"
+
+
+def _limits(robot: Robot) -> str:
+    return block("[limits]", {f.name: getattr(robot.limits, f.name) for f in fields(robot.limits)})
 
 
 def _drive(robot: Robot) -> dict[str, Any]:
@@ -64,8 +67,13 @@ def _placement(placement: pin.SE3) -> dict[str, Any]:
     return {"origin": placement.translation, "rotation": placement.rotation}
 
 
+def _links(robot: Robot) -> list[dict[str, Any]]:
+    """A row a joint: how it hangs on its parent."""
+    frames = zip(joints_of(robot.kinematics), link_frames(robot.kinematics), strict=True)
+    return [_link(robot, i, joint, frame.child) for i, (joint, frame) in enumerate(frames)]
+
+
 def _link(robot: Robot, place: int, joint: Joint, link: str) -> dict[str, Any]:
-    inertia = robot.kinematics.inertias[place + 1]
     return {
         "joint": robot.joints[place],
         "link": link,
@@ -73,6 +81,12 @@ def _link(robot: Robot, place: int, joint: Joint, link: str) -> dict[str, Any]:
         "kind": "revolute" if joint.revolute else "prismatic",
         "axis": joint.axis,
         **_placement(joint.placement),
+    }
+
+
+def _inertia(robot: Robot, place: int) -> dict[str, Any]:
+    inertia = robot.kinematics.inertias[place + 1]
+    return {
         "mass": inertia.mass,
         "center_of_mass": inertia.lever,
         "inertia": [inertia.inertia[i, j] for i, j in INERTIA_PLACES],

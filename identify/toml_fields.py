@@ -50,9 +50,9 @@ def check_keys(table: object, valid: Collection[str], where: str) -> None:
             raise UnknownKey(key, where, list(valid))
 
 
-def string(value: object, where: str) -> str:
-    """A text that is not empty."""
-    if not isinstance(value, str) or not value:
+def string(value: object, where: str, empty: bool = False) -> str:
+    """A text that is not empty, unless it may be."""
+    if not isinstance(value, str) or not (value or empty):
         raise RobotError(f"{where}: expected a text in quotes; found {value!r}")
     return value
 
@@ -73,6 +73,15 @@ def number(value: object, where: str, low: float = -np.inf, infinite: bool = Fal
     if value < low:
         raise RobotError(f"{where}: {value} is less than {low:g}")
     return float(value)
+
+
+def integer(value: object, where: str, low: float = -np.inf) -> int:
+    """A whole number of at least `low`."""
+    if isinstance(value, bool) or not isinstance(value, int):
+        raise RobotError(f"{where}: expected a whole number; found {value!r}")
+    if value < low:
+        raise RobotError(f"{where}: {value} is less than {low:g}")
+    return value
 
 
 def numbers(

@@ -6,14 +6,17 @@ from typing import Any
 import numpy as np
 
 
-def block(heading: str, table: Mapping[str, Any]) -> str:
+def block(heading: str, table: Mapping[str, Any], tall: bool = False) -> str:
     """A heading such as [drive] or [[link]], and its keys below."""
-    return f"{heading}\n{lines(table)}" if table else heading
+    return f"{heading}\n{lines(table, tall)}" if table else heading
 
 
-def lines(table: Mapping[str, Any]) -> str:
-    """One line a key; a matrix takes one a row."""
-    return "\n".join(f"{_key(key)} = {value_text(value)}" for key, value in table.items())
+def lines(table: Mapping[str, Any], tall: bool = False) -> str:
+    """One line a key; where they are `tall`, matrices take one a row."""
+    return "\n".join(
+        f"{_key(key)} = {_rows(value) if tall and np.ndim(value) == 2 else value_text(value)}"
+        for key, value in table.items()
+    )
 
 
 def value_text(value: Any) -> str:
@@ -29,9 +32,8 @@ def value_text(value: Any) -> str:
     return repr(float(value))
 
 
-def matrix_lines(rows: Sequence | np.ndarray) -> str:
-    """A list of lists with a line each."""
-    return "[\n" + "".join(f"  {value_text(row)},\n" for row in rows) + "]"
+def _rows(matrix: Sequence | np.ndarray) -> str:
+    return "[\n" + "".join(f"  {value_text(row)},\n" for row in matrix) + "]"
 
 
 def _key(key: str) -> str:

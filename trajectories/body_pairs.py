@@ -112,15 +112,15 @@ def _adjacent(
 def _remove_together(robot: Robot, watched: pin.GeometryModel, gap: float) -> list[ExcludedPair]:
     """Take out pairs that are together by design, and say which."""
     data, placed = robot.kinematics.createData(), watched.createData()
-    near = np.zeros(len(watched.collisionPairs))
+    pairs = [(pair.first, pair.second) for pair in watched.collisionPairs]
+    near = np.zeros(len(pairs), int)
     for position in random_positions(robot, TRIED):
         pin.computeDistances(robot.kinematics, data, watched, placed, position)
-        near += np.array([result.min_distance < gap for result in placed.distanceResults]) / TRIED
-    bodies, excluded = watched.geometryObjects, []
-    for pair, share in zip(list(watched.collisionPairs), near, strict=True):
-        if share > SHARE:
-            names = bodies[pair.first].name, bodies[pair.second].name
-            reason = f"under {gap:g} m by design"
-            excluded.append(ExcludedPair(*names, reason, float(share)))
-            watched.removeCollisionPair(pair)
+        near += np.array([result.min_distance < gap for result in placed.distanceResults], bool)
+    excluded = []
+    for pair, count in zip(pairs, near, strict=True):
+        if count > SHARE * TRIED:
+            names = (watched.geometryObjects[body].name for body in pair)
+            excluded.append(ExcludedPair(*names, f"under {gap:g} m by design", count / TRIED))
+            watched.removeCollisionPair(pin.CollisionPair(*pair))
     return excluded

@@ -4,6 +4,7 @@ ExidynError
 └── TrajectoryError        no trajectory can be what was asked for
     ├── BadLimits          limits that no arm can move within, or that are not said
     ├── Infeasible         nothing keeps to all limits from this start, in this region
+    ├── NotContinuous      parts of a motion that do not join
     ├── NothingToIdentify  the model has no parameter that motion could tell
     ├── NotATrajectory     a trajectory file that is not one, or of another version
     ├── OutsideTrajectory  a time before the start or after the end
@@ -25,6 +26,10 @@ class BadLimits(TrajectoryError):
 
 class Infeasible(TrajectoryError):
     """Nothing keeps to all limits from this start, in this region."""
+
+
+class NotContinuous(TrajectoryError):
+    """Parts of a motion that do not join in position, velocity or acceleration."""
 
 
 class NothingToIdentify(TrajectoryError):

@@ -65,9 +65,13 @@ class Experiment:
             found.append(self.model.regressor(loaded)[:, :, self.base.kept] / self.noise[:, None])
         return found
 
+    def gathered(self, columns: Sequence[np.ndarray], share: float) -> np.ndarray:
+        """Information after runs with these columns, shape (b, b), each sample counted `share` times."""
+        return self.known + share * sum(_gram(run) for run in columns)
+
     def information(self, motion: Motion, share: float = 1.0) -> np.ndarray:
-        """Information after the runs, shape (b, b), each sample counted `share` times."""
-        return self.known + share * sum(_gram(columns) for columns in self.columns(motion))
+        """The same for a motion."""
+        return self.gathered(self.columns(motion), share)
 
     def pull(self, motion: Motion, columns: Sequence[np.ndarray], by: np.ndarray, share: float) -> MotionGradient:
         """Gradient of a function of the information by the motion, from its derivative by it, (b, b)."""

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 import pinocchio as pin
 from exidyn.identify.errors import RobotError
-from exidyn.identify.rigid_regressor import joints_of
+from exidyn.identify.newton_euler import joints_of
 from exidyn.identify.robot import Robot
 
 from .clearance import Clearance
@@ -151,12 +151,12 @@ class Region(Clearance):
 def _frame(robot: Robot, point: str) -> tuple[int, pin.SE3]:
     """The joint that carries a named frame, -1 for the base, and its placement there."""
     model = robot.kinematics
+    if point == FLANGE:  # before a frame of that name, which a robot file may have moved the flange from
+        return robot.dof - 1, robot.flange
     if point in robot.joints:
         return robot.joints.index(point), pin.SE3.Identity()
     for frame in model.frames:
         if frame.name == point:
             return frame.parentJoint - 1, frame.placement
-    if point == FLANGE:  # a frame of that name goes first: the flange of the robot is then the same
-        return robot.dof - 1, robot.flange
     names = dict.fromkeys([FLANGE, *robot.joints, *(frame.name for frame in model.frames)])
     raise RobotError(f"{robot.name} has no point '{point}'. Valid: {', '.join(names)}")

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pinocchio as pin
-from exidyn.identify.rigid_regressor import Joint, joints_of
+from exidyn.identify.newton_euler import Joint, joints_of
 from exidyn.identify.robot import Robot
 
 from .body_pairs import ExcludedPair, choose_pairs

@@ -1,0 +1,40 @@
+"""Plans of two joints: a sample of every family, and a known plan of the two-joint arm."""
+
+import numpy as np
+from exidyn.trajectories.fourier import Fourier
+from exidyn.trajectories.phases import Phases
+from exidyn.trajectories.plan import Plan
+from exidyn.trajectories.trajectory import State
+
+from . import two_joints
+
+
+def fourier(periods=2, seed=0, harmonics=5):
+    """Numbers with all their digits."""
+    sine, cosine = 0.1 * np.random.default_rng(seed).normal(size=(2, 2, harmonics))
+    return Fourier(10.0 / 3.0, np.array([0.1, -1.0 / 7.0]), sine, cosine, periods)
+
+
+def phases(seed=1):
+    random = np.random.default_rng(seed)
+    state = State(random.normal(size=2), 0.1 * random.normal(size=2), np.zeros(2))
+    return Phases.of_jerks(state, random.uniform(0.1, 0.5, 4), random.normal(size=(4, 2)))
+
+
+SAMPLES = {"fourier": fourier, "phases": phases}
+"""Family -> a function that makes one of two joints; a new family needs a line here."""
+
+
+def known_plan(trajectory=None, **said):
+    """A plan of the two-joint arm with something in every field."""
+    said = {
+        "margins": {"velocity": 0.02, "self collision": 0.05},
+        "criterion": "condition",
+        "reached": 1.0 / 3.0,
+        "details": {"solver": 'SLSQP "quoted" \\ \n next', "largest std": float("nan"), "seconds": 1e-7},
+        "seed": 12,
+        "tick": 0.004,
+        "payload_pair": True,
+        "assumed": ("no wind", "the ü in Müller stays"),
+    } | said
+    return Plan.of(trajectory or fourier(), two_joints.model(), **said)

@@ -1,0 +1,30 @@
+"""The model as an optimiser sees it: friction turns over as wide a velocity as a sample covers."""
+
+from dataclasses import replace
+
+import numpy as np
+from exidyn.identify.model import Model
+from exidyn.identify.robot import Limits
+
+
+def design_model(model: Model, limits: Limits, spacing: float) -> Model:
+    """The model with every reversal as wide as what a velocity changes between two samples.
+
+    Friction that turns within milliradians a second is a step between two samples, whose gradient is zero
+    everywhere else. A row of the equations is a mean over its time, in which it turns as gradually as
+    here.
+
+    Args:
+        model: As it is believed.
+        limits: Finite accelerations.
+        spacing: Time between samples [s].
+    """
+    change = 0.5 * float(np.median(limits.acceleration)) * spacing  # half of it: a sinusoid's mean
+    effects = []
+    for effect in model.effects:
+        shapes = effect.shapes()
+        if "reversal" in shapes:
+            width = float(np.clip(change, getattr(effect, "reversal"), shapes["reversal"].high))  # noqa: B009
+            effect = replace(effect, reversal=width)  # type: ignore[call-arg]
+        effects.append(effect)
+    return replace(model, effects=tuple(effects))

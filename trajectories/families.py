@@ -1,0 +1,11 @@
+"""The list of motions that trajectory files know: one file a family, one line in this table."""
+
+from .fourier import Fourier
+from .phases import Phases
+from .trajectory import Trajectory
+
+FAMILIES: dict[str, type[Trajectory]] = {
+    "fourier": Fourier,
+    "phases": Phases,
+}
+"""Name in a file -> class; what its dataclass holds is what the file holds."""

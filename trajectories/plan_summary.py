@@ -1,0 +1,81 @@
+"""A plan in lines for a terminal: what it is for, and how much of each limit it uses."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from exidyn.identify.text_table import digits, paragraph, table
+
+from .plan import Plan
+from .plan_use import Use
+from .trajectory_rows import family_of
+
+
+def summary(plan: Plan, uses: Sequence[Use]) -> str:
+    """Robot, duration, criterion and details; a table of the limits' use; what is beyond them."""
+    lines = [f"Motion for {plan.robot}: {plan.trajectory.duration:g} s, {family_of(plan.trajectory)}"]
+    facts = plan_facts(plan)
+    width = max(map(len, facts)) + 2
+    for name, words in facts.items():
+        lines += paragraph(words, " " * (width + 2), f"  {name + ':':<{width}}")
+    lines += ["", *(f"  {line}" for line in _use_table(plan, uses))]
+    found = violations(plan, uses)
+    lines += ["", *(line for each in found for line in paragraph(each, " " * 10, "  BEYOND: "))] if found else []
+    lines += ["", *(line for each in plan.assumed for line in paragraph(each, "    ", "  - "))]
+    return "\n".join(lines).rstrip()
+
+
+def plan_facts(plan: Plan) -> dict[str, str]:
+    """What was planned and how, by name."""
+    runs = "twice, unloaded and loaded" if plan.payload_pair else "once"
+    facts = {"joints": ", ".join(plan.joints), "to be run": f"{runs}, a command every {1e3 * plan.tick:g} ms"}
+    if plan.criterion:
+        facts["criterion"] = f"{plan.criterion}, reached {digits(plan.reached)}"
+    if plan.margins:
+        facts["kept off"] = ", ".join(f"{name} {value:g}" for name, value in plan.margins.items())
+    for name, value in plan.details.items():
+        facts[name] = value if isinstance(value, str) else digits(value)
+    facts["seed"] = str(plan.seed)
+    facts["hashes"] = f"robot {plan.robot_hash}, model {plan.model_hash}"
+    return facts
+
+
+def violations(plan: Plan, uses: Sequence[Use]) -> list[str]:
+    """What the motion does that the robot's limits forbid, a sentence each."""
+    return [
+        _violation(use, joint, name)
+        for use in uses
+        for joint, name in enumerate(plan.joints)
+        if use.violated[joint]
+    ]
+
+
+def _violation(use: Use, joint: int, name: str) -> str:
+    above = use.reached.upper[joint] - use.upper[joint] > use.lower[joint] - use.reached.lower[joint]
+    side = "upper" if above else "lower"
+    value, limit = getattr(use.reached, side)[joint], getattr(use, side)[joint]
+    time = getattr(use.reached, f"{side}_time")[joint]
+    return f"{use.name} of {name} is {value:.4g} at {time:.3f} s; its limit is {limit:.4g}"
+
+
+def _use_table(plan: Plan, uses: Sequence[Use]) -> list[str]:
+    position, *others = uses
+    head = ["joint", "position", "of limits", *(f"{use.name} %" for use in others)]
+    rows = [
+        [
+            name,
+            f"{span(position.reached.lower[j], position.reached.upper[j])} {plan.units[j]}",
+            span(position.lower[j], position.upper[j]),
+            *(_percent(use.share[j]) for use in others),
+        ]
+        for j, name in enumerate(plan.joints)
+    ]
+    return table(head, rows)
+
+
+def span(low: float, high: float) -> str:
+    """A range with two digits behind the point."""
+    return f"{low:.2f} .. {high:.2f}"
+
+
+def _percent(share: float) -> str:
+    return f"{100.0 * share:.1f}" if np.isfinite(share) else "no limit"
