@@ -82,9 +82,7 @@ class Best:
         if not self.verdict:
             said.append("nothing feasible found")
         condition = self.verdict.condition if self.verdict else np.inf
-        return PeerResult(
-            name, condition, seconds, self.history, "; ".join(said), self.states, self.verdict
-        )
+        return PeerResult(name, condition, seconds, self.history, "; ".join(said), self.states, self.verdict)
 
 
 class Series:

@@ -41,8 +41,8 @@ class FigarohSettings(NamedTuple):
     Attributes:
         collisions: With the collision geometry, at exact distances only below the `screen`.
         screen: Clearance above which a pair counts as clear; FIGAROH offers it for speed [m].
-        unit_columns: Minimise the condition number of unit columns, which is what is judged here, in
-            place of FIGAROH's own of the columns as they are.
+        unit_columns: Minimise the condition number that is judged here, of our base columns scaled to
+            unit length, in place of FIGAROH's own of its base columns as they are.
     """
 
     collisions: bool = False
@@ -165,7 +165,7 @@ class _Watch(logging.Handler):
     """Keeps FIGAROH's iterates and complaints, and ends the process when the budget is used up."""
 
     def __init__(self, pipe: Connection, budget: float, clock: Clock) -> None:
-        super().__init__(logging.ERROR)
+        super().__init__(logging.WARNING)
         self.pipe, self.budget, self.clock = pipe, budget, clock
         self.began = np.inf
         self.attempts = self.accepted = 0
@@ -174,7 +174,8 @@ class _Watch(logging.Handler):
         logging.getLogger("figaroh").addHandler(self)
 
     def emit(self, record: logging.LogRecord) -> None:
-        self.complaints.append(record.getMessage())
+        if "not enforced" not in record.getMessage():  # collision was not asked for
+            self.complaints.append(record.getMessage())
 
     def start(self) -> None:
         self.began = self.clock()
@@ -208,17 +209,13 @@ def _prepared(arm: Arm, settings: FigarohSettings, watch: _Watch) -> Any:
     from figaroh.tools.load_robot import load_robot
 
     robot = load_robot(str(arm.urdf), package_dirs=str(arm.packages), load_by_urdf=True)
-    robot.model.lowerPositionLimit = arm.limits.position_lower
-    robot.model.upperPositionLimit = arm.limits.position_upper
-    robot.model.velocityLimit = arm.limits.velocity
-    robot.model.effortLimit = arm.limits.torque
     if not settings.collisions:
         robot.geom_model = None
     joints = list(arm.model.robot.joints)
     with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
         file = Path(folder) / "arm.yaml"
-        file.write_text(json.dumps(_configuration(joints, settings)))  # JSON is YAML
-        work = _subclass(watch, settings.unit_columns)(robot, joints, str(file))
+        file.write_text(json.dumps(_configuration(joints, arm.margin, settings)))  # JSON is YAML
+        work = _subclass(watch, arm, settings.unit_columns)(robot, joints, str(file))
         # FIGAROH leaves it to the user to say which model columns the joints are.
         every = list(range(len(joints)))
         work.identif_config |= {"act_idxq": every, "act_idxv": every}
@@ -226,9 +223,10 @@ def _prepared(arm: Arm, settings: FigarohSettings, watch: _Watch) -> Any:
     return work
 
 
-def _subclass(watch: _Watch, unit_columns: bool) -> Any:
+def _subclass(watch: _Watch, arm: Arm, unit_columns: bool) -> Any:
     """The subclass that FIGAROH wants for each robot, with ears."""
     from figaroh.optimal.base_optimal_trajectory import BaseOptimalTrajectory, BaseTrajectoryIPOPTProblem
+    from figaroh.tools.regressor import build_regressor_basic
 
     class Problem(BaseTrajectoryIPOPTProblem):
         def objective(self, X: np.ndarray) -> float:  # noqa: N803 -- FIGAROH's name
@@ -253,20 +251,37 @@ def _subclass(watch: _Watch, unit_columns: bool) -> Any:
         def create_ipopt_problem(self, *arguments: Any) -> Problem:
             return Problem(self, *arguments)
 
-        def _stack_base_regressors(self, *arguments: Any, **named: Any) -> np.ndarray:
-            columns = super()._stack_base_regressors(*arguments, **named)
-            return columns / np.linalg.norm(columns, axis=0) if unit_columns else columns
+        def initialize(self) -> None:
+            super().initialize()
+            if unit_columns:
+                states = States(*np.random.default_rng(0).normal(size=(3, 50, arm.dof)))
+                theirs = build_regressor_basic(self.robot, *states, self.identif_config)
+                self.columns = _same_columns(arm, states, theirs)
+
+        def _stack_base_regressors(self, *states: Any, W_stack: Any = None) -> np.ndarray:  # noqa: N803
+            if not unit_columns:
+                return super()._stack_base_regressors(*states, W_stack=W_stack)
+            columns = build_regressor_basic(self.robot, *states, self.identif_config)[:, self.columns]
+            return columns / np.linalg.norm(columns, axis=0)
 
     return ArmTrajectory
 
 
-def _configuration(joints: list[str], settings: FigarohSettings) -> dict[str, Any]:
-    """FIGAROH's unified configuration with the settings of its UR10 example.
+def _same_columns(arm: Arm, states: States, theirs: np.ndarray) -> np.ndarray:
+    """Which of FIGAROH's regressor columns, all rows of joint 1 first, our base columns are."""
+    t, n = states.position.shape
+    ours = arm.base_regressor(states).reshape(t, n, -1).swapaxes(0, 1).reshape(t * n, -1)
+    length = np.outer(np.linalg.norm(ours, axis=0), np.maximum(np.linalg.norm(theirs, axis=0), 1e-12))
+    alike = np.abs(ours.T @ theirs) / length
+    if np.min(np.max(alike, axis=1)) < 1.0 - 1e-9:
+        raise ValueError("FIGAROH's regressor lacks a column of ours")
+    return np.argmax(alike, axis=1)
 
-    Its `soft_lim` there is 0.1; here the limits that it is given are those of all tools, already less 0.1.
-    """
+
+def _configuration(joints: list[str], margin: float, settings: FigarohSettings) -> dict[str, Any]:
+    """FIGAROH's unified configuration with the settings of its UR10 example."""
     components = {"friction": False, "actuator_inertia": False, "joint_offset": False}
-    problem: dict[str, Any] = {"soft_lim": 0.0, "max_attempts": 500, "max_iterations": 100}
+    problem: dict[str, Any] = {"soft_lim": margin, "max_attempts": 500, "max_iterations": 100}
     if settings.collisions:
         problem["collision_screen"] = settings.screen
     trajectory = {"waypoints": 7, "frequency": 20, "segment_duration": SEGMENT}

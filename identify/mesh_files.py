@@ -42,7 +42,8 @@ def _find(name: str, folders: list[Path], package: str, rest: str, where: str) -
     looked = ", ".join(str(folder) for folder in folders)
     hint = "set ROS_PACKAGE_PATH" if package else "put it beside the URDF"
     raise RobotError(
-        f"{where}: mesh '{name}' is not there. Looked in: {looked}. Give the folder in package_dirs, or {hint}"
+        f"{where}: mesh '{name}' is not there. Looked in: {looked}. "
+        f"Give the folder in package_dirs, or {hint}"
     )
 
 

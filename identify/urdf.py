@@ -36,6 +36,9 @@ def parse_urdf(text: str, where: str = "URDF") -> Kinematics:
     limits = {name: _limits(joint) for name, joint in joints.items()}
     for joint in joints.values():
         _make_plain(joint)
+    for link in root.findall("link"):
+        for shape in (*link.findall("visual"), *link.findall("collision")):
+            link.remove(shape)  # for `read_geometry`; urdfdom prints complaints of shapes it does not know
     model = _load(ElementTree.tostring(root, encoding="unicode"), where)
     return Kinematics(model, _gather(limits, tuple(model.names)[1:]), _flange(model, root))
 

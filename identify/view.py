@@ -1,33 +1,27 @@
-"""View: a fit as a Rerun recording. The one module that knows Rerun.
+"""View: a fit as a Rerun recording.
 
 Every run has its own tab with one plot a joint, the arm as it moved, and all residuals over their noise;
 beside them stand the verdict, the parameters as a table, and their intervals as a bar chart.
 """
 
 import subprocess
-import sys
-import tempfile
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
-import rerun.urdf
 
-from .errors import UnknownJoint
 from .fit import Agreement, Fit
 from .report_plots import measured_unit
 from .robot import Robot
-from .urdf_text import urdf_text
 from .verdict import NORMAL_95
+from .view_arm import arm_view, log_arm
+from .view_parts import JOINTS, TIMELINE, WHITE, open_viewer, send
 from .view_text import parameters_markdown, verdict_markdown
 
-TIMELINE = "time"
 LINES = {"measured": (3.5, 230, 159, 0), "predicted": (1.2, 86, 180, 233), "residual": (1.0, 213, 94, 0)}
 """Width in pixels and colour of each line: Okabe and Ito's, on Rerun's dark ground."""
-JOINTS = ((86, 180, 233), (230, 159, 0), (0, 158, 115), (240, 228, 66), (204, 121, 167), (213, 94, 0))
-"""Colours by which colour-blind readers, too, tell the joints apart; a seventh joint is white."""
-WHITE = (240, 240, 240)
 CAPPED = 100.0
 """Per cent at which a bar ends: beyond it not even the sign is known, and others would look like none."""
 
@@ -41,14 +35,8 @@ def save_rerun(fit: Fit, path: Path) -> None:
 
 
 def open_rerun(fit: Fit) -> "subprocess.Popen[bytes]":
-    """Show a fit in Rerun's viewer, which lives on after this process.
-
-    The viewer gets a file in the temporary folder rather than a stream, and listens on this machine
-    only: by default it would take data from anyone on the network.
-    """
-    path = Path(tempfile.mkdtemp(prefix="exidyn_")) / "fit.rrd"
-    save_rerun(fit, path)
-    return subprocess.Popen([sys.executable, "-m", "rerun", "--bind", "127.0.0.1", str(path)])
+    """Show a fit in Rerun's viewer, which lives on after this process."""
+    return open_viewer(partial(save_rerun, fit), "fit")
 
 
 def log_fit(recording: rr.RecordingStream, fit: Fit) -> None:
@@ -60,7 +48,8 @@ def log_fit(recording: rr.RecordingStream, fit: Fit) -> None:
     recording.log("parameters/interval", _interval_bars(fit), static=True)
     for run in _runs(fit):
         _log_run(recording, fit.model.robot, run)
-        _log_arm(recording, fit, run)
+        if run.position is not None:
+            log_arm(recording, fit.model, _arm_name(run), run.time, run.position)
 
 
 def blueprint(fit: Fit) -> rrb.Blueprint:
@@ -91,20 +80,8 @@ def _run_tab(fit: Fit, run: Agreement) -> rrb.Container:
     content = rrb.Grid(*plots, grid_columns=2)
     if run.position is None:
         return rrb.Vertical(content, ratio, row_shares=[3, 1], name=run.run)
-    beside = rrb.Vertical(_arm_view(fit, run), ratio, row_shares=[3, 2])
+    beside = rrb.Vertical(arm_view(fit.model, _arm_name(run)), ratio, row_shares=[3, 2])
     return rrb.Horizontal(content, beside, column_shares=[2, 1], name=run.run)
-
-
-def _arm_view(fit: Fit, run: Agreement) -> rrb.Spatial3DView:
-    """The arm from a place where all of it is in sight, however it stretches."""
-    lengths = [np.linalg.norm(place.translation) for place in fit.model.robot.kinematics.jointPlacements]
-    reach = float(np.sum(lengths)) or 1.0
-    eye = rrb.EyeControls3D(
-        position=[1.1 * reach, -0.9 * reach, 0.8 * reach], look_target=[0, 0, 0.3 * reach]
-    )
-    ground = rrb.SpatialInformation(target_frame=f"{_arm_name(run)}/{_arm(fit, run).root_link().name}")
-    origin = rr.new_entity_path([_arm_name(run)])
-    return rrb.Spatial3DView(origin=origin, name="arm", spatial_information=ground, eye_controls=eye)
 
 
 def _runs(fit: Fit) -> list[Agreement]:
@@ -127,47 +104,11 @@ def _log_run(recording: rr.RecordingStream, robot: Robot, run: Agreement) -> Non
         for name, (width, *colour) in LINES.items():
             entity = _entity(run, "torque", joint, name)
             recording.log(entity, rr.SeriesLines(names=name, colors=colour, widths=width), static=True)
-            _send(recording, entity, run.time, getattr(run, name)[:, index])
+            send(recording, entity, run.time, getattr(run, name)[:, index])
     entity = _entity(run, "over_noise")
     colours = [*JOINTS, *[WHITE] * robot.dof][: robot.dof]
     recording.log(entity, rr.SeriesLines(names=list(robot.joints), colors=colours), static=True)
-    _send(recording, entity, run.time, run.residual / run.noise)
-
-
-def _send(recording: rr.RecordingStream, entity: str, time: np.ndarray, values: np.ndarray) -> None:
-    """All samples of an entity at once, values (r,) or (r, n)."""
-    index = rr.TimeColumn(TIMELINE, duration=time)
-    recording.send_columns(entity, indexes=[index], columns=rr.Scalars.columns(scalars=values))
-
-
-def _log_arm(recording: rr.RecordingStream, fit: Fit, run: Agreement) -> None:
-    """The arm as cylinders, moving as it did in the run."""
-    if run.position is None:
-        return
-    tree = _arm(fit, run)
-    tree.log_urdf_to_recording(recording)
-    index = rr.TimeColumn(TIMELINE, duration=run.time)
-    for place, name in enumerate(fit.model.robot.joints):
-        joint = tree.get_joint_by_name(name)
-        if joint is None:
-            raise UnknownJoint(name, "the robot as drawn", [drawn.name for drawn in tree.joints()])
-        columns = joint.compute_transform_columns(run.position[:, place].tolist(), clamp=False)
-        recording.send_columns(
-            rr.new_entity_path([_arm_name(run), "moves", name]), indexes=[index], columns=columns
-        )
-
-
-def _arm(fit: Fit, run: Agreement) -> rerun.urdf.UrdfTree:
-    """The arm of one run, its entities and frames apart from those of other runs."""
-    with tempfile.TemporaryDirectory() as folder:  # Rerun reads URDF from files only
-        path = Path(folder) / "arm.urdf"
-        path.write_text(urdf_text(fit.model), encoding="utf-8")
-        return rerun.urdf.UrdfTree.from_file_path(
-            path,
-            _arm_name(run),
-            frame_prefix=f"{_arm_name(run)}/",
-            static_transform_entity_path=rr.new_entity_path([_arm_name(run), "fixed"]),
-        )
+    send(recording, entity, run.time, run.residual / run.noise)
 
 
 def _interval_bars(fit: Fit) -> rr.BarChart:

@@ -4,6 +4,7 @@ import numpy as np
 from exidyn.trajectories.fourier import Fourier
 from exidyn.trajectories.phases import Phases
 from exidyn.trajectories.plan import Plan
+from exidyn.trajectories.sequence import Sequence, with_leads
 from exidyn.trajectories.trajectory import State
 
 from . import two_joints
@@ -21,7 +22,14 @@ def phases(seed=1):
     return Phases.of_jerks(state, random.uniform(0.1, 0.5, 4), random.normal(size=(4, 2)))
 
 
-SAMPLES = {"fourier": fourier, "phases": phases}
+def sequence():
+    """Rests, leads and a core, of which each is a family of its own, and a sequence inside."""
+    core = Fourier(2.0, np.array([0.1, -0.2]), 0.1 * np.ones((2, 2)), np.zeros((2, 2)))
+    whole = with_leads(core, two_joints.arm().limits, 0.004)
+    return Sequence((Sequence(whole.parts[:2]), *whole.parts[2:]))
+
+
+SAMPLES = {"fourier": fourier, "phases": phases, "sequence": sequence}
 """Family -> a function that makes one of two joints; a new family needs a line here."""
 
 

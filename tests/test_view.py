@@ -129,7 +129,7 @@ def test_run_without_positions_has_no_arm(fit, tmp_path):
 
 def test_viewer_is_opened_with_the_fit_on_this_machine_only(fit, monkeypatch):
     started = []
-    monkeypatch.setattr("exidyn.identify.view.subprocess.Popen", started.append)
+    monkeypatch.setattr("exidyn.identify.view_parts.subprocess.Popen", started.append)
     open_rerun(fit)
     ((*command, path),) = started
     assert command == [sys.executable, "-m", "rerun", "--bind", "127.0.0.1"]

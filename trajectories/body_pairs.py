@@ -120,7 +120,7 @@ def _remove_together(robot: Robot, watched: pin.GeometryModel, gap: float) -> li
     excluded = []
     for pair, count in zip(pairs, near, strict=True):
         if count > SHARE * TRIED:
-            names = (watched.geometryObjects[body].name for body in pair)
-            excluded.append(ExcludedPair(*names, f"under {gap:g} m by design", count / TRIED))
+            first, second = (watched.geometryObjects[body].name for body in pair)
+            excluded.append(ExcludedPair(first, second, f"under {gap:g} m by design", float(count) / TRIED))
             watched.removeCollisionPair(pin.CollisionPair(*pair))
     return excluded

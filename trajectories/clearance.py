@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .trajectory import Trajectory
+from .trajectory import States, Trajectory
 
 RESOLUTION = 0.5e-3
 """How much nearer than what it found a check may miss [m]: far below what a collision mesh is true to."""
@@ -80,33 +80,28 @@ def nearest(clearance: Clearance, trajectory: Trajectory) -> Approach:
     margins a and b it is therefore never below (a + b - sum of reach times travel) / 2. Intervals where
     that does not settle the matter are halved, each for the rows that are still open.
     """
-    bounds, names = _Bounds.of(clearance, trajectory), clearance.names
-    time = np.linspace(0.0, trajectory.duration, int(np.ceil(trajectory.duration / FIRST_STEP)) + 1)
+    names = clearance.names
     if not names:
         return Approach(np.inf, 0.0, "", np.inf)
-    states = trajectory.at(time)
-    margin = clearance.margins(states.position)
-    row, best = np.unravel_index(np.argmin(margin), margin.shape), float(np.min(margin))
-    found = Approach(best, float(time[row[0]]), names[row[1]], best)
-    left = _Ends(time[:-1], np.abs(states.velocity[:-1]), margin[:-1])
-    right = _Ends(time[1:], np.abs(states.velocity[1:]), margin[1:])
-    while len(left.time):
+    bounds = _Bounds.of(clearance, trajectory)
+    count = int(np.ceil(trajectory.duration / FIRST_STEP)) + 1
+    states = trajectory.at(np.linspace(0.0, trajectory.duration, max(count, 2)))
+    samples = _Ends.of(states, clearance.margins(states.position))
+    found = samples.lowest(names)
+    left, right = samples.rows(slice(0, -1)), samples.rows(slice(1, None))
+    while True:
         lowest = bounds.lowest(left, right)
         is_open = lowest < found.margin - max(RESOLUTION, SHARE * found.margin)
         found = found._replace(bound=min(found.bound, float(np.min(lowest[~is_open], initial=np.inf))))
-        kept = np.any(is_open, axis=1)
-        left, right, wanted = left.take(kept, is_open), right.take(kept, is_open), is_open[kept]
-        time = 0.5 * (left.time + right.time)
-        if not len(time):
-            break
-        states = trajectory.at(time)
-        middle = _Ends(time, np.abs(states.velocity), clearance.some_margins(states.position, wanted))
-        row = np.unravel_index(np.argmin(middle.margin), middle.margin.shape)
-        if middle.margin[row] < found.margin:
-            best = float(middle.margin[row])
-            found = Approach(best, float(time[row[0]]), names[row[1]], min(found.bound, best))
+        left, right = left.take(is_open), right.take(is_open)
+        if not len(left.time):
+            return found
+        states = trajectory.at(0.5 * (left.time + right.time))
+        wanted = np.isfinite(left.margin)
+        middle = _Ends.of(states, clearance.some_margins(states.position, wanted))
+        bound = min(found.bound, float(np.min(middle.margin)))
+        found = min(found, middle.lowest(names))._replace(bound=bound)
         left, right = left.join(middle), middle.join(right)
-    return found
 
 
 class _Ends(NamedTuple):
@@ -116,9 +111,24 @@ class _Ends(NamedTuple):
     speed: np.ndarray
     margin: np.ndarray
 
-    def take(self, kept: np.ndarray, is_open: np.ndarray) -> "_Ends":
-        margin = np.where(is_open, self.margin, np.inf)
-        return _Ends(self.time[kept], self.speed[kept], margin[kept])
+    @classmethod
+    def of(cls, states: States, margin: np.ndarray) -> "_Ends":
+        # a margin that could not be measured counts as none at all
+        return cls(states.time, np.abs(states.velocity), np.where(np.isnan(margin), -np.inf, margin))
+
+    def lowest(self, names: list[str]) -> Approach:
+        """The smallest margin, as far as these samples show."""
+        row, column = np.unravel_index(np.argmin(self.margin), self.margin.shape)
+        smallest = float(self.margin[row, column])
+        return Approach(smallest, float(self.time[row]), names[column], smallest)
+
+    def rows(self, kept: slice | np.ndarray) -> "_Ends":
+        return _Ends(*(part[kept] for part in self))
+
+    def take(self, is_open: np.ndarray) -> "_Ends":
+        """The intervals with an open row."""
+        kept = np.any(is_open, axis=1)
+        return _Ends(self.time, self.speed, np.where(is_open, self.margin, np.inf)).rows(kept)
 
     def join(self, other: "_Ends") -> "_Ends":
         return _Ends(*(np.concatenate(pair) for pair in zip(self, other, strict=True)))

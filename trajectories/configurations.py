@@ -78,9 +78,7 @@ def _miss(robot: Robot, clearances: Sequence[Clearance], position: np.ndarray) -
     """What the nearest miss misses."""
     names = [name for clearance in clearances for name in clearance.names]
     margins = np.concatenate([clearance.margins(position[None])[0] for clearance in clearances])
-    misses = [
-        f"{name} by {-margin:.4g} m" for name, margin in zip(names, margins, strict=True) if margin < 0
-    ]
+    misses = [f"{name} by {-margin:.4g} m" for name, margin in zip(names, margins, strict=True) if margin < 0]
     where = ", ".join(f"{joint} {x:.3g}" for joint, x in zip(robot.joints, position, strict=True))
     return (
         f"{robot.name}: no position within the joints' limits keeps to: {'; '.join(misses)} missed by the "

@@ -6,7 +6,7 @@ and of the size of each parameter, shape (b,), that gives the value and the deri
 """
 
 from collections.abc import Callable
-from functools import partial
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import eigh
@@ -68,16 +68,37 @@ def worst(information: np.ndarray, size: np.ndarray, power: float = 16.0) -> tup
     return _deviation(information, size, power)
 
 
-def _deviation(information: np.ndarray, size: np.ndarray, power: float) -> tuple[float, np.ndarray]:
+@dataclass(frozen=True)
+class Focus:
+    """Like `average` or `worst`, of some parameters only; the others are there, but need not be told well.
+
+    Attributes:
+        columns: Places of the base parameters that matter.
+        power: As in `worst`; one for the average.
+    """
+
+    columns: tuple[int, ...]
+    power: float = 16.0
+
+    def __call__(self, information: np.ndarray, size: np.ndarray) -> tuple[float, np.ndarray]:
+        """Value and derivative, as of every criterion."""
+        return _deviation(information, size, self.power, list(self.columns))
+
+
+def _deviation(
+    information: np.ndarray, size: np.ndarray, power: float, only: list[int] | None = None
+) -> tuple[float, np.ndarray]:
     """Logarithm of the power mean of relative standard deviations."""
     values, vectors = _inverted(information, size)
     covariance = (vectors / values) @ vectors.T
-    variance = np.diag(covariance)
+    only = list(range(len(size))) if only is None else only
+    variance = np.diag(covariance)[only]
     highest, share = _peak(np.log(variance), power)
     if power == 1.0:
         highest -= np.log(len(variance))
-    by_covariance = 0.5 * share / variance
-    gradient = -(covariance * by_covariance) @ covariance
+    by_variance = 0.5 * share / variance
+    some = covariance[:, only]
+    gradient = -(some * by_variance) @ some.T
     return 0.5 * highest, gradient * np.outer(size, size)
 
 
@@ -105,6 +126,3 @@ CRITERIA: dict[str, Criterion] = {
     "worst": worst,
 }
 """What a trajectory can be made best for, by the name the command line gives it."""
-
-smooth_condition = partial(condition, power=4.0)
-"""Stands in for the condition number at first: several small eigenvalues pull together."""

@@ -44,7 +44,6 @@ class Setting:
         periods: Base periods that the starts take in turn [s].
         clearances: Collisions and regions.
         series: How many trajectories are planned together.
-        start: Pose the run begins and ends at, shape (n,) [rad]; free unless given.
         tick: Of the controller [s]; a period is a whole number of them.
     """
 
@@ -53,7 +52,6 @@ class Setting:
     periods: tuple[float, ...] = (10.0,)
     clearances: Sequence[Clearance] = ()
     series: int = 1
-    start: np.ndarray | None = None
     tick: float = 0.002
 
 
@@ -115,7 +113,9 @@ def excite(
 
     run_all(one_start, tasks, seconds, executor, note)
     if not found:
-        raise Infeasible(misses[0] if misses else "stopped before a start had kept to the limits; give it longer")
+        raise Infeasible(
+            misses[0] if misses else "stopped before a start had kept to the limits; give it longer"
+        )
     return min(found, key=lambda one: one.value)
 
 
@@ -153,7 +153,9 @@ def random_start(goal: Goal, setting: Setting, basis: Basis, seed: int) -> np.nd
     middle = 0.5 * (limits.position_lower + limits.position_upper)
     series = []
     for number in range(setting.series):
-        centre = clear_position(robot, setting.clearances, seed + 1000 * number) if setting.clearances else middle
+        centre = (
+            clear_position(robot, setting.clearances, seed + 1000 * number) if setting.clearances else middle
+        )
         fade = np.arange(1, setting.harmonics + 1)
         sine, cosine = random.normal(size=(2, len(middle), setting.harmonics)) / fade
         series.append(inside_kinematics(Fourier(basis.period, centre, sine, cosine), limits, 0.9))
@@ -172,6 +174,7 @@ def finished(goal: Goal, setting: Setting, series: list[Fourier], seed: int, sea
 def joined(motions: Sequence[Motion]) -> Motion:
     """Motions one after the other, as one."""
     arrays = [
-        np.concatenate([getattr(m, name) for m in motions]) for name in ("position", "velocity", "acceleration")
+        np.concatenate([getattr(m, name) for m in motions])
+        for name in ("position", "velocity", "acceleration")
     ]
     return Motion.of(np.arange(len(arrays[0])) * FINE, *arrays)

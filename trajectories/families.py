@@ -2,10 +2,12 @@
 
 from .fourier import Fourier
 from .phases import Phases
+from .sequence import Sequence
 from .trajectory import Trajectory
 
 FAMILIES: dict[str, type[Trajectory]] = {
     "fourier": Fourier,
     "phases": Phases,
+    "sequence": Sequence,
 }
 """Name in a file -> class; what its dataclass holds is what the file holds."""

@@ -53,9 +53,7 @@ class Experiment:
         if count == 0:
             raise NothingToIdentify(f"{model.robot.name}: no parameter of the model makes any torque")
         noise = np.ones(model.robot.dof) if noise is None else np.asarray(noise, float)
-        return cls(
-            model, base, tuple(payloads), noise, np.zeros((count, count)) if known is None else known
-        )
+        return cls(model, base, tuple(payloads), noise, np.zeros((count, count)) if known is None else known)
 
     def columns(self, motion: Motion) -> list[np.ndarray]:
         """Base regressor of each run in units of its noise, each (t, n, b)."""
@@ -73,7 +71,9 @@ class Experiment:
         """The same for a motion."""
         return self.gathered(self.columns(motion), share)
 
-    def pull(self, motion: Motion, columns: Sequence[np.ndarray], by: np.ndarray, share: float) -> MotionGradient:
+    def pull(
+        self, motion: Motion, columns: Sequence[np.ndarray], by: np.ndarray, share: float
+    ) -> MotionGradient:
         """Gradient of a function of the information by the motion, from its derivative by it, (b, b)."""
         total = MotionGradient.none(motion.position.shape)
         for payload, run in zip(self.payloads, columns, strict=True):

@@ -44,8 +44,8 @@ def move(start: State, target: State, limits: Limits, tick: float) -> Phases:
         )
     _require_state("start", start, limits)
     _require_state("target", target, limits)
-    _require_target(target, limits)
     question = _question(limits)
+    _require_target(target, limits)
     question.duration_discretization = ruckig.DurationDiscretization.Discrete
     question.target_position = list(target.position)
     question.target_velocity = list(target.velocity)

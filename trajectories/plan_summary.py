@@ -10,17 +10,17 @@ from .plan_use import Use
 from .trajectory_rows import family_of
 
 
-def summary(plan: Plan, uses: Sequence[Use]) -> str:
-    """Robot, duration, criterion and details; a table of the limits' use; what is beyond them."""
+def summary(plan: Plan, uses: Sequence[Use], beyond: Sequence[str] = ()) -> str:
+    """Robot, duration, criterion and details; a table of the limits' use; `beyond` in sentences."""
     lines = [f"Motion for {plan.robot}: {plan.trajectory.duration:g} s, {family_of(plan.trajectory)}"]
     facts = plan_facts(plan)
     width = max(map(len, facts)) + 2
     for name, words in facts.items():
         lines += paragraph(words, " " * (width + 2), f"  {name + ':':<{width}}")
     lines += ["", *(f"  {line}" for line in _use_table(plan, uses))]
-    found = violations(plan, uses)
-    lines += ["", *(line for each in found for line in paragraph(each, " " * 10, "  BEYOND: "))] if found else []
-    lines += ["", *(line for each in plan.assumed for line in paragraph(each, "    ", "  - "))]
+    for heading, sentences in (("  BEYOND: ", beyond), ("  assumed: ", plan.assumed)):
+        rows = [row for each in sentences for row in paragraph(each, " " * len(heading), heading)]
+        lines += ["", *rows] if rows else []
     return "\n".join(lines).rstrip()
 
 
@@ -37,24 +37,6 @@ def plan_facts(plan: Plan) -> dict[str, str]:
     facts["seed"] = str(plan.seed)
     facts["hashes"] = f"robot {plan.robot_hash}, model {plan.model_hash}"
     return facts
-
-
-def violations(plan: Plan, uses: Sequence[Use]) -> list[str]:
-    """What the motion does that the robot's limits forbid, a sentence each."""
-    return [
-        _violation(use, joint, name)
-        for use in uses
-        for joint, name in enumerate(plan.joints)
-        if use.violated[joint]
-    ]
-
-
-def _violation(use: Use, joint: int, name: str) -> str:
-    above = use.reached.upper[joint] - use.upper[joint] > use.lower[joint] - use.reached.lower[joint]
-    side = "upper" if above else "lower"
-    value, limit = getattr(use.reached, side)[joint], getattr(use, side)[joint]
-    time = getattr(use.reached, f"{side}_time")[joint]
-    return f"{use.name} of {name} is {value:.4g} at {time:.3f} s; its limit is {limit:.4g}"
 
 
 def _use_table(plan: Plan, uses: Sequence[Use]) -> list[str]:

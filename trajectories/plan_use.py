@@ -3,15 +3,12 @@
 from typing import NamedTuple
 
 import numpy as np
-from exidyn.identify.model import Model
 
+from .check import ROUNDING
 from .plan import Plan
 from .trajectory import Range
 
 DERIVATIVES = ("position", "velocity", "acceleration", "jerk")
-
-ROUNDING = 1e-9
-"""Share of a limit by which arithmetic may overshoot it: a plan that touches its limit keeps it."""
 
 
 class Use(NamedTuple):
@@ -29,25 +26,32 @@ class Use(NamedTuple):
     lower: np.ndarray
     upper: np.ndarray
 
-    @property
-    def share(self) -> np.ndarray:
-        """Largest part of the way from the middle to a limit, 1 at the limit, NaN without; shape (n,) [-]."""
+    def shares(self, values: np.ndarray) -> np.ndarray:
+        """Way from the middle to the limits, from -1 to 1, NaN where one is unknown; shape (..., n) [-].
+
+        The middle is between the position limits; of everything else it is zero.
+        """
         known = np.isfinite(self.lower) & np.isfinite(self.upper)
         lower, upper = np.where(known, self.lower, -1.0), np.where(known, self.upper, 1.0)
         middle = 0.5 * (lower + upper) if self.name == "position" else np.zeros(len(known))
-        up = (self.reached.upper - middle) / (upper - middle)
-        down = (self.reached.lower - middle) / (lower - middle)
-        return np.where(known, np.maximum(up, down), np.nan)
+        away = values - middle
+        return np.where(known, np.where(away > 0, away / (upper - middle), -away / (lower - middle)), np.nan)
+
+    @property
+    def share(self) -> np.ndarray:
+        """Largest share that is used, 1 at the limit, NaN where it is unknown; shape (n,) [-]."""
+        return np.maximum(self.shares(self.reached.upper), -self.shares(self.reached.lower))
 
     @property
     def violated(self) -> np.ndarray:
         """Which joints go beyond a limit, shape (n,), bool."""
         return self.beyond(self.reached.upper) | self.beyond(self.reached.lower)
 
-    def beyond(self, values: np.ndarray) -> np.ndarray:
-        """Which values (..., n) are beyond a limit."""
-        size = np.where(np.isfinite(self.upper - self.lower), self.upper - self.lower, 1.0)
-        return (values > self.upper + ROUNDING * size) | (values < self.lower - ROUNDING * size)
+    def beyond(self, values: np.ndarray, joint: int | slice = slice(None)) -> np.ndarray:
+        """Which values, (..., n) or of one joint, are beyond the limits by more than rounding."""
+        lower, upper = self.lower[joint], self.upper[joint]
+        slack = ROUNDING * np.where(np.isfinite(upper - lower), upper - lower, 1.0)
+        return (values > upper + slack) | (values < lower - slack)
 
 
 def limit_use(plan: Plan) -> list[Use]:
@@ -60,31 +64,6 @@ def limit_use(plan: Plan) -> list[Use]:
         "jerk": (-limits.jerk, limits.jerk),
     }
     return [Use(name, getattr(extremes, name), *bounds[name]) for name in DERIVATIVES]
-
-
-class Torque(NamedTuple):
-    """Torque that the model believes the motion to take.
-
-    Attributes:
-        time: Every tick, shape (t,) [s].
-        values: Shape (t, n) [N m].
-        use: Against the limits, at the ticks.
-    """
-
-    time: np.ndarray
-    values: np.ndarray
-    use: Use
-
-
-def believed_torque(plan: Plan, model: Model) -> Torque:
-    """Torque of the motion by the model's beliefs, without a payload."""
-    states = plan.trajectory.every(plan.tick)
-    motion = model.loaded(states.motion())
-    values = model.torque(motion, model.believed_values)
-    low, high = np.argmin(values, axis=0), np.argmax(values, axis=0)
-    joints = np.arange(values.shape[1])
-    reached = Range(values[low, joints], values[high, joints], states.time[low], states.time[high])
-    return Torque(states.time, values, Use("torque", reached, -plan.limits.torque, plan.limits.torque))
 
 
 def unit_of(name: str, position: str) -> str:

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pinocchio as pin
-from exidyn.identify.newton_euler import Joint, joints_of
+from exidyn.identify.newton_euler import Joint
 
 
 class Poses(NamedTuple):

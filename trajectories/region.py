@@ -33,15 +33,19 @@ class HalfSpace(NamedTuple):
 
     @classmethod
     def of(cls, normal: np.ndarray, offset: float) -> "HalfSpace":
-        """With a normal of any length; the offset is in metres all the same.
+        """With a normal of any length, which is scaled to 1; the offset is in metres as it is.
 
         Raises:
             BadLimits: The normal has no direction.
         """
         length = float(np.linalg.norm(normal))
         if not np.isfinite(length) or length == 0 or not np.isfinite(offset):
-            raise BadLimits(f"half-space: normal {list(normal)}, offset {offset}: give a direction and a length")
-        return cls(np.asarray(normal, float) / length, offset, f"wall {np.round(normal, 4).tolist()}")
+            raise BadLimits(
+                f"half-space: normal {list(normal)}, offset {offset}: give a direction and a length"
+            )
+        return cls(
+            np.asarray(normal, float) / length, offset, f"wall {[float(x) for x in normal]} <= {offset:g} m"
+        )
 
 
 def box(lower: np.ndarray, upper: np.ndarray) -> list[HalfSpace]:
@@ -53,7 +57,9 @@ def box(lower: np.ndarray, upper: np.ndarray) -> list[HalfSpace]:
     walls = []
     for place, name in enumerate("xyz"):
         if not lower[place] < upper[place]:
-            raise BadLimits(f"region: lower {name} = {lower[place]:g} m is not below upper {upper[place]:g} m")
+            raise BadLimits(
+                f"region: lower {name} = {lower[place]:g} m is not below upper {upper[place]:g} m"
+            )
         axis = np.eye(3)[place]
         walls.append(HalfSpace(-axis, -float(lower[place]), f"{name} >= {lower[place]:g} m"))
         walls.append(HalfSpace(axis, float(upper[place]), f"{name} <= {upper[place]:g} m"))

@@ -24,7 +24,7 @@ def read_regions(rows: object, robot: Robot) -> list[Region]:
         radius = 0.05              # of the ball around it [m]
         lower = [-inf, -1, 0.2]    # box in the base frame [m]
         upper = [inf, 1, 1.5]
-        half_space = [{ normal = [1, 1, 0], offset = 0.8 }]    # normal . p <= offset, in metres
+        half_space = [{ normal = [1, 1, 0], offset = 0.8 }]    # wall 0.8 m from the base that way
 
     Raises:
         RobotError: A row is wrong; the message says which key, what was found and what fits.

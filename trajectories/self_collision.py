@@ -15,6 +15,8 @@ from .reach import cover, reach
 
 REQUIRED = 0.02
 """Distance kept between bodies unless said otherwise [m]: tracking error, and what a mesh leaves out."""
+TOLERANCE = 1e-10
+"""Of distances [m]. Coal's 1e-6 costs no less and leaves nearest points, and so gradients, in doubt."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,7 +107,7 @@ class SelfCollision(Clearance):
         return distance - self.required, slope
 
     def some_margins(self, position: np.ndarray, wanted: np.ndarray) -> np.ndarray:
-        data, placed = self.kinematics.createData(), self.geometry.createData()
+        data, placed = self.kinematics.createData(), _workspace(self.geometry)
         found = np.full(wanted.shape, np.inf)
         for row, one in enumerate(position):
             pin.updateGeometryPlacements(self.kinematics, data, self.geometry, placed, one)
@@ -131,7 +133,14 @@ class SelfCollision(Clearance):
 
     def _measured(self, position: np.ndarray) -> Iterator[pin.StdVec_DistanceResult]:
         """Results of all pairs, sample by sample; each is overwritten by the next."""
-        data, placed = self.kinematics.createData(), self.geometry.createData()
+        data, placed = self.kinematics.createData(), _workspace(self.geometry)
         for row in position:
             pin.computeDistances(self.kinematics, data, self.geometry, placed, row)
             yield placed.distanceResults
+
+
+def _workspace(geometry: pin.GeometryModel) -> pin.GeometryData:
+    placed = geometry.createData()
+    for request in placed.distanceRequests:
+        request.gjk_tolerance = TOLERANCE
+    return placed

@@ -11,7 +11,6 @@ from .errors import Infeasible
 from .fourier import Fourier
 from .goals import Goal
 from .torque_bound import TorqueBound
-from .trajectory import States
 
 STEP = 0.99
 """Share of the excursion left after a step where no ratio says how much is too much."""
@@ -52,20 +51,13 @@ def shrink_inside(
         violations = [
             violation
             for payload in goal.payloads
-            for violation in check(series, limits, tick, _torque(bound, payload))
+            for violation in check(series, limits, tick, bound.of(payload))
         ]
         clear = all(clearance.worst(series).allowed for clearance in clearances)
         if not violations and clear:
             return series
         series = _scaled(series, _shares(series, violations, clear))
     raise Infeasible(_sentence(goal, violations, clearances, series))
-
-
-def _torque(bound: TorqueBound, payload: str):  # type: ignore[no-untyped-def]
-    def torque(states: States) -> np.ndarray:
-        return bound.torque(states, payload)
-
-    return torque if np.any(np.isfinite(bound.limit)) else None
 
 
 def _shares(series: Fourier, violations: Sequence[Violation], clear: bool) -> np.ndarray:
@@ -77,11 +69,9 @@ def _shares(series: Fourier, violations: Sequence[Violation], clear: bool) -> np
             share = np.minimum(share, STEP)  # any joint's motion may be what loads this one
         elif violation.what in ("velocity", "acceleration", "jerk"):
             share[joint] = min(share[joint], violation.limit / violation.value * (1 - 1e-9))
-        elif violation.what == "position":
+        else:  # position, or where a stop ends, which moves at least in proportion
             ratio = (violation.limit - centre) / (violation.value - centre)
             share[joint] = min(share[joint], ratio * (1 - 1e-9))
-        else:
-            share[joint] = min(share[joint], STEP)
     return np.maximum(share, 0.0)
 
 

@@ -1,6 +1,6 @@
 """Torque bound: what the believed model asks of the drives."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -29,6 +29,10 @@ class TorqueBound(Bound):
         """Believed joint torque, shape (t, n) [N m]."""
         motion = self.model.loaded(states.motion(payload))
         return self.model.torque(motion, self.model.believed_values)
+
+    def of(self, payload: str) -> Callable[[States], np.ndarray]:
+        """The torque of one run as a function of states alone."""
+        return lambda states: self.torque(states, payload)
 
     def margins(self, states: States) -> Margins:
         limited = np.flatnonzero(np.isfinite(self.limit))

@@ -1,0 +1,113 @@
+"""A plan as one HTML page that needs nothing else: no script, no network, light and dark, fit to print."""
+
+from collections.abc import Sequence
+from html import escape
+
+import numpy as np
+from exidyn.identify.report_html import NAMELESS, figure, listing, paragraph, rounded, section, table
+from exidyn.identify.report_style import STYLE as REPORT_STYLE
+
+from .plan import Plan
+from .plan_check import Torque
+from .plan_plots import STYLE, joint_plot, plan_curves
+from .plan_summary import plan_facts, span
+from .plan_use import Use, unit_of
+
+NEAR = 0.9
+"""Share of a limit from which a number is coloured as one that is near it."""
+
+
+def plan_page(plan: Plan, beyond: Sequence[str] = (), torque: Torque | None = None) -> str:
+    """The page as text.
+
+    Args:
+        plan: What to show.
+        beyond: Sentences of what its robot's limits forbid.
+        torque: By belief; plotted too if it is known.
+    """
+    curves = plan_curves(plan, torque)
+    uses = [curve.use for curve in curves]
+    figures = "".join(
+        figure(name, _remark(plan, uses, joint), joint_plot(plan, joint, curves))
+        for joint, name in enumerate(plan.joints)
+    )
+    note = (
+        "Commands at every tick. Dashed: the robot's limits, before any margin; shaded: beyond them. "
+        "Percentages are of the exact extremes, between ticks too"
+        + ("; torque is what the model believes." if torque else ".")
+    )
+    body = (
+        section("verdict", "Verdict", listing(_verdict(plan, uses, beyond), "verdict"))
+        + section("limits", "Use of the limits", _use_table(plan, uses))
+        + section("motion", "Motion", paragraph(note), f'<div class="grid two">{figures}</div>')
+        + section("plan", "How it was planned", _facts(plan))
+    )
+    name = escape(plan.robot)
+    return (
+        '<!doctype html><html lang="en"><head><meta charset="utf-8">'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">'
+        f"<title>{name}: planned motion</title><style>{REPORT_STYLE}{STYLE}</style></head>"
+        f'<body><h1>{name}: planned motion</h1><p class="note">{_subtitle(plan)}</p>{body}</body></html>\n'
+    )
+
+
+def _subtitle(plan: Plan) -> str:
+    return escape(f"{plan.trajectory.duration:g} s, {len(plan.joints)} joints, every {1e3 * plan.tick:g} ms")
+
+
+def _verdict(plan: Plan, uses: Sequence[Use], beyond: Sequence[str]) -> list[str]:
+    """What to think of the plan: its worst first."""
+    unlimited = [
+        f"No {use.name} limit is known of "
+        + ", ".join(plan.joints[j] for j in np.flatnonzero(np.isnan(use.share)))
+        + "."
+        for use in uses
+        if np.any(np.isnan(use.share))
+    ]
+    stops = "a stop begun at any tick ends inside them"
+    head = "Goes beyond limits: do not run it." if beyond else f"Keeps all limits that are known; {stops}."
+    torque = any(use.name == "torque" for use in uses)
+    unseen = "Collisions are" if torque else "Torque, which needs the robot, and collisions are"
+    return [head, *beyond, *unlimited, f"{unseen} not looked at here."]
+
+
+def _use_table(plan: Plan, uses: Sequence[Use]) -> str:
+    head = ["joint", "unit", "position", "of limits", *(f"{use.name} [%]" for use in uses[1:])]
+    place = uses[0]
+    rows = [
+        [
+            escape(name),
+            plan.units[j],
+            _cell(span(place.reached.lower[j], place.reached.upper[j]), place, j),
+            span(place.lower[j], place.upper[j]),
+            *(_cell(_percent(use.share[j]), use, j) for use in uses[1:]),
+        ]
+        for j, name in enumerate(plan.joints)
+    ]
+    return table(head, rows, words=(0, 1))
+
+
+def _percent(share: float) -> str:
+    return f"{100.0 * share:.1f}" if np.isfinite(share) else NAMELESS
+
+
+def _cell(words: str, use: Use, joint: int) -> str:
+    share = use.share[joint]
+    style = "bad" if use.violated[joint] else "middling" if share >= NEAR else "good"
+    return f"<td>{words}</td>" if np.isnan(share) else f'<td class="{style}">{words}</td>'
+
+
+def _remark(plan: Plan, uses: Sequence[Use], joint: int) -> str:
+    """The largest velocity and torque in numbers."""
+    chosen = [use for use in uses if use.name in ("velocity", "torque")]
+    return "; ".join(
+        f"{use.name} up to {rounded(max(-use.reached.lower[joint], use.reached.upper[joint]), 3)} "
+        f"{unit_of(use.name, plan.units[joint])}"
+        for use in chosen
+    )
+
+
+def _facts(plan: Plan) -> str:
+    rows = [[escape(name), escape(words)] for name, words in plan_facts(plan).items()]
+    rows += [["assumed", escape(sentence)] for sentence in plan.assumed]
+    return table(["", ""], rows, words=(0, 1))

@@ -1,0 +1,199 @@
+"""Planning: from a model and what is wished to a plan that a recorder can run."""
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass, field
+
+import numpy as np
+from exidyn.identify.effects import Payload
+from exidyn.identify.fit import Fit
+from exidyn.identify.model import Model
+from exidyn.identify.robot import Limits
+
+from .clearance import Clearance
+from .criteria import CRITERIA
+from .errors import BadLimits, UnknownChoice
+from .excite import Found, Setting, excite
+from .fourier import Fourier
+from .goals import Goal, Identify
+from .information import Experiment
+from .plan import Plan
+from .shrink import inside_kinematics
+from .torque_bound import TorqueBound
+from .unknowns import with_drive_gains, with_shapes
+from .usable_limits import Margins, usable
+from .whole_run import whole_run
+
+NOISE = 0.01
+"""Torque noise where none was measured, as a share of each joint's rms torque in a random motion: the
+currents of industrial drives, at 500 Hz, scatter by one per cent."""
+THERE_AND_BACK = (2.0, 3.0, 4.0)
+"""Base periods to try where none is given, in times that the slowest joint takes across its range: there
+and back at full speed, at two thirds of it, and at half, so that faster harmonics have room."""
+ROWS = 2.0
+"""Independent rows a second and hertz of bandwidth (Nyquist)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Wishes:
+    """What is wished of a trajectory.
+
+    Attributes:
+        criterion: A name in `CRITERIA`.
+        harmonics: Number of harmonics of each joint.
+        period: Base period [s]; several are tried unless given.
+        seconds: Length of the exciting part; as many periods as fill it [s].
+        series: How many trajectories are planned together.
+        margins: What is kept off the limits.
+        window: Of the controller's corrections around the start pose, as in `usable`.
+        start: Pose at which the run begins and ends, shape (n,) [rad]; chosen unless given.
+        tick: Cycle of the controller [s].
+        rest: At both ends, for the noise of the still arm [s].
+        clearances: Collisions and regions.
+        shapes: Effects whose shapes count as unknown, by their key.
+        payload: What is known of a body that the second run of a pair carries; None for no pair.
+        fit: What earlier runs told.
+    """
+
+    criterion: str = "condition"
+    harmonics: int = 5
+    period: float | None = None
+    seconds: float = 40.0
+    series: int = 1
+    margins: Margins = field(default_factory=Margins)
+    window: np.ndarray | None = None
+    start: np.ndarray | None = None
+    tick: float = 0.002
+    rest: float = 1.0
+    clearances: Sequence[Clearance] = ()
+    shapes: Sequence[str] = ()
+    payload: tuple[tuple[str, float], ...] | None = None
+    fit: Fit | None = None
+
+
+def plan(
+    model: Model,
+    wishes: Wishes,
+    *,
+    goal: Goal | None = None,
+    starts: int = 4,
+    seed: int = 0,
+    seconds: float = 60.0,
+    executor: Executor | None = None,
+    progress: Callable[[str], None] = lambda _: None,
+) -> list[Plan]:
+    """The best trajectories for a model, each with rests and leads, checked.
+
+    Args:
+        model: What is believed of the arm.
+        wishes: What is wanted.
+        goal: Another goal than to identify the model, such as to tell two models apart.
+        starts: Of the search.
+        seed: Of the first start.
+        seconds: For the search [s].
+        executor: Where the starts run.
+        progress: Called with sentences.
+
+    Raises:
+        BadLimits: Limits that are not said, or that nothing can move within.
+        Infeasible: No motion keeps to all limits.
+        NothingToIdentify: The model has no parameter that motion could tell.
+        UnknownChoice: A criterion that there is not.
+    """
+    limits, assumed = usable(model.robot, wishes.margins, wishes.window, wishes.start)
+    goal = goal or identification_goal(model, wishes, limits)
+    setting = Setting(
+        limits,
+        wishes.harmonics,
+        periods_of(wishes, limits),
+        wishes.clearances,
+        wishes.series,
+        wishes.tick,
+    )
+    found = excite(
+        goal, setting, starts=starts, seed=seed, seconds=seconds, executor=executor, progress=progress
+    )
+    return [_plan(model, wishes, goal, found, series, limits, assumed) for series in found.series]
+
+
+def identification_goal(model: Model, wishes: Wishes, limits: Limits) -> Identify:
+    """To tell the model's parameters, and the drive gains where a pair of runs can."""
+    if wishes.criterion not in CRITERIA:
+        raise UnknownChoice("criterion", wishes.criterion, CRITERIA)
+    criterion, payloads = CRITERIA[wishes.criterion], ("",)
+    believed = model
+    if wishes.payload is not None:
+        believed, payloads = model + Payload("L", wishes.payload), ("", "L")
+    noise = believed_noise(believed, limits, payloads[-1])
+    if wishes.fit is not None:
+        return _after(wishes.fit, believed, payloads, wishes)
+    asked = with_shapes(believed, wishes.shapes)
+    asked = with_drive_gains(asked) if wishes.payload is not None else asked
+    return Identify(Experiment.of(asked, payloads, noise), criterion, believed=believed)
+
+
+def _after(fit: Fit, believed: Model, payloads: tuple[str, ...], wishes: Wishes) -> Identify:
+    """To add to what a fit knows already, where it knows least."""
+    count = len(fit.base.kept)
+    covariance = fit.estimate.covariance[:count, :count]
+    known = np.linalg.pinv(covariance, hermitian=True)
+    noise = np.maximum(fit.estimate.noise, np.finfo(float).tiny)
+    experiment = Experiment(fit.model, fit.base, payloads, noise, known)
+    rows = ROWS * (fit.filtering.torque_cutoff or 10.0) * wishes.seconds
+    criterion = CRITERIA["worst" if wishes.criterion == "condition" else wishes.criterion]
+    return Identify(experiment, criterion, rows, believed)
+
+
+def believed_noise(model: Model, limits: Limits, payload: str = "") -> np.ndarray:
+    """Noise of each joint's torque where none was measured, shape (n,) [N m]; see `NOISE`."""
+    n, random = model.robot.dof, np.random.default_rng(0)
+    middle = 0.5 * (limits.position_lower + limits.position_upper)
+    series = inside_kinematics(Fourier(10.0, middle, *random.normal(size=(2, n, 5))), limits, 0.9)
+    motion = model.loaded(series.at(np.linspace(0.0, 10.0, 500)).motion(payload))
+    rms = np.sqrt(np.mean(model.torque(motion, model.believed_values) ** 2, axis=0))
+    largest = float(np.max(rms))
+    return NOISE * np.maximum(rms, 1e-3 * largest) if largest > 0 else np.ones(n)
+
+
+def periods_of(wishes: Wishes, limits: Limits) -> tuple[float, ...]:
+    """Base periods to try, whole numbers of ticks [s]."""
+    if wishes.period is not None and not wishes.period > 0:
+        raise BadLimits(f"period: {wishes.period:g} s; it must be above 0")
+    across = float(np.max((limits.position_upper - limits.position_lower) / limits.velocity))
+    asked = [wishes.period] if wishes.period else [times * across for times in THERE_AND_BACK]
+    return tuple(max(round(period / wishes.tick), 1) * wishes.tick for period in asked)
+
+
+def _plan(
+    model: Model,
+    wishes: Wishes,
+    goal: Goal,
+    found: Found,
+    series: Fourier,
+    limits: Limits,
+    assumed: tuple[str, ...],
+) -> Plan:
+    """One trajectory as a whole run."""
+    bound = TorqueBound(goal.model, limits.torque, goal.payloads)
+    run = whole_run(
+        series,
+        limits,
+        wishes.tick,
+        repeats=max(1, int(np.ceil(wishes.seconds / series.period - 1e-9))),
+        start=wishes.start,
+        rest=wishes.rest,
+        clearances=wishes.clearances,
+        torques=[bound.of(payload) for payload in goal.payloads],
+    )
+    return Plan.of(
+        run,
+        model,
+        margins=vars(wishes.margins),
+        criterion=wishes.criterion,
+        reached=float(np.exp(found.value)),
+        details={"period": series.period, "harmonics": series.harmonics, "goal": goal.words(found.value)},
+        seed=found.seed,
+        tick=wishes.tick,
+        payload_pair=wishes.payload is not None,
+        assumed=assumed,
+    )

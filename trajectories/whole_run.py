@@ -1,0 +1,77 @@
+"""Whole run: a periodic motion with rests and leads, begun where its period joins best."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+from exidyn.identify.robot import Limits
+
+from .check import check
+from .clearance import Clearance
+from .errors import Infeasible
+from .fourier import Fourier
+from .sequence import Sequence as Run
+from .sequence import with_leads
+from .trajectory import States
+
+PHASES = 40
+"""Moments of the period at which it is tried to begin: the state changes by little from one to the next."""
+
+
+def whole_run(
+    series: Fourier,
+    limits: Limits,
+    tick: float,
+    *,
+    repeats: int = 1,
+    start: np.ndarray | None = None,
+    rest: float = 1.0,
+    clearances: Sequence[Clearance] = (),
+    torques: Sequence[Callable[[States], np.ndarray]] = (),
+) -> Run:
+    """Rest, lead-in, `repeats` periods, lead-out, rest: with the shortest leads that keep to everything.
+
+    Args:
+        series: A whole number of ticks long.
+        limits: For the leads too.
+        tick: Cycle of the controller [s].
+        repeats: How often the period is run.
+        start: Pose of the rests, shape (n,) [rad]; chosen unless given.
+        rest: Duration of each rest [s].
+        clearances: Collisions and regions.
+        torques: Believed torque of each run, for the check.
+
+    Raises:
+        Infeasible: From no moment of the period.
+    """
+    runs, reason = [], "no phase was tried"
+    for shift in np.unique(np.round(np.linspace(0.0, series.period, PHASES, endpoint=False) / tick)) * tick:
+        core = replace(series.shifted(float(shift)), periods=repeats)
+        try:
+            runs.append(with_leads(core, limits, tick, start, rest))
+        except Infeasible as error:
+            reason = str(error)
+    for run in sorted(runs, key=lambda run: run.duration):
+        reason = _why_not(run, limits, tick, clearances, torques)
+        if not reason:
+            return run
+    raise Infeasible(f"no lead into the motion keeps to the limits: {reason}")
+
+
+def _why_not(
+    run: Run,
+    limits: Limits,
+    tick: float,
+    clearances: Sequence[Clearance],
+    torques: Sequence[Callable[[States], np.ndarray]],
+) -> str:
+    """What a run violates, in words; empty if nothing."""
+    names = [f"joint {joint + 1}" for joint in range(run.dof)]
+    for torque in torques or [None]:
+        for violation in check(run, limits, tick, torque):
+            return violation.sentence(names)
+    for clearance in clearances:
+        nearest = clearance.worst(run)
+        if not nearest.allowed:
+            return f"{nearest.name}: {1e3 * nearest.margin:.0f} mm of room at {nearest.time:.2f} s"
+    return ""
