@@ -194,6 +194,9 @@ class Unmeasured(Clearance):
 
 def test_a_margin_that_cannot_be_measured_is_not_allowed():
     assert not nearest(Unmeasured(), SineMotion(*np.ones((4, 1)), 1.0)).allowed
+    between = SineMotion(np.zeros(1), np.ones(1), np.array([20 * np.pi]), np.zeros(1), 1.0)
+    assert np.all(Unmeasured().margins(between.every(0.1).position) == 1.0)
+    assert not nearest(Unmeasured(), between).allowed
     assert nearest(Unmeasured(), SineMotion(*0.1 * np.ones((4, 1)), 1.0)).allowed
 
 

@@ -70,7 +70,8 @@ class Basis:
     def fourier(self, coefficients: np.ndarray) -> list[Fourier]:
         """The series themselves."""
         parts = np.split(coefficients.T, self.series, axis=1)
-        return [Fourier(self.period, part[:, 0], *np.split(part[:, 1:], 2, axis=1)) for part in parts]
+        middle = 1 + self.harmonics
+        return [Fourier(self.period, p[:, 0], p[:, 1:middle], p[:, middle:]) for p in parts]
 
     def coefficients(self, series: list[Fourier]) -> np.ndarray:
         """Inverse of `fourier`."""

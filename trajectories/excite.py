@@ -173,8 +173,7 @@ def finished(goal: Goal, setting: Setting, series: list[Fourier], seed: int, sea
 
 def joined(motions: Sequence[Motion]) -> Motion:
     """Motions one after the other, as one."""
-    arrays = [
-        np.concatenate([getattr(m, name) for m in motions])
-        for name in ("position", "velocity", "acceleration")
-    ]
-    return Motion.of(np.arange(len(arrays[0])) * FINE, *arrays)
+    position = np.concatenate([motion.position for motion in motions])
+    velocity = np.concatenate([motion.velocity for motion in motions])
+    acceleration = np.concatenate([motion.acceleration for motion in motions])
+    return Motion.of(np.arange(len(position)) * FINE, position, velocity, acceleration)

@@ -15,7 +15,9 @@ from .design_model import design_model
 from .information import Experiment
 from .problem import Informative, Objective
 
-LADDER = {condition: (partial(condition, power=2.0), partial(condition, power=8.0))}
+LADDER: dict[Criterion, tuple[Criterion, ...]] = {
+    condition: (partial(condition, power=2.0), partial(condition, power=8.0))
+}
 """Stand-ins between the volume and a criterion that is not smooth. Powers of two and eight let many, then
 the few smallest eigenvalues pull; the condition number itself is left for the end."""
 
@@ -67,7 +69,7 @@ class Identify:
     def objectives(self, limits: Limits, spacing: float) -> Sequence[Objective]:
         smooth = replace(self.experiment, model=design_model(self.experiment.model, limits, spacing))
         size = parameter_sizes(self.experiment)
-        ladder = (volume, *LADDER.get(self.criterion, ()), self.criterion)
+        ladder: tuple[Criterion, ...] = (volume, *LADDER.get(self.criterion, ()), self.criterion)
         return [Informative(smooth, criterion, size, self.rows) for criterion in dict.fromkeys(ladder)]
 
     def words(self, value: float) -> str:

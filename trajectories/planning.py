@@ -120,8 +120,8 @@ def identification_goal(model: Model, wishes: Wishes, limits: Limits) -> Identif
     """To tell the model's parameters, and the drive gains where a pair of runs can."""
     if wishes.criterion not in CRITERIA:
         raise UnknownChoice("criterion", wishes.criterion, CRITERIA)
-    criterion, payloads = CRITERIA[wishes.criterion], ("",)
-    believed = model
+    payloads: tuple[str, ...] = ("",)
+    criterion, believed = CRITERIA[wishes.criterion], model
     if wishes.payload is not None:
         believed, payloads = model + Payload("L", wishes.payload), ("", "L")
     noise = believed_noise(believed, limits, payloads[-1])

@@ -10,32 +10,32 @@ from .poses import moves
 
 
 class Cover(NamedTuple):
-    """Balls whose convex hull holds a body.
+    """Points whose convex hull holds a body, or its core where it is that and a radius all around.
+
+    A distance from a ball is that from its centre less a constant, so its radius changes no bound.
 
     Attributes:
         body: The joint that carries it, -1 for the base.
-        points: Their centres in that joint's frame, shape (k, 3) [m].
-        radius: Of each ball [m].
+        points: In that joint's frame, shape (k, 3) [m].
     """
 
     body: int
     points: np.ndarray
-    radius: float
 
 
 def cover(body: pin.GeometryObject) -> Cover:
     """Cover of a body of the collision geometry."""
-    shape, radius = body.geometry, 0.0
+    shape = body.geometry
     kind = type(shape).__name__
     if kind.startswith("Convex"):
         points = np.array(shape.points(), float).reshape(-1, 3)
     elif kind in ("Sphere", "Capsule"):
         half = shape.halfLength if kind == "Capsule" else 0.0
-        points, radius = np.array([[0.0, 0.0, -half], [0.0, 0.0, half]]), shape.radius
+        points = np.array([[0.0, 0.0, -half], [0.0, 0.0, half]])
     else:
         points = _box(shape)
     points = points @ body.placement.rotation.T + body.placement.translation
-    return Cover(body.parentJoint - 1, points, float(radius))
+    return Cover(body.parentJoint - 1, points)
 
 
 def _box(shape: Any) -> np.ndarray:
@@ -77,7 +77,7 @@ def reach(joints: list[Joint], joint: int, cover: Cover, travel: np.ndarray) -> 
         length += _gap(entry, across, (hinge if deeper else np.zeros(3))[None])
         length += 0.0 if joints[crossed].revolute else float(travel[crossed])
         here, entry, across = step, (np.zeros(3) if deeper else hinge), None
-    return length + _gap(entry, across, cover.points) + cover.radius
+    return length + _gap(entry, across, cover.points)
 
 
 def _path(joints: list[Joint], start: int, end: int) -> list[int]:

@@ -140,7 +140,7 @@ class Region(Clearance):
         return margin, slope * moves(joints, self.body)
 
     def reach(self, travel: np.ndarray) -> np.ndarray:
-        joints, ball = joints_of(self.kinematics), Cover(self.body, self.place[None], 0.0)
+        joints, ball = joints_of(self.kinematics), Cover(self.body, self.place[None])
         carried = moves(joints, self.body)
         far = [reach(joints, j, ball, travel) if carried[j] else 0.0 for j in range(len(joints))]
         return np.broadcast_to(np.array(far), (len(self.walls), len(joints)))

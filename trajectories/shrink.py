@@ -92,8 +92,8 @@ def _sentence(
     """Why nothing fits."""
     if violations:
         return (
-            f"{violations[0].sentence(goal.model.robot.joints)}, and so it is for ever smaller motions about the "
-            "same centre. Try a start pose or position limits that avoid it"
+            f"{violations[0].sentence(goal.model.robot.joints)}, and so it is for ever smaller motions about "
+            "the same centre. Try a start pose or position limits that avoid it"
         )
     nearest = min((clearance.worst(series) for clearance in clearances), key=lambda one: one.margin)
     return (

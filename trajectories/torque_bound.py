@@ -57,8 +57,8 @@ class TorqueBound(Bound):
         motion = self.model.loaded(_taken(states.motion(payload), every))
         pick = np.zeros((len(limited), t, n))
         pick[np.arange(len(limited)), :, limited] = 1.0 / self.limit[limited][:, None]
-        pick = pick.reshape(-1, n)
-        gradient = self.model.motion_gradient(motion, pick[:, :, None] * self.model.believed_values, pick)
+        flat = pick.reshape(-1, n)
+        gradient = self.model.motion_gradient(motion, flat[:, :, None] * self.model.believed_values, flat)
         parts = (gradient.position, gradient.velocity, gradient.acceleration)
         return [part.reshape(len(limited), t, n).swapaxes(0, 1) for part in parts]
 
