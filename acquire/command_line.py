@@ -19,9 +19,11 @@ class Command(NamedTuple):
 
 COMMANDS: dict[str, Command] = {
     "example": Command("example_command:main", "simulate an arm, identify it, compare with the truth"),
+    "excite": Command("excite_command:main", "the trajectory that identifies an arm best within its limits"),
     "identify": Command("identify_command:main", "dynamics and drive gains from recordings"),
     "import": Command("import_command:main", "other people's files to recordings (.mcap)"),
     "info": Command("info_command:main", "what is inside a recording"),
+    "show": Command("show_command:main", "a planned motion against limits: table, page, view, exports"),
 }
 """Name -> where; each function takes the arguments behind its name and returns the exit code."""
 

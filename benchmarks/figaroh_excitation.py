@@ -76,10 +76,12 @@ def why_absent() -> str:
     if absent := why_no_figaroh():
         return absent
     try:
-        import cyipopt  # noqa: F401
-        import ndcurves  # noqa: F401
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # ndcurves registers converters that are there already
+            import cyipopt  # noqa: F401
+            import ndcurves  # noqa: F401
     except ImportError as missing:
-        return f"FIGAROH's trajectory is left out ({missing}); pip install --pre 'exidyn[bench]' brings it."
+        return f"FIGAROH's trajectory is left out ({missing}); pip install 'exidyn[bench]' brings it."
     return ""
 
 
@@ -189,7 +191,8 @@ class _Watch(logging.Handler):
         if self.clock() - self.began < self.budget:
             return
         seconds = self.clock() - self.began
-        sampled = [(when, _sampled(problem, x)) for when, problem, x in self.iterates]
+        within = [kept for kept in self.iterates if kept[0] <= self.budget]
+        sampled = [(when, _sampled(problem, x)) for when, problem, x in within]
         self.pipe.send(_Told(sampled, seconds, self.attempts, self.accepted, self.complaints))
         self.pipe.close()
         os._exit(0)  # out of IPOPT's C code there is no other way at once

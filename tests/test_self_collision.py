@@ -1,4 +1,5 @@
 import pickle
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -177,6 +178,32 @@ def test_a_touch_between_samples_is_found(small):
     found = collision.worst(trajectory)
     assert found.margin < 0
     assert not found.allowed
+
+
+@dataclass(frozen=True, eq=False)
+class AwayFrom(Clearance):
+    """A joint kept away from one position: a margin that always changes as fast as its reach allows."""
+
+    position: float
+    names = ("away",)
+
+    def margins(self, position):
+        return np.abs(position - self.position)
+
+    def gradient(self, position):
+        return self.margins(position), np.sign(position - self.position)[:, :, None]
+
+    def reach(self, travel):
+        return np.ones((1, 1))
+
+
+@pytest.mark.parametrize("position", np.linspace(-0.9, 0.95, 20))
+def test_the_bound_holds_where_the_margin_falls_as_fast_as_it_can(position):
+    """The joint passes the position, so that the margin is 0 there, at some time that is no sample's."""
+    swing = SineMotion(np.zeros(1), np.ones(1), np.array([2.0]), np.zeros(1), 3.0)
+    found = nearest(AwayFrom(position), swing)
+    assert found.bound <= 0.0
+    assert 0.0 <= found.margin <= 2 * RESOLUTION
 
 
 class Unmeasured(Clearance):

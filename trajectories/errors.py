@@ -6,6 +6,7 @@ ExidynError
     ├── Infeasible         nothing keeps to all limits from this start, in this region
     ├── NotContinuous      parts of a motion that do not join
     ├── NothingToIdentify  the model has no parameter that motion could tell
+    ├── NotComparable      hypotheses that cannot be weighed against each other
     ├── NotATrajectory     a trajectory file that is not one, or of another version
     ├── OutsideTrajectory  a time before the start or after the end
     └── UnknownChoice      a criterion, family or format that there is not
@@ -34,6 +35,10 @@ class NotContinuous(TrajectoryError):
 
 class NothingToIdentify(TrajectoryError):
     """The model has no parameter that motion could tell."""
+
+
+class NotComparable(TrajectoryError):
+    """Hypotheses that cannot be weighed against each other."""
 
 
 class NotATrajectory(TrajectoryError):

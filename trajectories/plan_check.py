@@ -39,10 +39,7 @@ def believed_torque(plan: Plan, model: Model) -> Torque:
     payloads = ("", *loads) if plan.payload_pair else ("",)
     bound = TorqueBound(model, plan.limits.torque, payloads)
     states = plan.trajectory.every(plan.tick)
-    peaks = [
-        torque_peaks(plan.trajectory, lambda at, load=load: bound.torque(at, load), plan.tick)  # type: ignore[misc]
-        for load in payloads
-    ]
+    peaks = [torque_peaks(plan.trajectory, bound.of(load), plan.tick) for load in payloads]
     runs = tuple((load or UNLOADED, bound.torque(states, load)) for load in payloads)
     reached = _widest([Range(*peak[:4]) for peak in peaks])
     return Torque(states.time, runs, Use("torque", reached, -plan.limits.torque, plan.limits.torque))

@@ -7,12 +7,12 @@ from exidyn.identify.text_table import digits, paragraph, table
 
 from .plan import Plan
 from .plan_use import Use
-from .trajectory_rows import family_of
+from .trajectory_rows import family_words
 
 
 def summary(plan: Plan, uses: Sequence[Use], beyond: Sequence[str] = ()) -> str:
     """Robot, duration, criterion and details; a table of the limits' use; `beyond` in sentences."""
-    lines = [f"Motion for {plan.robot}: {plan.trajectory.duration:g} s, {family_of(plan.trajectory)}"]
+    lines = [f"Motion for {plan.robot}: {plan.trajectory.duration:g} s, {family_words(plan.trajectory)}"]
     facts = plan_facts(plan)
     width = max(map(len, facts)) + 2
     for name, words in facts.items():
@@ -32,8 +32,7 @@ def plan_facts(plan: Plan) -> dict[str, str]:
         facts["criterion"] = f"{plan.criterion}, reached {digits(plan.reached)}"
     if plan.margins:
         facts["kept off"] = ", ".join(f"{name} {value:g}" for name, value in plan.margins.items())
-    for name, value in plan.details.items():
-        facts[name] = value if isinstance(value, str) else digits(value)
+    facts |= {n: digits(v) if isinstance(v, float) else str(v) for n, v in plan.details.items()}
     facts["seed"] = str(plan.seed)
     facts["hashes"] = f"robot {plan.robot_hash}, model {plan.model_hash}"
     return facts

@@ -113,10 +113,10 @@ def _units(value: object, where: str) -> tuple[str, ...]:
 
 
 def _any_number(value: object, where: str) -> float:
-    """A number, infinity or NaN."""
+    """A number, infinity or NaN; a whole number stays one."""
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise NotATrajectory(f"{where}: expected a number; found {value!r}")
-    return float(value)
+    return value
 
 
 def _margins(value: object, where: str) -> dict[str, float]:
@@ -143,7 +143,7 @@ READERS: dict[str, Callable[[object, str], Any]] = {
     "robot_hash": string,
     "model_hash": string,
     "criterion": partial(string, empty=True),
-    "reached": _any_number,
+    "reached": lambda value, where: float(_any_number(value, where)),
     "seed": integer,
     "tick": number,
     "payload_pair": boolean,

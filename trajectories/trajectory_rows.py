@@ -37,17 +37,32 @@ def family_of(trajectory: Trajectory) -> str:
     raise UnknownChoice("family of trajectories", type(trajectory).__name__, FAMILIES)
 
 
+def family_words(trajectory: Trajectory) -> str:
+    """Name of a trajectory's family, and of those it is made of."""
+    inner = [part for value in _values(trajectory).values() for part in _parts(value)]
+    return " of ".join(filter(None, [family_of(trajectory), ", ".join(map(family_of, inner))]))
+
+
+def _values(trajectory: Trajectory) -> dict[str, Any]:
+    return {f.name: getattr(trajectory, f.name) for f in fields(trajectory) if f.init}
+
+
+def _parts(value: object) -> tuple[Trajectory, ...]:
+    """Trajectories that a field holds; none if it holds something else."""
+    if isinstance(value, Trajectory):
+        return (value,)
+    return value if isinstance(value, tuple) and value and isinstance(value[0], Trajectory) else ()
+
+
 def trajectory_blocks(trajectory: Trajectory, place: str, heading: str = "[{}]") -> list[str]:
     """TOML of a trajectory and, behind it, of those it is made of."""
     flat: dict[str, Any] = {FAMILY: family_of(trajectory)}
     inner: list[str] = []
-    for name, value in ((f.name, getattr(trajectory, f.name)) for f in fields(trajectory) if f.init):
-        below = f"{place}.{name}"
-        if isinstance(value, Trajectory):
-            inner += trajectory_blocks(value, below)
-        elif isinstance(value, tuple) and value and isinstance(value[0], Trajectory):
-            inner += [text for part in value for text in trajectory_blocks(part, below, "[[{}]]")]
-        elif value is not None:
+    for name, value in _values(trajectory).items():
+        for part in _parts(value):
+            below = "[[{}]]" if isinstance(value, tuple) else "[{}]"
+            inner += trajectory_blocks(part, f"{place}.{name}", below)
+        if not _parts(value) and value is not None:
             flat[name] = value
     return [block(heading.format(place), flat, tall=True), *inner]
 

@@ -16,6 +16,12 @@ from .trajectory import States
 
 PHASES = 40
 """Moments of the period at which it is tried to begin: the state changes by little from one to the next."""
+TRIED = 6
+"""Of these, how many of the shortest are checked in full before gentler leads are tried."""
+ENOUGH = 1.001
+"""Of the acceleration that is to be reached, so that rounding does not put it out of reach."""
+GENTLER = (1.0, 0.5, 0.25, 0.1)
+"""Share of acceleration and jerk that leads take: the drives may be too weak for all of it at once."""
 
 
 def whole_run(
@@ -44,18 +50,31 @@ def whole_run(
     Raises:
         Infeasible: From no moment of the period.
     """
-    runs, reason = [], "no phase was tried"
-    for shift in np.unique(np.round(np.linspace(0.0, series.period, PHASES, endpoint=False) / tick)) * tick:
-        core = replace(series.shifted(float(shift)), periods=repeats)
-        try:
-            runs.append(with_leads(core, limits, tick, start, rest))
-        except Infeasible as error:
-            reason = str(error)
-    for run in sorted(runs, key=lambda run: run.duration):
-        reason = _why_not(run, limits, tick, clearances, torques)
-        if not reason:
-            return run
+    reason = "no phase was tried"
+    for share in GENTLER:
+        runs: list[Run] = []
+        for shift in np.unique(np.round(np.linspace(0.0, series.period, PHASES, endpoint=False) / tick)):
+            core = replace(series.shifted(float(shift * tick)), periods=repeats)
+            try:
+                runs.append(with_leads(core, _gentler(limits, core, share), tick, start, rest))
+            except Infeasible as error:
+                reason = str(error)
+        for run in sorted(runs, key=lambda run: run.duration)[:TRIED]:
+            reason = _why_not(run, limits, tick, clearances, torques)
+            if not reason:
+                return run
     raise Infeasible(f"no lead into the motion keeps to the limits: {reason}")
+
+
+def _gentler(limits: Limits, core: Fourier, share: float) -> Limits:
+    """Less acceleration and jerk, but enough for the state in which the core begins and ends."""
+    begins = core.at(np.zeros(1)).acceleration[0]
+    return replace(
+        limits,
+        acceleration=np.maximum(share * limits.acceleration, begins * ENOUGH),
+        acceleration_lower=np.minimum(share * limits.acceleration_lower, begins * ENOUGH),
+        jerk=np.maximum(share, 0.5) * limits.jerk,
+    )
 
 
 def _why_not(

@@ -1,0 +1,117 @@
+r"""Single-joint runs: each joint in turn moves alone, fast and then slowly, while the others rest.
+
+What couples joints is out of the equation: a run that one joint's model explains alone, and the whole
+arm's motion does not, points at coupling, and a joint that fails by itself at its drive.
+"""
+
+from collections.abc import Collection
+from dataclasses import replace
+from typing import Sequence as List
+
+import numpy as np
+from exidyn.identify.robot import Limits
+
+from .brake import stoppable
+from .clearance import Clearance
+from .errors import Infeasible
+from .fourier import Fourier
+from .rests import clear_range, pause, require_joints, require_limits, require_pose, ticks
+from .sequence import Sequence
+from .trajectory import Trajectory
+
+FAST = 5
+"""The faster of the two harmonics: half as many reversals of the joint, at places that differ."""
+WIDEST = 1.0
+"""Largest excursion either way [rad]: gravity changes by most of what it can."""
+ROOM = 0.8
+"""Share of the way to the nearer limit that is used; the rest is to stop in."""
+NARROWEST = 0.02
+"""Least excursion [rad]: some times the 8 mrad over which friction builds up after a reversal."""
+SLOW_DOWN = 4.0
+"""How much slower the second time: a sixteenth of the acceleration leaves gravity and friction alone."""
+PERIODS = 2
+"""Of each, so that what repeats can be told from noise."""
+REST = 0.5
+"""Rest between two motions [s]."""
+LONGER = 1.1
+"""Factor by which a period grows until every stop ends inside the limits."""
+
+
+def single_joint_runs(
+    limits: Limits,
+    joints: List[int],
+    pose: np.ndarray,
+    tick: float,
+    share: float = 0.9,
+    widest: float = WIDEST,
+    periods: int = PERIODS,
+    rest: float = REST,
+    clearances: Collection[Clearance] = (),
+) -> Sequence:
+    r"""Each joint by itself along :math:`\sin \omega t - \sin(5 \omega t) / 5`, fast and slow.
+
+    At both ends of a period position, velocity and acceleration are zero, so that it needs no lead.
+
+    Args:
+        limits: Finite but for the torque.
+        joints: Which move, counted from 0, in this order.
+        pose: Where all others rest, and each begins and ends, shape (n,) [rad].
+        tick: Cycle of the controller [s].
+        share: Of the velocity, acceleration and jerk limits that the fast part may use [-].
+        widest: Largest excursion either way [rad].
+        periods: Of each part.
+        rest: Before each part [s].
+        clearances: What to keep clear of; a joint's excursion shrinks to what is.
+
+    Raises:
+        BadLimits: Limits or joints that are none.
+        Infeasible: A pose outside the limits or not clear, or a joint without room to move.
+    """
+    require_limits(limits, tick)
+    require_joints(joints, limits)
+    pose = require_pose(pose, limits)
+    parts: list[Trajectory] = []
+    for joint in joints:
+        lower, upper = clear_range(limits, pose, joint, clearances)
+        room = ROOM * min(pose[joint] - lower, upper - pose[joint])
+        if room < NARROWEST:
+            raise Infeasible(
+                f"joint {joint + 1}: at {pose[joint]:g} rad it can swing by {room:.3g} rad either way between "
+                f"{lower:g} and {upper:g}, and needs {NARROWEST:g}. Try a pose with more room around it"
+            )
+        fast = _fastest(_wave(pose, joint, min(room, widest), periods), limits, share, tick)
+        slow = replace(fast, period=ticks(SLOW_DOWN * fast.period, tick))
+        still = pause(pose, rest, tick)
+        parts += [still, fast, still, slow]
+    return Sequence(tuple(part for part in parts if part.duration > 0.0))
+
+
+def _wave(pose: np.ndarray, joint: int, excursion: float, periods: int) -> Fourier:
+    """One joint's motion about a pose, of a period of one second."""
+    sine = np.zeros((len(pose), FAST))
+    sine[joint, [0, FAST - 1]] = 1.0, -1.0 / FAST
+    shape = Fourier(1.0, pose, sine, np.zeros_like(sine), periods)
+    return shape.scaled(excursion / (shape.extremes().position.upper[joint] - pose[joint]))
+
+
+def _fastest(wave: Fourier, limits: Limits, share: float, tick: float) -> Fourier:
+    """The same with the shortest period, in ticks, that keeps to a share of all limits and can be stopped."""
+    _, velocity, acceleration, jerk = wave.extremes()
+    uses = (
+        (1, velocity, limits.velocity_lower, limits.velocity),
+        (2, acceleration, limits.acceleration_lower, limits.acceleration),
+        (3, jerk, -limits.jerk, limits.jerk),
+    )
+    needed = [
+        np.max(np.maximum(reached.upper / upper, reached.lower / lower) / share) ** (1 / order)
+        for order, reached, lower, upper in uses
+    ]
+    found = replace(wave, period=ticks(max(needed), tick))
+    inside = replace(
+        limits,
+        position_lower=np.minimum(limits.position_lower, wave.centre),
+        position_upper=np.maximum(limits.position_upper, wave.centre),
+    )
+    while not np.all(stoppable(found.every(tick), inside)):
+        found = replace(found, period=ticks(LONGER * found.period, tick))
+    return found
