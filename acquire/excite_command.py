@@ -102,6 +102,9 @@ def _add_goal(parser: argparse.ArgumentParser) -> None:
     goal.add_argument(
         "--com", type=float, nargs=3, metavar=("X", "Y", "Z"), help="its centre from the flange [m]"
     )
+    goal.add_argument(
+        "--focus", nargs="+", default=[], metavar="NAME", help="base parameters that alone matter: gain Kr K0"
+    )
     goal.add_argument("--after", type=Path, metavar="FIT", help="fit.json of earlier runs, to add to")
     goal.add_argument("--trajectories", type=int, default=1, metavar="K", help="plan so many together")
 
@@ -169,6 +172,7 @@ def _wishes(given: argparse.Namespace, model: Model, progress: Callable[[str], N
         tick=given.tick,
         clearances=_clearances(given, model, progress),
         shapes=given.shapes,
+        focus=given.focus,
         payload=payload,
         fit=None if given.after is None else read_fit(given.after),
     )

@@ -1,6 +1,7 @@
 """Plans of two joints: a sample of every family, and a known plan of the two-joint arm."""
 
 import numpy as np
+from exidyn.trajectories.chirp import Chirp
 from exidyn.trajectories.fourier import Fourier
 from exidyn.trajectories.phases import Phases
 from exidyn.trajectories.plan import Plan
@@ -22,6 +23,12 @@ def phases(seed=1):
     return Phases.of_jerks(state, random.uniform(0.1, 0.5, 4), random.normal(size=(4, 2)))
 
 
+def chirp():
+    """On the second joint only."""
+    largest = np.array([[0.1, 1.0 / 3.0, 2.0, 50.0]])
+    return Chirp(fourier(), (1,), largest, 1.0, 7.0, 0.5, 4.0, 1.0 / 3.0, logarithmic=False)
+
+
 def sequence():
     """Rests, leads and a core, of which each is a family of its own, and a sequence inside."""
     core = Fourier(2.0, np.array([0.1, -0.2]), 0.1 * np.ones((2, 2)), np.zeros((2, 2)))
@@ -29,7 +36,7 @@ def sequence():
     return Sequence((Sequence(whole.parts[:2]), *whole.parts[2:]))
 
 
-SAMPLES = {"fourier": fourier, "phases": phases, "sequence": sequence}
+SAMPLES = {"chirp": chirp, "fourier": fourier, "phases": phases, "sequence": sequence}
 """Family -> a function that makes one of two joints; a new family needs a line here."""
 
 

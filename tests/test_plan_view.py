@@ -15,9 +15,18 @@ from exidyn.trajectories.plan_plots import plan_curves
 
 from . import two_joints
 from .plans import fourier, known_plan
+from .rerun_viewer import (
+    complaints,
+    headless_viewer,
+    last_time,
+    numbers,
+    numbers_nested,
+    read,
+    seconds,
+    settled,
+)
 from .robots import six_axis
 from .test_plan_plots import BODY
-from .test_view import complaints, last_time, numbers, numbers_nested, read, seconds, settled, viewer  # noqa: F401
 
 MODEL = two_joints.model(Payload("L", BODY))
 
@@ -85,7 +94,6 @@ def test_summary_says_what_is_beyond(chunks):
 def test_flange_goes_along_its_path():
     robot = six_axis()
     position = np.random.default_rng(0).uniform(-1, 1, (4, 6))
-    data = robot.kinematics.createData()
     kinematics = robot.kinematics.copy()
     frame = kinematics.addFrame(pin.Frame("flange", 6, 0, robot.flange, pin.FrameType.OP_FRAME))
     for pose, place in zip(position, view.flange_path(robot, position), strict=True):
@@ -95,19 +103,19 @@ def test_flange_goes_along_its_path():
 
 
 @pytest.mark.parametrize("limited", [True, False])
-def test_viewer_shows_every_view_without_complaint(plan, viewer, limited, tmp_path):  # noqa: F811
+def test_viewer_shows_every_view_without_complaint(plan, limited):
     plan = plan if limited else replace(plan, limits=Limits.none(2))
-    client, address = viewer
     curves = plan_curves(plan, believed_torque(plan, MODEL))
-    recording = rr.RecordingStream("exidyn_plan")
-    recording.connect_grpc(address, default_blueprint=view.blueprint(plan, MODEL, curves))
-    view.log_plan(recording, plan, MODEL, curves)
-    recording.flush()
-    end = plan.trajectory.every(plan.tick).time[-1]
+    end = plan.trajectory.every(1.0 / view.FRAMES).time[-1]
     # five quantities together, five of each of two joints, the arm and the summary
     expected = 5 + 5 * 2 + 2
-    state = settled(client, end, expected)
+    recording = rr.RecordingStream("exidyn_plan")
+    with headless_viewer() as (client, address):
+        recording.connect_grpc(address, default_blueprint=view.blueprint(plan, MODEL, curves))
+        view.log_plan(recording, plan, MODEL, curves)
+        recording.flush()
+        state = settled(client, end, expected)
+        recording.disconnect()
     assert last_time(state) == pytest.approx(end, abs=1e-6)
     assert len(state.views) == expected
     assert not complaints(state)
-    recording.disconnect()

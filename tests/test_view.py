@@ -1,22 +1,28 @@
 """The Rerun recording of a fit: read back, its values are the fit's own; a viewer takes all of it."""
 
-import socket
 import struct
 import sys
-import time
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 import rerun as rr
-import rerun.chunk
 from exidyn.identify.link_frames import link_poses
 from exidyn.identify.verdict import verdict
 from exidyn.identify.view import CAPPED, blueprint, log_fit, open_rerun, save_rerun
-from rerun.experimental import ViewerClient
 
 from .report_pages import known_fit
+from .rerun_viewer import (
+    complaints,
+    headless_viewer,
+    last_time,
+    numbers,
+    numbers_nested,
+    read,
+    seconds,
+    settled,
+)
 
 
 @pytest.fixture(scope="module")
@@ -29,26 +35,6 @@ def chunks(fit, tmp_path_factory):
     path = tmp_path_factory.mktemp("view") / "fit.rrd"
     save_rerun(fit, path)
     return read(path)
-
-
-def read(path):
-    """Columns of every entity: (entity path without escapes, column) -> arrow arrays."""
-    found = {}
-    for chunk in rerun.chunk.RrdReader(path).stream():
-        batch = chunk.to_record_batch()
-        for name in batch.schema.names:
-            entity = str(chunk.entity_path).replace("\\", "")
-            found.setdefault((entity, name), []).append(batch[name])
-    return found
-
-
-def numbers(chunks, entity, column="Scalars:scalars"):
-    arrays = chunks[entity, column]
-    return np.concatenate([array.flatten().to_numpy(zero_copy_only=False) for array in arrays])
-
-
-def seconds(chunks, entity):
-    return np.concatenate([array.cast("int64").to_numpy() for array in chunks[entity, "time"]]) * 1e-9
 
 
 def runs_of(fit):
@@ -81,11 +67,6 @@ def test_arm_moves_as_in_the_run(chunks, fit):
             np.testing.assert_allclose(place, poses[:, k, :3], atol=1e-6)
             alike = np.abs(np.sum(turn * poses[:, k, 3:], axis=1))  # a quaternion and its negative turn alike
             np.testing.assert_allclose(alike, 1.0, atol=1e-6)
-
-
-def numbers_nested(chunks, entity, column, width):
-    parts = [array.flatten().flatten().to_numpy(zero_copy_only=False) for array in chunks[entity, column]]
-    return np.concatenate(parts).reshape(-1, width)
 
 
 def test_texts_hold_verdict_and_every_parameter(chunks, fit):
@@ -138,60 +119,21 @@ def test_viewer_is_opened_with_the_fit_on_this_machine_only(fit, monkeypatch):
     np.testing.assert_array_equal(numbers(read(Path(path)), entity), run.measured[:, 1])
 
 
-@pytest.fixture
-def viewer():
-    """A viewer without a window, which draws in software if it must."""
-    with socket.socket() as probe:  # any port that is free just now
-        probe.bind(("127.0.0.1", 0))
-        port = probe.getsockname()[1]
-    program = str(Path(sys.executable).with_name("rerun"))
-    client = ViewerClient.spawn(headless=True, port=port, executable_path=program, hide_welcome_screen=True)
-    try:
-        client.get_state()
-    except ConnectionError:
-        pytest.skip(
-            "the headless viewer does not start; it needs a Vulkan driver (mesa-vulkan-drivers will do)"
-        )
-    yield client, f"rerun+http://127.0.0.1:{port}/proxy"
-    client.quit()
-
-
-def test_viewer_shows_every_view_without_complaint(fit, viewer, tmp_path):
-    client, address = viewer
-    recording = rr.RecordingStream("exidyn_fit")
-    recording.connect_grpc(address, default_blueprint=blueprint(fit))
-    log_fit(recording, fit)
-    recording.flush()
+def test_viewer_shows_every_view_without_complaint(fit, tmp_path):
     end = max(run.time[-1] for run in runs_of(fit))
     # a plot a joint, the ratio and the arm of each run, and three views beside them
     expected = len(runs_of(fit)) * 4 + 3
-    state = settled(client, end, expected)
+    recording = rr.RecordingStream("exidyn_fit")
+    with headless_viewer() as (client, address):
+        recording.connect_grpc(address, default_blueprint=blueprint(fit))
+        log_fit(recording, fit)
+        recording.flush()
+        state = settled(client, end, expected)
+        picture = client.take_screenshot()
+        recording.disconnect()
     assert last_time(state) == pytest.approx(end, abs=1e-6)
     assert len(state.views) == expected
     assert not complaints(state)
-    picture = client.take_screenshot()
-    recording.disconnect()
     (tmp_path / "view.png").write_bytes(picture)
     width, height = struct.unpack(">II", picture[16:24])
     assert min(width, height) >= 600
-
-
-def last_time(state):
-    """The latest time [s] that the viewer knows of."""
-    times = [line.end * 1e-9 for r in state.recordings for line in r.timelines if line.name == "time"]
-    return max(times, default=-1.0)
-
-
-def complaints(state):
-    return [report for view in state.views for report in view.reports]
-
-
-def settled(client, end, views, attempts=300):
-    """State of the viewer once everything has arrived and is drawn, or the last one if it never is."""
-    for _ in range(attempts):
-        state = client.get_state()
-        arrived = last_time(state) == pytest.approx(end, abs=1e-6)
-        if arrived and len(state.views) == views and not complaints(state):
-            break
-        time.sleep(0.2)
-    return state

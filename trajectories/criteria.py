@@ -70,35 +70,33 @@ def worst(information: np.ndarray, size: np.ndarray, power: float = 16.0) -> tup
 
 @dataclass(frozen=True)
 class Focus:
-    """Like `average` or `worst`, of some parameters only; the others are there, but need not be told well.
+    """Like `volume`, of some parameters only (D_s): the others are unknown too, but need not be told well.
 
     Attributes:
         columns: Places of the base parameters that matter.
-        power: As in `worst`; one for the average.
     """
 
     columns: tuple[int, ...]
-    power: float = 16.0
 
     def __call__(self, information: np.ndarray, size: np.ndarray) -> tuple[float, np.ndarray]:
         """Value and derivative, as of every criterion."""
-        return _deviation(information, size, self.power, list(self.columns))
+        values, vectors = _inverted(information, size)
+        some = ((vectors / values) @ vectors.T)[:, list(self.columns)]
+        own = some[list(self.columns)]
+        count = len(self.columns)
+        gradient = -0.5 / count * some @ np.linalg.solve(own, some.T)
+        return 0.5 / count * float(np.linalg.slogdet(own)[1]), gradient * np.outer(size, size)
 
 
-def _deviation(
-    information: np.ndarray, size: np.ndarray, power: float, only: list[int] | None = None
-) -> tuple[float, np.ndarray]:
+def _deviation(information: np.ndarray, size: np.ndarray, power: float) -> tuple[float, np.ndarray]:
     """Logarithm of the power mean of relative standard deviations."""
     values, vectors = _inverted(information, size)
     covariance = (vectors / values) @ vectors.T
-    only = list(range(len(size))) if only is None else only
-    variance = np.diag(covariance)[only]
+    variance = np.diag(covariance)
     highest, share = _peak(np.log(variance), power)
     if power == 1.0:
         highest -= np.log(len(variance))
-    by_variance = 0.5 * share / variance
-    some = covariance[:, only]
-    gradient = -(some * by_variance) @ some.T
+    gradient = -(covariance * (0.5 * share / variance)) @ covariance
     return 0.5 * highest, gradient * np.outer(size, size)
 
 

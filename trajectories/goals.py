@@ -73,7 +73,7 @@ class Identify:
         return [Informative(smooth, criterion, size, self.rows) for criterion in dict.fromkeys(ladder)]
 
     def words(self, value: float) -> str:
-        name = next((n for n, c in CRITERIA.items() if c is self.criterion), "criterion")
+        name = next((n for n, c in CRITERIA.items() if c is self.criterion), "focus")
         return f"{MEANING.get(name, name)} {np.exp(value):.4g}"
 
 
@@ -82,6 +82,7 @@ MEANING = {
     "volume": "mean relative deviation",
     "average": "root mean square relative deviation",
     "worst": "worst relative deviation",
+    "focus": "mean relative deviation of what is in focus",
 }
 
 

@@ -33,7 +33,7 @@ def plan_page(plan: Plan, beyond: Sequence[str] = (), torque: Torque | None = No
     )
     note = (
         "Commands at every tick. Dashed: the robot's limits, before any margin; shaded: beyond them. "
-        "Percentages are of the exact extremes, between ticks too"
+        "Percentages are of the extremes, between ticks too"
         + ("; torque is what the model believes." if torque else ".")
     )
     body = (

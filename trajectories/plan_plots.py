@@ -26,7 +26,7 @@ svg .moved { stroke: var(--predicted); stroke-width: 1.4px; }
 svg .loaded { stroke: var(--measured); stroke-width: 1.4px; }
 svg .beyond { stroke: var(--bad); stroke-width: 5px; }
 svg .inside { fill: var(--ink); } svg .over { fill: var(--bad); font-weight: 600; }
-@media print { svg .beyond { stroke-width: 3px; } }
+@media print { svg .beyond { stroke-width: 3px; } .two figure svg { height: auto; } }
 """
 """What a report's style sheet does not have."""
 

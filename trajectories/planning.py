@@ -5,18 +5,19 @@ from concurrent.futures import Executor
 from dataclasses import dataclass, field
 
 import numpy as np
-from exidyn.identify.effects import Payload
+from exidyn.identify.base_parameters import BaseParameters
 from exidyn.identify.fit import Fit
 from exidyn.identify.model import Model
 from exidyn.identify.robot import Limits
 
 from .clearance import Clearance
-from .criteria import CRITERIA
+from .criteria import CRITERIA, Criterion, Focus
 from .errors import BadLimits, UnknownChoice
 from .excite import Found, Setting, excite
 from .fourier import Fourier
 from .goals import Goal, Identify
 from .information import Experiment
+from .payload_guess import with_payload
 from .plan import Plan
 from .shrink import inside_kinematics
 from .torque_bound import TorqueBound
@@ -53,6 +54,8 @@ class Wishes:
         shapes: Effects whose shapes count as unknown, by their key.
         payload: What is known of a body that the second run of a pair carries; None for no pair.
         fit: What earlier runs told.
+        focus: Names, or beginnings of names, of base parameters that alone matter; "gain" stands for the
+            drive gains of a pair.
     """
 
     criterion: str = "condition"
@@ -69,6 +72,7 @@ class Wishes:
     shapes: Sequence[str] = ()
     payload: tuple[tuple[str, float], ...] | None = None
     fit: Fit | None = None
+    focus: Sequence[str] = ()
 
 
 def plan(
@@ -121,15 +125,30 @@ def identification_goal(model: Model, wishes: Wishes, limits: Limits) -> Identif
     if wishes.criterion not in CRITERIA:
         raise UnknownChoice("criterion", wishes.criterion, CRITERIA)
     payloads: tuple[str, ...] = ("",)
-    criterion, believed = CRITERIA[wishes.criterion], model
+    believed = model
     if wishes.payload is not None:
-        believed, payloads = model + Payload("L", wishes.payload), ("", "L")
-    noise = believed_noise(believed, limits, payloads[-1])
+        believed, payloads = with_payload(model, wishes.payload), ("", "L")
     if wishes.fit is not None:
         return _after(wishes.fit, believed, payloads, wishes)
     asked = with_shapes(believed, wishes.shapes)
     asked = with_drive_gains(asked) if wishes.payload is not None else asked
-    return Identify(Experiment.of(asked, payloads, noise), criterion, believed=believed)
+    experiment = Experiment.of(asked, payloads, believed_noise(believed, limits, payloads[-1]))
+    criterion: Criterion = CRITERIA[wishes.criterion]
+    if wishes.focus:
+        criterion = focus(experiment.base, wishes.focus)
+    return Identify(experiment, criterion, believed=believed)
+
+
+def focus(base: BaseParameters, names: Sequence[str]) -> Focus:
+    """Criterion for some base parameters; a name stands for all that begin with it.
+
+    Raises:
+        UnknownChoice: A name with which none begins.
+    """
+    for name in names:
+        if not any(each.startswith(name) for each in base.names):
+            raise UnknownChoice("base parameter", name, base.names)
+    return Focus(tuple(k for k, each in enumerate(base.names) if each.startswith(tuple(names))))
 
 
 def _after(fit: Fit, believed: Model, payloads: tuple[str, ...], wishes: Wishes) -> Identify:
@@ -140,7 +159,9 @@ def _after(fit: Fit, believed: Model, payloads: tuple[str, ...], wishes: Wishes)
     noise = np.maximum(fit.estimate.noise, np.finfo(float).tiny)
     experiment = Experiment(fit.model, fit.base, payloads, noise, known)
     rows = ROWS * (fit.filtering.torque_cutoff or 10.0) * wishes.seconds
-    criterion = CRITERIA["worst" if wishes.criterion == "condition" else wishes.criterion]
+    criterion: Criterion = CRITERIA["worst" if wishes.criterion == "condition" else wishes.criterion]
+    if wishes.focus:
+        criterion = focus(fit.base, wishes.focus)
     return Identify(experiment, criterion, rows, believed)
 
 
@@ -189,7 +210,7 @@ def _plan(
         run,
         model,
         margins=vars(wishes.margins),
-        criterion=wishes.criterion,
+        criterion=f"focus on {' '.join(wishes.focus)}" if wishes.focus else wishes.criterion,
         reached=float(np.exp(found.value)),
         details={"period": series.period, "harmonics": series.harmonics, "goal": goal.words(found.value)},
         seed=found.seed,

@@ -6,16 +6,16 @@ something changed, and what the rival has learned in the first binds it in the s
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import ClassVar, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import pinocchio as pin
-from exidyn.identify.effects import Effect, MotionGradient, Parameter, Payload, known_parameters
+from exidyn.identify.effects import Belief, Effect, Parameter, Payload, known_parameters
 from exidyn.identify.model import Model
 from exidyn.identify.motion import Motion
 from exidyn.identify.robot import Robot
 
-from .hypothesis import Hypothesis, Observation, everywhere
+from .hypothesis import Hypothesis, Observation
 from .unknowns import DriveGains
 
 TILT = np.deg2rad(15.0)
@@ -78,7 +78,7 @@ def tilted(axis: int) -> Remedy:
     return case
 
 
-def link_encoder(hypotheses: Sequence[Hypothesis], motion: Motion, observation: Observation) -> Case:
+def link_encoders(hypotheses: Sequence[Hypothesis], motion: Motion, observation: Observation) -> Case:
     """Encoders behind the gears.
 
     Beside the motor's, one shows the gear's twist, which is the torque that the gear transmits over a
@@ -86,23 +86,57 @@ def link_encoder(hypotheses: Sequence[Hypothesis], motion: Motion, observation: 
     apart what sits before the gear from what sits behind it, and no two causes on the same side.
     """
     full = hypotheses[0].model.robot.limits.torque
-    peak = np.max(np.abs(observation.seen(hypotheses[0], motion).torque * observation.noise), axis=(0,))
-    noise = np.maximum(TWIST_ERROR * np.where(np.isfinite(full), full, peak), np.finfo(float).tiny)
-    return Case(
-        "link-side encoders",
-        tuple(_behind_gears(one) for one in hypotheses),
-        replace(observation, noise=noise),
-    )
+    torque = observation.seen(hypotheses[0], motion).torque * observation.noise
+    peak = np.where(np.isfinite(full), full, np.max(np.abs(torque), axis=0))
+    noise = np.where(peak > 0, TWIST_ERROR * peak, np.inf)  # a joint without torque shows no twist
+    behind = tuple(_behind_gears(one) for one in hypotheses)
+    return Case("link-side encoders", behind, replace(observation, noise=noise))
 
 
 def _behind_gears(hypothesis: Hypothesis) -> Hypothesis:
-    """The same parameters as what the gears transmit shows of them, and the stiffness of each gear."""
-    model = hypothesis.model
-    transmitted = replace(model, effects=tuple(BehindGear(effect) for effect in model.effects))
-    count, joints = len(hypothesis.values), model.robot.dof
+    """The same parameters, in what the gears transmit, and the stiffness of every gear."""
+    model, count = hypothesis.model, len(hypothesis.values)
+    held = {name: Belief(value) for name, value in zip(model.names, hypothesis.values, strict=True)}
+    behind = replace(model, effects=tuple(BehindGear(effect) for effect in model.effects), stated=held)
+    joints = model.robot.dof
     precision = np.zeros((count + joints, count + joints))
     precision[:count, :count] = hypothesis.precision
     precision[count:, count:] = np.eye(joints) * STIFFNESS_TOLERANCE**-2
-    centred = replace(transmitted, stated=_stated(hypothesis))
     values = np.append(hypothesis.values, np.zeros(joints))
-    return Hypothesis(hypothesis.name, transmitted + Compliance(centred), values, precision)
+    return Hypothesis(hypothesis.name, behind + Compliances(behind), values, precision)
+
+
+@dataclass(frozen=True)
+class BehindGear(Effect):
+    """What a gear transmits of an effect: all of it, or nothing.
+
+    Attributes:
+        effect: As the motor feels it.
+    """
+
+    effect: Effect
+
+    def parameters(self, robot: Robot) -> list[Parameter]:
+        return self.effect.parameters(robot)
+
+    def regressor(self, robot: Robot, motion: Motion) -> np.ndarray:
+        if self.effect.transmitted:
+            return self.effect.regressor(robot, motion)
+        return np.zeros((*motion.position.shape, len(self.parameters(robot))))
+
+    def known_torque(self, robot: Robot, motion: Motion) -> np.ndarray:
+        if self.effect.transmitted:
+            return self.effect.known_torque(robot, motion)
+        return np.zeros_like(motion.position)
+
+
+@dataclass(frozen=True, eq=False)
+class Compliances(DriveGains):
+    """Relative errors of the gears' compliances: as a gain's, they scale all that is seen of a joint."""
+
+    def parameters(self, robot: Robot) -> list[Parameter]:
+        return [Parameter(f"compliance{joint + 1}", "1") for joint in range(robot.dof)]
+
+
+REMEDIES: tuple[Remedy, ...] = (known_payload, tilted(0), tilted(1), link_encoders)
+"""What is asked where a run does not do."""

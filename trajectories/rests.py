@@ -1,6 +1,6 @@
 """Rests and the ways between them: what motions that stop now and then are made of."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable
 
 import numpy as np
 from exidyn.identify.robot import Limits
@@ -56,8 +56,8 @@ def require_clear(what: str, motion: Trajectory, clearances: Iterable[Clearance]
         nearest: Approach = clearance.worst(motion)
         if not nearest.allowed:
             raise Infeasible(
-                f"{what}: {nearest.name} misses its margin by {-nearest.bound:.4g} m after {nearest.time:.3g} "
-                "s. Try other poses, a smaller range, or a smaller distance to keep"
+                f"{what}: {nearest.name} misses its margin by {-nearest.bound:.4g} m after "
+                f"{nearest.time:.3g} s. Try other poses, a smaller range, or a smaller distance to keep"
             )
 
 
@@ -91,7 +91,7 @@ def require_limits(limits: Limits, tick: float) -> None:
                 )
 
 
-def require_joints(joints: Sequence[int], limits: Limits) -> None:
+def require_joints(joints: Collection[int], limits: Limits) -> None:
     """Raise unless each joint is one of the arm's, counted from 0, and there is one at least.
 
     Raises:

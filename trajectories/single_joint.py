@@ -6,14 +6,13 @@ arm's motion does not, points at coupling, and a joint that fails by itself at i
 
 from collections.abc import Collection
 from dataclasses import replace
-from typing import Sequence as List
 
 import numpy as np
 from exidyn.identify.robot import Limits
 
 from .brake import stoppable
 from .clearance import Clearance
-from .errors import Infeasible
+from .errors import BadLimits, Infeasible
 from .fourier import Fourier
 from .rests import clear_range, pause, require_joints, require_limits, require_pose, ticks
 from .sequence import Sequence
@@ -39,7 +38,7 @@ LONGER = 1.1
 
 def single_joint_runs(
     limits: Limits,
-    joints: List[int],
+    joints: Collection[int],
     pose: np.ndarray,
     tick: float,
     share: float = 0.9,
@@ -70,24 +69,37 @@ def single_joint_runs(
     require_limits(limits, tick)
     require_joints(joints, limits)
     pose = require_pose(pose, limits)
+    if not 0.0 < share <= 1.0:
+        raise BadLimits(f"a share of {share:g} of the limits; it must be above 0 and at most 1")
     parts: list[Trajectory] = []
     for joint in joints:
-        lower, upper = clear_range(limits, pose, joint, clearances)
-        room = ROOM * min(pose[joint] - lower, upper - pose[joint])
-        if room < NARROWEST:
-            raise Infeasible(
-                f"joint {joint + 1}: at {pose[joint]:g} rad it can swing by {room:.3g} rad either way between "
-                f"{lower:g} and {upper:g}, and needs {NARROWEST:g}. Try a pose with more room around it"
-            )
-        fast = _fastest(_wave(pose, joint, min(room, widest), periods), limits, share, tick)
+        clear = _within(limits, joint, *clear_range(limits, pose, joint, clearances))
+        fast = _fastest(_wave(clear, pose, joint, widest, periods), clear, share, tick)
         slow = replace(fast, period=ticks(SLOW_DOWN * fast.period, tick))
         still = pause(pose, rest, tick)
         parts += [still, fast, still, slow]
     return Sequence(tuple(part for part in parts if part.duration > 0.0))
 
 
-def _wave(pose: np.ndarray, joint: int, excursion: float, periods: int) -> Fourier:
-    """One joint's motion about a pose, of a period of one second."""
+def _within(limits: Limits, joint: int, lower: float, upper: float) -> Limits:
+    """Limits with a narrower range of one joint, so that its stops, too, end where it is clear."""
+    index = np.arange(len(limits.velocity)) == joint
+    return replace(
+        limits,
+        position_lower=np.where(index, lower, limits.position_lower),
+        position_upper=np.where(index, upper, limits.position_upper),
+    )
+
+
+def _wave(limits: Limits, pose: np.ndarray, joint: int, widest: float, periods: int) -> Fourier:
+    """One joint's motion about a pose, as wide as there is room for, of a period of one second."""
+    lower, upper = limits.position_lower[joint], limits.position_upper[joint]
+    excursion = min(ROOM * (pose[joint] - lower), ROOM * (upper - pose[joint]), widest)
+    if not excursion >= NARROWEST:
+        raise Infeasible(
+            f"joint {joint + 1}: at {pose[joint]:g} rad it can swing by {excursion:.3g} rad either way "
+            f"between {lower:g} and {upper:g}, and needs {NARROWEST:g}. Try a pose with more room around it"
+        )
     sine = np.zeros((len(pose), FAST))
     sine[joint, [0, FAST - 1]] = 1.0, -1.0 / FAST
     shape = Fourier(1.0, pose, sine, np.zeros_like(sine), periods)
@@ -107,11 +119,6 @@ def _fastest(wave: Fourier, limits: Limits, share: float, tick: float) -> Fourie
         for order, reached, lower, upper in uses
     ]
     found = replace(wave, period=ticks(max(needed), tick))
-    inside = replace(
-        limits,
-        position_lower=np.minimum(limits.position_lower, wave.centre),
-        position_upper=np.maximum(limits.position_upper, wave.centre),
-    )
-    while not np.all(stoppable(found.every(tick), inside)):
+    while not np.all(stoppable(found.every(tick), limits)):
         found = replace(found, period=ticks(LONGER * found.period, tick))
     return found

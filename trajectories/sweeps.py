@@ -2,7 +2,6 @@
 
 from collections.abc import Collection, Iterable
 from typing import NamedTuple
-from typing import Sequence as List
 
 import numpy as np
 from exidyn.identify.robot import Limits
@@ -33,7 +32,7 @@ REST = 0.5
 
 def constant_velocity_sweeps(
     limits: Limits,
-    joints: List[int],
+    joints: Collection[int],
     pose: np.ndarray,
     tick: float,
     velocities: np.ndarray | None = None,
@@ -65,7 +64,7 @@ def constant_velocity_sweeps(
     """
     require_limits(limits, tick)
     require_joints(joints, limits)
-    rooms = _Rooms(limits, joints, ranges, tuple(clearances))
+    rooms = _Rooms(limits, tuple(joints), ranges, tuple(clearances))
     poses = [require_pose(row, limits) for row in np.atleast_2d(np.asarray(pose, float))]
     speeds = _speeds(velocities, len(joints))
     parts: list[Trajectory] = []
@@ -83,7 +82,7 @@ class _Rooms(NamedTuple):
     """Where each of the joints may sweep; fields as the arguments of the same names."""
 
     limits: Limits
-    joints: List[int]
+    joints: tuple[int, ...]
     ranges: np.ndarray | None
     clearances: tuple[Clearance, ...]
 
@@ -98,8 +97,8 @@ class _Rooms(NamedTuple):
             lower, upper = max(lower, float(wanted[place, 0])), min(upper, float(wanted[place, 1]))
         if not lower < upper:
             raise Infeasible(
-                f"joint {joint + 1}: no room to sweep, {lower:g} to {upper:g} rad. Try a wider range, or a pose "
-                "with more room around it"
+                f"joint {joint + 1}: no room to sweep, {lower:g} to {upper:g} rad. Try a wider range, or "
+                "a pose with more room around it"
             )
         return lower, upper
 
@@ -183,13 +182,12 @@ def _chosen(limits: Limits, room: tuple[float, float], joint: int, tick: float) 
     """Velocities for a joint that has a room to sweep, shape (k,) [rad/s]."""
     full = min(limits.velocity[joint], -limits.velocity_lower[joint])
     candidates = full * np.geomspace(FASTEST, SLOWEST, 100)
-    travel = [v * (sum(_speed_up(limits, joint, v, tick)) + CRUISE) for v in candidates]
-    travel = np.array(travel) + [v * _speed_up(limits, joint, v, tick)[0] for v in candidates]
-    fits = candidates[travel <= room[1] - room[0]]
+    travel = [_Pass(0.0, v, *_speed_up(limits, joint, v, tick), CRUISE).travel for v in candidates]
+    fits = candidates[np.array(travel) <= room[1] - room[0]]
     if len(fits) == 0:
         raise Infeasible(
-            f"joint {joint + 1}: from {room[0]:g} to {room[1]:g} rad there is no room to cruise for {CRUISE:g} s "
-            f"at even {candidates[-1]:.3g} rad/s. Try a wider range, or say slower velocities"
+            f"joint {joint + 1}: from {room[0]:g} to {room[1]:g} rad there is no room to cruise for "
+            f"{CRUISE:g} s at even {candidates[-1]:.3g} rad/s. Try a wider range, or say slower velocities"
         )
     return np.geomspace(candidates[-1], fits[0], SPEEDS)
 

@@ -1,10 +1,10 @@
 """Unknowns beyond a model's linear parameters, as effects: their columns are first derivatives."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from exidyn.identify.effects import EFFECTS, Effect, MotionGradient, Parameter
+from exidyn.identify.effects import EFFECTS, Belief, Effect, MotionGradient, Parameter
 from exidyn.identify.effects.effect import differences
 from exidyn.identify.model import Model
 from exidyn.identify.motion import Motion
@@ -26,6 +26,10 @@ class DriveGains(Effect):
 
     def parameters(self, robot: Robot) -> list[Parameter]:
         return [Parameter(f"gain{joint + 1}", "1", regroup=2) for joint in range(robot.dof)]
+
+    def beliefs(self, robot: Robot) -> Mapping[str, Belief]:
+        error = Belief(0.0, robot.drive_gain_tolerance)
+        return {parameter.name: error for parameter in self.parameters(robot)}
 
     def regressor(self, robot: Robot, motion: Motion) -> np.ndarray:
         torque = self.model.torque(self.model.loaded(motion), self.model.believed_values)
