@@ -1,4 +1,4 @@
-"""Separation of models, its gradient, the probability that it stands for, and what is said of hopeless pairs."""
+"""Separation of models, its gradient, the probability it stands for, and what is said of hopeless pairs."""
 
 from dataclasses import replace
 
@@ -35,6 +35,7 @@ from exidyn.trajectories.problem import Problem
 from exidyn.trajectories.remedies import known_payload, link_encoders, tilted
 from exidyn.trajectories.solve import solve
 from exidyn.trajectories.unknowns import DriveGains
+from scipy.stats import norm
 
 from .two_joints import arm
 
@@ -146,7 +147,9 @@ def refitted(one, columns, torque, own):
     free = one.free
     held = np.diag(np.sqrt(np.diag(one.precision)[free]))
     rows = np.concatenate([columns[:, free], held])
-    right = np.concatenate([torque - own[:, None] if torque.ndim > 1 else torque - own, np.zeros((len(held), *torque.shape[1:]))])
+    right = np.concatenate(
+        [torque - own[:, None] if torque.ndim > 1 else torque - own, np.zeros((len(held), *torque.shape[1:]))]
+    )
     move = np.linalg.lstsq(rows, right, rcond=1e-9)[0]
     return np.sum((right - rows @ move) ** 2, axis=0), move
 
@@ -167,7 +170,10 @@ def test_separations_of_two_runs_add_up():
     first, second = motion(0), motion(1)
     one = separation(true, rival, first, OBSERVATION)
     two = separation(true, one.hypothesis, second, OBSERVATION)
-    arrays = {n: np.concatenate([getattr(m, n) for m in (first, second)]) for n in ("position", "velocity", "acceleration")}
+    arrays = {
+        n: np.concatenate([getattr(m, n) for m in (first, second)])
+        for n in ("position", "velocity", "acceleration")
+    }
     both = Motion.of(np.arange(120) * 1.0, *arrays.values())
     together = separation(true, rival, both, replace(OBSERVATION, rows=400.0))
     assert one.separation + two.separation == pytest.approx(together.separation, rel=1e-8)
@@ -175,9 +181,13 @@ def test_separations_of_two_runs_add_up():
 
 def test_no_separation_from_itself_or_from_what_is_contained():
     free = dict.fromkeys(("Ks1", "Ts1"), np.inf)
-    wider = hypothesis("wider", SpringBalancer("shoulder", 0.3, 0.2, 0.4), JointSpring(("shoulder",)), deviations=free)
+    wider = hypothesis(
+        "wider", SpringBalancer("shoulder", 0.3, 0.2, 0.4), JointSpring(("shoulder",)), deviations=free
+    )
     wider = replace(wider, values=np.append(balancer().values, [0.0, 0.0]))
-    assert separation(balancer(), balancer(), motion(), OBSERVATION).separation == pytest.approx(0.0, abs=1e-12)
+    assert separation(balancer(), balancer(), motion(), OBSERVATION).separation == pytest.approx(
+        0.0, abs=1e-12
+    )
     assert separation(balancer(), wider, motion(), OBSERVATION).separation == pytest.approx(0.0, abs=1e-12)
     assert separation(wider, balancer(), motion(), OBSERVATION).separation == pytest.approx(0.0, abs=1e-12)
 
@@ -187,25 +197,70 @@ def test_beliefs_hold_the_rival():
     free = hypothesis("free", JointSpring(("shoulder",)))
     fixed = hypothesis("fixed", JointSpring(("shoulder",)), deviations={"Ks1": 0.0, "Ts1": 0.0})
     tight = hypothesis("tight", JointSpring(("shoulder",)), deviations={"Ks1": 1e-7, "Ts1": 1e-7})
-    found = {one.name: separation(true, one, motion(), OBSERVATION).separation for one in (free, fixed, tight)}
+    found = {
+        one.name: separation(true, one, motion(), OBSERVATION).separation for one in (free, fixed, tight)
+    }
     assert found["free"] == pytest.approx(0.0, abs=1e-9)
     assert found["fixed"] > 1.0
     assert found["tight"] == pytest.approx(found["fixed"], rel=1e-4)
 
 
-@pytest.mark.parametrize("size", [0.4, 1.0])
-def test_probability_is_the_share_of_right_choices(size):
-    """Noise is drawn, both models fitted, the smaller chi-squared taken; beliefs beside the data are weak."""
+def share_of_right_choices(true, rival, at, draws=4000):
+    """Truth and noise are drawn, both models are fitted, the smaller chi-squared is taken."""
+    random = np.random.default_rng(0)
+    columns, torque = stacked(true, at)
+    held = np.diag(true.precision)
+    spread = np.where((held > 0) & np.isfinite(held), held, np.inf) ** -0.5
+    truths = spread[:, None] * random.normal(size=(len(held), draws))
+    torque = torque[:, None] + columns @ truths + random.normal(size=(2 * len(at), draws))
+    misfits = []
+    for one in (true, rival):
+        columns, own = stacked(one, at)
+        misfits.append(refitted(one, columns, torque, own)[0])
+    return float(np.mean(misfits[0] < misfits[1]))
+
+
+@pytest.mark.parametrize("wanted", [1.0, 6.0])
+def test_probability_of_models_that_are_nearly_alike(wanted):
+    at, rival = motion(size=0.3), hypothesis("spring", JointSpring(("shoulder",)))
+    sampled, effect = replace(OBSERVATION, rows=len(at)), SpringBalancer("shoulder", 0.3, 0.2, 0.4)
+    held = {"K0": 0.0}  # since Ts and the offset are one, the spring has one parameter of its own too
+    soft = hypothesis("balancer", effect, values={"Kr": 100.0}, deviations=held)
+    growth = np.sqrt(wanted / separation(soft, rival, at, sampled).separation)
+    true = hypothesis("balancer", effect, values={"Kr": 100.0 * growth}, deviations=held)
+    found = separation(true, rival, at, sampled)
+    assert found.separation == pytest.approx(wanted, rel=1e-6)
+    right = share_of_right_choices(true, rival, at)
+    assert right == pytest.approx(probability(found.separation), abs=0.03)  # 0.016 is two deviations
+
+
+@pytest.mark.parametrize("size", [0.4, 1.2])
+def test_probability_of_models_that_are_unlike(size):
+    """One column each, its nuisance the same: the law in the docstring, and where the short one is safe."""
     true = hypothesis("stribeck", StribeckFriction(("elbow",), reversal=0.05), values={"Fs2": size})
-    rival, at = grease(), motion()
+    rival, at = hypothesis("grease", NonlinearViscousFriction(("elbow",))), motion()
     found = separation(true, rival, at, replace(OBSERVATION, rows=len(at)))
-    random, draws = np.random.default_rng(0), 4000
-    torque = stacked(true, at)[1][:, None] + random.normal(size=(2 * len(at), draws))
-    misfits = [refitted(one, *(lambda c, o: (c, torque, o))(*stacked(one, at)))[0] for one in (true, rival)]
-    right = float(np.mean(misfits[0] < misfits[1]))
-    assert 0.55 < right < 0.999  # neither is trivial
-    # Twice the deviation of a share of 4000 draws, and what the form in the noise alone moves it.
-    assert right == pytest.approx(probability(found.separation), abs=0.03)
+    angle, short = angle_of(true, rival, at), probability(found.separation)
+    b = 0.5 * np.sqrt(found.separation) / np.sin(angle / 2)
+    a = b * np.tan(angle / 2)
+    exact = norm.cdf(a) * norm.cdf(b) + norm.cdf(-a) * norm.cdf(-b)
+    right = share_of_right_choices(true, rival, at)
+    assert right == pytest.approx(exact, abs=0.02)
+    assert short < right if found.separation > 3.1 else 0.0 < short - right < 0.065
+
+
+def angle_of(one, other, at):
+    """Between the last columns of two hypotheses, what they have in common projected off."""
+    columns = [stacked(h, at)[0] for h in (one, other)]
+    common, free = columns[0][:, :-1], one.free[:-1]
+    held = np.diag(np.sqrt(np.diag(one.precision)[:-1][free]))
+    rows = np.concatenate([common[:, free], held])
+    left = []
+    for own in columns:
+        column = np.append(own[:, -1], np.zeros(len(held)))
+        column = column - rows @ np.linalg.lstsq(rows, column, rcond=1e-9)[0]
+        left.append(column / np.linalg.norm(column))
+    return float(np.arccos(abs(left[0] @ left[1])))
 
 
 def test_probability_and_its_inverse():
@@ -300,7 +355,9 @@ def test_weak_pairs_are_told_how_many_runs():
     assert found.runs > 1
     share = found.runs * 50.0 / 60
     seen = [goal.observation.seen(one, motion()) for one in goal.hypotheses]
-    enough = [explain(goal.hypotheses[r], seen[r], seen[t].torque, share).separation for t, r in ((0, 1), (1, 0))]
+    enough = [
+        explain(goal.hypotheses[r], seen[r], seen[t].torque, share).separation for t, r in ((0, 1), (1, 0))
+    ]
     assert found.possible == (found.probability_hour >= SURE)
     assert probability(min(enough)) >= SURE
     assert f"About {found.runs} such runs" in sentences([found])[0]

@@ -200,6 +200,18 @@ def test_page_needs_nothing_else_and_closes_its_tags(plan):
         assert words in page.words
 
 
+def test_page_says_what_it_did_not_look_at(plan):
+    pair = replace(plan, payload_pair=True)
+    bare, known = two_joints.model(), two_joints.model(Payload("L", BODY))
+    for one, torque, words in (
+        (plan, None, "Not looked at here: collisions; torque, which needs the robot."),
+        (plan, believed_torque(plan, bare), "Not looked at here: collisions."),
+        (pair, believed_torque(pair, bare), "collisions; torque of the loaded run, since"),
+        (pair, believed_torque(pair, known), "Not looked at here: collisions."),
+    ):
+        assert words in plan_page(one, (), torque)
+
+
 def test_page_says_what_is_beyond_and_colours_it(plan):
     far = beyond(plan)
     page = Page(plan_page(far, violations(far)).removeprefix("<!doctype html>"))

@@ -9,18 +9,20 @@ is by how much B's chi-squared ends above A's on average: the *separation* of th
 up if B starts each with the values and the precision that the one before left it with.
 
 **Probability of choosing right.** Let :math:`r` be B's residual at its values, :math:`X` its columns and
-:math:`n` white noise of variance one. B's misfit to :math:`r + n` is the quadratic form of
-:math:`Q = I - X (X^T X + P_B)^{-1} X^T`, so that :math:`T = r^T Q r`, and its chi-squared is above A's by
-:math:`T + 2 n^T Q r` and a form in n alone, the difference of what either fits to the noise. The linear
-term has variance :math:`4 r^T Q^2 r`: 4 T where parameters are free or fixed, less where beliefs hold
-them. Without the form, who takes the model with the smaller chi-squared is right with probability
-:math:`\Phi(\sqrt{T} / 2)`.
+:math:`n` white noise of variance one. B's misfit is the quadratic form of
+:math:`Q = I - X (X^T X + P_B)^{-1} X^T = (I + X P_B^{-1} X^T)^{-1}`, so that :math:`T = r^T Q r`. The
+truth is spread about A's values as A's beliefs say, and gives :math:`r + X_A \varepsilon + n`. B's
+chi-squared is then above A's by :math:`T + 2 r^T Q (X_A \varepsilon + n)` and a form in the random parts
+alone. The linear term has variance :math:`4 r^T Q (I + X_A P_A^{-1} X_A^T) Q r`, which is 4 T where both
+hold the same beliefs of what they share. Without the form, who takes the model with the smaller
+chi-squared, beliefs included, is right with probability :math:`\Phi(\sqrt{T} / 2)`; more often if the
+truth happens to be what is believed.
 
 The form vanishes as the columns that only one of them has come to look alike, which is what pairs that
 data leave open do. For one such column each, at an angle :math:`\alpha`, the probability is exactly
 :math:`\Phi(a) \Phi(b) + \Phi(-a) \Phi(-b)` with :math:`\sqrt{T} = 2 b \sin(\alpha / 2)` and
-:math:`a = b \tan(\alpha / 2)`: for columns at a right angle :math:`\Phi(\sqrt{T} / 2)` is 0.055 too high
-at T = 1, right at T = 3.3 and too low beyond, where 95 per cent is in truth 98.
+:math:`a = b \tan(\alpha / 2)`: for columns at a right angle :math:`\Phi(\sqrt{T} / 2)` is at worst 0.065
+too high, at T = 0.5, and too low beyond T = 3.1, where 95 per cent is in truth 98.
 """
 
 from collections.abc import Callable, Mapping, Sequence

@@ -37,7 +37,7 @@ def plan_page(plan: Plan, beyond: Sequence[str] = (), torque: Torque | None = No
         + ("; torque is what the model believes." if torque else ".")
     )
     body = (
-        section("verdict", "Verdict", listing(_verdict(plan, uses, beyond), "verdict"))
+        section("verdict", "Verdict", listing(_verdict(plan, uses, beyond, torque), "verdict"))
         + section("limits", "Use of the limits", _use_table(plan, uses))
         + section("motion", "Motion", paragraph(note), f'<div class="grid two">{figures}</div>')
         + section("plan", "How it was planned", _facts(plan))
@@ -55,8 +55,8 @@ def _subtitle(plan: Plan) -> str:
     return escape(f"{plan.trajectory.duration:g} s, {len(plan.joints)} joints, every {1e3 * plan.tick:g} ms")
 
 
-def _verdict(plan: Plan, uses: Sequence[Use], beyond: Sequence[str]) -> list[str]:
-    """What to think of the plan: its worst first."""
+def _verdict(plan: Plan, uses: Sequence[Use], beyond: Sequence[str], torque: Torque | None) -> list[str]:
+    """What to think of the plan: its worst first, and last what nobody looked at."""
     unlimited = [
         f"No {use.name} limit is known of "
         + ", ".join(plan.joints[j] for j in np.flatnonzero(np.isnan(use.share)))
@@ -66,9 +66,17 @@ def _verdict(plan: Plan, uses: Sequence[Use], beyond: Sequence[str]) -> list[str
     ]
     stops = "a stop begun at any tick ends inside them"
     head = "Goes beyond limits: do not run it." if beyond else f"Keeps all limits that are known; {stops}."
-    torque = any(use.name == "torque" for use in uses)
-    unseen = "Collisions are" if torque else "Torque, which needs the robot, and collisions are"
-    return [head, *beyond, *unlimited, f"{unseen} not looked at here."]
+    return [head, *beyond, *unlimited, f"Not looked at here: {'; '.join(_unseen(plan, torque))}."]
+
+
+def _unseen(plan: Plan, torque: Torque | None) -> list[str]:
+    """What this page cannot tell."""
+    unseen = ["collisions"]
+    if torque is None:
+        unseen.append("torque, which needs the robot")
+    elif plan.payload_pair and len(torque.runs) == 1:
+        unseen.append("torque of the loaded run, since the robot file says of no payload")
+    return unseen
 
 
 def _use_table(plan: Plan, uses: Sequence[Use]) -> str:

@@ -56,7 +56,7 @@ def clear_positions(
     if len(found) < count:
         raise Infeasible(
             f"{len(found)} of {DRAWS * DRAWN} random poses are clear of everything, and {count} are wanted; "
-            f"the best has {worst:.4g} m of room ({name}). Try fewer poses, or check the region and the geometry"
+            f"the best has {worst:.4g} m of room ({name}). Try fewer poses, or check region and geometry"
         )
     return found
 
@@ -80,7 +80,8 @@ def informative(candidates: np.ndarray, count: int, limits: Limits, model: Model
     if np.all(np.isfinite(limits.torque)):
         columns = columns / limits.torque[:, None]
     columns = columns / np.sqrt(np.mean(np.sum(columns**2, axis=1), axis=0))
-    information, taken = PRIOR * np.eye(columns.shape[2]), []
+    information = PRIOR * np.eye(columns.shape[2])
+    taken: list[int] = []
     for _ in range(min(count, len(candidates))):
         spread = columns @ np.linalg.solve(information, np.swapaxes(columns, 1, 2))
         gain = np.linalg.slogdet(np.eye(columns.shape[1]) + spread)[1]

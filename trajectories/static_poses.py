@@ -78,8 +78,8 @@ def static_poses(
     require_limits(limits, tick)
     if count < 1 or not 0.0 < approach < np.inf or not 0.0 <= dwell < np.inf:
         raise BadLimits(
-            f"{count} poses, rests of {dwell:g} s, approach over {approach:g} rad; expected at least one pose, "
-            "a rest of 0 or more and an approach above 0"
+            f"{count} poses, rests of {dwell:g} s, approach over {approach:g} rad; expected at least one "
+            "pose, a rest of 0 or more and an approach above 0"
         )
     candidates = clear_positions(limits, approach, clearances, seed, count)
     if model is None:
@@ -89,20 +89,9 @@ def static_poses(
     home = chosen[0] if start is None else require_pose(start, limits)
     require_clear_pose(home, clearances)
     ways = _Ways(limits, tick, tuple(clearances), np.array([home, *chosen]))
-    visits, notes, at = [], [], home
-    for pose in _nearest_first(home, chosen, limits):
-        try:
-            visits.append(ways.visit(at, pose, dwell, approach))
-            at = pose
-        except Infeasible as error:
-            notes.append(f"{_words(pose)} was left out: {error}")
-    back: list[Phases] = []
-    while visits:
-        try:
-            back = ways.between(visits[-1].pose, home)
-            break
-        except Infeasible as error:
-            notes.append(f"{_words(visits.pop().pose)} was left out; from there on the way home: {error}")
+    notes: list[str] = []
+    visits = ways.visits(home, _nearest_first(home, chosen, limits), dwell, approach, notes)
+    back = ways.home(visits, home, notes)
     if not visits:
         raise Infeasible(f"none of {count} poses can be reached. {notes[0]}")
     notes += [f"the way to {_words(visit.pose)} goes round" for visit in visits if visit.round]
@@ -146,6 +135,28 @@ class _Ways(NamedTuple):
         from_below = self._straight(pose - approach, pose)
         away, from_above = self._straight(pose, pose + approach), self._straight(pose + approach, pose)
         return _Visit(pose, [*there, from_below, still, away, from_above, still], len(there) > 1)
+
+    def visits(
+        self, at: np.ndarray, poses: list[np.ndarray], dwell: float, approach: float, notes: list[str]
+    ) -> list[_Visit]:
+        """Visits to all poses that can be reached, in their order; what cannot is noted."""
+        found = []
+        for pose in poses:
+            try:
+                found.append(self.visit(at, pose, dwell, approach))
+                at = pose
+            except Infeasible as error:
+                notes.append(f"{_words(pose)} was left out: {error}")
+        return found
+
+    def home(self, visits: list[_Visit], home: np.ndarray, notes: list[str]) -> list[Phases]:
+        """The way back from the last visit; visits from which there is none are taken off the list."""
+        while visits:
+            try:
+                return self.between(visits[-1].pose, home)
+            except Infeasible as error:
+                notes.append(f"{_words(visits.pop().pose)} was left out; on the way home: {error}")
+        return []
 
     def _straight(self, start: np.ndarray, target: np.ndarray) -> Phases:
         return way(start, target, self.limits, self.tick, self.clearances)

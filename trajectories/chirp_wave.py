@@ -1,0 +1,164 @@
+r"""Chirp wave: the motion of one joint along a sine whose frequency rises, with bounds that are proved.
+
+The joint moves by :math:`e(t)\, a(\omega)\, \sin \varphi(t)` with :math:`\dot\varphi = \omega` from low to
+high. The amplitude gives every quantity its share at every frequency,
+
+.. math:: a(\omega) = \Big(\sum_{i=0}^3 (\omega^i / c_i)^4\Big)^{-1/4} \le \min_i c_i / \omega^i,
+
+with the largest position :math:`c_0`, velocity :math:`c_1`, acceleration :math:`c_2` and jerk :math:`c_3`:
+the smallest of the four without its corners, so that all derivatives exist. Where two of the four are
+equal that costs 16 %. The envelope :math:`e` rises and falls with three derivatives that are zero at its
+ends.
+"""
+
+from dataclasses import dataclass
+from math import factorial
+
+import numpy as np
+
+from .jets import derivatives, exponential, power, product, sine
+
+SHARP = 4
+"""Power of the mean; the larger, the nearer to the smallest of the four, and the larger its derivatives."""
+STEP = (0.0, 0.0, 0.0, 0.0, 35.0, -84.0, 70.0, -20.0)
+"""Coefficients of the polynomial from 0 to 1 whose first three derivatives are zero at both."""
+CELLS = 32
+"""Samples a period at the highest frequency from which extremes are bounded; 0.5 % is lost to the proof."""
+BOUNDED = 6
+"""Coefficients of a jet that a bound needs: the fifth derivative curves the jerk between samples."""
+
+
+@dataclass(frozen=True, eq=False)
+class ChirpWave:
+    """One joint's chirp, from its own time zero.
+
+    Attributes:
+        low: Frequency at the start [Hz].
+        high: Frequency at the end, the higher [Hz].
+        length: How long it lasts [s].
+        fade: How long it rises, and falls [s].
+        logarithmic: Whether the frequency doubles in equal times; otherwise it rises evenly.
+        largest: Position, velocity, acceleration and jerk that a sine of any of its frequencies keeps to,
+            shape (4,) [rad, rad/s, rad/s^2, rad/s^3].
+    """
+
+    low: float
+    high: float
+    length: float
+    fade: float
+    logarithmic: bool
+    largest: np.ndarray
+
+    def states(self, since: np.ndarray) -> np.ndarray:
+        """Position to jerk at times inside it, shape (t,) [s]; shape (4, t)."""
+        return derivatives(self._jet(since, 4))
+
+    def frequency(self, since: np.ndarray) -> np.ndarray:
+        """Frequency at times inside it, shape (t,) [Hz]."""
+        return self._angular(since, 1)[0] / (2 * np.pi)
+
+    def amplitude(self, frequency: np.ndarray) -> np.ndarray:
+        """Amplitude at frequencies of shape (f,) [Hz]; shape (f,) [rad]."""
+        return self._crowding(2 * np.pi * frequency[None])[0] ** (-1 / SHARP)
+
+    def reached(self) -> tuple[np.ndarray, np.ndarray]:
+        """Bound of the size of position to jerk, and about when it is reached [s], each of shape (4,).
+
+        Between two samples a distance h apart no quantity is further from zero than at the larger plus
+        h^2 / 8 times the largest second derivative, which `_bound` has for the cell between.
+        """
+        edges = self._edges
+        left, right = edges[:-1], edges[1:]
+        size = np.abs(self.states(edges))
+        curve = derivatives(self._bound(left, right))[2:]
+        bound = np.maximum(size[:, :-1], size[:, 1:]) + (right - left) ** 2 / 8 * curve
+        worst = np.argmax(bound, axis=1)
+        return bound[np.arange(4), worst], 0.5 * (left + right)[worst]
+
+    def _angular(self, since: np.ndarray, count: int) -> np.ndarray:
+        """Jet of the angular frequency with `count` coefficients, none of them negative [rad/s]."""
+        rate = np.log(self.high / self.low) if self.logarithmic else self.high - self.low
+        line = np.zeros((count, len(since)))
+        line[0] = rate / self.length * since
+        line[1:2] = rate / self.length
+        if self.logarithmic:
+            return 2 * np.pi * self.low * exponential(line)
+        line[0] += self.low
+        return 2 * np.pi * line
+
+    def _phase(self, angular: np.ndarray, since: np.ndarray) -> np.ndarray:
+        """Jet of the phase, the integral of the angular frequency; one coefficient more [rad]."""
+        rate = np.log(self.high / self.low) if self.logarithmic else self.high - self.low
+        start, rate = 2 * np.pi * self.low, rate / self.length
+        first = (angular[0] - start) / rate if self.logarithmic else 0.5 * (angular[0] + start) * since
+        return np.concatenate([first[None], angular / np.arange(1, len(angular) + 1)[:, None]])
+
+    def _crowding(self, angular: np.ndarray) -> np.ndarray:
+        """Jet of the amplitude to the power of -4: rises with the frequency, all coefficients positive."""
+        raised = product(product(angular, angular), product(angular, angular))
+        limits = self.largest**-SHARP
+        total = np.zeros_like(angular)
+        for limit in limits[:0:-1]:
+            total[0] += limit
+            total = product(total, raised)
+        total[0] += limits[0]
+        return total
+
+    def _envelope(self, since: np.ndarray, count: int) -> np.ndarray:
+        """Jet of the envelope [-]."""
+        before_end = self.length - since
+        rising = since <= before_end
+        share = np.minimum(np.where(rising, since, before_end) / self.fade, 1.0)
+        slope = np.where(rising, 1.0, -1.0) / self.fade
+        step = np.polynomial.Polynomial(STEP)
+        flat = share >= 1.0
+        return np.stack(
+            [
+                np.where(flat, float(k == 0), step.deriv(k)(share) * slope**k / factorial(k))
+                for k in range(count)
+            ]
+        )
+
+    def _jet(self, since: np.ndarray, count: int) -> np.ndarray:
+        """Jet of the wave, shape (count, t)."""
+        angular = self._angular(since, count)
+        size = product(self._envelope(since, count), power(self._crowding(angular), -1 / SHARP))
+        return product(size, sine(self._phase(angular, since)[:count]))
+
+    @property
+    def _edges(self) -> np.ndarray:
+        """Cells between which extremes are bounded; where the envelope changes its formula one ends [s]."""
+        ends = [0.0, self.fade, self.length - self.fade, self.length]
+        pieces = []
+        for start, end in zip(ends, ends[1:], strict=False):
+            count = int(np.ceil((end - start) * self.high * CELLS)) + 1
+            pieces.append(np.linspace(start, end, count, endpoint=False) if end > start else np.empty(0))
+        return np.append(np.concatenate(pieces), self.length)
+
+    def _bound(self, left: np.ndarray, right: np.ndarray) -> np.ndarray:
+        """Jet whose coefficients no jet inside a cell exceeds, shape (6, cells).
+
+        Majorants, factor by factor: angular frequency, phase and the power of the amplitude have no
+        negative coefficient that grows with time, so the cell's right end has the largest. A sine's
+        coefficients are at most those of the exponential with its value taken as 1; those of a negative
+        power at most those of (least - rest) to that power, of which all are positive.
+        """
+        angular = self._angular(right, BOUNDED)
+        crowding = -self._crowding(angular)
+        crowding[0] = self._crowding(self._angular(left, 1))[0]
+        phase = self._phase(angular, right)[:BOUNDED]
+        phase[0] = 0.0
+        size = product(self._largest_envelope(left), power(crowding, -1 / SHARP))
+        return product(size, exponential(phase))
+
+    def _largest_envelope(self, left: np.ndarray) -> np.ndarray:
+        """Largest size of each coefficient of the envelope in each cell, shape (6, cells)."""
+        fading = (left < self.fade) | (left >= self.length - self.fade)
+        out = np.zeros((BOUNDED, len(left)))
+        out[0] = 1.0
+        for k in range(1, BOUNDED):
+            slope = np.polynomial.Polynomial(STEP).deriv(k)
+            turns = slope.deriv().roots()
+            at = np.concatenate([[0.0, 1.0], np.clip(turns[np.isreal(turns)].real, 0.0, 1.0)])
+            out[k, fading] = np.max(np.abs(slope(at))) / (self.fade**k * factorial(k))
+        return out
