@@ -106,12 +106,11 @@ class Model:
             weights: Shape (t, n, p).
             known: Shape (t, n); nothing by default.
         """
+        known = np.zeros_like(motion.position) if known is None else known
         total, start = MotionGradient.none(motion.position.shape), 0
         for effect in self.effects:
             stop = start + len(effect.parameters(self.robot))
-            total = total + effect.motion_gradient(self.robot, motion, weights[:, :, start:stop])
-            if known is not None:
-                total = total + effect.known_gradient(self.robot, motion, known)
+            total = total + effect.motion_gradient(self.robot, motion, weights[:, :, start:stop], known)
             start = stop
         if not np.any(total.load):
             return total

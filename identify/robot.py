@@ -1,6 +1,7 @@
 """Robot: kinematics, nominal inertias, limits and drives of one arm."""
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 import pinocchio as pin
@@ -102,12 +103,12 @@ class Robot:
         """Number of joints n."""
         return int(self.kinematics.nv)
 
-    @property
+    @cached_property
     def joints(self) -> tuple[str, ...]:
         """Joint names, in the order of every (t, n) array."""
         return tuple(self.kinematics.names)[1:]
 
-    @property
+    @cached_property
     def revolute(self) -> np.ndarray:
         """Which joints turn; the others slide. Shape (n,), bool."""
         return np.array([joint.revolute for joint in joints_of(self.kinematics)])

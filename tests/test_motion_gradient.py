@@ -44,7 +44,7 @@ def test_gradient_of_every_effect(key, robot):
     weights = np.random.default_rng(1).normal(size=effect.regressor(robot, motion).shape)
     direction = directions(motion, 2)
     expected = directional(lambda m: np.sum(weights * effect.regressor(robot, m)), motion, direction)
-    found = along(effect.motion_gradient(robot, motion, weights), direction)
+    found = along(effect.motion_gradient(robot, motion, weights, np.zeros_like(motion.position)), direction)
     assert found == pytest.approx(expected, rel=1e-5, abs=1e-4)
 
 

@@ -54,7 +54,7 @@ class Chirp(Trajectory):
         if not (inside and 0.0 < self.fade <= 0.5 * self.length):
             raise BadLimits(
                 f"chirp: {self.length:g} s from {self.begin:g} s on, rising and falling for {self.fade:g} s; "
-                f"the motion under it lasts {self.base.duration:g} s, and half of the chirp is the longest rise"
+                f"the motion under it lasts {self.base.duration:g} s, half of the chirp is the longest rise"
             )
 
     @property

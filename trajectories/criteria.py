@@ -45,10 +45,9 @@ def volume(information: np.ndarray, size: np.ndarray) -> tuple[float, np.ndarray
         information: Shape (b, b).
         size: Of each parameter; the deviations are relative to it.
     """
-    values, vectors = _inverted(information, size)
-    count = len(values)
-    gradient = -0.5 / count * ((vectors / values) @ vectors.T) * np.outer(size, size)
-    return float(-0.5 * np.mean(np.log(values))), gradient
+    covariance, logarithm = _inverted(information, size)
+    count = len(size)
+    return 0.5 / count * logarithm, -0.5 / count * covariance * np.outer(size, size)
 
 
 def average(information: np.ndarray, size: np.ndarray) -> tuple[float, np.ndarray]:
@@ -80,8 +79,7 @@ class Focus:
 
     def __call__(self, information: np.ndarray, size: np.ndarray) -> tuple[float, np.ndarray]:
         """Value and derivative, as of every criterion."""
-        values, vectors = _inverted(information, size)
-        some = ((vectors / values) @ vectors.T)[:, list(self.columns)]
+        some = _inverted(information, size)[0][:, list(self.columns)]
         own = some[list(self.columns)]
         count = len(self.columns)
         gradient = -0.5 / count * some @ np.linalg.solve(own, some.T)
@@ -90,8 +88,7 @@ class Focus:
 
 def _deviation(information: np.ndarray, size: np.ndarray, power: float) -> tuple[float, np.ndarray]:
     """Logarithm of the power mean of relative standard deviations."""
-    values, vectors = _inverted(information, size)
-    covariance = (vectors / values) @ vectors.T
+    covariance, _ = _inverted(information, size)
     variance = np.diag(covariance)
     highest, share = _peak(np.log(variance), power)
     if power == 1.0:
@@ -100,10 +97,18 @@ def _deviation(information: np.ndarray, size: np.ndarray, power: float) -> tuple
     return 0.5 * highest, gradient * np.outer(size, size)
 
 
-def _inverted(information: np.ndarray, size: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Eigenvalues and vectors of the information about parameters in units of their size."""
-    values, vectors = eigh(information * np.outer(size, size))
-    return np.maximum(values, SMALLEST * values[-1]), vectors
+def _inverted(information: np.ndarray, size: np.ndarray) -> tuple[np.ndarray, float]:
+    """Covariance of parameters in units of their size, and the logarithm of its determinant.
+
+    By way of columns scaled to one: sizes spread the eigenvalues by another factor of thousands, whose
+    smallest would then be rounding.
+    """
+    scale = 1.0 / np.sqrt(np.diag(information))
+    values, vectors = eigh(information * np.outer(scale, scale))
+    values = np.maximum(values, SMALLEST * values[-1])
+    relative = scale / size
+    covariance = ((vectors / values) @ vectors.T) * np.outer(relative, relative)
+    return covariance, float(2 * np.sum(np.log(relative)) - np.sum(np.log(values)))
 
 
 def _peak(logarithms: np.ndarray, power: float) -> tuple[float, np.ndarray]:

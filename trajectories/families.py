@@ -1,14 +1,12 @@
 """The list of motions that trajectory files know: one file a family, one line in this table."""
 
 from .chirp import Chirp
-from .chirp import Chirp
 from .fourier import Fourier
 from .phases import Phases
 from .sequence import Sequence
 from .trajectory import Trajectory
 
 FAMILIES: dict[str, type[Trajectory]] = {
-    "chirp": Chirp,
     "chirp": Chirp,
     "fourier": Fourier,
     "phases": Phases,

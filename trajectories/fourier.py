@@ -31,7 +31,7 @@ class Fourier(Trajectory):
     periods: int = 1
 
     def __post_init__(self) -> None:
-        if not (self.period > 0.0 and self.periods >= 1):
+        if not (0.0 < self.period < np.inf and self.periods >= 1):
             raise BadLimits(f"Fourier: period {self.period:g} s, {self.periods} times; both must be above 0")
         if self.sine.shape != self.cosine.shape or self.sine.shape[:1] != self.centre.shape:
             raise BadLimits(

@@ -16,7 +16,8 @@ chi-squared is then above A's by :math:`T + 2 r^T Q (X_A \varepsilon + n)` and a
 alone. The linear term has variance :math:`4 r^T Q (I + X_A P_A^{-1} X_A^T) Q r`, which is 4 T where both
 hold the same beliefs of what they share. Without the form, who takes the model with the smaller
 chi-squared, beliefs included, is right with probability :math:`\Phi(\sqrt{T} / 2)`; more often if the
-truth happens to be what is believed.
+truth happens to be what is believed. Its mean is zero once every free parameter, which fits away one unit
+of noise, is charged one.
 
 The form vanishes as the columns that only one of them has come to look alike, which is what pairs that
 data leave open do. For one such column each, at an angle :math:`\alpha`, the probability is exactly

@@ -198,7 +198,7 @@ def _joint(profile: ruckig.Profile, start: list[float], last: list[float], durat
     states = np.array(
         [[*inside.p, *way.p[:7]], [*inside.v, *way.v[:7]], [*inside.a, *way.a[:7]], [*inside.j, *way.j]]
     )
-    begins = np.concatenate([[0.0], np.cumsum(lengths)])
+    begins = np.minimum(np.concatenate([[0.0], np.cumsum(lengths)]), duration)  # rounding of the tick
     real = np.append(lengths > 0.0, duration - begins[-1] > NEGLIGIBLE or not np.any(lengths))
     pieces = np.concatenate([states, np.array([[*last, 0.0]]).T], axis=1)[:, real]
     pieces[:3, 0] = start

@@ -59,7 +59,7 @@ def single_joint_runs(
         share: Of the velocity, acceleration and jerk limits that the fast part may use [-].
         widest: Largest excursion either way [rad].
         periods: Of each part.
-        rest: Before each part [s].
+        rest: Before each part, and at the end [s].
         clearances: What to keep clear of; a joint's excursion shrinks to what is.
 
     Raises:
@@ -78,6 +78,7 @@ def single_joint_runs(
         slow = replace(fast, period=ticks(SLOW_DOWN * fast.period, tick))
         still = pause(pose, rest, tick)
         parts += [still, fast, still, slow]
+    parts.append(pause(pose, rest, tick))
     return Sequence(tuple(part for part in parts if part.duration > 0.0))
 
 
@@ -94,7 +95,7 @@ def _within(limits: Limits, joint: int, lower: float, upper: float) -> Limits:
 def _wave(limits: Limits, pose: np.ndarray, joint: int, widest: float, periods: int) -> Fourier:
     """One joint's motion about a pose, as wide as there is room for, of a period of one second."""
     lower, upper = limits.position_lower[joint], limits.position_upper[joint]
-    excursion = min(ROOM * (pose[joint] - lower), ROOM * (upper - pose[joint]), widest)
+    excursion = float(np.min([ROOM * (pose[joint] - lower), ROOM * (upper - pose[joint]), widest]))
     if not excursion >= NARROWEST:
         raise Infeasible(
             f"joint {joint + 1}: at {pose[joint]:g} rad it can swing by {excursion:.3g} rad either way "

@@ -35,7 +35,9 @@ class DriveGains(Effect):
         torque = self.model.torque(self.model.loaded(motion), self.model.believed_values)
         return torque[:, :, None] * np.eye(robot.dof)
 
-    def motion_gradient(self, robot: Robot, motion: Motion, weights: np.ndarray) -> MotionGradient:
+    def motion_gradient(
+        self, robot: Robot, motion: Motion, weights: np.ndarray, known: np.ndarray
+    ) -> MotionGradient:
         own = np.diagonal(weights, axis1=1, axis2=2)
         values = self.model.believed_values
         return self.model.motion_gradient(self.model.loaded(motion), own[:, :, None] * values, own)
@@ -67,7 +69,9 @@ class ShapesOf(Effect):
         by_shape = self.effect.shape_derivatives(robot, motion)
         return np.stack([by_shape[name] @ self.values for name in self.effect.shapes()], axis=2)
 
-    def motion_gradient(self, robot: Robot, motion: Motion, weights: np.ndarray) -> MotionGradient:
+    def motion_gradient(
+        self, robot: Robot, motion: Motion, weights: np.ndarray, known: np.ndarray
+    ) -> MotionGradient:
         return differences(self.regressor, robot, motion, weights, self.effect.needs_load)
 
 

@@ -108,17 +108,15 @@ class Effect(ABC):
         """Torque that no parameter scales, shape (t, n) [N m]."""
         return np.zeros_like(motion.position)
 
-    def motion_gradient(self, robot: Robot, motion: Motion, weights: np.ndarray) -> MotionGradient:
-        """Derivatives of sum(weights * regressor) by the motion; weights (t, n, p).
+    def motion_gradient(
+        self, robot: Robot, motion: Motion, weights: np.ndarray, known: np.ndarray
+    ) -> MotionGradient:
+        """Derivatives of sum(weights * regressor) + sum(known * known torque) by the motion.
 
-        Unless an effect knows better, by central differences of all samples at once. What a memory
+        Weights are (t, n, p) and known (t, n), which an effect without known torque leaves aside. Unless an effect knows better, by central differences of all samples at once. What a memory
         carries from one sample to the next is left out: hysteresis turns within milliradians.
         """
         return differences(self.regressor, robot, motion, weights, self.needs_load)
-
-    def known_gradient(self, robot: Robot, motion: Motion, weights: np.ndarray) -> MotionGradient:
-        """Derivatives of sum(weights * known torque) by the motion; weights (t, n)."""
-        return MotionGradient.none(motion.position.shape)
 
     def shape_derivatives(self, robot: Robot, motion: Motion) -> dict[str, np.ndarray]:
         """Derivative of the regressor by each shape, shape name -> (t, n, p)."""
@@ -195,7 +193,9 @@ class JointEffect(Effect):
             return list(range(robot.dof))
         return [robot.index(joint) for joint in self.joints]
 
-    def motion_gradient(self, robot: Robot, motion: Motion, weights: np.ndarray) -> MotionGradient:
+    def motion_gradient(
+        self, robot: Robot, motion: Motion, weights: np.ndarray, known: np.ndarray
+    ) -> MotionGradient:
         return differences(self.regressor, robot, motion, weights, self.needs_load, [self.columns(robot)])
 
     def apart(self, robot: Robot) -> list[Effect]:

@@ -56,21 +56,15 @@ class Payload(Effect):
         values = np.array([value for _, value in self.known])
         return self._columns(robot, motion, [name for name, _ in self.known]) @ values
 
-    def motion_gradient(self, robot: Robot, motion: Motion, weights: np.ndarray) -> MotionGradient:
-        return self._gradient(robot, motion, self._unknown, weights)
-
-    def known_gradient(self, robot: Robot, motion: Motion, weights: np.ndarray) -> MotionGradient:
-        values = np.array([value for _, value in self.known])
-        return self._gradient(robot, motion, [name for name, _ in self.known], weights[:, :, None] * values)
-
-    def _gradient(
-        self, robot: Robot, motion: Motion, names: Sequence[str], weights: np.ndarray
+    def motion_gradient(
+        self, robot: Robot, motion: Motion, weights: np.ndarray, known: np.ndarray
     ) -> MotionGradient:
-        """Derivatives of sum(weights * columns of the named parameters); weights (t, n, len(names))."""
-        if motion.payload != self.name or not names:
+        if motion.payload != self.name:
             return MotionGradient.none(motion.position.shape)
         every = np.zeros((*motion.position.shape, len(INERTIAL)))
-        every[:, :, [INERTIAL.index(name) for name in names]] = weights
+        every[:, :, [INERTIAL.index(name) for name in self._unknown]] = weights
+        for name, value in self.known:
+            every[:, :, INERTIAL.index(name)] = value * known
         by = body_gradient(
             robot.kinematics, motion.position, motion.velocity, motion.acceleration, robot.flange, every
         )

@@ -40,7 +40,9 @@ class RigidBody(Effect):
         out = np.zeros((*motion.position.shape, 10 * robot.dof))
         return rigid_regressor(robot.kinematics, motion.position, motion.velocity, motion.acceleration, out)
 
-    def motion_gradient(self, robot: Robot, motion: Motion, weights: np.ndarray) -> MotionGradient:
+    def motion_gradient(
+        self, robot: Robot, motion: Motion, weights: np.ndarray, known: np.ndarray
+    ) -> MotionGradient:
         by = rigid_gradient(robot.kinematics, motion.position, motion.velocity, motion.acceleration, weights)
         return MotionGradient(*by, np.zeros_like(motion.position))
 

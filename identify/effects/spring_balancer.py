@@ -26,7 +26,7 @@ import numpy as np
 
 from ..motion import Motion
 from ..robot import Robot
-from .effect import Effect, Parameter, shape
+from .effect import Effect, MotionGradient, Parameter, shape
 
 SHORTEST = 1e-9
 """Length below which the spring's ends coincide and its direction means nothing [m]."""
@@ -73,6 +73,14 @@ class SpringBalancer(Effect):
             name: self._on_joint(robot, motion, first, first / length - area * sine * longer / length**2)
             for name, (first, longer) in changes.items()
         }
+
+    def motion_gradient(
+        self, robot: Robot, motion: Motion, weights: np.ndarray, known: np.ndarray
+    ) -> MotionGradient:
+        found = MotionGradient.none(motion.position.shape)
+        turned = self.shape_derivatives(robot, motion)["phi"]  # the joint turns it as a change of phi does
+        found.position[:, robot.index(self.joint)] = np.sum(weights * turned, axis=(1, 2))
+        return found
 
     def length(self, position: np.ndarray) -> np.ndarray:
         """Distance of the spring's ends [m] at positions of the joint [rad]."""

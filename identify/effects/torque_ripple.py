@@ -35,5 +35,8 @@ class TorqueRipple(JointEffect):
         on_motors = self.on_joints(robot, np.cos(angle), np.sin(angle))
         return np.einsum("mj,tmp->tjp", robot.coupling, on_motors)
 
-    def motion_gradient(self, robot: Robot, motion: Motion, weights: np.ndarray) -> MotionGradient:
-        return Effect.motion_gradient(self, robot, motion, weights)  # coupling: a motor sees several joints
+    def motion_gradient(
+        self, robot: Robot, motion: Motion, weights: np.ndarray, known: np.ndarray
+    ) -> MotionGradient:
+        # coupled, a motor sees several joints
+        return Effect.motion_gradient(self, robot, motion, weights, known)
