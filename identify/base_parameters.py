@@ -104,12 +104,14 @@ def base_parameters(model: Model, payloads: Sequence[str] = ("",)) -> BaseParame
         payloads: Bodies carried in the runs, one name a kind of run; empty for none.
 
     Raises:
-        RobotError: A model without parameters.
+        RobotError: A model without parameters, or with none that makes torque.
     """
     if not model.names:
         raise RobotError(f"{model.robot.name}: the model has no effects, and so no parameters to identify")
     motions = [rich_motion(model, payload=payload, seed=k) for k, payload in enumerate(payloads)]
     columns = np.concatenate([model.regressor(m).reshape(-1, len(model.names)) for m in motions])
+    if not np.any(columns):
+        raise RobotError(f"{model.robot.name}: no parameter of the model makes any torque")
     return from_columns(tuple(model.parameters), columns)
 
 

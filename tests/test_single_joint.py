@@ -58,7 +58,9 @@ def test_all_limits_are_kept_with_leads_and_on_ticks(seed, tick):
         acceleration_lower=-random.uniform(1.0, 20.0, 2),
         jerk=random.uniform(10.0, 1000.0, 2),
     )
-    run = single_joint_runs(limits, [0, 1], random.uniform(0.8 * lower, 0.8 * upper), tick, share=1.0)
+    run = single_joint_runs(
+        limits, [0, 1], random.uniform(0.8 * lower, 0.8 * upper), tick, share=1.0, rest=0.5 * (seed % 2)
+    )
     assert check(run, limits, tick) == []
     assert check(with_leads(run, limits, tick), limits, tick) == []
 

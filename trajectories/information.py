@@ -50,8 +50,6 @@ class Experiment:
         except RobotError as error:
             raise NothingToIdentify(str(error)) from error
         count = len(base.kept)
-        if count == 0:
-            raise NothingToIdentify(f"{model.robot.name}: no parameter of the model makes any torque")
         noise = np.ones(model.robot.dof) if noise is None else np.asarray(noise, float)
         return cls(model, base, tuple(payloads), noise, np.zeros((count, count)) if known is None else known)
 

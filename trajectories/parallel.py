@@ -5,9 +5,12 @@ import signal
 import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from multiprocessing import get_context
 from typing import Any
+
+from .errors import TrajectoryError
 
 Stop = Callable[[], bool]
 
@@ -36,8 +39,11 @@ def run_all(
         seconds: For all together [s].
         executor: Where to run; this process for a single task, else a pool of processes.
         note: Called in this process.
+
+    Raises:
+        TrajectoryError: A process of the pool died.
     """
-    workers = min(len(tasks), os.cpu_count() or 1)
+    workers = max(min(len(tasks), os.cpu_count() or 1), 1)
     share = seconds / max(-(-len(tasks) // workers), 1)
     if executor is not None:
         _gather([executor.submit(_call, work, task, share) for task in tasks], seconds, note, lambda: None)
@@ -45,10 +51,32 @@ def run_all(
         for task in tasks:
             note(work(*task, share, _asked))
     else:
-        context = get_context("spawn")
-        event = context.Event()
-        with _one_thread_each(), ProcessPoolExecutor(workers, context, _begin, (event,)) as pool:
-            _gather([pool.submit(_call, work, task, share) for task in tasks], seconds, note, event.set)
+        _in_processes(work, tasks, share, seconds, note, workers)
+
+
+def _in_processes(
+    work: Callable[..., Any],
+    tasks: Sequence[tuple[Any, ...]],
+    share: float,
+    seconds: float,
+    note: Callable[[Any], None],
+    workers: int,
+) -> None:
+    """In a pool of processes, which is gone when this returns or raises."""
+    context = get_context("spawn")
+    event = context.Event()
+    with _one_thread_each(), ProcessPoolExecutor(workers, context, _begin, (event,)) as pool:
+        try:
+            with _deaf_to_interrupts():  # else it would kill a process that still imports
+                futures = [pool.submit(_call, work, task, share) for task in tasks]
+            _gather(futures, seconds, note, event.set)
+        except BrokenProcessPool as error:
+            raise TrajectoryError(
+                "a process of the search died: memory may have run out, or a script was not guarded. Try to "
+                "call from under `if __name__ == '__main__':`, fewer starts, or an executor of your own"
+            ) from error
+        finally:
+            event.set()  # what still runs after an error ends now, and not at the end of its time
 
 
 def _gather(
@@ -59,20 +87,26 @@ def _gather(
 ) -> None:
     """Hand results on as they come; stop at the end of the time or on an interrupt."""
     begun, left, stopped = time.monotonic(), set(futures), False
-    while left:
-        try:
-            done, left = wait(left, timeout=POLL, return_when="FIRST_COMPLETED")
-            for future in done:
-                note(future.result())
-            enough = time.monotonic() - begun > seconds
-        except KeyboardInterrupt:
-            if stopped:
-                raise  # asked twice
-            enough = True
-        if enough and not stopped:
-            stopped = True
-            ask_to_stop()
-            left = {future for future in left if not future.cancel()}
+    try:
+        while left:
+            try:
+                done = wait(left, timeout=POLL, return_when="FIRST_COMPLETED").done
+                while done:
+                    future = done.pop()
+                    left.discard(future)
+                    note(future.result())
+                enough = time.monotonic() - begun > seconds
+            except KeyboardInterrupt:
+                if stopped:
+                    raise  # asked twice
+                enough = True
+            if enough and not stopped:
+                stopped = True
+                ask_to_stop()
+                left = {future for future in left if not future.cancel()}
+    finally:
+        for future in left:
+            future.cancel()  # after an error
 
 
 def _call(work: Callable[..., Any], task: tuple[Any, ...], seconds: float) -> Any:
@@ -89,6 +123,19 @@ def _begin(event: Any) -> None:
     global _stopping
     _stopping = event
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+@contextmanager
+def _deaf_to_interrupts() -> Iterator[None]:
+    """Ctrl-C waits for as long as this lasts, and processes begun inside never hear it."""
+    if not hasattr(signal, "pthread_sigmask"):  # Windows
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 @contextmanager

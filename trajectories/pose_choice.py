@@ -18,6 +18,8 @@ WANTED = 200
 """Clear ones that are enough to choose from: the best of 200 are among the best half per cent there are."""
 DRAWS = 10
 """How often at most; below one clear position in twenty something is wrong with the cell's description."""
+HALF_TURN = np.pi
+"""Either side of the middle of its range a joint is taken [rad]; a whole turn has all that gravity knows."""
 PRIOR = 1e-6
 """Information that is assumed of each unknown, as a share of what one pose gives: makes the first choices
 comparable before all unknowns are seen, and weighs nothing after."""
@@ -39,6 +41,8 @@ def clear_positions(
             f"joint {joint + 1}: {limits.position_lower[joint]:g} to {limits.position_upper[joint]:g} rad, "
             f"less {margin:g} at both ends to come to a pose from, is nothing. Try a shorter approach"
         )
+    middle = 0.5 * (lower + upper)
+    lower, upper = np.maximum(lower, middle - HALF_TURN), np.minimum(upper, middle + HALF_TURN)
     random, found = np.random.default_rng(seed), np.empty((0, len(lower)))
     worst, name = -np.inf, ""
     for _ in range(DRAWS):

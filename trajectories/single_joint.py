@@ -29,7 +29,7 @@ NARROWEST = 0.02
 SLOW_DOWN = 4.0
 """How much slower the second time: a sixteenth of the acceleration leaves gravity and friction alone."""
 PERIODS = 2
-"""Of each, so that what repeats can be told from noise."""
+"""Of the fast part, so that what repeats can be told from noise; the slow one is long enough for one."""
 REST = 0.5
 """Rest between two motions [s]."""
 LONGER = 1.1
@@ -58,7 +58,7 @@ def single_joint_runs(
         tick: Cycle of the controller [s].
         share: Of the velocity, acceleration and jerk limits that the fast part may use [-].
         widest: Largest excursion either way [rad].
-        periods: Of each part.
+        periods: Of the fast part; the slow one has one.
         rest: Before each part, and at the end [s].
         clearances: What to keep clear of; a joint's excursion shrinks to what is.
 
@@ -75,7 +75,7 @@ def single_joint_runs(
     for joint in joints:
         clear = _within(limits, joint, *clear_range(limits, pose, joint, clearances))
         fast = _fastest(_wave(clear, pose, joint, widest, periods), clear, share, tick)
-        slow = replace(fast, period=ticks(SLOW_DOWN * fast.period, tick))
+        slow = replace(fast, period=ticks(SLOW_DOWN * fast.period, tick), periods=1)
         still = pause(pose, rest, tick)
         parts += [still, fast, still, slow]
     parts.append(pause(pose, rest, tick))

@@ -113,8 +113,9 @@ class Effect(ABC):
     ) -> MotionGradient:
         """Derivatives of sum(weights * regressor) + sum(known * known torque) by the motion.
 
-        Weights are (t, n, p) and known (t, n), which an effect without known torque leaves aside. Unless an effect knows better, by central differences of all samples at once. What a memory
-        carries from one sample to the next is left out: hysteresis turns within milliradians.
+        Weights are (t, n, p) and known (t, n), which an effect without known torque leaves aside. Unless an
+        effect knows better, by central differences of all samples at once. What a memory carries from one
+        sample to the next is left out: hysteresis turns within milliradians.
         """
         return differences(self.regressor, robot, motion, weights, self.needs_load)
 

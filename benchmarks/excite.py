@@ -1,0 +1,105 @@
+"""Exciting trajectories: against other tools, against random motion, inside their limits, telling models apart.
+
+1. The UR10 of the package example-robot-data, 36 base columns, one 12 s period: condition number that
+   exidyn, FIGAROH, random search and plain SLSQP reach, and when, with the same limits and time.
+2. The paper's pair of runs on a KR270: deviations of drive gains, K_r and K_0, optimised against random.
+3. Limits over random problems, checked by other means than the planner's.
+4. Probability of choosing the right one of two models, before and after a run that is made for it.
+"""
+
+import os
+
+os.environ.setdefault("OMP_NUM_THREADS", "1")  # before numpy: one thread for every tool
+
+import time
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import excite_discriminate
+import excite_kr270
+import excite_limits
+import figaroh_excitation
+import numpy as np
+from common import options, save, show
+from excite_arm import Arm, ur10, why_no_arm
+from excite_ours import every_seed, gradient, ours
+from excite_peers import PeerResult, random_search, slsqp
+
+BUDGET, QUICK_BUDGET = 60.0, 5.0
+"""Seconds each tool has. FIGAROH alone takes 50 s for its hundred iterations."""
+
+
+def against_peers(arm: Arm, budget: float, seeds: Sequence[int], collisions: bool) -> dict[str, Any]:
+    """Condition number of every tool within the same time, and how long it took to reach it."""
+    tools: dict[str, Callable[[int], PeerResult]] = {
+        "exidyn": lambda seed: ours(arm, budget, seed, collisions=collisions),
+        "random search": lambda seed: random_search(arm, budget, seed, collisions=collisions),
+        "SLSQP, differences": lambda seed: slsqp(arm, budget, seed, collisions=collisions),
+    }
+    absent = figaroh_excitation.why_absent()
+    if absent:
+        print(absent)
+    else:
+        settings = figaroh_excitation.FigarohSettings(collisions=collisions)
+        tools["FIGAROH"] = lambda seed: figaroh_excitation.figaroh(arm, budget, seed, settings=settings)
+    found = {name: [tool(seed) for seed in seeds] for name, tool in tools.items()}
+    best = {name: min(results, key=lambda one: one.condition) for name, results in found.items()}
+    mine = best.pop("exidyn")
+    peer = min(best.values(), key=lambda one: one.condition)
+    rows = [_row(name, results) for name, results in found.items()]
+    touching = "with self-collision" if collisions else "without self-collision"
+    show(
+        f"UR10, condition number of 36 base columns scaled to one; {budget:g} s a tool and seed, {touching}",
+        ["tool", "best", "worst seed", "failed seeds", "first at s", "note of the best"],
+        rows,
+    )
+    reached = [_when(one.history, peer.condition) for one in found["exidyn"]]
+    took = _when(peer.history, peer.condition)
+    speedup = took / float(np.median(reached))
+    ratio = mine.condition / peer.condition
+    print(
+        f"  best peer: {peer.name}, {peer.condition:.3g} after {took:.3g} s; exidyn is there after "
+        f"{np.median(reached):.3g} s (median of {len(reached)}) and ends at {ratio:.2g} of it"
+    )
+    name = "_with_collisions" if collisions else ""
+    return {
+        f"condition{name}": {tool: min(r.condition for r in results) for tool, results in found.items()},
+        f"condition_over_best_peer{name}": ratio,
+        f"speedup_over_best_peer{name}": speedup,
+    }
+
+
+def _row(name: str, results: Sequence[PeerResult]) -> list[Any]:
+    best = min(results, key=lambda one: one.condition)
+    kept = [one.condition for one in results if np.isfinite(one.condition)]
+    when = _when(best.history, best.condition)
+    return [name, best.condition, max(kept, default=np.inf), len(results) - len(kept), when, best.note]
+
+
+def _when(history: Sequence[tuple[float, float]], level: float) -> float:
+    """Seconds until a search first held something at least as good; infinite if never."""
+    return next((seconds for seconds, reached in history if reached <= level * (1 + 1e-9)), np.inf)
+
+
+def main() -> None:
+    chosen = options(__doc__.splitlines()[0])
+    begun, figures = time.perf_counter(), {}
+    if absent := why_no_arm():
+        print(absent)
+    else:
+        arm = ur10()
+        figures |= gradient(arm)
+        budget, seeds = (QUICK_BUDGET, [0]) if chosen.quick else (BUDGET, [0, 1])
+        figures |= against_peers(arm, budget, seeds, collisions=False)
+        if not chosen.quick:
+            figures |= against_peers(arm, budget, [0], collisions=True)
+        figures |= every_seed(arm, *((4, 1.5) if chosen.quick else (20, 8.0)))
+    figures |= excite_kr270.run(chosen.quick)
+    figures |= excite_limits.run(range(8 if chosen.quick else 200))
+    figures |= excite_discriminate.run(chosen.quick)
+    print(f"\n{time.perf_counter() - begun:.0f} s in all")
+    save(chosen.json, figures)
+
+
+if __name__ == "__main__":
+    main()
