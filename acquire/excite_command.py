@@ -1,4 +1,4 @@
-"""exidyn excite: a robot in; the trajectory that identifies it best out."""
+"""exidyn excite: a robot in; the trajectory that identifies it best out, or another kind of run."""
 
 import argparse
 from collections.abc import Callable, Sequence
@@ -6,48 +6,47 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from exidyn.identify.effects import EFFECTS, known_parameters
+from exidyn.identify.effects import known_parameters
 from exidyn.identify.errors import RobotError
 from exidyn.identify.fit_file import read_fit
 from exidyn.identify.geometry import read_geometry
 from exidyn.identify.model import Model
-from exidyn.identify.robot_file import builtin_names, read_model
+from exidyn.identify.robot_file import read_model
 from exidyn.identify.toml_fields import check_keys, parse_toml, read_text
 from exidyn.trajectories.clearance import Clearance
-from exidyn.trajectories.criteria import CRITERIA
+from exidyn.trajectories.discriminate import Discriminate
+from exidyn.trajectories.distinction import distinguish, sentences
 from exidyn.trajectories.errors import BadLimits
+from exidyn.trajectories.hypothesis import Hypothesis
+from exidyn.trajectories.kinds import KINDS
 from exidyn.trajectories.plan import Plan
 from exidyn.trajectories.plan_check import believed_torque, violations
 from exidyn.trajectories.plan_file import write_plan
 from exidyn.trajectories.plan_summary import summary
 from exidyn.trajectories.plan_use import limit_use
-from exidyn.trajectories.planning import Wishes, plan
+from exidyn.trajectories.planning import Wishes, believed_noise, plan, rows_of
 from exidyn.trajectories.region_rows import read_regions
 from exidyn.trajectories.self_collision import SelfCollision
-from exidyn.trajectories.usable_limits import Margins
+from exidyn.trajectories.separation import Observation
+from exidyn.trajectories.usable_limits import Margins, usable
 
+from .excite_arguments import OPTIMISED, excite_parser
 from .identify_command import stopwatch
 
-EXAMPLES = """examples:
-  exidyn excite robot.toml
-  exidyn excite robot.toml --payload 175 --com 0 0 0.2     a pair of runs, for the drive gains
-  exidyn excite robot.toml --after exidyn-fit/fit.json     where the last fit knows least
-  exidyn excite kuka.toml --start 0 -90 90 0 45 0 --degrees --window 5"""
+Progress = Callable[[str], None]
 
 
 def main(arguments: Sequence[str]) -> int:
     """Plan, print, write."""
-    given = _parser().parse_args(arguments)
-    model = read_model(given.robot)
-    progress = stopwatch()
-    plans = plan(
-        model,
-        _wishes(given, model, progress),
-        starts=given.starts,
-        seed=given.seed,
-        seconds=given.seconds,
-        progress=progress,
-    )
+    given = excite_parser().parse_args(arguments)
+    model, progress = read_model(given.robot), stopwatch()
+    wishes = _wishes(given, model, progress)
+    if given.kind != OPTIMISED:
+        plans = [_by_rule(given, model, wishes)]
+    elif given.against:
+        plans = _against(given, model, wishes, progress)
+    else:
+        plans = _search(given, model, wishes, progress)
     for one, path in zip(plans, _paths(given.output, len(plans)), strict=True):
         torque = believed_torque(one, model)
         print(summary(one, limit_use(one), violations(one, torque)))
@@ -55,101 +54,55 @@ def main(arguments: Sequence[str]) -> int:
     return 0
 
 
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog="exidyn excite",
-        description="Find the trajectory that identifies a robot best within its limits. Ctrl-C keeps the best.",
-        epilog=EXAMPLES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
-    parser.add_argument(
-        "robot", metavar="ROBOT", help=f"robot.toml or .urdf, or built in: {', '.join(builtin_names())}"
-    )
-    parser.add_argument("-o", "--output", type=Path, default=Path("trajectory.toml"), metavar="FILE")
-    _add_goal(parser)
-    _add_motion(parser)
-    _add_limits(parser)
-    search = parser.add_argument_group("search")
-    search.add_argument("--seconds", type=float, default=60.0, help="to search; default: %(default)g")
-    search.add_argument("--starts", type=int, default=4, help="random starts; default: %(default)d")
-    search.add_argument("--seed", type=int, default=0, help="of the first start; default: %(default)d")
-    return parser
-
-
-def _add_goal(parser: argparse.ArgumentParser) -> None:
-    goal = parser.add_argument_group("what it is for")
-    goal.add_argument(
-        "--criterion",
-        choices=CRITERIA,
-        default="condition",
-        help="what is made small: condition number of the scaled regressor, volume of the confidence ellipsoid "
-        "(D), average (A) or worst (E) relative deviation; default: %(default)s",
-    )
-    goal.add_argument(
-        "--shapes",
-        nargs="+",
-        default=[],
-        choices=[key for key, effect in EFFECTS.items() if effect.shapes()],
-        metavar="EFFECT",
-        help="effects whose shapes are unknown too, such as stribeck_friction",
-    )
-    goal.add_argument(
-        "--payload",
-        type=float,
-        metavar="KG",
-        help="plan a pair, unloaded and with this mass, for the drive gains",
-    )
-    goal.add_argument(
-        "--com", type=float, nargs=3, metavar=("X", "Y", "Z"), help="its centre from the flange [m]"
-    )
-    goal.add_argument(
-        "--focus", nargs="+", default=[], metavar="NAME", help="base parameters that alone matter: gain Kr K0"
-    )
-    goal.add_argument("--after", type=Path, metavar="FIT", help="fit.json of earlier runs, to add to")
-    goal.add_argument("--trajectories", type=int, default=1, metavar="K", help="plan so many together")
-
-
-def _add_motion(parser: argparse.ArgumentParser) -> None:
-    motion = parser.add_argument_group("motion")
-    motion.add_argument(
-        "--length", type=float, default=40.0, metavar="S", help="seconds; default: %(default)g"
-    )
-    motion.add_argument("--period", type=float, metavar="S", help="base period; default: several are tried")
-    motion.add_argument("--harmonics", type=int, default=5, help="of each joint; default: %(default)d")
-    motion.add_argument(
-        "--tick", type=float, default=0.002, metavar="S", help="controller cycle; default: %(default)g"
-    )
-    motion.add_argument("--start", type=float, nargs="+", metavar="Q", help="pose to begin and end at [rad]")
-
-
-def _add_limits(parser: argparse.ArgumentParser) -> None:
-    limits = parser.add_argument_group("limits, beyond the robot's own")
-    limits.add_argument("--degrees", action="store_true", help="--start and --window are in degrees")
-    limits.add_argument(
-        "--window",
-        type=float,
-        nargs="+",
-        metavar="Q",
-        help="RSI's AXISCORR: most from the start pose, one or n [rad]",
-    )
-    limits.add_argument(
-        "--margin", type=float, default=0.05, help="share kept off velocity … torque; default: %(default)g"
-    )
-    limits.add_argument("--region", type=Path, metavar="FILE", help="TOML with [[region]] rows, see docs")
-    limits.add_argument(
-        "--collision-distance",
-        type=float,
-        default=0.02,
-        metavar="M",
-        help="between bodies; default: %(default)g",
-    )
-    limits.add_argument("--no-collision", action="store_true", help="do not look at the URDF's geometry")
-    limits.add_argument(
-        "--packages", type=Path, nargs="+", default=[], metavar="DIR", help="where meshes are"
+def _search(
+    given: argparse.Namespace,
+    model: Model,
+    wishes: Wishes,
+    progress: Progress,
+    goal: Discriminate | None = None,
+) -> list[Plan]:
+    return plan(
+        model,
+        wishes,
+        goal=goal,
+        starts=given.starts,
+        seed=given.seed,
+        seconds=given.seconds,
+        progress=progress,
     )
 
 
-def _wishes(given: argparse.Namespace, model: Model, progress: Callable[[str], None]) -> Wishes:
+def _by_rule(given: argparse.Namespace, model: Model, wishes: Wishes) -> Plan:
+    """A run of one of the other kinds."""
+    limits, assumed = usable(model.robot, wishes.margins, wishes.window, wishes.start)
+    joints = [model.robot.index(joint) for joint in given.joints or model.robot.joints]
+    run = KINDS[given.kind](model, wishes, limits, joints)
+    margins = vars(wishes.margins)
+    return Plan.of(
+        run, model, margins=margins, tick=wishes.tick, assumed=assumed, details={"kind": given.kind}
+    )
+
+
+def _against(given: argparse.Namespace, model: Model, wishes: Wishes, progress: Progress) -> list[Plan]:
+    """The run that tells two models apart, and how well it does."""
+    rival = read_model(given.against)
+    names = [model.robot.name, rival.robot.name]
+    if names[0] == names[1]:
+        names = [str(given.robot), str(given.against)]
+    limits, _ = usable(model.robot, wishes.margins, wishes.window, wishes.start)
+    hypotheses = tuple(
+        Hypothesis.believed(name, one) for name, one in zip(names, (model, rival), strict=True)
+    )
+    goal = Discriminate(hypotheses, Observation(believed_noise(model, limits), rows_of(wishes)))
+    plans = _search(given, model, wishes, progress, goal)
+    for one in plans:
+        motion = one.trajectory.every(0.01).motion()
+        for sentence in sentences(distinguish(goal, motion, limits, one.trajectory.duration)):
+            print(sentence)
+    return plans
+
+
+def _wishes(given: argparse.Namespace, model: Model, progress: Progress) -> Wishes:
     turn = np.where(model.robot.revolute & given.degrees, np.pi / 180.0, 1.0)
     start = _joint_values(given.start, model, "--start")
     window = _joint_values(given.window, model, "--window")
@@ -187,9 +140,7 @@ def _joint_values(values: Sequence[float] | None, model: Model, option: str) -> 
     return np.broadcast_to(np.array(values), (model.robot.dof,)).copy()
 
 
-def _clearances(
-    given: argparse.Namespace, model: Model, progress: Callable[[str], None]
-) -> tuple[Clearance, ...]:
+def _clearances(given: argparse.Namespace, model: Model, progress: Progress) -> tuple[Clearance, ...]:
     """Self-collision where the robot's URDF has geometry, and the regions of the command line."""
     found: list[Clearance] = []
     geometry = None if given.no_collision else read_geometry(given.robot, given.packages)

@@ -12,7 +12,7 @@ true size, and the range of joint 2 is what hides it.
 import os
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")  # before numpy
 
@@ -23,18 +23,14 @@ from exidyn.identify.model import Model
 from exidyn.identify.motion import Motion
 from exidyn.identify.robot import Limits
 from exidyn.identify.robot_file import read_model
+from exidyn.identify.text_table import paragraph
 from exidyn.trajectories.discriminate import Discriminate
 from exidyn.trajectories.distinction import distinguish, sentences
 from exidyn.trajectories.excite import Setting, excite
 from exidyn.trajectories.goals import Goal, Identify
-from exidyn.trajectories.hypothesis import (
-    Hypothesis,
-    Observation,
-    probability,
-    separation,
-    separation_for,
-)
+from exidyn.trajectories.hypothesis import Hypothesis
 from exidyn.trajectories.information import Experiment
+from exidyn.trajectories.separation import Observation, probability, separation, separation_for
 from exidyn.trajectories.unknowns import DriveGains
 from exidyn.trajectories.usable_limits import usable
 
@@ -46,6 +42,14 @@ OPEN = 0.7
 """Probability of choosing right that identification leaves, where a size is free."""
 WINDOW = np.deg2rad(2.0)
 """Of joint 2 each way, in the balancer's runs: what a cautious correction window allows."""
+
+
+class Effort(NamedTuple):
+    """Starts and seconds of each optimisation, the same for either goal, and draws of noise."""
+
+    starts: int
+    seconds: float
+    draws: int
 
 
 COLUMNS = ("before", "before_drawn", "again", "again_drawn", "after", "after_drawn")
@@ -126,9 +130,10 @@ def gain_or_mass() -> Pair:
     return Pair("gain_or_mass", gain, rival, limits, "gain error [-]", ("gain2",))
 
 
-def run_of(goal: Goal, limits: Limits, seconds: float) -> Motion:
+def run_of(goal: Goal, limits: Limits, effort: Effort) -> Motion:
     """The best motion for a goal, at the rows that count."""
-    found = excite(goal, Setting(limits, periods=(PERIOD,)), starts=1, seconds=seconds)
+    setting = Setting(limits, periods=(PERIOD,))
+    found = excite(goal, setting, starts=effort.starts, seconds=effort.seconds)
     return found.series[0].at(np.arange(0.0, PERIOD, 1.0 / RATE)).motion()
 
 
@@ -138,9 +143,9 @@ def observation_of(model: Model, motion: Motion) -> Observation:
     return Observation(NOISE * np.sqrt(np.mean(torque**2, axis=0)), RATE * PERIOD)
 
 
-def study(pair: Pair, seconds: float, draws: int) -> dict[str, Any]:
+def study(pair: Pair, effort: Effort) -> dict[str, Any]:
     """Probabilities before and after, by formula and by drawing noise."""
-    first = run_of(Identify(Experiment.of(pair.true(0.0).model)), pair.limits, seconds)
+    first = run_of(Identify(Experiment.of(pair.true(0.0).model)), pair.limits, effort)
     observation = observation_of(pair.true(0.0).model, first)
     size = 1.0
     if pair.size:  # separation grows with its square
@@ -153,12 +158,12 @@ def study(pair: Pair, seconds: float, draws: int) -> dict[str, Any]:
     known = separation(true, true, first, observation).hypothesis
     earlier = np.array([[0.0, told.separation], [back.separation, 0.0]])
     goal = Discriminate((known, told.hypothesis), observation, earlier)
-    second = run_of(goal, pair.limits, seconds)
+    second = run_of(goal, pair.limits, effort)
     found: dict[str, Any] = {"size": size if pair.size else np.nan}
     runs = {"before": [first], "again": [first, first], "after": [first, second]}
     for name, motions in runs.items():
         found[name] = probability(_over(true, pair.rival, motions, observation))
-        found[f"{name}_drawn"] = _drawn(pair, true, motions, observation, draws)
+        found[f"{name}_drawn"] = _drawn(pair, true, motions, observation, effort.draws)
     return found
 
 
@@ -214,12 +219,12 @@ def _misfit(one: Hypothesis, motions: list[Motion], observation: Observation, se
     return np.asarray(np.sum((right - rows / unit @ move) ** 2, axis=0))
 
 
-def hopeless(seconds: float) -> dict[str, Any]:
+def hopeless(effort: Effort) -> dict[str, Any]:
     """Pairs on the cobot that no motion tells apart, and what would."""
     model = read_model("cobot")
     model = replace(model, robot=replace(model.robot, inertial_tolerance=0.01))
     limits = usable(model.robot).limits
-    motion = run_of(Identify(Experiment.of(model)), limits, seconds)
+    motion = run_of(Identify(Experiment.of(model)), limits, effort)
     observation = observation_of(model, motion)
     spring = model + SpringBalancer("joint2", d21=0.3, d22=0.1, phi=0.0)
     slack, held = {"Kr": 300.0}, {"K0": 0.0}
@@ -234,7 +239,7 @@ def hopeless(seconds: float) -> dict[str, Any]:
     for key, true, rival in (("balancer_or_weight", balancer, weight), ("hose_or_offset", hose, offset)):
         fitted = replace(rival, values=separation(true, rival, motion, observation).hypothesis.values)
         (found,) = distinguish(Discriminate((true, fitted), observation), motion, limits, PERIOD)
-        print("  " + sentences([found])[0])
+        print("\n".join(paragraph(sentences([found])[0], "  ")))
         figures[key] = {
             "possible": found.possible,
             "after": found.probability_after,
@@ -246,23 +251,23 @@ def hopeless(seconds: float) -> dict[str, Any]:
 
 def run(quick: bool) -> dict[str, Any]:
     """Figures of all pairs; prints the tables."""
-    seconds, draws = (1.8, 1000) if quick else (12.0, 4000)
+    effort = Effort(1, 1.8, 1000) if quick else Effort(4, 12.0, 4000)
     figures: dict[str, Any] = {}
     rows = []
     for make in (springs, frictions, gain_or_mass):
         pair = make()
-        found = figures[pair.key] = study(pair, seconds, draws)
+        found = figures[pair.key] = study(pair, effort)
         size = f"{found['size']:.2g} {pair.size}" if pair.size else "that of the arm"
         rows.append(
             [f"{pair.true(1.0).name} or {pair.rival.name}", size, *(100 * found[name] for name in COLUMNS)]
         )
     show(
-        "Probability of choosing right [%], by formula and by drawing truth and noise: after the identification\n"
-        "run (before), with it once more (again), with the discriminating run instead (after)",
+        "Probability of choosing right [%], by formula and by drawing truth and noise: after the\n"
+        "identification run (before), with it once more (again), with the discriminating run instead (after)",
         ["pair, the first is true", "its size", *(name.replace("_", ", ") for name in COLUMNS)],
         rows,
     )
-    return figures | hopeless(seconds)
+    return figures | hopeless(effort)
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
 r"""Discriminate: the goal of telling apart models that all explain the data so far (T-optimality).
 
 Of every ordered pair one is true and the other its rival; the goal is the smallest separation of them all
-(see `hypothesis`). Its gradient needs no derivative of the rival's parameters, since these are at a
+(see `separation`). Its gradient needs no derivative of the rival's parameters, since these are at a
 minimum (envelope theorem): with the residual e at the minimum, :math:`dT = 2 e^T (d\tau_A - d\tau_B)`.
 Gradients are therefore one pass of each model over the motion, whatever the number of pairs.
 """
@@ -19,8 +19,9 @@ from scipy.special import logsumexp
 
 from .design_model import design_model
 from .errors import NotComparable
-from .hypothesis import Explanation, Hypothesis, Observation, explain, probability
+from .hypothesis import Hypothesis
 from .problem import Objective
+from .separation import Explanation, Observation, explain, probability
 
 FLOOR = 1e-6
 """Separation that is added to each, so that it has a logarithm: it is a probability of 50.02 per cent,

@@ -14,7 +14,7 @@ from .clearance import Clearance
 from .clearance_bound import ClearanceBound
 from .configurations import clear_position
 from .design_model import design_model
-from .errors import Infeasible
+from .errors import BadLimits, Infeasible
 from .fourier import Fourier
 from .goals import Goal
 from .parallel import Stop, run_all
@@ -94,8 +94,13 @@ def excite(
         progress: Called with a sentence whenever a start ends.
 
     Raises:
+        BadLimits: No start, or no time.
         Infeasible: No start could be brought inside the limits.
     """
+    if starts < 1 or not seconds > 0.0:
+        raise BadLimits(f"a search of {starts} starts in {seconds:g} s; both must be above 0")
+    if seed < 0:
+        raise BadLimits(f"seed: {seed}; it must be 0 or more")
     tasks = [(goal, setting, seed + k) for k in range(starts)]
     found: list[Found] = []
     misses: list[str] = []

@@ -96,7 +96,7 @@ def _use_table(plan: Plan, uses: Sequence[Use]) -> str:
 
 
 def _percent(share: float) -> str:
-    return f"{100.0 * share:.1f}" if np.isfinite(share) else NAMELESS
+    return f"{100.0 * abs(share):.1f}" if np.isfinite(share) else NAMELESS
 
 
 def _cell(words: str, use: Use, joint: int) -> str:

@@ -59,4 +59,4 @@ def span(low: float, high: float) -> str:
 
 
 def _percent(share: float) -> str:
-    return f"{100.0 * share:.1f}" if np.isfinite(share) else "no limit"
+    return f"{100.0 * abs(share):.1f}" if np.isfinite(share) else "no limit"

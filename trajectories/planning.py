@@ -2,17 +2,19 @@
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from exidyn.identify.base_parameters import BaseParameters
+from exidyn.identify.effects import Belief, Payload
+from exidyn.identify.errors import DifferentRobot
 from exidyn.identify.fit import Fit
 from exidyn.identify.model import Model
 from exidyn.identify.robot import Limits
 
 from .clearance import Clearance
 from .criteria import CRITERIA, Criterion, Focus
-from .errors import BadLimits, UnknownChoice
+from .errors import BadLimits, NothingToIdentify, UnknownChoice
 from .excite import Found, Setting, excite
 from .fourier import Fourier
 from .goals import Goal, Identify
@@ -33,6 +35,8 @@ THERE_AND_BACK = (2.0, 3.0, 4.0)
 and back at full speed, at two thirds of it, and at half, so that faster harmonics have room."""
 ROWS = 2.0
 """Independent rows a second and hertz of bandwidth (Nyquist)."""
+BANDWIDTH = 10.0
+"""Up to which torque is compared where no fit says it [Hz]: where filters of identification usually end."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,6 +77,17 @@ class Wishes:
     payload: tuple[tuple[str, float], ...] | None = None
     fit: Fit | None = None
     focus: Sequence[str] = ()
+
+    def __post_init__(self) -> None:
+        times = {"tick": self.tick, "length": self.seconds, "period": self.period}
+        for name, value in times.items():
+            if value is not None and not 0.0 < value < np.inf:
+                raise BadLimits(f"{name}: {value:g} s; it must be above 0 and finite")
+        if not 0.0 <= self.rest < np.inf:
+            raise BadLimits(f"rest: {self.rest:g} s; it must be 0 or more")
+        for name, count in {"harmonics": self.harmonics, "trajectories": self.series}.items():
+            if count < 1:
+                raise BadLimits(f"{name}: {count}; there must be at least 1")
 
 
 def plan(
@@ -151,18 +166,47 @@ def focus(base: BaseParameters, names: Sequence[str]) -> Focus:
     return Focus(tuple(k for k, each in enumerate(base.names) if each.startswith(tuple(names))))
 
 
-def _after(fit: Fit, believed: Model, payloads: tuple[str, ...], wishes: Wishes) -> Identify:
-    """To add to what a fit knows already, where it knows least."""
+def _after(fit: Fit, model: Model, payloads: tuple[str, ...], wishes: Wishes) -> Identify:
+    """To add to what a fit knows already, where it knows least.
+
+    Raises:
+        DifferentRobot: A fit of another arm.
+        NothingToIdentify: A payload or shapes of which the fit knows nothing.
+    """
+    if fit.model.robot.joints != model.robot.joints:
+        raise DifferentRobot(
+            f"the fit is of {fit.model.robot.name} (joints {', '.join(fit.model.robot.joints)}), and the "
+            f"robot is {model.robot.name} (joints {', '.join(model.robot.joints)}); give the fit of this one"
+        )
+    bodies = {effect.name for effect in fit.model.effects if isinstance(effect, Payload)}
+    if wishes.shapes or not set(payloads) <= {"", *bodies}:
+        what = "shapes" if wishes.shapes else "a payload"
+        raise NothingToIdentify(f"the fit knows nothing of {what}; plan for {what} without a fit")
     count = len(fit.base.kept)
     covariance = fit.estimate.covariance[:count, :count]
     known = np.linalg.pinv(covariance, hermitian=True)
     noise = np.maximum(fit.estimate.noise, np.finfo(float).tiny)
-    experiment = Experiment(fit.model, fit.base, payloads, noise, known)
-    rows = ROWS * (fit.filtering.torque_cutoff or 10.0) * wishes.seconds
+    experiment = Experiment(learned(fit), fit.base, payloads, noise, known)
+    rows = ROWS * (fit.filtering.torque_cutoff or 10.0) * wishes.seconds * wishes.series
     criterion: Criterion = CRITERIA["worst" if wishes.criterion == "condition" else wishes.criterion]
     if wishes.focus:
         criterion = focus(fit.base, wishes.focus)
-    return Identify(experiment, criterion, rows, believed)
+    return Identify(experiment, criterion, rows)
+
+
+def learned(fit: Fit) -> Model:
+    """The model of a fit, believed as the fit found it: its torque, and sizes, are then the fitted ones."""
+    believed, base = fit.model.believed_values, fit.base
+    missing = fit.estimate.values - base.regrouping @ believed
+    values = dict(zip(np.array(fit.model.names)[base.kept], believed[base.kept] + missing, strict=True))
+    stds = dict(zip(values, fit.estimate.std, strict=True))
+    stated = {str(name): Belief(float(value), float(stds[name])) for name, value in values.items()}
+    return replace(fit.model, stated={**fit.model.stated, **stated})
+
+
+def rows_of(wishes: Wishes, bandwidth: float | None = None) -> float:
+    """Independent rows of a run whose torque is compared up to `bandwidth` [Hz]."""
+    return ROWS * (bandwidth or BANDWIDTH) * wishes.seconds
 
 
 def believed_noise(model: Model, limits: Limits, payload: str = "") -> np.ndarray:
@@ -178,8 +222,6 @@ def believed_noise(model: Model, limits: Limits, payload: str = "") -> np.ndarra
 
 def periods_of(wishes: Wishes, limits: Limits) -> tuple[float, ...]:
     """Base periods to try, whole numbers of ticks [s]."""
-    if wishes.period is not None and not wishes.period > 0:
-        raise BadLimits(f"period: {wishes.period:g} s; it must be above 0")
     across = float(np.max((limits.position_upper - limits.position_lower) / limits.velocity))
     asked = [wishes.period] if wishes.period else [times * across for times in THERE_AND_BACK]
     return tuple(max(round(period / wishes.tick), 1) * wishes.tick for period in asked)
@@ -210,7 +252,7 @@ def _plan(
         run,
         model,
         margins=vars(wishes.margins),
-        criterion=f"focus on {' '.join(wishes.focus)}" if wishes.focus else wishes.criterion,
+        criterion=_criterion(goal, wishes),
         reached=float(np.exp(found.value)),
         details={"period": series.period, "harmonics": series.harmonics, "goal": goal.words(found.value)},
         seed=found.seed,
@@ -218,3 +260,11 @@ def _plan(
         payload_pair=wishes.payload is not None,
         assumed=assumed,
     )
+
+
+def _criterion(goal: Goal, wishes: Wishes) -> str:
+    """What was minimised, in a word or two."""
+    if not isinstance(goal, Identify):
+        return type(goal).__name__.lower()
+    names = {id(criterion): name for name, criterion in CRITERIA.items()}
+    return names.get(id(goal.criterion)) or f"focus on {' '.join(wishes.focus)}"

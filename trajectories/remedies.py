@@ -15,7 +15,8 @@ from exidyn.identify.model import Model
 from exidyn.identify.motion import Motion
 from exidyn.identify.robot import Robot
 
-from .hypothesis import Hypothesis, Observation
+from .hypothesis import Hypothesis
+from .separation import Observation
 from .unknowns import DriveGains
 
 TILT = np.deg2rad(15.0)
@@ -55,7 +56,8 @@ Remedy = Callable[[Sequence[Hypothesis], Motion, Observation], Case]
 def known_payload(hypotheses: Sequence[Hypothesis], motion: Motion, observation: Observation) -> Case:
     """A body whose mass, centre of mass and inertia are known; the motion may need smaller torque limits."""
     robot = hypotheses[0].model.robot
-    mass = PAYLOAD_SHARE * sum(inertia.mass for inertia in tuple(robot.kinematics.inertias)[1:])
+    links = sum(inertia.mass for inertia in tuple(robot.kinematics.inertias)[1:])
+    mass = PAYLOAD_SHARE * links if links > 0 else 1.0  # a kilogram where nobody said what the links weigh
     inertia = mass * RADIUS**2
     body = Payload(BODY, known_parameters(mass, REACH.tolist(), (inertia, 0.0, 0.0, inertia, 0.0, inertia)))
     changed = tuple(one.changed(lambda model: model + body) for one in hypotheses)

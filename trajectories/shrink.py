@@ -70,7 +70,8 @@ def _shares(series: Fourier, violations: Sequence[Violation], clear: bool) -> np
         elif violation.what in ("velocity", "acceleration", "jerk"):
             share[joint] = min(share[joint], violation.limit / violation.value * (1 - 1e-9))
         else:  # position, or where a stop ends, which moves at least in proportion
-            ratio = (violation.limit - centre) / (violation.value - centre)
+            away = violation.value - centre
+            ratio = (violation.limit - centre) / away if away else 0.0  # a centre outside: it stands still
             share[joint] = min(share[joint], ratio * (1 - 1e-9))
     return np.maximum(share, 0.0)
 

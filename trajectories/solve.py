@@ -16,8 +16,10 @@ from .problem import Objective, Problem
 TOLERANCE = 0.01
 """Margin by which a sample may miss a bound and still count as kept, as a share of its room; the exact
 check afterwards takes it back, with the few per cent that a series rises between samples."""
-STEPS = 120
-"""Iterations an objective; what one gains after that is less than what the next one gains."""
+FIRST_STEPS = 30
+"""Iterations of the first of several objectives, which only has to leave what is nearly singular."""
+STEPS = 150
+"""Iterations of those that follow; what one gains after that is less than what the next one gains."""
 GAIN = 1e-4
 """Change of an objective at which it is left: a hundredth of a per cent of a condition number."""
 
@@ -76,7 +78,8 @@ def solve(
     try:
         note(unknowns)
         for objective in problem.objectives:
-            unknowns = _minimise(problem, objective, margins, unknowns, note, search)
+            steps = FIRST_STEPS if objective is problem.objectives[0] else STEPS
+            unknowns = _minimise(problem, objective, margins, unknowns, note, search, steps)
     except (_Stopped, KeyboardInterrupt):  # in a process of its own, or at the keyboard
         pass
     return search
@@ -89,6 +92,7 @@ def _minimise(
     start: np.ndarray,
     note: Callable[[np.ndarray], None],
     search: Search,
+    steps: int,
 ) -> np.ndarray:
     """Minimum of one objective; what `note` is given is every iterate."""
 
@@ -97,7 +101,7 @@ def _minimise(
         return problem.value(at, objective)
 
     rows = {"type": "ineq", "fun": lambda at: margins(at)[0], "jac": lambda at: margins(at)[1]}
-    options = {"maxiter": STEPS, "ftol": GAIN}
+    options = {"maxiter": steps, "ftol": GAIN}
     found = minimize(
         value, start, jac=True, method="SLSQP", constraints=[rows], options=options, callback=note
     )

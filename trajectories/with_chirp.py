@@ -1,6 +1,7 @@
 """A chirp as large as the limits leave room for, on top of a motion."""
 
 from collections.abc import Collection
+from typing import Any
 
 import numpy as np
 from exidyn.identify.robot import Limits
@@ -16,6 +17,8 @@ LOW = 1.0
 HIGH = 20.0
 """Where it ends [Hz], if the tick allows: arms' first resonances are at 5 to 20 Hz, and the usual filter of
 the measurement ends there."""
+LEAST = 4.0
+"""Of the highest frequency over the lowest: two octaves, below which a chirp shows no slope of anything."""
 SAMPLES = 6
 """Least samples a period, a third of Nyquist's frequency: a controller that joins them by straight lines
 still moves by 91 % of the amplitude."""
@@ -48,7 +51,8 @@ def with_chirp(
         limits: Finite but for the torque.
         tick: Cycle of the controller [s].
         low: Frequency at the start [Hz].
-        high: Frequency at the end [Hz]; 20 Hz or six ticks a period unless given.
+        high: Frequency at the end [Hz]; unless given 20 Hz, or less where a period would have under six
+            ticks or the limits would leave too little to measure.
         share: Of what `base` leaves of each limit [-].
         logarithmic: Whether the frequency doubles in equal times, as many periods near each frequency.
         resolution: What the joints' encoders tell apart [rad].
@@ -60,7 +64,8 @@ def with_chirp(
     require_limits(limits, tick)
     require_joints(joints, limits)
     highest = 1.0 / (SAMPLES * tick)
-    high = min(HIGH, highest) if high is None else high
+    if high is None:
+        return _highest(base, joints, limits, tick, low, min(HIGH, highest), share, logarithmic, resolution)
     if not 0.0 < low < high <= highest * (1 + 1e-9):
         raise BadLimits(
             f"a chirp from {low:g} to {high:g} Hz; it must rise, and a tick of {tick:g} s allows up to "
@@ -78,6 +83,25 @@ def with_chirp(
     trial = Chirp(base, tuple(joints), largest, low, high, 0.0, base.duration, 1.0 / low, logarithmic)
     chirp = trial.scaled(1.0 / max(1.0, float(np.max(trial.reached / largest))))
     return _stoppable(chirp, limits, tick, resolution)
+
+
+def _highest(
+    base: Trajectory,
+    joints: Collection[int],
+    limits: Limits,
+    tick: float,
+    low: float,
+    high: float,
+    *rest: Any,
+) -> Chirp:
+    """The chirp up to the highest frequency at which its amplitude can be measured."""
+    while True:
+        try:
+            return with_chirp(base, joints, limits, tick, low, high, *rest)
+        except Infeasible:
+            high *= SMALLER
+            if high < LEAST * low:
+                raise
 
 
 def _room(base: Trajectory, joints: tuple[int, ...], limits: Limits) -> np.ndarray:
