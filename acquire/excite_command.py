@@ -106,6 +106,8 @@ def _wishes(given: argparse.Namespace, model: Model, progress: Progress) -> Wish
     turn = np.where(model.robot.revolute & given.degrees, np.pi / 180.0, 1.0)
     start = _joint_values(given.start, model, "--start")
     window = _joint_values(given.window, model, "--window")
+    if given.payload is None and given.com is not None:
+        raise RobotError("--com is the centre of a payload's mass; give the mass with --payload too")
     payload = None if given.payload is None else known_parameters(given.payload, given.com)
     return Wishes(
         criterion=given.criterion,

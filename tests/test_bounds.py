@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from exidyn.identify.effects import Belief, LoadDependentFriction, Payload, known_parameters
 from exidyn.identify.robot import Limits
-from exidyn.trajectories.brake import stoppable
 from exidyn.trajectories.bounds import RateBound, StopBound, kinematic_bounds
+from exidyn.trajectories.brake import stoppable
 from exidyn.trajectories.clearance_bound import SCALE, ClearanceBound
 from exidyn.trajectories.region import Region, box
 from exidyn.trajectories.torque_bound import NEAR, TorqueBound
@@ -57,7 +57,11 @@ def test_slopes_are_those_of_differences(bound):
     """But for a sample that lies on a kink of the stop, and zero where a torque is far from its limit."""
     at = states()
     found = bound.margins(at)
-    asked = np.abs(found.value - 1.0) > NEAR if isinstance(bound, TorqueBound) else np.full(found.value.shape, True)
+    asked = (
+        np.abs(found.value - 1.0) > NEAR
+        if isinstance(bound, TorqueBound)
+        else np.full(found.value.shape, True)
+    )
     assert 0.1 < np.mean(asked)
     for order, by in zip(ORDERS, found.by, strict=True):
         for joint in range(2):

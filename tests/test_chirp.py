@@ -158,8 +158,9 @@ def test_an_amplitude_below_the_encoder_is_refused_and_says_from_which_frequency
     whole = with_chirp(REST, [0], LIMITS, TICK)
     coarse = 1.01 / STEPS * float(whole.amplitude(np.array([10.0]))[0, 0])
     with pytest.raises(Infeasible, match=r"joint 1: at 20 Hz .* from (9\.\d+|10) Hz on .* Try"):
-        with_chirp(REST, [0], LIMITS, TICK, resolution=coarse)
+        with_chirp(REST, [0], LIMITS, TICK, high=20.0, resolution=coarse)
     with_chirp(REST, [0], LIMITS, TICK, high=9.0, resolution=coarse)
+    assert 4.0 < with_chirp(REST, [0], LIMITS, TICK, resolution=coarse).high < 10.0
 
 
 def test_a_motion_that_leaves_nothing_names_joint_and_quantity():

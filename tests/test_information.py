@@ -10,10 +10,11 @@ from exidyn.identify.model import Model
 from exidyn.identify.robot import Robot
 from exidyn.trajectories.errors import NothingToIdentify
 from exidyn.trajectories.information import Experiment
+from exidyn.trajectories.unknowns import with_drive_gains
 
 from . import two_joints
 from .excitation import smooth_model
-from .robots import kinematics, random_motion
+from .robots import kinematics, random_motion, six_axis
 
 NOISE = np.array([0.7, 0.2])
 STEP = 1e-6
@@ -58,7 +59,10 @@ def test_noisier_joints_tell_less():
 
 
 def test_pull_is_the_gradient_through_every_run():
-    of, at = experiment(), motion()
+    pull_is_right(experiment(), motion())
+
+
+def pull_is_right(of, at):
     random = np.random.default_rng(1)
     by = random.normal(size=(len(of.base.kept),) * 2)
     by = by + by.T
@@ -72,6 +76,36 @@ def test_pull_is_the_gradient_through_every_run():
     gradient = of.pull(at, of.columns(at), by, 0.2)
     found = sum(np.sum(getattr(gradient, name) * shift[name]) for name in names)
     assert found == pytest.approx((value(STEP) - value(-STEP)) / (2 * STEP), rel=1e-6)
+
+
+def coupled():
+    """Six joints with a coupled wrist, a body on the flange, and gains unknown."""
+    body = Payload("L", known(3.0, (0.1, 0.0, 0.05)))
+    return with_drive_gains(replace(smooth_model(body), robot=six_axis()))
+
+
+def test_rows_of_a_coupled_wrist_are_its_motors():
+    """Of n equal noises; the gain of a drive is that of its motor's torque, which is what it multiplies."""
+    of = coupled()
+    at = replace(random_motion(of.robot, samples=10), payload="L")
+    experiment = Experiment.of(of, ("L",), np.arange(1.0, 7.0))
+    believed = replace(of, effects=of.effects[:-1])
+    on_motors = believed.torque(at, believed.believed_values) @ np.linalg.inv(of.robot.coupling)
+    columns = np.zeros((10, 6, len(of.names)))
+    for drive in range(6):
+        columns[:, drive, len(believed.names) + drive] = on_motors[:, drive]
+    regressor = believed.regressor(at)
+    for joint in range(6):
+        for drive in range(6):
+            share = np.linalg.inv(of.robot.coupling)[joint, drive]
+            columns[:, drive, : len(believed.names)] += share * regressor[:, joint]
+    columns = columns[:, :, experiment.base.kept] / np.arange(1.0, 7.0)[:, None]
+    np.testing.assert_allclose(experiment.columns(at)[0], columns, rtol=1e-9, atol=1e-9)
+
+
+def test_pull_of_a_coupled_wrist():
+    of = Experiment.of(coupled(), ("", "L"), np.arange(1.0, 7.0))
+    pull_is_right(of, random_motion(of.model.robot, samples=10))
 
 
 def test_there_must_be_something_to_identify():

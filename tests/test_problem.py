@@ -75,7 +75,9 @@ def test_unknowns_are_coefficients_over_the_scale():
     problem = Problem(small_basis(), (), (), 1, np.array([0.5, 2.0]))
     given = coefficients(problem.basis, 2)
     unknowns = problem.unknowns(given)
-    np.testing.assert_allclose(unknowns[:4], [given[0, 0] / 0.5, given[0, 1] / 2, given[1, 0] / 0.5, given[1, 1] / 2])
+    np.testing.assert_allclose(
+        unknowns[:4], [given[0, 0] / 0.5, given[0, 1] / 2, given[1, 0] / 0.5, given[1, 1] / 2]
+    )
     np.testing.assert_allclose(problem.coefficients(unknowns), given, rtol=1e-15)
 
 
@@ -177,7 +179,9 @@ def test_margins_and_their_slopes(series):
     assert slope.shape == (value.size, unknowns.size)
     direction = np.random.default_rng(3).normal(size=unknowns.size)
     differences = along(lambda u: problem.margins(u)[0], unknowns, direction, 1e-7)
-    np.testing.assert_allclose(slope @ direction, differences, rtol=1e-4, atol=1e-4 * np.abs(differences).max())
+    np.testing.assert_allclose(
+        slope @ direction, differences, rtol=1e-4, atol=1e-4 * np.abs(differences).max()
+    )
 
 
 def test_a_period_is_sampled_as_evenly_by_one_harmonic():

@@ -10,16 +10,16 @@ from exidyn.identify.base_parameters import rich_motion
 from exidyn.identify.model import Model
 from exidyn.identify.robot import Limits
 
-from .criteria import CRITERIA, Criterion, condition, volume
+from .criteria import CRITERIA, Criterion, condition
 from .design_model import design_model
 from .information import Experiment
 from .problem import Informative, Objective
 
 LADDER: dict[Criterion, tuple[Criterion, ...]] = {
-    condition: (partial(condition, power=2.0), partial(condition, power=8.0))
+    condition: (partial(condition, power=8.0), partial(condition, power=32.0))
 }
-"""Stand-ins between the volume and a criterion that is not smooth. Powers of two and eight let many, then
-the few smallest eigenvalues pull; the condition number itself is left for the end."""
+"""Stand-ins for a criterion that is not smooth: where several eigenvalues are nearly the smallest, they pull
+together, with a power of 8 all within some ten per cent of it, with 32 within two or three."""
 
 
 class Goal(Protocol):
@@ -69,8 +69,8 @@ class Identify:
     def objectives(self, limits: Limits, spacing: float) -> Sequence[Objective]:
         smooth = replace(self.experiment, model=design_model(self.experiment.model, limits, spacing))
         size = parameter_sizes(self.experiment)
-        ladder: tuple[Criterion, ...] = (volume, *LADDER.get(self.criterion, ()), self.criterion)
-        return [Informative(smooth, criterion, size, self.rows) for criterion in dict.fromkeys(ladder)]
+        ladder: tuple[Criterion, ...] = (*LADDER.get(self.criterion, ()), self.criterion)
+        return [Informative(smooth, criterion, size, self.rows) for criterion in ladder]
 
     def words(self, value: float) -> str:
         name = next((n for n, c in CRITERIA.items() if c is self.criterion), "focus")

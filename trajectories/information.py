@@ -17,11 +17,14 @@ from .errors import NothingToIdentify
 class Experiment:
     """What is asked of the motion: the unknowns of a model, in runs that differ in what hangs on the flange.
 
+    Rows are motors' torques times gear ratio, as in `identify.equations`: where a wrist is coupled they are
+    mixtures of the joints'.
+
     Attributes:
         model: Robot and effects.
         base: Its base parameters over all runs.
         payloads: Body carried in each run of the same motion; empty for none.
-        noise: Standard deviation of each joint's torque, shape (n,) [N m].
+        noise: Standard deviation of each drive's torque, shape (n,) [N m].
         known: Information that is there already, from earlier runs or beliefs, about the base parameters,
             shape (b, b).
     """
@@ -58,8 +61,13 @@ class Experiment:
         found = []
         for payload in self.payloads:
             loaded = self.model.loaded(replace(motion, payload=payload))
-            found.append(self.model.regressor(loaded)[:, :, self.base.kept] / self.noise[:, None])
+            found.append(self._rows @ self.model.regressor(loaded)[:, :, self.base.kept])
         return found
+
+    @property
+    def _rows(self) -> np.ndarray:
+        """Joint torque to motor torque over its noise, shape (n, n) [1 / N m]."""
+        return self.model.robot.to_motors / self.noise[:, None]
 
     def gathered(self, columns: Sequence[np.ndarray], share: float) -> np.ndarray:
         """Information after runs with these columns, shape (b, b), each sample counted `share` times."""
@@ -77,7 +85,7 @@ class Experiment:
         for payload, run in zip(self.payloads, columns, strict=True):
             loaded = self.model.loaded(replace(motion, payload=payload))
             weights = np.zeros((*motion.position.shape, len(self.model.names)))
-            weights[:, :, self.base.kept] = 2.0 * share * (run @ by) / self.noise[:, None]
+            weights[:, :, self.base.kept] = 2.0 * share * self._rows.T @ (run @ by)
             total = total + self.model.motion_gradient(loaded, weights)
         return total
 

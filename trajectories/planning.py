@@ -5,7 +5,7 @@ from concurrent.futures import Executor
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from exidyn.identify.base_parameters import BaseParameters
+from exidyn.identify.base_parameters import BaseParameters, rich_motion
 from exidyn.identify.effects import Belief, Payload
 from exidyn.identify.errors import DifferentRobot
 from exidyn.identify.fit import Fit
@@ -182,16 +182,25 @@ def _after(fit: Fit, model: Model, payloads: tuple[str, ...], wishes: Wishes) ->
     if wishes.shapes or not set(payloads) <= {"", *bodies}:
         what = "shapes" if wishes.shapes else "a payload"
         raise NothingToIdentify(f"the fit knows nothing of {what}; plan for {what} without a fit")
-    count = len(fit.base.kept)
-    covariance = fit.estimate.covariance[:count, :count]
-    known = np.linalg.pinv(covariance, hermitian=True)
     noise = np.maximum(fit.estimate.noise, np.finfo(float).tiny)
-    experiment = Experiment(learned(fit), fit.base, payloads, noise, known)
-    rows = ROWS * (fit.filtering.torque_cutoff or 10.0) * wishes.seconds * wishes.series
+    base, told = _told(fit, payloads)
+    known = np.linalg.pinv(fit.estimate.covariance[np.ix_(told, told)], hermitian=True)
+    experiment = Experiment(learned(fit), base, payloads, noise, known)
+    rows = rows_of(wishes, fit.filtering.torque_cutoff)
     criterion: Criterion = CRITERIA["worst" if wishes.criterion == "condition" else wishes.criterion]
     if wishes.focus:
-        criterion = focus(fit.base, wishes.focus)
+        criterion = focus(base, wishes.focus)
     return Identify(experiment, criterion, rows)
+
+
+def _told(fit: Fit, payloads: tuple[str, ...]) -> tuple[BaseParameters, np.ndarray]:
+    """The base parameters that runs with these payloads move, and their places among those of the fit.
+
+    Those of a body that no run carries stay as unsure as they are, whatever the motion.
+    """
+    regressors = [fit.model.regressor(rich_motion(fit.model, payload=payload)) for payload in payloads]
+    told = np.flatnonzero(np.any(np.concatenate(regressors), axis=(0, 1))[fit.base.kept])
+    return replace(fit.base, kept=fit.base.kept[told], regrouping=fit.base.regrouping[told]), told
 
 
 def learned(fit: Fit) -> Model:
@@ -205,17 +214,18 @@ def learned(fit: Fit) -> Model:
 
 
 def rows_of(wishes: Wishes, bandwidth: float | None = None) -> float:
-    """Independent rows of a run whose torque is compared up to `bandwidth` [Hz]."""
-    return ROWS * (bandwidth or BANDWIDTH) * wishes.seconds
+    """Independent rows of all trajectories whose torque is compared up to `bandwidth` [Hz]."""
+    return ROWS * (bandwidth or BANDWIDTH) * wishes.seconds * wishes.series
 
 
 def believed_noise(model: Model, limits: Limits, payload: str = "") -> np.ndarray:
-    """Noise of each joint's torque where none was measured, shape (n,) [N m]; see `NOISE`."""
+    """Noise of each drive's torque where none was measured, shape (n,) [N m]; see `NOISE`."""
     n, random = model.robot.dof, np.random.default_rng(0)
     middle = 0.5 * (limits.position_lower + limits.position_upper)
     series = inside_kinematics(Fourier(10.0, middle, *random.normal(size=(2, n, 5))), limits, 0.9)
     motion = model.loaded(series.at(np.linspace(0.0, 10.0, 500)).motion(payload))
-    rms = np.sqrt(np.mean(model.torque(motion, model.believed_values) ** 2, axis=0))
+    on_motors = model.torque(motion, model.believed_values) @ model.robot.to_motors.T
+    rms = np.sqrt(np.mean(on_motors**2, axis=0))
     largest = float(np.max(rms))
     return NOISE * np.maximum(rms, 1e-3 * largest) if largest > 0 else np.ones(n)
 

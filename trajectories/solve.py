@@ -16,11 +16,11 @@ from .problem import Objective, Problem
 TOLERANCE = 0.01
 """Margin by which a sample may miss a bound and still count as kept, as a share of its room; the exact
 check afterwards takes it back, with the few per cent that a series rises between samples."""
-FIRST_STEPS = 30
-"""Iterations of the first of several objectives, which only has to leave what is nearly singular."""
 STEPS = 150
-"""Iterations of those that follow; what one gains after that is less than what the next one gains."""
-GAIN = 1e-4
+"""Iterations of a stand-in; what it gains after that is less than what the next objective gains."""
+LAST_STEPS = 400
+"""Iterations of the goal itself: it nearly always ends by `GAIN` before."""
+GAIN = 1e-5
 """Change of an objective at which it is left: a hundredth of a per cent of a condition number."""
 
 
@@ -78,7 +78,7 @@ def solve(
     try:
         note(unknowns)
         for objective in problem.objectives:
-            steps = FIRST_STEPS if objective is problem.objectives[0] else STEPS
+            steps = LAST_STEPS if objective is last else STEPS
             unknowns = _minimise(problem, objective, margins, unknowns, note, search, steps)
     except (_Stopped, KeyboardInterrupt):  # in a process of its own, or at the keyboard
         pass

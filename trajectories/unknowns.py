@@ -33,12 +33,13 @@ class DriveGains(Effect):
 
     def regressor(self, robot: Robot, motion: Motion) -> np.ndarray:
         torque = self.model.torque(self.model.loaded(motion), self.model.believed_values)
-        return torque[:, :, None] * np.eye(robot.dof)
+        on_motors = torque @ robot.to_motors.T
+        return on_motors[:, None, :] * robot.coupling.T  # back to the joints, drive by drive
 
     def motion_gradient(
         self, robot: Robot, motion: Motion, weights: np.ndarray, known: np.ndarray
     ) -> MotionGradient:
-        own = np.diagonal(weights, axis1=1, axis2=2)
+        own = np.einsum("tji,ij->ti", weights, robot.coupling) @ robot.to_motors
         values = self.model.believed_values
         return self.model.motion_gradient(self.model.loaded(motion), own[:, :, None] * values, own)
 

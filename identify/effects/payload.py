@@ -99,10 +99,14 @@ def known_parameters(
         inertia: xx, xy, xz, yy, yz, zz about the centre of mass, in the flange's axes [kg m^2].
 
     Raises:
-        RobotError: A mass that is not positive, or an inertia without the centre of mass it is about.
+        RobotError: A mass that is not positive, an inertia without the centre of mass it is about, or
+            what is no number.
     """
-    if not mass > 0.0:
-        raise RobotError(f"payload: mass is {mass} kg; it must be above 0")
+    if not 0.0 < mass < np.inf:
+        raise RobotError(f"payload: mass is {mass} kg; it must be above 0 and finite")
+    for name, given in (("com", com), ("inertia", inertia)):
+        if given is not None and not np.all(np.isfinite(given)):
+            raise RobotError(f"payload: {name} is {', '.join(map(str, given))}; every one must be a number")
     if com is None:
         if inertia is not None:
             raise RobotError("payload: inertia is about the centre of mass, which is not given; give com too")
