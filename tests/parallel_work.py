@@ -1,6 +1,7 @@
 """What test_parallel.py has done in other processes, which must be able to import it."""
 
 import os
+import signal
 import time
 
 LONG = 300.0
@@ -35,3 +36,17 @@ def dying(number, seconds, stop):
 
 def told_time(number, seconds, stop):
     return seconds
+
+
+def pressing(number, seconds, stop):
+    """Somebody presses Ctrl-C while it works."""
+    assert not stop()
+    os.kill(os.getpid(), signal.SIGINT)
+    return number, stop()
+
+
+def pressing_twice(number, seconds, stop):
+    """Somebody does not want to wait."""
+    for _ in range(2):
+        os.kill(os.getpid(), signal.SIGINT)
+        time.sleep(0.01)

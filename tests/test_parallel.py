@@ -12,7 +12,7 @@ from exidyn.trajectories import parallel
 from exidyn.trajectories.errors import TrajectoryError
 from exidyn.trajectories.parallel import run_all
 
-from .parallel_work import LONG, dying, failing, square, told_time, until_asked
+from .parallel_work import LONG, dying, failing, pressing, pressing_twice, square, told_time, until_asked
 
 
 @pytest.fixture
@@ -124,6 +124,15 @@ def test_the_time_is_shared_by_tasks_that_must_wait(monkeypatch):
     monkeypatch.setattr(parallel.os, "cpu_count", lambda: 1)
     assert collected(told_time, [0, 0, 0, 0], seconds=8.0) == [2.0] * 4
     assert collected(told_time, [0], seconds=8.0) == [8.0]
+
+
+def test_an_interrupt_on_one_core_ends_all_tasks_with_what_the_first_has(monkeypatch):
+    monkeypatch.setattr(parallel.os, "cpu_count", lambda: 1)
+    before = signal.getsignal(signal.SIGINT)
+    assert collected(pressing, [1, 2, 3]) == [(1, True)]
+    with pytest.raises(KeyboardInterrupt):
+        collected(pressing_twice, [1])
+    assert signal.getsignal(signal.SIGINT) == before
 
 
 def test_no_tasks_are_no_results():

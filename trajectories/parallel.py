@@ -8,6 +8,7 @@ from concurrent.futures import Executor, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from multiprocessing import get_context
+from threading import current_thread, main_thread
 from typing import Any
 
 from .errors import TrajectoryError
@@ -48,8 +49,10 @@ def run_all(
     if executor is not None:
         _gather([executor.submit(_call, work, task, share) for task in tasks], seconds, note, lambda: None)
     elif workers == 1:
-        for task in tasks:
-            note(work(*task, share, _asked))
+        with _interrupt_noted() as asked:
+            for place, task in enumerate(tasks):
+                if place == 0 or not asked():
+                    note(work(*task, share, asked))
     else:
         _in_processes(work, tasks, share, seconds, note, workers)
 
@@ -123,6 +126,26 @@ def _begin(event: Any) -> None:
     global _stopping
     _stopping = event
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+@contextmanager
+def _interrupt_noted() -> Iterator[Stop]:
+    """Whether Ctrl-C was pressed inside, so that work here can end with what it has; a second one raises."""
+    pressed: list[int] = []
+
+    def hear(*_: object) -> None:
+        pressed.append(1)
+        if len(pressed) > 1:
+            raise KeyboardInterrupt
+
+    if current_thread() is not main_thread():  # where Python hears no signals
+        yield lambda: False
+        return
+    before = signal.signal(signal.SIGINT, hear)
+    try:
+        yield lambda: bool(pressed)
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 @contextmanager
