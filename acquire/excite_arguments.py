@@ -5,8 +5,8 @@ from pathlib import Path
 
 from exidyn.identify.effects import EFFECTS
 from exidyn.identify.robot_file import builtin_names
-from exidyn.trajectories.criteria import CRITERIA
 from exidyn.trajectories.kinds import KINDS
+from exidyn.trajectories.search.criteria import CRITERIA
 
 OPTIMISED = "best"
 """Name of the kind of run that is searched for; the others are made by rule."""

@@ -13,22 +13,22 @@ from exidyn.identify.geometry import read_geometry
 from exidyn.identify.model import Model
 from exidyn.identify.robot_file import read_model
 from exidyn.identify.toml_fields import check_keys, parse_toml, read_text
-from exidyn.trajectories.clearance import Clearance
-from exidyn.trajectories.discriminate import Discriminate
-from exidyn.trajectories.distinction import distinguish, sentences
+from exidyn.trajectories.clearances.clearance import Clearance
+from exidyn.trajectories.clearances.region_rows import read_regions
+from exidyn.trajectories.clearances.self_collision import SelfCollision
+from exidyn.trajectories.discrimination.discriminate import Discriminate
+from exidyn.trajectories.discrimination.distinction import distinguish, sentences
+from exidyn.trajectories.discrimination.hypothesis import Hypothesis
+from exidyn.trajectories.discrimination.separation import Observation
 from exidyn.trajectories.errors import BadLimits
-from exidyn.trajectories.hypothesis import Hypothesis
 from exidyn.trajectories.kinds import KINDS
-from exidyn.trajectories.plan import Plan
-from exidyn.trajectories.plan_check import believed_torque, violations
-from exidyn.trajectories.plan_file import write_plan
-from exidyn.trajectories.plan_summary import summary
-from exidyn.trajectories.plan_use import limit_use
+from exidyn.trajectories.limits.usable_limits import Margins, usable
 from exidyn.trajectories.planning import Wishes, believed_noise, plan, rows_of
-from exidyn.trajectories.region_rows import read_regions
-from exidyn.trajectories.self_collision import SelfCollision
-from exidyn.trajectories.separation import Observation
-from exidyn.trajectories.usable_limits import Margins, usable
+from exidyn.trajectories.plans.plan import Plan
+from exidyn.trajectories.plans.plan_check import believed_torque, violations
+from exidyn.trajectories.plans.plan_file import write_plan
+from exidyn.trajectories.plans.plan_summary import summary
+from exidyn.trajectories.plans.plan_use import limit_use
 
 from .excite_arguments import OPTIMISED, excite_parser
 from .identify_command import stopwatch

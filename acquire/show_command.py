@@ -8,13 +8,13 @@ from pathlib import Path
 from exidyn.identify.model import Model
 from exidyn.identify.robot_file import builtin_names, read_model
 from exidyn.trajectories.errors import TrajectoryError, UnknownChoice
-from exidyn.trajectories.exports import EXPORTS
-from exidyn.trajectories.plan import Plan, fits
-from exidyn.trajectories.plan_check import Torque, believed_torque, violations
-from exidyn.trajectories.plan_file import read_plan
-from exidyn.trajectories.plan_page import plan_page
-from exidyn.trajectories.plan_summary import summary
-from exidyn.trajectories.plan_use import limit_use
+from exidyn.trajectories.plans.exports import EXPORTS
+from exidyn.trajectories.plans.plan import Plan, fits
+from exidyn.trajectories.plans.plan_check import Torque, believed_torque, violations
+from exidyn.trajectories.plans.plan_file import read_plan
+from exidyn.trajectories.plans.plan_page import plan_page
+from exidyn.trajectories.plans.plan_summary import summary
+from exidyn.trajectories.plans.plan_use import limit_use
 
 EXAMPLE = "example: exidyn show plan.toml --robot kr270 --view --export csv plan.csv"
 
@@ -120,7 +120,7 @@ def _show_moving(plan: Plan, given: argparse.Namespace, model: Model) -> list[Pa
     """Open or save the view; Rerun takes a second to import, so only then."""
     if not (given.view or given.rerun):
         return []
-    from exidyn.trajectories.view import open_rerun, save_rerun
+    from exidyn.trajectories.plans.view import open_rerun, save_rerun
 
     if given.rerun:
         save_rerun(plan, model, given.rerun)

@@ -1,4 +1,4 @@
-"""Exciting trajectories: against other tools, against random motion, inside their limits, telling models apart.
+"""Exciting trajectories beside other tools and random motion, inside their limits, telling models apart.
 
 1. The UR10 of the package example-robot-data, 36 base columns, one 12 s period: condition number that
    exidyn, FIGAROH, random search and plain SLSQP reach, and when, with the same limits and time.

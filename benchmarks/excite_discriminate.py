@@ -24,15 +24,15 @@ from exidyn.identify.motion import Motion
 from exidyn.identify.robot import Limits
 from exidyn.identify.robot_file import read_model
 from exidyn.identify.text_table import paragraph
-from exidyn.trajectories.discriminate import Discriminate
-from exidyn.trajectories.distinction import distinguish, sentences
-from exidyn.trajectories.excite import Setting, excite
-from exidyn.trajectories.goals import Goal, Identify
-from exidyn.trajectories.hypothesis import Hypothesis
-from exidyn.trajectories.information import Experiment
-from exidyn.trajectories.separation import Observation, probability, separation, separation_for
-from exidyn.trajectories.unknowns import DriveGains
-from exidyn.trajectories.usable_limits import usable
+from exidyn.trajectories.discrimination.discriminate import Discriminate
+from exidyn.trajectories.discrimination.distinction import distinguish, sentences
+from exidyn.trajectories.discrimination.hypothesis import Hypothesis
+from exidyn.trajectories.discrimination.separation import Observation, probability, separation, separation_for
+from exidyn.trajectories.limits.usable_limits import usable
+from exidyn.trajectories.search.excite import Setting, excite
+from exidyn.trajectories.search.goals import Goal, Identify
+from exidyn.trajectories.search.information import Experiment
+from exidyn.trajectories.search.unknowns import DriveGains
 
 PERIOD, RATE = 10.0, 20.0
 """Length of a run [s], and independent rows a second."""

@@ -19,12 +19,12 @@ from exidyn.identify.effects import RigidBody
 from exidyn.identify.model import Model
 from exidyn.identify.robot import Limits
 from exidyn.identify.robot_file import read_model
-from exidyn.trajectories.check import check
+from exidyn.trajectories.clearances.region_rows import read_regions
 from exidyn.trajectories.errors import Infeasible
-from exidyn.trajectories.moves import brake_reach
-from exidyn.trajectories.plan import Plan
+from exidyn.trajectories.limits.check import check
+from exidyn.trajectories.limits.moves import brake_reach
 from exidyn.trajectories.planning import Wishes, plan
-from exidyn.trajectories.region_rows import read_regions
+from exidyn.trajectories.plans.plan import Plan
 from exidyn.trajectories.trajectory import States
 
 FINER = 10

@@ -9,13 +9,13 @@ from excite_arm import RATE, Arm, States
 from excite_peers import DURATION, HARMONICS, Best, Clock, PeerResult
 from exidyn.identify.geometry import read_geometry
 from exidyn.identify.robot import Limits
-from exidyn.trajectories.excite import Setting, problem_of, random_start
-from exidyn.trajectories.fourier import Fourier
-from exidyn.trajectories.goals import Identify
-from exidyn.trajectories.information import Experiment
-from exidyn.trajectories.self_collision import SelfCollision
-from exidyn.trajectories.shrink import shrink_inside
-from exidyn.trajectories.solve import Search, solve
+from exidyn.trajectories.clearances.self_collision import SelfCollision
+from exidyn.trajectories.families.fourier import Fourier
+from exidyn.trajectories.search.excite import Setting, problem_of, random_start
+from exidyn.trajectories.search.goals import Identify
+from exidyn.trajectories.search.information import Experiment
+from exidyn.trajectories.search.shrink import shrink_inside
+from exidyn.trajectories.search.solve import Search, solve
 
 FAR = 1e4
 """Acceleration and jerk limits that bind nowhere [rad/s^2, rad/s^3]: the other tools know none."""

@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 from exidyn.identify.effects import CoulombFriction, CurrentOffset, RigidBody, ViscousFriction
 from exidyn.identify.model import Model
-from exidyn.trajectories.basis import Basis
-from exidyn.trajectories.excite import Setting
-from exidyn.trajectories.goals import Identify
-from exidyn.trajectories.information import Experiment
-from exidyn.trajectories.usable_limits import usable
+from exidyn.trajectories.limits.usable_limits import usable
+from exidyn.trajectories.search.basis import Basis
+from exidyn.trajectories.search.excite import Setting
+from exidyn.trajectories.search.goals import Identify
+from exidyn.trajectories.search.information import Experiment
 
 from . import two_joints
 

@@ -17,10 +17,10 @@ from exidyn.identify.effects import (
     known_parameters,
 )
 from exidyn.identify.model import Model
-from exidyn.trajectories.basis import Basis
-from exidyn.trajectories.hypothesis import Hypothesis
-from exidyn.trajectories.separation import Observation, separation
-from exidyn.trajectories.unknowns import DriveGains
+from exidyn.trajectories.discrimination.hypothesis import Hypothesis
+from exidyn.trajectories.discrimination.separation import Observation, separation
+from exidyn.trajectories.search.basis import Basis
+from exidyn.trajectories.search.unknowns import DriveGains
 
 from .two_joints import arm
 

@@ -1,11 +1,12 @@
 """Plans of two joints: a sample of every family, and a known plan of the two-joint arm."""
 
 import numpy as np
-from exidyn.trajectories.chirp import Chirp
-from exidyn.trajectories.fourier import Fourier
-from exidyn.trajectories.phases import Phases
-from exidyn.trajectories.plan import Plan
-from exidyn.trajectories.sequence import Sequence, with_leads
+from exidyn.trajectories.families.chirp import Chirp
+from exidyn.trajectories.families.fourier import Fourier
+from exidyn.trajectories.families.phases import Phases
+from exidyn.trajectories.families.sequence import Sequence
+from exidyn.trajectories.limits.leads import with_leads
+from exidyn.trajectories.plans.plan import Plan
 from exidyn.trajectories.trajectory import State
 
 from . import two_joints

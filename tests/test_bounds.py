@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from exidyn.identify.effects import Belief, LoadDependentFriction, Payload, known_parameters
 from exidyn.identify.robot import Limits
-from exidyn.trajectories.bounds import RateBound, StopBound, kinematic_bounds
-from exidyn.trajectories.brake import stoppable
-from exidyn.trajectories.clearance_bound import SCALE, ClearanceBound
-from exidyn.trajectories.region import Region, box
-from exidyn.trajectories.torque_bound import NEAR, TorqueBound
+from exidyn.trajectories.clearances.region import Region, box
+from exidyn.trajectories.limits.brake import stoppable
+from exidyn.trajectories.search.bounds import RateBound, StopBound, kinematic_bounds
+from exidyn.trajectories.search.clearance_bound import SCALE, ClearanceBound
+from exidyn.trajectories.search.torque_bound import NEAR, TorqueBound
 from exidyn.trajectories.trajectory import States
 
 from . import two_joints

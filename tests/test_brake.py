@@ -3,9 +3,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from exidyn.identify.robot import Limits
-from exidyn.trajectories.brake import stoppable, stopping_reach, stopping_reach_gradient
 from exidyn.trajectories.errors import BadLimits
-from exidyn.trajectories.moves import brake_reach
+from exidyn.trajectories.limits.brake import stoppable, stopping_reach, stopping_reach_gradient
+from exidyn.trajectories.limits.moves import brake_reach
 from exidyn.trajectories.trajectory import States
 
 STATES = 400

@@ -2,13 +2,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
-from exidyn.trajectories import check as check_module
-from exidyn.trajectories.brake import Reach
-from exidyn.trajectories.check import UNITS, Violation, check
 from exidyn.trajectories.errors import BadLimits
-from exidyn.trajectories.fourier import Fourier
-from exidyn.trajectories.phases import Phases
-from exidyn.trajectories.torque_peaks import torque_peaks
+from exidyn.trajectories.families.fourier import Fourier
+from exidyn.trajectories.families.phases import Phases
+from exidyn.trajectories.limits import check as check_module
+from exidyn.trajectories.limits.brake import Reach
+from exidyn.trajectories.limits.check import UNITS, Violation, check
+from exidyn.trajectories.limits.torque_peaks import torque_peaks
 from exidyn.trajectories.trajectory import Extremes, Range, State, States, Trajectory
 
 from .two_joints import arm, model, true_values

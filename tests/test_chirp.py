@@ -2,14 +2,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from exidyn.trajectories.check import check
-from exidyn.trajectories.chirp import Chirp
 from exidyn.trajectories.errors import BadLimits, Infeasible
-from exidyn.trajectories.fourier import Fourier
-from exidyn.trajectories.jets import derivatives, exponential, power, product, sine
-from exidyn.trajectories.phases import Phases
-from exidyn.trajectories.sequence import with_leads
-from exidyn.trajectories.with_chirp import STEPS, with_chirp
+from exidyn.trajectories.families.chirp import Chirp
+from exidyn.trajectories.families.fourier import Fourier
+from exidyn.trajectories.families.jets import derivatives, exponential, power, product, sine
+from exidyn.trajectories.families.phases import Phases
+from exidyn.trajectories.kinds.with_chirp import STEPS, with_chirp
+from exidyn.trajectories.limits.check import check
+from exidyn.trajectories.limits.leads import with_leads
 
 from .two_joints import arm
 

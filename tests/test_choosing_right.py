@@ -10,7 +10,7 @@ from exidyn.identify.effects import (
     SpringBalancer,
     StribeckFriction,
 )
-from exidyn.trajectories.separation import probability, separation, separation_for
+from exidyn.trajectories.discrimination.separation import probability, separation, separation_for
 from scipy.stats import norm
 
 from .hypotheses import OBSERVATION, hypothesis, motion, refitted, stacked

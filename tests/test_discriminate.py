@@ -9,12 +9,12 @@ from exidyn.identify.effects import (
     SpringBalancer,
 )
 from exidyn.identify.motion import Motion
-from exidyn.trajectories.basis import Basis
-from exidyn.trajectories.discriminate import FLOOR, Discriminate, Separate
+from exidyn.trajectories.discrimination.discriminate import FLOOR, Discriminate, Separate
+from exidyn.trajectories.discrimination.hypothesis import Hypothesis
+from exidyn.trajectories.discrimination.separation import Observation, probability, separation
 from exidyn.trajectories.errors import NotComparable
-from exidyn.trajectories.excite import FINE, Setting, excite, random_start
-from exidyn.trajectories.hypothesis import Hypothesis
-from exidyn.trajectories.separation import Observation, probability, separation
+from exidyn.trajectories.search.basis import Basis
+from exidyn.trajectories.search.excite import FINE, Setting, excite, random_start
 
 from .hypotheses import (
     NOISE,

@@ -10,11 +10,11 @@ from exidyn.identify.effects import (
     SpringBalancer,
     StribeckFriction,
 )
-from exidyn.trajectories.discriminate import Discriminate
-from exidyn.trajectories.distinction import SURE, distinguish, sentences
-from exidyn.trajectories.most_telling import most_telling, states_within
-from exidyn.trajectories.remedies import known_payload, link_encoders, tilted
-from exidyn.trajectories.separation import explain, probability, separation
+from exidyn.trajectories.discrimination.discriminate import Discriminate
+from exidyn.trajectories.discrimination.distinction import SURE, distinguish, sentences
+from exidyn.trajectories.discrimination.most_telling import most_telling, states_within
+from exidyn.trajectories.discrimination.remedies import known_payload, link_encoders, tilted
+from exidyn.trajectories.discrimination.separation import explain, probability, separation
 
 from .hypotheses import (
     OBSERVATION,

@@ -7,16 +7,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from exidyn.identify.robot import Limits, Robot
-from exidyn.trajectories import excite as searching
-from exidyn.trajectories.basis import Basis
-from exidyn.trajectories.check import check
-from exidyn.trajectories.criteria import volume
+from exidyn.trajectories.clearances.region import Region, box
 from exidyn.trajectories.errors import BadLimits, Infeasible
-from exidyn.trajectories.excite import FINE, excite, finished, one_start, problem_of, random_start
-from exidyn.trajectories.region import Region, box
-from exidyn.trajectories.solve import Search
-from exidyn.trajectories.torque_bound import TorqueBound
-from exidyn.trajectories.usable_limits import usable
+from exidyn.trajectories.limits.check import check
+from exidyn.trajectories.limits.usable_limits import usable
+from exidyn.trajectories.search import excite as searching
+from exidyn.trajectories.search.basis import Basis
+from exidyn.trajectories.search.criteria import volume
+from exidyn.trajectories.search.excite import FINE, excite, finished, one_start, problem_of, random_start
+from exidyn.trajectories.search.solve import Search
+from exidyn.trajectories.search.torque_bound import TorqueBound
 
 from . import two_joints
 from .excitation import TICK, goal, limits, setting, smooth_model
@@ -143,7 +143,7 @@ def test_a_search_that_no_start_fits_says_why(monkeypatch):
 
 
 def test_too_heavy_to_hold_is_told(monkeypatch):
-    monkeypatch.setattr("exidyn.trajectories.shrink.STEPS", 5)
+    monkeypatch.setattr("exidyn.trajectories.search.shrink.STEPS", 5)
     weak = replace(limits(), torque=np.array([20.0, 190.0]))
     reason = one_start(goal(), setting(limits=weak), 0, 0.0, never)
     assert "shoulder: torque" in reason
@@ -181,7 +181,7 @@ def test_arms_of_one_joint_and_of_slides(joints):
 
 def test_a_stop_from_another_thread_ends_a_search_of_hours(monkeypatch):
     """What a graphical program does: searches in a thread, and asks it to end."""
-    monkeypatch.setattr("exidyn.trajectories.solve.STEPS", 10**6)
+    monkeypatch.setattr("exidyn.trajectories.search.solve.STEPS", 10**6)
     asked, begun = threading.Event(), []
 
     def stop():

@@ -11,10 +11,10 @@ import pytest
 from exidyn.acquire.command_line import REFUSED, main
 from exidyn.identify.fit_file import write_fit
 from exidyn.identify.robot_file import model_text
-from exidyn.trajectories.check import check
-from exidyn.trajectories.plan_file import read_plan
-from exidyn.trajectories.region import Region, box
-from exidyn.trajectories.torque_bound import TorqueBound
+from exidyn.trajectories.clearances.region import Region, box
+from exidyn.trajectories.limits.check import check
+from exidyn.trajectories.plans.plan_file import read_plan
+from exidyn.trajectories.search.torque_bound import TorqueBound
 
 from . import two_joints
 from .excitation import limits

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from exidyn.identify.robot import Limits
 from exidyn.trajectories.errors import BadLimits
-from exidyn.trajectories.exports import EXPORTS, csv_text, krl_text, ros_text
-from exidyn.trajectories.krl import KRL_AXES
+from exidyn.trajectories.plans.exports import EXPORTS, csv_text, krl_text, ros_text
+from exidyn.trajectories.plans.krl import KRL_AXES
 from ruamel.yaml import YAML
 
 from .plans import SAMPLES, fourier, known_plan, phases

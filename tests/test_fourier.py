@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from exidyn.trajectories.errors import BadLimits, OutsideTrajectory
-from exidyn.trajectories.fourier import Fourier
+from exidyn.trajectories.families.fourier import Fourier
 
 KINDS = ("position", "velocity", "acceleration", "jerk")
 

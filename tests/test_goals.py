@@ -14,11 +14,11 @@ from exidyn.identify.effects import (
     known_parameters,
 )
 from exidyn.identify.model import Model
-from exidyn.trajectories.criteria import CRITERIA, Focus, average, condition, worst
-from exidyn.trajectories.design_model import design_model
-from exidyn.trajectories.goals import Identify, parameter_sizes
-from exidyn.trajectories.information import Experiment
-from exidyn.trajectories.unknowns import DriveGains, ShapesOf, with_drive_gains, with_shapes
+from exidyn.trajectories.search.criteria import CRITERIA, Focus, average, condition, worst
+from exidyn.trajectories.search.design_model import design_model
+from exidyn.trajectories.search.goals import Identify, parameter_sizes
+from exidyn.trajectories.search.information import Experiment
+from exidyn.trajectories.search.unknowns import DriveGains, ShapesOf, with_drive_gains, with_shapes
 
 from . import two_joints
 from .excitation import goal, limits, smooth_model

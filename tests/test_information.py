@@ -9,8 +9,8 @@ from exidyn.identify.effects import known_parameters as known
 from exidyn.identify.model import Model
 from exidyn.identify.robot import Robot
 from exidyn.trajectories.errors import NothingToIdentify
-from exidyn.trajectories.information import Experiment
-from exidyn.trajectories.unknowns import with_drive_gains
+from exidyn.trajectories.search.information import Experiment
+from exidyn.trajectories.search.unknowns import with_drive_gains
 
 from . import two_joints
 from .excitation import smooth_model

@@ -7,7 +7,7 @@ import pytest
 import ruckig
 from exidyn.identify.robot import Limits
 from exidyn.trajectories.errors import BadLimits, Infeasible
-from exidyn.trajectories.moves import brake, brake_reach, move
+from exidyn.trajectories.limits.moves import brake, brake_reach, move
 from exidyn.trajectories.trajectory import State
 
 REPOSITORY = Path(__file__).parents[1]
@@ -197,7 +197,7 @@ def test_an_error_of_ruckig_becomes_ours(monkeypatch):
         raise ruckig.RuckigError("\n[ruckig] error in step 1, dof: 1 input: \nmuch more")
 
     monkeypatch.setattr(
-        "exidyn.trajectories.moves.ruckig.Ruckig", lambda *_: type("", (), {"calculate": refuses})
+        "exidyn.trajectories.limits.moves.ruckig.Ruckig", lambda *_: type("", (), {"calculate": refuses})
     )
     start, target, limits = random_problem(3)
     with pytest.raises(Infeasible, match=r"^joint 2: no move was found: error in step 1.*Try") as caught:

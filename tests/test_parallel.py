@@ -8,9 +8,9 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
-from exidyn.trajectories import parallel
 from exidyn.trajectories.errors import TrajectoryError
-from exidyn.trajectories.parallel import run_all
+from exidyn.trajectories.search import parallel
+from exidyn.trajectories.search.parallel import run_all
 
 from .parallel_work import LONG, dying, failing, pressing, pressing_twice, square, told_time, until_asked
 

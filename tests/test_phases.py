@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 from exidyn.trajectories.errors import BadLimits, OutsideTrajectory
-from exidyn.trajectories.phases import Phases
+from exidyn.trajectories.families.phases import Phases
 from exidyn.trajectories.trajectory import State
 
 

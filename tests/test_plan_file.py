@@ -6,12 +6,12 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 import pytest
 from exidyn.identify.robot import Limits
-from exidyn.trajectories import trajectory_rows
 from exidyn.trajectories.errors import NotATrajectory
 from exidyn.trajectories.families import FAMILIES
-from exidyn.trajectories.fourier import Fourier
-from exidyn.trajectories.plan import Plan, fits, model_differences, robot_differences
-from exidyn.trajectories.plan_file import parse_plan, plan_text, read_plan, write_plan
+from exidyn.trajectories.families.fourier import Fourier
+from exidyn.trajectories.plans import trajectory_rows
+from exidyn.trajectories.plans.plan import Plan, fits, model_differences, robot_differences
+from exidyn.trajectories.plans.plan_file import parse_plan, plan_text, read_plan, write_plan
 from exidyn.trajectories.trajectory import Trajectory
 
 from . import two_joints

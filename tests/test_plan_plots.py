@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 from exidyn.identify.effects import Payload
 from exidyn.identify.robot import Limits
-from exidyn.trajectories.fourier import Fourier
-from exidyn.trajectories.phases import Phases
-from exidyn.trajectories.plan_check import believed_torque, violations
-from exidyn.trajectories.plan_page import plan_page
-from exidyn.trajectories.plan_plots import joint_plot, plan_curves
-from exidyn.trajectories.plan_summary import plan_facts, summary
-from exidyn.trajectories.plan_use import limit_use
+from exidyn.trajectories.families.fourier import Fourier
+from exidyn.trajectories.families.phases import Phases
+from exidyn.trajectories.plans.plan_check import believed_torque, violations
+from exidyn.trajectories.plans.plan_page import plan_page
+from exidyn.trajectories.plans.plan_plots import joint_plot, plan_curves
+from exidyn.trajectories.plans.plan_summary import plan_facts, summary
+from exidyn.trajectories.plans.plan_use import limit_use
 from exidyn.trajectories.trajectory import State
 
 from . import two_joints

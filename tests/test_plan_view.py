@@ -9,9 +9,9 @@ import rerun as rr
 from exidyn.identify.effects import Payload
 from exidyn.identify.link_frames import link_poses
 from exidyn.identify.robot import Limits
-from exidyn.trajectories import view
-from exidyn.trajectories.plan_check import believed_torque
-from exidyn.trajectories.plan_plots import plan_curves
+from exidyn.trajectories.plans import view
+from exidyn.trajectories.plans.plan_check import believed_torque
+from exidyn.trajectories.plans.plan_plots import plan_curves
 
 from . import two_joints
 from .plans import fourier, known_plan

@@ -9,10 +9,10 @@ from exidyn.identify.effects import Payload, known_parameters
 from exidyn.identify.errors import DifferentRobot
 from exidyn.identify.model import Model
 from exidyn.identify.robot_file import read_model
-from exidyn.trajectories.check import check
-from exidyn.trajectories.criteria import Focus, average, condition, worst
 from exidyn.trajectories.errors import BadLimits, Infeasible, NothingToIdentify, UnknownChoice
-from exidyn.trajectories.fourier import Fourier
+from exidyn.trajectories.families.fourier import Fourier
+from exidyn.trajectories.limits.check import check
+from exidyn.trajectories.limits.usable_limits import usable
 from exidyn.trajectories.planning import (
     NOISE,
     Wishes,
@@ -22,8 +22,8 @@ from exidyn.trajectories.planning import (
     periods_of,
     plan,
 )
-from exidyn.trajectories.torque_bound import TorqueBound
-from exidyn.trajectories.usable_limits import usable
+from exidyn.trajectories.search.criteria import Focus, average, condition, worst
+from exidyn.trajectories.search.torque_bound import TorqueBound
 
 from . import two_joints
 from .excitation import TICK, limits, smooth_model

@@ -15,18 +15,18 @@ from exidyn.identify.effects import (
 )
 from exidyn.identify.model import Model
 from exidyn.identify.robot_file import read_model
-from exidyn.trajectories.basis import Basis
-from exidyn.trajectories.bounds import kinematic_bounds
-from exidyn.trajectories.clearance_bound import ClearanceBound
-from exidyn.trajectories.criteria import Focus, average, condition, volume, worst
-from exidyn.trajectories.design_model import design_model
-from exidyn.trajectories.fourier import Fourier
-from exidyn.trajectories.goals import parameter_sizes
-from exidyn.trajectories.information import Experiment
-from exidyn.trajectories.problem import Informative, Problem
-from exidyn.trajectories.region import Region, box
-from exidyn.trajectories.torque_bound import TorqueBound
-from exidyn.trajectories.unknowns import with_drive_gains, with_shapes
+from exidyn.trajectories.clearances.region import Region, box
+from exidyn.trajectories.families.fourier import Fourier
+from exidyn.trajectories.search.basis import Basis
+from exidyn.trajectories.search.bounds import kinematic_bounds
+from exidyn.trajectories.search.clearance_bound import ClearanceBound
+from exidyn.trajectories.search.criteria import Focus, average, condition, volume, worst
+from exidyn.trajectories.search.design_model import design_model
+from exidyn.trajectories.search.goals import parameter_sizes
+from exidyn.trajectories.search.information import Experiment
+from exidyn.trajectories.search.problem import Informative, Problem
+from exidyn.trajectories.search.torque_bound import TorqueBound
+from exidyn.trajectories.search.unknowns import with_drive_gains, with_shapes
 
 from .excitation import along, coefficients, limits, small_basis, smooth_model
 from .robots import sliding

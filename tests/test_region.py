@@ -3,12 +3,12 @@ import pinocchio as pin
 import pytest
 from exidyn.identify.errors import RobotError
 from exidyn.identify.toml_fields import parse_toml
-from exidyn.trajectories.clearance import RESOLUTION
-from exidyn.trajectories.configurations import clear_position, random_positions
+from exidyn.trajectories.clearances.clearance import RESOLUTION
+from exidyn.trajectories.clearances.configurations import clear_position, random_positions
+from exidyn.trajectories.clearances.region import HalfSpace, Region, box
+from exidyn.trajectories.clearances.region_rows import read_regions
+from exidyn.trajectories.clearances.self_collision import SelfCollision
 from exidyn.trajectories.errors import BadLimits, Infeasible
-from exidyn.trajectories.region import HalfSpace, Region, box
-from exidyn.trajectories.region_rows import read_regions
-from exidyn.trajectories.self_collision import SelfCollision
 
 from . import two_joints
 from .robots import sliding

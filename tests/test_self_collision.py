@@ -8,9 +8,9 @@ import pytest
 from exidyn.identify.errors import BrokenTree, RobotError
 from exidyn.identify.geometry import hull, read_geometry
 from exidyn.identify.robot_file import read_model
-from exidyn.trajectories.clearance import RESOLUTION, Clearance, nearest
-from exidyn.trajectories.configurations import random_positions
-from exidyn.trajectories.self_collision import SelfCollision
+from exidyn.trajectories.clearances.clearance import RESOLUTION, Clearance, nearest
+from exidyn.trajectories.clearances.configurations import random_positions
+from exidyn.trajectories.clearances.self_collision import SelfCollision
 
 from . import small_arm as arm
 from .sine_motion import SineMotion, sine_motion

@@ -2,12 +2,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from exidyn.trajectories.brake import stoppable
 from exidyn.trajectories.errors import BadLimits, Infeasible, NotContinuous
-from exidyn.trajectories.fourier import Fourier
-from exidyn.trajectories.moves import move
-from exidyn.trajectories.phases import Phases
-from exidyn.trajectories.sequence import Sequence, lead_in, with_leads
+from exidyn.trajectories.families.fourier import Fourier
+from exidyn.trajectories.families.phases import Phases
+from exidyn.trajectories.families.sequence import Sequence
+from exidyn.trajectories.limits.brake import stoppable
+from exidyn.trajectories.limits.leads import lead_in, with_leads
+from exidyn.trajectories.limits.moves import move
 from exidyn.trajectories.trajectory import State
 
 from .two_joints import arm

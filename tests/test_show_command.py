@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from exidyn.acquire.command_line import REFUSED, main
 from exidyn.identify.robot_file import model_text
-from exidyn.trajectories.exports import EXPORTS
-from exidyn.trajectories.plan import Plan
-from exidyn.trajectories.plan_file import write_plan
-from exidyn.trajectories.plan_page import plan_page
+from exidyn.trajectories.plans.exports import EXPORTS
+from exidyn.trajectories.plans.plan import Plan
+from exidyn.trajectories.plans.plan_file import write_plan
+from exidyn.trajectories.plans.plan_page import plan_page
 
 from . import two_joints
 from .plans import fourier, known_plan
@@ -91,7 +91,7 @@ def test_a_view_can_be_saved(folder, capsys):
 def test_a_view_can_be_opened(folder, monkeypatch):
     opened = []
     monkeypatch.setattr(
-        "exidyn.trajectories.view.open_rerun", lambda plan, model: opened.append((plan, model))
+        "exidyn.trajectories.plans.view.open_rerun", lambda plan, model: opened.append((plan, model))
     )
     assert show(folder, "plan.toml", "--robot", "robot.toml", "--view") == 0
     ((plan, model),) = opened

@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from exidyn.identify.effects import Payload, known_parameters
-from exidyn.trajectories import shrink
-from exidyn.trajectories.check import check
+from exidyn.trajectories.clearances.region import Region, box
 from exidyn.trajectories.errors import Infeasible
-from exidyn.trajectories.fourier import Fourier
-from exidyn.trajectories.region import Region, box
-from exidyn.trajectories.shrink import inside_kinematics, shrink_inside
-from exidyn.trajectories.torque_bound import TorqueBound
+from exidyn.trajectories.families.fourier import Fourier
+from exidyn.trajectories.limits.check import check
+from exidyn.trajectories.search import shrink
+from exidyn.trajectories.search.shrink import inside_kinematics, shrink_inside
+from exidyn.trajectories.search.torque_bound import TorqueBound
 
 from . import two_joints
 from .excitation import TICK, goal, limits, smooth_model

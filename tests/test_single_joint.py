@@ -2,13 +2,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from exidyn.trajectories.check import check
+from exidyn.trajectories.clearances.self_collision import SelfCollision
 from exidyn.trajectories.errors import BadLimits, Infeasible
-from exidyn.trajectories.fourier import Fourier
-from exidyn.trajectories.self_collision import SelfCollision
-from exidyn.trajectories.sequence import with_leads
-from exidyn.trajectories.single_joint import single_joint_runs
-from exidyn.trajectories.usable_limits import usable
+from exidyn.trajectories.families.fourier import Fourier
+from exidyn.trajectories.kinds.single_joint import single_joint_runs
+from exidyn.trajectories.limits.check import check
+from exidyn.trajectories.limits.leads import with_leads
+from exidyn.trajectories.limits.usable_limits import usable
 
 from . import small_arm
 from .two_joints import arm

@@ -5,10 +5,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 from exidyn.identify.effects import MotionGradient
-from exidyn.trajectories import solve as solver
-from exidyn.trajectories.bounds import kinematic_bounds
-from exidyn.trajectories.problem import Problem
-from exidyn.trajectories.solve import TOLERANCE, solve
+from exidyn.trajectories.search import solve as solver
+from exidyn.trajectories.search.bounds import kinematic_bounds
+from exidyn.trajectories.search.problem import Problem
+from exidyn.trajectories.search.solve import TOLERANCE, solve
 
 from .excitation import coefficients, goal, limits, small_basis
 

@@ -5,15 +5,15 @@ import pytest
 from exidyn.identify.effects import CoulombFriction, CurrentOffset, Hysteresis, RigidBody
 from exidyn.identify.model import Model
 from exidyn.identify.motion import Motion
-from exidyn.trajectories.check import check
-from exidyn.trajectories.clearance import Clearance
-from exidyn.trajectories.configurations import random_positions
+from exidyn.trajectories.clearances.clearance import Clearance
+from exidyn.trajectories.clearances.configurations import random_positions
+from exidyn.trajectories.clearances.self_collision import SelfCollision
 from exidyn.trajectories.errors import BadLimits, Infeasible, NothingToIdentify
-from exidyn.trajectories.pose_choice import informative, spread_out
-from exidyn.trajectories.self_collision import SelfCollision
-from exidyn.trajectories.sequence import with_leads
-from exidyn.trajectories.static_poses import APPROACH, static_poses
-from exidyn.trajectories.usable_limits import usable
+from exidyn.trajectories.kinds.pose_choice import informative, spread_out
+from exidyn.trajectories.kinds.static_poses import APPROACH, static_poses
+from exidyn.trajectories.limits.check import check
+from exidyn.trajectories.limits.leads import with_leads
+from exidyn.trajectories.limits.usable_limits import usable
 
 from . import small_arm, two_joints
 from .robots import six_axis

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from exidyn.identify.robot import Limits
 from exidyn.trajectories.errors import BadLimits, Infeasible
-from exidyn.trajectories.usable_limits import Margins, require_movable, usable
+from exidyn.trajectories.limits.usable_limits import Margins, require_movable, usable
 
 from .robots import sliding
 from .two_joints import arm

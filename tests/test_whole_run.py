@@ -5,13 +5,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from exidyn.trajectories.check import check
+from exidyn.trajectories.clearances.region import Region, box
 from exidyn.trajectories.errors import Infeasible
-from exidyn.trajectories.fourier import Fourier
-from exidyn.trajectories.region import Region, box
-from exidyn.trajectories.sequence import with_leads
-from exidyn.trajectories.shrink import inside_kinematics
-from exidyn.trajectories.torque_bound import TorqueBound
+from exidyn.trajectories.families.fourier import Fourier
+from exidyn.trajectories.limits.check import check
+from exidyn.trajectories.limits.leads import with_leads
+from exidyn.trajectories.search.shrink import inside_kinematics
+from exidyn.trajectories.search.torque_bound import TorqueBound
 from exidyn.trajectories.whole_run import whole_run
 
 from . import two_joints

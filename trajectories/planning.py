@@ -12,19 +12,19 @@ from exidyn.identify.fit import Fit
 from exidyn.identify.model import Model
 from exidyn.identify.robot import Limits
 
-from .clearance import Clearance
-from .criteria import CRITERIA, Criterion, Focus
+from .clearances.clearance import Clearance
 from .errors import BadLimits, NothingToIdentify, UnknownChoice
-from .excite import Found, Setting, excite
-from .fourier import Fourier
-from .goals import Goal, Identify
-from .information import Experiment
-from .payload_guess import with_payload
-from .plan import Plan
-from .shrink import inside_kinematics
-from .torque_bound import TorqueBound
-from .unknowns import with_drive_gains, with_shapes
-from .usable_limits import Margins, usable
+from .families.fourier import Fourier
+from .limits.usable_limits import Margins, usable
+from .plans.plan import Plan
+from .search.criteria import CRITERIA, Criterion, Focus
+from .search.excite import Found, Setting, excite
+from .search.goals import Goal, Identify
+from .search.information import Experiment
+from .search.payload_guess import with_payload
+from .search.shrink import inside_kinematics
+from .search.torque_bound import TorqueBound
+from .search.unknowns import with_drive_gains, with_shapes
 from .whole_run import whole_run
 
 NOISE = 0.01

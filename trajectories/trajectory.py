@@ -96,6 +96,10 @@ class Trajectory(ABC):
     def extremes(self) -> Extremes:
         """The largest and smallest position, velocity, acceleration and jerk, exactly."""
 
+    def state_at(self, time: float) -> State:
+        """State at one time [s]."""
+        return self.at(np.array([time])).state(0)
+
     def every(self, tick: float) -> States:
         """States at every tick from start to end; the last tick is at or before the end."""
         return self.at(np.arange(int(np.floor(self.duration / tick + 1e-6)) + 1) * tick)

@@ -6,12 +6,12 @@ from dataclasses import replace
 import numpy as np
 from exidyn.identify.robot import Limits
 
-from .check import check
-from .clearance import Clearance
+from .clearances.clearance import Clearance
 from .errors import Infeasible
-from .fourier import Fourier
-from .sequence import Sequence as Run
-from .sequence import with_leads
+from .families.fourier import Fourier
+from .families.sequence import Sequence as Run
+from .limits.check import check
+from .limits.leads import with_leads
 from .trajectory import States
 
 PHASES = 40

@@ -1,0 +1,168 @@
+"""Region: where a point of the arm may be."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import pinocchio as pin
+from exidyn.identify.errors import RobotError
+from exidyn.identify.newton_euler import joints_of
+from exidyn.identify.robot import Robot
+
+from ..errors import BadLimits
+from .clearance import Clearance
+from .poses import joint_poses, moves, slopes
+from .reach import Cover, reach
+
+FLANGE = "flange"
+
+
+class HalfSpace(NamedTuple):
+    """Points p of the base frame with normal . p <= offset.
+
+    Attributes:
+        normal: Unit vector out of the allowed side, shape (3,).
+        offset: Of the wall from the base along the normal [m].
+        name: What it is called in messages.
+    """
+
+    normal: np.ndarray
+    offset: float
+    name: str
+
+    @classmethod
+    def of(cls, normal: np.ndarray, offset: float) -> "HalfSpace":
+        """With a normal of any length, which is scaled to 1; the offset is in metres as it is.
+
+        Raises:
+            BadLimits: The normal has no direction.
+        """
+        length = float(np.linalg.norm(normal))
+        if not np.isfinite(length) or length == 0 or not np.isfinite(offset):
+            raise BadLimits(
+                f"half-space: normal {list(normal)}, offset {offset}: give a direction and a length"
+            )
+        return cls(
+            np.asarray(normal, float) / length, offset, f"wall {[float(x) for x in normal]} <= {offset:g} m"
+        )
+
+
+def box(lower: np.ndarray, upper: np.ndarray) -> list[HalfSpace]:
+    """Half-spaces of a box in the base frame from corner to corner, shape (3,) [m]; infinite is no wall.
+
+    Raises:
+        BadLimits: It holds no point.
+    """
+    walls = []
+    for place, name in enumerate("xyz"):
+        if not lower[place] < upper[place]:
+            raise BadLimits(
+                f"region: lower {name} = {lower[place]:g} m is not below upper {upper[place]:g} m"
+            )
+        axis = np.eye(3)[place]
+        walls.append(HalfSpace(-axis, -float(lower[place]), f"{name} >= {lower[place]:g} m"))
+        walls.append(HalfSpace(axis, float(upper[place]), f"{name} <= {upper[place]:g} m"))
+    return [wall for wall in walls if np.isfinite(wall.offset)]
+
+
+@dataclass(frozen=True, eq=False)
+class Region(Clearance):
+    """A ball around a point of the arm, and the walls that it must stay behind.
+
+    Attributes:
+        kinematics: Pinocchio model with n joints.
+        point: Name of what is kept inside.
+        body: The joint that carries it, -1 for the base.
+        place: Its place in that joint's frame, shape (3,) [m].
+        radius: Of the ball [m].
+        walls: In the base frame, one a row.
+    """
+
+    kinematics: pin.Model
+    point: str
+    body: int
+    place: np.ndarray
+    radius: float
+    walls: tuple[HalfSpace, ...]
+
+    @classmethod
+    def of(
+        cls,
+        robot: Robot,
+        point: str,
+        walls: Sequence[HalfSpace],
+        offset: Sequence[float] = (0.0, 0.0, 0.0),
+        radius: float = 0.0,
+    ) -> "Region":
+        """Region of a point in the frame of the flange, or of a joint, link or frame by name.
+
+        Args:
+            robot: Whose point it is.
+            point: "flange", or the name of a joint, link or frame.
+            walls: As `box` and `HalfSpace.of` give them.
+            offset: Of the point in that frame, shape (3,) [m].
+            radius: Of the ball around it [m].
+
+        Raises:
+            RobotError: The robot has no such frame.
+            BadLimits: There is no wall, or a negative radius.
+        """
+        if not walls or not radius >= 0 or not np.all(np.isfinite([radius, *offset])):
+            raise BadLimits(
+                f"region of {point}: {len(walls)} walls, radius {radius} m, offset {list(offset)} m; give at "
+                "least one wall that is not infinitely far, and a radius of at least 0"
+            )
+        body, frame = _frame(robot, point)
+        place = frame.rotation @ np.asarray(offset, float) + frame.translation
+        return cls(robot.kinematics, point, body, place, radius, tuple(walls))
+
+    @property
+    def names(self) -> list[str]:
+        return [f"{self.point} {wall.name}" for wall in self.walls]
+
+    def points(self, position: np.ndarray) -> np.ndarray:
+        """Where the point is in the base frame, shape (t, 3) [m]."""
+        if self.body < 0:
+            return np.broadcast_to(self.place, (len(position), 3))
+        poses = joint_poses(joints_of(self.kinematics), position)
+        return poses.rotation[:, self.body] @ self.place + poses.origin[:, self.body]
+
+    def margins(self, position: np.ndarray) -> np.ndarray:
+        return self._offsets - self.points(position) @ self._normals.T - self.radius
+
+    def gradient(self, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        joints, point = joints_of(self.kinematics), self.points(position)
+        shape = (len(position), len(self.walls), 3)
+        at, inward = np.broadcast_to(point[:, None], shape), np.broadcast_to(-self._normals, shape)
+        slope = slopes(joints, joint_poses(joints, position), at, inward)
+        margin = self._offsets - point @ self._normals.T - self.radius
+        return margin, slope * moves(joints, self.body)
+
+    def reach(self, travel: np.ndarray) -> np.ndarray:
+        joints, ball = joints_of(self.kinematics), Cover(self.body, self.place[None])
+        carried = moves(joints, self.body)
+        far = [reach(joints, j, ball, travel) if carried[j] else 0.0 for j in range(len(joints))]
+        return np.broadcast_to(np.array(far), (len(self.walls), len(joints)))
+
+    @property
+    def _normals(self) -> np.ndarray:
+        return np.array([wall.normal for wall in self.walls])
+
+    @property
+    def _offsets(self) -> np.ndarray:
+        return np.array([wall.offset for wall in self.walls])
+
+
+def _frame(robot: Robot, point: str) -> tuple[int, pin.SE3]:
+    """The joint that carries a named frame, -1 for the base, and its placement there."""
+    model = robot.kinematics
+    if point == FLANGE:  # before a frame of that name, which a robot file may have moved the flange from
+        return robot.dof - 1, robot.flange
+    if point in robot.joints:
+        return robot.joints.index(point), pin.SE3.Identity()
+    for frame in model.frames:
+        if frame.name == point:
+            return frame.parentJoint - 1, frame.placement
+    names = dict.fromkeys([FLANGE, *robot.joints, *(frame.name for frame in model.frames)])
+    raise RobotError(f"{robot.name} has no point '{point}'. Valid: {', '.join(names)}")

@@ -1,0 +1,1 @@
+"""Telling models apart that all explain the data so far."""

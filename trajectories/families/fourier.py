@@ -1,0 +1,120 @@
+"""Fourier series: the periodic motion of most identification runs."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..errors import BadLimits
+from ..trajectory import Extremes, Range, States, Trajectory
+
+NEGLIGIBLE = 1e-13
+"""Share of the largest coefficient below which a highest harmonic is rounding, and would make the
+polynomial of its extrema degenerate."""
+
+
+@dataclass(frozen=True, eq=False)
+class Fourier(Trajectory):
+    r"""Position :math:`c + \sum_k s_k \sin(k \omega t) + c_k \cos(k \omega t)` with :math:`\omega = 2\pi/T`.
+
+    Attributes:
+        period: Base period T [s].
+        centre: Shape (n,) [rad].
+        sine: Shape (n, harmonics) [rad].
+        cosine: Shape (n, harmonics) [rad].
+        periods: How often it is repeated.
+    """
+
+    period: float
+    centre: np.ndarray
+    sine: np.ndarray
+    cosine: np.ndarray
+    periods: int = 1
+
+    def __post_init__(self) -> None:
+        if not (0.0 < self.period < np.inf and self.periods >= 1):
+            raise BadLimits(f"Fourier: period {self.period:g} s, {self.periods} times; both must be above 0")
+        if self.sine.shape != self.cosine.shape or self.sine.shape[:1] != self.centre.shape:
+            raise BadLimits(
+                f"Fourier: centre {self.centre.shape}, sine {self.sine.shape}, cosine {self.cosine.shape}; "
+                "expected (n,), (n, harmonics), (n, harmonics)"
+            )
+
+    @property
+    def duration(self) -> float:
+        return self.period * self.periods
+
+    @property
+    def dof(self) -> int:
+        return len(self.centre)
+
+    @property
+    def harmonics(self) -> int:
+        """Number of harmonics."""
+        return int(self.sine.shape[1])
+
+    @property
+    def frequencies(self) -> np.ndarray:
+        """Angular frequency of each harmonic, shape (harmonics,) [rad/s]."""
+        return 2 * np.pi / self.period * np.arange(1, self.harmonics + 1)
+
+    def at(self, time: np.ndarray) -> States:
+        time = self.inside(time)
+        angle = np.outer(time, self.frequencies)
+        wave = np.concatenate([np.sin(angle), np.cos(angle)], axis=1)
+        columns = [wave @ weight.T for weight in self._derivatives()]
+        return States(time, self.centre + columns[0], *columns[1:])
+
+    def _derivatives(self) -> list[np.ndarray]:
+        """Coefficients of sine and cosine, of the series and its three derivatives, each (n, 2 harmonics)."""
+        found, sine, cosine = [], self.sine, self.cosine
+        for _ in range(4):
+            found.append(np.concatenate([sine, cosine], axis=1))
+            sine, cosine = -self.frequencies * cosine, self.frequencies * sine
+        return found
+
+    def extremes(self) -> Extremes:
+        ranges = []
+        for coefficients in self._derivatives():
+            sine, cosine = np.split(coefficients, 2, axis=1)
+            ranges.append(self._range(sine, cosine))
+        position = ranges[0]
+        lifted = position._replace(lower=position.lower + self.centre, upper=position.upper + self.centre)
+        return Extremes(lifted, *ranges[1:])
+
+    def _range(self, sine: np.ndarray, cosine: np.ndarray) -> Range:
+        """Extremes of each row's trigonometric polynomial."""
+        rows = [_extremes_of(s, c) for s, c in zip(sine, cosine, strict=True)]
+        lower, upper, lower_angle, upper_angle = np.array(rows).T
+        to_time = self.period / (2 * np.pi)
+        return Range(lower, upper, lower_angle * to_time, upper_angle * to_time)
+
+    def shifted(self, by: float) -> "Fourier":
+        """The same motion begun `by` seconds later in its period."""
+        angle = self.frequencies * by
+        sine = self.sine * np.cos(angle) - self.cosine * np.sin(angle)
+        cosine = self.cosine * np.cos(angle) + self.sine * np.sin(angle)
+        return Fourier(self.period, self.centre, sine, cosine, self.periods)
+
+    def scaled(self, share: float) -> "Fourier":
+        """The same motion with every excursion from its centre times `share`."""
+        return Fourier(self.period, self.centre, share * self.sine, share * self.cosine, self.periods)
+
+
+def _extremes_of(sine: np.ndarray, cosine: np.ndarray) -> tuple[float, float, float, float]:
+    """Smallest and largest value of a trigonometric polynomial without constant, and their angles.
+
+    With z = exp(i angle) its derivative is a polynomial of twice the degree, whose roots on the unit
+    circle are the extrema; all roots' angles are candidates, so that rounding cannot lose one.
+    """
+    order = np.arange(1, len(sine) + 1)
+    half = 0.5 * order * (sine + 1j * cosine)  # of the derivative: sum of half * z^k + its conjugate
+    largest = np.max(np.abs(half), initial=0.0)
+    if largest == 0.0:
+        return 0.0, 0.0, 0.0, 0.0
+    half = half[: 1 + int(np.flatnonzero(np.abs(half) > NEGLIGIBLE * largest)[-1])]
+    polynomial = np.concatenate([half[::-1], [0.0], np.conj(half)])
+    angles = np.mod(np.angle(np.roots(polynomial)), 2 * np.pi)
+    waves = np.outer(angles, order)
+    values = np.sin(waves) @ sine + np.cos(waves) @ cosine
+    low, high = int(np.argmin(values)), int(np.argmax(values))
+    return float(values[low]), float(values[high]), float(angles[low]), float(angles[high])

@@ -1,0 +1,142 @@
+"""Phases: a motion of constant jerk from switch to switch, as a jerk-limited controller makes it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..errors import BadLimits
+from ..trajectory import Extremes, Range, State, States, Trajectory
+
+
+@dataclass(frozen=True, eq=False)
+class Phases(Trajectory):
+    """Pieces of constant jerk, one after another; k of them.
+
+    Attributes:
+        start: When each piece begins, the first at zero, shape (k,) [s].
+        end: When the last piece ends [s].
+        position: At the start of each piece, shape (k, n) [rad].
+        velocity: At the start of each piece, shape (k, n) [rad/s].
+        acceleration: At the start of each piece, shape (k, n) [rad/s^2].
+        jerk: During each piece, shape (k, n) [rad/s^3].
+    """
+
+    start: np.ndarray
+    end: float
+    position: np.ndarray
+    velocity: np.ndarray
+    acceleration: np.ndarray
+    jerk: np.ndarray
+
+    def __post_init__(self) -> None:
+        states = (self.position, self.velocity, self.acceleration, self.jerk)
+        shapes = sorted({np.shape(part) for part in states})
+        if shapes != [(len(self.start), self.dof)] or len(self.start) == 0:
+            raise BadLimits(f"Phases: {len(self.start)} starts, states of shapes {shapes}; expected (k, n)")
+        times = np.append(self.start, self.end)
+        if times[0] != 0.0 or not np.all(np.diff(times) >= 0.0) or not np.isfinite(self.end):
+            raise BadLimits(
+                f"Phases: pieces begin at {self.start} s and end at {self.end:g} s; they must follow"
+            )
+
+    @classmethod
+    def hold(cls, position: np.ndarray, duration: float) -> "Phases":
+        """Standing still at a position, shape (n,) [rad]."""
+        return cls.of_jerks(State.at_rest(position), np.array([duration]), np.zeros((1, len(position))))
+
+    @classmethod
+    def of_jerks(cls, start_state: State, durations: np.ndarray, jerks: np.ndarray) -> "Phases":
+        """What follows from a state under given jerks.
+
+        Args:
+            start_state: Where it begins.
+            durations: Of each piece, shape (k,) [s].
+            jerks: Shape (k, n) [rad/s^3].
+        """
+        durations = np.asarray(durations, float)
+        state, states = start_state, []
+        for duration, jerk in zip(durations, jerks, strict=True):
+            states.append(state)
+            state = State(*integrated(duration, *state, jerk))
+        position, velocity, acceleration = np.moveaxis(np.array(states, float), 0, 1)
+        switches = np.concatenate([[0.0], np.cumsum(durations)])
+        return cls(
+            switches[:-1], float(switches[-1]), position, velocity, acceleration, np.asarray(jerks, float)
+        )
+
+    @property
+    def duration(self) -> float:
+        return self.end
+
+    @property
+    def dof(self) -> int:
+        return int(np.shape(self.position)[-1])
+
+    @property
+    def start_state(self) -> State:
+        """State at time zero."""
+        return State(self.position[0], self.velocity[0], self.acceleration[0])
+
+    @property
+    def end_state(self) -> State:
+        """State at the end."""
+        return self.at(np.array([self.end])).state(0)
+
+    def at(self, time: np.ndarray) -> States:
+        """States at given times; at a switch the jerk is that of the piece which begins there."""
+        time = self.inside(time)
+        piece = np.searchsorted(self.start, time, side="right") - 1
+        jerk = self.jerk[piece]
+        since = (time - self.start[piece])[:, None]
+        states = integrated(since, self.position[piece], self.velocity[piece], self.acceleration[piece], jerk)
+        return States(time, *states, jerk)
+
+    def extremes(self) -> Extremes:
+        lasts = np.diff(np.append(self.start, self.end))[:, None] + np.zeros((1, self.dof))
+        begin = np.zeros_like(lasts)
+        turns = np.stack([begin, lasts, *_quadratic_roots(0.5 * self.jerk, self.acceleration, self.velocity)])
+        with np.errstate(divide="ignore", invalid="ignore"):
+            peak = np.stack([begin, lasts, -self.acceleration / self.jerk])
+        turns, peak = (np.where((0.0 < found) & (found < lasts), found, lasts) for found in (turns, peak))
+        turns[0] = peak[0] = 0.0  # each piece begins inside itself, even one of no length
+        ends = np.stack([begin, lasts])
+        state = (self.position, self.velocity, self.acceleration, self.jerk)
+        return Extremes(
+            self._range(turns, integrated(turns, *state)[0]),
+            self._range(peak, integrated(peak, *state)[1]),
+            self._range(ends, integrated(ends, *state)[2]),
+            self._range(begin[None], self.jerk[None]),
+        )
+
+    def _range(self, since: np.ndarray, value: np.ndarray) -> Range:
+        """Smallest and largest of candidates, both of shape (candidates, k, n); `since` the piece's start."""
+        time = (since + self.start[:, None]).reshape(-1, self.dof)
+        value = value.reshape(-1, self.dof)
+        low, high, joint = np.argmin(value, axis=0), np.argmax(value, axis=0), np.arange(self.dof)
+        return Range(value[low, joint], value[high, joint], time[low, joint], time[high, joint])
+
+
+def integrated(
+    since: np.ndarray | float,
+    position: np.ndarray,
+    velocity: np.ndarray,
+    acceleration: np.ndarray,
+    jerk: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Position, velocity and acceleration some time after a state, under a constant jerk; any shapes."""
+    return (
+        position + since * (velocity + since * (acceleration / 2 + since * jerk / 6)),
+        velocity + since * (acceleration + since * jerk / 2),
+        acceleration + since * jerk,
+    )
+
+
+def _quadratic_roots(square: np.ndarray, linear: np.ndarray, constant: np.ndarray) -> np.ndarray:
+    """Both roots of square x^2 + linear x + constant, NaN or infinite where there is none; shape (2, ...).
+
+    By the sum of two numbers of the same sign, so that nothing cancels where `square` is small or zero.
+    """
+    with np.errstate(divide="ignore", invalid="ignore"):
+        discriminant = np.sqrt(linear**2 - 4 * square * constant)
+        half = -0.5 * (linear + np.where(linear < 0, -discriminant, discriminant))
+        return np.stack([half / square, constant / half])

@@ -1,0 +1,84 @@
+"""Sequence: motions one after another."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..errors import NotContinuous
+from ..trajectory import Extremes, Range, State, States, Trajectory
+
+JOIN = 1e-6
+"""Step in position [rad], velocity [rad/s] or acceleration [rad/s^2] between two parts that is rounding: a
+hundredth of what a 16 bit encoder sees, a hundred times what Ruckig misses its target by."""
+
+
+@dataclass(frozen=True, eq=False)
+class Sequence(Trajectory):
+    """Motions one after another, each of which begins as the one before it ends.
+
+    Attributes:
+        parts: At least one.
+    """
+
+    parts: tuple[Trajectory, ...]
+
+    def __post_init__(self) -> None:
+        if not self.parts or len({part.dof for part in self.parts}) != 1:
+            raise NotContinuous(
+                f"a sequence of parts with {[part.dof for part in self.parts]} joints; "
+                "expected one part or more, all of the same arm"
+            )
+        for number, (before, after) in enumerate(zip(self.parts, self.parts[1:], strict=False), start=1):
+            _require_join(number, before.state_at(before.duration), after.state_at(0.0))
+
+    @property
+    def duration(self) -> float:
+        return float(self.begins[-1])
+
+    @property
+    def dof(self) -> int:
+        return self.parts[0].dof
+
+    @property
+    def begins(self) -> np.ndarray:
+        """When each part begins, and when the last ends, shape (parts + 1,) [s]."""
+        return np.concatenate([[0.0], np.cumsum([part.duration for part in self.parts])])
+
+    def at(self, time: np.ndarray) -> States:
+        """States at given times; at a join, those of the part which begins there."""
+        time = self.inside(time)
+        begins = self.begins
+        owner = np.clip(np.searchsorted(begins, time, side="right") - 1, 0, len(self.parts) - 1)
+        columns = np.empty((4, len(time), self.dof))
+        for index in np.unique(owner):
+            mine = owner == index
+            columns[:, mine] = self.parts[index].at(time[mine] - begins[index])[1:]
+        return States(time, *columns)
+
+    def extremes(self) -> Extremes:
+        found = [part.extremes() for part in self.parts]
+        return Extremes(*(_widest(ranges, self.begins) for ranges in zip(*found, strict=True)))
+
+
+def _require_join(number: int, before: State, after: State) -> None:
+    for name, unit, left, right in zip(
+        State._fields, ("rad", "rad/s", "rad/s^2"), before, after, strict=True
+    ):
+        for joint in np.flatnonzero(~(np.abs(right - left) <= JOIN)):
+            raise NotContinuous(
+                f"joint {joint + 1}: {name} jumps from {left[joint]:.9g} to {right[joint]:.9g} {unit} "
+                f"between parts {number} and {number + 1}; a part must begin as the one before it ends. "
+                "Try a move between"
+            )
+
+
+def _widest(ranges: tuple[Range, ...], begins: np.ndarray) -> Range:
+    """Smallest and largest of all parts' ranges; times from the start of the sequence."""
+    lower, upper, lower_time, upper_time = np.moveaxis(np.array(ranges), 1, 0)
+    low, high, joint = np.argmin(lower, axis=0), np.argmax(upper, axis=0), np.arange(lower.shape[1])
+    return Range(
+        lower[low, joint],
+        upper[high, joint],
+        lower_time[low, joint] + begins[low],
+        upper_time[high, joint] + begins[high],
+    )

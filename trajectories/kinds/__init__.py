@@ -1,0 +1,67 @@
+"""Kinds of run beside the optimised one: one function a kind, one line a kind."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+from exidyn.identify.model import Model
+from exidyn.identify.robot import Limits
+
+from ..clearances.configurations import clear_position
+from ..limits.usable_limits import Margins
+from ..planning import Wishes, plan
+from ..trajectory import Trajectory
+from .single_joint import single_joint_runs
+from .static_poses import static_poses
+from .sweeps import constant_velocity_sweeps
+from .with_chirp import with_chirp
+
+POSES = 15
+"""Poses of a static run: gravity has some ten base parameters on six joints, each seen more than once."""
+CALM = 0.5
+"""Share of velocity, acceleration and jerk that the motion under a chirp leaves to it."""
+UNDER_CHIRP = 12.0
+"""Length of that motion [s]: long enough for two octaves a chirp needs, short enough to warm nothing up."""
+
+Kind = Callable[[Model, Wishes, Limits, Sequence[int]], Trajectory]
+
+
+def sweeps(model: Model, wishes: Wishes, limits: Limits, joints: Sequence[int]) -> Trajectory:
+    """Constant velocities back and forth, joint by joint: friction curves."""
+    pose = _pose(model, wishes, limits)
+    return constant_velocity_sweeps(limits, joints, pose, wishes.tick, clearances=wishes.clearances)
+
+
+def poses(model: Model, wishes: Wishes, limits: Limits, joints: Sequence[int]) -> Trajectory:
+    """Rests at poses reached from both sides: gravity and offsets."""
+    run = static_poses(
+        limits, POSES, wishes.tick, clearances=wishes.clearances, model=model, start=wishes.start
+    )
+    return run.trajectory
+
+
+def single_joint(model: Model, wishes: Wishes, limits: Limits, joints: Sequence[int]) -> Trajectory:
+    """One joint at a time, slow and fast: what each does without the others."""
+    pose = _pose(model, wishes, limits)
+    return single_joint_runs(limits, joints, pose, wishes.tick, clearances=wishes.clearances)
+
+
+def chirp(model: Model, wishes: Wishes, limits: Limits, joints: Sequence[int]) -> Trajectory:
+    """A swept sine on a calm motion of all joints: elasticity, backlash, delay."""
+    calm = Margins(velocity=CALM, acceleration=CALM, jerk=CALM)
+    under = replace(wishes, margins=calm, seconds=UNDER_CHIRP)
+    motion = plan(model, under, starts=1, seconds=UNDER_CHIRP)[0].trajectory
+    return with_chirp(motion, joints, limits, wishes.tick)
+
+
+def _pose(model: Model, wishes: Wishes, limits: Limits) -> np.ndarray:
+    """Where the other joints rest: the start if one is given, else the middle, or a place that is clear."""
+    if wishes.start is not None:
+        return wishes.start
+    if wishes.clearances:
+        return clear_position(replace(model.robot, limits=limits), wishes.clearances)
+    return np.asarray(0.5 * (limits.position_lower + limits.position_upper))
+
+
+KINDS: dict[str, Kind] = {"sweeps": sweeps, "poses": poses, "single-joint": single_joint, "chirp": chirp}
+"""By the name that the command line gives them."""

@@ -1,0 +1,195 @@
+"""Static poses: what holds the arm up, gravity, springs and offsets, with dry friction averaged out.
+
+A drive at rest holds anything between gravity plus and gravity minus dry friction; where in between, how it
+came to rest decides. So each pose is visited twice, with all joints coming from below and with all from
+above: friction enters the two with opposite signs, the mean is what holds the arm, and half of the
+difference is friction.
+"""
+
+from collections.abc import Collection
+from typing import NamedTuple
+
+import numpy as np
+from exidyn.identify.model import Model
+from exidyn.identify.robot import Limits
+
+from ..clearances.clearance import Clearance
+from ..errors import BadLimits, Infeasible
+from ..families.phases import Phases
+from ..families.sequence import Sequence
+from ..trajectory import Trajectory
+from .pose_choice import clear_positions, informative, spread_out
+from .rests import pause, require_clear_pose, require_limits, require_pose, way
+
+APPROACH = 0.05
+"""How far each joint comes from below or above [rad]: six times the 8 mrad over which friction builds up
+after a reversal in a soft gear, and more than any backlash."""
+DWELL = 1.0
+"""Rest at each visit [s]."""
+DETOURS = 4
+"""Poses over which a way is tried that touches something by itself, the shortest first."""
+
+
+class PoseRun(NamedTuple):
+    """A motion from pose to pose; k poses were reached.
+
+    Attributes:
+        trajectory: Begins and ends at rest at the same pose.
+        poses: In the order of the visits, shape (k, n) [rad].
+        rests: Begin and end of the rests at each pose, come from below and from above, shape (k, 2, 2) [s].
+        notes: A sentence for each pose that was left out, and each way that goes round.
+    """
+
+    trajectory: Sequence
+    poses: np.ndarray
+    rests: np.ndarray
+    notes: tuple[str, ...]
+
+
+def static_poses(
+    limits: Limits,
+    count: int,
+    tick: float,
+    dwell: float = DWELL,
+    seed: int = 0,
+    clearances: Collection[Clearance] = (),
+    model: Model | None = None,
+    start: np.ndarray | None = None,
+    approach: float = APPROACH,
+) -> PoseRun:
+    """Rests at poses that tell gravity and offsets apart, each visited from below and from above.
+
+    Args:
+        limits: Finite but for the torque.
+        count: How many poses.
+        tick: Cycle of the controller [s].
+        dwell: Rest at each visit [s]; each pose has two.
+        seed: Of the random positions from which poses are chosen.
+        clearances: What to keep clear of, in poses and on the ways.
+        model: What is believed; poses are those that tell its parameters at rest. Spread out without.
+        start: Where to begin and end, shape (n,) [rad]; the first pose unless given.
+        approach: How far each joint comes from below or above [rad].
+
+    Raises:
+        BadLimits: Limits, a tick, a count or an approach that are none.
+        Infeasible: A start outside the limits or not clear, or no pose that can be reached.
+        NothingToIdentify: Nothing in the model acts at rest.
+    """
+    require_limits(limits, tick)
+    if count < 1 or not 0.0 < approach < np.inf or not 0.0 <= dwell < np.inf:
+        raise BadLimits(
+            f"{count} poses, rests of {dwell:g} s, approach over {approach:g} rad; expected at least one "
+            "pose, a rest of 0 or more and an approach above 0"
+        )
+    candidates = clear_positions(limits, approach, clearances, seed, count)
+    if model is None:
+        chosen = candidates[spread_out(candidates, count, limits)]
+    else:
+        chosen = candidates[informative(candidates, count, limits, model)]
+    home = chosen[0] if start is None else require_pose(start, limits)
+    require_clear_pose(home, clearances)
+    ways = _Ways(limits, tick, tuple(clearances), np.array([home, *chosen]))
+    notes: list[str] = []
+    visits = ways.visits(home, _nearest_first(home, chosen, limits), dwell, approach, notes)
+    back = ways.home(visits, home, notes)
+    if not visits:
+        raise Infeasible(f"none of {count} poses can be reached. {notes[0]}")
+    notes += [f"the way to {_words(visit.pose)} goes round" for visit in visits if visit.round]
+    return _run(visits, back, notes)
+
+
+class _Visit(NamedTuple):
+    """The way to a pose and both rests there, the last of the parts and the fourth from the last."""
+
+    pose: np.ndarray
+    parts: list[Phases]
+    round: bool
+
+
+class _Ways(NamedTuple):
+    """Ways between rests that touch nothing; `over` are poses that a way may go round by, (k, n) [rad]."""
+
+    limits: Limits
+    tick: float
+    clearances: tuple[Clearance, ...]
+    over: np.ndarray
+
+    def between(self, start: np.ndarray, target: np.ndarray) -> list[Phases]:
+        """One way, or two that go round by a pose; raises Infeasible if all that were tried touch."""
+        try:
+            return [self._straight(start, target)]
+        except Infeasible:
+            cost = _time(self.limits, start - self.over) + _time(self.limits, self.over - target)
+            for index in np.argsort(cost)[:DETOURS]:
+                middle = self.over[index]
+                try:
+                    return [self._straight(start, middle), self._straight(middle, target)]
+                except Infeasible:
+                    continue
+            raise
+
+    def visit(self, start: np.ndarray, pose: np.ndarray, dwell: float, approach: float) -> _Visit:
+        """To a pose from below, a rest, to it from above, a rest."""
+        still = pause(pose, dwell, self.tick)
+        there = self.between(start, pose - approach)
+        from_below = self._straight(pose - approach, pose)
+        away, from_above = self._straight(pose, pose + approach), self._straight(pose + approach, pose)
+        return _Visit(pose, [*there, from_below, still, away, from_above, still], len(there) > 1)
+
+    def visits(
+        self, at: np.ndarray, poses: list[np.ndarray], dwell: float, approach: float, notes: list[str]
+    ) -> list[_Visit]:
+        """Visits to all poses that can be reached, in their order; what cannot is noted."""
+        found = []
+        for pose in poses:
+            try:
+                found.append(self.visit(at, pose, dwell, approach))
+                at = pose
+            except Infeasible as error:
+                notes.append(f"{_words(pose)} was left out: {error}")
+        return found
+
+    def home(self, visits: list[_Visit], home: np.ndarray, notes: list[str]) -> list[Phases]:
+        """The way back from the last visit; visits from which there is none are taken off the list."""
+        while visits:
+            try:
+                return self.between(visits[-1].pose, home)
+            except Infeasible as error:
+                notes.append(f"{_words(visits.pop().pose)} was left out; on the way home: {error}")
+        return []
+
+    def _straight(self, start: np.ndarray, target: np.ndarray) -> Phases:
+        return way(start, target, self.limits, self.tick, self.clearances)
+
+
+def _nearest_first(home: np.ndarray, poses: np.ndarray, limits: Limits) -> list[np.ndarray]:
+    """Poses in an order in which each is the nearest that is left to the one before."""
+    left, ordered, at = list(poses), [], home
+    while left:
+        nearest = int(np.argmin(_time(limits, np.array(left) - at)))
+        at = left.pop(nearest)
+        ordered.append(at)
+    return ordered
+
+
+def _time(limits: Limits, travel: np.ndarray) -> np.ndarray:
+    """Time that the slowest joint needs at full speed, of travels of shape (t, n) [rad]; (t,) [s]."""
+    return np.max(np.maximum(travel / limits.velocity, travel / limits.velocity_lower), axis=1)
+
+
+def _run(visits: list[_Visit], back: list[Phases], notes: list[str]) -> PoseRun:
+    """Everything joined, and when the rests are."""
+    rests, now = [], 0.0
+    for visit in visits:
+        ends = now + np.cumsum([part.duration for part in visit.parts])
+        now = float(ends[-1])
+        rests.append([ends[[-5, -4]], ends[[-2, -1]]])
+    parts: list[Trajectory] = [part for visit in visits for part in visit.parts]
+    parts = [part for part in [*parts, *back] if part.duration > 0.0]
+    return PoseRun(
+        Sequence(tuple(parts)), np.array([visit.pose for visit in visits]), np.array(rests), tuple(notes)
+    )
+
+
+def _words(pose: np.ndarray) -> str:
+    return f"pose ({', '.join(f'{position:.3g}' for position in pose)})"

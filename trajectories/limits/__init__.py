@@ -1,0 +1,1 @@
+"""What a joint may do, and whether a trajectory keeps to it."""

@@ -1,0 +1,137 @@
+"""Plan: a trajectory, and for which robot, within what and why it was made."""
+
+import hashlib
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
+from typing import Any
+
+import numpy as np
+from exidyn.identify.model import Model
+from exidyn.identify.robot import Limits, Robot
+from exidyn.identify.robot_text import model_text, moving_text
+
+from ..errors import NotATrajectory
+from ..trajectory import Trajectory
+
+HASH_DIGITS = 16
+"""Of 64 hexadecimal ones: 64 bits, so that two robots never meet by chance."""
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """What was planned, and what the arm and its operator need to know of it.
+
+    Attributes:
+        trajectory: The motion.
+        joints: Names of the joints, in the order of every (t, n) array.
+        units: Unit of each joint's position, "rad" or "m".
+        robot: Name of the robot.
+        robot_hash: Of its geometry and limits.
+        model_hash: Of the model that was believed.
+        limits: The robot's, before any margin.
+        margins: What was kept off the limits, by name: a share [-], or a position [rad].
+        criterion: What was minimised; empty where nothing was.
+        reached: Its value; NaN where nothing was minimised.
+        details: Whatever else is worth keeping: condition, largest deviation, solver, seconds.
+        seed: Of the random starts.
+        tick: Period of the controller's cycle [s].
+        payload_pair: Whether it is to be run twice, unloaded and loaded.
+        assumed: What was taken to be true, a sentence each.
+    """
+
+    trajectory: Trajectory
+    joints: tuple[str, ...]
+    units: tuple[str, ...]
+    robot: str
+    robot_hash: str
+    model_hash: str
+    limits: Limits
+    margins: Mapping[str, float] = field(default_factory=dict)
+    criterion: str = ""
+    reached: float = float("nan")
+    details: Mapping[str, float | str] = field(default_factory=dict)
+    seed: int = 0
+    tick: float = 0.004
+    payload_pair: bool = False
+    assumed: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        n = self.trajectory.dof
+        counts = {"joints": len(self.joints), "units": len(self.units)}
+        counts |= {f"limits.{f.name}": getattr(self.limits, f.name).size for f in fields(self.limits)}
+        for name, count in counts.items():
+            if count != n:
+                raise NotATrajectory(f"{name} has {count} entries, and the trajectory moves {n} joints")
+        if not 0.0 < self.tick < np.inf:
+            raise NotATrajectory(f"tick is {self.tick:g} s, expected above 0")
+
+    @classmethod
+    def of(cls, trajectory: Trajectory, model: Model, **said: Any) -> "Plan":
+        """A plan for a model's robot; `said` are the remaining fields."""
+        robot = model.robot
+        return cls(
+            trajectory=trajectory,
+            joints=robot.joints,
+            units=tuple("rad" if turns else "m" for turns in robot.revolute),
+            robot=robot.name,
+            robot_hash=robot_hash(robot),
+            model_hash=model_hash(model),
+            limits=robot.limits,
+            **said,
+        )
+
+
+def robot_hash(robot: Robot) -> str:
+    """Short hash of where the arm can move and how fast: its geometry and limits."""
+    return _hash(moving_text(robot))
+
+
+def model_hash(model: Model) -> str:
+    """Short hash of all that is believed of the arm."""
+    return _hash(model_text(model))
+
+
+def _hash(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()[:HASH_DIGITS]
+
+
+def fits(plan: Plan, model: Model) -> list[str]:
+    """How the robot and model at hand differ from those planned for, a sentence each; none if they agree."""
+    return [*robot_differences(plan, model.robot), *model_differences(plan, model)]
+
+
+def robot_differences(plan: Plan, robot: Robot) -> list[str]:
+    """Why this robot must not run the plan: other joints, limits or geometry."""
+    if plan.joints != robot.joints:
+        return [
+            f"the plan is for the joints {', '.join(plan.joints)} of {plan.robot}; "
+            f"{robot.name} has {', '.join(robot.joints)}"
+        ]
+    if plan.robot_hash == robot_hash(robot):
+        return []
+    return _limit_differences(plan, robot) or [
+        f"{robot.name} has another geometry than the {plan.robot} that was planned for "
+        f"(hash {robot_hash(robot)}, planned {plan.robot_hash})"
+    ]
+
+
+def _limit_differences(plan: Plan, robot: Robot) -> list[str]:
+    said = []
+    for name in (f.name for f in fields(Limits)):
+        planned, here = getattr(plan.limits, name), getattr(robot.limits, name)
+        for place in np.flatnonzero(planned != here):
+            said.append(
+                f"limit {name} of {robot.joints[place]} is {here[place]:g}; "
+                f"it was {planned[place]:g} when the plan was made"
+            )
+    return said
+
+
+def model_differences(plan: Plan, model: Model) -> list[str]:
+    """Whether other things are believed of the arm now; what was said of torques then may not hold."""
+    if plan.model_hash == model_hash(model):
+        return []
+    return [
+        f"the model of {model.robot.name} is not the one planned with (hash {model_hash(model)}, planned "
+        f"{plan.model_hash}): torques, and what the motion tells of the parameters, may differ"
+    ]

@@ -1,0 +1,1 @@
+"""The search for the most informative series within all bounds."""

@@ -1,0 +1,100 @@
+"""Bounds: what an optimiser must keep, as margins that are positive inside, with their gradients.
+
+Each is made dimensionless by its limit, so that 0.01 is one per cent of the room there is.
+"""
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from exidyn.identify.robot import Limits
+
+from ..limits.brake import stopping_reach, stopping_reach_gradient
+from ..trajectory import States
+
+
+class Margins(NamedTuple):
+    """Margins of some rows at each sample, and their derivatives by the state there.
+
+    Attributes:
+        value: Shape (t, m); at least zero where allowed [-].
+        by: Derivatives by position, velocity, acceleration and jerk, each (t, m, n), or None for zero.
+    """
+
+    value: np.ndarray
+    by: tuple[np.ndarray | None, np.ndarray | None, np.ndarray | None, np.ndarray | None]
+
+
+class Bound(ABC):
+    """Something that must hold at every sample, given by the state there."""
+
+    @abstractmethod
+    def margins(self, states: States) -> Margins:
+        """Margins and their derivatives."""
+
+
+@dataclass(frozen=True, eq=False)
+class RateBound(Bound):
+    """Velocity, acceleration or jerk within its limits.
+
+    Attributes:
+        order: 1 for velocity, 2 for acceleration, 3 for jerk.
+        lower: Shape (n,), below zero.
+        upper: Shape (n,), above zero.
+    """
+
+    order: int
+    lower: np.ndarray
+    upper: np.ndarray
+
+    def margins(self, states: States) -> Margins:
+        value = (states.velocity, states.acceleration, states.jerk)[self.order - 1]
+        ahead, behind = value / self.upper, value / self.lower
+        by: list[np.ndarray | None] = [None, None, None, None]
+        by[self.order] = _diagonal(np.concatenate([-1.0 / self.upper, -1.0 / self.lower]), len(value))
+        return Margins(np.concatenate([1.0 - ahead, 1.0 - behind], axis=1), tuple(by))  # type: ignore[arg-type]
+
+
+@dataclass(frozen=True, eq=False)
+class StopBound(Bound):
+    """Position, and the farthest it gets when the brake comes down now, within the limits.
+
+    Attributes:
+        limits: Of all kinds; the brake keeps to acceleration and jerk.
+    """
+
+    limits: Limits
+
+    def margins(self, states: States) -> Margins:
+        lower, upper = self.limits.position_lower, self.limits.position_upper
+        room = 0.5 * (upper - lower)
+        down, up = stopping_reach(states.velocity, states.acceleration, self.limits)
+        slope = stopping_reach_gradient(states.velocity, states.acceleration, self.limits)
+        value = [(upper - states.position - up) / room, (states.position + down - lower) / room]
+        position = _diagonal(np.concatenate([-1.0 / room, 1.0 / room]), len(up))
+        by_velocity = [-slope.upper_by_velocity / room, slope.lower_by_velocity / room]
+        by_acceleration = [-slope.upper_by_acceleration / room, slope.lower_by_acceleration / room]
+        velocity = _diagonal(np.concatenate(by_velocity, axis=1), len(up))
+        acceleration = _diagonal(np.concatenate(by_acceleration, axis=1), len(up))
+        return Margins(np.concatenate(value, axis=1), (position, velocity, acceleration, None))
+
+
+def _diagonal(values: np.ndarray, samples: int) -> np.ndarray:
+    """Derivatives of two rows a joint, each by its own joint; values (2 n,) or (t, 2 n) to (t, 2 n, n)."""
+    values = np.broadcast_to(values, (samples, values.shape[-1]))
+    joints = values.shape[1] // 2
+    out = np.zeros((samples, 2 * joints, joints))
+    rows = np.arange(2 * joints)
+    out[:, rows, rows % joints] = values
+    return out
+
+
+def kinematic_bounds(limits: Limits) -> list[Bound]:
+    """Position with room to stop, velocity, acceleration and jerk."""
+    return [
+        StopBound(limits),
+        RateBound(1, limits.velocity_lower, limits.velocity),
+        RateBound(2, limits.acceleration_lower, limits.acceleration),
+        RateBound(3, -limits.jerk, limits.jerk),
+    ]

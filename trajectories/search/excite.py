@@ -1,0 +1,184 @@
+"""Excite: the Fourier series that serves a goal best within the limits."""
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from exidyn.identify.motion import Motion
+from exidyn.identify.robot import Limits
+
+from ..clearances.clearance import Clearance
+from ..clearances.configurations import clear_position
+from ..errors import BadLimits, Infeasible
+from ..families.fourier import Fourier
+from .basis import Basis
+from .bounds import Bound, kinematic_bounds
+from .clearance_bound import ClearanceBound
+from .design_model import design_model
+from .goals import Goal
+from .parallel import Stop, run_all
+from .problem import Problem
+from .shrink import inside_kinematics, shrink_inside
+from .solve import Search, solve
+from .torque_bound import TorqueBound
+
+PER_HARMONIC = 20
+"""Samples of the objective a period of the highest harmonic: inertial torque has up to four times its
+frequency, and its square twice that again, so twenty hold the information matrix."""
+EVERY = 2
+"""Of these, one in so many is kept to the bounds: between ten samples a period a series rises by at most
+1 / cos(pi / 10), five per cent, which the exact check takes back."""
+
+FINE = 0.01
+"""Spacing at which the value of the result is taken [s]: friction turns over it as a measured row does."""
+
+
+@dataclass(frozen=True, eq=False)
+class Setting:
+    """Within what to search.
+
+    Attributes:
+        limits: Finite ones of position, velocity, acceleration and jerk.
+        harmonics: Number of harmonics.
+        periods: Base periods that the starts take in turn [s].
+        clearances: Collisions and regions.
+        series: How many trajectories are planned together.
+        tick: Of the controller [s]; a period is a whole number of them.
+    """
+
+    limits: Limits
+    harmonics: int = 5
+    periods: tuple[float, ...] = (10.0,)
+    clearances: Sequence[Clearance] = ()
+    series: int = 1
+    tick: float = 0.002
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """What one start came to, after the exact check.
+
+    Attributes:
+        series: The trajectories.
+        value: Of the goal, at every tick.
+        seed: Of this start.
+        history: Seconds and value of the goal, as the search went on.
+    """
+
+    series: tuple[Fourier, ...]
+    value: float
+    seed: int
+    history: list[tuple[float, float]] = field(default_factory=list)
+
+
+def excite(
+    goal: Goal,
+    setting: Setting,
+    *,
+    starts: int = 4,
+    seed: int = 0,
+    seconds: float = 60.0,
+    executor: Executor | None = None,
+    progress: Callable[[str], None] = lambda _: None,
+) -> Found:
+    """The best of several starts.
+
+    Args:
+        goal: What the trajectory is for.
+        setting: Limits, harmonics, period.
+        starts: Random starts, with seeds `seed`, `seed` + 1 and so on.
+        seed: Of the first.
+        seconds: Time after which the best so far is returned [s].
+        executor: Where starts run; a pool of processes unless given.
+        progress: Called with a sentence whenever a start ends.
+
+    Raises:
+        BadLimits: No start, or no time.
+        Infeasible: No start could be brought inside the limits.
+    """
+    if starts < 1 or not seconds > 0.0:
+        raise BadLimits(f"a search of {starts} starts in {seconds:g} s; both must be above 0")
+    if seed < 0:
+        raise BadLimits(f"seed: {seed}; it must be 0 or more")
+    tasks = [(goal, setting, seed + k) for k in range(starts)]
+    found: list[Found] = []
+    misses: list[str] = []
+
+    def note(outcome: "Found | str") -> None:
+        if isinstance(outcome, str):
+            misses.append(outcome)
+        else:
+            found.append(outcome)
+            best = min(found, key=lambda one: one.value)
+            progress(
+                f"start {len(found) + len(misses)} of {starts}: {goal.words(outcome.value)}; "
+                f"best so far {goal.words(best.value)}"
+            )
+
+    run_all(one_start, tasks, seconds, executor, note)
+    if not found:
+        raise Infeasible(
+            misses[0] if misses else "stopped before a start had kept to the limits; give it longer"
+        )
+    return min(found, key=lambda one: one.value)
+
+
+def one_start(goal: Goal, setting: Setting, seed: int, seconds: float, stop: Stop) -> "Found | str":
+    """Search from one random start; a sentence where it could not be brought inside the limits."""
+    period = setting.periods[seed % len(setting.periods)]
+    problem = problem_of(goal, setting, period)
+    try:
+        start = random_start(goal, setting, problem.basis, seed)
+        search = solve(problem, problem.unknowns(start), seconds, stop)
+        unknowns = start if search.unknowns is None else problem.coefficients(search.unknowns)
+        return finished(goal, setting, problem.basis.fourier(unknowns), seed, search)
+    except Infeasible as reason:
+        return str(reason)
+
+
+def problem_of(goal: Goal, setting: Setting, period: float) -> Problem:
+    """The goal under all bounds, over Fourier series of one period."""
+    basis = Basis(period, setting.harmonics, PER_HARMONIC * setting.harmonics, setting.series)
+    limits = setting.limits
+    bounds: list[Bound] = kinematic_bounds(limits)
+    if np.any(np.isfinite(limits.torque)):
+        believed = design_model(goal.model, limits, period / basis.samples)
+        bounds.append(TorqueBound(believed, limits.torque, goal.payloads))
+    bounds += [ClearanceBound(clearance) for clearance in setting.clearances]
+    scale = 0.5 * (limits.position_upper - limits.position_lower)
+    objectives = goal.objectives(limits, period / basis.samples)
+    return Problem(basis, objectives, bounds, EVERY, scale)
+
+
+def random_start(goal: Goal, setting: Setting, basis: Basis, seed: int) -> np.ndarray:
+    """Random coefficients whose series keep to 90 % of the kinematic limits, shape (k, n)."""
+    random, limits = np.random.default_rng(seed), setting.limits
+    robot = replace(goal.model.robot, limits=limits)
+    middle = 0.5 * (limits.position_lower + limits.position_upper)
+    series = []
+    for number in range(setting.series):
+        centre = (
+            clear_position(robot, setting.clearances, seed + 1000 * number) if setting.clearances else middle
+        )
+        fade = np.arange(1, setting.harmonics + 1)
+        sine, cosine = random.normal(size=(2, len(middle), setting.harmonics)) / fade
+        series.append(inside_kinematics(Fourier(basis.period, centre, sine, cosine), limits, 0.9))
+    return basis.coefficients(series)
+
+
+def finished(goal: Goal, setting: Setting, series: list[Fourier], seed: int, search: Search) -> Found:
+    """Series brought inside all limits between samples too, with their value."""
+    kept = tuple(shrink_inside(one, goal, setting.limits, setting.clearances, setting.tick) for one in series)
+    time = np.arange(0.0, kept[0].period, FINE)
+    motions = [one.at(time).motion() for one in kept]
+    value = goal.objectives(setting.limits, FINE)[-1].value(joined(motions))
+    return Found(kept, value, seed, search.history)
+
+
+def joined(motions: Sequence[Motion]) -> Motion:
+    """Motions one after the other, as one."""
+    position = np.concatenate([motion.position for motion in motions])
+    velocity = np.concatenate([motion.velocity for motion in motions])
+    acceleration = np.concatenate([motion.acceleration for motion in motions])
+    return Motion.of(np.arange(len(position)) * FINE, position, velocity, acceleration)

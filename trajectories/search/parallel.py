@@ -1,0 +1,177 @@
+"""Run independent starts side by side, within a time, with an answer when it is cut short."""
+
+import os
+import signal
+import time
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Executor, Future, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
+from multiprocessing import get_context
+from threading import current_thread, main_thread
+from typing import Any
+
+from ..errors import TrajectoryError
+
+Stop = Callable[[], bool]
+
+POLL = 0.2
+"""How often the clock is looked at while starts run [s]: far below what a start takes."""
+
+_stopping: Any = None
+"""In a process of the pool: the event that asks it to end."""
+
+
+def run_all(
+    work: Callable[..., Any],
+    tasks: Sequence[tuple[Any, ...]],
+    seconds: float,
+    executor: Executor | None,
+    note: Callable[[Any], None],
+) -> None:
+    """Call work(*task, seconds, stop) for every task; `note` gets each result as it comes.
+
+    When the time is over, or on an interrupt from the keyboard, running tasks are asked to end with the
+    best they have, and those not begun are left out.
+
+    Args:
+        work: What to do; must be importable by other processes.
+        tasks: Arguments of each call.
+        seconds: For all together [s].
+        executor: Where to run; this process for a single task, else a pool of processes.
+        note: Called in this process.
+
+    Raises:
+        TrajectoryError: A process of the pool died.
+    """
+    workers = max(min(len(tasks), os.cpu_count() or 1), 1)
+    share = seconds / max(-(-len(tasks) // workers), 1)
+    if executor is not None:
+        _gather([executor.submit(_call, work, task, share) for task in tasks], seconds, note, lambda: None)
+    elif workers == 1:
+        with _interrupt_noted() as asked:
+            for place, task in enumerate(tasks):
+                if place == 0 or not asked():
+                    note(work(*task, share, asked))
+    else:
+        _in_processes(work, tasks, share, seconds, note, workers)
+
+
+def _in_processes(
+    work: Callable[..., Any],
+    tasks: Sequence[tuple[Any, ...]],
+    share: float,
+    seconds: float,
+    note: Callable[[Any], None],
+    workers: int,
+) -> None:
+    """In a pool of processes, which is gone when this returns or raises."""
+    context = get_context("spawn")
+    event = context.Event()
+    with _one_thread_each(), ProcessPoolExecutor(workers, context, _begin, (event,)) as pool:
+        try:
+            with _deaf_to_interrupts():  # else it would kill a process that still imports
+                futures = [pool.submit(_call, work, task, share) for task in tasks]
+            _gather(futures, seconds, note, event.set)
+        except BrokenProcessPool as error:
+            raise TrajectoryError(
+                "a process of the search died: memory may have run out, or a script was not guarded. Try to "
+                "call from under `if __name__ == '__main__':`, fewer starts, or an executor of your own"
+            ) from error
+        finally:
+            event.set()  # what still runs after an error ends now, and not at the end of its time
+
+
+def _gather(
+    futures: Sequence["Future[Any]"],
+    seconds: float,
+    note: Callable[[Any], None],
+    ask_to_stop: Callable[[], None],
+) -> None:
+    """Hand results on as they come; stop at the end of the time or on an interrupt."""
+    begun, left, stopped = time.monotonic(), set(futures), False
+    try:
+        while left:
+            try:
+                done = wait(left, timeout=POLL, return_when="FIRST_COMPLETED").done
+                while done:
+                    future = done.pop()
+                    left.discard(future)
+                    note(future.result())
+                enough = time.monotonic() - begun > seconds
+            except KeyboardInterrupt:
+                if stopped:
+                    raise  # asked twice
+                enough = True
+            if enough and not stopped:
+                stopped = True
+                ask_to_stop()
+                left = {future for future in left if not future.cancel()}
+    finally:
+        for future in left:
+            future.cancel()  # after an error
+
+
+def _call(work: Callable[..., Any], task: tuple[Any, ...], seconds: float) -> Any:
+    return work(*task, seconds, _asked)
+
+
+def _asked() -> bool:
+    """Whether this process was asked to end."""
+    return _stopping is not None and _stopping.is_set()
+
+
+def _begin(event: Any) -> None:
+    """First thing in a process of the pool: an interrupt is the parent's to handle."""
+    global _stopping
+    _stopping = event
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+@contextmanager
+def _interrupt_noted() -> Iterator[Stop]:
+    """Whether Ctrl-C was pressed inside, so that work here can end with what it has; a second one raises."""
+    pressed: list[int] = []
+
+    def hear(*_: object) -> None:
+        pressed.append(1)
+        if len(pressed) > 1:
+            raise KeyboardInterrupt
+
+    if current_thread() is not main_thread():  # where Python hears no signals
+        yield lambda: False
+        return
+    before = signal.signal(signal.SIGINT, hear)
+    try:
+        yield lambda: bool(pressed)
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+@contextmanager
+def _deaf_to_interrupts() -> Iterator[None]:
+    """Ctrl-C waits for as long as this lasts, and processes begun inside never hear it."""
+    if not hasattr(signal, "pthread_sigmask"):  # Windows
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+@contextmanager
+def _one_thread_each() -> Iterator[None]:
+    """Processes begun inside do their linear algebra on one thread, so as not to take each other's core."""
+    names = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+    before = {name: os.environ.get(name) for name in names}
+    os.environ.update(dict.fromkeys(names, "1"))
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value

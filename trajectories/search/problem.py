@@ -1,0 +1,103 @@
+"""Problem: what excitation minimises, under which bounds, as functions of Fourier coefficients."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from exidyn.identify.effects import MotionGradient
+from exidyn.identify.motion import Motion
+
+from ..trajectory import States
+from .basis import Basis
+from .bounds import Bound
+from .criteria import Criterion
+from .information import Experiment
+
+
+class Objective(Protocol):
+    """A number that a motion makes, to be minimised, and its gradient by the motion."""
+
+    def __call__(self, motion: Motion) -> tuple[float, MotionGradient]:
+        """Value and gradient."""
+
+    def value(self, motion: Motion) -> float:
+        """Value alone, which is cheaper."""
+
+
+@dataclass(frozen=True, eq=False)
+class Informative:
+    """Objective: a criterion of the information that an experiment gives per run of unit length.
+
+    Attributes:
+        experiment: Unknowns and runs.
+        criterion: Of the information.
+        size: Of each base parameter, shape (b,).
+        rows: Independent rows a second that count, times the seconds of the run; only their sum with
+            earlier information depends on it.
+    """
+
+    experiment: Experiment
+    criterion: Criterion
+    size: np.ndarray
+    rows: float = 1.0
+
+    def __call__(self, motion: Motion) -> tuple[float, MotionGradient]:
+        share = self.rows / len(motion)
+        columns = self.experiment.columns(motion)
+        information = self.experiment.gathered(columns, share)
+        value, by = self.criterion(information, self.size)
+        return value, self.experiment.pull(motion, columns, by, share)
+
+    def value(self, motion: Motion) -> float:
+        information = self.experiment.information(motion, self.rows / len(motion))
+        return self.criterion(information, self.size)[0]
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """An objective under bounds over a basis.
+
+    Attributes:
+        basis: What the coefficients mean, sampled for the objective.
+        objectives: One after the other, each from where the last ended: smooth ones first.
+        bounds: What must hold.
+        every: One sample in so many is kept to the bounds.
+        scale: Size of each joint's coefficients, shape (n,) [rad].
+    """
+
+    basis: Basis
+    objectives: Sequence[Objective]
+    bounds: Sequence[Bound]
+    every: int
+    scale: np.ndarray
+
+    def coefficients(self, unknowns: np.ndarray) -> np.ndarray:
+        """Coefficients (k, n) of the solver's unknowns, shape (k n,)."""
+        return unknowns.reshape(self.basis.rows, -1) * self.scale
+
+    def unknowns(self, coefficients: np.ndarray) -> np.ndarray:
+        """Inverse of `coefficients`."""
+        return np.asarray((coefficients / self.scale).ravel())
+
+    def value(self, unknowns: np.ndarray, objective: Objective) -> tuple[float, np.ndarray]:
+        """Objective and its gradient by the unknowns."""
+        value, gradient = objective(self.basis.motion(self.coefficients(unknowns)))
+        return value, (self.basis.pull(gradient) * self.scale).ravel()
+
+    def margins(self, unknowns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Margins of all bounds, shape (r,), and their derivatives by the unknowns, shape (r, k n)."""
+        matrices = [matrix[:: self.every] for matrix in self.basis.matrices]
+        coefficients = self.coefficients(unknowns)
+        states = States(self.basis.time[:: self.every], *(matrix @ coefficients for matrix in matrices))
+        values, slopes = [], []
+        for bound in self.bounds:
+            found = bound.margins(states)
+            slope = sum(
+                np.einsum("tk,tmn->tmkn", matrix, by * self.scale, optimize=True)
+                for matrix, by in zip(matrices, found.by, strict=True)
+                if by is not None
+            )
+            values.append(found.value.ravel())
+            slopes.append(np.asarray(slope).reshape(found.value.size, -1))
+        return np.concatenate(values), np.concatenate(slopes)

@@ -1,0 +1,103 @@
+"""Shrink: a series brought inside limits that hold between samples too."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from exidyn.identify.robot import Limits
+
+from ..clearances.clearance import Clearance
+from ..errors import Infeasible
+from ..families.fourier import Fourier
+from ..limits.check import Violation, check
+from .goals import Goal
+from .torque_bound import TorqueBound
+
+STEP = 0.99
+"""Share of the excursion left after a step where no ratio says how much is too much."""
+STEPS = 150
+"""Such steps at most: 0.99^150 is a fifth of the motion; what does not fit then never was near."""
+
+
+def inside_kinematics(series: Fourier, limits: Limits, share: float = 1.0) -> Fourier:
+    """Each joint's excursion scaled to `share` of what its tightest limit allows; up or down."""
+    found = series.extremes()
+    centre = series.centre
+    room = [
+        (limits.position_upper - centre) / (found.position.upper - centre),
+        (limits.position_lower - centre) / (found.position.lower - centre),
+        limits.velocity / found.velocity.upper,
+        limits.velocity_lower / found.velocity.lower,
+        limits.acceleration / found.acceleration.upper,
+        limits.acceleration_lower / found.acceleration.lower,
+        limits.jerk / np.maximum(found.jerk.upper, -found.jerk.lower),
+    ]
+    return _scaled(series, share * np.min(room, axis=0))
+
+
+def shrink_inside(
+    series: Fourier,
+    goal: Goal,
+    limits: Limits,
+    clearances: Sequence[Clearance],
+    tick: float,
+) -> Fourier:
+    """The series, no larger than it was, inside every limit at every time.
+
+    Raises:
+        Infeasible: Not even a small motion about its centre keeps to the limits.
+    """
+    bound = TorqueBound(goal.model, limits.torque, goal.payloads)
+    for _ in range(STEPS):
+        violations = [
+            violation
+            for payload in goal.payloads
+            for violation in check(series, limits, tick, bound.of(payload))
+        ]
+        clear = all(clearance.worst(series).allowed for clearance in clearances)
+        if not violations and clear:
+            return series
+        series = _scaled(series, _shares(series, violations, clear))
+    raise Infeasible(_sentence(goal, violations, clearances, series))
+
+
+def _shares(series: Fourier, violations: Sequence[Violation], clear: bool) -> np.ndarray:
+    """How much of each joint's excursion to keep, shape (n,)."""
+    share = np.full(series.dof, 1.0 if clear else STEP)
+    for violation in violations:
+        joint, centre = violation.joint, series.centre[violation.joint]
+        if violation.what == "torque":
+            share = np.minimum(share, STEP)  # any joint's motion may be what loads this one
+        elif violation.what in ("velocity", "acceleration", "jerk"):
+            share[joint] = min(share[joint], violation.limit / violation.value * (1 - 1e-9))
+        else:  # position, or where a stop ends, which moves at least in proportion
+            away = violation.value - centre
+            ratio = (violation.limit - centre) / away if away else 0.0  # a centre outside: it stands still
+            share[joint] = min(share[joint], ratio * (1 - 1e-9))
+    return np.maximum(share, 0.0)
+
+
+def _scaled(series: Fourier, share: np.ndarray) -> Fourier:
+    """Each joint's excursion from its centre times its share, shape (n,)."""
+    return Fourier(
+        series.period,
+        series.centre,
+        share[:, None] * series.sine,
+        share[:, None] * series.cosine,
+        series.periods,
+    )
+
+
+def _sentence(
+    goal: Goal, violations: Sequence[Violation], clearances: Sequence[Clearance], series: Fourier
+) -> str:
+    """Why nothing fits."""
+    if violations:
+        return (
+            f"{violations[0].sentence(goal.model.robot.joints)}, and so it is for ever smaller motions about "
+            "the same centre. Try a start pose or position limits that avoid it"
+        )
+    nearest = min((clearance.worst(series) for clearance in clearances), key=lambda one: one.margin)
+    return (
+        f"{nearest.name}: {1e3 * nearest.margin:.0f} mm of room at {nearest.time:.2f} s, and no more in ever "
+        "smaller motions about the same centre. Try a start pose away from it"
+    )

@@ -1,0 +1,78 @@
+"""Torque bound: what the believed model asks of the drives."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from exidyn.identify.model import Model
+from exidyn.identify.motion import Motion
+
+from ..trajectory import States
+from .bounds import Bound, Margins
+
+NEAR = 0.5
+"""Share of a limit from which on a torque's slope is asked for. Below it a step of the solver would have to
+double the torque, and the next step would then see it."""
+
+
+@dataclass(frozen=True, eq=False)
+class TorqueBound(Bound):
+    """Torque of the believed model within the drives' limits, in every run.
+
+    Attributes:
+        model: Robot and effects with their beliefs.
+        limit: Shape (n,) [N m]; infinite where there is none.
+        payloads: Body carried in each run of the same motion.
+    """
+
+    model: Model
+    limit: np.ndarray
+    payloads: Sequence[str] = ("",)
+
+    def torque(self, states: States, payload: str) -> np.ndarray:
+        """Believed joint torque, shape (t, n) [N m]."""
+        motion = self.model.loaded(states.motion(payload))
+        return self.model.torque(motion, self.model.believed_values)
+
+    def of(self, payload: str) -> Callable[[States], np.ndarray]:
+        """The torque of one run as a function of states alone."""
+        return lambda states: self.torque(states, payload)
+
+    def margins(self, states: States) -> Margins:
+        limited = np.flatnonzero(np.isfinite(self.limit))
+        parts = [self._margins(states, payload, limited) for payload in self.payloads]
+        by = [np.concatenate([part.by[k] for part in parts], axis=1) for k in range(3)]
+        return Margins(np.concatenate([part.value for part in parts], axis=1), (by[0], by[1], by[2], None))
+
+    def _margins(self, states: States, payload: str, limited: np.ndarray) -> Margins:
+        share = self.torque(states, payload)[:, limited] / self.limit[limited]
+        by = self._slopes(states, payload, limited, np.abs(share) > NEAR)
+        value = np.concatenate([1.0 - share, 1.0 + share], axis=1)
+        both = tuple(np.concatenate([-one, one], axis=1) for one in by)
+        return Margins(value, (both[0], both[1], both[2], None))
+
+    def _slopes(
+        self, states: States, payload: str, limited: np.ndarray, near: np.ndarray
+    ) -> list[np.ndarray]:
+        """Derivatives of each limited joint's share where it is `near`, (t, m), else zero; each (t, m, n).
+
+        All in one pass: a sample is repeated for each joint that is near its limit there, with the weights
+        of that joint alone.
+        """
+        rows, which = np.nonzero(near)
+        motion = self.model.loaded(_taken(states.motion(payload), rows))
+        pick = np.zeros(motion.position.shape)
+        pick[np.arange(len(rows)), limited[which]] = 1.0 / self.limit[limited[which]]
+        gradient = self.model.motion_gradient(motion, pick[:, :, None] * self.model.believed_values, pick)
+        found = []
+        for part in (gradient.position, gradient.velocity, gradient.acceleration):
+            slopes = np.zeros((*near.shape, part.shape[1]))
+            slopes[rows, which] = part
+            found.append(slopes)
+        return found
+
+
+def _taken(motion: Motion, rows: np.ndarray) -> Motion:
+    """Some samples of a motion, in any order; effects with a memory see them as one run."""
+    names = ("time", "position", "velocity", "acceleration", "load", "temperature")
+    return replace(motion, **{name: getattr(motion, name)[rows] for name in names})
