@@ -21,14 +21,16 @@ from exidyn.trajectories.discrimination.distinction import distinguish, sentence
 from exidyn.trajectories.discrimination.hypothesis import Hypothesis
 from exidyn.trajectories.discrimination.separation import Observation
 from exidyn.trajectories.errors import BadLimits
+from exidyn.trajectories.identification_goal import believed_noise
 from exidyn.trajectories.kinds import KINDS
 from exidyn.trajectories.limits.usable_limits import Margins, usable
-from exidyn.trajectories.planning import Wishes, believed_noise, plan, rows_of
+from exidyn.trajectories.planning import plan
 from exidyn.trajectories.plans.plan import Plan
 from exidyn.trajectories.plans.plan_check import believed_torque, violations
 from exidyn.trajectories.plans.plan_file import write_plan
 from exidyn.trajectories.plans.plan_summary import summary
 from exidyn.trajectories.plans.plan_use import limit_use
+from exidyn.trajectories.wishes import Wishes, rows_of
 
 from .excite_arguments import OPTIMISED, excite_parser
 from .identify_command import stopwatch

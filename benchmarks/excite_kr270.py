@@ -16,8 +16,9 @@ from exidyn.identify.motion import Motion
 from exidyn.identify.recording import KnownPayload, Recording
 from exidyn.identify.robot_file import read_model
 from exidyn.identify.simulate import Sensors, exact_current, simulate
-from exidyn.trajectories.planning import Wishes, plan
+from exidyn.trajectories.planning import plan
 from exidyn.trajectories.random_fourier import random_fourier
+from exidyn.trajectories.wishes import Wishes
 from kr270 import MASS, believed, equations_of, gain_error, plant
 
 TICK = 0.002

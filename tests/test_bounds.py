@@ -7,6 +7,7 @@ import pytest
 from exidyn.identify.effects import Belief, LoadDependentFriction, Payload, known_parameters
 from exidyn.identify.robot import Limits
 from exidyn.trajectories.clearances.region import Region, box
+from exidyn.trajectories.families.fourier import Fourier
 from exidyn.trajectories.limits.brake import stoppable
 from exidyn.trajectories.search.bounds import RateBound, StopBound, kinematic_bounds
 from exidyn.trajectories.search.clearance_bound import SCALE, ClearanceBound
@@ -35,9 +36,9 @@ def heavy():
 
 
 BOUNDS = {
-    "velocity": RateBound(1, LIMITS.velocity_lower, LIMITS.velocity),
-    "acceleration": RateBound(2, LIMITS.acceleration_lower, LIMITS.acceleration),
-    "jerk": RateBound(3, -LIMITS.jerk, LIMITS.jerk),
+    "velocity": RateBound(1, LIMITS.velocity_lower, LIMITS.velocity, np.arange(2)),
+    "acceleration": RateBound(2, LIMITS.acceleration_lower, LIMITS.acceleration, np.arange(2)),
+    "jerk": RateBound(3, -LIMITS.jerk, LIMITS.jerk, np.arange(2)),
     "stop": StopBound(LIMITS),
     "torque": TorqueBound(heavy(), LIMITS.torque),
     "torque of a pair": TorqueBound(heavy(), np.array([60.0, 20.0]), ("", "L")),
@@ -157,3 +158,25 @@ def test_kinematic_bounds_are_those_of_every_limit():
     np.testing.assert_array_equal(
         np.all(values >= 0, axis=1), np.all(np.concatenate(expected, axis=1), axis=1)
     )
+
+
+def test_a_limit_that_the_one_before_it_keeps_is_not_asked_for():
+    """Of series within the velocity limits whose highest harmonic is slow enough, none breaks the others."""
+    random, time = np.random.default_rng(3), np.linspace(0.0, 8.0, 2000)
+    highest = 2 * np.pi * 3 / 8.0
+    limits = replace(
+        LIMITS,
+        acceleration=highest * np.maximum(LIMITS.velocity, -LIMITS.velocity_lower) * 1.001,
+        acceleration_lower=-highest * np.maximum(LIMITS.velocity, -LIMITS.velocity_lower) * 1.001,
+    )
+    asked = [bound.order for bound in kinematic_bounds(limits, highest) if isinstance(bound, RateBound)]
+    assert 2 not in asked
+    for _ in range(50):
+        series = Fourier(8.0, np.zeros(2), *random.normal(size=(2, 2, 3)))
+        largest = np.abs(series.at(time).velocity).max(axis=0)
+        series = Fourier(
+            8.0,
+            np.zeros(2),
+            *(c * (LIMITS.velocity / largest)[:, None] for c in (series.sine, series.cosine)),
+        )
+        assert np.all(np.abs(series.at(time).acceleration) <= limits.acceleration)

@@ -11,19 +11,13 @@ from exidyn.identify.model import Model
 from exidyn.identify.robot_file import read_model
 from exidyn.trajectories.errors import BadLimits, Infeasible, NothingToIdentify, UnknownChoice
 from exidyn.trajectories.families.fourier import Fourier
+from exidyn.trajectories.identification_goal import NOISE, believed_noise, identification_goal, learned
 from exidyn.trajectories.limits.check import check
 from exidyn.trajectories.limits.usable_limits import usable
-from exidyn.trajectories.planning import (
-    NOISE,
-    Wishes,
-    believed_noise,
-    identification_goal,
-    learned,
-    periods_of,
-    plan,
-)
+from exidyn.trajectories.planning import plan
 from exidyn.trajectories.search.criteria import Focus, average, condition, worst
 from exidyn.trajectories.search.torque_bound import TorqueBound
+from exidyn.trajectories.wishes import Wishes, periods_of
 
 from . import two_joints
 from .excitation import TICK, limits, smooth_model
@@ -60,7 +54,8 @@ def test_a_plan_says_what_it_is(usual):
     assert usual.details["period"] == 4.0
     assert usual.details["harmonics"] == 2
     assert usual.margins == vars(WISHES.margins)
-    assert usual.assumed == ()
+    (said,) = usual.assumed
+    assert said.startswith("Fv1, Fv2, Fc1, Fc2, Off1, Off2: nothing is said of them")
 
 
 def test_a_plan_is_a_whole_run_inside_all_limits(usual):

@@ -9,8 +9,9 @@ from exidyn.identify.robot import Limits
 
 from ..clearances.configurations import clear_position
 from ..limits.usable_limits import Margins
-from ..planning import Wishes, plan
+from ..planning import plan
 from ..trajectory import Trajectory
+from ..wishes import Wishes
 from .single_joint import single_joint_runs
 from .static_poses import static_poses
 from .sweeps import constant_velocity_sweeps

@@ -42,17 +42,23 @@ class RateBound(Bound):
         order: 1 for velocity, 2 for acceleration, 3 for jerk.
         lower: Shape (n,), below zero.
         upper: Shape (n,), above zero.
+        joints: Which it is asked of, shape (k,).
     """
 
     order: int
     lower: np.ndarray
     upper: np.ndarray
+    joints: np.ndarray
 
     def margins(self, states: States) -> Margins:
-        value = (states.velocity, states.acceleration, states.jerk)[self.order - 1]
-        ahead, behind = value / self.upper, value / self.lower
+        value = (states.velocity, states.acceleration, states.jerk)[self.order - 1][:, self.joints]
+        lower, upper = self.lower[self.joints], self.upper[self.joints]
+        ahead, behind = value / upper, value / lower
+        own = _diagonal(np.concatenate([-1.0 / upper, -1.0 / lower]), len(value))
+        slope = np.zeros((*own.shape[:2], len(self.upper)))
+        slope[:, :, self.joints] = own
         by: list[np.ndarray | None] = [None, None, None, None]
-        by[self.order] = _diagonal(np.concatenate([-1.0 / self.upper, -1.0 / self.lower]), len(value))
+        by[self.order] = slope
         return Margins(np.concatenate([1.0 - ahead, 1.0 - behind], axis=1), tuple(by))  # type: ignore[arg-type]
 
 
@@ -90,11 +96,24 @@ def _diagonal(values: np.ndarray, samples: int) -> np.ndarray:
     return out
 
 
-def kinematic_bounds(limits: Limits) -> list[Bound]:
-    """Position with room to stop, velocity, acceleration and jerk."""
-    return [
-        StopBound(limits),
-        RateBound(1, limits.velocity_lower, limits.velocity),
-        RateBound(2, limits.acceleration_lower, limits.acceleration),
-        RateBound(3, -limits.jerk, limits.jerk),
+def kinematic_bounds(limits: Limits, highest: float = np.inf) -> list[Bound]:
+    """Position with room to stop, velocity, acceleration and jerk.
+
+    Args:
+        limits: Finite but for the torque.
+        highest: Frequency of the highest harmonic [rad/s]. A series within v changes by at most `highest`
+            times v (Bernstein's inequality), so a limit beyond that is kept by the one before it.
+    """
+    ranges = [
+        (limits.velocity_lower, limits.velocity),
+        (limits.acceleration_lower, limits.acceleration),
+        (-limits.jerk, limits.jerk),
     ]
+    bounds: list[Bound] = [StopBound(limits)]
+    steepest = np.full(len(limits.velocity), np.inf)
+    for order, (lower, upper) in enumerate(ranges, start=1):
+        joints = np.flatnonzero(np.minimum(-lower, upper) < steepest)
+        if len(joints):
+            bounds.append(RateBound(order, lower, upper, joints))
+        steepest = highest * np.minimum(np.maximum(-lower, upper), steepest)
+    return bounds

@@ -13,7 +13,7 @@ from ..clearances.configurations import clear_position
 from ..errors import BadLimits, Infeasible
 from ..families.fourier import Fourier
 from .basis import Basis
-from .bounds import Bound, kinematic_bounds
+from .bounds import kinematic_bounds
 from .clearance_bound import ClearanceBound
 from .design_model import design_model
 from .goals import Goal
@@ -141,7 +141,7 @@ def problem_of(goal: Goal, setting: Setting, period: float) -> Problem:
     """The goal under all bounds, over Fourier series of one period."""
     basis = Basis(period, setting.harmonics, PER_HARMONIC * setting.harmonics, setting.series)
     limits = setting.limits
-    bounds: list[Bound] = kinematic_bounds(limits)
+    bounds = kinematic_bounds(limits, 2 * np.pi * setting.harmonics / period)
     if np.any(np.isfinite(limits.torque)):
         believed = design_model(goal.model, limits, period / basis.samples)
         bounds.append(TorqueBound(believed, limits.torque, goal.payloads))
