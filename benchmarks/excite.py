@@ -13,6 +13,7 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")  # before numpy: one thread for ev
 
 import time
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any
 
 import excite_discriminate
@@ -40,12 +41,10 @@ def against_peers(arm: Arm, budget: float, seeds: Sequence[int], collisions: boo
     if absent:
         print(absent)
     else:
-        settings = figaroh_excitation.FigarohSettings(collisions=collisions)
-        tools["FIGAROH"] = lambda seed: figaroh_excitation.figaroh(arm, budget, seed, settings=settings)
+        for name, told in (("FIGAROH", False), ("FIGAROH, this criterion", True)):
+            settings = figaroh_excitation.FigarohSettings(collisions=collisions, unit_columns=told)
+            tools[name] = partial(_figaroh, arm, budget, settings)
     found = {name: [tool(seed) for seed in seeds] for name, tool in tools.items()}
-    best = {name: min(results, key=lambda one: one.condition) for name, results in found.items()}
-    mine = best.pop("exidyn")
-    peer = min(best.values(), key=lambda one: one.condition)
     rows = [_row(name, results) for name, results in found.items()]
     touching = "with self-collision" if collisions else "without self-collision"
     show(
@@ -53,20 +52,39 @@ def against_peers(arm: Arm, budget: float, seeds: Sequence[int], collisions: boo
         ["tool", "best", "worst seed", "failed seeds", "first at s", "note of the best"],
         rows,
     )
-    reached = [_when(one.history, peer.condition) for one in found["exidyn"]]
-    took = _when(peer.history, peer.condition)
-    speedup = took / float(np.median(reached))
-    ratio = mine.condition / peer.condition
-    print(
-        f"  best peer: {peer.name}, {peer.condition:.3g} after {took:.3g} s; exidyn is there after "
-        f"{np.median(reached):.3g} s (median of {len(reached)}) and ends at {ratio:.2g} of it"
+    mine = found.pop("exidyn")
+    suffix = "_with_collisions" if collisions else ""
+    figures = {f"condition{suffix}": {row[0]: row[1] for row in rows}}
+    for kind, peers in (("peer", found), ("tool", {n: r for n, r in found.items() if "FIGAROH" in n})):
+        if peers:
+            ratio, speedup = _compare(kind, mine, peers)
+            figures |= {
+                f"condition_over_best_{kind}{suffix}": ratio,
+                f"speedup_over_best_{kind}{suffix}": speedup,
+            }
+    return figures
+
+
+def _figaroh(arm: Arm, budget: float, settings: Any, seed: int) -> PeerResult:
+    return figaroh_excitation.figaroh(arm, budget, seed, settings=settings)
+
+
+def _compare(
+    kind: str, mine: Sequence[PeerResult], peers: dict[str, Sequence[PeerResult]]
+) -> tuple[float, float]:
+    """Our condition number over the best one of the others, and how much sooner we are at theirs."""
+    name, peer = min(
+        ((name, one) for name, results in peers.items() for one in results),
+        key=lambda each: each[1].condition,
     )
-    name = "_with_collisions" if collisions else ""
-    return {
-        f"condition{name}": {tool: min(r.condition for r in results) for tool, results in found.items()},
-        f"condition_over_best_peer{name}": ratio,
-        f"speedup_over_best_peer{name}": speedup,
-    }
+    took = _when(peer.history, peer.condition)
+    reached = float(np.median([_when(one.history, peer.condition) for one in mine]))
+    ratio = min(one.condition for one in mine) / peer.condition
+    print(
+        f"  best {kind}: {name}, {peer.condition:.3g} after {took:.3g} s; exidyn is there after "
+        f"{reached:.3g} s, {took / reached:.3g} times sooner, and ends at {ratio:.2g} of it"
+    )
+    return ratio, took / reached
 
 
 def _row(name: str, results: Sequence[PeerResult]) -> list[Any]:

@@ -9,9 +9,10 @@ from exidyn.identify.effects import Payload, known_parameters
 from exidyn.identify.errors import DifferentRobot
 from exidyn.identify.model import Model
 from exidyn.identify.robot_file import read_model
+from exidyn.trajectories.after_fit import learned
 from exidyn.trajectories.errors import BadLimits, Infeasible, NothingToIdentify, UnknownChoice
 from exidyn.trajectories.families.fourier import Fourier
-from exidyn.trajectories.identification_goal import NOISE, believed_noise, identification_goal, learned
+from exidyn.trajectories.identification_goal import NOISE, believed_noise, identification_goal
 from exidyn.trajectories.limits.check import check
 from exidyn.trajectories.limits.usable_limits import usable
 from exidyn.trajectories.planning import plan
@@ -107,12 +108,17 @@ def test_after_a_fit_what_is_known_counts():
     of = replace(two_joints.model(), effects=fit().model.effects)
     goal = identification_goal(of, replace(WISHES, fit=fit()), limits())
     names = goal.experiment.base.names
-    assert names == [name for name in fit().names if not name.endswith("L")]
+    told = [name for name in fit().names if not name.endswith("L")]
+    assert names == [*told, "gain1", "gain2"]
     assert goal.criterion is worst
-    covariance = fit().estimate.covariance[: len(names), : len(names)]
-    np.testing.assert_allclose(goal.experiment.known @ covariance, np.eye(len(names)), atol=1e-5)
+    covariance = np.linalg.inv(goal.experiment.known)
+    np.testing.assert_allclose(
+        np.sqrt(np.diag(covariance))[: len(told)], fit().estimate.std[: len(told)], rtol=1e-4
+    )
+    relative = fit().estimate.gain_std / np.abs(fit().estimate.gain)
+    np.testing.assert_allclose(np.sqrt(np.diag(covariance))[-2:], relative, rtol=1e-4)
     loaded = identification_goal(two_joints.model(), replace(WISHES, fit=fit(), payload=BODY), limits())
-    assert loaded.experiment.base.names == fit().names
+    assert loaded.experiment.base.names == [*fit().names, "gain1", "gain2"]
     np.testing.assert_allclose(goal.experiment.noise, fit().estimate.noise)
     assert goal.rows == pytest.approx(2.0 * fit().filtering.torque_cutoff * 7.0)
     (one,) = planned(replace(WISHES, fit=fit()), of)
