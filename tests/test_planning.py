@@ -129,6 +129,20 @@ def test_after_a_fit_what_is_known_counts():
     assert one.reached < 0.9 * np.exp(objective.value(still))
 
 
+def test_what_an_unloaded_run_cannot_tell_is_what_the_fit_says_least_surely():
+    """Gains and parameters all larger by a share make the same currents without a known body."""
+    of = replace(two_joints.model(), effects=fit().model.effects)
+    goal = identification_goal(of, replace(WISHES, fit=fit()), limits())
+    motion = core(planned(WISHES)[0]).at(np.arange(0.0, 4.0, 0.02)).motion()
+    (columns,) = goal.experiment.columns(motion)
+    count = columns.shape[2] - 2
+    larger = np.concatenate([fit().estimate.values[:count], -np.ones(2)])
+    assert np.linalg.norm(columns @ larger) < 1e-6 * np.linalg.norm(columns[:, :, -2:])
+    smaller = np.concatenate([fit().estimate.values[:count], np.ones(2)])
+    known = goal.experiment.known
+    assert larger @ known @ larger < 0.1 * smaller @ known @ smaller
+
+
 def test_more_runs_after_a_fit_are_more_rows():
     one, two = (
         identification_goal(fit().model, replace(WISHES, fit=fit(), series=series), limits())

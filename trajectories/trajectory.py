@@ -1,6 +1,7 @@
 """Trajectory: position, velocity, acceleration and jerk at any time."""
 
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -11,6 +12,8 @@ from .errors import OutsideTrajectory
 
 ROUNDING = 1e-9
 """Seconds before the start or after the end that are taken as rounding of the tick's time."""
+PART_OF_TICK = 1e-6
+"""Share of a tick by which a duration may miss a whole number of ticks."""
 
 
 class State(NamedTuple):
@@ -61,6 +64,19 @@ class Range(NamedTuple):
     upper_time: np.ndarray
 
 
+def widest(ranges: Sequence[Range], begins: np.ndarray | float = 0.0) -> Range:
+    """Smallest and largest of all; times are later by when each range `begins`, shape (k,) [s]."""
+    lower, upper, lower_time, upper_time = np.moveaxis(np.array(ranges), 1, 0)
+    later = np.reshape(begins, (-1, 1))
+    low, high, joint = np.argmin(lower, axis=0), np.argmax(upper, axis=0), np.arange(lower.shape[1])
+    return Range(
+        lower[low, joint],
+        upper[high, joint],
+        (lower_time + later)[low, joint],
+        (upper_time + later)[high, joint],
+    )
+
+
 class Extremes(NamedTuple):
     """What a trajectory reaches anywhere, between samples too."""
 
@@ -102,7 +118,7 @@ class Trajectory(ABC):
 
     def every(self, tick: float) -> States:
         """States at every tick from start to end; the last tick is at or before the end."""
-        return self.at(np.arange(int(np.floor(self.duration / tick + 1e-6)) + 1) * tick)
+        return self.at(np.arange(int(np.floor(self.duration / tick + PART_OF_TICK)) + 1) * tick)
 
     def inside(self, time: np.ndarray) -> np.ndarray:
         """The times, rounding at both ends taken off.
@@ -117,3 +133,8 @@ class Trajectory(ABC):
                 f"the trajectory lasts from 0 to {self.duration:g} s; asked for {time[outside][0]:g} s"
             )
         return np.clip(time, 0.0, self.duration)
+
+
+def whole_ticks(duration: float, tick: float) -> float:
+    """The next whole number of ticks, as a time [s]."""
+    return float(np.ceil(duration / tick - PART_OF_TICK) * tick)

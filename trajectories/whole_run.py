@@ -86,9 +86,9 @@ def _why_not(
 ) -> str:
     """What a run violates, in words; empty if nothing."""
     names = [f"joint {joint + 1}" for joint in range(run.dof)]
-    every = [check(run, limits, tick, torque) for torque in torques] or [check(run, limits, tick)]
-    for violation in sum(every, []):
-        return violation.sentence(names)
+    for torque in torques or [None]:
+        for violation in check(run, limits, tick, torque):
+            return violation.sentence(names)
     for clearance in clearances:
         nearest = clearance.worst(run)
         if not nearest.allowed:

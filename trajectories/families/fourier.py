@@ -95,9 +95,10 @@ class Fourier(Trajectory):
         cosine = self.cosine * np.cos(angle) + self.sine * np.sin(angle)
         return Fourier(self.period, self.centre, sine, cosine, self.periods)
 
-    def scaled(self, share: float) -> "Fourier":
-        """The same motion with every excursion from its centre times `share`."""
-        return Fourier(self.period, self.centre, share * self.sine, share * self.cosine, self.periods)
+    def scaled(self, share: float | np.ndarray) -> "Fourier":
+        """The same motion with excursions from its centre times `share`, one for all or shape (n,) [-]."""
+        column = np.reshape(share, (-1, 1))
+        return Fourier(self.period, self.centre, column * self.sine, column * self.cosine, self.periods)
 
 
 def _extremes_of(sine: np.ndarray, cosine: np.ndarray) -> tuple[float, float, float, float]:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..errors import NotContinuous
-from ..trajectory import Extremes, Range, State, States, Trajectory
+from ..trajectory import Extremes, State, States, Trajectory, widest
 
 JOIN = 1e-6
 """Step in position [rad], velocity [rad/s] or acceleration [rad/s^2] between two parts that is rounding: a
@@ -57,7 +57,7 @@ class Sequence(Trajectory):
 
     def extremes(self) -> Extremes:
         found = [part.extremes() for part in self.parts]
-        return Extremes(*(_widest(ranges, self.begins) for ranges in zip(*found, strict=True)))
+        return Extremes(*(widest(ranges, self.begins[:-1]) for ranges in zip(*found, strict=True)))
 
 
 def _require_join(number: int, before: State, after: State) -> None:
@@ -70,15 +70,3 @@ def _require_join(number: int, before: State, after: State) -> None:
                 f"between parts {number} and {number + 1}; a part must begin as the one before it ends. "
                 "Try a move between"
             )
-
-
-def _widest(ranges: tuple[Range, ...], begins: np.ndarray) -> Range:
-    """Smallest and largest of all parts' ranges; times from the start of the sequence."""
-    lower, upper, lower_time, upper_time = np.moveaxis(np.array(ranges), 1, 0)
-    low, high, joint = np.argmin(lower, axis=0), np.argmax(upper, axis=0), np.arange(lower.shape[1])
-    return Range(
-        lower[low, joint],
-        upper[high, joint],
-        lower_time[low, joint] + begins[low],
-        upper_time[high, joint] + begins[high],
-    )

@@ -10,23 +10,16 @@ from ..errors import BadLimits, Infeasible
 from ..families.phases import Phases
 from ..limits.moves import move
 from ..limits.usable_limits import require_jerk, require_movable
-from ..trajectory import State, Trajectory
+from ..trajectory import State, Trajectory, whole_ticks
 
 STEPS = 240
 """Samples of a joint's range when what is clear of it is sought: on a whole turn, 1 m from the axis, what
 is proved is 1.3 cm less than what there is."""
-PART_OF_TICK = 1e-6
-"""Share of a tick that is rounding, as in `Trajectory.every`."""
-
-
-def ticks(duration: float, tick: float) -> float:
-    """The next whole number of ticks, as a time [s]."""
-    return float(np.ceil(duration / tick - PART_OF_TICK) * tick)
 
 
 def pause(pose: np.ndarray, duration: float, tick: float) -> Phases:
     """Rest at a pose, shape (n,) [rad], for at least a duration [s], until a tick."""
-    return Phases.hold(pose, ticks(duration, tick))
+    return Phases.hold(pose, whole_ticks(duration, tick))
 
 
 def way(

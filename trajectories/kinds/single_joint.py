@@ -15,8 +15,8 @@ from ..errors import BadLimits, Infeasible
 from ..families.fourier import Fourier
 from ..families.sequence import Sequence
 from ..limits.brake import stoppable
-from ..trajectory import Trajectory
-from .rests import clear_range, pause, require_joints, require_limits, require_pose, ticks
+from ..trajectory import Trajectory, whole_ticks
+from .rests import clear_range, pause, require_joints, require_limits, require_pose
 
 FAST = 5
 """The faster of the two harmonics: half as many reversals of the joint, at places that differ."""
@@ -75,7 +75,7 @@ def single_joint_runs(
     for joint in joints:
         clear = _within(limits, joint, *clear_range(limits, pose, joint, clearances))
         fast = _fastest(_wave(clear, pose, joint, widest, periods), clear, share, tick)
-        slow = replace(fast, period=ticks(SLOW_DOWN * fast.period, tick), periods=1)
+        slow = replace(fast, period=whole_ticks(SLOW_DOWN * fast.period, tick), periods=1)
         still = pause(pose, rest, tick)
         parts += [still, fast, still, slow]
     parts.append(pause(pose, rest, tick))
@@ -119,7 +119,7 @@ def _fastest(wave: Fourier, limits: Limits, share: float, tick: float) -> Fourie
         np.max(np.maximum(reached.upper / upper, reached.lower / lower) / share) ** (1 / order)
         for order, reached, lower, upper in uses
     ]
-    found = replace(wave, period=ticks(max(needed), tick))
+    found = replace(wave, period=whole_ticks(max(needed), tick))
     while not np.all(stoppable(found.every(tick), limits)):
-        found = replace(found, period=ticks(LONGER * found.period, tick))
+        found = replace(found, period=whole_ticks(LONGER * found.period, tick))
     return found

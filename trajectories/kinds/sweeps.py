@@ -10,8 +10,8 @@ from ..clearances.clearance import Clearance
 from ..errors import BadLimits, Infeasible
 from ..families.phases import Phases
 from ..families.sequence import Sequence
-from ..trajectory import State, Trajectory
-from .rests import PART_OF_TICK, clear_range, pause, require_joints, require_limits, require_pose, ticks, way
+from ..trajectory import PART_OF_TICK, State, Trajectory, whole_ticks
+from .rests import clear_range, pause, require_joints, require_limits, require_pose, way
 
 SLOWEST, FASTEST = 0.01, 0.6
 """Shares of the velocity limit. A hundredth, some 0.02 rad/s, is on the side of the Stribeck bend (0.1 rad/s,
@@ -143,8 +143,8 @@ def _speed_up(limits: Limits, joint: int, velocity: float, tick: float) -> tuple
     """
     most = min(limits.acceleration[joint], -limits.acceleration_lower[joint])
     jerk = float(limits.jerk[joint])
-    build_up = ticks(min(most / jerk, np.sqrt(velocity / jerk)), tick)
-    whole = ticks(max(velocity / most, velocity / (jerk * build_up), build_up), tick)
+    build_up = whole_ticks(min(most / jerk, np.sqrt(velocity / jerk)), tick)
+    whole = whole_ticks(max(velocity / most, velocity / (jerk * build_up), build_up), tick)
     return build_up, whole - build_up
 
 

@@ -8,14 +8,12 @@ from exidyn.identify.robot import Limits
 from ..errors import BadLimits, Infeasible, TrajectoryError
 from ..families.phases import Phases
 from ..families.sequence import Sequence
-from ..trajectory import State, Trajectory
+from ..trajectory import PART_OF_TICK, State, Trajectory, whole_ticks
 from .brake import stopping_reach
 from .moves import brake, move
 
 ROUNDING = 1e-9
 """Radians beyond a position limit that are rounding."""
-PART_OF_TICK = 1e-6
-"""Share of a tick by which a duration may miss a whole number of ticks, as in `Trajectory.every`."""
 
 
 def with_leads(
@@ -40,8 +38,7 @@ def with_leads(
         leads = _leads(first, last, np.asarray(start, float), limits, tick)
     else:
         leads = _first_possible(first, last, limits, tick)
-    pause = np.ceil(rest / tick - PART_OF_TICK) * tick
-    still = Phases.hold(leads.start, pause)
+    still = Phases.hold(leads.start, whole_ticks(rest, tick))
     return Sequence((still, leads.into, core, leads.out, still))
 
 

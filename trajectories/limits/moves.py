@@ -13,7 +13,7 @@ from exidyn.identify.robot import Limits
 
 from ..errors import BadLimits, Infeasible
 from ..families.phases import Phases
-from ..trajectory import State
+from ..trajectory import State, whole_ticks
 from .brake import Reach
 from .usable_limits import require_jerk, require_movable
 
@@ -72,7 +72,7 @@ def brake(state: State, limits: Limits, tick: float | None = None) -> Phases:
     question, answer = _stop(limits), ruckig.Trajectory(len(limits.jerk))
     _begin(question, state)
     _calculate(ruckig.Ruckig(len(limits.jerk)), question, answer)
-    duration = answer.duration if tick is None else np.ceil(answer.duration / tick - 1e-6) * tick
+    duration = answer.duration if tick is None else whole_ticks(answer.duration, tick)
     rest = State.at_rest(np.array([profile.p[-1] for profile in answer.profiles[0]]))
     return _phases(answer, state, rest, max(duration, answer.duration))
 

@@ -1,6 +1,5 @@
 """What a plan does that its robot's limits forbid, and what it asks of the drives."""
 
-from collections.abc import Sequence
 from dataclasses import fields, replace
 from typing import NamedTuple
 
@@ -12,7 +11,7 @@ from exidyn.identify.robot import Limits
 from ..limits.check import Violation, check
 from ..limits.torque_peaks import torque_peaks
 from ..search.torque_bound import TorqueBound
-from ..trajectory import Range
+from ..trajectory import Range, widest
 from .plan import Plan
 from .plan_use import Use
 
@@ -41,15 +40,8 @@ def believed_torque(plan: Plan, model: Model) -> Torque:
     states = plan.trajectory.every(plan.tick)
     peaks = [torque_peaks(plan.trajectory, bound.of(load), plan.tick) for load in payloads]
     runs = tuple((load or UNLOADED, bound.torque(states, load)) for load in payloads)
-    reached = _widest([Range(*peak[:4]) for peak in peaks])
+    reached = widest([Range(*peak[:4]) for peak in peaks])
     return Torque(states.time, runs, Use("torque", reached, -plan.limits.torque, plan.limits.torque))
-
-
-def _widest(ranges: Sequence[Range]) -> Range:
-    """Smallest and largest of all."""
-    lower, upper, lower_time, upper_time = np.moveaxis(np.array(ranges), 1, 0)
-    low, high, joint = np.argmin(lower, axis=0), np.argmax(upper, axis=0), np.arange(lower.shape[1])
-    return Range(lower[low, joint], upper[high, joint], lower_time[low, joint], upper_time[high, joint])
 
 
 def violations(plan: Plan, torque: Torque | None = None) -> list[str]:

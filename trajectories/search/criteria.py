@@ -23,8 +23,8 @@ def condition(information: np.ndarray, size: np.ndarray, power: float = np.inf) 
     Args:
         information: Shape (b, b).
         size: Not used: the scaling comes from the columns.
-        power: Where finite, largest and smallest eigenvalue are means of this power over all of them: an
-            upper bound, smooth where eigenvalues meet.
+        power: Where finite, sums of this power over all eigenvalues stand for the largest and for the
+            smallest: an upper bound, smooth where eigenvalues meet.
     """
     scale = 1.0 / np.sqrt(np.diag(information))
     scaled = information * np.outer(scale, scale)
@@ -56,13 +56,14 @@ def average(information: np.ndarray, size: np.ndarray) -> tuple[float, np.ndarra
 
 
 def worst(information: np.ndarray, size: np.ndarray, power: float = 16.0) -> tuple[float, np.ndarray]:
-    """Logarithm of the largest deviation relative to its parameter's size.
+    """Logarithm of the largest deviation relative to its parameter's size, or a little more.
 
     Args:
         information: Shape (b, b).
         size: Of each parameter.
-        power: Of the mean of variances that stands for the largest: sixteen is within 26 % of it for
-            forty parameters, and smooth where two are equally bad.
+        power: Of the sum of variances that stands for the largest, smooth where two are equally bad. With
+            sixteen, and forty parameters, it is at most 26 % above the largest variance: 12 % above the
+            largest deviation.
     """
     return _deviation(information, size, power)
 
@@ -87,7 +88,7 @@ class Focus:
 
 
 def _deviation(information: np.ndarray, size: np.ndarray, power: float) -> tuple[float, np.ndarray]:
-    """Logarithm of the power mean of relative standard deviations."""
+    """Logarithm of the root of a power sum of relative variances; of their mean where the power is 1."""
     covariance, _ = _inverted(information, size)
     variance = np.diag(covariance)
     highest, share = _peak(np.log(variance), power)

@@ -29,7 +29,6 @@ frequency, and its square twice that again, so twenty hold the information matri
 EVERY = 2
 """Of these, one in so many is kept to the bounds: between ten samples a period a series rises by at most
 1 / cos(pi / 10), five per cent, which the exact check takes back."""
-
 FINE = 0.01
 """Spacing at which the value of the result is taken [s]: friction turns over it as a measured row does."""
 
@@ -61,7 +60,7 @@ class Found:
 
     Attributes:
         series: The trajectories.
-        value: Of the goal, at every tick.
+        value: Of the goal, at samples `FINE` apart.
         seed: Of this start.
         history: Seconds and value of the goal, as the search went on.
     """

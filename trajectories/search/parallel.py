@@ -38,7 +38,7 @@ def run_all(
         work: What to do; must be importable by other processes.
         tasks: Arguments of each call.
         seconds: For all together [s].
-        executor: Where to run; this process for a single task, else a pool of processes.
+        executor: Where to run; unless given a pool of processes, or this one for one task or on one core.
         note: Called in this process.
 
     Raises:

@@ -31,7 +31,7 @@ def inside_kinematics(series: Fourier, limits: Limits, share: float = 1.0) -> Fo
         limits.acceleration_lower / found.acceleration.lower,
         limits.jerk / np.maximum(found.jerk.upper, -found.jerk.lower),
     ]
-    return _scaled(series, share * np.min(room, axis=0))
+    return series.scaled(share * np.min(room, axis=0))
 
 
 def shrink_inside(
@@ -56,7 +56,7 @@ def shrink_inside(
         clear = all(clearance.worst(series).allowed for clearance in clearances)
         if not violations and clear:
             return series
-        series = _scaled(series, _shares(series, violations, clear))
+        series = series.scaled(_shares(series, violations, clear))
     raise Infeasible(_sentence(goal, violations, clearances, series))
 
 
@@ -76,24 +76,14 @@ def _shares(series: Fourier, violations: Sequence[Violation], clear: bool) -> np
     return np.maximum(share, 0.0)
 
 
-def _scaled(series: Fourier, share: np.ndarray) -> Fourier:
-    """Each joint's excursion from its centre times its share, shape (n,)."""
-    return Fourier(
-        series.period,
-        series.centre,
-        share[:, None] * series.sine,
-        share[:, None] * series.cosine,
-        series.periods,
-    )
-
-
 def _sentence(
     goal: Goal, violations: Sequence[Violation], clearances: Sequence[Clearance], series: Fourier
 ) -> str:
     """Why nothing fits."""
     if violations:
+        robot = goal.model.robot
         return (
-            f"{violations[0].sentence(goal.model.robot.joints)}, and so it is for ever smaller motions about "
+            f"{violations[0].sentence(robot.joints, np.flatnonzero(~robot.revolute))}, and so it is for ever smaller motions about "
             "the same centre. Try a start pose or position limits that avoid it"
         )
     nearest = min((clearance.worst(series) for clearance in clearances), key=lambda one: one.margin)

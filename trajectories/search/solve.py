@@ -21,7 +21,7 @@ STEPS = 150
 LAST_STEPS = 400
 """Iterations of the goal itself: it nearly always ends by `GAIN` before."""
 GAIN = 1e-5
-"""Change of an objective at which it is left: a hundredth of a per cent of a condition number."""
+"""Change of an objective, a logarithm, at which it is left: a thousandth of a per cent of what it is of."""
 
 
 class _Stopped(Exception):
