@@ -21,6 +21,7 @@ from exidyn.trajectories.discrimination.distinction import distinguish, sentence
 from exidyn.trajectories.discrimination.hypothesis import Hypothesis
 from exidyn.trajectories.discrimination.separation import Observation
 from exidyn.trajectories.errors import BadLimits
+from exidyn.trajectories.joint_words import in_words_of
 from exidyn.trajectories.identification_goal import believed_noise
 from exidyn.trajectories.kinds import KINDS
 from exidyn.trajectories.limits.usable_limits import Margins, usable
@@ -78,7 +79,8 @@ def _by_rule(given: argparse.Namespace, model: Model, wishes: Wishes) -> Plan:
     """A run of one of the other kinds."""
     limits, assumed = usable(model.robot, wishes.margins, wishes.window, wishes.start)
     joints = [model.robot.index(joint) for joint in given.joints or model.robot.joints]
-    run = KINDS[given.kind](model, wishes, limits, joints)
+    with in_words_of(model.robot):
+        run = KINDS[given.kind](model, wishes, limits, joints)
     margins = vars(wishes.margins)
     return Plan.of(
         run, model, margins=margins, tick=wishes.tick, assumed=assumed, details={"kind": given.kind}

@@ -105,10 +105,6 @@ class Arm:
         """Condition number of the base regressor with unit columns; each of shape (t, n)."""
         return unit_condition(self.base_regressor(States(position, velocity, acceleration)))
 
-    def raw_condition(self, states: States) -> float:
-        """Condition number of the base regressor as it is, which depends on the units."""
-        return float(np.linalg.cond(self.base_regressor(states)))
-
     def torque(self, states: States) -> np.ndarray:
         """Inverse dynamics by Pinocchio, shape (t, n) [N m]."""
         kinematics = self.model.robot.kinematics

@@ -197,9 +197,9 @@ def _rows(one: Hypothesis, motions: list[Motion], observation: Observation) -> t
     """All rows in units of the noise: columns (r, p), and torque at the hypothesis' values (r,)."""
     columns, torque = [], []
     for motion in motions:
-        run = one.model.loaded(motion)
-        columns.append(one.model.regressor(run) / observation.noise[:, None])
-        torque.append(one.model.torque(run, one.values) / observation.noise)
+        seen = observation.seen(one, motion)
+        columns.append(seen.columns)
+        torque.append(seen.torque)
     return np.concatenate(columns).reshape(-1, len(one.values)), np.concatenate(torque).ravel()
 
 

@@ -92,10 +92,17 @@ def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return out
 
 
-def step(index: int, joint: Joint, parent: Link, q: np.ndarray, dq: np.ndarray, ddq: np.ndarray) -> Link:
-    """The link behind a joint."""
-    axis = joint.axis[:, None]
-    turn, slide = (q, 0.0 * q) if joint.revolute else (0.0 * q, q)
+def step(
+    index: int,
+    joint: Joint,
+    parent: Link,
+    position: np.ndarray,
+    velocity: np.ndarray,
+    acceleration: np.ndarray,
+) -> Link:
+    """The link behind a joint, whose motion is given in arrays of shape (t,)."""
+    axis, still = joint.axis[:, None], 0.0 * position
+    turn, slide = (position, still) if joint.revolute else (still, position)
     offset = joint.placement.translation[:, None] + joint.placement.rotation @ (axis * slide)
     inward = inward_rotation(joint, turn)
     spin = cross(parent.alpha, offset) + cross(parent.omega, cross(parent.omega, offset))
@@ -105,13 +112,13 @@ def step(index: int, joint: Joint, parent: Link, q: np.ndarray, dq: np.ndarray, 
     turned = inward(np.concatenate([frame, linear, parent.angular], axis=1))
     omega, alpha, lift = turned[:, 0], turned[:, 1], turned[:, 2]
     linear, angular = np.split(turned[:, 3:], 2, axis=1)
-    along = np.repeat(axis, len(q), axis=1)
+    along = np.repeat(axis, len(position), axis=1)
     none = np.zeros_like(along)
     if joint.revolute:
-        alpha = alpha + cross(omega, along * dq) + along * ddq
-        omega = omega + along * dq
+        alpha = alpha + cross(omega, along * velocity) + along * acceleration
+        omega = omega + along * velocity
     else:
-        lift = lift + 2.0 * cross(omega, along * dq) + along * ddq
+        lift = lift + 2.0 * cross(omega, along * velocity) + along * acceleration
     new = (none, along) if joint.revolute else (along, none)
     linear, angular = (
         np.concatenate([old, one[:, None]], axis=1) for old, one in zip((linear, angular), new, strict=True)
@@ -124,8 +131,8 @@ def inward_rotation(joint: Joint, turn: np.ndarray) -> Callable[[np.ndarray], np
     axis, cosine, sine = joint.axis, np.cos(turn), np.sin(turn)
     across = np.array([[0, -axis[2], axis[1]], [axis[2], 0, -axis[0]], [-axis[1], axis[0], 0]])
     to_placement = joint.placement.rotation.T
-    along, cross = np.outer(axis, axis) @ to_placement, across @ to_placement
-    every = np.concatenate([along, to_placement - along, cross])
+    along, beside = np.outer(axis, axis) @ to_placement, across @ to_placement
+    every = np.concatenate([along, to_placement - along, beside])
 
     def inward(vector: np.ndarray) -> np.ndarray:
         parts = (every @ vector.reshape(3, -1)).reshape(3, *vector.shape)

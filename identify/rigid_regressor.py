@@ -84,5 +84,3 @@ def _write(link: Link, out: np.ndarray) -> None:
     columns[9] = dot(linear, lift)
     for place, moving in enumerate(link.moving):
         out[:, moving] = columns[:, place].T
-
-

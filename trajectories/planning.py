@@ -9,6 +9,7 @@ from exidyn.identify.robot import Limits
 
 from .families.fourier import Fourier
 from .identification_goal import identification_goal
+from .joint_words import in_words_of
 from .limits.usable_limits import usable
 from .plans.plan import Plan
 from .search.criteria import CRITERIA
@@ -59,10 +60,11 @@ def plan(
         wishes.series,
         wishes.tick,
     )
-    found = excite(
-        goal, setting, starts=starts, seed=seed, seconds=seconds, executor=executor, progress=progress
-    )
-    return [_plan(model, wishes, goal, found, series, limits, assumed) for series in found.series]
+    with in_words_of(model.robot):
+        found = excite(
+            goal, setting, starts=starts, seed=seed, seconds=seconds, executor=executor, progress=progress
+        )
+        return [_plan(model, wishes, goal, found, series, limits, assumed) for series in found.series]
 
 
 def unstated(model: Model, limits: Limits) -> tuple[str, ...]:

@@ -86,7 +86,7 @@ def _why_not(
 ) -> str:
     """What a run violates, in words; empty if nothing."""
     names = [f"joint {joint + 1}" for joint in range(run.dof)]
-    for torque in torques or [None]:
+    for torque in torques or (None,):
         for violation in check(run, limits, tick, torque):
             return violation.sentence(names)
     for clearance in clearances:

@@ -59,7 +59,7 @@ class Discriminate:
                 "there must be two or more, each with a name of its own, on one arm"
             )
         if self.observation.noise.shape != (self.model.robot.dof,) or not np.all(self.observation.noise > 0):
-            raise NotComparable(f"noise {self.observation.noise}: expected one number above 0 a joint [N m]")
+            raise NotComparable(f"noise {self.observation.noise}: expected one number above 0 a drive [N m]")
         if self.earlier.size == 0:
             object.__setattr__(self, "earlier", np.zeros((count, count)))
         if self.earlier.shape != (count, count):
@@ -134,14 +134,14 @@ class Separate:
     ) -> MotionGradient:
         """What one hypothesis' torque gains, where it is true and where it is the rival."""
         observation, model = self.goal.observation, self.goal.hypotheses[place].model
-        share = 2.0 * observation.rows / len(motion)
+        share, whitening = 2.0 * observation.rows / len(motion), observation.whitening(model.robot)
         weights, known = 0.0, 0.0
         for (true, rival), one in found.items():
             if place not in (true, rival) or by[true, rival] == 0.0:
                 continue
             sign = 1.0 if place == true else -1.0
             values = self.goal.hypotheses[true].values if place == true else one.hypothesis.values
-            pull = sign * share * by[true, rival] * one.residual / observation.noise
+            pull = sign * share * by[true, rival] * one.residual @ whitening
             weights, known = weights + pull[:, :, None] * values, known + pull
         total = MotionGradient.none(motion.position.shape)
         if np.ndim(known) == 0:

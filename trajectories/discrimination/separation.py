@@ -33,6 +33,7 @@ from typing import NamedTuple
 import numpy as np
 from exidyn.identify.model import Model
 from exidyn.identify.motion import Motion
+from exidyn.identify.robot import Robot
 from scipy.linalg import eigh
 from scipy.special import ndtr, ndtri
 
@@ -58,7 +59,7 @@ class Observation:
     """How well torque is seen in one run of a motion.
 
     Attributes:
-        noise: Standard deviation of each joint's torque in an independent row, shape (n,) [N m].
+        noise: Standard deviation of each drive's torque in an independent row, shape (n,) [N m].
         rows: Independent rows of a run: seconds times twice the bandwidth of the noise.
         payloads: Body carried in each run of the same motion; empty for none.
     """
@@ -74,9 +75,16 @@ class Observation:
     def seen(self, hypothesis: Hypothesis, motion: Motion) -> "Seen":
         """What the hypothesis predicts of all k runs."""
         model, runs = hypothesis.model, self.loaded(hypothesis.model, motion)
-        columns = np.concatenate([model.regressor(run) for run in runs]) / self.noise[:, None]
-        known = np.concatenate([model.known_torque(run) for run in runs]) / self.noise
+        columns = self.whitening(model.robot) @ np.concatenate([model.regressor(run) for run in runs])
+        known = np.concatenate([model.known_torque(run) for run in runs]) @ self.whitening(model.robot).T
         return Seen(columns, columns @ hypothesis.values + known)
+
+    def whitening(self, robot: Robot) -> np.ndarray:
+        """Joint torque to drive torque over its noise, shape (n, n) [1 / N m].
+
+        As in `Experiment`: where a wrist is coupled a drive's torque is a mixture of the joints'.
+        """
+        return robot.to_motors / self.noise[:, None]
 
 
 class Seen(NamedTuple):

@@ -8,7 +8,6 @@ from exidyn.identify.model import Model
 from exidyn.identify.robot import Limits
 
 from ..clearances.configurations import clear_position
-from ..limits.usable_limits import Margins
 from ..planning import plan
 from ..trajectory import Trajectory
 from ..wishes import Wishes
@@ -23,6 +22,8 @@ CALM = 0.5
 """Share of velocity, acceleration and jerk that the motion under a chirp leaves to it."""
 UNDER_CHIRP = 12.0
 """Length of that motion [s]: long enough for two octaves a chirp needs, short enough to warm nothing up."""
+SEARCH = 12.0
+"""Of search for it [s]: a calm motion need not be the best."""
 
 Kind = Callable[[Model, Wishes, Limits, Sequence[int]], Trajectory]
 
@@ -49,10 +50,10 @@ def single_joint(model: Model, wishes: Wishes, limits: Limits, joints: Sequence[
 
 def chirp(model: Model, wishes: Wishes, limits: Limits, joints: Sequence[int]) -> Trajectory:
     """A swept sine on a calm motion of all joints: elasticity, backlash, delay."""
-    calm = Margins(velocity=CALM, acceleration=CALM, jerk=CALM)
+    calm = replace(wishes.margins, velocity=CALM, acceleration=CALM, jerk=CALM)
     under = replace(wishes, margins=calm, seconds=UNDER_CHIRP)
-    motion = plan(model, under, starts=1, seconds=UNDER_CHIRP)[0].trajectory
-    return with_chirp(motion, joints, limits, wishes.tick)
+    motion = plan(model, under, starts=1, seconds=SEARCH)[0].trajectory
+    return with_chirp(motion, joints, limits, wishes.tick, clearances=wishes.clearances)
 
 
 def _pose(model: Model, wishes: Wishes, limits: Limits) -> np.ndarray:

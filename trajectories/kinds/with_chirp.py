@@ -6,11 +6,12 @@ from typing import Any
 import numpy as np
 from exidyn.identify.robot import Limits
 
+from ..clearances.clearance import Clearance
 from ..errors import BadLimits, Infeasible
 from ..families.chirp import Chirp
 from ..limits.brake import stoppable
 from ..trajectory import Trajectory
-from .rests import require_joints, require_limits
+from .rests import require_clear, require_joints, require_limits
 
 LOW = 1.0
 """Where a chirp starts [Hz]: half an octave above what identification runs are made of."""
@@ -29,7 +30,7 @@ RESOLUTION = 1e-6
 STEPS = 10
 """Least amplitude in steps of the encoder: quantisation is then 3 % of it."""
 SMALLER = 0.8
-"""Factor by which the amplitude shrinks until every stop ends inside the limits."""
+"""Factor by which the amplitude shrinks until every stop ends inside the limits and nothing is touched."""
 
 
 def with_chirp(
@@ -42,6 +43,7 @@ def with_chirp(
     share: float = SHARE,
     logarithmic: bool = True,
     resolution: float = RESOLUTION,
+    clearances: Collection[Clearance] = (),
 ) -> Chirp:
     """A motion with a chirp from its beginning to its end; at both ends the chirp adds nothing.
 
@@ -56,16 +58,20 @@ def with_chirp(
         share: Of what `base` leaves of each limit [-].
         logarithmic: Whether the frequency doubles in equal times, as many periods near each frequency.
         resolution: What the joints' encoders tell apart [rad].
+        clearances: What to keep clear of; the amplitude shrinks until it is.
 
     Raises:
         BadLimits: Limits, joints, frequencies or a share that are none.
-        Infeasible: The motion leaves no room, is not stoppable itself, or the amplitude cannot be measured.
+        Infeasible: The motion leaves no room, touches something or is not stoppable itself, or the amplitude
+            cannot be measured.
     """
     require_limits(limits, tick)
     require_joints(joints, limits)
+    require_clear("the motion under the chirp", base, clearances)
     highest = 1.0 / (SAMPLES * tick)
     if high is None:
-        return _highest(base, joints, limits, tick, low, min(HIGH, highest), share, logarithmic, resolution)
+        rest = share, logarithmic, resolution, clearances
+        return _highest(base, joints, limits, tick, low, min(HIGH, highest), *rest)
     if not 0.0 < low < high <= highest * (1 + 1e-9):
         raise BadLimits(
             f"a chirp from {low:g} to {high:g} Hz; it must rise, and a tick of {tick:g} s allows up to "
@@ -82,7 +88,7 @@ def with_chirp(
     # envelope, rising frequency and falling amplitude add to what a plain sine would reach
     trial = Chirp(base, tuple(joints), largest, low, high, 0.0, base.duration, 1.0 / low, logarithmic)
     chirp = trial.scaled(1.0 / max(1.0, float(np.max(trial.reached / largest))))
-    return _stoppable(chirp, limits, tick, resolution)
+    return _safe(chirp, limits, tick, resolution, clearances)
 
 
 def _highest(
@@ -126,11 +132,14 @@ def _room(base: Trajectory, joints: tuple[int, ...], limits: Limits) -> np.ndarr
     return room
 
 
-def _stoppable(chirp: Chirp, limits: Limits, tick: float, resolution: float) -> Chirp:
-    """The chirp, smaller if need be, such that every stop ends inside the limits."""
+def _safe(
+    chirp: Chirp, limits: Limits, tick: float, resolution: float, clearances: Collection[Clearance]
+) -> Chirp:
+    """The chirp, smaller if need be, such that every stop ends inside the limits and nothing is touched."""
     while True:
         _require_measurable(chirp, resolution)
-        if np.all(stoppable(chirp.every(tick), limits)):
+        clear = all(clearance.worst(chirp).allowed for clearance in clearances)
+        if clear and np.all(stoppable(chirp.every(tick), limits)):
             return chirp
         chirp = chirp.scaled(SMALLER)
 

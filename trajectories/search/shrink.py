@@ -82,9 +82,10 @@ def _sentence(
     """Why nothing fits."""
     if violations:
         robot = goal.model.robot
+        what = violations[0].sentence(robot.joints, np.flatnonzero(~robot.revolute).tolist())
         return (
-            f"{violations[0].sentence(robot.joints, np.flatnonzero(~robot.revolute))}, and so it is for ever smaller motions about "
-            "the same centre. Try a start pose or position limits that avoid it"
+            f"{what}, and so it is for ever smaller motions about the same centre. "
+            "Try a start pose or position limits that avoid it"
         )
     nearest = min((clearance.worst(series) for clearance in clearances), key=lambda one: one.margin)
     return (

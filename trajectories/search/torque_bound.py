@@ -1,4 +1,4 @@
-"""Torque bound: what the believed model asks of the drives."""
+"""Torque bound: what the believed model asks of the joints."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -17,7 +17,10 @@ double the torque, and the next step would then see it."""
 
 @dataclass(frozen=True, eq=False)
 class TorqueBound(Bound):
-    """Torque of the believed model within the drives' limits, in every run.
+    """Torque of the believed model within the joints' limits, in every run.
+
+    Of the joints, as URDF and data sheets have them: a drive of a coupled wrist feels a mixture of theirs,
+    which is not looked at.
 
     Attributes:
         model: Robot and effects with their beliefs.
@@ -60,6 +63,8 @@ class TorqueBound(Bound):
         of that joint alone.
         """
         rows, which = np.nonzero(near)
+        if not len(rows):
+            return [np.zeros((*near.shape, states.position.shape[1])) for _ in range(3)]
         motion = self.model.loaded(_taken(states.motion(payload), rows))
         pick = np.zeros(motion.position.shape)
         pick[np.arange(len(rows)), limited[which]] = 1.0 / self.limit[limited[which]]
