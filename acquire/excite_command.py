@@ -21,8 +21,8 @@ from exidyn.trajectories.discrimination.distinction import distinguish, sentence
 from exidyn.trajectories.discrimination.hypothesis import Hypothesis
 from exidyn.trajectories.discrimination.separation import Observation
 from exidyn.trajectories.errors import BadLimits
-from exidyn.trajectories.joint_words import in_words_of
 from exidyn.trajectories.identification_goal import believed_noise
+from exidyn.trajectories.joint_words import in_words_of
 from exidyn.trajectories.kinds import KINDS
 from exidyn.trajectories.limits.usable_limits import Margins, usable
 from exidyn.trajectories.planning import plan

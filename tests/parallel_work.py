@@ -50,3 +50,12 @@ def pressing_twice(number, seconds, stop):
     for _ in range(2):
         os.kill(os.getpid(), signal.SIGINT)
         time.sleep(0.01)
+
+
+def telling(number, seconds, stop):
+    """How far it is, before it ends."""
+    from exidyn.trajectories.search.parallel import tell
+
+    tell(10 * number)
+    time.sleep(0.5)  # longer than it takes to be heard
+    return number

@@ -2,6 +2,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from exidyn.trajectories.clearances.region import Region, box
 from exidyn.trajectories.errors import BadLimits, Infeasible
 from exidyn.trajectories.families.chirp import Chirp
 from exidyn.trajectories.families.fourier import Fourier
@@ -189,6 +190,24 @@ def test_what_is_no_chirp_is_said(wrong, words):
     said = {"base": REST, "joints": [0], "limits": LIMITS, "tick": TICK} | wrong
     with pytest.raises(BadLimits, match=words):
         with_chirp(**said)
+
+
+def floor(depth):
+    """A floor so far under the flange at the pose of `REST` [m]."""
+    wide = np.full(3, 9.0)
+    room = Region.of(arm(), "flange", box(-wide, wide)).points(REST.position)[0, 2]
+    return Region.of(arm(), "flange", box(np.array([-9.0, -9.0, room - depth]), wide))
+
+
+def test_nothing_is_touched():
+    free = with_chirp(REST, [0, 1], LIMITS, TICK)
+    near = floor(0.02)
+    kept = with_chirp(REST, [0, 1], LIMITS, TICK, clearances=[near])
+    assert not near.worst(free).allowed
+    assert near.worst(kept).allowed
+    assert not near.worst(kept.scaled(1 / 0.8)).allowed
+    with pytest.raises(Infeasible, match=r"the motion under the chirp: flange z >= .* m misses its margin"):
+        with_chirp(REST, [0, 1], LIMITS, TICK, clearances=[floor(-0.02)])
 
 
 @pytest.mark.parametrize(

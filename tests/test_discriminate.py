@@ -63,6 +63,31 @@ def test_gradient_of_the_objective(pair, power):
     assert along == pytest.approx(expected, rel=2e-5, abs=1e-7)
 
 
+COUPLING = np.array([[1.0, 0.0], [0.8, 1.0]])
+
+
+def coupled(one):
+    return one.changed(lambda of: replace(of, robot=replace(of.robot, coupling=COUPLING)))
+
+
+def test_coupled_drives_are_seen_one_by_one():
+    """Rows are the drives' torques, each with its own noise, as those of identification are."""
+    true, rival = coupled(stribeck()), coupled(spring())
+    at = true.model.loaded(motion())
+    seen = OBSERVATION.seen(true, at)
+    on_drives = true.model.torque(at, true.values) @ np.linalg.inv(COUPLING)
+    np.testing.assert_allclose(seen.torque, on_drives / NOISE, rtol=1e-9, atol=1e-9)
+    objective, random, step = (
+        Separate(Discriminate((true, rival), OBSERVATION)),
+        np.random.default_rng(3),
+        1e-6,
+    )
+    shift = random.normal(size=at.position.shape)
+    sides = [objective.value(replace(at, position=at.position + s * shift)) for s in (step, -step)]
+    along = np.sum(objective(at)[1].position * shift)
+    assert along == pytest.approx((sides[0] - sides[1]) / (2 * step), rel=2e-5, abs=1e-7)
+
+
 def test_gradient_of_three_hypotheses_by_coefficients():
     goal = Discriminate((balancer(), spring(), stribeck()), OBSERVATION)
     basis, random = Basis(5.0, 3, 60), np.random.default_rng(2)
@@ -159,7 +184,7 @@ def test_fixed_hypotheses_have_nothing_to_move():
         (lambda: Discriminate((balancer(),), OBSERVATION), "two or more"),
         (lambda: Discriminate((balancer(), balancer()), OBSERVATION), "a name of its own"),
         (lambda: Discriminate((balancer(), spring()), Observation(np.zeros(2), 1.0)), "above 0"),
-        (lambda: Discriminate((balancer(), spring()), Observation(np.ones(3), 1.0)), "a joint"),
+        (lambda: Discriminate((balancer(), spring()), Observation(np.ones(3), 1.0)), "a drive"),
         (lambda: Discriminate((balancer(), spring()), OBSERVATION, np.zeros((3, 3))), "earlier"),
         (lambda: Hypothesis.believed("x", model(), {"Kr": 1.0}), "no parameter 'Kr'. Valid: XX1"),
         (lambda: Hypothesis("x", model(), np.zeros(3), np.eye(3)), "parameters of its model"),

@@ -12,7 +12,17 @@ from exidyn.trajectories.errors import TrajectoryError
 from exidyn.trajectories.search import parallel
 from exidyn.trajectories.search.parallel import run_all
 
-from .parallel_work import LONG, dying, failing, pressing, pressing_twice, square, told_time, until_asked
+from .parallel_work import (
+    LONG,
+    dying,
+    failing,
+    pressing,
+    pressing_twice,
+    square,
+    telling,
+    told_time,
+    until_asked,
+)
 
 
 @pytest.fixture
@@ -137,3 +147,18 @@ def test_an_interrupt_on_one_core_ends_all_tasks_with_what_the_first_has(monkeyp
 
 def test_no_tasks_are_no_results():
     assert collected(square, []) == []
+
+
+@pytest.mark.parametrize("tasks", [[3], [3, 4]], ids=["here", "in other processes"])
+def test_what_tasks_tell_is_heard_before_they_end(two, tasks):
+    order = []
+    run_all(
+        telling,
+        [(task,) for task in tasks],
+        LONG,
+        None,
+        lambda result: order.append(("ended", result)),
+        lambda said: order.append(("told", said)),
+    )
+    for task in tasks:
+        assert order.index(("told", 10 * task)) < order.index(("ended", task))

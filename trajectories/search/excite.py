@@ -1,5 +1,6 @@
 """Excite: the Fourier series that serves a goal best within the limits."""
 
+import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, field, replace
@@ -17,7 +18,7 @@ from .bounds import kinematic_bounds
 from .clearance_bound import ClearanceBound
 from .design_model import design_model
 from .goals import Goal
-from .parallel import Stop, run_all
+from .parallel import Stop, run_all, tell
 from .problem import Problem
 from .shrink import inside_kinematics, shrink_inside
 from .solve import Search, solve
@@ -29,6 +30,8 @@ frequency, and its square twice that again, so twenty hold the information matri
 EVERY = 2
 """Of these, one in so many is kept to the bounds: between ten samples a period a series rises by at most
 1 / cos(pi / 10), five per cent, which the exact check takes back."""
+PAUSE = 5.0
+"""Between two sentences about a search that runs [s]."""
 FINE = 0.01
 """Spacing at which the value of the result is taken [s]: friction turns over it as a measured row does."""
 
@@ -90,7 +93,7 @@ def excite(
         seed: Of the first.
         seconds: Time after which the best so far is returned [s].
         executor: Where starts run; a pool of processes unless given.
-        progress: Called with a sentence whenever a start ends.
+        progress: Called with a sentence whenever a start ends, and now and then while they run.
 
     Raises:
         BadLimits: No start, or no time.
@@ -115,12 +118,26 @@ def excite(
                 f"best so far {goal.words(best.value)}"
             )
 
-    run_all(one_start, tasks, seconds, executor, note)
+    run_all(one_start, tasks, seconds, executor, note, _now_and_then(goal, progress))
     if not found:
         raise Infeasible(
             misses[0] if misses else "stopped before a start had kept to the limits; give it longer"
         )
     return min(found, key=lambda one: one.value)
+
+
+def _now_and_then(goal: Goal, progress: Callable[[str], None]) -> Callable[[float], None]:
+    """Passes on what a search tells if it is better than all before, but not more often than `PAUSE`."""
+    best, last = np.inf, time.monotonic()
+
+    def hear(value: float) -> None:
+        nonlocal best, last
+        best, better = min(best, value), value < best
+        if better and time.monotonic() - last > PAUSE:
+            last = time.monotonic()
+            progress(f"searching: {goal.words(best)} so far, where the limits are sampled")
+
+    return hear
 
 
 def one_start(goal: Goal, setting: Setting, seed: int, seconds: float, stop: Stop) -> "Found | str":
@@ -129,7 +146,7 @@ def one_start(goal: Goal, setting: Setting, seed: int, seconds: float, stop: Sto
     problem = problem_of(goal, setting, period)
     try:
         start = random_start(goal, setting, problem.basis, seed)
-        search = solve(problem, problem.unknowns(start), seconds, stop)
+        search = solve(problem, problem.unknowns(start), seconds, stop, lambda s: tell(s.value))
         unknowns = start if search.unknowns is None else problem.coefficients(search.unknowns)
         return finished(goal, setting, problem.basis.fourier(unknowns), seed, search)
     except Infeasible as reason:

@@ -20,6 +20,8 @@ POLL = 0.2
 
 _stopping: Any = None
 """In a process of the pool: the event that asks it to end."""
+_teller: Callable[[Any], None] = lambda _: None  # noqa: E731
+"""Where what a task tells goes."""
 
 
 def run_all(
@@ -28,6 +30,7 @@ def run_all(
     seconds: float,
     executor: Executor | None,
     note: Callable[[Any], None],
+    hear: Callable[[Any], None] = lambda _: None,
 ) -> None:
     """Call work(*task, seconds, stop) for every task; `note` gets each result as it comes.
 
@@ -40,6 +43,7 @@ def run_all(
         seconds: For all together [s].
         executor: Where to run; unless given a pool of processes, or this one for one task or on one core.
         note: Called in this process.
+        hear: Called in this process with what tasks `tell` while they run; an executor's are not heard.
 
     Raises:
         TrajectoryError: A process of the pool died.
@@ -49,12 +53,12 @@ def run_all(
     if executor is not None:
         _gather([executor.submit(_call, work, task, share) for task in tasks], seconds, note, lambda: None)
     elif workers == 1:
-        with _interrupt_noted() as asked:
+        with _interrupt_noted() as asked, _told_to(hear):
             for place, task in enumerate(tasks):
                 if place == 0 or not asked():
                     note(work(*task, share, asked))
     else:
-        _in_processes(work, tasks, share, seconds, note, workers)
+        _in_processes(work, tasks, share, seconds, note, hear, workers)
 
 
 def _in_processes(
@@ -63,16 +67,22 @@ def _in_processes(
     share: float,
     seconds: float,
     note: Callable[[Any], None],
+    hear: Callable[[Any], None],
     workers: int,
 ) -> None:
     """In a pool of processes, which is gone when this returns or raises."""
     context = get_context("spawn")
-    event = context.Event()
-    with _one_thread_each(), ProcessPoolExecutor(workers, context, _begin, (event,)) as pool:
+    event, said = context.Event(), context.SimpleQueue()
+
+    def listen() -> None:
+        while not said.empty():
+            hear(said.get())
+
+    with _one_thread_each(), ProcessPoolExecutor(workers, context, _begin, (event, said)) as pool:
         try:
             with _deaf_to_interrupts():  # else it would kill a process that still imports
                 futures = [pool.submit(_call, work, task, share) for task in tasks]
-            _gather(futures, seconds, note, event.set)
+            _gather(futures, seconds, note, event.set, listen)
         except BrokenProcessPool as error:
             raise TrajectoryError(
                 "a process of the search died: memory may have run out, or a script was not guarded. Try to "
@@ -87,6 +97,7 @@ def _gather(
     seconds: float,
     note: Callable[[Any], None],
     ask_to_stop: Callable[[], None],
+    listen: Callable[[], None] = lambda: None,
 ) -> None:
     """Hand results on as they come; stop at the end of the time or on an interrupt."""
     begun, left, stopped = time.monotonic(), set(futures), False
@@ -94,6 +105,7 @@ def _gather(
         while left:
             try:
                 done = wait(left, timeout=POLL, return_when="FIRST_COMPLETED").done
+                listen()
                 while done:
                     future = done.pop()
                     left.discard(future)
@@ -121,10 +133,26 @@ def _asked() -> bool:
     return _stopping is not None and _stopping.is_set()
 
 
-def _begin(event: Any) -> None:
+def tell(value: Any) -> None:
+    """From inside a task, to whoever waits for it."""
+    _teller(value)
+
+
+@contextmanager
+def _told_to(hear: Callable[[Any], None]) -> Iterator[None]:
+    """What tasks in this process tell goes to `hear`."""
+    global _teller
+    before, _teller = _teller, hear
+    try:
+        yield
+    finally:
+        _teller = before
+
+
+def _begin(event: Any, said: Any) -> None:
     """First thing in a process of the pool: an interrupt is the parent's to handle."""
-    global _stopping
-    _stopping = event
+    global _stopping, _teller
+    _stopping, _teller = event, said.put
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
