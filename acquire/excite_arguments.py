@@ -1,6 +1,7 @@
 """What `exidyn excite` is asked on the command line."""
 
 import argparse
+from collections.abc import Sequence
 from pathlib import Path
 
 from exidyn.identify.effects import EFFECTS
@@ -10,6 +11,8 @@ from exidyn.trajectories.search.criteria import CRITERIA
 
 OPTIMISED = "best"
 """Name of the kind of run that is searched for; the others are made by rule."""
+IDENTIFY_ONLY = ("shapes", "payload", "focus", "after")
+"""Options about what to identify, which another kind of run, or one to tell models apart, does not ask."""
 EXAMPLES = """examples:
   exidyn excite robot.toml
   exidyn excite robot.toml --payload 175 --com 0 0 0.2     a pair of runs, for the drive gains
@@ -17,6 +20,20 @@ EXAMPLES = """examples:
   exidyn excite robot.toml --against rival.toml           to tell two models of one arm apart
   exidyn excite robot.toml --kind sweeps --joints joint2   constant velocities, for the friction curve
   exidyn excite kuka.toml --start 0 -90 90 0 45 0 --degrees --window 5"""
+
+
+def excite_options(arguments: Sequence[str]) -> argparse.Namespace:
+    """What is asked; ends with a sentence where options do not go together."""
+    parser = excite_parser()
+    given = parser.parse_args(arguments)
+    asked = [f"--kind {given.kind}"] if given.kind != OPTIMISED else []
+    asked += ["--against"] if given.against else []
+    useless = [f"--{name}" for name in IDENTIFY_ONLY if getattr(given, name) not in (None, [])]
+    if len(asked) > 1 or asked and useless:
+        parser.error(f"{' and '.join([*asked, *useless][:2])} do not go together")
+    if given.joints and given.kind == OPTIMISED:
+        parser.error(f"--joints is for other kinds of run than '{OPTIMISED}', in which all joints move")
+    return given
 
 
 def excite_parser() -> argparse.ArgumentParser:

@@ -33,7 +33,7 @@ from exidyn.trajectories.plans.plan_summary import summary
 from exidyn.trajectories.plans.plan_use import limit_use
 from exidyn.trajectories.wishes import Wishes, rows_of
 
-from .excite_arguments import OPTIMISED, excite_parser
+from .excite_arguments import OPTIMISED, excite_options
 from .identify_command import stopwatch
 
 Progress = Callable[[str], None]
@@ -41,7 +41,7 @@ Progress = Callable[[str], None]
 
 def main(arguments: Sequence[str]) -> int:
     """Plan, print, write."""
-    given = excite_parser().parse_args(arguments)
+    given = excite_options(arguments)
     model, progress = read_model(given.robot), stopwatch()
     wishes = _wishes(given, model, progress)
     if given.kind != OPTIMISED:
@@ -52,7 +52,7 @@ def main(arguments: Sequence[str]) -> int:
         plans = _search(given, model, wishes, progress)
     for one, path in zip(plans, _paths(given.output, len(plans)), strict=True):
         torque = believed_torque(one, model)
-        print(summary(one, limit_use(one), violations(one, torque)))
+        print(summary(one, [*limit_use(one), torque.use], violations(one, torque)))
         _write(one, path)
     return 0
 

@@ -149,6 +149,21 @@ def test_options_that_there_are_not_are_listed(robot, capsys, arguments, words):
     assert words in capsys.readouterr().err
 
 
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--kind", "sweeps", "--payload", "3"], "--kind sweeps and --payload do not go together"),
+        (["--against", "rival.toml", "--shapes", "coulomb_friction"], "--against and --shapes do not go"),
+        (["--against", "rival.toml", "--kind", "poses"], "--kind poses and --against do not go"),
+        (["--joints", "elbow"], "--joints is for other kinds of run than 'best'"),
+    ],
+)
+def test_options_that_would_be_ignored_are_refused(robot, capsys, arguments, words):
+    with pytest.raises(SystemExit):
+        excite(robot, *arguments)
+    assert words in capsys.readouterr().err
+
+
 def test_an_unknown_robot_is_one_clear_line(capsys):
     assert main(["excite", "nobody"]) == REFUSED
     said = capsys.readouterr().err

@@ -14,6 +14,7 @@ from exidyn.identify.effects import (
     known_parameters,
 )
 from exidyn.identify.model import Model
+from exidyn.trajectories.errors import UnknownChoice
 from exidyn.trajectories.search.criteria import CRITERIA, Focus, average, condition, worst
 from exidyn.trajectories.search.design_model import design_model
 from exidyn.trajectories.search.goals import Identify, parameter_sizes
@@ -93,9 +94,14 @@ def test_shapes_are_columns_of_the_derivative_joint_by_joint():
 def test_shapes_of_effects_that_were_not_named_stay_known():
     of = shaped(0.3, ("elbow",))
     assert with_shapes(of, []) == of
-    assert with_shapes(of, ["load_dependent_friction"]).names == of.names
     assert with_shapes(of, ["stribeck_friction"]).names == [*of.names, "fade_Fs2", "reversal_Fs2"]
     assert with_shapes(of, ["coulomb_friction"]).names == [*of.names, "reversal_Fc1", "reversal_Fc2"]
+
+
+@pytest.mark.parametrize("key", ["load_dependent_friction", "viscous_friction", "nonsense"])
+def test_shapes_that_the_model_does_not_have_are_told(key):
+    with pytest.raises(UnknownChoice, match=f"'{key}'. Valid: coulomb_friction, stribeck_friction$"):
+        with_shapes(shaped(0.3, ("elbow",)), [key])
 
 
 def test_shapes_that_need_the_load_get_it():

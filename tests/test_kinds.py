@@ -63,4 +63,6 @@ def test_a_run_against_another_model_says_how_well_it_tells(robot, capsys):
     assert "the probability of choosing right is 50 % before the run" in printed
     plan = read_plan(robot / "trajectory.toml")
     assert plan.criterion == "discriminate"
+    assert 0.5 < plan.reached <= 1.0
+    assert plan.details["goal"] == f"probability of choosing right {100 * plan.reached:.3g} %"
     assert not check(plan.trajectory, limits(), TICK)

@@ -267,5 +267,5 @@ def test_facts_tell_how_it_was_planned(plan):
 
 def test_a_sequence_names_its_parts():
     plan = known_plan(SAMPLES["sequence"]())
-    words = "sequence of sequence, fourier, phases, phases"
+    words = "sequence of sequence, fourier, 2 phases"
     assert summary(plan, limit_use(plan)).splitlines()[0].endswith(words)

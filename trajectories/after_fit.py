@@ -1,6 +1,5 @@
 """The goal of adding to what an earlier fit knows, where it knows least."""
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -11,7 +10,7 @@ from exidyn.identify.fit import Fit
 from exidyn.identify.model import Model
 from scipy.linalg import block_diag
 
-from .errors import NothingToIdentify, UnknownChoice
+from .errors import NothingToIdentify
 from .search.criteria import CRITERIA, Criterion, Focus
 from .search.goals import Identify
 from .search.information import Experiment
@@ -39,7 +38,7 @@ def after_fit(fit: Fit, model: Model, payloads: tuple[str, ...], wishes: Wishes)
     experiment = _with_gains(fit, payloads, noise) if _gains_found(fit) else _values(fit, payloads, noise)
     criterion: Criterion = CRITERIA["worst" if wishes.criterion == "condition" else wishes.criterion]
     if wishes.focus:
-        criterion = focus(experiment.base, wishes.focus)
+        criterion = Focus.on(experiment.base.names, wishes.focus)
     return Identify(experiment, criterion, rows_of(wishes, fit.filtering.torque_cutoff), learned(fit))
 
 
@@ -99,15 +98,3 @@ def learned(fit: Fit) -> Model:
     stds = dict(zip(values, fit.estimate.std, strict=True))
     stated = {str(name): Belief(float(value), float(stds[name])) for name, value in values.items()}
     return replace(fit.model, stated={**fit.model.stated, **stated})
-
-
-def focus(base: BaseParameters, names: Sequence[str]) -> Focus:
-    """Criterion for some base parameters; a name stands for all that begin with it.
-
-    Raises:
-        UnknownChoice: A name with which none begins.
-    """
-    for name in names:
-        if not any(each.startswith(name) for each in base.names):
-            raise UnknownChoice("base parameter", name, base.names)
-    return Focus(tuple(k for k, each in enumerate(base.names) if each.startswith(tuple(names))))

@@ -4,16 +4,16 @@ import numpy as np
 from exidyn.identify.model import Model
 from exidyn.identify.robot import Limits
 
-from .after_fit import after_fit, focus
+from .after_fit import after_fit
 from .errors import UnknownChoice
 from .families.fourier import Fourier
-from .search.criteria import CRITERIA, Criterion
+from .search.criteria import CRITERIA, Criterion, Focus
 from .search.goals import Identify
 from .search.information import Experiment
 from .search.payload_guess import with_payload
 from .search.shrink import inside_kinematics
 from .search.unknowns import with_drive_gains, with_shapes
-from .wishes import Wishes
+from .wishes import Wishes, rows_of
 
 NOISE = 0.01
 """Torque noise where none was measured, as a share of each joint's rms torque in a random motion: the
@@ -35,8 +35,8 @@ def identification_goal(model: Model, wishes: Wishes, limits: Limits) -> Identif
     experiment = Experiment.of(asked, payloads, believed_noise(believed, limits, payloads[-1]))
     criterion: Criterion = CRITERIA[wishes.criterion]
     if wishes.focus:
-        criterion = focus(experiment.base, wishes.focus)
-    return Identify(experiment, criterion, believed=believed)
+        criterion = Focus.on(experiment.base.names, wishes.focus)
+    return Identify(experiment, criterion, rows_of(wishes), believed)
 
 
 def believed_noise(model: Model, limits: Limits, payload: str = "") -> np.ndarray:

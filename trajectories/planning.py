@@ -12,7 +12,7 @@ from .identification_goal import identification_goal
 from .joint_words import in_words_of
 from .limits.usable_limits import usable
 from .plans.plan import Plan
-from .search.criteria import CRITERIA
+from .search.criteria import name_of
 from .search.excite import Found, Setting, excite
 from .search.goals import Goal, Identify
 from .search.torque_bound import TorqueBound
@@ -102,7 +102,7 @@ def _plan(
         model,
         margins=vars(wishes.margins),
         criterion=_criterion(goal, wishes),
-        reached=float(np.exp(found.value)),
+        reached=goal.reached(found.value),
         details={"period": series.period, "harmonics": series.harmonics, "goal": goal.words(found.value)},
         seed=found.seed,
         tick=wishes.tick,
@@ -115,5 +115,5 @@ def _criterion(goal: Goal, wishes: Wishes) -> str:
     """What was minimised, in a word or two."""
     if not isinstance(goal, Identify):
         return type(goal).__name__.lower()
-    names = {id(criterion): name for name, criterion in CRITERIA.items()}
-    return names.get(id(goal.criterion)) or f"focus on {' '.join(wishes.focus)}"
+    name = name_of(goal.criterion)
+    return f"focus on {' '.join(wishes.focus)}" if name == "focus" else name

@@ -17,7 +17,7 @@ PART_OF_TICK = 1e-6
 
 
 class State(NamedTuple):
-    """Where the joints are and how they move, at one instant; each of shape (n,)."""
+    """Where the joints are and how they move, at one instant; units as in `States`, each of shape (n,)."""
 
     position: np.ndarray
     velocity: np.ndarray
@@ -110,7 +110,7 @@ class Trajectory(ABC):
 
     @abstractmethod
     def extremes(self) -> Extremes:
-        """The largest and smallest position, velocity, acceleration and jerk, exactly."""
+        """The largest and smallest position, velocity, acceleration and jerk, exactly or as proved bounds."""
 
     def state_at(self, time: float) -> State:
         """State at one time [s]."""

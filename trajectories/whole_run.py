@@ -71,8 +71,10 @@ def _gentler(limits: Limits, core: Fourier, share: float) -> Limits:
     begins = core.at(np.zeros(1)).acceleration[0]
     return replace(
         limits,
-        acceleration=np.maximum(share * limits.acceleration, begins * ENOUGH),
-        acceleration_lower=np.minimum(share * limits.acceleration_lower, begins * ENOUGH),
+        acceleration=np.clip(begins * ENOUGH, share * limits.acceleration, limits.acceleration),
+        acceleration_lower=np.clip(
+            begins * ENOUGH, limits.acceleration_lower, share * limits.acceleration_lower
+        ),
         jerk=np.maximum(share, 0.5) * limits.jerk,
     )
 

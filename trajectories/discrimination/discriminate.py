@@ -82,8 +82,11 @@ class Discriminate:
         goal = replace(self, hypotheses=tuple(one.changed(smooth) for one in self.hypotheses))
         return [Separate(goal, POWER), Separate(goal)]
 
+    def reached(self, value: float) -> float:
+        return probability(np.exp(-value) - FLOOR)
+
     def words(self, value: float) -> str:
-        return f"probability of choosing right {100 * probability(np.exp(-value) - FLOOR):.3g} %"
+        return f"probability of choosing right {100 * self.reached(value):.3g} %"
 
     def explanations(self, motion: Motion) -> dict[Pair, Explanation]:
         """How every rival explains a run in which another is true; places in `hypotheses` of both."""

@@ -39,7 +39,7 @@ def krl_text(plan: Plan, rate: float | None = None) -> str:
         "BAS(#ACC_PTP, 50)",
         "$APO.CPTP=50",
         "BAS(#VEL_PTP, 10)",
-        f"PTP {_axes(plan, scale * states.position[0])}",
+        f"PTP {_axes(scale * states.position[0])}",
     ]
     before = None
     for row in range(1, len(states.time)):
@@ -48,7 +48,7 @@ def krl_text(plan: Plan, rate: float | None = None) -> str:
             lines.append(f"BAS(#VEL_PTP, {speed})")
             before = speed
         blended = " C_PTP" if row < len(states.time) - 1 else ""
-        lines.append(f"PTP {_axes(plan, scale * states.position[row])}{blended}")
+        lines.append(f"PTP {_axes(scale * states.position[row])}{blended}")
     return "\n".join([*lines, "END"]) + "\n"
 
 
@@ -94,6 +94,6 @@ def _krl_refusal(plan: Plan, unlimited: np.ndarray) -> str:
     )
 
 
-def _axes(plan: Plan, values: np.ndarray) -> str:
+def _axes(values: np.ndarray) -> str:
     pairs = zip(KRL_AXES, values, strict=False)
     return "{" + ", ".join(f"{axis} {fixed(value, 4)}" for axis, value in pairs) + "}"

@@ -8,6 +8,7 @@ import re
 from collections.abc import Callable, Mapping
 from dataclasses import MISSING, Field, fields
 from functools import partial
+from itertools import groupby
 from types import NoneType, UnionType
 from typing import Any, Union, get_args, get_origin, get_type_hints
 
@@ -38,9 +39,11 @@ def family_of(trajectory: Trajectory) -> str:
 
 
 def family_words(trajectory: Trajectory) -> str:
-    """Name of a trajectory's family, and of those it is made of."""
-    inner = [part for value in _values(trajectory).values() for part in _parts(value)]
-    return " of ".join(filter(None, [family_of(trajectory), ", ".join(map(family_of, inner))]))
+    """Name of a trajectory's family, and of those it is made of: how many of one kind in a row."""
+    inner = [family_of(part) for value in _values(trajectory).values() for part in _parts(value)]
+    rows = [(name, len(list(same))) for name, same in groupby(inner)]
+    words = [name if count == 1 else f"{count} {name}" for name, count in rows]
+    return " of ".join(filter(None, [family_of(trajectory), ", ".join(words)]))
 
 
 def _values(trajectory: Trajectory) -> dict[str, Any]:

@@ -5,11 +5,13 @@ data and over beliefs, so a criterion need not know what it is the sum of. A cri
 and of the size of each parameter, shape (b,), that gives the value and the derivative by M, symmetric.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import eigh
+
+from ..errors import UnknownChoice
 
 Criterion = Callable[[np.ndarray, np.ndarray], tuple[float, np.ndarray]]
 
@@ -78,6 +80,18 @@ class Focus:
 
     columns: tuple[int, ...]
 
+    @classmethod
+    def on(cls, names: Sequence[str], wanted: Sequence[str]) -> "Focus":
+        """Focus on some base parameters of all `names`; a wanted name stands for all that begin with it.
+
+        Raises:
+            UnknownChoice: A name with which none begins.
+        """
+        for beginning in wanted:
+            if not any(name.startswith(beginning) for name in names):
+                raise UnknownChoice("base parameter", beginning, names)
+        return cls(tuple(k for k, name in enumerate(names) if name.startswith(tuple(wanted))))
+
     def __call__(self, information: np.ndarray, size: np.ndarray) -> tuple[float, np.ndarray]:
         """Value and derivative, as of every criterion."""
         some = _inverted(information, size)[0][:, list(self.columns)]
@@ -130,3 +144,8 @@ CRITERIA: dict[str, Criterion] = {
     "worst": worst,
 }
 """What a trajectory can be made best for, by the name the command line gives it."""
+
+
+def name_of(criterion: Criterion) -> str:
+    """A criterion's name in `CRITERIA`; that of any other is focus."""
+    return next((name for name, one in CRITERIA.items() if one is criterion), "focus")

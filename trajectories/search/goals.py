@@ -10,7 +10,7 @@ from exidyn.identify.base_parameters import rich_motion
 from exidyn.identify.model import Model
 from exidyn.identify.robot import Limits
 
-from .criteria import CRITERIA, Criterion, condition
+from .criteria import Criterion, condition, name_of
 from .design_model import design_model
 from .information import Experiment
 from .problem import Informative, Objective
@@ -36,8 +36,11 @@ class Goal(Protocol):
     def objectives(self, limits: Limits, spacing: float) -> Sequence[Objective]:
         """Objectives for samples that are `spacing` apart [s]; the last is the goal itself."""
 
+    def reached(self, value: float) -> float:
+        """What a value of the last objective means, as a number: a condition number, a probability."""
+
     def words(self, value: float) -> str:
-        """What a value of the last objective means."""
+        """The same in words."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,9 +75,11 @@ class Identify:
         ladder: tuple[Criterion, ...] = (*LADDER.get(self.criterion, ()), self.criterion)
         return [Informative(smooth, criterion, size, self.rows) for criterion in ladder]
 
+    def reached(self, value: float) -> float:
+        return float(np.exp(value))
+
     def words(self, value: float) -> str:
-        name = next((n for n, c in CRITERIA.items() if c is self.criterion), "focus")
-        return f"{MEANING.get(name, name)} {np.exp(value):.4g}"
+        return f"{MEANING[name_of(self.criterion)]} {self.reached(value):.4g}"
 
 
 MEANING = {
@@ -84,6 +89,7 @@ MEANING = {
     "worst": "worst relative deviation",
     "focus": "mean relative deviation of what is in focus",
 }
+"""Name of a criterion -> what the exponential of its value is."""
 
 
 def parameter_sizes(experiment: Experiment) -> np.ndarray:

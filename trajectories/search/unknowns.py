@@ -1,7 +1,7 @@
 """Unknowns beyond a model's linear parameters, as effects: their columns are first derivatives."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from exidyn.identify.effects import EFFECTS, Belief, Effect, MotionGradient, Parameter
@@ -9,6 +9,8 @@ from exidyn.identify.effects.effect import differences
 from exidyn.identify.model import Model
 from exidyn.identify.motion import Motion
 from exidyn.identify.robot import Robot
+
+from ..errors import UnknownChoice
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,12 +84,29 @@ def with_drive_gains(model: Model) -> Model:
 
 
 def with_shapes(model: Model, keys: Sequence[str]) -> Model:
-    """The model with the shapes of the named effects unknown, joint by joint where they may differ."""
-    kinds, out, start = {EFFECTS[key] for key in keys}, model, 0
+    """The model with the shapes of the named effects unknown, joint by joint where they may differ.
+
+    Args:
+        model: Robot and effects.
+        keys: Of `EFFECTS`.
+
+    Raises:
+        UnknownChoice: A key that is of no effect of the model with shapes.
+    """
+    kinds = {type(effect) for effect in model.effects}
+    shaped = [key for key, kind in EFFECTS.items() if kind in kinds and kind.shapes()]
+    for key in keys:
+        if key not in shaped:
+            raise UnknownChoice("effect with shapes in the model", key, shaped or ["none"])
+    return _with_shapes_of(model, {EFFECTS[key] for key in keys})
+
+
+def _with_shapes_of(model: Model, kinds: set[type[Effect]]) -> Model:
+    out, start = model, 0
     for effect in model.effects:
         stop = start + len(effect.parameters(model.robot))
         values = model.believed_values[start:stop]
-        if type(effect) in kinds and effect.shapes():
+        if type(effect) in kinds:
             pieces = effect.apart(model.robot)
             share = len(values) // len(pieces)
             for place, piece in enumerate(pieces):
@@ -95,4 +114,4 @@ def with_shapes(model: Model, keys: Sequence[str]) -> Model:
                 label = piece.parameters(model.robot)[0].name
                 out = out + ShapesOf(piece, own, label)
         start = stop
-    return replace(out)
+    return out
