@@ -80,10 +80,14 @@ def _by_rule(given: argparse.Namespace, model: Model, wishes: Wishes) -> Plan:
     limits, assumed = usable(model.robot, wishes.margins, wishes.window, wishes.start)
     joints = [model.robot.index(joint) for joint in given.joints or model.robot.joints]
     with in_words_of(model.robot):
-        run = KINDS[given.kind](model, wishes, limits, joints)
-    margins = vars(wishes.margins)
+        made = KINDS[given.kind](model, wishes, limits, joints)
     return Plan.of(
-        run, model, margins=margins, tick=wishes.tick, assumed=assumed, details={"kind": given.kind}
+        made.trajectory,
+        model,
+        margins=vars(wishes.margins),
+        tick=wishes.tick,
+        assumed=(*assumed, *made.notes),
+        details={"kind": given.kind},
     )
 
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 from exidyn.identify.model import Model
@@ -25,35 +26,48 @@ UNDER_CHIRP = 12.0
 SEARCH = 12.0
 """Of search for it [s]: a calm motion need not be the best."""
 
-Kind = Callable[[Model, Wishes, Limits, Sequence[int]], Trajectory]
+
+class Made(NamedTuple):
+    """A run made by rule.
+
+    Attributes:
+        trajectory: The motion.
+        notes: What was left out of it and why, a sentence each.
+    """
+
+    trajectory: Trajectory
+    notes: tuple[str, ...] = ()
 
 
-def sweeps(model: Model, wishes: Wishes, limits: Limits, joints: Sequence[int]) -> Trajectory:
+Kind = Callable[[Model, Wishes, Limits, Sequence[int]], Made]
+
+
+def sweeps(model: Model, wishes: Wishes, limits: Limits, joints: Sequence[int]) -> Made:
     """Constant velocities back and forth, joint by joint: friction curves."""
     pose = _pose(model, wishes, limits)
-    return constant_velocity_sweeps(limits, joints, pose, wishes.tick, clearances=wishes.clearances)
+    return Made(constant_velocity_sweeps(limits, joints, pose, wishes.tick, clearances=wishes.clearances))
 
 
-def poses(model: Model, wishes: Wishes, limits: Limits, joints: Sequence[int]) -> Trajectory:
+def poses(model: Model, wishes: Wishes, limits: Limits, joints: Sequence[int]) -> Made:
     """Rests at poses reached from both sides: gravity and offsets."""
     run = static_poses(
         limits, POSES, wishes.tick, clearances=wishes.clearances, model=model, start=wishes.start
     )
-    return run.trajectory
+    return Made(run.trajectory, tuple(run.notes))
 
 
-def single_joint(model: Model, wishes: Wishes, limits: Limits, joints: Sequence[int]) -> Trajectory:
+def single_joint(model: Model, wishes: Wishes, limits: Limits, joints: Sequence[int]) -> Made:
     """One joint at a time, slow and fast: what each does without the others."""
     pose = _pose(model, wishes, limits)
-    return single_joint_runs(limits, joints, pose, wishes.tick, clearances=wishes.clearances)
+    return Made(single_joint_runs(limits, joints, pose, wishes.tick, clearances=wishes.clearances))
 
 
-def chirp(model: Model, wishes: Wishes, limits: Limits, joints: Sequence[int]) -> Trajectory:
+def chirp(model: Model, wishes: Wishes, limits: Limits, joints: Sequence[int]) -> Made:
     """A swept sine on a calm motion of all joints: elasticity, backlash, delay."""
     calm = replace(wishes.margins, velocity=CALM, acceleration=CALM, jerk=CALM)
     under = replace(wishes, margins=calm, seconds=UNDER_CHIRP)
     motion = plan(model, under, starts=1, seconds=SEARCH)[0].trajectory
-    return with_chirp(motion, joints, limits, wishes.tick, clearances=wishes.clearances)
+    return Made(with_chirp(motion, joints, limits, wishes.tick, clearances=wishes.clearances))
 
 
 def _pose(model: Model, wishes: Wishes, limits: Limits) -> np.ndarray:
