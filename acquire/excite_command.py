@@ -1,17 +1,22 @@
 """exidyn excite: a robot in; the trajectory that identifies it best out, or another kind of run."""
 
 import argparse
+import errno
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from itertools import permutations
 from pathlib import Path
+from tempfile import TemporaryFile
 
 import numpy as np
 from exidyn.identify.effects import known_parameters
 from exidyn.identify.errors import RobotError
+from exidyn.identify.excitation_doubts import WORST
 from exidyn.identify.fit_file import read_fit
 from exidyn.identify.geometry import read_geometry
 from exidyn.identify.model import Model
 from exidyn.identify.robot_file import read_model
+from exidyn.identify.text_table import paragraph
 from exidyn.identify.toml_fields import check_keys, parse_toml, read_text
 from exidyn.trajectories.clearances.clearance import Clearance
 from exidyn.trajectories.clearances.region_rows import read_regions
@@ -42,6 +47,7 @@ Progress = Callable[[str], None]
 def main(arguments: Sequence[str]) -> int:
     """Plan, print, write."""
     given = excite_options(arguments)
+    _require_file(given.output)
     model, progress = read_model(given.robot), stopwatch()
     wishes = _wishes(given, model, progress)
     if given.kind != OPTIMISED:
@@ -53,8 +59,33 @@ def main(arguments: Sequence[str]) -> int:
     for one, path in zip(plans, _paths(given.output, len(plans)), strict=True):
         torque = believed_torque(one, model)
         print(summary(one, [*limit_use(one), torque.use], violations(one, torque)))
+        _warn(one)
         _write(one, path)
     return 0
+
+
+def _warn(one: Plan) -> None:
+    """Say so where the best motion found is poor."""
+    if one.criterion == "condition" and not one.reached < WORST:
+        warning = (
+            f"the best motion found is poor: condition number {one.reached:.3g}, from {WORST:g} on some "
+            "combination of parameters is hardly seen. Try a wider range or window, a longer --period, more "
+            "--seconds, or a model with fewer unknowns"
+        )
+        print("\n".join(paragraph(warning, " " * 11, "  WARNING: ")))
+
+
+def _require_file(output: Path) -> None:
+    """Make sure that the result can be written before it is searched for.
+
+    Raises:
+        OSError: It is a folder, or cannot be made.
+    """
+    if output.is_dir():
+        raise IsADirectoryError(errno.EISDIR, "--output needs a file, this is a folder", str(output))
+    output.parent.mkdir(parents=True, exist_ok=True)
+    with TemporaryFile(dir=output.parent):
+        pass
 
 
 def _search(
@@ -101,6 +132,8 @@ def _against(given: argparse.Namespace, model: Model, wishes: Wishes, progress: 
     hypotheses = tuple(
         Hypothesis.believed(name, one) for name, one in zip(names, (model, rival), strict=True)
     )
+    for hypothesis, other in permutations(hypotheses):
+        _require_values(hypothesis, other)
     goal = Discriminate(hypotheses, Observation(believed_noise(model, limits), rows_of(wishes)))
     plans = _search(given, model, wishes, progress, goal)
     for one in plans:
@@ -108,6 +141,21 @@ def _against(given: argparse.Namespace, model: Model, wishes: Wishes, progress: 
         for sentence in sentences(distinguish(goal, motion, limits, one.trajectory.duration)):
             print(sentence)
     return plans
+
+
+def _require_values(one: Hypothesis, other: Hypothesis) -> None:
+    """Raise where what one model has beyond the other has no values, and so explains nothing.
+
+    Raises:
+        RobotError: All of it is zero.
+    """
+    known = set(other.model.names)
+    own = {n: v for n, v in zip(one.model.names, one.values, strict=True) if n not in known}
+    if own and not any(own.values()):
+        raise RobotError(
+            f"{one.name}: {', '.join(own)} have no values, so it says the same as {other.name}. Give its "
+            "effects the values that a fit found: values = [...] in their [[effect]] rows"
+        )
 
 
 def _wishes(given: argparse.Namespace, model: Model, progress: Progress) -> Wishes:

@@ -43,7 +43,7 @@ def _find(name: str, folders: list[Path], package: str, rest: str, where: str) -
     hint = "set ROS_PACKAGE_PATH" if package else "put it beside the URDF"
     raise RobotError(
         f"{where}: mesh '{name}' is not there. Looked in: {looked}. "
-        f"Give the folder in package_dirs, or {hint}"
+        f"Give the folder that holds it with --packages, or {hint}"
     )
 
 

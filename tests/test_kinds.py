@@ -1,9 +1,11 @@
 """The kinds of run beside the optimised one, as the command line asks for them."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from exidyn.acquire.command_line import REFUSED, main
-from exidyn.identify.effects import JointSpring
+from exidyn.identify.effects import Belief, JointSpring
 from exidyn.identify.robot_file import model_text
 from exidyn.trajectories.clearances.region import Region, box
 from exidyn.trajectories.kinds import KINDS
@@ -55,6 +57,7 @@ def test_what_cannot_be_is_told_by_the_joints_name(robot, capsys):
 
 def test_a_run_against_another_model_says_how_well_it_tells(robot, capsys):
     springy = two_joints.model(JointSpring(("elbow",)))
+    springy = replace(springy, stated={**springy.stated, "Ks2": Belief(20.0)})
     (robot / "springy.toml").write_text(model_text(springy))
     small = ["--period", "3", "--harmonics", "1", "--length", "3", "--starts", "1", "--seconds", "60"]
     assert excite(robot, "--against", str(robot / "springy.toml"), *small) == 0
@@ -66,3 +69,23 @@ def test_a_run_against_another_model_says_how_well_it_tells(robot, capsys):
     assert 0.5 < plan.reached <= 1.0
     assert plan.details["goal"] == f"probability of choosing right {100 * plan.reached:.3g} %"
     assert not check(plan.trajectory, limits(), TICK)
+
+
+def test_a_model_whose_own_effect_has_no_values_explains_nothing(robot, capsys):
+    springy = two_joints.model(JointSpring(("elbow",)))
+    (robot / "springy.toml").write_text(model_text(springy))
+    assert excite(robot, "--against", str(robot / "springy.toml")) == REFUSED
+    assert "Ks2, Ts2 have no values" in capsys.readouterr().err
+
+
+def test_a_file_that_cannot_be_written_is_told_before_the_search(robot, capsys):
+    assert main(["excite", str(robot / "robot.toml"), "-o", str(robot)]) == REFUSED
+    assert "--output needs a file" in capsys.readouterr().err
+    assert "searching" not in capsys.readouterr().err
+
+
+def test_a_poor_motion_is_called_poor(robot, capsys):
+    tight = ["--start", "0.1", "0.2", "--window", "0.0005", "--period", "3", "--harmonics", "1"]
+    assert excite(robot, *tight, "--starts", "1", "--seconds", "5") == 0
+    out = " ".join(capsys.readouterr().out.split())
+    assert "WARNING: the best motion found is poor: condition number" in out

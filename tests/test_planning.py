@@ -302,3 +302,11 @@ def test_wishes_that_make_no_sense_are_refused(wrong, words):
 def test_a_search_that_makes_no_sense_is_refused(wrong):
     with pytest.raises(BadLimits):
         plan(two_joints.model(), WISHES, **wrong)
+
+
+def test_in_a_narrow_window_it_is_acceleration_that_makes_a_period_long():
+    narrow = replace(limits(), position_lower=np.full(2, -0.01), position_upper=np.full(2, 0.01))
+    slowest = min(periods_of(replace(WISHES, period=None), narrow))
+    rate = 2 * np.pi / slowest
+    assert 0.01 * rate**2 <= 2.5 * np.max(narrow.acceleration)
+    assert 2.0 * 0.02 / np.max(narrow.velocity) < slowest

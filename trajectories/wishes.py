@@ -14,6 +14,9 @@ from .limits.usable_limits import Margins
 THERE_AND_BACK = (2.0, 3.0, 4.0)
 """Base periods to try where none is given, in times that the slowest joint takes across its range: there
 and back at full speed, at two thirds of it, and at half, so that faster harmonics have room."""
+MOST = {"harmonics": 15, "trajectories": 6}
+"""A step of the search takes as the cube of what is searched, and cannot be interrupted: with these it still
+is a matter of seconds."""
 ROWS = 2.0
 """Independent rows a second and hertz of bandwidth (Nyquist)."""
 BANDWIDTH = 10.0
@@ -67,13 +70,19 @@ class Wishes:
         if not 0.0 <= self.rest < np.inf:
             raise BadLimits(f"rest: {self.rest:g} s; it must be 0 or more")
         for name, count in {"harmonics": self.harmonics, "trajectories": self.series}.items():
-            if count < 1:
-                raise BadLimits(f"{name}: {count}; there must be at least 1")
+            if not 1 <= count <= MOST[name]:
+                raise BadLimits(f"{name}: {count}; there must be at least 1 and at most {MOST[name]}")
 
 
 def periods_of(wishes: Wishes, limits: Limits) -> tuple[float, ...]:
-    """Base periods to try, whole numbers of ticks [s]."""
-    across = float(np.max((limits.position_upper - limits.position_lower) / limits.velocity))
+    """Base periods to try, whole numbers of ticks [s].
+
+    Across its range a joint takes what its fastest sinusoid takes: in a narrow window it is acceleration or
+    jerk, and not velocity, that makes it slow.
+    """
+    half = 0.5 * (limits.position_upper - limits.position_lower)
+    rates = (limits.velocity / half, np.sqrt(limits.acceleration / half), np.cbrt(limits.jerk / half))
+    across = float(2.0 / np.min(rates))
     asked = [wishes.period] if wishes.period else [times * across for times in THERE_AND_BACK]
     return tuple(max(round(period / wishes.tick), 1) * wishes.tick for period in asked)
 

@@ -65,6 +65,10 @@ class Plan:
         if not 0.0 < self.tick < np.inf:
             raise NotATrajectory(f"tick is {self.tick:g} s, expected above 0")
 
+    def __repr__(self) -> str:
+        reached = f", {self.criterion} {self.reached:.4g}" if self.criterion else ""
+        return f"<Plan for {self.robot}: {self.trajectory.duration:g} s{reached}>"
+
     @classmethod
     def of(cls, trajectory: Trajectory, model: Model, **said: Any) -> "Plan":
         """A plan for a model's robot; `said` are the remaining fields."""

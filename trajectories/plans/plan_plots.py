@@ -118,6 +118,6 @@ def _used(use: Use, joint: int, top: float) -> str:
     if not np.isfinite(share):
         return text(left, middle + 4, "no limit", "tick")
     style = "over" if use.violated[joint] else "inside"
-    return text(left, middle - 2, f"{100.0 * share:.1f} %", style) + text(
+    return text(left, middle - 2, f"{100.0 * abs(share):.1f} %", style) + text(
         left, middle + 11, "of limit", "tick"
     )
