@@ -11,7 +11,7 @@ from exidyn.trajectories.families.fourier import Fourier
 from exidyn.trajectories.limits.brake import stoppable
 from exidyn.trajectories.search.bounds import RateBound, StopBound, kinematic_bounds
 from exidyn.trajectories.search.clearance_bound import SCALE, ClearanceBound
-from exidyn.trajectories.search.torque_bound import NEAR, TorqueBound
+from exidyn.trajectories.search.torque_bound import TorqueBound
 from exidyn.trajectories.trajectory import States
 
 from . import two_joints
@@ -58,18 +58,12 @@ def test_slopes_are_those_of_differences(bound):
     """But for a sample that lies on a kink of the stop, and zero where a torque is far from its limit."""
     at = states()
     found = bound.margins(at)
-    asked = (
-        np.abs(found.value - 1.0) > NEAR
-        if isinstance(bound, TorqueBound)
-        else np.full(found.value.shape, True)
-    )
-    assert 0.1 < np.mean(asked)
     for order, by in zip(ORDERS, found.by, strict=True):
         for joint in range(2):
             shift = np.zeros(2)
             shift[joint] = STEP
             sides = [bound.margins(at._replace(**{order: getattr(at, order) + s * shift})) for s in (1, -1)]
-            expected = (sides[0].value - sides[1].value) / (2 * STEP) * asked
+            expected = (sides[0].value - sides[1].value) / (2 * STEP)
             slope = np.zeros_like(expected) if by is None else by[:, :, joint]
             wrong = np.abs(slope - expected) > 1e-5 * (1 + np.abs(expected))
             assert np.count_nonzero(wrong) <= (1 if isinstance(bound, StopBound) else 0), (order, joint)
@@ -124,14 +118,6 @@ def test_a_drive_without_torque_limit_has_no_rows():
     torque = BOUNDS["torque"].torque(states(), "")[:, 0] / 60.0
     np.testing.assert_allclose(value, np.stack([1 - torque, 1 + torque], axis=1))
     assert by[3] is None
-
-
-def test_torque_far_from_every_limit_has_margins_without_slopes():
-    bound = replace(BOUNDS["torque of a pair"], limit=np.array([1e6, 1e6]))
-    value, by = bound.margins(states())
-    assert np.all((0.99 < value) & (value < 1.01))
-    assert value.shape == (60, 8)
-    assert not any(np.any(slope) for slope in by[:3])
 
 
 def test_a_clearance_is_inside_where_its_margin_is_positive():

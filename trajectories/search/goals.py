@@ -10,7 +10,7 @@ from exidyn.identify.base_parameters import rich_motion
 from exidyn.identify.model import Model
 from exidyn.identify.robot import Limits
 
-from .criteria import Criterion, condition, name_of
+from .criteria import Criterion, condition, name_of, volume
 from .design_model import design_model
 from .information import Experiment
 from .problem import Informative, Objective
@@ -19,7 +19,8 @@ LADDER: dict[Criterion, tuple[Criterion, ...]] = {
     condition: (partial(condition, power=8.0), partial(condition, power=32.0))
 }
 """Stand-ins for a criterion that is not smooth: where several eigenvalues are nearly the smallest, they pull
-together, with a power of 8 all within some ten per cent of it, with 32 within two or three."""
+together, with a power of 8 all within some ten per cent of it, with 32 within two or three. Before any other
+criterion comes the volume, which all parameters move."""
 
 
 class Goal(Protocol):
@@ -72,7 +73,8 @@ class Identify:
     def objectives(self, limits: Limits, spacing: float) -> Sequence[Objective]:
         smooth = replace(self.experiment, model=design_model(self.experiment.model, limits, spacing))
         size = parameter_sizes(self.experiment)
-        ladder: tuple[Criterion, ...] = (*LADDER.get(self.criterion, ()), self.criterion)
+        before = () if self.criterion is volume else LADDER.get(self.criterion, (volume,))
+        ladder: tuple[Criterion, ...] = (*before, self.criterion)
         return [Informative(smooth, criterion, size, self.rows) for criterion in ladder]
 
     def reached(self, value: float) -> float:

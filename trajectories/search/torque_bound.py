@@ -10,10 +10,6 @@ from exidyn.identify.motion import Motion
 from ..trajectory import States
 from .bounds import Bound, Margins
 
-NEAR = 0.5
-"""Share of a limit from which on a torque's slope is asked for. Below it a step of the solver would have to
-double the torque, and the next step would then see it."""
-
 
 @dataclass(frozen=True, eq=False)
 class TorqueBound(Bound):
@@ -49,32 +45,26 @@ class TorqueBound(Bound):
 
     def _margins(self, states: States, payload: str, limited: np.ndarray) -> Margins:
         share = self.torque(states, payload)[:, limited] / self.limit[limited]
-        by = self._slopes(states, payload, limited, np.abs(share) > NEAR)
+        by = self._slopes(states, payload, limited)
         value = np.concatenate([1.0 - share, 1.0 + share], axis=1)
         both = tuple(np.concatenate([-one, one], axis=1) for one in by)
         return Margins(value, (both[0], both[1], both[2], None))
 
-    def _slopes(
-        self, states: States, payload: str, limited: np.ndarray, near: np.ndarray
-    ) -> list[np.ndarray]:
-        """Derivatives of each limited joint's share where it is `near`, (t, m), else zero; each (t, m, n).
+    def _slopes(self, states: States, payload: str, limited: np.ndarray) -> list[np.ndarray]:
+        """Derivatives of each limited joint's share, each (t, m, n).
 
-        All in one pass: a sample is repeated for each joint that is near its limit there, with the weights
-        of that joint alone.
+        All joints in one pass: the motion repeated once for each, with the weights of that joint alone. Rows
+        far from their limit need theirs as well: with zeros there the solver finds no way downhill.
         """
-        rows, which = np.nonzero(near)
-        if not len(rows):
-            return [np.zeros((*near.shape, states.position.shape[1])) for _ in range(3)]
-        motion = self.model.loaded(_taken(states.motion(payload), rows))
-        pick = np.zeros(motion.position.shape)
-        pick[np.arange(len(rows)), limited[which]] = 1.0 / self.limit[limited[which]]
-        gradient = self.model.motion_gradient(motion, pick[:, :, None] * self.model.believed_values, pick)
-        found = []
-        for part in (gradient.position, gradient.velocity, gradient.acceleration):
-            slopes = np.zeros((*near.shape, part.shape[1]))
-            slopes[rows, which] = part
-            found.append(slopes)
-        return found
+        t, n = states.position.shape
+        every = np.tile(np.arange(t), len(limited))
+        motion = self.model.loaded(_taken(states.motion(payload), every))
+        pick = np.zeros((len(limited), t, n))
+        pick[np.arange(len(limited)), :, limited] = 1.0 / self.limit[limited][:, None]
+        flat = pick.reshape(-1, n)
+        gradient = self.model.motion_gradient(motion, flat[:, :, None] * self.model.believed_values, flat)
+        parts = (gradient.position, gradient.velocity, gradient.acceleration)
+        return [part.reshape(len(limited), t, n).swapaxes(0, 1) for part in parts]
 
 
 def _taken(motion: Motion, rows: np.ndarray) -> Motion:
