@@ -26,7 +26,7 @@ from excite_arm import Arm, ur10, why_no_arm
 from excite_ours import every_seed, gradient, ours
 from excite_peers import PeerResult, random_search, slsqp
 
-BUDGET, QUICK_BUDGET = 40.0, 3.0
+BUDGET, QUICK_BUDGET = 40.0, 2.0
 """Seconds each tool has; FIGAROH takes 50 s for its hundred iterations and is near its end in 40."""
 
 
@@ -111,9 +111,9 @@ def main() -> None:
         figures |= against_peers(arm, budget, seeds, collisions=False)
         if not chosen.quick:
             figures |= against_peers(arm, budget, [0], collisions=True)
-        figures |= every_seed(arm, *((4, 1.0) if chosen.quick else (20, 8.0)))
+        figures |= every_seed(arm, *((2, 1.0) if chosen.quick else (20, 8.0)))
     figures |= excite_kr270.run(chosen.quick)
-    figures |= excite_limits.run(range(6 if chosen.quick else 200))
+    figures |= excite_limits.run(range(4 if chosen.quick else 200))
     figures |= excite_discriminate.run(chosen.quick)
     print(f"\n{time.perf_counter() - begun:.0f} s in all")
     save(chosen.json, figures)

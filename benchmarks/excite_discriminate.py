@@ -251,7 +251,7 @@ def hopeless(effort: Effort) -> dict[str, Any]:
 
 def run(quick: bool) -> dict[str, Any]:
     """Figures of all pairs; prints the tables."""
-    effort = Effort(1, 1.8, 1000) if quick else Effort(4, 12.0, 4000)
+    effort = Effort(1, 1.2, 1000) if quick else Effort(4, 12.0, 4000)
     figures: dict[str, Any] = {}
     rows = []
     for make in (springs, frictions, gain_or_mass):
