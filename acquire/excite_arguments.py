@@ -17,9 +17,9 @@ EXAMPLES = """examples:
   exidyn excite robot.toml
   exidyn excite robot.toml --payload 175 --com 0 0 0.2     a pair of runs, for the drive gains
   exidyn excite robot.toml --after exidyn-fit/fit.json     where the last fit knows least
-  exidyn excite robot.toml --against rival.toml           to tell two models of one arm apart
+  exidyn excite robot.toml --against rival.toml            to tell two models of one arm apart
   exidyn excite robot.toml --kind sweeps --joints joint2   constant velocities, for the friction curve
-  exidyn excite kuka.toml --start 0 -90 90 0 45 0 --degrees --window 5"""
+  exidyn excite kuka.toml --start 0 -90 90 0 45 0 --degrees --window 30"""
 
 
 def excite_options(arguments: Sequence[str]) -> argparse.Namespace:

@@ -20,6 +20,7 @@ from exidyn.identify.recording import Recording
 from exidyn.identify.robot_file import builtin_names, read_model
 
 from .payload_runs import add_payload_arguments, carrying, distinct_bodies
+from .table_help import table_help
 
 EXAMPLE = "example: exidyn identify empty.mcap --payload loaded.mcap --mass 175 --validate other.mcap"
 
@@ -56,7 +57,7 @@ def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="exidyn identify",
         description="Identify an arm's dynamics, and its drive gains where a run carries a known payload.",
-        epilog=f"{EXAMPLE}\n\n{_estimators_help()}",
+        epilog=f"{EXAMPLE}\n\n{table_help('estimators', ESTIMATORS)}",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument(
@@ -98,16 +99,6 @@ def _parser() -> argparse.ArgumentParser:
         "--rerun", choices=("open", "save"), help="show measured and predicted in the Rerun viewer"
     )
     return parser
-
-
-def _estimators_help() -> str:
-    """Each estimator's name and the first line of its docstring."""
-    width = max(map(len, ESTIMATORS))
-    lines = [
-        f"  {name:<{width}}  {(function.__doc__ or '').partition(chr(10))[0]}"
-        for name, function in ESTIMATORS.items()
-    ]
-    return "\n".join(["estimators:", *lines])
 
 
 def _add_filters(parser: argparse.ArgumentParser) -> None:

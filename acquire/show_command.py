@@ -16,6 +16,8 @@ from exidyn.trajectories.plans.plan_page import plan_page
 from exidyn.trajectories.plans.plan_summary import summary
 from exidyn.trajectories.plans.plan_use import limit_use
 
+from .table_help import table_help
+
 EXAMPLE = "example: exidyn show plan.toml --robot kr270 --view --export csv plan.csv"
 
 
@@ -46,7 +48,7 @@ def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="exidyn show",
         description="Show a planned motion against the robot's limits: a table, and a page of plots.",
-        epilog=f"{EXAMPLE}\n\n{_exports_help()}",
+        epilog=f"{EXAMPLE}\n\n{table_help('formats', EXPORTS)}",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("plan", type=Path, metavar="FILE", help="trajectory file (.toml)")
@@ -69,16 +71,6 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--view", action="store_true", help="show it in the Rerun viewer, the arm moving")
     parser.add_argument("--rerun", type=Path, metavar="RRD", help="save that view as a file")
     return parser
-
-
-def _exports_help() -> str:
-    """Each format's name and the first line of its docstring."""
-    width = max(map(len, EXPORTS))
-    lines = [
-        f"  {name:<{width}}  {(function.__doc__ or '').partition(chr(10))[0]}"
-        for name, function in EXPORTS.items()
-    ]
-    return "\n".join(["formats:", *lines])
 
 
 def _rate(text: str) -> float:
