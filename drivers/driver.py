@@ -1,0 +1,214 @@
+"""Driver: what every robot controller looks like from the loop.
+
+A driver is opened, armed, and then exchanges one command for one sample a cycle. `exchange` blocks until the
+next cycle, whoever owns the clock: the host (CAN, serial, mock) or the controller (KUKA RSI). Inside a
+driver's file are its units, signs and telegrams; outside there are radians, amperes and newton metres only.
+"""
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from enum import IntEnum
+from typing import Any, ClassVar, Protocol
+
+import numpy as np
+
+
+class StopLevel(IntEnum):
+    """How hard to stop; a higher level overrides a lower one, and none is taken back.
+
+    BRAKE is done by commands: the loop streams a jerk-limited stop, and a driver need not know. QUICK asks
+    the controller to stop by its own means and hold; OFF takes the torque away, and an arm without brakes
+    drops.
+    """
+
+    BRAKE = 1
+    QUICK = 2
+    OFF = 3
+
+
+@dataclass(frozen=True, slots=True)
+class Command:
+    """What the arm should do at the next cycle.
+
+    Attributes:
+        position: Shape (n,) [rad].
+        velocity: Shape (n,) [rad/s]; for controllers that take it ahead.
+    """
+
+    position: np.ndarray
+    velocity: np.ndarray
+
+
+@dataclass(frozen=True, slots=True)
+class Sample:
+    """What was measured in one cycle, in joint coordinates; NaN where the controller is silent.
+
+    Attributes:
+        host_time: Host's clock when the measurement came in [ns since 1970]; it never goes back.
+        controller_time: Controller's clock, from its own zero; the host's where it has none [ns].
+        position: Shape (n,) [rad].
+        velocity: Shape (n,) [rad/s].
+        current: Shape (n,) [A].
+        torque: Shape (n,) [N m].
+        temperature: Shape (n,) [degC].
+        lateness: By how much the cycle began, or was answered, too late [s].
+        skipped: Cycles that went by without an exchange since the last sample.
+        stale: Whether no fresh measurement came from a joint in this cycle, shape (n,); its values are NaN.
+        events: What the device said or the driver noticed in this cycle, a sentence each.
+        fault: Why the arm can no longer be commanded; empty while it can.
+    """
+
+    host_time: int
+    controller_time: int
+    position: np.ndarray
+    velocity: np.ndarray
+    current: np.ndarray
+    torque: np.ndarray
+    temperature: np.ndarray
+    lateness: float = 0.0
+    skipped: int = 0
+    stale: np.ndarray = field(default_factory=lambda: np.zeros(0, bool))
+    events: tuple[str, ...] = ()
+    fault: str = ""
+
+
+class Measured(Protocol):
+    """What a simulated arm gives, each of shape (n,) and in the units of `Sample`."""
+
+    @property
+    def position(self) -> np.ndarray: ...  # noqa: D102
+    @property
+    def velocity(self) -> np.ndarray: ...  # noqa: D102
+    @property
+    def current(self) -> np.ndarray: ...  # noqa: D102
+    @property
+    def temperature(self) -> np.ndarray: ...  # noqa: D102
+
+
+class Plant(Protocol):
+    """A simulated arm with its drives: `exidyn.identify.plant` has one for any model."""
+
+    def measure(self) -> Measured:
+        """What its sensors say now."""
+
+    def step(self, position: np.ndarray, velocity: np.ndarray, seconds: float) -> None:
+        """Follow a command (n,) [rad], [rad/s], which is reached at the end of these seconds."""
+
+
+@dataclass(frozen=True)
+class Arm:
+    """What a driver is told of the arm.
+
+    Attributes:
+        joints: Names, in the order of every (n,) array.
+        position_lower: Shape (n,) [rad].
+        position_upper: Shape (n,) [rad].
+        velocity: Largest speed, shape (n,) [rad/s].
+        plant: Makes a simulated arm; only the mock asks.
+    """
+
+    joints: tuple[str, ...]
+    position_lower: np.ndarray
+    position_upper: np.ndarray
+    velocity: np.ndarray
+    plant: Callable[[], Plant] | None = None
+
+    @property
+    def dof(self) -> int:
+        """Number of joints n."""
+        return len(self.joints)
+
+
+@dataclass(frozen=True)
+class Info:
+    """What a driver says of itself once it is open.
+
+    Attributes:
+        cycle: Time between exchanges [s].
+        clock: Whose clock it is: "host" or "controller".
+        signals: What is measured: some of position, velocity, current, torque, temperature.
+        simulated: Whether nothing real moves, so that nobody need confirm.
+        dead_man: How the device stops by itself when the host falls silent, as verified; empty if not.
+        window_lower: Most negative position command relative to where the arm stood when opened, shape (n,)
+            [rad], as the controller allows it; None for no such window.
+        window_upper: Most positive, likewise.
+        settings: What explains the measurement later: scales, units, identities, versions.
+        warnings: Doubts, a sentence each.
+    """
+
+    cycle: float
+    clock: str
+    signals: tuple[str, ...]
+    simulated: bool = False
+    dead_man: str = ""
+    window_lower: np.ndarray | None = None
+    window_upper: np.ndarray | None = None
+    settings: Mapping[str, str] = field(default_factory=dict)
+    warnings: tuple[str, ...] = ()
+
+
+class Driver(ABC):
+    """One robot controller. A context manager that closes it.
+
+    Args:
+        settings: An instance of the driver's own `Settings`.
+        arm: What it is told of the arm.
+
+    Raises:
+        BadSettings: Settings that do not fit each other, the arm or the bus.
+    """
+
+    Settings: ClassVar[type[Any]]
+    """Frozen dataclass whose fields are made by `settings.setting`."""
+
+    def __init__(self, settings: Any, arm: Arm) -> None:
+        self.settings = settings
+        self.arm = arm
+
+    @abstractmethod
+    def open(self) -> Info:
+        """Find the controller, configure and verify it. Nothing moves, nothing is powered.
+
+        Raises:
+            DriverError: One of its kinds, saying what to try.
+        """
+
+    def arm_drives(self) -> None:  # noqa: B027 - many controllers have nothing to do
+        """Power the drives, which then hold where they stand.
+
+        Raises:
+            NotReady: They refuse.
+            LinkLost: They do not answer.
+        """
+
+    @abstractmethod
+    def exchange(self, command: Command | None) -> Sample:
+        """Wait for the next cycle, hand over the command, and return what is measured in that cycle.
+
+        None commands nothing: the arm stays where its controller holds it. A joint that does not answer
+        gives NaN and is `stale`; a drive that has stopped itself says so in `Sample.fault`, once and from
+        then on. What comes from outside, however broken, raises nothing but these:
+
+        Raises:
+            LinkLost: Nobody answers at all, for so long that waiting makes no sense.
+        """
+
+    def stop(self, level: StopLevel) -> None:  # noqa: B027 - likewise
+        """Stop by the controller's own means; afterwards `exchange(None)` still listens where it can.
+
+        Never raises: whoever stops has no use for it.
+        """
+
+    @abstractmethod
+    def close(self) -> None:
+        """Leave the arm held or braked as its controller does by itself, and let go.
+
+        Never raises, and may be called again.
+        """
+
+    def __enter__(self) -> "Driver":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
