@@ -9,7 +9,8 @@ from .errors import DriverError, UnknownDriver
 from .settings import read_settings, template
 
 __all__ = [
-    "DRIVERS", "Arm", "Command", "Driver", "DriverError", "Info", "Sample", "StopLevel", "create", "explain",
+    "DRIVERS", "Arm", "Command", "Driver", "DriverError", "Info", "Sample", "StopLevel", "create",
+    "driver_class", "explain",
 ]  # fmt: skip
 
 

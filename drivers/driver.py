@@ -128,7 +128,6 @@ class Info:
         cycle: Time between exchanges [s].
         clock: Whose clock it is: "host" or "controller".
         signals: What is measured: some of position, velocity, current, torque, temperature.
-        simulated: Whether nothing real moves, so that nobody need confirm.
         dead_man: How the device stops by itself when the host falls silent, as verified; empty if not.
         window_lower: Most negative position command relative to where the arm stood when opened, shape (n,)
             [rad], as the controller allows it; None for no such window.
@@ -140,7 +139,6 @@ class Info:
     cycle: float
     clock: str
     signals: tuple[str, ...]
-    simulated: bool = False
     dead_man: str = ""
     window_lower: np.ndarray | None = None
     window_upper: np.ndarray | None = None
@@ -162,9 +160,17 @@ class Driver(ABC):
     Settings: ClassVar[type[Any]]
     """Frozen dataclass whose fields are made by `settings.setting`."""
 
+    simulated: ClassVar[bool] = False
+    """Whether nothing real moves, so that nobody need confirm."""
+
     def __init__(self, settings: Any, arm: Arm) -> None:
         self.settings = settings
         self.arm = arm
+
+    @property
+    def in_real_time(self) -> bool:
+        """Whether `exchange` keeps to a clock on the wall; a simulation may go as fast as it can."""
+        return True
 
     @abstractmethod
     def open(self) -> Info:

@@ -16,7 +16,7 @@ class About:
         unit: Of the number, if it has one.
         low: Smallest valid number.
         high: Largest valid number.
-        choices: Valid words.
+        choices: Valid values.
         per_joint: Whether there is one for each joint; a single value is then taken for all.
     """
 
@@ -24,7 +24,7 @@ class About:
     unit: str = ""
     low: float = float("-inf")
     high: float = float("inf")
-    choices: tuple[str, ...] = ()
+    choices: tuple[Any, ...] = ()
     per_joint: bool = False
 
 
@@ -82,7 +82,7 @@ def _one(metadata: Mapping[str, Any], value: Any, where: str) -> Any:
         unit = f" {about.unit}" if about.unit else ""
         raise BadSettings(f"{where} is {value:g}{unit}; valid are {about.low:g} to {about.high:g}")
     if about.choices and value not in about.choices:
-        raise BadSettings(f"{where} is '{value}'. Valid: {', '.join(about.choices)}")
+        raise BadSettings(f"{where} is {value!r}. Valid: {', '.join(map(str, about.choices))}")
     return value
 
 
@@ -99,7 +99,7 @@ def template(cls: type[Any]) -> str:
             f"[{about.unit}]" if about.unit else "",
             "a value, or a list with one a joint" * about.per_joint,
         ]
-        facts += [f"one of {', '.join(about.choices)}"] if about.choices else []
+        facts += [f"one of {', '.join(map(str, about.choices))}"] if about.choices else []
         required = f.default is MISSING
         lines.append(f"# {'; '.join(fact for fact in facts if fact)}{'; required' * required}")
         lines.append(f"# {f.name} =" if required else f"{f.name} = {_toml(f.default)}")

@@ -16,6 +16,10 @@ from exidyn.drivers import Command, Sample
 HEAD, SAMPLE, EVENT, END = b"H", b"S", b"E", b"Z"
 """Kinds: once at the start, every cycle, what happened, once at the end."""
 
+KINDS = (HEAD, SAMPLE, EVENT, END)
+LONGEST = 64 << 20
+"""Bytes that no frame has: a head with the largest robot and plan is a hundredth of that."""
+
 _FRAME = struct.Struct("<cI")
 _FIXED = struct.Struct("<qqdII")
 ARRAYS = (
@@ -84,7 +88,7 @@ def sample_frame(sample: Sample, command: Command | None, stage: int) -> bytes:
 
 def text_frame(kind: bytes, content: Mapping[str, Any]) -> bytes:
     """A head, an event or an end."""
-    body = json.dumps(content).encode()
+    body = json.dumps(content, default=str).encode()
     return _FRAME.pack(kind, len(body)) + body
 
 
@@ -100,6 +104,13 @@ def read_cycle(body: bytes) -> Cycle:
     return Cycle(host_time, controller_time, lateness, skipped, stage, arrays)
 
 
+def read_event(body: bytes) -> Event:
+    """The event of an event frame."""
+    said = json.loads(body)
+    times = int(said["host_time"]), int(said["controller_time"])
+    return Event(*times, str(said["kind"]), str(said["text"]), dict(said["details"]))
+
+
 class Unframed:
     """Frames out of bytes that come in any pieces."""
 
@@ -107,12 +118,18 @@ class Unframed:
         self._waiting = bytearray()
 
     def add(self, data: bytes) -> Iterator[tuple[bytes, bytes]]:
-        """Kind and body of each frame that is whole by now."""
+        """Kind and body of each frame that is whole by now.
+
+        Raises:
+            ValueError: What comes cannot be frames, so that nobody knows where the next one begins.
+        """
         self._waiting += data
         start = 0
         while start + _FRAME.size <= len(self._waiting):
             kind, length = _FRAME.unpack_from(self._waiting, start)
             stop = start + _FRAME.size + length
+            if kind not in KINDS or length > LONGEST:
+                raise ValueError(f"a frame of kind {kind!r} and {length} bytes")
             if stop > len(self._waiting):
                 break
             yield kind, bytes(self._waiting[start + _FRAME.size : stop])

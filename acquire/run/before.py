@@ -1,0 +1,87 @@
+"""Before: what can be told of a run without moving anything, and what forbids it."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from exidyn.identify.effects import Payload
+from exidyn.identify.model import Model
+from exidyn.identify.recording import KnownPayload
+from exidyn.identify.robot import Limits, Robot
+from exidyn.trajectories.families.slowed import Slowed
+from exidyn.trajectories.limits.usable_limits import Margins, usable
+from exidyn.trajectories.plans.plan import Plan, model_differences, robot_differences
+from exidyn.trajectories.plans.plan_check import Torque, believed_torque, violations
+from exidyn.trajectories.trajectory import Trajectory
+
+from .errors import NotAllowed
+
+NO_MARGIN = Margins(position=0.0, slide=0.0, velocity=0.0, acceleration=0.0, jerk=0.0, torque=0.0)
+RATES = ("velocity", "velocity_lower", "acceleration", "acceleration_lower", "jerk")
+
+
+@dataclass(frozen=True)
+class Checked:
+    """A plan that this robot may run.
+
+    Attributes:
+        plan: At the speed at which it is to be played.
+        model: Of the robot, with what it carries.
+        limits: The robot's; those that nobody said as the planner assumes them, or as the motion uses them.
+        torque: What the model believes that it takes.
+        doubts: What may be otherwise than when it was planned, a sentence each.
+    """
+
+    plan: Plan
+    model: Model
+    limits: Limits
+    torque: Torque
+    doubts: tuple[str, ...]
+
+
+def checked(plan: Plan, model: Model, speed: float = 1.0, payload: KnownPayload | None = None) -> Checked:
+    """The plan at a share of its speed, if the robot may run it.
+
+    Args:
+        plan: What is to be run.
+        model: Of the robot at hand.
+        speed: Share of the planned speed [-].
+        payload: What the robot carries.
+
+    Raises:
+        NotAllowed: It is for another robot, or goes beyond the limits of this one.
+    """
+    different = robot_differences(plan, model.robot)
+    if different:
+        raise NotAllowed(
+            f"this robot must not run the plan: {'; '.join(different)}. Plan it again for this one"
+        )
+    slowed = plan if speed == 1.0 else replace(plan, trajectory=Slowed(plan.trajectory, speed))
+    # A pair is run twice, each run by itself; the torque of this run is that with its own payload.
+    single = replace(slowed, payload_pair=bool(payload))
+    carrying = model + Payload(payload.name, payload.known) if payload else model
+    torque = believed_torque(single, carrying)
+    beyond = violations(single, torque)
+    if beyond:
+        raise NotAllowed(
+            f"the plan goes beyond the limits of {model.robot.name}: {'; '.join(beyond)}. Plan it again, or "
+            "play it slower with --speed"
+        )
+    limits = _finite(model.robot, slowed.trajectory)
+    return Checked(slowed, carrying, limits, torque, tuple(model_differences(plan, model)))
+
+
+def _finite(robot: Robot, motion: Trajectory) -> Limits:
+    """The robot's limits; those unsaid as assumed, but no less than what the motion uses."""
+    said, assumed = robot.limits, usable(robot, NO_MARGIN).limits
+    extremes = motion.extremes()
+    found: dict[str, np.ndarray] = {}
+    for name in RATES:
+        used = getattr(extremes, name.removesuffix("_lower"))
+        if name.endswith("_lower"):
+            needed = np.minimum(getattr(assumed, name), used.lower)
+        else:
+            needed = np.maximum(
+                getattr(assumed, name), np.maximum(used.upper, -used.lower * (name == "jerk"))
+            )
+        found[name] = np.where(np.isfinite(getattr(said, name)), getattr(said, name), needed)
+    return replace(said, **found)

@@ -1,0 +1,26 @@
+"""The errors of a run, each a fact with a value, a limit and what to try.
+
+ExidynError
+└── RunError          a run cannot begin, or not go on
+    ├── NotAllowed    what is asked for must not be done with this arm
+    ├── CannotStart   the arm does not stand where the motion can begin
+    └── NotConfirmed  nobody said yes
+"""
+
+from exidyn.identify.errors import ExidynError
+
+
+class RunError(ExidynError, RuntimeError):
+    """A run cannot begin, or not go on."""
+
+
+class NotAllowed(RunError):
+    """What is asked for must not be done with this arm."""
+
+
+class CannotStart(RunError):
+    """The arm does not stand where the motion can begin."""
+
+
+class NotConfirmed(RunError):
+    """Nobody said yes."""

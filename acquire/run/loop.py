@@ -1,0 +1,182 @@
+"""The only loop: exchange, hand over, look, command.
+
+It runs from before the first command until after the last stop, and hands over every cycle on the way.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from exidyn.drivers import Command, Driver, DriverError, Sample, StopLevel
+from exidyn.trajectories.trajectory import Trajectory
+
+from .command_check import CommandCheck
+from .frames import STAGES, Event, event_frame, sample_frame
+from .player import LISTENING, Player
+from .sink import Sink
+from .stop import Stop, harder
+from .watch import Watch
+
+LISTEN_ON = 2.0
+"""How long is listened after a quick stop, which a controller makes in its own time [s]."""
+
+
+@dataclass
+class Counts:
+    """What happened to the cycles of a run.
+
+    Attributes:
+        cycles: Exchanges made.
+        skipped: Cycles that went by without one.
+        stale: Samples in which a joint was silent.
+        lateness: Of each exchange [s].
+    """
+
+    cycles: int = 0
+    skipped: int = 0
+    stale: int = 0
+    lateness: list[float] = field(default_factory=list)
+
+    def add(self, sample: Sample) -> None:
+        """Count one sample."""
+        self.cycles += 1
+        self.skipped += sample.skipped
+        self.stale += bool(sample.stale.any())
+        self.lateness.append(sample.lateness)
+
+
+class Loop:
+    """One run.
+
+    Args:
+        driver: Open and armed.
+        watch: What stops the run.
+        cycle: Time between exchanges [s].
+        sinks: Who is handed every cycle; the failure of the first, the recorder, stops the run.
+        head: The frame that explains the run to them, once its first sample is there.
+        asked: What a person asks for.
+
+    Attributes:
+        counts: What happened to the cycles.
+        stop: Why the run ends before its time; None as long as it does not.
+        last: The last sample.
+    """
+
+    def __init__(
+        self,
+        driver: Driver,
+        watch: Watch,
+        cycle: float,
+        sinks: Sequence[Sink] = (),
+        head: Callable[[Sample], bytes] | None = None,
+        asked: Callable[[], Stop | None] = lambda: None,
+    ) -> None:
+        self._driver, self._watch, self._cycle_time = driver, watch, cycle
+        self._sinks, self._head, self._asked = sinks, head, asked
+        self._player: Player | None = None
+        self._check: CommandCheck | None = None
+        self._stage = -1
+        self.counts = Counts()
+        self.stop: Stop | None = None
+        self.last: Sample | None = None
+
+    def listen(self, until: Callable[[], bool]) -> None:
+        """Exchange nothing but samples until something is so, or there is a reason to stop."""
+        while not until() and self.stop is None:
+            self._cycle(None)
+
+    def play(self, player: Player, check: CommandCheck, way: Trajectory) -> None:
+        """Command the way to a motion and the motion, to its end or to a stop."""
+        self._player, self._check = player, check
+        player.begin(way)
+        while not player.finished and not self._quick:
+            if not self._cycle(self._next()):
+                return
+        if self._quick:
+            self._listen_on()
+
+    def end(self, stop: Stop) -> None:
+        """Stop for a reason found elsewhere."""
+        self._to_stop(stop)
+
+    @property
+    def _quick(self) -> bool:
+        return self.stop is not None and self.stop.level > StopLevel.BRAKE
+
+    def _next(self) -> Command | None:
+        """The next command, or where that is not in order, the first of a stop."""
+        assert self._player is not None
+        assert self._check is not None
+        command = self._player.next()
+        wrong = self._check.look(command) if command is not None else None
+        if wrong is None:
+            return command
+        self._player.take_back()
+        again = self.stop is not None  # a stop that is itself not in order is left to the controller
+        self._to_stop(replace(wrong, level=StopLevel.QUICK) if again else wrong)
+        return None if again else self._next()
+
+    def _cycle(self, command: Command | None) -> bool:
+        """One exchange, handed over and looked at; whether anybody answers."""
+        try:
+            sample = self._driver.exchange(command)
+        except DriverError as error:
+            self._to_stop(Stop(StopLevel.QUICK, "link lost", str(error)))
+            return False
+        if self.last is None and self._head:
+            self._hand_over(self._head(sample))
+        self.last = sample
+        self.counts.add(sample)
+        self._tell_stage(LISTENING if command is None or self._player is None else self._player.stage)
+        self._hand_over(sample_frame(sample, command, self._stage))
+        for text in sample.events:
+            self.tell("driver", text)
+        self._to_stop(harder(self._asked(), harder(self._watch.look(sample, command), self._recording())))
+        return True
+
+    def _recording(self) -> Stop | None:
+        failure = self._sinks[0].failure if self._sinks else ""
+        return (
+            Stop(StopLevel.BRAKE, "recorder", f"the recording cannot go on: {failure}") if failure else None
+        )
+
+    def _to_stop(self, found: Stop | None) -> None:
+        """Begin a stop, unless one as hard is under way."""
+        if found is None or harder(self.stop, found) is self.stop:
+            return
+        self.stop = found
+        self.tell("stop", found.text, found.details())
+        if found.level > StopLevel.BRAKE:
+            self._driver.stop(found.level)
+        elif self._player is not None:
+            self._player.brake()
+
+    def _listen_on(self) -> None:
+        """Record how the controller stops the arm."""
+        end = self.counts.cycles + round(LISTEN_ON / self._cycle_time)
+        while self.counts.cycles < end and self._cycle(None):
+            pass
+
+    def tell(self, kind: str, text: str, details: dict[str, object] | None = None) -> None:
+        """Hand an event over, at the time of the last sample; before the first there is nobody to tell."""
+        if self.last is None:
+            return
+        host, controller = self.last.host_time, self.last.controller_time
+        self._hand_over(event_frame(Event(host, controller, kind, text, details or {})))
+
+    def _tell_stage(self, stage: int) -> None:
+        if stage != self._stage:
+            self._stage = stage
+            self.tell("stage", STAGES[stage])
+
+    def _hand_over(self, frame: bytes) -> None:
+        for sink in self._sinks:
+            sink.put(frame)
+
+
+def lateness(counts: Counts) -> dict[str, float]:
+    """Median, 99th percentile and largest lateness [s]."""
+    if not counts.lateness:
+        return {}
+    p50, p99 = np.percentile(counts.lateness, [50, 99])
+    return {"lateness_p50": float(p50), "lateness_p99": float(p99), "lateness_max": max(counts.lateness)}

@@ -1,0 +1,228 @@
+"""Monitors: each watches one thing, every cycle, and says why the arm must stop.
+
+What counts as too long is stated as time and not as cycles, so that it means the same at every rate.
+"""
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+
+import numpy as np
+from exidyn.drivers import Command, Sample, StopLevel
+
+from .stop import Stop
+
+
+class Monitor(ABC):
+    """Watches one thing."""
+
+    @abstractmethod
+    def look(self, sample: Sample, sent: Command | None) -> Stop | None:
+        """Why to stop after this cycle, in which a command was sent; None while all is well."""
+
+
+class DriveFault(Monitor):
+    """A drive that has stopped itself."""
+
+    def look(self, sample: Sample, sent: Command | None) -> Stop | None:
+        return Stop(StopLevel.QUICK, "drive fault", sample.fault) if sample.fault else None
+
+
+class JointMonitor(Monitor):
+    """Something that must not be beyond a limit on any joint for too long.
+
+    Args:
+        joints: Names.
+        limit: Shape (n,); infinite where nothing is watched.
+        cycles: For how many cycles in a row it may be.
+    """
+
+    kind = ""
+    unit = ""
+    level = StopLevel.BRAKE
+
+    def __init__(self, joints: Sequence[str], limit: np.ndarray, cycles: int) -> None:
+        self._joints, self._limit, self._cycles = joints, limit, max(cycles, 1)
+        self._count = np.zeros(len(joints), int)
+
+    @abstractmethod
+    def value(self, sample: Sample, sent: Command | None) -> np.ndarray:
+        """What is held against the limit, shape (n,); NaN where nobody knows."""
+
+    def look(self, sample: Sample, sent: Command | None) -> Stop | None:
+        value = self.value(sample, sent)
+        self._count = np.where(
+            value > self._limit, self._count + 1, np.where(np.isnan(value), self._count, 0)
+        )
+        if (self._count < self._cycles).all():
+            return None
+        joint = int(np.argmax(self._count))
+        size, limit = float(value[joint]), float(self._limit[joint])
+        text = f"{self._joints[joint]}: {self.kind} {size:.4g} {self.unit}, limit {limit:.4g}"
+        return Stop(self.level, self.kind, text, self._joints[joint], size, limit, self.unit)
+
+
+class Tracking(JointMonitor):
+    """Measured position away from all that was commanded lately, so that a delay of the drive is no error.
+
+    Args:
+        joints: Names.
+        limit: Shape (n,) [rad].
+        cycles: For how many cycles in a row it may be beyond.
+        memory: Cycles over which a command may take effect.
+    """
+
+    kind, unit = "tracking error", "rad"
+
+    def __init__(self, joints: Sequence[str], limit: np.ndarray, cycles: int, memory: int) -> None:
+        super().__init__(joints, limit, cycles)
+        self._commands = np.full((max(memory, 1), len(joints)), np.nan)
+        self._next = 0
+
+    def value(self, sample: Sample, sent: Command | None) -> np.ndarray:
+        if sent is None:
+            return np.zeros(len(sample.position))
+        if not self._next:
+            self._commands[:] = sent.position
+        self._commands[self._next % len(self._commands)] = sent.position
+        self._next += 1
+        below = self._commands.min(axis=0) - sample.position
+        return np.maximum(np.maximum(below, sample.position - self._commands.max(axis=0)), 0.0)
+
+
+class Current(JointMonitor):
+    """Motor current, either way."""
+
+    kind, unit = "current", "A"
+
+    def value(self, sample: Sample, sent: Command | None) -> np.ndarray:
+        return np.abs(sample.current)
+
+
+class Torque(JointMonitor):
+    """Measured joint torque, either way."""
+
+    kind, unit = "torque", "N m"
+
+    def value(self, sample: Sample, sent: Command | None) -> np.ndarray:
+        return np.abs(sample.torque)
+
+
+class Temperature(JointMonitor):
+    """Motor temperature."""
+
+    kind, unit = "temperature", "degC"
+
+    def value(self, sample: Sample, sent: Command | None) -> np.ndarray:
+        return sample.temperature
+
+
+class Outside(JointMonitor):
+    """Measured position beyond its limits, and not on its way back in from where it began.
+
+    Args:
+        joints: Names.
+        lower: Shape (n,) [rad].
+        upper: Shape (n,) [rad].
+        slack: How far beyond it may be, shape (n,) [rad].
+        cycles: For how many cycles in a row.
+    """
+
+    kind, unit = "position beyond its limits by", "rad"
+
+    def __init__(
+        self, joints: Sequence[str], lower: np.ndarray, upper: np.ndarray, slack: np.ndarray, cycles: int
+    ) -> None:
+        super().__init__(joints, slack, cycles)
+        self._lower, self._upper = lower, upper
+
+    def value(self, sample: Sample, sent: Command | None) -> np.ndarray:
+        if sent is None:
+            self._lower, self._upper = (
+                np.fmin(self._lower, sample.position),
+                np.fmax(self._upper, sample.position),
+            )
+        return np.maximum(self._lower - sample.position, sample.position - self._upper)
+
+
+class Speed(JointMonitor):
+    """Measured speed, as mean over a window long enough that a coarse encoder does not alarm.
+
+    Args:
+        joints: Names.
+        limit: Shape (n,) [rad/s].
+        window: Cycles over which the mean goes.
+        cycle: Time between samples [s].
+    """
+
+    kind, unit = "speed", "rad/s"
+
+    def __init__(self, joints: Sequence[str], limit: np.ndarray, window: int, cycle: float) -> None:
+        super().__init__(joints, limit, window)
+        self._cycle = cycle
+        self._seen: list[tuple[int, np.ndarray]] = []
+        self._window = max(window, 1)
+
+    def value(self, sample: Sample, sent: Command | None) -> np.ndarray:
+        self._seen.append((sample.controller_time, sample.position))
+        if len(self._seen) <= self._window:
+            return np.zeros(len(sample.position))
+        time, position = self._seen.pop(0)
+        gone = max((sample.controller_time - time) * 1e-9, self._window * self._cycle)
+        return np.abs(sample.position - position) / gone
+
+
+class Silence(Monitor):
+    """A joint of which nothing fresh is heard.
+
+    Args:
+        joints: Names.
+        cycles: For how many cycles in a row it may be silent.
+    """
+
+    def __init__(self, joints: Sequence[str], cycles: int) -> None:
+        self._joints, self._cycles = joints, max(cycles, 1)
+        self._count = np.zeros(len(joints), int)
+
+    def look(self, sample: Sample, sent: Command | None) -> Stop | None:
+        self._count = np.where(sample.stale, self._count + 1, 0)
+        if (self._count < self._cycles).all():
+            return None
+        silent = [
+            name for name, count in zip(self._joints, self._count, strict=True) if count >= self._cycles
+        ]
+        text = f"nothing was heard from {', '.join(silent)} for {self._count.max()} cycles"
+        return Stop(
+            StopLevel.QUICK, "silence", text, silent[0], float(self._count.max()), self._cycles, "cycles"
+        )
+
+
+class Lateness(Monitor):
+    """Cycles that went by without an exchange: one long stall, or too many of the last second's.
+
+    Args:
+        cycle: Time between exchanges [s].
+        stall: Longest time without one [s].
+        share: Share of a second's cycles that may be missed [-].
+    """
+
+    def __init__(self, cycle: float, stall: float, share: float) -> None:
+        self._cycle, self._stall, self._share = cycle, stall, share
+        self._missed = np.zeros(max(round(1.0 / cycle), 1), int)
+        self._next = 0
+
+    def look(self, sample: Sample, sent: Command | None) -> Stop | None:
+        if sent is None:
+            return None
+        gone = sample.skipped * self._cycle
+        if gone > self._stall:
+            text = f"no cycle for {1e3 * gone:.0f} ms, limit {1e3 * self._stall:.0f} ms"
+            return Stop(StopLevel.BRAKE, "stall", text, "", gone, self._stall, "s")
+        self._missed[self._next % len(self._missed)] = sample.skipped
+        self._next += 1
+        missed = self._missed.sum() / len(self._missed)
+        if missed <= self._share:
+            return None
+        text = (
+            f"{100 * missed:.0f} % of the last second's cycles were missed, limit {100 * self._share:.0f} %"
+        )
+        return Stop(StopLevel.BRAKE, "lateness", text, "", float(missed), self._share, "")

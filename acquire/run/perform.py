@@ -1,0 +1,151 @@
+"""Perform: one run from opening the driver to closing it."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from threading import Thread
+from typing import TypeVar
+
+import numpy as np
+from exidyn.drivers import Driver, Info, Sample, StopLevel
+from exidyn.identify.errors import ExidynError
+from exidyn.identify.robot import Limits, Robot
+from exidyn.trajectories.families.phases import Phases
+from exidyn.trajectories.trajectory import Trajectory
+
+from .command_check import CommandCheck
+from .loop import Counts, Loop
+from .player import Player
+from .sink import Sink
+from .start import StartRules, plan_start
+from .stop import Stop
+from .watch import Watch, WatchLimits
+
+LISTEN = 0.1
+"""How long the arm is listened to before anything is commanded [s]; its position is the median of that."""
+FEWEST = 5
+"""Samples that at least are taken of it."""
+
+T = TypeVar("T")
+
+
+@dataclass(frozen=True)
+class Job:
+    """What is to be done with an arm.
+
+    Attributes:
+        robot: As believed.
+        motion: At the speed at which it is to be played.
+        limits: The robot's, finite in velocity, acceleration and jerk.
+        start: How to get there.
+        watch: What stops the run.
+        current: Largest current, shape (n,) [A]; None for what makes the largest torque.
+        settle: How long rest is recorded at the end [s].
+    """
+
+    robot: Robot
+    motion: Trajectory
+    limits: Limits
+    start: StartRules = field(default_factory=StartRules)
+    watch: WatchLimits = field(default_factory=WatchLimits)
+    current: np.ndarray | None = None
+    settle: float = 0.5
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How a run went.
+
+    Attributes:
+        info: What the driver said of itself.
+        counts: Cycles, and what happened to them.
+        stop: Why it ended before its time; None if it did not.
+    """
+
+    info: Info
+    counts: Counts
+    stop: Stop | None
+
+
+def perform(
+    driver: Driver,
+    job: Job,
+    sinks: Sequence[Sink] = (),
+    head: Callable[[Info, Sample], bytes] | None = None,
+    asked: Callable[[], Stop | None] = lambda: None,
+) -> Outcome:
+    """Run the job and hand over every cycle of it; the driver is closed in the end, come what may.
+
+    Args:
+        driver: Not open yet.
+        job: What to do.
+        sinks: Recorder first, then who else wants to know.
+        head: What explains the run to them, made from its first sample.
+        asked: What a person asks for while it goes on.
+
+    Raises:
+        DriverError: The driver could not be opened or armed.
+    """
+    try:
+        info = driver.open()
+        driver.arm_drives()
+        watch = Watch(job.robot, info, job.watch, job.current)
+        explain = (lambda sample: head(info, sample)) if head else None
+        loop = Loop(driver, watch, info.cycle, sinks, explain, asked)
+        _play(loop, job, info)
+        return Outcome(info, loop.counts, loop.stop)
+    finally:
+        driver.close()
+
+
+def _play(loop: Loop, job: Job, info: Info) -> None:
+    measured = _standing(loop, info)
+    if loop.stop is not None:
+        return
+    try:
+        player, way = _meanwhile(loop, lambda: _prepared(job, info, measured))
+    except ExidynError as error:
+        loop.end(Stop(StopLevel.BRAKE, "start", str(error)))
+        return
+    lower = None if info.window_lower is None else measured + info.window_lower
+    upper = None if info.window_upper is None else measured + info.window_upper
+    loop.play(player, CommandCheck(job.robot.joints, job.limits, info.cycle, measured, lower, upper), way)
+
+
+def _standing(loop: Loop, info: Info) -> np.ndarray:
+    """Where the arm stands: the median of some samples, shape (n,) [rad]; NaN for a joint that is silent."""
+    seen: list[np.ndarray] = []
+    count = max(round(LISTEN / info.cycle), FEWEST)
+
+    def enough() -> bool:
+        if loop.last is not None:
+            seen.append(loop.last.position)
+        return len(seen) >= count
+
+    loop.listen(enough)
+    known = [position for position in seen if np.isfinite(position).all()] or seen
+    return np.median(known, axis=0) if known else np.empty(0)
+
+
+def _prepared(job: Job, info: Info, measured: np.ndarray) -> tuple[Player, Phases]:
+    player = Player(job.motion, job.limits, info.cycle, job.settle)
+    return player, plan_start(player, measured, job.robot.joints, job.limits, job.start, info)
+
+
+def _meanwhile(loop: Loop, work: Callable[[], T]) -> T:
+    """What the work gives, done in a thread while the loop listens: no controller likes to wait."""
+    result: list[T] = []
+    errors: list[Exception] = []
+
+    def worker() -> None:
+        try:
+            result.append(work())
+        except Exception as error:  # raised again below, in the thread that waits for it
+            errors.append(error)
+
+    thread = Thread(target=worker)
+    thread.start()
+    loop.listen(lambda: not thread.is_alive())
+    thread.join()
+    if errors:
+        raise errors[0]
+    return result[0]
