@@ -7,6 +7,7 @@ from importlib import import_module
 from importlib.metadata import version
 from typing import NamedTuple
 
+from exidyn.drivers.errors import DriverError
 from exidyn.identify.errors import ExidynError
 
 
@@ -19,10 +20,13 @@ class Command(NamedTuple):
 
 COMMANDS: dict[str, Command] = {
     "example": Command("example_command:main", "simulate an arm, identify it, compare with the truth"),
+    "drivers": Command("drivers_command:main", "robot controllers, and the settings of each"),
     "excite": Command("excite_command:main", "the trajectory that identifies an arm best within its limits"),
     "identify": Command("identify_command:main", "dynamics and drive gains from recordings"),
     "import": Command("import_command:main", "other people's files to recordings (.mcap)"),
     "info": Command("info_command:main", "what is inside a recording"),
+    "record": Command("record_command:main", "play a planned motion on a controller, and record it"),
+    "recover": Command("recover_command:main", "whole recordings of what a crash left"),
     "show": Command("show_command:main", "a planned motion against limits: table, page, view, exports"),
 }
 """Name -> where; each function takes the arguments behind its name and returns the exit code."""
@@ -50,7 +54,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     given = parser.parse_args(arguments)
     try:
         return _function(given.command)(given.rest)
-    except ExidynError as error:
+    except (ExidynError, DriverError) as error:
         print(f"exidyn: {' '.join(str(error).split())}", file=sys.stderr)
         return REFUSED
     except OSError as error:

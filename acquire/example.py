@@ -1,22 +1,15 @@
-"""Recordings of a simulated KR270 for which the truth is known."""
+"""A simulated KR270 whose truth is known, and what was identified of it beside that truth."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 from exidyn.identify.effects import Payload, known_parameters
 from exidyn.identify.fit import Fit
-from exidyn.identify.mcap_file import write_recording
 from exidyn.identify.model import Model
-from exidyn.identify.motion import Motion
-from exidyn.identify.recording import KnownPayload, Recording, Signal
-from exidyn.identify.robot_file import read_model
-from exidyn.identify.simulate import Sensors, simulate
+from exidyn.identify.robot_file import model_text, read_model
 from exidyn.identify.text_table import at_point, digits, table
-from exidyn.trajectories.random_fourier import random_fourier
-
-RATE = 500.0
-"""Samples a second [Hz], as robot controllers give them."""
 
 MASS = 175.0
 """Payload [kg], as in the paper; nothing but this is told to the identification."""
@@ -24,89 +17,41 @@ MASS = 175.0
 BODY = known_parameters(MASS, com=(0.05, 0.03, -0.22), inertia=(8.0, 0.1, 0.2, 9.0, 0.3, 7.0))
 """What the payload really is: a tool some twenty centimetres in front of the flange, which looks along -z."""
 
-NOISE = 0.01
-"""Current noise of each joint over its rms current in the unloaded run, the same in all runs [-]."""
-
-REST = 3.0
-"""Time at rest before and after the motion [s], from which the noise floor is measured: 1 s tells it to a
-quarter, 3 s to a tenth."""
-
 GAIN_ERROR = 0.1
 """By how much the drive gains are believed too large; the paper found data sheets 8 to 19 % off."""
 
 
 @dataclass(frozen=True)
 class Example:
-    """An arm as it is, and recordings of it that believe wrong drive gains.
+    """An arm as it is, and as it is believed to be.
 
     Attributes:
         truth: The arm as it is, its beliefs being true.
-        unloaded: Run without payload.
-        loaded: The same motion with a payload of which the mass is told.
-        other: Another motion without payload, to validate on.
+        believed: The same with drive gains that are too large.
     """
 
     truth: Model
-    unloaded: Recording
-    loaded: Recording
-    other: Recording
+    believed: Model
+
+    def files(self) -> Mapping[str, str]:
+        """Robot files: as believed, as it is, and as it is with its payload; name -> text."""
+        loaded = self.truth + Payload("L", BODY)
+        models = {"believed": self.believed, "truth": self.truth, "truth-loaded": loaded}
+        return {f"{name}.toml": model_text(model) for name, model in models.items()}
+
+    def write(self, folder: Path) -> None:
+        """Write the robot files into a folder."""
+        folder.mkdir(parents=True, exist_ok=True)
+        for name, text in self.files().items():
+            (folder / name).write_text(text, encoding="utf-8")
 
 
-def simulated_example(robot: str = "kr270", seconds: float = 40.0) -> Example:
-    """Simulate the three runs: current noise as in `NOISE`, encoders with steps of a few microradians."""
+def make_example(robot: str = "kr270") -> Example:
+    """The arm as it is described, and one whose drive gains are believed too large by `GAIN_ERROR`."""
     truth = read_model(robot)
-    wrong = replace(
-        truth.robot, drive_gain=(1 + GAIN_ERROR) * truth.robot.drive_gain, drive_gain_tolerance=GAIN_ERROR
-    )
-    believed, plant = replace(truth, robot=wrong), truth + Payload("L", BODY)
-    time = np.arange(0.0, seconds, 1 / RATE)
-    one, other = (
-        replace(random_fourier(truth.robot.limits, seconds, seed=seed), rest=REST).at(time) for seed in (0, 1)
-    )
-    told = KnownPayload("L", known_parameters(MASS))
-    runs = [
-        _run(plant, truth, believed, motion, name, seed, payload)
-        for seed, (name, motion, payload) in enumerate(
-            (("unloaded", one, None), ("loaded", one, told), ("other", other, None)), 1
-        )
-    ]
-    spread = NOISE * np.sqrt(np.mean(runs[0].signals["current"].values ** 2, axis=0))
-    return Example(truth, *(_noisy(run, spread, seed) for seed, run in enumerate(runs, 101)))
-
-
-def _run(
-    plant: Model,
-    truth: Model,
-    believed: Model,
-    motion: Motion,
-    name: str,
-    seed: int,
-    payload: KnownPayload | None,
-) -> Recording:
-    """A run without current noise."""
-    sensors = Sensors(current_noise=0.0)
-    values, gain = truth.believed_values, truth.robot.drive_gain
-    return simulate(plant, values, gain, motion, believed, sensors, payload, name, seed)
-
-
-def _noisy(run: Recording, spread: np.ndarray, seed: int) -> Recording:
-    """The run with white current noise of the given standard deviations (n,) [A]."""
-    current = run.signals["current"]
-    noise = spread * np.random.default_rng(seed).normal(size=current.values.shape)
-    return replace(run, signals={**run.signals, "current": Signal(current.time, current.values + noise)})
-
-
-def write_example(example: Example, folder: Path) -> tuple[Path, Path, Path]:
-    """Write the runs into a folder: unloaded, loaded, other.
-
-    The loaded run is written without its payload, so that the command that is shown tells the mass.
-    """
-    folder.mkdir(parents=True, exist_ok=True)
-    runs = (example.unloaded, replace(example.loaded, payload=None), example.other)
-    paths = tuple(folder / f"{run.name}.mcap" for run in runs)
-    for run, path in zip(runs, paths, strict=True):
-        write_recording(run, path)
-    return paths[0], paths[1], paths[2]
+    gain = (1 + GAIN_ERROR) * truth.robot.drive_gain
+    wrong = replace(truth.robot, drive_gain=gain, drive_gain_tolerance=GAIN_ERROR)
+    return Example(truth, replace(truth, robot=wrong))
 
 
 def comparison(fit: Fit, truth: Model) -> str:

@@ -8,8 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from exidyn.identify.errors import RecordingError
-from exidyn.identify.importers import IMPORTERS, import_source
-from exidyn.identify.mcap_file import write_recording
+from exidyn.identify.importers import IMPORTERS, import_source, kind_of
+from exidyn.identify.importers.align import aligned
+from exidyn.identify.mcap_file import read_recording, write_recording
 from exidyn.identify.recording import SIGNALS, Recording
 from exidyn.identify.robot_file import builtin_names, read_model
 from exidyn.identify.text_table import digits
@@ -30,6 +31,7 @@ NAMES = """columns of a table, unless --columns names others (joints count from 
   temp1, ...           temperature of the motor [degC]
   ql1, ...             position behind the gear, of a second encoder [rad]
   q_ref1, ...          commanded position [rad]
+  dq_ref1, ...         commanded velocity [rad/s]
 t, all q and all i or tau are needed. Between columns stands a comma, semicolon or tab.
 """
 
@@ -37,13 +39,15 @@ t, all q and all i or tau are needed. Between columns stands a comma, semicolon 
 def main(arguments: Sequence[str]) -> int:
     """Import, write, and say of each run what came in."""
     given = _parser().parse_args(arguments)
-    model = read_model(given.robot) if given.robot else None
-    recordings = import_source(given.source, model, given.kind, **_options(given))
+    run = read_recording(given.align) if given.align else None
+    model = read_model(given.robot) if given.robot else (run.model if run else None)
+    options = _options(given) | (_axes(run) if run and _is_trace(given) else {})
+    recordings = import_source(given.source, model, given.kind, **options)
     if not recordings:
         raise RecordingError(f"{given.source}: there is no run in it")
     given.output.mkdir(parents=True, exist_ok=True)
     taken: set[Path] = set()
-    for recording in recordings:
+    for recording in recordings if run is None else [aligned(recording, run) for recording in recordings]:
         path = _free_path(given.output, recording, taken)
         taken.add(path)
         write_recording(recording, path)
@@ -86,7 +90,24 @@ def _parser() -> argparse.ArgumentParser:
         help=f"columns of a table: time or one of {', '.join(SIGNALS)}; one column a joint with commas, or a "
         "pattern with {number} or {joint}",
     )
+    parser.add_argument(
+        "--align",
+        type=Path,
+        metavar="RUN",
+        help="recording (.mcap) of the same run: times become that one's clock, by where the positions agree "
+        "best, and its robot, payload, trajectory and settings are taken over",
+    )
     return parser
+
+
+def _is_trace(given: argparse.Namespace) -> bool:
+    return (given.kind or kind_of(given.source)) == "kuka_trace"
+
+
+def _axes(run: Recording) -> dict[str, list[float]]:
+    """How the controller of a run counts its axes, which its trace does not say."""
+    found = {name: run.settings.get(f"driver {name}", "") for name in ("sign", "zero")}
+    return {name: [float(n) for n in text.split() if n != "rad"] for name, text in found.items() if text}
 
 
 def _column(text: str) -> tuple[str, str | list[str]]:

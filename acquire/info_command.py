@@ -11,6 +11,8 @@ from exidyn.identify.recording import SIGNALS, Recording
 from exidyn.identify.robot_file import read_model
 from exidyn.identify.text_table import digits, paragraph, table
 
+from .info_course import course_lines
+
 
 def main(arguments: Sequence[str]) -> int:
     """Print what a recording holds."""
@@ -42,8 +44,8 @@ def describe(recording: Recording) -> str:
     width = max(map(len, facts)) + 2
     for name, text in facts.items():
         lines += paragraph(str(text), " " * (width + 2), f"  {name + ':':<{width}}")
-    for each in (_signals(recording), _ranges(recording)):
-        lines += ["", *(f"  {line}" for line in each)]
+    for each in (_signals(recording), _ranges(recording), course_lines(recording)):
+        lines += ["", *(f"  {line}" for line in each)] if each else []
     return "\n".join(lines + warning_lines(recording))
 
 

@@ -2,9 +2,9 @@
 
 from collections.abc import Mapping
 
-import numpy as np
-from exidyn.identify.text_table import paragraph, table
-from exidyn.trajectories.plans.plan_use import limit_use, span, unit_of
+from exidyn.identify.text_table import paragraph
+from exidyn.trajectories.plans.plan_summary import use_table
+from exidyn.trajectories.plans.plan_use import limit_use
 
 from .run.before import Checked
 from .run.loop import lateness
@@ -23,32 +23,16 @@ def before(checked: Checked, facts: Mapping[str, str]) -> str:
     width = max(map(len, facts), default=0) + 2
     for name, words in facts.items():
         lines += paragraph(words, " " * (width + 2), f"  {name + ':':<{width}}")
-    return "\n".join([*lines, "", *(f"  {line}" for line in _use(checked))])
+    return "\n".join(
+        [*lines, "", *(f"  {line}" for line in use_table(plan, [*limit_use(plan), checked.torque.use]))]
+    )
 
 
-def _use(checked: Checked) -> list[str]:
-    plan = checked.plan
-    position, *rates = limit_use(plan)
-    uses = [*rates, checked.torque.use]
-    head = ["joint", "from .. to", "limits", *(f"peak {use.name}" for use in uses)]
-    rows = [
-        [
-            name,
-            f"{span(position.reached.lower[j], position.reached.upper[j])} {unit}",
-            span(position.lower[j], position.upper[j]),
-            *(
-                _peak(np.maximum(use.reached.upper, -use.reached.lower)[j], use.share[j], use.name, unit)
-                for use in uses
-            ),
-        ]
-        for j, (name, unit) in enumerate(zip(plan.joints, plan.units, strict=True))
-    ]
-    return table(head, rows)
-
-
-def _peak(value: float, share: float, name: str, unit: str) -> str:
-    of = f" = {100 * abs(share):.0f} %" if np.isfinite(share) else ""
-    return f"{value:.3g} {unit_of(name, unit)}{of}"
+def end(outcome: Outcome) -> dict[str, object]:
+    """How the run ended, for the recording."""
+    if outcome.stop is None:
+        return {"stop": "none", "text": "the motion came to its end"}
+    return {"text": outcome.stop.text, **outcome.stop.details()}
 
 
 def after(outcome: Outcome) -> str:
@@ -62,8 +46,7 @@ def after(outcome: Outcome) -> str:
     ]
     if late.get("lateness_max"):
         lines.append(
-            "lateness median {lateness_p50:.3f}, 99 % {lateness_p99:.3f}, largest {lateness_max:.3f} ms".format(
-                **{name: 1e3 * value for name, value in late.items()}
-            )
+            f"lateness median {1e3 * late['lateness_p50']:.3f}, 99 % {1e3 * late['lateness_p99']:.3f}, "
+            f"largest {1e3 * late['lateness_max']:.3f} ms"
         )
     return "\n".join(lines)

@@ -6,22 +6,24 @@ then its bytes; a sequence is its count, then its elements. Joint names and coun
 message of a channel, so that a channel's messages all have one layout, and its constants one template.
 """
 
+import struct
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 _SEPARATOR = "=" * 80
-_HEADER = f"""{_SEPARATOR}
-MSG: std_msgs/Header
-builtin_interfaces/Time stamp
-string frame_id
-{_SEPARATOR}
+_TIME = f"""{_SEPARATOR}
 MSG: builtin_interfaces/Time
 int32 sec
 uint32 nanosec
 """
+_HEADER = f"""{_SEPARATOR}
+MSG: std_msgs/Header
+builtin_interfaces/Time stamp
+string frame_id
+{_TIME}"""
 
 SCHEMAS: dict[str, str] = {
     "sensor_msgs/msg/JointState": f"""std_msgs/Header header
@@ -43,6 +45,19 @@ uint32 size
 uint32 stride
 """,
     "std_msgs/msg/String": "string data\n",
+    "rcl_interfaces/msg/Log": f"""byte DEBUG=10
+byte INFO=20
+byte WARN=30
+byte ERROR=40
+byte FATAL=50
+builtin_interfaces/Time stamp
+uint8 level
+string name
+string msg
+string file
+string function
+uint32 line
+{_TIME}""",
     "tf2_msgs/msg/TFMessage": f"""geometry_msgs/TransformStamped[] transforms
 {_SEPARATOR}
 MSG: geometry_msgs/TransformStamped
@@ -67,6 +82,9 @@ float64 w
 {_HEADER}""",
 }
 """Definition of each message type in the notation that ROS 2 tools read from the file."""
+
+INFO, WARN, ERROR = 20, 30, 40
+"""Levels of a rcl_interfaces/msg/Log."""
 
 
 @dataclass
@@ -101,9 +119,13 @@ class Layout:
 
     def text(self, value: str) -> None:
         """A string that is the same in every message."""
-        data = value.encode() + b"\x00"
+        data = value.encode(errors="replace") + b"\x00"
         self.count(len(data))
         self._constant(f"V{len(data)}", 1, data)
+
+    def byte(self, value: int) -> None:
+        """A small number that is the same in every message."""
+        self._constant("u1", 1, value)
 
     def stamp(self, name: str) -> None:
         """A time, which `set_stamp` fills."""
@@ -169,6 +191,59 @@ def text_message(value: str) -> bytes:
     layout = Layout()
     layout.text(value)
     return layout.template().tobytes()
+
+
+class LogMessage(NamedTuple):
+    """A rcl_interfaces/msg/Log without its line.
+
+    Attributes:
+        stamp: [ns].
+        level: `INFO`, `WARN`, `ERROR` or another number.
+        name: Who says it.
+        text: What is said.
+        function: Where in the program, or whatever else.
+    """
+
+    stamp: int
+    level: int
+    name: str
+    text: str
+    function: str
+
+
+def log_message(stamp: int, level: int, name: str, text: str, function: str = "") -> bytes:
+    """A rcl_interfaces/msg/Log; see `LogMessage`."""
+    layout = Layout()
+    layout.stamp("stamp")
+    layout.byte(level)
+    for value in (name, text, "", function):
+        layout.text(value)
+    layout.count(0)
+    record = layout.template()
+    set_stamp(record, "stamp", np.array([stamp]))
+    return record.tobytes()
+
+
+def read_log(message: bytes) -> LogMessage:
+    """What `log_message` wrote, or anybody else in the same byte order.
+
+    Raises:
+        ValueError: It is not such a message.
+    """
+    try:
+        seconds, nanoseconds, level = struct.unpack_from("<iIB", message, 4)
+        texts, place = [], 13
+        for _ in range(4):
+            place += -place % 4
+            length = int.from_bytes(message[place : place + 4], "little")
+            place += 4 + length
+            if place > len(message):
+                raise ValueError("a string goes beyond the end of its message")
+            texts.append(message[place - length : place].rstrip(b"\x00").decode())
+    except struct.error as error:
+        raise ValueError(str(error)) from error
+    name, text, _, function = texts
+    return LogMessage(seconds * 1_000_000_000 + nanoseconds, level, name, text, function)
 
 
 def set_stamp(records: np.ndarray, name: str, time: np.ndarray) -> None:

@@ -9,22 +9,20 @@ import json
 import os
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
-from . import cdr
 from .errors import NotAFile, RecordingError
-from .link_frames import link_frames, link_poses
 from .mcap_records import Contents, read_contents
+from .mcap_run_log import EVENTS, event_message, read_events, read_timing, timing_messages, timing_topic
+from .mcap_streams import Stream, of_any_length, pose_messages, ticks, write_merged
 from .mcap_topics import TRANSFORMS, Topic, nanoseconds, topic_of, topics_of
 from .mcap_writer import CHUNK, EPOCH, FORMAT, Head, RecordingWriter
 from .recording import EFFORT, KnownPayload, Recording, Signal
 from .recording_checks import check
 from .robot_file import parse_model
-
-TRANSFORM_RATE = 50.0
-"""Poses of the links a second, enough for the eye [1/s]."""
+from .stale_samples import without_stale
 
 
 def write_recording(recording: Recording, path: Path | str) -> None:
@@ -34,17 +32,9 @@ def write_recording(recording: Recording, path: Path | str) -> None:
     streams = _streams(recording, head.epoch)
     start = min((int(stream.logged[0]) for stream in streams if len(stream.logged)), default=head.epoch)
     with open(part, "wb") as file, RecordingWriter(file, head, start) as writer:
-        _write_merged(streams, writer)
+        write_merged(streams, writer)
+        writer.add_outcome(recording.outcome)
     os.replace(part, path)
-
-
-class _Stream(NamedTuple):
-    """Messages of one topic, with the controller's and the host's clock [ns since 1970]."""
-
-    topic: Topic
-    published: np.ndarray
-    logged: np.ndarray
-    messages: np.ndarray
 
 
 def _head(recording: Recording) -> Head:
@@ -64,29 +54,24 @@ def _head(recording: Recording) -> Head:
     )
 
 
-def _streams(recording: Recording, epoch: int) -> list[_Stream]:
+def _streams(recording: Recording, epoch: int) -> list[Stream]:
     joints = recording.robot.joints
     content = [
         (topic, recording.signals[next(iter(topic.fields))].time, topic.messages(joints, recording.signals))
         for topic in topics_of(recording.signals)
     ]
+    content.append(_transforms(recording))
+    if recording.timing is not None:
+        timing = recording.timing
+        content.append((timing_topic(timing.stages), timing.time, timing_messages(timing)))
+    if recording.events:
+        messages = of_any_length([event_message(event) for event in recording.events])
+        content.append((EVENTS, np.array([event.time for event in recording.events]), messages))
     streams = []
-    for topic, time, messages in (*content, _transforms(recording)):
+    for topic, time, messages in content:
         published = nanoseconds(time) + epoch
-        streams.append(_Stream(topic, published, _host_clock(recording, published, epoch), messages))
+        streams.append(Stream(topic, published, _host_clock(recording, published, epoch), messages))
     return streams
-
-
-def _write_merged(streams: list[_Stream], writer: RecordingWriter) -> None:
-    """All topics, in the order in which they were recorded."""
-    for stream in streams:
-        writer.add_topic(stream.topic)
-    which = np.concatenate([np.full(len(stream.logged), number) for number, stream in enumerate(streams)])
-    row = np.concatenate([np.arange(len(stream.logged)) for stream in streams])
-    for place in np.argsort(np.concatenate([stream.logged for stream in streams]), kind="stable"):
-        stream, index = streams[which[place]], row[place]
-        message = stream.messages[index].tobytes()
-        writer.write(stream.topic, message, int(stream.published[index]), int(stream.logged[index]))
 
 
 def _host_clock(recording: Recording, time: np.ndarray, epoch: int) -> np.ndarray:
@@ -99,19 +84,10 @@ def _host_clock(recording: Recording, time: np.ndarray, epoch: int) -> np.ndarra
 
 
 def _transforms(recording: Recording) -> tuple[Topic, np.ndarray, np.ndarray]:
-    """Poses of the links at `TRANSFORM_RATE` or at the rate of the recording."""
+    """Poses of the links, as often as the eye wants them or as the recording has them."""
     position = recording.signals["position"]
-    ticks = np.floor(position.time * TRANSFORM_RATE)
-    shown = position[np.flatnonzero(np.diff(ticks, prepend=-np.inf))]
-    kinematics = recording.robot.kinematics
-    frames = link_frames(kinematics)
-    template = cdr.transforms([(frame.parent, frame.child) for frame in frames])
-    records = np.repeat(template, len(shown))
-    poses = link_poses(kinematics, shown.values)
-    for which in range(len(frames)):
-        cdr.set_stamp(records, f"stamp{which}", nanoseconds(shown.time))
-        records[f"pose{which}"] = poses[:, which]
-    return TRANSFORMS, shown.time, records
+    shown = position[np.flatnonzero(np.diff(ticks(position.time), prepend=-np.inf))]
+    return TRANSFORMS, shown.time, pose_messages(recording.robot.kinematics, shown.time, shown.values)
 
 
 def read_recording(path: Path | str) -> Recording:
@@ -132,9 +108,12 @@ def read_recording(path: Path | str) -> Recording:
         trajectory=head.trajectory,
         settings=head.settings,
         host_time=host_time if head.host_clock else None,
+        events=read_events(contents, head.epoch),
+        timing=read_timing(contents, head.epoch),
+        outcome=contents.metadata.get("outcome", {}),
         warnings=head.warnings,
     )
-    return check(recording.doubted(*_losses(contents, head, signals)))
+    return check(without_stale(recording.doubted(*_losses(contents, head, signals))))
 
 
 def _read_head(contents: Contents, path: Path) -> Head:
@@ -154,12 +133,13 @@ def _read_head(contents: Contents, path: Path) -> Head:
 
 def _parse_head(record: Mapping[str, str], contents: Contents) -> Head:
     payload: Any = json.loads(record["payload"])
+    trajectory = contents.attachments.get("trajectory")
     known = tuple((name, value) for name, value in payload["known"]) if payload else ()
     return Head(
         name=record["name"],
-        model=parse_model(contents.attachments["robot.toml"].decode()),
+        model=parse_model(contents.attachments["robot.toml"].data.decode()),
         payload=KnownPayload(payload["name"], known) if payload else None,
-        trajectory=contents.attachments.get("trajectory", b"").decode(),
+        trajectory=trajectory.data.decode() if trajectory else "",
         settings=contents.metadata.get("settings", {}),
         warnings=tuple(json.loads(record["warnings"])),
         epoch=int(record["epoch_ns"]),

@@ -17,13 +17,14 @@ import lz4.frame
 import numpy as np
 from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
-from mcap.records import Attachment, Channel, Metadata
+from mcap.records import Attachment, Channel, Message, Metadata, Schema
 
 from .errors import NotAFile
 
 MAGIC = b"\x89MCAP0\r\n"
 _FRAME = struct.Struct("<BQ")
 _CHUNK = struct.Struct("<QQQI")
+_MESSAGE = struct.Struct("<BQHIQQ")
 _MESSAGE_HEAD = [
     ("opcode", "u1"),
     ("length", "<u8"),
@@ -42,15 +43,19 @@ class Contents:
         metadata: Metadata records by name.
         attachments: Attached files by name.
         channels: Channels by number.
+        schemas: Message types by number.
         messages: Where each channel's messages are: pairs of a chunk's bytes and offsets into it.
+        chunks: Unpacked content of each chunk, as far as it could be read.
         lost: What could not be read, in sentences.
         finished: Whether the writer came to its end.
     """
 
     metadata: dict[str, dict[str, str]] = field(default_factory=dict)
-    attachments: dict[str, bytes] = field(default_factory=dict)
+    attachments: dict[str, Attachment] = field(default_factory=dict)
     channels: dict[int, Channel] = field(default_factory=dict)
+    schemas: dict[int, Schema] = field(default_factory=dict)
     messages: dict[int, list[tuple[np.ndarray, np.ndarray]]] = field(default_factory=dict)
+    chunks: list[bytes] = field(default_factory=list)
     lost: list[str] = field(default_factory=list)
     finished: bool = False
 
@@ -72,6 +77,20 @@ class Contents:
                 )
             parts.append(found[right])
         return np.concatenate(parts)
+
+    def every_message(self) -> Iterator[Message]:
+        """All messages, in the order in which they stand in the file."""
+        for data in self.chunks:
+            for kind, body, complete in _records(memoryview(data), 0):
+                if kind == Opcode.MESSAGE and complete and len(body) >= _MESSAGE.size - _FRAME.size:
+                    yield Message.read(ReadDataStream(BytesIO(body)), len(body))
+
+    def bodies(self, channel: int) -> Iterator[tuple[int, bytes]]:
+        """Publish_time [ns] and body of each message of one channel, of whatever length."""
+        for data, offsets in self.messages.get(channel, []):
+            for start in offsets.tolist():
+                _, length, _, _, _, published = _MESSAGE.unpack(data[start : start + _MESSAGE.size].tobytes())
+                yield published, data[start + _MESSAGE.size : start + _FRAME.size + length].tobytes()
 
 
 def read_contents(path: Path) -> Contents:
@@ -129,6 +148,12 @@ def _channel(contents: Contents, body: memoryview, complete: bool) -> None:
         contents.channels[channel.id] = channel
 
 
+def _schema(contents: Contents, body: memoryview, complete: bool) -> None:
+    schema = _parsed(Schema.read, body) if complete else None
+    if schema is not None:
+        contents.schemas[schema.id] = schema
+
+
 def _metadata(contents: Contents, body: memoryview, complete: bool) -> None:
     metadata = _parsed(Metadata.read, body) if complete else None
     if metadata is not None:
@@ -138,7 +163,7 @@ def _metadata(contents: Contents, body: memoryview, complete: bool) -> None:
 def _attachment(contents: Contents, body: memoryview, complete: bool) -> None:
     attachment = _parsed(Attachment.read, body) if complete else None
     if attachment is not None:
-        contents.attachments[attachment.name] = attachment.data
+        contents.attachments[attachment.name] = attachment
 
 
 def _footer(contents: Contents, body: memoryview, complete: bool) -> None:
@@ -198,17 +223,19 @@ def _index(contents: Contents, data: bytes) -> None:
         stop = start + frame + length
         if stop > end:
             break
-        if kind == message:
+        if kind == message and length >= _MESSAGE.size - frame:
             offsets.setdefault(channel, []).append(start)
-        elif kind == Opcode.CHANNEL:
-            _channel(contents, memoryview(data)[start + frame : stop], True)
+        elif kind in (Opcode.CHANNEL, Opcode.SCHEMA):
+            _READERS[kind](contents, memoryview(data)[start + frame : stop], True)
         start = stop
+    contents.chunks.append(data)
     array = np.frombuffer(data, np.uint8)
     for channel, starts in offsets.items():
         contents.messages.setdefault(channel, []).append((array, np.array(starts)))
 
 
 _READERS: dict[int, Callable[[Contents, memoryview, bool], None]] = {
+    Opcode.SCHEMA: _schema,
     Opcode.CHANNEL: _channel,
     Opcode.METADATA: _metadata,
     Opcode.ATTACHMENT: _attachment,

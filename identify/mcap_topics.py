@@ -1,7 +1,7 @@
 """Which signal goes to which topic of an MCAP file, and what its messages look like."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -12,6 +12,9 @@ JOINT_STATE, ARRAY = "sensor_msgs/msg/JointState", "std_msgs/msg/Float64MultiArr
 
 STATE_FIELDS = {"position": "position", "velocity": "velocity", "torque": "effort"}
 """Signals of /joint_states and their fields there; all that share the position's time stamps."""
+
+COMMAND_FIELDS = {"command": "position", "command_velocity": "velocity"}
+"""Signals of /joint_command and their fields there."""
 
 ARRAY_TOPICS = {
     "velocity": "/joint_velocity",
@@ -31,11 +34,13 @@ class Topic:
         name: Topic, such as "/joint_states".
         schema: Message type, a key of `cdr.SCHEMAS`.
         fields: Signal name -> field of the message's record.
+        says: What its channel says about itself, if it carries no signal.
     """
 
     name: str
     schema: str
     fields: Mapping[str, str]
+    says: Mapping[str, str] = field(default_factory=dict)
 
     def template(self, joints: Sequence[str]) -> np.ndarray:
         """One empty message, shape (1,)."""
@@ -46,7 +51,7 @@ class Topic:
     def metadata(self, joints: Sequence[str]) -> dict[str, str]:
         """What the channel says about itself; `signals` is what `topic_of` reads it back from."""
         if not self.fields:
-            return {}
+            return dict(self.says)
         return {
             "signals": ",".join(self.fields),
             "unit": ",".join(SIGNALS[signal] for signal in self.fields),
@@ -59,8 +64,8 @@ class Topic:
         records = np.repeat(self.template(joints), len(first))
         if self.schema == JOINT_STATE:
             cdr.set_stamp(records, "stamp", nanoseconds(first.time))
-        for signal, field in self.fields.items():
-            records[field] = signals[signal].values
+        for signal, place in self.fields.items():
+            records[place] = signals[signal].values
         return records
 
 
@@ -77,25 +82,30 @@ def topic_of(name: str, metadata: Mapping[str, str]) -> Topic | None:
     if name == "/joint_states":
         return Topic(name, JOINT_STATE, {s: STATE_FIELDS[s] for s in signals if s in STATE_FIELDS})
     if name == "/joint_command":
-        return Topic(name, JOINT_STATE, {signals[0]: "position"})
+        return Topic(name, JOINT_STATE, {s: COMMAND_FIELDS[s] for s in signals if s in COMMAND_FIELDS})
     return Topic(name, ARRAY, {signals[0]: "data"})
 
 
 def topics_of(signals: Mapping[str, Signal]) -> list[Topic]:
     """The topics that hold given signals, /joint_states first."""
-    stamps = signals["position"].time
-    states = {
-        signal: field
-        for signal, field in STATE_FIELDS.items()
-        if signal in signals and np.array_equal(signals[signal].time, stamps)
-    }
+    states = _sharing(signals, "position", STATE_FIELDS)
     topics = [Topic("/joint_states", JOINT_STATE, states)]
     if "command" in signals:
-        topics.append(Topic("/joint_command", JOINT_STATE, {"command": "position"}))
+        topics.append(Topic("/joint_command", JOINT_STATE, _sharing(signals, "command", COMMAND_FIELDS)))
     for signal, name in ARRAY_TOPICS.items():
         if signal in signals and signal not in states:
             topics.append(Topic(name, ARRAY, {signal: "data"}))
     return topics
+
+
+def _sharing(signals: Mapping[str, Signal], first: str, fields: Mapping[str, str]) -> dict[str, str]:
+    """Those of the fields whose signals are there and share the first one's time stamps."""
+    stamps = signals[first].time
+    return {
+        signal: field
+        for signal, field in fields.items()
+        if signal in signals and np.array_equal(signals[signal].time, stamps)
+    }
 
 
 def nanoseconds(time: np.ndarray) -> np.ndarray:

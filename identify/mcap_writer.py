@@ -109,6 +109,15 @@ class RecordingWriter:
         channel = self._channels.get(topic.name) or self.add_topic(topic)
         self._writer.add_message(channel, logged, message, published)
 
+    def flush(self) -> None:
+        """Hand all that was written to the file: a crash costs what came after."""
+        self._writer.flush()
+
+    def add_outcome(self, outcome: Mapping[str, str]) -> None:
+        """Say how the run ended; nothing, if there is nothing to say."""
+        if outcome:
+            self._writer.add_metadata("outcome", dict(outcome))
+
     def finish(self) -> None:
         """Write the index that viewers look for."""
         self._writer.finish()

@@ -243,17 +243,26 @@ def _derivatives(even: _Even, smooth: np.ndarray, cutoff: float) -> tuple[np.nda
     """Velocity and acceleration; from the controller's own velocity where it can be trusted.
 
     A controller counts encoder ticks on its own clock, so its velocity knows nothing of the jitter of
-    time stamps. It is trusted if it differs from the differentiated position by less than a twentieth
-    on every joint: a velocity of another quantity, unit or filter differs by more.
+    time stamps. But it comes later than the position, by half the time over which they are counted and by
+    what its filter takes: a millisecond or two, of which inertia would look like damping. So it is brought
+    to the position's time first. It is trusted if it then differs from the differentiated position by less
+    than a twentieth on every joint: a velocity of another quantity, unit or filter differs by more.
     """
     velocity, acceleration = differentiate(smooth, even.rate)
     if "velocity" not in even.recording.signals:
         return velocity, acceleration
-    recorded = low_pass(even.signal("velocity"), even.rate, cutoff)
+    recorded = _in_time(low_pass(even.signal("velocity"), even.rate, cutoff), velocity, even.rate)
     apart = np.linalg.norm(recorded - velocity, axis=0) / np.maximum(np.linalg.norm(velocity, axis=0), 1e-12)
     if not np.all(apart < 0.05):
         return velocity, acceleration
     return recorded, differentiate(recorded, even.rate)[0]
+
+
+def _in_time(recorded: np.ndarray, velocity: np.ndarray, rate: float) -> np.ndarray:
+    """A velocity that comes too late, each joint by its own time, to first order in that time."""
+    slope = differentiate(recorded, rate)[0]
+    delay = np.sum(slope * (velocity - recorded), axis=0) / np.maximum(np.sum(slope**2, axis=0), 1e-12)
+    return recorded + delay * slope
 
 
 def _commanded(even: _Even, cutoff: float, measured: Motion, inside: slice) -> Motion | None:

@@ -9,6 +9,7 @@ from .errors import RecordingError, WrongShape
 from .model import Model
 from .rigid_regressor import INERTIAL
 from .robot import Robot
+from .run_log import Event, Timing
 
 SIGNALS: dict[str, str] = {
     "position": "rad",
@@ -18,11 +19,13 @@ SIGNALS: dict[str, str] = {
     "temperature": "degC",
     "link_position": "rad",
     "command": "rad",
+    "command_velocity": "rad/s",
 }
 """What can be measured on each joint, and its unit; for joints that slide read m for rad and N for N m.
 
 `current` is the motor's, `torque` the joint's; `position` comes from the motor's encoder and
-`link_position` from a second one behind the gear, both in joint coordinates.
+`link_position` from a second one behind the gear, both in joint coordinates. `command` and
+`command_velocity` are what was asked for.
 """
 
 RATE_AGREES = 0.02
@@ -109,6 +112,9 @@ class Recording:
         trajectory: Text of the trajectory's file, if there was one.
         settings: Role, controller, source and whatever else explains the run.
         host_time: Host's clock at each position sample, shape (t,) [ns]; None if it was not recorded.
+        events: What happened, in order.
+        timing: How the cycles of the control loop went; None if that was not recorded.
+        outcome: How the run ended, by name; empty if nobody said.
         warnings: Doubts about this recording, in sentences.
     """
 
@@ -119,6 +125,9 @@ class Recording:
     trajectory: str = ""
     settings: Mapping[str, str] = field(default_factory=dict)
     host_time: np.ndarray | None = None
+    events: tuple[Event, ...] = ()
+    timing: Timing | None = None
+    outcome: Mapping[str, str] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:

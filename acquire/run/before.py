@@ -1,5 +1,6 @@
 """Before: what can be told of a run without moving anything, and what forbids it."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -53,7 +54,7 @@ def checked(plan: Plan, model: Model, speed: float = 1.0, payload: KnownPayload 
     different = robot_differences(plan, model.robot)
     if different:
         raise NotAllowed(
-            f"this robot must not run the plan: {'; '.join(different)}. Plan it again for this one"
+            f"{model.robot.name} must not run a plan for {plan.robot}: {_some(different)}. Plan it again"
         )
     slowed = plan if speed == 1.0 else replace(plan, trajectory=Slowed(plan.trajectory, speed))
     # A pair is run twice, each run by itself; the torque of this run is that with its own payload.
@@ -63,11 +64,20 @@ def checked(plan: Plan, model: Model, speed: float = 1.0, payload: KnownPayload 
     beyond = violations(single, torque)
     if beyond:
         raise NotAllowed(
-            f"the plan goes beyond the limits of {model.robot.name}: {'; '.join(beyond)}. Plan it again, or "
+            f"the plan goes beyond the limits of {model.robot.name}: {_some(beyond)}. Plan it again, or "
             "play it slower with --speed"
         )
     limits = _finite(model.robot, slowed.trajectory)
     return Checked(slowed, carrying, limits, torque, tuple(model_differences(plan, model)))
+
+
+SOME = 3
+"""Sentences that are enough to see what is wrong."""
+
+
+def _some(sentences: Sequence[str]) -> str:
+    more = len(sentences) - SOME
+    return "; ".join(sentences[:SOME]) + (f"; and {more} more" if more > 0 else "")
 
 
 def _finite(robot: Robot, motion: Trajectory) -> Limits:

@@ -12,13 +12,14 @@ from .errors import NotAllowed
 from .perform import Job, Outcome, perform
 
 
-def rehearse(job: Job, model: Model, cycle: float) -> Outcome:
+def rehearse(job: Job, model: Model, cycle: float, payload: str = "") -> Outcome:
     """Play the job on the mock, which is the arm as believed and stands where the motion begins.
 
     Args:
         job: What to do.
         model: The arm as believed, with its payload.
         cycle: Of the controller that is rehearsed for [s].
+        payload: Name of the body that it carries; empty for none.
 
     Raises:
         NotAllowed: The simulated arm had to be stopped.
@@ -30,7 +31,7 @@ def rehearse(job: Job, model: Model, cycle: float) -> Outcome:
         limits.position_lower,
         limits.position_upper,
         limits.velocity,
-        lambda: typical_plant(model, start),
+        lambda: typical_plant(model, start, payload=payload),
     )
     settings: Mapping[str, Any] = {"cycle": cycle, "clock": "stepped"}
     outcome = perform(create("mock", settings, arm), replace(job, settle=cycle))

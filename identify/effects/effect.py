@@ -13,6 +13,7 @@ from dataclasses import dataclass, field, fields, replace
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
+import pinocchio as pin
 
 from ..motion import Motion
 from ..robot import Robot
@@ -104,9 +105,32 @@ class Effect(ABC):
     def regressor(self, robot: Robot, motion: Motion) -> np.ndarray:
         """Torque per unit of each parameter, shape (t, n, p) [N m / unit]."""
 
+    def continued(self, robot: Robot, motion: Motion, memory: Any) -> tuple[np.ndarray, Any]:
+        """Regressor of the next piece of a run (t, n, p), and what has to be remembered for the one after.
+
+        Args:
+            robot: The arm.
+            motion: The piece; the pieces, one after the other, are the whole run.
+            memory: What the piece before left; None for the first.
+        """
+        return self.regressor(robot, motion), None
+
     def known_torque(self, robot: Robot, motion: Motion) -> np.ndarray:
         """Torque that no parameter scales, shape (t, n) [N m]."""
         return np.zeros_like(motion.position)
+
+    def bodies(self, robot: Robot, values: np.ndarray, payload: str) -> Mapping[int, pin.Inertia]:
+        """The rigid bodies that make all of its torque, link -> inertia in the link's frame.
+
+        For those who need not a column a parameter but the torque, quickly; empty where it is made of
+        something else.
+
+        Args:
+            robot: The arm.
+            values: Its parameters, shape (p,).
+            payload: Name of the body that is carried; empty for none.
+        """
+        return {}
 
     def motion_gradient(
         self, robot: Robot, motion: Motion, weights: np.ndarray, known: np.ndarray

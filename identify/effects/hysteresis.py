@@ -1,7 +1,7 @@
 """Dry friction that builds up over a displacement instead of turning with the velocity's sign."""
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -34,6 +34,16 @@ class Hysteresis(JointEffect):
 
     def shape_derivatives(self, robot: Robot, motion: Motion) -> dict[str, np.ndarray]:
         return {"presliding": self.on_joints(robot, self._state(robot, motion)[1])}
+
+    def continued(self, robot: Robot, motion: Motion, memory: Any) -> tuple[np.ndarray, Any]:
+        at, state = (motion.position[0], np.zeros(robot.dof)) if memory is None else memory
+        states = np.empty_like(motion.position)
+        for row, position in enumerate(motion.position):
+            sign = np.sign(position - at)
+            gone = np.where(sign, np.exp(-np.abs(position - at) / self.presliding), 1.0)
+            at, state = position, np.where(sign, sign - (sign - state) * gone, state)
+            states[row] = state
+        return self.on_joints(robot, states), (at.copy(), state)
 
     def _state(self, robot: Robot, motion: Motion) -> tuple[np.ndarray, np.ndarray]:
         """State z and its derivative by the displacement, each (t, n), zero where the effect does not act."""

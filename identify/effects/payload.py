@@ -1,6 +1,6 @@
 """A body carried on the flange."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -13,7 +13,7 @@ from ..rigid_gradient import body_gradient
 from ..rigid_regressor import INERTIAL, body_regressor
 from ..robot import Robot
 from .effect import Effect, MotionGradient, Parameter
-from .rigid_body import UNITS, inertial_parameters
+from .rigid_body import UNITS, body_inertia, inertial_parameters, is_body
 
 
 @dataclass(frozen=True)
@@ -72,6 +72,13 @@ class Payload(Effect):
 
     def inertias(self, robot: Robot) -> list[slice]:
         return [] if self.known else [slice(0, 10)]
+
+    def bodies(self, robot: Robot, values: np.ndarray, payload: str) -> Mapping[int, pin.Inertia]:
+        given = dict(zip(self._unknown, values, strict=True)) | dict(self.known)
+        body = np.array([given[name] for name in INERTIAL])
+        if payload != self.name or not is_body(body):
+            return {}
+        return {robot.dof - 1: robot.flange.act(body_inertia(body))}
 
     @property
     def _unknown(self) -> list[str]:

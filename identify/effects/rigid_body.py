@@ -56,11 +56,30 @@ class RigidBody(Effect):
     def inertias(self, robot: Robot) -> list[slice]:
         return [slice(10 * link, 10 * link + 10) for link in range(robot.dof)]
 
+    def bodies(self, robot: Robot, values: np.ndarray, payload: str) -> Mapping[int, pin.Inertia]:
+        every = values.reshape(robot.dof, len(INERTIAL))
+        if not all(is_body(one) for one in every):
+            return {}
+        return {link: body_inertia(one) for link, one in enumerate(every)}
+
 
 def inertial_parameters(inertia: pin.Inertia) -> np.ndarray:
     """The ten parameters of a body in `INERTIAL` order, about its frame's origin."""
     m, mx, my, mz, xx, xy, yy, xz, yz, zz = inertia.toDynamicParameters()
     return np.array([xx, xy, xz, yy, yz, zz, mx, my, mz, m])
+
+
+def is_body(values: np.ndarray) -> bool:
+    """Whether ten parameters are a body with a centre of mass, or nothing at all."""
+    return bool(values[9] > 0.0 or not np.any(values))
+
+
+def body_inertia(values: np.ndarray) -> pin.Inertia:
+    """The body with ten parameters in `INERTIAL` order; the inverse of `inertial_parameters`."""
+    if not np.any(values):
+        return pin.Inertia.Zero()
+    xx, xy, xz, yy, yz, zz, mx, my, mz, m = values
+    return pin.Inertia.FromDynamicParameters(np.array([m, mx, my, mz, xx, xy, yy, xz, yz, zz]))
 
 
 def inertial_beliefs(inertia: pin.Inertia, tolerance: float) -> dict[str, Belief]:

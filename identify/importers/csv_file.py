@@ -22,6 +22,7 @@ PREFIXES: dict[str, tuple[str, ...]] = {
     "temperature": ("temp",),
     "link_position": ("ql",),
     "command": ("q_ref", "q_cmd"),
+    "command_velocity": ("dq_ref", "dq_cmd"),
 }
 """What stands before the number of the joint in a column's name; the signal's own name always may."""
 

@@ -17,7 +17,7 @@ def summary(plan: Plan, uses: Sequence[Use], beyond: Sequence[str] = ()) -> str:
     width = max(map(len, facts)) + 2
     for name, words in facts.items():
         lines += paragraph(words, " " * (width + 2), f"  {name + ':':<{width}}")
-    lines += ["", *(f"  {line}" for line in _use_table(plan, uses))]
+    lines += ["", *(f"  {line}" for line in use_table(plan, uses))]
     for heading, sentences in (("  BEYOND: ", beyond), ("  assumed: ", plan.assumed)):
         rows = [row for each in sentences for row in paragraph(each, " " * len(heading), heading)]
         lines += ["", *rows] if rows else []
@@ -38,7 +38,8 @@ def plan_facts(plan: Plan) -> dict[str, str]:
     return facts
 
 
-def _use_table(plan: Plan, uses: Sequence[Use]) -> list[str]:
+def use_table(plan: Plan, uses: Sequence[Use]) -> list[str]:
+    """Lines of a table: each joint's range, and the share of its limits that it uses."""
     position, *others = uses
     head = ["joint", "position", "of limits", *(f"{use.name} %" for use in others)]
     rows = [

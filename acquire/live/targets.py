@@ -1,0 +1,98 @@
+"""Targets: where a run is shown."""
+
+import json
+import socket
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+from urllib.parse import quote, urlsplit
+
+from exidyn.acquire.run.errors import RunError
+
+
+class CannotShow(RunError):
+    """A run cannot be shown as asked."""
+
+
+class Address(NamedTuple):
+    """Where a server listens.
+
+    Attributes:
+        host: Of this machine; "0.0.0.0" or "::" for all of its addresses.
+        port: Of the page; the data come from the next one.
+    """
+
+    host: str
+    port: int
+
+    @classmethod
+    def read(cls, text: str) -> "Address":
+        """From ADDRESS:PORT; the port may be left out.
+
+        Raises:
+            CannotShow: It is no such thing.
+        """
+        try:
+            parts = urlsplit(f"//{text}")
+            host, port = parts.hostname, parts.port
+        except ValueError as error:
+            raise CannotShow(f"--serve {text}: {error}. Give ADDRESS:PORT, such as 127.0.0.1:9090") from error
+        if not host or parts.path:
+            raise CannotShow(f"--serve {text}: expected ADDRESS:PORT, such as 127.0.0.1:9090")
+        return cls(host, PORT if port is None else port)
+
+    @property
+    def seen(self) -> str:
+        """How a browser calls the host: by name, where it listens on all addresses."""
+        host = socket.gethostname() if self.host in ("0.0.0.0", "::") else self.host
+        return f"[{host}]" if ":" in host else host
+
+    @property
+    def local(self) -> str:
+        """Where this machine sends the data."""
+        here = {"0.0.0.0": "127.0.0.1", "::": "[::1]"}.get(self.host)
+        return f"rerun+http://{here or self.seen}:{self.port + 1}/proxy"
+
+    @property
+    def data(self) -> str:
+        """Where a browser finds the data."""
+        return f"rerun+http://{self.seen}:{self.port + 1}/proxy"
+
+    @property
+    def page(self) -> str:
+        """What to open in a browser."""
+        return f"http://{self.seen}:{self.port}/?url={quote(self.data, safe='')}"
+
+
+PORT = 9090
+"""Of the page, where none is said."""
+
+
+@dataclass(frozen=True)
+class Targets:
+    """Where a run is shown: any of these at once.
+
+    Attributes:
+        view: Whether in Rerun's viewer, which lives on after the run.
+        serve: ADDRESS:PORT at which browsers find it, as long as the run goes on; None for nowhere.
+        save: File that Rerun's viewer opens later; None for none.
+    """
+
+    view: bool = False
+    serve: str | None = None
+    save: Path | None = None
+
+    @property
+    def any(self) -> bool:
+        """Whether the run is shown anywhere."""
+        return self.view or self.serve is not None or self.save is not None
+
+    def text(self) -> str:
+        """For the process that shows it."""
+        return json.dumps([self.view, self.serve, str(self.save) if self.save else None])
+
+    @classmethod
+    def read(cls, text: str) -> "Targets":
+        """The inverse of `text`."""
+        view, serve, save = json.loads(text)
+        return cls(view, serve, Path(save) if save else None)

@@ -1,0 +1,145 @@
+"""The process that shows a run: frames in from a pipe, logged to Rerun in batches.
+
+Everything that could hold a control loop up happens here: Rerun holds the interpreter for milliseconds, and
+waits for a viewer that does not keep up.
+"""
+
+import sys
+import time
+from collections.abc import Sequence
+
+import rerun as rr
+from exidyn.acquire.run.frames import END, EVENT, HEAD, SAMPLE, Cycle, Event, read_cycle, read_event
+from exidyn.acquire.run.pipe_source import PipeSource
+from exidyn.acquire.run.run_head import RunHead
+
+from . import viewers
+from .live_log import LiveLog
+from .targets import Address, CannotShow, Targets
+
+BATCH = 0.05
+"""How long frames are gathered [s]: the cost is by the batch, and the eye sees no difference."""
+PAGE_BATCH = 0.1
+"""The same where pages are served: a browser takes in only so many messages a picture."""
+FEWEST = 5
+"""Cycles that are waited for at first, to learn how long one is."""
+PATIENCE = 5.0
+"""How long a viewer may take for the last frames [s]."""
+LAST_PAGE = 1.0
+"""How long after the end a server still sends to its pages [s]; they keep what they have got."""
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Show a run until its frames end; the exit code."""
+    source = PipeSource(arguments)
+    targets = Targets.read(source.arguments[0])
+    try:
+        recording, where = start(targets)
+    except CannotShow as error:
+        source.fail(str(error))
+        viewers.end_servers()
+        return 1
+    warm_up()
+    source.ready(where)
+    View(recording, BATCH if targets.serve is None else PAGE_BATCH).show(source)
+    finish(recording)
+    if targets.serve is not None:
+        time.sleep(LAST_PAGE)
+    source.done("shown")
+    viewers.end_servers()
+    return 0
+
+
+def start(targets: Targets) -> tuple[rr.RecordingStream, str]:
+    """A recording that goes to all targets, and in words where it is seen.
+
+    Raises:
+        CannotShow: A target cannot be opened.
+    """
+    sinks: list[rr.GrpcSink | rr.FileSink] = []
+    where = ""
+    if targets.view:
+        sinks.append(rr.GrpcSink(viewers.open_window()))
+    if targets.serve is not None:
+        address = Address.read(targets.serve)
+        viewers.serve(address)
+        sinks.append(rr.GrpcSink(address.local))
+        where = f"live view: {address.page}"
+    if targets.save is not None:
+        try:
+            targets.save.open("wb").close()
+        except OSError as error:
+            raise CannotShow(f"--save {targets.save}: {error.strerror}") from error
+        sinks.append(rr.FileSink(str(targets.save)))
+    recording = rr.RecordingStream("exidyn_live")
+    recording.set_sinks(*sinks)
+    return recording, where
+
+
+def warm_up() -> None:
+    """Log once where nobody sees it: the first time takes a second of imports."""
+    recording = rr.RecordingStream("exidyn_warm_up")
+    memory = recording.memory_recording()
+    index = rr.TimeColumn("time", duration=[0.0])
+    recording.send_columns("nothing", indexes=[index], columns=rr.Scalars.columns(scalars=[0.0]))
+    recording.log("nothing", rr.TextLog("nothing"))
+    memory.drain_as_bytes()
+    recording.disconnect()
+
+
+class View:
+    """What has come so far.
+
+    Args:
+        recording: Where to show it.
+        batch: How long frames are gathered [s].
+    """
+
+    def __init__(self, recording: rr.RecordingStream, batch: float = BATCH) -> None:
+        self._recording, self._batch = recording, batch
+        self._head: RunHead | None = None
+        self._log: LiveLog | None = None
+        self._cycles: list[Cycle] = []
+        self._events: list[Event] = []
+
+    def show(self, source: PipeSource) -> None:
+        """Show frames until they end."""
+        while not source.ended:
+            begun = time.monotonic()
+            for kind, body in source.read(1.0):
+                self._take(kind, body)
+            self._log_batch()
+            if not source.ended:
+                time.sleep(max(begun + self._batch - time.monotonic(), 0.0))
+
+    def _take(self, kind: bytes, body: bytes) -> None:
+        if kind == HEAD:
+            self._head = RunHead.read(body)
+        elif kind == SAMPLE:
+            self._cycles.append(read_cycle(body))
+        elif kind == EVENT:
+            self._events.append(read_event(body))
+
+    def _log_batch(self) -> None:
+        if self._log is None:
+            if self._head is None or len(self._cycles) < FEWEST:
+                return
+            self._log = LiveLog(self._recording, self._head, self._cycles)
+        if self._cycles:
+            self._log.cycles(self._cycles)
+        for event in self._events:
+            self._log.event(event)
+        self._cycles, self._events = [], []
+
+
+def finish(recording: rr.RecordingStream) -> None:
+    """Hand the last over, and write what a file ends with; a viewer that is gone is no matter."""
+    try:
+        recording.flush(timeout_sec=PATIENCE)
+    except Exception:  # one of Rerun's own, which it has already written to the terminal
+        pass
+    recording.disconnect()
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,127 @@
+"""Viewers: Rerun's own programs that show what they are sent, in a window or to browsers."""
+
+import os
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Sequence
+from typing import IO
+
+from .targets import Address, CannotShow
+
+LOOPBACK = "127.0.0.1"
+MEMORY = "2GB"
+"""What a window may hold before it forgets the oldest: an hour of six joints at 500 Hz, and not Rerun's
+default, three quarters of a machine that may be running a controller."""
+START = 40.0
+"""How long a viewer may take to listen [s]."""
+SETTLE = 1.0
+"""How long after that it might still find that there is no screen [s]."""
+
+
+def open_window() -> str:
+    """Open Rerun's viewer, which lives on after this process; where it takes data.
+
+    Raises:
+        CannotShow: It does not open.
+    """
+    port = free_port(LOOPBACK)
+    options = ["--bind", LOOPBACK, "--port", str(port), "--memory-limit", MEMORY, "--hide-welcome-screen"]
+    _start("the viewer", options, [(LOOPBACK, port)], lives_on=True)
+    return f"rerun+http://{LOOPBACK}:{port}/proxy"
+
+
+def serve(address: Address) -> None:
+    """Serve pages that show the data sent to `address.data`, until this process' group ends.
+
+    Rerun can also do this within a process, but then its page listens on every address of the machine.
+
+    Raises:
+        CannotShow: It cannot listen there.
+    """
+    ports = (address.port, address.port + 1)
+    for port in ports:
+        _require_free(address.host, port)
+    options = [
+        "--serve-web",
+        "--bind",
+        address.host,
+        "--web-viewer-port",
+        str(ports[0]),
+        "--port",
+        str(ports[1]),
+    ]
+    if address.host != LOOPBACK:
+        options += ["--cors-allow-origin", f"http://{address.seen}:{address.port}"]
+    _start(f"--serve {address.host}:{address.port}", options, [(address.host, port) for port in ports])
+
+
+def end_servers() -> None:
+    """End what `serve` has started: it is in the group of this process, which ignores the signal."""
+    if os.getpgrp() == os.getpid():
+        os.killpg(0, signal.SIGTERM)
+
+
+def free_port(host: str) -> int:
+    """A port that nobody uses just now."""
+    with socket.create_server((host, 0)) as probe:
+        return int(probe.getsockname()[1])
+
+
+def _require_free(host: str, port: int) -> None:
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    try:
+        socket.create_server((host, port), family=family).close()
+    except (OSError, OverflowError) as error:
+        raise CannotShow(
+            f"--serve: cannot listen on port {port} of {host}: {error}. Try another, such as 127.0.0.1:9190"
+        ) from error
+
+
+def _start(
+    name: str, options: Sequence[str], listens: Sequence[tuple[str, int]], lives_on: bool = False
+) -> None:
+    """Start one of Rerun's programs and wait until it listens."""
+    with tempfile.TemporaryFile() as said:
+        process = subprocess.Popen(
+            [sys.executable, "-m", "rerun_cli", *options],
+            stdin=subprocess.DEVNULL,
+            stdout=said,
+            stderr=said,
+            start_new_session=lives_on,
+            preexec_fn=_hear_signals,
+        )
+        deadline = time.monotonic() + START
+        while not all(_listening(host, port) for host, port in listens):
+            if process.poll() is not None or time.monotonic() > deadline:
+                raise CannotShow(f"{name} does not start: {_last_words(said)}")
+            time.sleep(0.05)
+        try:
+            process.wait(SETTLE)
+            raise CannotShow(f"{name} does not start: {_last_words(said)}")
+        except subprocess.TimeoutExpired:
+            pass
+
+
+def _hear_signals() -> None:
+    """Undo for a viewer that this process ignores signals."""
+    for ignored in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        signal.signal(ignored, signal.SIG_DFL)
+
+
+def _listening(host: str, port: int) -> bool:
+    here = {"0.0.0.0": LOOPBACK, "::": "::1"}.get(host, host)
+    try:
+        socket.create_connection((here, port), timeout=1.0).close()
+    except OSError:
+        return False
+    return True
+
+
+def _last_words(said: IO[bytes]) -> str:
+    said.seek(0)
+    lines = said.read().decode(errors="replace").split("\n")
+    return next((line for line in reversed(lines) if line.strip()), "it says nothing")

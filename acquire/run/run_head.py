@@ -1,0 +1,76 @@
+"""RunHead: what explains a run to the processes that record and show it."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from exidyn.identify.model import Model
+from exidyn.identify.recording import KnownPayload
+from exidyn.identify.robot_file import model_text, parse_model
+
+from .frames import HEAD, text_frame
+
+
+@dataclass(frozen=True)
+class RunHead:
+    """The first frame of a run.
+
+    Attributes:
+        name: What people call the run.
+        model: The robot as believed, with its effects.
+        signals: What the controller measures: of position, velocity, current, torque, temperature.
+        epoch: Host's clock at the first sample, where the recording's time begins [ns since 1970].
+        zero: Controller's clock there [ns from its own zero].
+        trajectory: Text of the trajectory's file.
+        payload: What hangs on the flange.
+        settings: Driver, scales, limits and whatever else explains the run.
+        warnings: Doubts that are known already.
+    """
+
+    name: str
+    model: Model
+    signals: tuple[str, ...]
+    epoch: int
+    zero: int
+    trajectory: str = ""
+    payload: KnownPayload | None = None
+    settings: Mapping[str, str] = field(default_factory=dict)
+    warnings: tuple[str, ...] = ()
+
+    def frame(self) -> bytes:
+        """To hand over."""
+        payload = {"name": self.payload.name, "known": self.payload.known} if self.payload else None
+        content = {
+            "name": self.name,
+            "model": model_text(self.model),
+            "signals": self.signals,
+            "epoch_ns": self.epoch,
+            "zero_ns": self.zero,
+            "trajectory": self.trajectory,
+            "payload": payload,
+            "settings": dict(self.settings),
+            "warnings": self.warnings,
+        }
+        return text_frame(HEAD, content)
+
+    @classmethod
+    def read(cls, body: bytes) -> "RunHead":
+        """From the body of its frame.
+
+        Raises:
+            ValueError: It is not one.
+        """
+        content = json.loads(body)
+        payload = content["payload"]
+        known = tuple((name, value) for name, value in payload["known"]) if payload else ()
+        return cls(
+            name=content["name"],
+            model=parse_model(content["model"]),
+            signals=tuple(content["signals"]),
+            epoch=content["epoch_ns"],
+            zero=content["zero_ns"],
+            trajectory=content["trajectory"],
+            payload=KnownPayload(payload["name"], known) if payload else None,
+            settings=content["settings"],
+            warnings=tuple(content["warnings"]),
+        )

@@ -1,0 +1,106 @@
+"""All drives of an arm over `canopen`: set up, started, and asked what is wrong with them."""
+
+import math
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any, cast
+
+import canopen
+import numpy as np
+
+from . import cia402 as c
+from .can_bus import CanBus
+from .canopen_drive import Drive
+from .canopen_settings import CanopenSettings
+from .canopen_setup import Found, Wish, set_up
+from .driver import Arm
+from .errors import DriverError, NotReady
+
+
+class DriveNetwork:
+    """The drives as their SDO servers show them.
+
+    A thread of canopen's reads the bus within `set_up_all` and `error_of`, and only there; it has the
+    scheduling of whoever calls. At other times the bus is the caller's.
+
+    Args:
+        bus: Open.
+        settings: Of the driver.
+        names: Of the drives, for messages.
+    """
+
+    def __init__(self, bus: CanBus, settings: CanopenSettings, names: Sequence[str]) -> None:
+        self._settings, self._names = settings, names
+        self._network = canopen.Network(cast(Any, bus))
+        self._network.NOTIFIER_CYCLE = 0.02
+        for node in settings.nodes:
+            self._network.add_node(canopen.RemoteNode(node, canopen.ObjectDictionary()))
+
+    def set_up_all(self, arm: Arm) -> list[Found]:
+        """Set all drives up and start them; nothing moves and nothing is powered.
+
+        Raises:
+            NotReady: A drive does not take what it must.
+            LinkLost: A drive does not answer.
+        """
+        with self._reading():
+            for node in self._settings.nodes:
+                self._network[node].nmt.state = "PRE-OPERATIONAL"
+            found = [set_up(self._drive(joint), self._wish(arm, joint)) for joint in range(arm.dof)]
+            self._start()
+        return found
+
+    def error_of(self, joint: int) -> str:
+        """Why a drive is in fault, by its own account."""
+        try:
+            with self._reading():
+                return f"0x603F says {c.error_text(self._drive(joint).read(c.ERROR_CODE))}"
+        except DriverError as error:
+            return f"its error code cannot be read ({error})"
+
+    @contextmanager
+    def _reading(self) -> Iterator[None]:
+        self._network.connect()
+        try:
+            yield
+        finally:
+            if self._network.notifier is not None:
+                self._network.notifier.stop()
+            self._network.notifier = None
+
+    def _drive(self, joint: int) -> Drive:
+        node = self._network[self._settings.nodes[joint]]
+        return Drive(cast(canopen.RemoteNode, node), self._names[joint])
+
+    def _wish(self, arm: Arm, joint: int) -> Wish:
+        s = self._settings
+        low, high = sorted(s.to_counts(np.array([arm.position_lower, arm.position_upper]))[:, joint])
+        bounded = s.write_limits and math.isfinite(low) and math.isfinite(high)
+        window = round(abs(s.following_error[joint] * s.per_radian[joint]))
+        return Wish(
+            node=s.nodes[joint],
+            host=s.host_node,
+            cycle=s.cycle,
+            effort=c.CURRENT if s.effort == "current" else c.TORQUE,
+            dead_man=s.dead_man,
+            heartbeat=s.heartbeat,
+            quick_stop=s.quick_stop,
+            fault_reaction=s.fault_reaction,
+            abort_connection=s.abort_connection,
+            following_window=window or None,
+            following_time=s.following_time,
+            limits=(math.ceil(low), math.floor(high)) if bounded else None,
+        )
+
+    def _start(self) -> None:
+        """Start all, and see by their heartbeats that all take part."""
+        for node in self._settings.nodes:
+            self._network[node].nmt.state = "OPERATIONAL"
+        for name, node in zip(self._names, self._settings.nodes, strict=True):
+            try:
+                manager = cast(canopen.RemoteNode, self._network[node]).nmt
+                state = manager.wait_for_heartbeat(4.0 * self._settings.heartbeat + 0.5)
+            except Exception as error:  # canopen's own, of no common type
+                raise NotReady(f"{name} sends no heartbeat, though it took 0x1017") from error
+            if state != "OPERATIONAL":
+                raise NotReady(f"{name} was told to be operational and is {state.lower()}")

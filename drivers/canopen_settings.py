@@ -1,0 +1,129 @@
+"""What a user sets of CiA 402 drives, whether it fits together, and what their counts mean."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from . import cia402 as c
+from .can_bus import read_options, require_interface
+from .can_load import bus_load, require_room
+from .canopen_frames import COMMANDED, MEASURED
+from .driver import Arm
+from .errors import BadSettings
+from .settings import setting
+
+BEATS = 4
+"""Heartbeats that the host sends within the time after which drives miss them."""
+RANGE = 2**31
+"""Counts that a position can have at most, either way."""
+
+
+@dataclass(frozen=True)
+class CanopenSettings:
+    """How the drives are reached, and what their units mean."""
+
+    nodes: tuple[int, ...] = setting(..., "node number", kind=int, low=1, high=126, per_joint=True)
+    counts: tuple[float, ...] = setting(
+        ..., "counts of 0x6064 per revolution of the motor", kind=float, low=1, high=RANGE, per_joint=True
+    )
+    gear: tuple[float, ...] = setting(
+        1.0, "revolutions of the motor per revolution of the joint", low=1e-3, high=1e5, per_joint=True
+    )
+    sign: tuple[int, ...] = setting(
+        1, "1, or -1 where the drive counts against the joint", low=-1, high=1, per_joint=True
+    )
+    zero: tuple[float, ...] = setting(0.0, "position of the joint at count zero", unit="rad", per_joint=True)
+    effort: str = setting("current", "what is measured besides position", choices=("current", "torque"))
+    ampere: str = setting(
+        "rms", "what the drive's maker means by rated current 0x6075", choices=("rms", "peak", "dc")
+    )
+    interface: str = setting("socketcan", "interface of python-can")
+    channel: str = setting("can0", "its channel, such as can0 or /dev/ttyACM0")
+    bitrate: int = setting(1_000_000, "of the bus", unit="bit/s", low=10_000, high=1_000_000)
+    options: str = setting("", "more for python-can, as 'name=value, name=value'")
+    cycle: float = setting(0.002, "time between SYNCs", unit="s", low=0.0005, high=0.1)
+    host_node: int = setting(127, "node number of the host's heartbeat", low=1, high=127)
+    dead_man: float = setting(
+        0.2, "silence of the host after which drives stop by themselves", unit="s", low=0.01, high=2.0
+    )
+    heartbeat: float = setting(0.1, "time between the drives' heartbeats", unit="s", low=0.01, high=2.0)
+    quick_stop: int = setting(
+        6, "0x605A: 5 and 6 slow down and hold, 1 and 2 slow down and switch off", low=0, high=8
+    )
+    fault_reaction: int = setting(
+        2, "0x605E: 2 quick stop ramp, 1 slow-down ramp, 0 switch off", low=0, high=4
+    )
+    abort_connection: int = setting(
+        3, "0x6007, when the host is silent: 3 quick stop, 2 switch off, 1 fault", low=1, high=3
+    )
+    following_error: tuple[float, ...] = setting(
+        0.0, "window 0x6065; 0 leaves the drive's", unit="rad", low=0.0, high=10.0, per_joint=True
+    )
+    following_time: float = setting(0.02, "how long it may be exceeded", unit="s", low=0.0, high=10.0)
+    write_limits: bool = setting(False, "write the arm's position limits to 0x607D")
+    at_close: str = setting(
+        "hold", "after the run: hold in quick stop, or off, for arms with brakes", choices=("hold", "off")
+    )
+
+    @property
+    def per_radian(self) -> np.ndarray:
+        """Counts per radian of the joint, with sign, shape (n,) [1/rad]."""
+        return np.array(self.sign) * np.array(self.counts) * np.array(self.gear) / (2.0 * math.pi)
+
+    def to_counts(self, position: np.ndarray) -> np.ndarray:
+        """Counts of a joint position (..., n) [rad]."""
+        return (position - np.array(self.zero)) * self.per_radian
+
+    def from_counts(self, counts: np.ndarray) -> np.ndarray:
+        """Joint position [rad] of counts (..., n)."""
+        return counts / self.per_radian + np.array(self.zero)
+
+    @property
+    def frames(self) -> list[int]:
+        """Bytes of data of each frame in a cycle: targets, SYNC, measurements."""
+        joints = len(self.nodes)
+        return [COMMANDED.size] * joints + [0] + [MEASURED.size] * joints
+
+    @property
+    def beats(self) -> float:
+        """Heartbeats on the bus, the drives' and the host's [1/s]."""
+        return len(self.nodes) / self.heartbeat + BEATS / self.dead_man
+
+    @property
+    def load(self) -> float:
+        """Worst-case share of the bus that is in use [-]."""
+        return bus_load(self.frames, self.cycle, self.bitrate, self.beats)
+
+    @property
+    def behind(self) -> float:
+        """Time until a SYNC that is handed over behind the targets is through a wire, at most [s]."""
+        return bus_load(self.frames[: len(self.nodes) + 1], 1.0, self.bitrate)
+
+
+def require_sound(s: CanopenSettings, arm: Arm) -> None:
+    """Raise where the settings fit neither each other, nor the arm, nor the bus.
+
+    Raises:
+        BadSettings: They do not.
+    """
+    require_interface(s.interface)
+    read_options(s.options)
+    numbers = [*s.nodes, s.host_node]
+    twice = {number for number in numbers if numbers.count(number) > 1}
+    if twice:
+        raise BadSettings(f"node number {min(twice)} is used twice, among nodes and host_node")
+    if 0 in s.sign:
+        raise BadSettings(f"sign is 0 for {arm.joints[s.sign.index(0)]}; valid are 1 and -1")
+    if c.period_of(s.cycle) is None:
+        raise BadSettings(
+            f"cycle is {s.cycle:g} s; drives take 1 to 255 steps of 1 ms, 0.1 ms or 0.01 ms (0x60C2)"
+        )
+    for limit in (arm.position_lower, arm.position_upper):
+        for name, counts in zip(arm.joints, s.to_counts(limit), strict=True):
+            if math.isfinite(counts) and abs(counts) >= RANGE:
+                raise BadSettings(
+                    f"{name}: its position limit is {counts:.4g} counts, a drive has {RANGE} either way. "
+                    "Check counts, gear and zero"
+                )
+    require_room(s.frames, s.cycle, s.bitrate, s.beats)

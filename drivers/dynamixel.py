@@ -1,0 +1,278 @@
+"""Dynamixel servos with protocol 2.0 (X series, MX with firmware 2.0) on a serial port.
+
+A cycle is one write: the goals of all servos, and the question for current, velocity and position of all.
+Each servo watches the bus: when nothing comes for a while, it stops, holds, and takes no goals until told so.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from . import dynamixel_packet as packets
+from . import dynamixel_registers as registers
+from .driver import Arm, Info
+from .dynamixel_models import joins_answers, model_name
+from .dynamixel_registers import MEASURED, TRIPPED, WARM, hardware_errors
+from .dynamixel_setup import Found, current_units, find, require_healthy, require_mode, set_return_delay
+from .errors import LinkLost, NotReady
+from .serial_rate import Traffic, shortest_cycle
+from .servo_bus import TRIES, ServoBus
+from .servo_driver import Goals, Measured, ServoDriver
+from .servo_packet import Codec, Reading, Status
+from .servo_settings import ServoSettings
+from .servo_talk import LENGTHS
+from .settings import setting
+
+GAP = 0.05
+"""A servo that was not heard of for so long may have been stopped or have lost its power [s]."""
+
+WARM_EVERY = 100
+"""Temperatures are read in every so many cycles."""
+
+
+@dataclass(frozen=True)
+class DynamixelSettings(ServoSettings):
+    """Settings of an arm of Dynamixel servos."""
+
+    operating_mode: str = setting("position", "in which the servos are", choices=tuple(registers.MODES))
+    current_unit: tuple[float, ...] = setting(
+        0.0, "current of a count; 0 looks it up by model", unit="A", low=0.0, high=1.0, per_joint=True
+    )
+    fast_sync_read: str = setting(
+        "auto", "whether all servos answer in one packet, which is shorter", choices=("auto", "on", "off")
+    )
+    return_delay: float = setting(
+        0.0, "how long a servo waits before it answers", unit="s", low=0.0, high=508e-6
+    )
+    watchdog: float = setting(
+        0.1, "silence after which servos stop by themselves; 0 for never", unit="s", low=0.0, high=2.54
+    )
+
+
+class Dynamixel(ServoDriver):
+    """Dynamixel servos, protocol 2.0."""
+
+    Settings = DynamixelSettings
+    codec: ClassVar[Codec] = packets
+    torque, goal, present = registers.TORQUE, registers.GOAL, registers.PRESENT
+
+    def __init__(self, settings: DynamixelSettings, arm: Arm) -> None:
+        self._joined = settings.fast_sync_read != "off"
+        self._watchdog = int(np.ceil(settings.watchdog / registers.WATCHDOG_UNIT - 1e-9))
+        super().__init__(settings, arm)
+
+    def _set_up(self, bus: ServoBus) -> Info:
+        settings, warnings = self.settings, list[str]()
+        found = find(bus, settings.baudrate)
+        bus.settle(registers.STATUS_LEVEL, [2] * self.arm.dof)
+        self._reset_watchdog(bus, warnings)
+        self._shutdown = bus.read(registers.SHUTDOWN)
+        require_healthy(bus, self._shutdown)
+        require_mode(bus, settings.operating_mode)
+        set_return_delay(bus, settings.return_delay)
+        for register in (registers.PROFILE_ACCELERATION, registers.PROFILE_VELOCITY):
+            bus.settle(register, [0] * self.arm.dof)  # else each servo would smooth the motion in its way
+        self._current_unit = current_units(bus, found, settings.current_unit)
+        self._lowest, self._highest = (
+            np.array(bus.read(registers.LOWEST)),
+            np.array(bus.read(registers.HIGHEST)),
+        )
+        self._choose_reading(bus, found)
+        warnings += self._doubts(bus)
+        lower, upper = self._window(bus)
+        return Info(
+            cycle=settings.cycle,
+            clock="host",
+            signals=self._signals(),
+            dead_man=self._dead_man(),
+            window_lower=lower,
+            window_upper=upper,
+            settings=self._explained() | self._identities(bus, found),
+            warnings=(*warnings, *self._line_warnings()),
+        )
+
+    def _reset_watchdog(self, bus: ServoBus, warnings: list[str]) -> None:
+        """See that it takes its value, and leave it off until the drives are armed."""
+        tripped = [
+            bus.names[s]
+            for s, is_ in zip(bus.servos, bus.read(registers.WATCHDOG), strict=True)
+            if is_ == TRIPPED
+        ]
+        if tripped:
+            warnings.append(f"the bus watchdog had stopped {', '.join(tripped)} before; it was reset")
+        self._guard(bus)
+        self._unguard(bus)
+
+    def _choose_reading(self, bus: ServoBus, found: Sequence[Found]) -> None:
+        """Whether the answers come joined, and whether there is time for temperatures."""
+        asked = self.settings.fast_sync_read
+        self._joined = asked == "on" or (asked == "auto" and all(joins_answers(*one) for one in found))
+        if self._joined and not _whole(bus, self._ask(MEASURED.itemsize)):
+            if asked == "on":
+                raise NotReady(
+                    "the servos do not answer a fast sync read; X430 and X540 know it from firmware 45, X330 "
+                    'from 46. Try fast_sync_read = "auto", or new firmware'
+                )
+            self._joined = False
+        delay = self.settings.return_delay
+        longest = shortest_cycle(self._bytes(WARM), self.settings.baudrate, delay, self.latency)
+        self._cool, self._warm = (
+            [self._ask(what.itemsize + more) for more in range(LENGTHS)] for what in (MEASURED, WARM)
+        )
+        self._has_time = longest <= self.settings.cycle
+
+    def _signals(self) -> tuple[str, ...]:
+        current = ["current"] * bool(np.any(self._current_unit))
+        return ("position", "velocity", *current, *["temperature"] * self._has_time)
+
+    def _dead_man(self) -> str:
+        if not self._watchdog:
+            return ""
+        seconds = self._watchdog * registers.WATCHDOG_UNIT
+        return f"bus watchdog: servos stop and hold after {seconds:g} s of silence"
+
+    def _doubts(self, bus: ServoBus) -> list[str]:
+        doubts = []
+        if not np.all(self._current_unit):
+            doubts.append("some servos measure no current; their joints cannot be identified")
+        if not self._watchdog:
+            doubts.append("without bus watchdog servos go on to their last goal when the computer dies")
+        if any(bus.read(registers.HOMING)) and self.settings.operating_mode != "position":
+            doubts.append(
+                "servos have homing offsets, with which some firmware moves when its bus watchdog stops it. "
+                "Try homing offsets of 0, and `zero` in the settings instead"
+            )
+        return doubts
+
+    def _identities(self, bus: ServoBus, found: Sequence[Found]) -> dict[str, str]:
+        servos = (
+            f"{servo} {model_name(one.model)} firmware {one.firmware}"
+            for servo, one in zip(bus.servos, found, strict=True)
+        )
+        return {
+            "servos": ", ".join(servos),
+            "current_unit": " ".join(f"{unit:g}" for unit in self._current_unit),
+            "fast_sync_read": "on" if self._joined else "off",
+        }
+
+    @property
+    def _allowed(self) -> Goals:
+        if self.settings.operating_mode == "position":
+            return Goals(self._lowest, self._highest)
+        return Goals(np.full(self.arm.dof, -registers.FURTHEST), np.full(self.arm.dof, registers.FURTHEST))
+
+    def _ask(self, length: int) -> Reading:
+        ask = packets.fast_sync_read if self._joined else packets.sync_read
+        return ask(registers.FIRST, length, self.settings.ids)
+
+    def _bytes(self, what: np.dtype) -> Traffic:
+        goals = packets.sync_write(
+            registers.GOAL.address, {servo: bytes(registers.GOAL.size) for servo in self.settings.ids}
+        )
+        ask = self._ask(what.itemsize)
+        delays = 1 if self._joined else self.arm.dof
+        return Traffic(len(goals) + len(ask.packet), ask.answer_bytes, delays)
+
+    def _traffic(self) -> tuple[Traffic, float, str]:
+        settings, traffic = self.settings, self._bytes(MEASURED)
+        enough = [
+            rate
+            for rate in registers.BAUDRATES
+            if shortest_cycle(traffic, rate, settings.return_delay, self.latency) <= settings.cycle
+        ]
+        advice = f"a baudrate of {enough[0]}" if enough else "fewer servos on a port"
+        faster = "" if self._joined else ", servos that know the fast sync read"
+        return traffic, settings.return_delay, advice + faster
+
+    def _readings(self, number: int) -> Sequence[Reading]:
+        return self._warm if self._has_time and number % WARM_EVERY == 0 else self._cool
+
+    def _decode(self, data: bytes, length: int) -> Measured:
+        warm = length == WARM.itemsize
+        rows = np.frombuffer(data, WARM if warm else MEASURED)
+        current = np.where(self._current_unit > 0.0, rows["current"] * self._current_unit, np.nan)
+        temperature = rows["temperature"].astype(float) if warm else np.full(len(rows), np.nan)
+        return Measured(
+            rows["position"].astype(float), rows["velocity"] * registers.VELOCITY_UNIT, current, temperature
+        )
+
+    def _begin(self, where: np.ndarray) -> None:
+        super()._begin(where)
+        self._heard: np.ndarray | None = None
+        self._alerts = np.zeros(self.arm.dof, bool)
+        self._told = [0] * self.arm.dof
+
+    def _look(self, bus: ServoBus, answers: Sequence[Status | None], now: int, events: list[str]) -> str:
+        try:
+            return self._look_at_alerts(bus, answers, events) or self._look_at_gaps(bus, answers, now)
+        except LinkLost as error:
+            events.append(str(error))
+            return ""
+
+    def _look_at_alerts(self, bus: ServoBus, answers: Sequence[Status | None], events: list[str]) -> str:
+        """What hardware errors have come; those for which a servo switches torque off are a fault."""
+        alerts = np.array([a is not None and bool(a.error & packets.ALERT) for a in answers])
+        silent = np.array([a is None for a in answers])
+        news = bool(np.any((alerts != self._alerts) & ~silent))
+        again = alerts.any() and self._count % WARM_EVERY == 0
+        if not (news or again):
+            return ""
+        self._alerts = np.where(silent, self._alerts, alerts)
+        faults = []
+        for place, bits in enumerate(bus.read(registers.HARDWARE_ERROR)):
+            name, new = bus.names[bus.servos[place]], bits & ~self._told[place]
+            self._told[place] = bits
+            if bits & self._shutdown[place]:
+                faults.append(
+                    f"{name} has switched its torque off: {hardware_errors(bits & self._shutdown[place])}"
+                )
+            elif new:
+                events.append(f"{name} warns: {hardware_errors(new)}")
+        return "; ".join(faults)
+
+    def _look_at_gaps(self, bus: ServoBus, answers: Sequence[Status | None], now: int) -> str:
+        """Whether servos not heard of for long have been stopped by their watchdog or lost their power."""
+        fresh = np.array([answer is not None for answer in answers])
+        gaps = np.zeros(self.arm.dof) if self._heard is None else 1e-9 * (now - self._heard)
+        began, self._heard = (
+            self._heard is None,
+            np.where(fresh, now, now if self._heard is None else self._heard),
+        )
+        if began or not self._armed or not np.any(fresh & (gaps >= GAP)):
+            return ""
+        for servo, state in zip(bus.servos, bus.read(registers.WATCHDOG), strict=True):
+            if state == TRIPPED:
+                return (
+                    f"{bus.names[servo]} was stopped by its bus watchdog after {gaps.max():.3f} s of silence"
+                )
+        for servo, on in zip(bus.servos, bus.read(registers.TORQUE), strict=True):
+            if not on:
+                return f"{bus.names[servo]} has its torque off, as after a loss of power"
+        return ""
+
+    def _to_register(self, counts: np.ndarray) -> list[int]:
+        return [int(count) for count in counts]
+
+    def _from_register(self, numbers: np.ndarray) -> np.ndarray:
+        return numbers.astype(float)
+
+    def _guard(self, bus: ServoBus) -> bytes:
+        """The watchdog counts from here; it may trip before the first cycle, in which it is reset once."""
+        off, on = [0] * self.arm.dof, [self._watchdog] * self.arm.dof
+        bus.settle(registers.WATCHDOG, off)
+        bus.settle(registers.WATCHDOG, on)
+        return bus.packet(registers.WATCHDOG, off) + bus.packet(registers.WATCHDOG, on)
+
+    def _unguard(self, bus: ServoBus) -> None:
+        bus.settle(registers.WATCHDOG, [0] * self.arm.dof)
+
+
+def _whole(bus: ServoBus, reading: Reading) -> bool:
+    """Whether all servos answer a question."""
+    for _ in range(TRIES):
+        bus.drain()
+        if all(answer is not None for answer in bus.ask(reading)):
+            return True
+    return False

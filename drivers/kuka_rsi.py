@@ -1,0 +1,218 @@
+"""KUKA controllers by Robot Sensor Interface: the controller asks every 4 or 12 ms, the driver answers.
+
+The controller's clock is the only one. Each telegram says where the axes are; the answer to it says how far
+they should be from where they stood when the program called RSI_MOVECORR (absolute corrections).
+"""
+
+import time
+
+import numpy as np
+
+from .driver import Arm, Command, Driver, Info, Sample, StopLevel
+from .errors import BadSettings, LinkLost
+from .host_clock import host_time
+from .rsi.about import info_of
+from .rsi.axes import axes_of
+from .rsi.beginning import look_at
+from .rsi.conversation import Conversation, Keeper, lateness
+from .rsi.layout import ACTUAL, layout_of
+from .rsi.link import Link
+from .rsi.remarks import Remarks
+from .rsi.rsi_settings import RsiSettings, config_of
+from .rsi.session import Fresh, Session
+from .rsi.telegram import Answer, TelegramReader
+from .rsi.waiting import first_telegrams
+
+SILENCE = 5
+"""Cycles without a telegram after which a sample says so; fewer are a busy network."""
+LOOKED_AT = 4
+"""Telegrams that are looked at before the first is answered: less than half of what any Timeout bears."""
+CLOSING = 0.5
+"""How long a controller is given to end its program after the Stop channel was set [s]."""
+
+
+class KukaRsi(Driver):
+    """One KUKA controller.
+
+    `open` waits for the first telegrams and answers none of them until the arm is known to stand still where
+    its program put it. From then on every telegram is answered, with a correction of zero that holds the arm
+    there: at first by a thread, since the controller gives up after `timeout` unanswered cycles and whoever
+    is asked to confirm a run needs longer; from the first exchange on by the exchanges.
+    """
+
+    Settings = RsiSettings
+
+    def __init__(self, settings: RsiSettings, arm: Arm) -> None:
+        super().__init__(settings, arm)
+        self._config = config_of(settings)
+        self._layout = layout_of(self._config, settings, arm.dof)
+        self._axes = axes_of(settings)
+        self._cycle = settings.cycle
+        self._lower, self._upper = settings.window
+        self._silence = np.full(arm.dof, np.nan)
+        self._fresh = np.zeros(arm.dof, bool)
+        self._talk: Conversation | None = None
+        self._keeper: Keeper | None = None
+        self._start = self._silence
+        self._remarks: Remarks | None = None
+        self._fault = ""
+        self._gone = 0  # cycles told of since the last telegram
+        self._time = self._host_time = 0
+
+    @property
+    def _commanding(self) -> bool:
+        return not self._config.only_send
+
+    def open(self) -> Info:
+        given, config, layout = self.settings, self._config, self._layout
+        address, port = given.bind or config.address, given.port or config.port
+        talk = Conversation(
+            Link(address, port, given.controller),
+            Session(TelegramReader(layout.names), round(1e3 * self._cycle)),
+            Answer(config.sentype, config.receive, layout.corrections, layout.switch),
+            [0.0] * len(layout.corrections),
+        )
+        try:
+            first = first_telegrams(talk, LOOKED_AT, given.wait, given.controller, f"{address}:{port}")
+            beginning = look_at(first, layout, self._cycle, self._commanding)
+        except BaseException:
+            talk.link.close()
+            raise
+        talk.silent = not self._commanding
+        self._talk, self._keeper = talk, Keeper(talk, self._cycle)
+        self._start = beginning.start
+        self._remarks = Remarks(layout, beginning, given.controller, self._commanding)
+        return info_of(given, config, layout, self._axes, beginning)
+
+    def exchange(self, command: Command | None) -> Sample:
+        """As in `Driver`; a command beyond the controller's window is not sent and is a fault.
+
+        `lateness` is the time from the telegram's arrival to its answer, or by how much the telegram itself
+        came late after the one before, whichever is more. When all is stale there was no telegram, and the
+        command has not been sent.
+
+        Raises:
+            BadSettings: A command where the controller expects no answers.
+            LinkLost: No telegram for as long as the controller waits for answers.
+        """
+        talk = self._taken_over()
+        if command is not None:
+            self._command(talk, command)
+        most = max(SILENCE * self._cycle - talk.quiet, self._cycle)
+        fresh = talk.turn(most)
+        return self._silent(talk) if fresh is None else self._sample(talk, fresh)
+
+    def _taken_over(self) -> Conversation:
+        if self._talk is None:
+            raise LinkLost("driver kuka_rsi is not open")
+        if self._keeper:
+            self._keeper.end()
+            self._keeper = None
+        return self._talk
+
+    def _command(self, talk: Conversation, command: Command) -> None:
+        """Correct as commanded from the next answer on, if the controller would do it."""
+        if not self._commanding:
+            raise BadSettings(
+                "driver kuka_rsi only listens (ONLYSEND is TRUE): it cannot move the arm. Let the "
+                "controller's program move it, or use a configuration with ONLYSEND FALSE"
+            )
+        if self._fault:
+            return
+        corrections = self._axes.degrees(command.position) - self._start
+        beyond = ~((corrections >= self._lower) & (corrections <= self._upper))  # not a number is beyond too
+        if beyond.any():
+            place = int(beyond.argmax())
+            self._fault = (
+                f"{self._layout.axes[place]} is commanded {corrections[place]:.4g} degrees from its start; "
+                f"the controller takes {self._lower[place]:g} to {self._upper[place]:g} (AXISCORR and "
+                "AXISCORRMON)"
+            )
+            return
+        talk.correct(corrections.tolist())
+
+    def _sample(self, talk: Conversation, fresh: Fresh) -> Sample:
+        numbers = np.array(fresh.telegram.numbers)
+        skipped = max(fresh.cycles - 1 - self._gone, 0)
+        self._gone = 0
+        self._time = talk.session.elapsed * 1_000_000
+        self._host_time = max(self._host_time + 1, fresh.datagram.arrival)
+        self._fault = self._fault or talk.session.restarted
+        return Sample(
+            host_time=self._host_time,
+            controller_time=self._time,
+            position=self._axes.joints(numbers[self._layout.columns(ACTUAL)]),
+            velocity=self._silence,
+            current=self._current(numbers),
+            torque=self._torque(numbers),
+            temperature=self._silence,
+            lateness=lateness(fresh),
+            skipped=skipped,
+            stale=self._fresh,
+            events=self._events(talk, fresh),
+            fault=self._fault,
+        )
+
+    def _current(self, numbers: np.ndarray) -> np.ndarray:
+        columns = self._layout.columns(self.settings.current_tag)
+        return self._silence if columns is None else numbers[columns] * self._axes.ampere
+
+    def _torque(self, numbers: np.ndarray) -> np.ndarray:
+        columns = self._layout.columns(self.settings.torque_tag)
+        return self._silence if columns is None else numbers[columns] * self._axes.sign
+
+    def _silent(self, talk: Conversation) -> Sample:
+        """A sample of nothing, so that whoever watches may decide."""
+        if talk.quiet > self.settings.timeout * self._cycle:
+            raise LinkLost(
+                f"no telegram from {self.settings.controller} for {talk.quiet:.2f} s: RSI has ended there. "
+                "Look at the pendant's messages, then start the program again"
+            )
+        gone = int(talk.quiet / self._cycle)
+        skipped = max(gone - 1 - self._gone, 0)
+        self._gone += 1 + skipped
+        self._host_time = max(self._host_time + 1, host_time())
+        nothing = (self._silence,) * 5
+        return Sample(
+            self._host_time,
+            self._time,
+            *nothing,
+            skipped=skipped,
+            stale=~self._fresh,
+            events=self._events(talk, None),
+            fault=self._fault,
+        )
+
+    def _events(self, talk: Conversation, fresh: Fresh | None) -> tuple[str, ...]:
+        return self._remarks.on(talk, fresh) if self._remarks else ()
+
+    def stop(self, level: StopLevel) -> None:
+        """QUICK sets the Stop channel, or where there is none, answers no more; OFF answers no more.
+
+        What the STOP object does is set in the RSI context. A controller that gets no answers stops the arm
+        after `timeout` cycles with an error, and closes the brakes; until then it holds the last correction.
+        """
+        if self._talk is None or level < StopLevel.QUICK:
+            return
+        talk = self._taken_over()
+        if self._layout.switch:
+            talk.stop()
+        if level >= StopLevel.OFF or not self._layout.switch:
+            talk.silent = True
+
+    def close(self) -> None:
+        """Set the Stop channel until the controller's program has ended RSI, or answer no more.
+
+        An arm at rest stays there either way: with a Stop channel the program goes on behind
+        RSI_MOVECORR, without one it ends in the controller's timeout.
+        """
+        if self._talk is None:
+            return
+        talk = self._taken_over()
+        self._talk = None
+        if self._layout.switch and not talk.silent and not talk.session.restarted:
+            talk.stop()
+            end = time.monotonic() + CLOSING
+            while time.monotonic() < end and talk.turn(SILENCE * self._cycle):
+                pass
+        talk.link.close()

@@ -1,0 +1,103 @@
+"""About: what the driver says of itself once the controller has spoken."""
+
+import numpy as np
+
+from ..driver import Info
+from .axes import Axes
+from .beginning import Beginning
+from .config import RsiConfig
+from .layout import Layout
+from .rsi_settings import RsiSettings
+
+MARGIN = 0.05
+"""By how much the window that is told is narrower than the controller's [deg]: whoever uses it counts from
+where the arm was measured, which is not exactly where the controller counts from."""
+SHORT = 10
+"""Late answers in a row that a busy computer gives now and then [cycles]; it is KUKA's default Timeout."""
+
+
+def info_of(
+    settings: RsiSettings, config: RsiConfig, layout: Layout, axes: Axes, beginning: Beginning
+) -> Info:
+    """All that explains the measurement later, and what is doubtful now."""
+    signals = ["position"]
+    signals += ["current"] if layout.columns(settings.current_tag) else []
+    signals += ["torque"] if layout.columns(settings.torque_tag) else []
+    explained = _explained(settings, config, layout, beginning)
+    doubts = [*beginning.warnings(), *_doubts(settings, config, signals)]
+    if config.only_send:
+        return Info(settings.cycle, "controller", tuple(signals), settings=explained, warnings=tuple(doubts))
+    lower, upper = settings.window
+    window = axes.window(np.minimum(lower + MARGIN, 0.0), np.maximum(upper - MARGIN, 0.0))
+    return Info(
+        cycle=settings.cycle,
+        clock="controller",
+        signals=tuple(signals),
+        dead_man=f"the controller stops after {settings.timeout} cycles "
+        f"({settings.timeout * settings.cycle:g} s) without an answer, if that is the Timeout in its RSI "
+        "context, which cannot be asked for",
+        window_lower=window[0],
+        window_upper=window[1],
+        settings=explained | _commanded(settings, config, layout),
+        warnings=(*doubts, *_risks(settings, layout)),
+    )
+
+
+def _explained(
+    settings: RsiSettings, config: RsiConfig, layout: Layout, beginning: Beginning
+) -> dict[str, str]:
+    return {
+        "controller": settings.controller,
+        "listens_on": f"{settings.bind or config.address}:{settings.port or config.port}",
+        "generation": settings.generation,
+        "config": settings.config or "none",
+        "mode": "log only" if config.only_send else "absolute corrections",
+        "axes": " ".join(layout.axes),
+        "sign": _listed(settings.sign),
+        "zero": f"{_listed(settings.zero)} rad",
+        "start": f"{_listed(beginning.start)} deg",
+        "start_reference": beginning.reference,
+        "position_decimals": str(beginning.decimals),
+        "late_answers_at_start": "not sent" if beginning.delay is None else str(beginning.delay),
+        "current_unit": " ".join(np.atleast_1d(settings.current_unit)),
+        "i_max": f"{_listed(settings.i_max)} A",
+    }
+
+
+def _commanded(settings: RsiSettings, config: RsiConfig, layout: Layout) -> dict[str, str]:
+    lower, upper = settings.window
+    return {
+        "sentype": config.sentype,
+        "corrections": " ".join(layout.corrections),
+        "stop_channel": layout.switch or "none",
+        "window": f"{_listed(lower)} to {_listed(upper)} deg",
+        "timeout": f"{settings.timeout} cycles",
+    }
+
+
+def _doubts(settings: RsiSettings, config: RsiConfig, signals: list[str]) -> list[str]:
+    doubts = []
+    if len(signals) == 1:
+        doubts.append("neither currents nor torques are sent: add DEF_MACur to SEND, or import a trace too")
+    if (settings.bind or config.address) == "0.0.0.0":
+        doubts.append("the driver listens on every network of this computer; set bind to one address of it")
+    return doubts
+
+
+def _risks(settings: RsiSettings, layout: Layout) -> list[str]:
+    risks = []
+    if settings.timeout <= SHORT:
+        risks.append(
+            f"the controller stops after {settings.timeout} late answers in a row, which a busy computer "
+            "gives now and then: set Timeout of the ETHERNET object, and timeout here, to 100"
+        )
+    if not layout.switch:
+        risks.append(
+            "no Stop channel: a quick stop takes until the controller's timeout, and so does the end of a "
+            "run, with an error on the pendant"
+        )
+    return risks
+
+
+def _listed(values: object) -> str:
+    return " ".join(f"{value:.6g}" for value in np.atleast_1d(np.asarray(values, float)))

@@ -1,0 +1,106 @@
+"""Layout: which values of the telegrams belong to which joint."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from ..errors import BadSettings
+from .config import AXES, RsiConfig
+from .rsi_settings import RsiSettings
+
+ACTUAL, PROGRAMMED, DELAY = "AIPos", "ASPos", "Delay"
+
+
+@dataclass(frozen=True)
+class Layout:
+    """What is read and written for one arm.
+
+    Attributes:
+        axes: Of each joint, such as A1.
+        elements: Elements with a value for each axis, in the order in which they are read.
+        delay: Whether the controller says how many answers came late.
+        corrections: Tag of each joint's correction; empty when only listening.
+        switch: Tag of the Stop channel; empty for none.
+    """
+
+    axes: tuple[str, ...]
+    elements: tuple[str, ...]
+    delay: bool
+    corrections: tuple[str, ...]
+    switch: str
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """All that is read of a telegram."""
+        values = tuple(f"{element}.{axis}" for element in self.elements for axis in self.axes)
+        return (*values, f"{DELAY}.D") if self.delay else values
+
+    def columns(self, element: str) -> slice | None:
+        """Where an element's values stand among `names`; None if it is not sent."""
+        if element not in self.elements:
+            return None
+        first = self.elements.index(element) * len(self.axes)
+        return slice(first, first + len(self.axes))
+
+
+def layout_of(config: RsiConfig, settings: RsiSettings, joints: int) -> Layout:
+    """The layout for an arm.
+
+    Raises:
+        BadSettings: The configuration has no place for what is needed.
+    """
+    axes = _axes(settings, joints)
+    where = settings.config or "the configuration"
+    wanted = (ACTUAL, PROGRAMMED, settings.current_tag, settings.torque_tag)
+    elements = [name for name in wanted if name and _sends_all(config, name, axes)]
+    if ACTUAL not in elements:
+        raise BadSettings(
+            f"{where} does not send the axes' positions: add DEF_{ACTUAL} to SEND, also on the controller"
+        )
+    tags = tuple(element.tag for element in config.receive)
+    return Layout(
+        axes=axes,
+        elements=tuple(elements),
+        delay=config.sends(DELAY),
+        corrections=() if config.only_send else _corrections(config, settings, axes, where),
+        switch=settings.stop_tag if settings.stop_tag in tags and not config.only_send else "",
+    )
+
+
+def _sends_all(config: RsiConfig, name: str, axes: Sequence[str]) -> bool:
+    return all(config.sends(f"{name}.{axis}") for axis in axes)
+
+
+def _axes(settings: RsiSettings, joints: int) -> tuple[str, ...]:
+    axes = tuple(settings.axes.split()) or AXES[:joints]
+    if len(axes) != joints or len(set(axes)) != joints or not set(axes) <= set(AXES):
+        raise BadSettings(
+            f"driver kuka_rsi: axes are '{' '.join(axes)}' for {joints} joints; give each joint one of "
+            f"{', '.join(AXES)}. External axes are not driven"
+        )
+    return axes
+
+
+def _corrections(
+    config: RsiConfig, settings: RsiSettings, axes: Sequence[str], where: str
+) -> tuple[str, ...]:
+    found = (settings.correction_tag,) if settings.correction_tag else config.corrections()
+    if len(found) != 1:
+        what = f"several corrections: {', '.join(found)}" if found else "no axis corrections"
+        raise BadSettings(
+            f"{where} receives {what}. Set correction_tag to the one wired to AXISCORR, or add AK.A1 to "
+            "AK.A6 to RECEIVE"
+        )
+    elements = {element.tag: element for element in config.receive}
+    tags = tuple(f"{found[0]}.{axis}" for axis in axes)
+    for tag in tags:
+        element = elements.get(tag)
+        if element is None or element.kind != "DOUBLE":
+            raise BadSettings(
+                f"{where} does not receive {tag} as DOUBLE; add it, there and on the controller"
+            )
+        if not element.hold:
+            raise BadSettings(
+                f'{where}: {tag} has HOLDON="0": one late answer would send the arm back to its start '
+                'within a cycle. Set HOLDON="1", there and on the controller'
+            )
+    return tags

@@ -1,0 +1,63 @@
+"""Remarks: what is worth telling of a cycle, in sentences."""
+
+import numpy as np
+
+from .beginning import Beginning
+from .conversation import Conversation
+from .layout import DELAY, PROGRAMMED, Layout
+from .session import Fresh
+
+FOLLOWS = 0.1
+"""Motion of the programmed pose from which on it is told [deg]."""
+
+
+class Remarks:
+    """Remembers what was told already.
+
+    Args:
+        layout: What telegrams say.
+        beginning: Of the session.
+        controller: Its address.
+        commanding: Whether the arm is moved by corrections.
+    """
+
+    def __init__(self, layout: Layout, beginning: Beginning, controller: str, commanding: bool) -> None:
+        self._delay = beginning.delay
+        self._start = beginning.start
+        # The pose that the program holds must stand still; without corrections it is what moves.
+        self._programmed = layout.columns(PROGRAMMED) if commanding else None
+        self._controller = controller
+        self._strange = False
+
+    def on(self, conversation: Conversation, fresh: Fresh | None) -> tuple[str, ...]:
+        """What happened since the last cycle; nothing but that if no telegram came."""
+        told = list(conversation.session.events())
+        if fresh is not None:
+            told += self._late(fresh) + self._moved(fresh)
+        if conversation.refused:
+            told.append("the network did not take an answer")
+        stranger = conversation.link.stranger
+        if stranger and not self._strange:
+            self._strange = True
+            told.append(f"something from {stranger} was ignored: only {self._controller} is heard")
+        return tuple(told)
+
+    def _late(self, fresh: Fresh) -> list[str]:
+        if self._delay is None:
+            return []
+        before, self._delay = self._delay, int(fresh.telegram.numbers[-1])
+        if self._delay <= before:
+            return []
+        return [f"the controller counts {self._delay} late answers, {before} before ({DELAY})"]
+
+    def _moved(self, fresh: Fresh) -> list[str]:
+        if self._programmed is None:
+            return []
+        moved = np.abs(np.subtract(fresh.telegram.numbers[self._programmed], self._start)).max()
+        if moved <= FOLLOWS:
+            return []
+        self._programmed = None
+        return [
+            f"the programmed pose ({PROGRAMMED}) moved by {moved:.3g} degrees: the program moves the arm "
+            "too, or this controller counts corrections into it"
+        ]

@@ -1,0 +1,110 @@
+"""One session of RSI, from the controller's first telegram to its last: which telegram is the next one.
+
+Telegrams may be lost, come twice, late or in another order, or not be telegrams. Only one that is newer than
+all before is followed; what happened to the others is told in a sentence. A clock that jumps, or another
+port, means that the controller has begun anew, from wherever the arm stood then.
+"""
+
+from collections import Counter
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from .link import Datagram
+from .telegram import Telegram, TelegramReader
+
+JUMP = 1000
+"""No sound session's clock goes further in one step, nor back at all [ms]: longer than controllers wait for
+answers (0.4 s), and than a network holds a telegram back."""
+_TURN = 1 << 32
+"""The clock may count in 32 bits, which is 50 days."""
+
+
+class Fresh(NamedTuple):
+    """The newest telegram.
+
+    Attributes:
+        telegram: As read.
+        datagram: As it came.
+        cycles: By how many it is newer than the one before; 1 if none is missing.
+        late: By how much it came later after the one before than their stamps say [s].
+    """
+
+    telegram: Telegram
+    datagram: Datagram
+    cycles: int
+    late: float
+
+
+class Session:
+    """Follows the telegrams of one controller.
+
+    Args:
+        reader: What to read out of them.
+        cycle: Of the controller [ms].
+    """
+
+    def __init__(self, reader: TelegramReader, cycle: int) -> None:
+        self.reader, self._cycle = reader, cycle
+        self._last: Fresh | None = None
+        self._odd: Counter[str] = Counter()
+        self.elapsed = 0
+        self.restarted = ""
+        self.unread = b""
+
+    def take(self, datagrams: Sequence[Datagram]) -> Fresh | None:
+        """The newest telegram among what has come in; None if there is none that is newer."""
+        before = self._last
+        for datagram in datagrams:
+            telegram = self.reader.read(datagram.data)
+            if telegram is None:
+                self._odd["could not be read"] += 1
+                self.unread = datagram.data
+            elif self._last is None:
+                self._last = Fresh(telegram, datagram, 1, 0.0)
+            else:
+                self._follow(telegram, datagram, self._last)
+        if self._last is None or self._last is before:
+            return None
+        return self._last if before is None else self._since(before, self._last)
+
+    def _since(self, before: Fresh, last: Fresh) -> Fresh:
+        gone = _advance(before.telegram, last.telegram)
+        if abs(gone) > JUMP or gone <= 0:  # another session: its clock says nothing about this one's
+            gone = self._cycle
+        self.elapsed += gone
+        waited = (last.datagram.arrival - before.datagram.arrival) * 1e-9
+        self._last = last._replace(cycles=max(round(gone / self._cycle), 1), late=waited - gone * 1e-3)
+        return self._last
+
+    def _follow(self, telegram: Telegram, datagram: Datagram, last: Fresh) -> None:
+        gone = _advance(last.telegram, telegram)
+        if datagram.port != last.datagram.port:
+            self._restart("it sends from another port", telegram, datagram)
+        elif abs(gone) > JUMP:
+            self._restart(f"its clock jumped by {gone} ms", telegram, datagram)
+        elif gone == 0:
+            self._odd["came twice"] += 1
+        elif gone < 0:
+            self._odd["came too late"] += 1
+        else:
+            self._last = Fresh(telegram, datagram, 1, 0.0)
+
+    def _restart(self, why: str, telegram: Telegram, datagram: Datagram) -> None:
+        self._last = Fresh(telegram, datagram, 1, 0.0)
+        self.restarted = self.restarted or (
+            f"the controller has begun a new RSI session: {why}. Corrections now count from another pose; "
+            "cancel the program on the controller and record again"
+        )
+
+    def events(self) -> tuple[str, ...]:
+        """What was odd since the last call, a sentence each."""
+        if not self._odd:
+            return ()
+        told = tuple(f"{count} telegram{'s' * (count > 1)} {what}" for what, count in self._odd.items())
+        self._odd.clear()
+        return told
+
+
+def _advance(before: Telegram, after: Telegram) -> int:
+    """Time from one stamp to another [ms]."""
+    return (after.time - before.time + _TURN // 2) % _TURN - _TURN // 2

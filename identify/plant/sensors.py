@@ -1,0 +1,114 @@
+"""Sensors: what encoders, current sensors and thermometers make of the truth."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import exp, pi, sqrt
+
+import numpy as np
+
+FINEST = 1e-12
+"""What a step of zero is beside others that are not."""
+
+
+@dataclass(frozen=True, eq=False)
+class Sensors:
+    """Resolution and noise; zero for none of it.
+
+    Attributes:
+        encoder_step: Resolution of the motor encoder, seen from the joint, shape (n,) [rad].
+        encoder_noise: Standard deviation of its white noise, shape (n,) [rad].
+        current_step: Resolution of the current, shape (n,) [A].
+        current_noise: Standard deviation of its white noise, shape (n,) [A].
+        current_drift: Standard deviation of its noise that lasts, shape (n,) [A].
+        drift_time: How long that lasts: time after which 37 % of it is left [s].
+        velocity_cutoff: Of the low-pass that the drive puts behind differences of position [Hz].
+        temperature_step: [K].
+        current_delay: By how much currents are older than the positions they come with [s].
+    """
+
+    encoder_step: np.ndarray
+    encoder_noise: np.ndarray
+    current_step: np.ndarray
+    current_noise: np.ndarray
+    current_drift: np.ndarray
+    drift_time: float = 0.01
+    velocity_cutoff: float = 100.0
+    temperature_step: float = 0.1
+    current_delay: float = 0.0
+
+    @classmethod
+    def exact(cls, joints: int, current_delay: float = 0.0) -> "Sensors":
+        """Sensors that add nothing."""
+        none = np.zeros(joints)
+        return cls(none, none, none, none, none, temperature_step=0.0, current_delay=current_delay)
+
+
+class Past:
+    """Currents of the last moments, for sensors that are late.
+
+    Args:
+        delay: [s].
+        current: That has flowed so far, shape (n,) [A].
+    """
+
+    def __init__(self, delay: float, current: np.ndarray) -> None:
+        self._delay, self._ages, self._currents = delay, [0.0], [current]
+
+    @property
+    def newest(self) -> np.ndarray:
+        """Current that flows now, shape (n,) [A]."""
+        return self._currents[-1]
+
+    def add(self, current: np.ndarray, seconds: float) -> None:
+        """Some time has gone by."""
+        self._ages = [*(age + seconds for age in self._ages), 0.0]
+        self._currents.append(current)
+        while len(self._ages) > 1 and self._ages[1] >= self._delay:
+            del self._ages[0], self._currents[0]
+
+    def delayed(self) -> np.ndarray:
+        """Current as late as the sensors are, shape (n,) [A], between those that are remembered."""
+        if len(self._ages) == 1:
+            return self._currents[0]
+        share = min((self._ages[0] - self._delay) / (self._ages[0] - self._ages[1]), 1.0)
+        return self._currents[0] + max(share, 0.0) * (self._currents[1] - self._currents[0])
+
+
+class Readings:
+    """Sensors at work, with all that they remember. Every tick draws the same count of random numbers.
+
+    Args:
+        sensors: What they are.
+        position: At the start, shape (n,) [rad].
+        current: At the start, shape (n,) [A].
+        seed: Of the noise.
+    """
+
+    def __init__(self, sensors: Sensors, position: np.ndarray, current: np.ndarray, seed: int) -> None:
+        self._sensors, self._random = sensors, np.random.default_rng(seed)
+        n = len(position)
+        self._counts = _rounding(sensors.encoder_step)
+        self._samples = _rounding(sensors.current_step)
+        self.warmth = _rounding(np.full(n, sensors.temperature_step))
+        white = self._random.normal(size=(3, n))
+        self._drift = sensors.current_drift * white[0]
+        self.position, self.velocity = self._counts(position + sensors.encoder_noise * white[1]), np.zeros(n)
+        self.current = self._samples(current + self._drift + sensors.current_noise * white[2])
+
+    def see(self, position: np.ndarray, current: np.ndarray, seconds: float) -> None:
+        """Look again, some time later; sets `position`, `velocity` and `current`."""
+        sensors, white = self._sensors, self._random.normal(size=(3, len(position)))
+        before, self.position = self.position, self._counts(position + sensors.encoder_noise * white[0])
+        share = 1.0 - exp(-2 * pi * sensors.velocity_cutoff * seconds)
+        self.velocity = self.velocity + share * ((self.position - before) / seconds - self.velocity)
+        kept = exp(-seconds / sensors.drift_time)
+        self._drift = kept * self._drift + sqrt(1.0 - kept**2) * sensors.current_drift * white[1]
+        self.current = self._samples(current + self._drift + sensors.current_noise * white[2])
+
+
+def _rounding(step: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
+    """Function that rounds to multiples of steps (n,), where they are not zero."""
+    if not np.any(step):
+        return lambda value: value
+    fine = np.where(step == 0.0, FINEST, step)
+    return lambda value: np.rint(value / fine) * fine

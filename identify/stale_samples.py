@@ -1,0 +1,59 @@
+"""Samples in which a joint was silent, left out or filled in: what identification takes has no holes."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from .recording import Recording, Signal
+
+SLOW = ("temperature",)
+"""Signals that change over minutes: controllers ask one motor after another, and what is asked in the next
+tenth of a second may be taken for now."""
+
+
+def without_stale(recording: Recording) -> Recording:
+    """The recording without samples that lack a joint, and with a doubt that says how many and which.
+
+    What the other joints said in the same cycle is left out with them: dynamics couples the joints, so that a
+    row with a hole is of no use, and one that was filled in would pretend to have been measured. A joint
+    that never spoke is left for `recording_checks.check` to judge.
+    """
+    signals, doubts = dict(recording.signals), []
+    host_time = recording.host_time
+    for name, signal in recording.signals.items():
+        silent = np.isnan(signal.values)
+        silent[:, silent.all(axis=0)] = False
+        stale = silent.any(axis=1)
+        if not stale.any():
+            continue
+        if name in SLOW:
+            signals[name] = _filled(signal)
+            continue
+        signals[name] = signal[~stale]
+        if name == "position" and host_time is not None:
+            host_time = host_time[~stale]
+        if np.isfinite(signal.values[stale]).any():
+            doubts.append(_doubt(recording, name, silent, stale))
+    return replace(recording, signals=signals, host_time=host_time).doubted(*doubts)
+
+
+def _filled(signal: Signal) -> Signal:
+    """Between what a joint said before and after, a straight line."""
+    values = np.array(signal.values)
+    for column in values.T:
+        known = np.isfinite(column)
+        if known.any():
+            column[:] = np.interp(signal.time, signal.time[known], column[known])
+    return Signal(signal.time, values)
+
+
+def _doubt(recording: Recording, name: str, silent: np.ndarray, stale: np.ndarray) -> str:
+    joints = [
+        f"{joint} in {count}"
+        for joint, count in zip(recording.robot.joints, silent.sum(axis=0), strict=True)
+        if count
+    ]
+    return (
+        f"{name}: a joint was silent in {stale.sum()} of {len(stale)} samples ({', '.join(joints)}); they "
+        "are left out"
+    )

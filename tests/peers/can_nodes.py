@@ -1,0 +1,254 @@
+"""CiA 402 drives on a CAN bus, one for each joint of a simulated arm.
+
+    python tests/peers/can_nodes.py --robot cobot            prints "ready PORT" and later what happens
+    python tests/peers/can_nodes.py --adapter                prints "ready /dev/pts/N": a slcan adapter
+
+Faults are given as KIND:NODE@CYCLE, in cycles after all drives are enabled: silent (nothing more is sent),
+mute (no PDO), quiet (no heartbeat), emergency, fault (0x3210), restart, noise. Ends when its standard input
+does.
+"""
+
+import argparse
+import os
+import signal
+import sys
+import threading
+import time
+
+import can
+import numpy as np
+from can_arm import COUNTS, GEAR, ObedientArm, sign, zero
+from can_ends import NO_BUS, Multicast, SerialAdapter, frame, noise
+from cia402_node import STATUS, Node
+
+RATED = 4000
+"""Rated current [mA]."""
+FOR_ONE = (0x200 >> 7, 0x600 >> 7)
+"""Upper bits of identifiers that name their node: targets and SDO."""
+FOR_ALL = (0x000, 0x700 >> 7)
+"""Those of network management and heartbeats; what nodes themselves send is none of these but the last."""
+SPEED = 3.0
+"""What motors can do [rad/s at the joint]."""
+
+
+class Fault:
+    """One thing that goes wrong."""
+
+    def __init__(self, text):
+        self.kind, _, rest = text.partition(":")
+        node, _, cycle = rest.partition("@")
+        self.node, self.cycle, self.done = int(node), int(cycle), False
+
+
+class Nodes:
+    """All drives of an arm at one bus end, and the arm."""
+
+    def __init__(self, end, plant, faults=()):
+        self.end, self.plant, self.faults = end, plant, faults
+        joints = len(plant.joints)
+        self.per_radian = sign(joints) * COUNTS * GEAR / (2.0 * np.pi)
+        self.zero = zero(joints)
+        self.muted, self.silent, self.quiet = set(), set(), set()
+        self.random = np.random.default_rng(0)
+        speed = SPEED * COUNTS * GEAR / (2.0 * np.pi)
+        self.nodes = [Node(number, self.sender(number), say, speed, RATED) for number in range(1, joints + 1)]
+        self.cycles = self.enabled_at = 0
+        self.synced = self.moved = self.next_look = time.monotonic()
+        self.measure()
+        for node in self.nodes:
+            node.held = node.demand = node.actual
+
+    def sender(self, number):
+        def send(identifier, data):
+            kind = identifier & 0x780
+            if number in self.silent or (kind == 0x180 and number in self.muted):
+                return
+            if kind == 0x700 and number in self.quiet:
+                return
+            self.end.send(frame(identifier, data))
+
+        return send
+
+    def measure(self):
+        """Put into the objects what the sensors say."""
+        measured = self.plant.measure()
+        counts = np.rint((measured.position - self.zero) * self.per_radian)
+        thousandths = np.rint(sign(len(counts)) * measured.current / (RATED * 1e-6))
+        for node, position, effort in zip(
+            self.nodes, counts, np.clip(thousandths, -32768, 32767), strict=True
+        ):
+            node.actual = float(position)
+            node.put(0x6064, 0, int(position))
+            node.put(0x6078, 0, int(effort))
+            node.put(0x6077, 0, int(effort))
+
+    def handle(self, message):
+        if message.is_extended_id or message.is_remote_frame or message.is_error_frame:
+            return
+        now, identifier, data = time.monotonic(), message.arbitration_id, bytes(message.data)
+        if identifier == 0x080 and not data:
+            self.synchronise(now)
+        elif identifier >> 7 in FOR_ONE:
+            if 0 < identifier & 0x7F <= len(self.nodes):
+                self.nodes[(identifier & 0x7F) - 1].received(identifier, data, now)
+        elif identifier >> 7 in FOR_ALL:
+            for node in self.nodes:
+                node.received(identifier, data, now)
+
+    def synchronise(self, now):
+        """SYNC: all drives answer what is prepared, then the arm moves to where it will be at the next."""
+        for node in self.nodes:
+            node.synchronised(now)
+        self.synced = now
+        self.cycles += 1
+        if not self.enabled_at and all(node.state == "enabled" for node in self.nodes):
+            self.enabled_at = self.cycles
+        self.move()
+        self.go_wrong()
+
+    def move(self):
+        self.moved = time.monotonic()
+        seconds = self.nodes[0].period
+        before = np.array([node.demand for node in self.nodes])
+        after = np.array([node.move(seconds) for node in self.nodes])
+        position = after / self.per_radian + self.zero
+        self.plant.step(position, (after - before) / self.per_radian / seconds, seconds)
+        self.measure()
+
+    def pass_time(self):
+        """What goes on without SYNC: heartbeats, and drives that are slowing down by themselves."""
+        now = time.monotonic()
+        if now < self.next_look:
+            return
+        self.next_look = now + 0.001
+        for node in self.nodes:
+            node.tick(now)
+        seconds = self.nodes[0].period
+        if now - self.synced > 5.0 * seconds and now - self.moved > seconds:
+            self.move()
+
+    def go_wrong(self):
+        for fault in self.faults:
+            due = self.enabled_at and self.cycles - self.enabled_at >= fault.cycle
+            if fault.kind == "noise" and due:
+                noise(self.end, self.random, [0x181, 0x701, 0x081, 0x581])
+            elif due and not fault.done:
+                fault.done = True
+                self.let_go_wrong(fault.kind, fault.node)
+
+    def let_go_wrong(self, kind, number):
+        node = self.nodes[number - 1]
+        say(f"node {number}: now {kind}")
+        if kind == "silent":
+            self.silent.add(number)
+        elif kind == "mute":
+            self.muted.add(number)
+        elif kind == "quiet":
+            self.quiet.add(number)
+        elif kind == "emergency":
+            node.emergency(0x4310)
+        elif kind == "fault":
+            node.fail(0x3210)
+        elif kind == "restart":
+            node.manage(129)
+
+    def run(self, ended):
+        for node in self.nodes:
+            node.start()
+        while not ended.is_set():
+            message = self.receive()
+            if message is not None:
+                self.handle(message)
+            self.pass_time()
+
+    def receive(self):
+        try:
+            return self.end.recv(0.005)
+        except Exception:  # noise, one's own too
+            return None
+
+
+def say(text):
+    print(text, flush=True)
+
+
+def stop_with_input():
+    """An event that is set when standard input ends or the process is told to."""
+    ended = threading.Event()
+    signal.signal(signal.SIGTERM, lambda *_: ended.set())
+
+    def read():
+        while os.read(0, 1024):
+            pass
+        ended.set()
+
+    threading.Thread(target=read, daemon=True).start()
+    return ended
+
+
+def fifo(priority=70):
+    """First-in first-out scheduling, where it is allowed."""
+    try:
+        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(priority))
+    except (AttributeError, OSError):
+        say("no real-time scheduling")
+
+
+def arguments(description):
+    """Those that all peers on CAN have."""
+    parser = argparse.ArgumentParser(description=description)
+    parser.add_argument("--robot", default="cobot", help="or obedient: six joints that do as they are told")
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--port", type=int, default=0)
+    parser.add_argument("--fifo", action="store_true")
+    parser.add_argument("--fault", action="append", default=[], type=Fault)
+    return parser
+
+
+def plant(options):
+    """The arm, whose import takes a while unless it is the obedient one."""
+    if options.robot == "obedient":
+        return ObedientArm()
+    from arm import make_plant
+
+    return make_plant(options.robot, seed=options.seed)
+
+
+def open_end(adapter, port):
+    try:
+        return SerialAdapter() if adapter else Multicast(port)
+    except (can.CanError, OSError) as error:
+        say(f"no CAN bus on this machine: {error}")
+        sys.exit(NO_BUS)
+
+
+def main():
+    parser = arguments(__doc__.splitlines()[0])
+    parser.add_argument("--adapter", action="store_true")
+    parser.add_argument("--begin", choices=STATUS, help="state of all drives")
+    parser.add_argument("--object", action="append", default=[], help="NODE:INDEX:SUB=VALUE")
+    parser.add_argument("--without", action="append", default=[], help="NODE:INDEX:SUB")
+    options = parser.parse_args()
+    ended = stop_with_input()
+    end = open_end(options.adapter, options.port)
+    nodes = Nodes(end, plant(options), options.fault)
+    for node in nodes.nodes if options.begin else ():
+        node.state = options.begin
+        node.put(0x6041, 0, STATUS[options.begin])
+        node.put(0x603F, 0, 0x3210 if options.begin == "fault" else 0)
+    for text in options.object:
+        place, _, value = text.partition("=")
+        number, index, sub = (int(part, 0) for part in place.split(":"))
+        nodes.nodes[number - 1].put(index, sub, int(value, 0))
+    for text in options.without:
+        number, index, sub = (int(part, 0) for part in text.split(":"))
+        del nodes.nodes[number - 1].objects[index, sub]
+    say(f"ready {end.address}")
+    if options.fifo:
+        fifo()
+    nodes.run(ended)
+    end.shutdown()
+
+
+if __name__ == "__main__":
+    main()

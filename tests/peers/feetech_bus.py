@@ -1,0 +1,146 @@
+"""Feetech STS servos on a pseudo-terminal, one for each joint of a simulated arm.
+
+    python tests/peers/feetech_bus.py --robot cobot         prints "ready /dev/pts/N"
+
+What goes wrong is told through standard input, as `servo_line.py` says. Ends when its standard input does.
+"""
+
+import argparse
+import struct
+
+import numpy as np
+from arm import make_plant
+from servo_line import ServoLine, fifo
+from servo_units import GEARS, TURN
+
+PING, READ, WRITE, SYNC_READ, SYNC_WRITE = 1, 2, 3, 0x82, 0x83
+HEADER = b"\xff\xff"
+DELAY, LEVEL, LIMITS, PHASE, UNLOADING, MODE, TORQUE = 7, 8, 9, 18, 19, 33, 40
+GOAL, LOCK, POSITION, VOLTAGE, STATUS, CURRENT = 42, 55, 56, 62, 65, 69
+CURRENT_UNIT = 6.5e-3
+
+
+def with_sign(number):
+    return min(abs(int(number)), 0x7FFF) | (0x8000 if number < 0 else 0)
+
+
+class Feetechs(ServoLine):
+    """Their registers and instructions."""
+
+    def __init__(self, plant, cycle, baudrate, mirror, mode, phase, return_delay, torque, limits):
+        super().__init__(plant, cycle, GEARS["feetech"], baudrate, mirror)
+        self.tables = [bytearray(128) for _ in self.ids]
+        for servo, table in zip(self.ids, self.tables, strict=True):
+            struct.pack_into("<BBBHBBBBHH", table, 0, 3, 10, 0, 777, servo, 0, return_delay, 1, *limits)
+            table[PHASE], table[UNLOADING], table[MODE] = phase, 0x2C, mode
+        for place, _ in enumerate(self.tables):
+            self.reboot(place)
+            self.tables[place][TORQUE] = torque
+        self.unit = 1.0 if phase & 4 else 50.0
+        self.sense()
+
+    def reboot(self, place):
+        self.tables[place][TORQUE:] = bytes(128 - TORQUE)
+        self.tables[place][LOCK] = 1
+        self.arm.stay(np.arange(len(self.ids)) == place)
+
+    def hardware_error(self, place, bits):
+        self.tables[place][STATUS] = bits
+
+    def sense(self):
+        """Put into the registers what the sensors say."""
+        seen = self.arm.plant.measure()
+        currents = np.rint(self.direction * seen.current / CURRENT_UNIT)
+        speeds = np.rint(self.direction * self.gear * seen.velocity * TURN / (2.0 * np.pi) / self.unit)
+        rows = zip(self.tables, currents, speeds, self.counts(seen.position), seen.temperature, strict=True)
+        for table, current, speed, position, temperature in rows:
+            here = struct.unpack_from("<H", table, GOAL)[0] if self.mirror else with_sign(position)
+            struct.pack_into("<HHHBB", table, POSITION, here, with_sign(speed), 0, 74, int(temperature))
+            struct.pack_into("<H", table, CURRENT, with_sign(current))
+
+    def watch(self, now):
+        """These servos watch nothing."""
+
+    def write(self, place, address, data):
+        table = self.tables[place]
+        if address < TORQUE and table[LOCK]:
+            return
+        table[address : address + len(data)] = data
+        mine = np.arange(len(self.ids)) == place
+        if address == TORQUE and not data[0]:
+            self.arm.stay(mine)
+        if address <= GOAL < address + len(data) and table[TORQUE]:
+            raw = struct.unpack_from("<H", table, GOAL)[0]
+            goal = -(raw & 0x7FFF) if raw & 0x8000 else raw
+            self.arm.goal = np.where(mine, self.radians(goal), self.arm.goal)
+        if self.mirror:
+            self.sense()
+
+    def understand(self, data):
+        """Do what the packets in these bytes say, and return what is not whole yet."""
+        while (start := data.find(HEADER)) >= 0 and len(data) >= start + 6:
+            end = start + 4 + data[start + 3]
+            if data[start + 2] == 0xFF:
+                data = data[start + 1 :]
+                continue
+            if len(data) < end:
+                return data[start:]
+            body = data[start + 2 : end]
+            if (sum(body) & 0xFF) != 0xFF or len(body) < 4:
+                data = data[start + 1 :]
+                continue
+            data = data[end:]
+            self.do(body[0], body[2], body[3:-1])
+        return data[start:] if start >= 0 else data[-1:]
+
+    def do(self, servo, instruction, given):
+        if instruction == SYNC_READ and len(given) > 2:
+            places = [self.ids.index(one) for one in given[2:] if one in self.ids]
+            answers = [
+                (self.ids[p], self.status(p, self.tables[p][given[0] : given[0] + given[1]])) for p in places
+            ]
+            self.answer(answers, 2e-6 * sum(self.tables[place][DELAY] for place in places))
+        elif instruction == SYNC_WRITE:
+            address, length = given[:2]
+            for at in range(2, len(given) - length, length + 1):
+                if given[at] in self.ids:
+                    self.write(self.ids.index(given[at]), address, given[at + 1 : at + 1 + length])
+        elif servo in self.ids:
+            self.do_one(self.ids.index(servo), instruction, given)
+
+    def do_one(self, place, instruction, given):
+        table, data = self.tables[place], b""
+        if instruction == READ:
+            data = table[given[0] : given[0] + given[1]]
+        elif instruction == WRITE:
+            self.write(place, given[0], given[1:])
+        if instruction in (PING, READ) or table[LEVEL]:
+            self.answer([(self.ids[place], self.status(place, data))], 2e-6 * table[DELAY])
+
+    def status(self, place, data):
+        body = bytes([self.ids[place], len(data) + 2, self.tables[place][STATUS], *data])
+        return HEADER + body + bytes([0xFF - (sum(body) & 0xFF)])
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--robot", default="cobot")
+    parser.add_argument("--cycle", type=float, default=0.002)
+    parser.add_argument("--baudrate", type=int, default=0)
+    parser.add_argument("--mirror", action="store_true")
+    parser.add_argument("--mode", type=int, default=0)
+    parser.add_argument("--phase", type=int, default=12)
+    parser.add_argument("--return-delay", type=int, default=250)
+    parser.add_argument("--torque", type=int, default=0)
+    parser.add_argument("--limits", type=int, nargs=2, default=(0, 0))
+    given = parser.parse_args()
+    plant = make_plant(given.robot)
+    fifo()
+    Feetechs(
+        plant, given.cycle, given.baudrate, given.mirror, given.mode, given.phase, given.return_delay,
+        given.torque, given.limits,
+    ).run()  # fmt: skip
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,245 @@
+"""Motors with the MIT frame on a CAN bus, one for each joint of a simulated arm.
+
+    python tests/peers/mit_motors.py --robot cobot [--maker damiao|t-motor] [--short]
+
+Prints "ready PORT", and later what happens. They are stiff, so that the arm is where its springs pull it to
+without sag: what is tested is the wire. Faults are given as KIND:MOTOR@CYCLE, in cycles after all motors are
+on: silent, error, noise. Ends when its standard input does.
+"""
+
+import struct
+import time
+
+import numpy as np
+from can_arm import MASTER, MIT_RANGES, sign, zero
+from can_ends import frame, noise
+from can_nodes import arguments, fifo, open_end, plant, say, stop_with_input
+
+TIMEOUT_UNIT = 50e-6
+
+
+class Motor:
+    """One motor.
+
+    Args:
+        number: Identifier of its commands.
+        master: Identifier of its answers.
+        damiao: Whether its maker is; else it is T-Motor.
+        short: Whether it answers in six bytes (T-Motor's older firmware).
+    """
+
+    def __init__(self, number, master, damiao, short):
+        self.number, self.master, self.damiao, self.short = number, master, damiao, short
+        self.position = self.velocity = self.torque = 0.0
+        self.celsius = 25.0
+        self.on, self.error = False, 0
+        self.gains, self.wish = (0.0, 0.0), (0.0, 0.0)
+        self.heard = time.monotonic()
+        self.registers = {
+            1: 0.945, 8: number, 7: master, 9: 0, 10: 2, 14: 5015, 20: 10.0,
+            21: MIT_RANGES[0], 22: MIT_RANGES[1], 23: MIT_RANGES[2],
+        }  # fmt: skip
+
+    def received(self, data, now):
+        """Take a command frame, and answer."""
+        self.heard = now
+        special = data[7] if data[:7] == b"\xff" * 7 else None
+        if special == 0xFC:
+            self.switch(self.on or not self.error)
+        elif special == 0xFD:
+            self.switch(False)
+        elif special == 0xFB:
+            self.error = 0
+        elif special is None:
+            self.command(data)
+        return self.answer()
+
+    def switch(self, on):
+        if on != self.on:
+            say(f"motor {self.number}: {'on' if on else 'off'}, gains {self.gains}")
+        self.on = on
+
+    def fail(self, error):
+        self.error = error
+        self.switch(False)
+        say(f"motor {self.number}: error {error}")
+
+    def command(self, data):
+        """Bit by bit, as the manuals draw it."""
+        bits = "".join(f"{byte:08b}" for byte in data)
+        parts = [int(bits[a:b], 2) for a, b in ((0, 16), (16, 28), (28, 40), (40, 52), (52, 64))]
+        fractions = [
+            part / (2.0**width - 1.0) for part, width in zip(parts, (16, 12, 12, 12, 12), strict=True)
+        ]
+        position, velocity, _ = MIT_RANGES
+        self.wish = ((2.0 * fractions[0] - 1.0) * position, (2.0 * fractions[1] - 1.0) * velocity)
+        self.gains = (500.0 * fractions[2], 5.0 * fractions[3])
+
+    def answer(self):
+        values = zip((self.position, self.velocity, self.torque), MIT_RANGES, (16, 12, 12), strict=True)
+        bits = "".join(f"{_whole(value, most, width):0{width}b}" for value, most, width in values)
+        body = int(bits, 2).to_bytes(5, "big")
+        if self.damiao:
+            code = self.error or int(self.on)
+            return bytes([self.number & 0x0F | code << 4]) + body + bytes([30, int(self.celsius)])
+        tail = b"" if self.short else struct.pack("bB", int(self.celsius), self.error)
+        return bytes([self.number]) + body + tail
+
+    def asked(self, data):
+        """The answer to a request to all; None where it is for another."""
+        number, what, register = struct.unpack_from("<HBB", data)
+        if number != self.number or not self.damiao:
+            return None
+        if what == 0xCC:
+            return self.answer()
+        if register not in self.registers:
+            return None
+        form = "<I" if register in (7, 8, 9, 10, 14) else "<f"
+        if what == 0x55 and register in (9, 10):
+            self.registers[register] = struct.unpack(form, data[4:])[0]
+        elif what == 0xAA:
+            say(f"motor {self.number}: was told to store")
+        return data[:4] + struct.pack(form, self.registers[register])
+
+    def tick(self, now):
+        patience = self.registers[9] * TIMEOUT_UNIT
+        if self.damiao and self.on and patience and now - self.heard > patience:
+            self.fail(13)
+
+
+def _whole(value, most, width):
+    full = 2**width - 1
+    return int(min(max((value + most) / (2.0 * most) * full + 0.5, 0), full))
+
+
+class Motors:
+    """All motors of an arm at one bus end, and the arm."""
+
+    def __init__(self, end, plant, options):
+        self.end, self.plant, self.faults, self.cycle = end, plant, options.fault, options.cycle
+        joints = len(plant.joints)
+        damiao = options.maker == "damiao"
+        self.sign, self.zero = sign(joints), zero(joints)
+        self.motors = [
+            Motor(number, number + MASTER if damiao else 0, damiao, options.short)
+            for number in range(1, joints + 1)
+        ]
+        self.silent = set()
+        self.random = np.random.default_rng(0)
+        self.asked, self.cycles, self.on_at = set(), 0, 0
+        self.stepped = time.monotonic()
+        self.measure()
+        self.held = self.plant.measure().position.copy()
+
+    def measure(self):
+        measured = self.plant.measure()
+        for motor, position, velocity, current, celsius in zip(
+            self.motors,
+            (measured.position - self.zero) * self.sign,
+            measured.velocity * self.sign,
+            measured.current * self.sign,
+            measured.temperature,
+            strict=True,
+        ):
+            motor.position, motor.velocity, motor.torque = position, velocity, current
+            motor.celsius = celsius
+
+    def handle(self, message):
+        if message.is_extended_id or message.is_remote_frame or len(message.data) != 8:
+            return
+        now, identifier, data = time.monotonic(), message.arbitration_id, bytes(message.data)
+        for motor in self.motors:
+            answer = None
+            if identifier == motor.number:
+                answer = motor.received(data, now)
+            elif identifier == 0x7FF:
+                answer = motor.asked(data)
+            if answer is not None:
+                self.send(motor, answer)
+                self.count(motor.number)
+
+    def send(self, motor, answer):
+        if motor.number not in self.silent:
+            self.end.send(frame(motor.master, answer))
+
+    def count(self, number):
+        """A cycle is over when everybody was asked; then the arm moves to where it will be at the next."""
+        self.asked.add(number)
+        if len(self.asked) < len(self.motors):
+            return
+        self.asked.clear()
+        self.cycles += 1
+        if not self.on_at and all(motor.on for motor in self.motors):
+            self.on_at = self.cycles
+        self.move()
+        self.go_wrong()
+
+    def move(self):
+        """The arm goes where stiff springs pull it; what is off stays where it is."""
+        self.stepped = time.monotonic()
+        for joint, motor in enumerate(self.motors):
+            if motor.on and motor.gains[0] > 0.0:
+                self.held[joint] = motor.wish[0] * self.sign[joint] + self.zero[joint]
+        velocity = [motor.wish[1] if motor.on and motor.gains[0] > 0.0 else 0.0 for motor in self.motors]
+        self.plant.step(self.held, np.array(velocity) * self.sign, self.cycle)
+        self.measure()
+
+    def go_wrong(self):
+        since = self.cycles - self.on_at if self.on_at else -1
+        for fault in self.faults:
+            if fault.kind == "noise" and since >= fault.cycle:
+                noise(self.end, self.random, [motor.master for motor in self.motors])
+            elif since >= fault.cycle and not fault.done:
+                fault.done = True
+                motor = self.motors[fault.node - 1]
+                say(f"motor {motor.number}: now {fault.kind}")
+                if fault.kind == "silent":
+                    self.silent.add(motor.number)
+                elif fault.kind == "error":
+                    motor.fail(10)
+
+    def run(self, ended):
+        while not ended.is_set():
+            message = self.receive()
+            if message is not None:
+                self.handle(message)
+            now = time.monotonic()
+            for motor in self.motors:
+                motor.tick(now)
+
+    def receive(self):
+        try:
+            return self.end.recv(0.005)
+        except Exception:  # noise, one's own too
+            return None
+
+
+def main():
+    parser = arguments(__doc__.splitlines()[0])
+    parser.add_argument("--maker", choices=("damiao", "t-motor"), default="damiao")
+    parser.add_argument("--short", action="store_true")
+    parser.add_argument("--cycle", type=float, default=0.002)
+    parser.add_argument("--adapter", action="store_true")
+    parser.add_argument("--register", action="append", default=[], help="MOTOR:NUMBER=VALUE")
+    parser.add_argument("--error", type=int, default=0, help="all begin with this error")
+    options = parser.parse_args()
+    ended = stop_with_input()
+    end = open_end(options.adapter, options.port)
+    motors = Motors(end, plant(options), options)
+    for text in options.register:
+        place, _, value = text.partition("=")
+        number, register = map(int, place.split(":"))
+        motors.motors[number - 1].registers[register] = type(motors.motors[number - 1].registers[register])(
+            value
+        )
+    for motor in motors.motors:
+        motor.error = options.error
+    say(f"ready {end.address}")
+    if options.fifo:
+        fifo()
+    motors.run(ended)
+    end.shutdown()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,70 @@
+"""Kill the recorder, the program that feeds it, or both, and look what is left."""
+
+import os
+import signal
+import struct
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import NamedTuple
+
+from exidyn.acquire.run.recorder import part_of
+from exidyn.identify.mcap_file import read_recording
+
+SOURCE = Path(__file__).with_name("frame_source.py")
+LONGEST = 60.0
+
+
+class Left(NamedTuple):
+    """What a kill left.
+
+    Attributes:
+        file: The recording, whole or not.
+        recording: As it is read.
+        lost_ms: Time from the last cycle in the file to the last that had been handed over [ms].
+        said: Last line of the program that fed the recorder; empty if it was killed.
+    """
+
+    file: Path
+    recording: object
+    lost_ms: float
+    said: str
+
+
+def kill(folder: Path, victims: tuple[str, ...], after: float) -> Left:
+    """Kill "recorder", "loop" or both some time after the run began [s]."""
+    path, progress = folder / "run.mcap", folder / "progress"
+    progress.write_bytes(bytes(8))
+    command = [sys.executable, str(SOURCE), str(path), str(progress), str(LONGEST)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as loop:
+        recorder = 0
+        try:
+            recorder = int(loop.stdout.readline().split()[1])
+            time.sleep(after)
+            processes = {"recorder": recorder, "loop": loop.pid}
+            handed = _handed(progress)
+            for victim in victims:
+                os.kill(processes[victim], signal.SIGKILL)
+            said = loop.stdout.read().strip()  # ends when both have ended
+        finally:
+            loop.kill()
+            _kill(recorder)
+    # The loop went on for a moment, until it was killed itself: what a whole recorder owes is all of it.
+    handed = handed if "recorder" in victims else _handed(progress)
+    left = path if path.exists() else part_of(path)
+    recording = read_recording(left)
+    last = int(recording.host_time[-1]) if recording.host_time is not None else 0
+    return Left(left, recording, 1e-6 * max(handed - last, 0), said)
+
+
+def _handed(progress: Path) -> int:
+    return struct.unpack("<q", progress.read_bytes())[0]
+
+
+def _kill(process: int) -> None:
+    try:
+        if process:
+            os.kill(process, signal.SIGKILL)
+    except ProcessLookupError:
+        pass

@@ -1,0 +1,207 @@
+"""Servos on a pseudo-terminal: what both protocols have in common.
+
+What goes wrong is told through standard input, a line each, and "did ..." comes back:
+
+    silent ID            this servo answers no more
+    corrupt ID COUNT     a bit of its next answers is wrong
+    short COUNT          the last bytes of the next answers to all are lost
+    late SECONDS COUNT   the next answers to all come later
+    stall SECONDS        nothing is heard nor said
+    babble BYTES         bytes that nobody asked for
+    error ID BITS        hardware errors
+    reboot ID            power was lost: registers of the memory that forgets are as at first
+    set ADDRESS SIZE N   this register of all servos
+    clear                all servos answer again, in time
+    heal                 all is as in the beginning, but for where the arm stands
+"""
+
+import heapq
+import os
+import random
+import select
+import time
+import tty
+
+import numpy as np
+from servo_units import TURN, ids, sign, zero
+
+
+def fifo(priority=70):
+    """First-in first-out scheduling, where it is allowed."""
+    try:
+        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(priority))
+    except (AttributeError, OSError):
+        print("no real-time scheduling", flush=True)
+
+
+class MovedArm:
+    """The simulated arm and its own clock, which does not wait for the host."""
+
+    def __init__(self, plant, cycle):
+        self.plant, self.cycle = plant, cycle
+        self.reached = self.goal = np.array(plant.measure().position)
+        self.time, self.idle = time.monotonic(), True
+
+    def follow(self, now):
+        """Move for as many cycles as have passed, evenly to the goal."""
+        steps = min(round((now - self.time) / self.cycle), 50)
+        if self.idle or steps == 50:
+            self.idle, self.time, steps = False, now - steps * self.cycle, max(steps, 1)
+        start = self.reached
+        for number in range(steps):
+            self.reached = start + (self.goal - start) * (number + 1) / steps
+            self.plant.step(self.reached, None, self.cycle)
+        self.time += steps * self.cycle
+
+    def pass_time(self, now):
+        """What goes on without the host."""
+        if now - self.time > 2.5 * self.cycle:
+            self.follow(now)
+            self.idle = True
+
+    def stay(self, where):
+        """No goal but where these joints are."""
+        measured = self.plant.measure().position
+        self.goal = np.where(where, measured, self.goal)
+
+
+class ServoLine:
+    """All servos of an arm; a protocol says what packets mean.
+
+    Args:
+        plant: The arm.
+        cycle: Of its movement [s].
+        gear: Turns of a servo in a turn of its joint.
+        baudrate: Bytes take their time at this rate; zero for none.
+        mirror: Servos are at their goals at once and say so: a host sees which question is answered.
+    """
+
+    def __init__(self, plant, cycle, gear, baudrate=0, mirror=False):
+        self.master, self.slave = os.openpty()
+        tty.setraw(self.master)
+        tty.setraw(self.slave)
+        os.set_blocking(self.master, False)
+        self.address = os.ttyname(self.slave)
+        joints = len(plant.joints)
+        self.ids, self.baudrate, self.mirror = ids(joints), baudrate, mirror
+        self.arm = MovedArm(plant, cycle)
+        self.per_radian, self.zero = sign(joints) * gear * TURN / (2.0 * np.pi), zero(joints)
+        self.direction, self.gear = sign(joints), gear
+        self.waiting, self.received, self.heard = [], b"", time.monotonic()
+        self.random = random.Random(0)
+        self.clear()
+
+    def clear(self):
+        self.silent, self.corrupt, self.short, self.late = set(), {}, 0, [0.0, 0]
+
+    def counts(self, position):
+        return np.rint(self.zero + position * self.per_radian).astype(int)
+
+    def radians(self, counts):
+        return (np.asarray(counts) - self.zero) / self.per_radian
+
+    def answer(self, packets, delay):
+        """Send the answers of servos, [(id, bytes), ...], with what goes wrong on the way."""
+        parts = [self._wronged(servo, data) for servo, data in packets if servo not in self.silent]
+        data = b"".join(parts)
+        if self.short and data:
+            self.short, data = self.short - 1, data[:-5]
+        when = time.monotonic() + delay
+        if self.baudrate:
+            when += 10.0 * (len(data) + self.heard_bytes) / self.baudrate
+        if self.late[1] and data:
+            self.late[1] -= 1
+            when += self.late[0]
+        heapq.heappush(self.waiting, (when, data))
+
+    def _wronged(self, servo, data):
+        if not self.corrupt.get(servo):
+            return data
+        self.corrupt[servo] -= 1
+        place = self.random.randrange(4, len(data))
+        return data[:place] + bytes([data[place] ^ 0x10]) + data[place + 1 :]
+
+    def run(self):
+        """Until standard input ends."""
+        self.first = [bytes(table) for table in self.tables]
+        print(f"ready {self.address}", flush=True)
+        while True:
+            now = time.monotonic()
+            until = self.waiting[0][0] - now if self.waiting else 0.5 * self.arm.cycle
+            if 0.0 < until < 3e-4:
+                time.sleep(until)  # more exact than to select
+            readable = select.select([self.master, 0], [], [], max(min(until, 0.5 * self.arm.cycle), 0.0))[0]
+            if 0 in readable and not self._told():
+                return
+            if self.master in readable:
+                self._hear()
+            sent = self._send()
+            now = time.monotonic()
+            if sent:
+                self.arm.follow(now)
+                self.sense()
+            elif not self.waiting:
+                self.arm.pass_time(now)
+                self.sense()
+            self.watch(now)
+
+    def _hear(self):
+        try:
+            self.received += os.read(self.master, 4096)
+        except BlockingIOError:
+            return
+        except OSError:  # nobody has the other end open
+            time.sleep(0.01)
+            return
+        self.heard = time.monotonic()
+        self.heard_bytes = len(self.received)
+        self.received = self.understand(self.received)[-4096:]
+
+    def _send(self):
+        sent = False
+        while self.waiting and self.waiting[0][0] <= time.monotonic():
+            data = heapq.heappop(self.waiting)[1]
+            sent = sent or bool(data)
+            try:
+                os.write(self.master, data)
+            except OSError:  # nobody reads
+                pass
+        return sent
+
+    def _told(self):
+        lines = os.read(0, 4096)
+        for line in lines.decode().splitlines():
+            kind, *numbers = line.split()
+            self.go_wrong(kind, *map(float, numbers))
+            print(f"did {line}", flush=True)
+        return bool(lines)
+
+    def go_wrong(self, kind, *numbers):
+        if kind == "silent":
+            self.silent.add(int(numbers[0]))
+        elif kind == "corrupt":
+            self.corrupt[int(numbers[0])] = int(numbers[1])
+        elif kind == "short":
+            self.short = int(numbers[0])
+        elif kind == "late":
+            self.late = [numbers[0], int(numbers[1])]
+        elif kind == "stall":
+            time.sleep(numbers[0])
+        elif kind == "babble":
+            heapq.heappush(self.waiting, (0.0, self.random.randbytes(int(numbers[0]))))
+        elif kind == "error":
+            self.hardware_error(self.ids.index(int(numbers[0])), int(numbers[1]))
+        elif kind == "reboot":
+            self.reboot(self.ids.index(int(numbers[0])))
+        elif kind == "set":
+            address, size, value = map(int, numbers)
+            for table in self.tables:
+                table[address : address + size] = value.to_bytes(size, "little")
+        elif kind == "clear":
+            self.clear()
+        elif kind == "heal":
+            self.clear()
+            for table, first in zip(self.tables, self.first, strict=True):
+                table[:] = first
+            self.arm.stay(np.ones(len(self.ids), bool))
+            self.sense()

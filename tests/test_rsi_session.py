@@ -1,0 +1,71 @@
+"""Which telegram is the next one."""
+
+from exidyn.drivers.rsi.link import Datagram
+from exidyn.drivers.rsi.session import JUMP, Session
+from exidyn.drivers.rsi.telegram import TelegramReader
+
+from .rsi_controller import telegram
+
+
+def session():
+    return Session(TelegramReader(["AIPos.A1"]), 4)
+
+
+def datagram(stamp, port=1000, arrival=None):
+    return Datagram(telegram(stamp), port, 1_000_000 * stamp if arrival is None else arrival)
+
+
+def test_the_newest_counts_and_missing_ones_are_counted():
+    one = session()
+    assert one.take([datagram(100)]).cycles == 1
+    assert one.take([datagram(104)]).cycles == 1
+    assert one.take([]) is None
+    fresh = one.take([datagram(108), datagram(112), datagram(116)])
+    assert (fresh.telegram.time, fresh.cycles) == (116, 3)
+    assert one.take([datagram(136)]).cycles == 5
+    assert one.elapsed == 36
+    assert one.events() == ()
+
+
+def test_telegrams_that_come_twice_late_or_broken_are_told_once():
+    one = session()
+    one.take([datagram(100), datagram(104)])
+    assert one.take([datagram(104), datagram(104), datagram(100), Datagram(b"?", 1000, 0)]) is None
+    assert one.events() == (
+        "2 telegrams came twice",
+        "1 telegram came too late",
+        "1 telegram could not be read",
+    )
+    assert one.events() == ()
+    assert one.unread == b"?"
+    assert one.take([datagram(112), datagram(108)]).telegram.time == 112
+    assert one.events() == ("1 telegram came too late",)
+
+
+def test_lateness_is_against_the_stamps():
+    one = session()
+    one.take([datagram(100)])
+    assert abs(one.take([datagram(104, arrival=110_500_000)]).late - 0.0065) < 1e-12
+    assert abs(one.take([datagram(112, arrival=112_000_000)]).late + 0.0065) < 1e-12
+
+
+def test_the_clock_may_turn_over():
+    one = session()
+    one.take([datagram((1 << 32) - 8)])
+    assert one.take([datagram(4)]).cycles == 3
+    assert one.restarted == ""
+
+
+def test_a_jump_either_way_or_another_port_is_another_session():
+    for other in (datagram(100_000 + 4 * JUMP), datagram(100_000 - 4 * JUMP), datagram(100_004, port=2)):
+        one = session()
+        one.take([datagram(100_000)])
+        fresh = one.take([other])
+        assert fresh.cycles == 1
+        assert "has begun a new RSI session" in one.restarted
+        told = one.restarted
+        assert (
+            one.take([Datagram(telegram(other.data and fresh.telegram.time + 4), other.port, 0)]).cycles == 1
+        )
+        assert one.restarted == told
+        assert one.elapsed == 8

@@ -1,0 +1,111 @@
+import os
+import subprocess
+import sys
+import threading
+import tty
+
+import pytest
+from exidyn.drivers.errors import BadSettings, LinkLost, NotReady
+from exidyn.drivers.serial_port import SerialPort, adapter_latency
+
+
+@pytest.fixture
+def line():
+    """Our end of a line, and the name of the other."""
+    master, slave = os.openpty()
+    for end in (master, slave):
+        tty.setraw(end)
+    yield master, os.ttyname(slave)
+    for end in (master, slave):
+        try:
+            os.close(end)
+        except OSError:
+            pass
+
+
+def test_bytes_go_both_ways(line):
+    master, name = line
+    port = SerialPort(name, 1_000_000, 5.0)
+    port.write(b"question")
+    assert os.read(master, 100) == b"question"
+    os.write(master, b"answer")
+    assert port.read(6) == b"answer"
+    port.close()
+
+
+def test_a_read_takes_no_more_than_it_should_and_waits_for_bytes_that_come_in_pieces(line):
+    master, name = line
+    port = SerialPort(name, 1_000_000, 5.0)
+    os.write(master, b"abc")
+    later = threading.Timer(0.02, os.write, (master, b"defgh"))
+    later.start()
+    assert port.read(6) == b"abcdef"
+    later.join()
+    assert port.waiting == 2
+    port.close()
+
+
+def test_a_read_that_meets_its_deadline_is_short(line):
+    master, name = line
+    port = SerialPort(name, 1_000_000, 5.0)
+    port.be_patient(0.01)
+    os.write(master, b"abc")
+    assert port.read(6) == b"abc"
+    port.close()
+
+
+def test_what_nobody_wants_is_thrown_away(line):
+    master, name = line
+    port = SerialPort(name, 1_000_000, 0.01)
+    os.write(master, b"abc")
+    assert port.read(1) == b"a"
+    assert port.drain() == 2
+    assert port.drain() == 0
+    port.close()
+
+
+def test_a_port_that_is_not_there_is_said_with_those_that_are():
+    with pytest.raises(BadSettings, match="/dev/nothing does not open at 1000000 bit/s.*Ports found:"):
+        SerialPort("/dev/nothing", 1_000_000, 0.1)
+
+
+def test_a_port_that_another_program_has_is_not_taken(line):
+    _, name = line
+    hold = (
+        "import sys, exidyn.drivers.serial_port as s\n"
+        f"port = s.SerialPort({name!r}, 1_000_000, 0.1)\nprint('held', flush=True)\nsys.stdin.read()"
+    )
+    with subprocess.Popen(
+        [sys.executable, "-c", hold], stdin=subprocess.PIPE, stdout=subprocess.PIPE
+    ) as other:
+        assert other.stdout.readline() == b"held\n"
+        with pytest.raises(NotReady, match="in use by another program"):
+            SerialPort(name, 1_000_000, 0.1)
+        other.stdin.close()
+
+
+def test_a_port_that_goes_away_is_a_lost_link(line):
+    master, name = line
+    port = SerialPort(name, 1_000_000, 0.1)
+    os.close(master)
+    with pytest.raises(LinkLost, match="is gone"):
+        port.read(1)
+    port.close()
+    port.close()
+    with pytest.raises(LinkLost, match="is gone"):
+        port.write(b"x")
+
+
+def test_a_port_that_takes_nothing_is_a_lost_link(line):
+    _, name = line
+    port = SerialPort(name, 1_000_000, 0.1)
+    with pytest.raises(LinkLost, match="is gone"):
+        port.write(bytes(1 << 20))
+    port.close()
+
+
+def test_the_latency_of_an_adapter_is_found(tmp_path):
+    (tmp_path / "ttyUSB7").mkdir()
+    (tmp_path / "ttyUSB7" / "latency_timer").write_text("16\n")
+    assert adapter_latency("/dev/ttyUSB7", tmp_path) == pytest.approx(0.016)
+    assert adapter_latency("/dev/ttyACM0", tmp_path) == 0.0

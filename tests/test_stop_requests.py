@@ -1,0 +1,28 @@
+import os
+import signal
+
+from exidyn.acquire.run.stop_requests import StopRequests
+from exidyn.drivers import StopLevel
+
+
+def test_the_first_brakes_the_second_stops_quickly():
+    with StopRequests() as asked:
+        assert asked.stop is None
+        os.kill(os.getpid(), signal.SIGINT)
+        assert asked.stop.level == StopLevel.BRAKE
+        os.kill(os.getpid(), signal.SIGINT)
+        assert asked.stop.level == StopLevel.QUICK
+
+
+def test_asked_to_end_it_brakes_however_often():
+    with StopRequests() as asked:
+        os.kill(os.getpid(), signal.SIGTERM)
+        os.kill(os.getpid(), signal.SIGTERM)
+        assert asked.stop.level == StopLevel.BRAKE
+
+
+def test_afterwards_signals_are_what_they_were():
+    before = signal.getsignal(signal.SIGINT), signal.getsignal(signal.SIGTERM)
+    with StopRequests():
+        pass
+    assert (signal.getsignal(signal.SIGINT), signal.getsignal(signal.SIGTERM)) == before
