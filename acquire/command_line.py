@@ -7,7 +7,6 @@ from importlib import import_module
 from importlib.metadata import version
 from typing import NamedTuple
 
-from exidyn.drivers.errors import DriverError
 from exidyn.identify.errors import ExidynError
 
 
@@ -54,15 +53,24 @@ def main(arguments: Sequence[str] | None = None) -> int:
     given = parser.parse_args(arguments)
     try:
         return _function(given.command)(given.rest)
-    except (ExidynError, DriverError) as error:
-        print(f"exidyn: {' '.join(str(error).split())}", file=sys.stderr)
-        return REFUSED
     except OSError as error:
         print(f"exidyn: {error.filename or 'file'}: {error.strerror or error}", file=sys.stderr)
         return REFUSED
     except KeyboardInterrupt:
         print("exidyn: interrupted", file=sys.stderr)
         return INTERRUPTED
+    except Exception as error:
+        if not _for_the_user(error):
+            raise
+        print(f"exidyn: {' '.join(str(error).split())}", file=sys.stderr)
+        return REFUSED
+
+
+def _for_the_user(error: Exception) -> bool:
+    """Whether the error was raised on purpose, with a text that says what to do."""
+    from exidyn.drivers.errors import DriverError  # imports numpy, which a help text can do without
+
+    return isinstance(error, ExidynError | DriverError)
 
 
 def _parser() -> argparse.ArgumentParser:

@@ -3,8 +3,7 @@
 import argparse
 from collections.abc import Sequence
 
-from exidyn.drivers import DRIVERS, explain
-from exidyn.drivers.errors import UnknownDriver
+from exidyn.drivers import DRIVERS, driver_class, explain
 
 
 def main(arguments: Sequence[str]) -> int:
@@ -15,9 +14,8 @@ def main(arguments: Sequence[str]) -> int:
         for name, entry in DRIVERS.items():
             print(f"{name:<{width}}  {entry.purpose}")
         return 0
-    if given.name not in DRIVERS:
-        raise UnknownDriver(given.name, DRIVERS)
-    print(explain(given.name), end="")
+    text = driver_class(given.name).controller_file(given.address) if given.address else explain(given.name)
+    print(text, end="")
     return 0
 
 
@@ -25,7 +23,15 @@ def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="exidyn drivers",
         description="List the drivers, or print the settings of one as a controller file for exidyn record.",
-        epilog="example: exidyn drivers can_mit > cell.toml",
+        epilog="examples: exidyn drivers can_mit > cell.toml; "
+        "exidyn drivers kuka_rsi --for-host 192.168.1.10 > RSI_EthernetConfig.xml",
     )
     parser.add_argument("name", nargs="?", metavar="NAME", help="driver")
+    parser.add_argument(
+        "--for-host",
+        dest="address",
+        metavar="ADDRESS",
+        help="print instead the file that the controller itself needs to find this host, if it needs one "
+        "(kuka_rsi: RSI_EthernetConfig.xml)",
+    )
     return parser

@@ -184,7 +184,7 @@ def _record(
     """Start who records and shows, run, and say how it went."""
     targets = Targets(given.view, given.serve, given.save)
     with ExitStack() as stack:
-        recorder = stack.enter_context(start_recorder(path))
+        recorder = stack.enter_context(start_recorder(path, waits=not driver.in_real_time))
         sinks = [recorder, *(stack.enter_context(view) for view in start_view(targets))]
         asked = stack.enter_context(StopRequests())
         if driver.in_real_time:

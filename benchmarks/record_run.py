@@ -3,7 +3,7 @@
 import os
 import time
 from collections.abc import Callable, Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, closing
 from pathlib import Path
 from typing import NamedTuple
 
@@ -14,6 +14,7 @@ from exidyn.acquire.run.pipe_sink import PipeSink
 from exidyn.acquire.run.realtime import realtime
 from exidyn.acquire.run.recorder import start_recorder
 from exidyn.acquire.run.run_head import RunHead
+from exidyn.acquire.run.sink import Sink
 from exidyn.acquire.run.stop import Stop
 from exidyn.drivers import Driver, Info, Sample
 from record_motion import MODEL
@@ -46,7 +47,7 @@ def run(
     job: Job,
     path: Path,
     asked: Callable[[], Stop | None] = lambda: None,
-    views: Sequence[PipeSink] = (),
+    sinks: Callable[[PipeSink], Sequence[Sink]] = lambda recorder: (),
 ) -> Ran:
     """Play a job and record it.
 
@@ -55,18 +56,19 @@ def run(
         job: What to do.
         path: Of a recording that is not there yet.
         asked: Called every cycle; may ask to stop.
-        views: Who else is handed every frame; closed here too.
+        sinks: Makes who else is handed every frame, beside the recorder; closed here too.
     """
     with ExitStack() as stack:
         recorder = stack.enter_context(start_recorder(path))
-        sinks = [recorder, *(stack.enter_context(view) for view in views)]
+        others = [stack.enter_context(closing(sink)) for sink in sinks(recorder)]
+        everybody = [recorder, *others]
         refused = stack.enter_context(realtime()) if driver.in_real_time else []
         began, used = time.monotonic(), time.process_time()
         before = cpu_time(recorder.process_id)
-        outcome = perform(driver, job, sinks, lambda info, sample: _head(path, info, sample), asked)
+        outcome = perform(driver, job, everybody, lambda info, sample: _head(path, info, sample), asked)
         seconds, used = time.monotonic() - began, time.process_time() - used
         by_recorder = cpu_time(recorder.process_id) - before
-        for sink in sinks:
+        for sink in everybody:
             sink.put(text_frame(END, run_summary.end(outcome)))
     return Ran(outcome, path, seconds, used, by_recorder, refused, recorder)
 

@@ -59,7 +59,10 @@ def create(name: str, table: Mapping[str, Any], arm: Arm) -> Driver:
 
 
 def explain(name: str) -> str:
-    """A TOML file with all settings of a driver, to be filled in."""
-    return (
-        f'# {DRIVERS[name].purpose}\ndriver = "{name}"\n\n[settings]\n{template(driver_class(name).Settings)}'
-    )
+    """A TOML file with all settings of a driver, to be filled in.
+
+    Raises:
+        UnknownDriver: A name that is not in the table.
+    """
+    settings = template(driver_class(name).Settings)
+    return f'# {DRIVERS[name].purpose}\ndriver = "{name}"\n\n[settings]\n{settings}'

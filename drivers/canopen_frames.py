@@ -124,9 +124,16 @@ class Frames(CanRound):
         before = self.status[joint]
         self.status[joint], self.position[joint], self.effort[joint] = MEASURED.unpack(data)
         self._answered(joint)
-        if self.status[joint] != before and (state := self.state(joint)) != self._states[joint]:
+        if self.status[joint] != before:
+            self._status_changed(joint, max(before, 0))
+
+    def _status_changed(self, joint: int, before: int) -> None:
+        word, state = self.status[joint], self.state(joint)
+        if state != self._states[joint]:
             self._states[joint] = state
-            self.tell(f"{self._names[joint]}: {state} (statusword 0x{self.status[joint]:04X})")
+            self.tell(f"{self._names[joint]}: {state} (statusword 0x{word:04X})")
+        if word & ~before & c.LIMIT_ACTIVE:
+            self.tell(f"{self._names[joint]}: a limit inside the drive is active")
 
     def _emergency(self, joint: int, data: bytes) -> None:
         if len(data) != EMERGENCY.size:

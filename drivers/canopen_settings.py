@@ -13,7 +13,7 @@ from .driver import Arm
 from .errors import BadSettings
 from .settings import setting
 
-BEATS = 4
+BEATS = 8
 """Heartbeats that the host sends within the time after which drives miss them."""
 RANGE = 2**31
 """Counts that a position can have at most, either way."""

@@ -13,6 +13,8 @@ from typing import Any, ClassVar, Protocol
 
 import numpy as np
 
+from .errors import BadSettings
+
 
 class StopLevel(IntEnum):
     """How hard to stop; a higher level overrides a lower one, and none is taken back.
@@ -57,6 +59,7 @@ class Sample:
         stale: Whether no fresh measurement came from a joint in this cycle, shape (n,); its values are NaN.
         events: What the device said or the driver noticed in this cycle, a sentence each.
         fault: Why the arm can no longer be commanded; empty while it can.
+        sent: Whether the command went out; where the controller asks and did not, it has not.
     """
 
     host_time: int
@@ -71,6 +74,7 @@ class Sample:
     stale: np.ndarray = field(default_factory=lambda: np.zeros(0, bool))
     events: tuple[str, ...] = ()
     fault: str = ""
+    sent: bool = True
 
 
 class Measured(Protocol):
@@ -166,6 +170,15 @@ class Driver(ABC):
     def __init__(self, settings: Any, arm: Arm) -> None:
         self.settings = settings
         self.arm = arm
+
+    @classmethod
+    def controller_file(cls, address: str) -> str:
+        """Text of the file that the controller itself needs, for a host of this address.
+
+        Raises:
+            BadSettings: It needs none.
+        """
+        raise BadSettings("this controller needs no file of its own; its settings are all in the host's")
 
     @property
     def in_real_time(self) -> bool:

@@ -12,11 +12,13 @@ import numpy as np
 
 from . import dynamixel_packet as packets
 from . import dynamixel_registers as registers
-from .driver import Arm, Info
+from .driver import Arm, Info, StopLevel
+from .dynamixel_health import DynamixelHealth
 from .dynamixel_models import joins_answers, model_name
-from .dynamixel_registers import MEASURED, TRIPPED, WARM, hardware_errors
+from .dynamixel_registers import MEASURED, TRIPPED, WARM
 from .dynamixel_setup import Found, current_units, find, require_healthy, require_mode, set_return_delay
-from .errors import LinkLost, NotReady
+from .errors import NotReady
+from .host_clock import host_time
 from .serial_rate import Traffic, shortest_cycle
 from .servo_bus import TRIES, ServoBus
 from .servo_driver import Goals, Measured, ServoDriver
@@ -24,9 +26,6 @@ from .servo_packet import Codec, Reading, Status
 from .servo_settings import ServoSettings
 from .servo_talk import LENGTHS
 from .settings import setting
-
-GAP = 0.05
-"""A servo that was not heard of for so long may have been stopped or have lost its power [s]."""
 
 WARM_EVERY = 100
 """Temperatures are read in every so many cycles."""
@@ -75,10 +74,8 @@ class Dynamixel(ServoDriver):
         for register in (registers.PROFILE_ACCELERATION, registers.PROFILE_VELOCITY):
             bus.settle(register, [0] * self.arm.dof)  # else each servo would smooth the motion in its way
         self._current_unit = current_units(bus, found, settings.current_unit)
-        self._lowest, self._highest = (
-            np.array(bus.read(registers.LOWEST)),
-            np.array(bus.read(registers.HIGHEST)),
-        )
+        self._ampere = np.where(self._current_unit > 0.0, self._current_unit, np.nan)
+        self._allowed = self._goals_allowed(bus)
         self._choose_reading(bus, found)
         warnings += self._doubts(bus)
         lower, upper = self._window(bus)
@@ -157,11 +154,11 @@ class Dynamixel(ServoDriver):
             "fast_sync_read": "on" if self._joined else "off",
         }
 
-    @property
-    def _allowed(self) -> Goals:
+    def _goals_allowed(self, bus: ServoBus) -> Goals:
         if self.settings.operating_mode == "position":
-            return Goals(self._lowest, self._highest)
-        return Goals(np.full(self.arm.dof, -registers.FURTHEST), np.full(self.arm.dof, registers.FURTHEST))
+            return Goals(np.array(bus.read(registers.LOWEST)), np.array(bus.read(registers.HIGHEST)))
+        furthest = np.full(self.arm.dof, registers.FURTHEST)
+        return Goals(-furthest, furthest)
 
     def _ask(self, length: int) -> Reading:
         ask = packets.fast_sync_read if self._joined else packets.sync_read
@@ -192,65 +189,20 @@ class Dynamixel(ServoDriver):
     def _decode(self, data: bytes, length: int) -> Measured:
         warm = length == WARM.itemsize
         rows = np.frombuffer(data, WARM if warm else MEASURED)
-        current = np.where(self._current_unit > 0.0, rows["current"] * self._current_unit, np.nan)
-        temperature = rows["temperature"].astype(float) if warm else np.full(len(rows), np.nan)
+        temperature = rows["temperature"].astype(float) if warm else self._nothing
         return Measured(
-            rows["position"].astype(float), rows["velocity"] * registers.VELOCITY_UNIT, current, temperature
+            rows["position"].astype(float),
+            rows["velocity"] * registers.VELOCITY_UNIT,
+            rows["current"] * self._ampere,
+            temperature,
         )
 
     def _begin(self, where: np.ndarray) -> None:
         super()._begin(where)
-        self._heard: np.ndarray | None = None
-        self._alerts = np.zeros(self.arm.dof, bool)
-        self._told = [0] * self.arm.dof
+        self._health = DynamixelHealth(self._opened()[0], self._shutdown, host_time())
 
-    def _look(self, bus: ServoBus, answers: Sequence[Status | None], now: int, events: list[str]) -> str:
-        try:
-            return self._look_at_alerts(bus, answers, events) or self._look_at_gaps(bus, answers, now)
-        except LinkLost as error:
-            events.append(str(error))
-            return ""
-
-    def _look_at_alerts(self, bus: ServoBus, answers: Sequence[Status | None], events: list[str]) -> str:
-        """What hardware errors have come; those for which a servo switches torque off are a fault."""
-        alerts = np.array([a is not None and bool(a.error & packets.ALERT) for a in answers])
-        silent = np.array([a is None for a in answers])
-        news = bool(np.any((alerts != self._alerts) & ~silent))
-        again = alerts.any() and self._count % WARM_EVERY == 0
-        if not (news or again):
-            return ""
-        self._alerts = np.where(silent, self._alerts, alerts)
-        faults = []
-        for place, bits in enumerate(bus.read(registers.HARDWARE_ERROR)):
-            name, new = bus.names[bus.servos[place]], bits & ~self._told[place]
-            self._told[place] = bits
-            if bits & self._shutdown[place]:
-                faults.append(
-                    f"{name} has switched its torque off: {hardware_errors(bits & self._shutdown[place])}"
-                )
-            elif new:
-                events.append(f"{name} warns: {hardware_errors(new)}")
-        return "; ".join(faults)
-
-    def _look_at_gaps(self, bus: ServoBus, answers: Sequence[Status | None], now: int) -> str:
-        """Whether servos not heard of for long have been stopped by their watchdog or lost their power."""
-        fresh = np.array([answer is not None for answer in answers])
-        gaps = np.zeros(self.arm.dof) if self._heard is None else 1e-9 * (now - self._heard)
-        began, self._heard = (
-            self._heard is None,
-            np.where(fresh, now, now if self._heard is None else self._heard),
-        )
-        if began or not self._armed or not np.any(fresh & (gaps >= GAP)):
-            return ""
-        for servo, state in zip(bus.servos, bus.read(registers.WATCHDOG), strict=True):
-            if state == TRIPPED:
-                return (
-                    f"{bus.names[servo]} was stopped by its bus watchdog after {gaps.max():.3f} s of silence"
-                )
-        for servo, on in zip(bus.servos, bus.read(registers.TORQUE), strict=True):
-            if not on:
-                return f"{bus.names[servo]} has its torque off, as after a loss of power"
-        return ""
+    def _look(self, answers: Sequence[Status | None], now: int, events: list[str]) -> str:
+        return self._health.look(answers, now, self._armed and self._stopped < StopLevel.OFF, events)
 
     def _to_register(self, counts: np.ndarray) -> list[int]:
         return [int(count) for count in counts]

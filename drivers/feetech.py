@@ -102,12 +102,13 @@ class Feetech(ServoDriver):
             GOAL_VELOCITY, [0 if phase & FULL_SPEED else FASTEST[bool(phase & FINE)] for phase in phases]
         )
         self._unloading = bus.read(UNLOADING)
-        self._lowest, self._highest = _limits(bus)
+        self._allowed = _goals_allowed(bus)
         self._questions = [
             packets.sync_read(PRESENT.address, MEASURED.itemsize + more, settings.ids)
             for more in range(LENGTHS)
         ]
         self._measures = np.array([not phase & NO_CURRENT for phase in phases])
+        self._ampere = np.where(self._measures, settings.current_unit, np.nan)
         models = ", ".join(f"{s} model {model}" for s, model in zip(bus.servos, bus.read(MODEL), strict=True))
         lower, upper = self._window(bus)
         return Info(
@@ -127,10 +128,6 @@ class Feetech(ServoDriver):
         if not self._measures.all():
             doubts.append("some servos measure no current; their joints cannot be identified")
         return doubts
-
-    @property
-    def _allowed(self) -> Goals:
-        return Goals(self._lowest, self._highest)
 
     def _traffic(self) -> tuple[Traffic, float, str]:
         settings = self.settings
@@ -153,26 +150,25 @@ class Feetech(ServoDriver):
 
     def _decode(self, data: bytes, length: int) -> Measured:
         rows = np.frombuffer(data, MEASURED)
-        current = _signed(rows["current"]) * np.array(self.settings.current_unit)
         return Measured(
             _signed(rows["position"]),
             _signed(rows["velocity"]) * self._velocity_unit,
-            np.where(self._measures, current, np.nan),
+            _signed(rows["current"]) * self._ampere,
             rows["temperature"].astype(float),
         )
 
     def _begin(self, where: np.ndarray) -> None:
         super()._begin(where)
-        self._told = np.zeros(self.arm.dof, int)
+        self._told = [0] * self.arm.dof
 
-    def _look(self, bus: ServoBus, answers: Sequence[Status | None], now: int, events: list[str]) -> str:
+    def _look(self, answers: Sequence[Status | None], now: int, events: list[str]) -> str:
         """Alarms; those on which a servo is set to give way are a fault."""
         faults = []
         for place, answer in enumerate(answers):
             if answer is None or answer.error == self._told[place]:
                 continue
             new, self._told[place] = answer.error & ~self._told[place], answer.error
-            name = bus.names[bus.servos[place]]
+            name = self._names[self.settings.ids[place]]
             if new & self._unloading[place]:
                 faults.append(f"{name} gives way: {_alarms(new & self._unloading[place])}")
             elif new:
@@ -221,8 +217,8 @@ def _set_return_delay(bus: ServoBus, seconds: float) -> None:
     bus.settle(LOCK, [1] * len(wanted))
 
 
-def _limits(bus: ServoBus) -> tuple[np.ndarray, np.ndarray]:
-    """Smallest and largest goal [counts]; where both limits are zero, a servo has none."""
+def _goals_allowed(bus: ServoBus) -> Goals:
+    """What the servos take; where both limits are zero, they have none."""
     lowest, highest = np.array(bus.read(LOWEST)), np.array(bus.read(HIGHEST))
     free = (lowest == 0) & (highest == 0)
-    return np.where(free, -FURTHEST, lowest), np.where(free, FURTHEST, highest)
+    return Goals(np.where(free, -FURTHEST, lowest), np.where(free, FURTHEST, highest))

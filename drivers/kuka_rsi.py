@@ -14,6 +14,8 @@ from .host_clock import host_time
 from .rsi.about import info_of
 from .rsi.axes import axes_of
 from .rsi.beginning import look_at
+from .rsi.config import standard_config
+from .rsi.config_text import config_text
 from .rsi.conversation import Conversation, Keeper, lateness
 from .rsi.layout import ACTUAL, layout_of
 from .rsi.link import Link
@@ -27,8 +29,10 @@ SILENCE = 5
 """Cycles without a telegram after which a sample says so; fewer are a busy network."""
 LOOKED_AT = 4
 """Telegrams that are looked at before the first is answered: less than half of what any Timeout bears."""
-CLOSING = 0.5
-"""How long a controller is given to end its program after the Stop channel was set [s]."""
+CLOSING = 1.0
+"""How long a controller is given to end RSI after the Stop channel was set [s]."""
+ENDED = 50
+"""Cycles without a telegram after which it has."""
 
 
 class KukaRsi(Driver):
@@ -58,6 +62,10 @@ class KukaRsi(Driver):
         self._fault = ""
         self._gone = 0  # cycles told of since the last telegram
         self._time = self._host_time = 0
+
+    @classmethod
+    def controller_file(cls, address: str) -> str:
+        return config_text(standard_config(address))
 
     @property
     def _commanding(self) -> bool:
@@ -181,6 +189,7 @@ class KukaRsi(Driver):
             stale=~self._fresh,
             events=self._events(talk, None),
             fault=self._fault,
+            sent=False,
         )
 
     def _events(self, talk: Conversation, fresh: Fresh | None) -> tuple[str, ...]:
@@ -213,6 +222,6 @@ class KukaRsi(Driver):
         if self._layout.switch and not talk.silent and not talk.session.restarted:
             talk.stop()
             end = time.monotonic() + CLOSING
-            while time.monotonic() < end and talk.turn(SILENCE * self._cycle):
+            while time.monotonic() < end and talk.turn(ENDED * self._cycle):
                 pass
         talk.link.close()

@@ -139,6 +139,22 @@ class ServoBus:
         ]
         raise LinkLost(f"{register} cannot be read: {', '.join(texts)}. Look at plugs and power")
 
+    def peek(self, register: Register) -> list[int | None]:
+        """A register of all servos, asked for once; None for each that does not answer.
+
+        Raises:
+            LinkLost: The port is gone.
+        """
+        size, signed = register.size, register.signed
+        self.drain()
+        answers = self.ask(self._codec.sync_read(register.address, size, self.servos))
+        return [
+            int.from_bytes(answer.data, "little", signed=signed)
+            if answer is not None and len(answer.data) == size
+            else None
+            for answer in answers
+        ]
+
     def packet(self, register: Register, values: Sequence[int]) -> bytes:
         """What sets a register of all servos."""
         size = register.size

@@ -70,6 +70,9 @@ class ServoDriver(Driver):
         self._bus: ServoBus | None = None
         self._port: SerialPort | None = None
         self._armed = False
+        self._nothing = np.full(arm.dof, np.nan)
+        self._allowed = Goals(self._nothing, self._nothing)
+        self._nothing.setflags(write=False)
         self._count, self._counts, self._once = 0, np.full(arm.dof, np.nan), b""
         self._stopped, self._stop_packet, self._fault = StopLevel.BRAKE, b"", ""
         self.latency = 0.0
@@ -110,24 +113,35 @@ class ServoDriver(Driver):
         readings = self._readings(self._count)
         length = readings[0].length
         self._count += 1
-        answers = self._talk.exchange(packets, readings, 1 + tick.skipped, events)
+        answers = self._talk.exchange(packets, readings, events)
         now = host_time()
-        fresh = np.array([answer is not None for answer in answers])
-        measured = self._decode(_joined(answers, length), length)
-        self._counts = np.where(fresh, measured.position, self._counts)
-        self._fault = self._fault or self._look(bus, answers, now, events)
-        units, missing = self._units, np.where(fresh, 0.0, np.nan)
+        stale = np.array([answer is None for answer in answers])
+        measured, units = self._decode(_joined(answers, length), length), self._units
+        rows: tuple[np.ndarray, ...] = (
+            units.position(measured.position),
+            units.velocity(measured.velocity),
+            measured.current * units.sign,
+            self._nothing,
+            measured.temperature,
+        )
+        if stale.any():
+            rows = tuple(np.where(stale, np.nan, row) for row in rows)
+            self._counts = np.where(stale, self._counts, measured.position)
+        else:
+            self._counts = measured.position
+        self._fault = self._fault or self._look(answers, now, events)
+        position, velocity, current, torque, temperature = rows
         return Sample(
             now,
             now,
-            units.position(measured.position) + missing,
-            units.velocity(measured.velocity) + missing,
-            measured.current * units.sign + missing,
-            np.full(len(fresh), np.nan),
-            measured.temperature + missing,
+            position,
+            velocity,
+            current,
+            torque,
+            temperature,
             tick.lateness,
             tick.skipped,
-            ~fresh,
+            stale,
             tuple(events),
             self._fault,
         )
@@ -166,7 +180,7 @@ class ServoDriver(Driver):
         bus, port = self._opened()
         port.be_patient(IN_RUN * self.settings.cycle)
         self._clock = HostClock(self.settings.cycle)
-        self._talk = ServoTalk(bus, self.settings.cycle)
+        self._talk = ServoTalk(bus)
         self._count, self._counts, self._once = 0, where, b""
         self._stopped, self._stop_packet, self._fault = StopLevel.BRAKE, b"", ""
 
@@ -221,14 +235,9 @@ class ServoDriver(Driver):
         traffic, return_delay, advice = self._traffic()
         require_rate(traffic, self.settings.cycle, self.settings.baudrate, return_delay, self.latency, advice)
 
-    @property
-    @abstractmethod
-    def _allowed(self) -> Goals:
-        """Counts that the servos take as a goal."""
-
     @abstractmethod
     def _set_up(self, bus: ServoBus) -> Info:
-        """Find the servos, set them up and verify it."""
+        """Find the servos, set them up and verify it; sets `_allowed` on the way."""
 
     @abstractmethod
     def _traffic(self) -> tuple[Traffic, float, str]:
@@ -243,7 +252,7 @@ class ServoDriver(Driver):
         """Numbers out of the answers of all servos, of this length each, one behind the other."""
 
     @abstractmethod
-    def _look(self, bus: ServoBus, answers: Sequence[Status | None], now: int, events: list[str]) -> str:
+    def _look(self, answers: Sequence[Status | None], now: int, events: list[str]) -> str:
         """Why servos have stopped themselves, by their error bytes and the time; empty if none has."""
 
     @abstractmethod

@@ -2,8 +2,6 @@
 
 from collections.abc import Sequence
 
-import numpy as np
-
 from .errors import LinkLost
 from .servo_bus import ServoBus
 from .servo_packet import Reading, Status
@@ -11,8 +9,8 @@ from .servo_packet import Reading, Status
 LENGTHS = 4
 """So many questions of different lengths there are."""
 
-LOST = 0.25
-"""After so long without any answer the link is lost [s]."""
+LOST = 100
+"""After so many exchanges without any answer the link is lost."""
 
 
 class ServoTalk:
@@ -24,32 +22,28 @@ class ServoTalk:
 
     Args:
         bus: Of the servos.
-        cycle: Time between questions [s].
     """
 
-    def __init__(self, bus: ServoBus, cycle: float) -> None:
-        self._bus, self._cycle = bus, cycle
+    def __init__(self, bus: ServoBus) -> None:
+        self._bus = bus
         self._quiet, self._mute, self._turn = False, 0, 0
-        self._answering = np.ones(len(bus.servos), bool)
+        self._answering = [True] * len(bus.servos)
 
-    def exchange(
-        self, packets: bytes, readings: Sequence[Reading], cycles: int, events: list[str]
-    ) -> list[Status | None]:
+    def exchange(self, packets: bytes, readings: Sequence[Reading], events: list[str]) -> list[Status | None]:
         """Send packets, ask, and return the answers; None for each servo without one.
 
         Args:
             packets: Nobody answers these.
             readings: The question, and the same with more and more bytes behind, `LENGTHS` in all.
-            cycles: That have passed since the last one.
             events: What was noticed is added here.
 
         Raises:
             LinkLost: The port is gone, or nobody has answered for a long time.
         """
         answers = self._answers(packets, readings, events)
-        self._mute = 0 if any(answer is not None for answer in answers) else self._mute + cycles
-        if self._mute * self._cycle > LOST:
-            raise LinkLost(f"no servo has answered for {LOST:g} s. Look at plugs and power")
+        self._mute = 0 if any(answer is not None for answer in answers) else self._mute + 1
+        if self._mute > LOST:
+            raise LinkLost(f"no servo has answered {LOST} times. Look at plugs and power")
         return answers
 
     def _answers(self, packets: bytes, readings: Sequence[Reading], events: list[str]) -> list[Status | None]:
@@ -63,7 +57,7 @@ class ServoTalk:
             return [None] * len(self._answering)
         reading, length = readings[self._turn % LENGTHS], readings[0].length
         answers = [
-            answer._replace(data=answer.data[:length])
+            Status(answer.servo, answer.error, answer.data[:length])
             if answer is not None and len(answer.data) == reading.length
             else None
             for answer in self._bus.ask(reading, packets)
@@ -75,12 +69,13 @@ class ServoTalk:
 
     def _tell_changes(self, answers: Sequence[Status | None], events: list[str]) -> None:
         """Say who fell silent or speaks again."""
-        answering = np.array([answer is not None for answer in answers])
-        for news, text in (
-            (self._answering & ~answering, "no whole answer from"),
-            (answering & ~self._answering, "answers again from"),
-        ):
-            if news.any():
-                who = [self._bus.names[self._bus.servos[place]] for place in np.flatnonzero(news)]
-                events.append(f"{text} {', '.join(who)}")
+        answering = [answer is not None for answer in answers]
+        if answering == self._answering:
+            return
+        names = [self._bus.names[servo] for servo in self._bus.servos]
+        both = list(zip(names, self._answering, answering, strict=True))
+        silent = ", ".join(name for name, before, now in both if before and not now)
+        heard = ", ".join(name for name, before, now in both if now and not before)
+        events += [f"no whole answer from {silent}"] * bool(silent)
+        events += [f"answers again from {heard}"] * bool(heard)
         self._answering = answering

@@ -70,7 +70,7 @@ def headless_browser(folder):
     to_browser, from_us = os.pipe()
     from_browser, to_us = os.pipe()
     # the browser reads from file 3 and writes to file 4
-    command = ["sh", "-c", f'exec "$@" 3<&{to_browser} 4>&{to_us}', "sh"]
+    command = ["bash", "-c", f'exec "$@" 3<&{to_browser} 4>&{to_us}', "bash"]
     process = subprocess.Popen(
         [*command, program, *FLAGS, f"--user-data-dir={folder}"],
         pass_fds=(to_browser, to_us),

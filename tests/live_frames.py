@@ -17,10 +17,11 @@ LAG = 2
 """Cycles by which the drives follow late."""
 
 
-def measured(model, seconds, rate=500.0, hidden=(), seed=0, sensors=SENSORS):
-    """The motion, and what is measured of it: position and current (t, n); `hidden` hangs on the flange."""
-    motion = random_fourier(model.robot.limits, seconds, seed=seed).at(np.arange(0.0, seconds, 1 / rate))
-    motion = replace(motion, payload="hidden")
+def measured(model, seconds, rate=500.0, hidden=(), seed=0, sensors=SENSORS, begin=0.0):
+    """A motion, and what is measured of it: position and current (t, n); `hidden` hangs on the flange."""
+    time = np.arange(0.0, seconds, 1 / rate)
+    motion = random_fourier(model.robot.limits, max(begin + seconds, 20.0), seed=seed).at(begin + time)
+    motion = replace(motion, time=time, payload="hidden")
     plant = model + Payload("hidden", hidden) if hidden else model
     current = exact_current(plant, plant.believed_values, model.robot.drive_gain, motion)
     random = np.random.default_rng(seed)

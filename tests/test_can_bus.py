@@ -1,9 +1,13 @@
 """The CAN bus in use: its load, its options, and that nothing on it raises."""
 
+import re
+import tomllib
+from pathlib import Path
+
 import can
 import numpy as np
 import pytest
-from exidyn.drivers import can_bus
+from exidyn.drivers import can_bus, create
 from exidyn.drivers.can_bus import CanBus, read_options
 from exidyn.drivers.can_load import bus_load, frame_bits, require_room
 from exidyn.drivers.canopen_frames import Frames
@@ -87,6 +91,14 @@ def test_a_bus_without_room_is_refused_with_what_to_try():
     assert require_room([8] * 12, 0.002, 1_000_000) == pytest.approx(0.81)
     with pytest.raises(BadSettings, match="162 % of 500 kbit/s, usable are 95 %. Try cycle = 0.004"):
         require_room([8] * 12, 0.002, 500_000)
+
+
+def test_examples_in_the_handbook_are_valid():
+    text = (Path(__file__).parents[1] / "docs" / "can.md").read_text(encoding="utf-8")
+    examples = [tomllib.loads(example) for example in re.findall(r"```toml\n(.*?)```", text, re.DOTALL)]
+    assert [example["driver"] for example in examples] == ["canopen_402", "can_mit"]
+    for example in examples:
+        create(example["driver"], example["settings"], ARM)
 
 
 def test_options_are_read_for_what_they_are():

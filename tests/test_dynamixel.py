@@ -129,7 +129,9 @@ def test_a_servo_with_a_broken_answer_is_stale_for_that_cycle(mirrors):
         assert sample.stale[2]
         assert any(event == "no whole answer from servo 12 (joint3)" for event in events)
         _, events = until(one, lambda s: not s.stale.any())
-        assert any(event.startswith("answers again from") and "servo 12 (joint3)" in event for event in events)
+        assert any(
+            event.startswith("answers again from") and "servo 12 (joint3)" in event for event in events
+        )
 
 
 def test_a_silent_servo_is_told_and_the_others_go_on(mirrors):

@@ -187,3 +187,30 @@ def test_an_error_of_our_own_closes_the_driver():
     with pytest.raises(RunError):
         perform(driver, job())
     assert driver.closed == 1
+
+
+def test_a_command_that_was_not_sent_is_the_next_one():
+    unsent = []
+
+    def change(number, fields):
+        fields["sent"] = number % 7 != 3 or unsent[-1:] == [number]
+        if not fields["sent"]:
+            unsent.append(number)
+
+    driver, sink = Following(change=change), Listening()
+    following = driver.exchange
+
+    def exchange(command):
+        before = driver.position
+        sample = following(command)
+        if not sample.sent and command is not None:
+            driver.commands.pop()
+            driver.position = before
+        return sample
+
+    driver.exchange = exchange
+    outcome = perform(driver, job(), [sink])
+    states = job().motion.every(CYCLE).position
+    assert outcome.stop is None
+    assert len(unsent) > 50
+    assert np.allclose(driver.commands[: len(states)], states, atol=1e-12)

@@ -32,6 +32,16 @@ def test_a_stalled_reader_fails_the_run_and_yet_loses_nothing(tmp_path):
     assert len(read_recording(tmp_path / "run.mcap").timing) == count + 500
 
 
+def test_a_loop_that_is_not_in_real_time_waits_for_its_recorder(tmp_path):
+    with start_recorder(tmp_path / "run.mcap", waits=True) as sink:
+        sink.put(head().frame())
+        for number in range(10_000):  # several times as fast as they are written
+            sink.put(cycle(number))
+        sink.put(end())
+    assert not sink.failure
+    assert len(read_recording(tmp_path / "run.mcap").timing) == 10_000
+
+
 def test_a_view_that_stalls_misses_whole_frames_and_fails_nothing(tmp_path):
     with PipeSink("view", RECORDER, [str(tmp_path / "run.mcap")], lossy=True) as sink:
         sink.put(head().frame())

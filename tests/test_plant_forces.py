@@ -24,6 +24,7 @@ def drawn(model, seed=5):
     """Values such as the arm could have: of bodies, those of a body."""
     random = np.random.default_rng(seed)
     values = random.uniform(0.5, 2.0, len(model.names))
+    values[[name.startswith("mu") for name in model.names]] = 0.05
     for columns in model.inertias:
         values[columns] = inertial_parameters(body(random))
     return values
@@ -130,8 +131,10 @@ def test_hysteresis_remembers_where_the_arm_came_and_not_what_was_foreseen():
     np.testing.assert_array_equal(once, again)
     forces.remember(there)
     back = forces.at(Joints(still, still, still), still, warm)[0].force
-    back -= ArmForces(model, values * [*[1.0] * 60, *[0.0] * 6], "", Transmission.rigid(6)).at(
-        Joints(still, still, still), still, warm
-    )[0].force
+    back -= (
+        ArmForces(model, values * [*[1.0] * 60, *[0.0] * 6], "", Transmission.rigid(6))
+        .at(Joints(still, still, still), still, warm)[0]
+        .force
+    )
     left = 1 - np.exp(-1e-3 / 3e-4)
     np.testing.assert_allclose(back / values[-6:], -1 + (1 + left) * np.exp(-1e-3 / 3e-4), rtol=1e-6)

@@ -1,8 +1,6 @@
 """What is handed over is what is in the file, whatever becomes of the processes and the disk."""
 
-import os
 import resource
-import signal
 import struct
 import subprocess
 
@@ -21,7 +19,6 @@ from .recorded import (
     CONTROLLER,
     HOST,
     MODEL,
-    N,
     NOTHING,
     NUMBERS,
     STEP,
@@ -161,7 +158,9 @@ def test_frames_that_make_no_sense_are_counted_and_the_rest_is_kept(tmp_path):
     recording = read_recording(tmp_path / "run.mcap")
     assert np.array_equal(recording.signals["position"].values, NUMBERS[:2, 0])
     assert recording.outcome["unreadable_frames"] == str(len(bad) + 1)
-    assert any("could not be read" in happened.text for happened in recording.events)
+    [warning] = recording.events
+    assert warning.text.startswith("a frame could not be read: nothing has explained the run")
+    assert warning.time >= 0.0
 
 
 def test_bytes_that_are_no_frames_end_the_file_and_not_what_came_before(tmp_path):
@@ -249,7 +248,8 @@ def test_a_full_disk_stops_the_run_and_still_takes_how_it_ended(small_disk):
     assert sink.outcome.endswith(f"cycles in {path}")
     recording = read_recording(path)
     assert len(recording.timing) == count
-    assert recording.events[-1].text == "the recording cannot go on"
+    assert [happened.kind for happened in recording.events] == ["warning", "stop"]
+    assert recording.events[0].text == "the disk says: No space left on device"
     assert recording.outcome["stop"] == "recorder"
 
 

@@ -1,22 +1,25 @@
 """Live log: what a run's cycles and events become in Rerun."""
 
 from collections.abc import Sequence
+from textwrap import fill
 
 import numpy as np
 import rerun as rr
-from exidyn.acquire.run.frames import Cycle, Event
-from exidyn.acquire.run.run_head import RunHead
-from exidyn.identify.robot import Robot
 from exidyn.identify.view_parts import JOINTS, TIMELINE, send
 
+from ..run.frames import Cycle, Event
+from ..run.run_head import RunHead
 from .live_arm import GREY, LiveArm
 from .live_layout import layout
+from .live_limits import finite_limits
 from .residual import LiveResidual, Samples, joint_torque
 
 FRAMES = 50.0
 """Pictures of the arm a second [Hz]."""
 LIMITS = 0.25
 """How often limits are drawn further [s]."""
+COLUMNS = 64
+"""Width of an event's text: what is longer goes on in the next line, since a view cuts it off."""
 RED = (255, 90, 60)
 """Of a stop, and of cycles that were skipped."""
 FAINT = 110
@@ -81,17 +84,17 @@ class LiveLog:
         self._send("position/commanded", time, command)
         self._send("tracking_error", time, 1e3 * (command - position))
         self._send(f"{self._effort}/measured", time, current if self._effort == "current" else torque)
-        self._send_limits(time[-1])
+        self._send_limits(time[[0, -1]])
         self._send_lateness(cycles, time)
         clock = 1e-9 * np.array([cycle.controller_time for cycle in cycles])
         self._send_residual(Samples(time, clock, position, joint_torque(self._model, current, torque)))
         self._move_arm(time, position)
 
-    def _send_limits(self, time: float) -> None:
-        if time >= self._limited + LIMITS:
-            self._limited = time
+    def _send_limits(self, ends: np.ndarray) -> None:
+        if ends[1] >= self._limited + LIMITS:
+            self._limited = ends[1]
             for quantity, limits in self._limits.items():
-                self._send(f"{quantity}/limit", np.array([time]), limits.values[None])
+                self._send(f"{quantity}/limit", ends, np.tile(limits.values, (2, 1)))
 
     def _send_lateness(self, cycles: Sequence[Cycle], time: np.ndarray) -> None:
         self._send("lateness/late", time, 1e3 * np.array([cycle.lateness for cycle in cycles]))
@@ -120,7 +123,7 @@ class LiveLog:
         time = max(float(self._time(event.host_time)), 0.0)
         level, colour = LOOKS.get(event.kind, ("INFO", None))
         self._recording.set_time(TIMELINE, duration=time)
-        text = f"{time:7.2f} s  {event.kind}: {event.text}"
+        text = fill(f"{time:.2f} s  {event.kind}: {event.text}", COLUMNS)
         # an entity a kind, since one without a colour gets that of the one before
         entity = rr.new_entity_path(["events", event.kind])
         self._recording.log(entity, rr.TextLog(text, level=level, color=colour))
@@ -131,32 +134,6 @@ class LiveLog:
 
     def _send(self, entity: str, time: np.ndarray, values: np.ndarray) -> None:
         send(self._recording, entity, time, values)
-
-
-class _Limits:
-    """Limits of one quantity that are finite."""
-
-    def __init__(self, *sides: np.ndarray) -> None:
-        finite = [np.flatnonzero(np.isfinite(side)) for side in sides]
-        self.joints = np.concatenate(finite)
-        self.values = np.concatenate([side[joints] for side, joints in zip(sides, finite, strict=True)])
-
-
-def finite_limits(robot: Robot, effort: str) -> dict[str, _Limits]:
-    """Limits that are drawn, by quantity; without those of which nobody said anything.
-
-    Args:
-        robot: The arm.
-        effort: "torque", or "current" for those that make the largest torque.
-    """
-    limits = robot.limits
-    largest = limits.torque / np.abs(robot.drive_gain) if effort == "current" else limits.torque
-    found = {
-        "position": _Limits(limits.position_lower, limits.position_upper),
-        "velocity": _Limits(limits.velocity_lower, limits.velocity),
-        effort: _Limits(-largest, largest),
-    }
-    return {quantity: some for quantity, some in found.items() if len(some.joints)}
 
 
 def usual_cycle(cycles: Sequence[Cycle]) -> float:

@@ -4,8 +4,7 @@ import os
 import signal
 import sys
 
-from exidyn.acquire.run.pipe_sink import PipeSink
-
+from ..run.pipe_sink import PipeSink
 from .targets import Address, CannotShow, Targets
 
 __all__ = ["CannotShow", "LiveView", "Targets", "start_view"]

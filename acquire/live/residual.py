@@ -116,8 +116,9 @@ class LiveResidual:
         believed = np.full_like(motion.position, np.nan)
         known = np.isfinite(motion.position).all(axis=1)
         if known.any():
-            arrays = (motion.time, motion.position, motion.velocity, motion.acceleration)
-            piece = Motion.of(*(array[known] for array in arrays), payload=self._payload)
+            time, position = motion.time[known], motion.position[known]
+            velocity, acceleration = motion.velocity[known], motion.acceleration[known]
+            piece = Motion.of(time, position, velocity, acceleration, payload=self._payload)
             believed[known] = self._torque(self._model.loaded(piece))
         return believed
 

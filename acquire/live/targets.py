@@ -3,11 +3,15 @@
 import json
 import socket
 from dataclasses import dataclass
+from ipaddress import ip_address
 from pathlib import Path
 from typing import NamedTuple
 from urllib.parse import quote, urlsplit
 
-from exidyn.acquire.run.errors import RunError
+from ..run.errors import RunError
+
+LOCAL, PORT = "127.0.0.1", 9090
+"""What only this machine reaches."""
 
 
 class CannotShow(RunError):
@@ -18,7 +22,7 @@ class Address(NamedTuple):
     """Where a server listens.
 
     Attributes:
-        host: Of this machine; "0.0.0.0" or "::" for all of its addresses.
+        host: An address of this machine; "0.0.0.0" or "::" for all of them.
         port: Of the page; the data come from the next one.
     """
 
@@ -27,19 +31,20 @@ class Address(NamedTuple):
 
     @classmethod
     def read(cls, text: str) -> "Address":
-        """From ADDRESS:PORT; the port may be left out.
+        """From ADDRESS:PORT; without a port, `PORT`.
 
         Raises:
             CannotShow: It is no such thing.
         """
         try:
             parts = urlsplit(f"//{text}")
-            host, port = parts.hostname, parts.port
+            host = ip_address(LOCAL if parts.hostname == "localhost" else parts.hostname or "")
+            port = PORT if parts.port is None else parts.port
         except ValueError as error:
-            raise CannotShow(f"--serve {text}: {error}. Give ADDRESS:PORT, such as 127.0.0.1:9090") from error
-        if not host or parts.path:
-            raise CannotShow(f"--serve {text}: expected ADDRESS:PORT, such as 127.0.0.1:9090")
-        return cls(host, PORT if port is None else port)
+            raise CannotShow(
+                f"--serve {text}: {error}. Give an address of this machine and a port, such as {LOCAL}:{PORT}"
+            ) from error
+        return cls(str(host), port)
 
     @property
     def seen(self) -> str:
@@ -50,7 +55,7 @@ class Address(NamedTuple):
     @property
     def local(self) -> str:
         """Where this machine sends the data."""
-        here = {"0.0.0.0": "127.0.0.1", "::": "[::1]"}.get(self.host)
+        here = {"0.0.0.0": LOCAL, "::": "[::1]"}.get(self.host)
         return f"rerun+http://{here or self.seen}:{self.port + 1}/proxy"
 
     @property
@@ -62,10 +67,6 @@ class Address(NamedTuple):
     def page(self) -> str:
         """What to open in a browser."""
         return f"http://{self.seen}:{self.port}/?url={quote(self.data, safe='')}"
-
-
-PORT = 9090
-"""Of the page, where none is said."""
 
 
 @dataclass(frozen=True)

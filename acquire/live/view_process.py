@@ -9,10 +9,10 @@ import time
 from collections.abc import Sequence
 
 import rerun as rr
-from exidyn.acquire.run.frames import END, EVENT, HEAD, SAMPLE, Cycle, Event, read_cycle, read_event
-from exidyn.acquire.run.pipe_source import PipeSource
-from exidyn.acquire.run.run_head import RunHead
 
+from ..run.frames import EVENT, HEAD, SAMPLE, Cycle, Event, read_cycle, read_event
+from ..run.pipe_source import PipeSource
+from ..run.run_head import RunHead
 from . import viewers
 from .live_log import LiveLog
 from .targets import Address, CannotShow, Targets

@@ -10,16 +10,15 @@ import time
 from collections.abc import Sequence
 from typing import IO
 
-from .targets import Address, CannotShow
+from .targets import LOCAL, Address, CannotShow
 
-LOOPBACK = "127.0.0.1"
 MEMORY = "2GB"
 """What a window may hold before it forgets the oldest: an hour of six joints at 500 Hz, and not Rerun's
 default, three quarters of a machine that may be running a controller."""
 START = 40.0
 """How long a viewer may take to listen [s]."""
 SETTLE = 1.0
-"""How long after that it might still find that there is no screen [s]."""
+"""How long after that a window might still find that there is no screen [s]."""
 
 
 def open_window() -> str:
@@ -28,10 +27,10 @@ def open_window() -> str:
     Raises:
         CannotShow: It does not open.
     """
-    port = free_port(LOOPBACK)
-    options = ["--bind", LOOPBACK, "--port", str(port), "--memory-limit", MEMORY, "--hide-welcome-screen"]
-    _start("the viewer", options, [(LOOPBACK, port)], lives_on=True)
-    return f"rerun+http://{LOOPBACK}:{port}/proxy"
+    port = free_port(LOCAL)
+    options = ["--bind", LOCAL, "--port", str(port), "--memory-limit", MEMORY, "--hide-welcome-screen"]
+    _start("the viewer", options, [(LOCAL, port)], lives_on=True)
+    return f"rerun+http://{LOCAL}:{port}/proxy"
 
 
 def serve(address: Address) -> None:
@@ -54,7 +53,7 @@ def serve(address: Address) -> None:
         "--port",
         str(ports[1]),
     ]
-    if address.host != LOOPBACK:
+    if address.host != LOCAL:
         options += ["--cors-allow-origin", f"http://{address.seen}:{address.port}"]
     _start(f"--serve {address.host}:{address.port}", options, [(address.host, port) for port in ports])
 
@@ -99,11 +98,16 @@ def _start(
             if process.poll() is not None or time.monotonic() > deadline:
                 raise CannotShow(f"{name} does not start: {_last_words(said)}")
             time.sleep(0.05)
-        try:
-            process.wait(SETTLE)
+        if lives_on and _ends_within(process, SETTLE):
             raise CannotShow(f"{name} does not start: {_last_words(said)}")
-        except subprocess.TimeoutExpired:
-            pass
+
+
+def _ends_within(process: "subprocess.Popen[bytes]", patience: float) -> bool:
+    try:
+        process.wait(patience)
+    except subprocess.TimeoutExpired:
+        return False
+    return True
 
 
 def _hear_signals() -> None:
@@ -113,7 +117,7 @@ def _hear_signals() -> None:
 
 
 def _listening(host: str, port: int) -> bool:
-    here = {"0.0.0.0": LOOPBACK, "::": "::1"}.get(host, host)
+    here = {"0.0.0.0": LOCAL, "::": "::1"}.get(host, host)
     try:
         socket.create_connection((here, port), timeout=1.0).close()
     except OSError:

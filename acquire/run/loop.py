@@ -75,6 +75,7 @@ class Loop:
         self._sinks, self._head, self._asked = sinks, head, asked
         self._player: Player | None = None
         self._check: CommandCheck | None = None
+        self._unsent: Command | None = None
         self._stage = -1
         self.counts = Counts()
         self.stop: Stop | None = None
@@ -107,6 +108,8 @@ class Loop:
         """The next command, or where that is not in order, the first of a stop."""
         assert self._player is not None
         assert self._check is not None
+        if self._unsent is not None:
+            return self._unsent
         command = self._player.next()
         wrong = self._check.look(command) if command is not None else None
         if wrong is None:
@@ -126,8 +129,10 @@ class Loop:
         if self.last is None and self._head:
             self._hand_over(self._head(sample))
         self.last = sample
+        self._unsent = None if sample.sent else command
+        command = command if sample.sent else None
         self.counts.add(sample)
-        self._tell_stage(LISTENING if command is None or self._player is None else self._player.stage)
+        self._tell_stage(self._player.stage if self._player else LISTENING)
         self._hand_over(sample_frame(sample, command, self._stage))
         for text in sample.events:
             self.tell("driver", text)

@@ -42,6 +42,7 @@ class PipeSink:
         module: What it runs; it opens its end as a `PipeSource`.
         arguments: Handed to it.
         lossy: Whether to drop frames that it is too slow for, instead of keeping them and failing.
+        waits: Whether to wait for it instead: for a loop that is not in real time.
         patience: How long it may take to be ready [s].
 
     Raises:
@@ -54,10 +55,11 @@ class PipeSink:
         module: str,
         arguments: Sequence[str] = (),
         lossy: bool = False,
+        waits: bool = False,
         patience: float = START,
     ) -> None:
         self.name, self.dropped, self.said, self.outcome = name, 0, "", ""
-        self._lossy = lossy
+        self._lossy, self._waits = lossy, waits
         self._failure = ""
         self._waiting = bytearray()
         self._heard = bytearray()
@@ -96,11 +98,13 @@ class PipeSink:
         return self._process.pid
 
     def put(self, frame: bytes) -> None:
-        """Hand a frame over; never blocks, never raises. After a failure it goes on as far as it can."""
+        """Hand a frame over; never raises, nor blocks unless it `waits`. After a failure it still tries."""
         if self._pipe < 0:
             return
         self._waiting += frame
         self._drain()
+        if self._waits and self._waiting and not self._failure:
+            self._wait_for_room(FINISH)
         if self._waiting and self._lossy and len(self._waiting) >= len(frame):  # none of it has gone out
             del self._waiting[-len(frame) :]
             self.dropped += 1
@@ -158,6 +162,13 @@ class PipeSink:
     def _fail(self, why: str) -> None:
         self._failure = self._failure or why
 
+    def _wait_for_room(self, patience: float) -> None:
+        """Until nothing waits any more, or that takes too long."""
+        deadline = time.monotonic() + patience
+        while self._waiting and time.monotonic() < deadline:
+            select.select([], [self._pipe], [], 0.1)
+            self._drain()
+
     def close(self, patience: float = FINISH) -> None:
         """Hand over what waits, and wait until the process has done its work; `outcome` is what it says.
 
@@ -167,9 +178,7 @@ class PipeSink:
         if self._report < 0:
             return
         deadline = time.monotonic() + patience
-        while self._waiting and time.monotonic() < deadline:
-            select.select([], [self._pipe], [], 0.1)
-            self._drain()
+        self._wait_for_room(patience)
         os.close(self._pipe)
         self._pipe = -1
         self._listen(max(deadline - time.monotonic(), 0.0))

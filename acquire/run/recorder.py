@@ -11,13 +11,14 @@ def part_of(path: Path) -> Path:
     return path.with_name(path.name + ".part")
 
 
-def start_recorder(path: Path) -> PipeSink:
+def start_recorder(path: Path, waits: bool = False) -> PipeSink:
     """Start the process that writes a run to a file; its first frame is a `RunHead`, its last an end.
 
     The content of the end, and what the recorder counts itself, is the recording's outcome.
 
     Args:
         path: Of the recording, which is called so when it is whole; an existing one is not written over.
+        waits: Whether the loop may be made to wait, because nothing real moves.
 
     Raises:
         RunError: There is such a file already, or none can be created.
@@ -27,7 +28,8 @@ def start_recorder(path: Path) -> PipeSink:
             raise RunError(f"{existing} exists, and recordings are not written over. {_advice(existing)}")
     if not path.parent.is_dir():
         raise RunError(f"{path}: there is no folder {path.parent}. Create it, or choose another (--output)")
-    return PipeSink("recorder", "exidyn.acquire.run.recorder_process", [str(path.absolute())])
+    where = [str(path.absolute())]
+    return PipeSink("recorder", "exidyn.acquire.run.recorder_process", where, waits=waits)
 
 
 def _advice(existing: Path) -> str:

@@ -38,7 +38,8 @@ class Recorder:
         self._run: RunFile | None = None
         self._cycles: list[Cycle] = []
         self._events: list[Event] = []
-        self._doubts: set[str] = set()
+        self._doubts: list[str] = []
+        self._full = ""
         self.course = Course()
 
     def record(self) -> bool:
@@ -47,18 +48,19 @@ class Recorder:
         Raises:
             OSError: The file cannot be written any more.
         """
-        while not self._source.ended and self.course.end is None:
+        while True:
             began = time.monotonic()
             self._take(1.0)
             self._write()
-            if not self._source.ended:
-                # All that comes in between is read at once, which costs less than waking for each frame.
-                time.sleep(max(began + FLUSH - time.monotonic(), 0.0))
+            if self._source.ended or self.course.end is not None:
+                break
+            # All that comes in between is read at once, which costs less than waking for each frame.
+            time.sleep(max(began + FLUSH - time.monotonic(), 0.0))
         if self._run is None:
             return False
-        if self.course.end is None:
+        if self.course.end is None and not self._source.broken:
             self._events.append(self.course.event("recorder", ABANDONED))
-            self._write()
+        self._write()
         self._run.finish(self.course.outcome())
         return True
 
@@ -74,14 +76,13 @@ class Recorder:
 
     def _refuse(self, why: str) -> None:
         self.course.unreadable += 1
-        self._doubt(f"a frame could not be read: {why}")
+        if self.course.unreadable == 1:
+            self._doubt(f"a frame could not be read: {why}")
 
     def _doubt(self, text: str) -> None:
-        """Tell the loop, and the recording, once."""
-        if text not in self._doubts:
-            self._doubts.add(text)
-            self._source.fail(text)
-            self._events.append(self.course.event("warning", text))
+        """Tell the loop, and with what is written next the recording."""
+        self._source.fail(text)
+        self._doubts.append(text)
 
     def _add(self, kind: bytes, body: bytes) -> None:
         if self._run is None:
@@ -102,10 +103,12 @@ class Recorder:
 
     def _write(self) -> None:
         if self._run is not None:
-            self._run.write(self._cycles, self._events)
-        self._cycles, self._events = [], []
-        if self._file.full:
-            self._doubt(f"the disk says: {self._file.full}")
+            doubts = [self.course.event("warning", text) for text in self._doubts]
+            self._run.write(self._cycles, [*self._events, *doubts])
+            self._cycles, self._events, self._doubts = [], [], []
+        if self._file.full and not self._full:
+            self._full = self._file.full
+            self._doubt(f"the disk says: {self._full}")
 
 
 def main(arguments: list[str]) -> None:

@@ -55,7 +55,7 @@ class ArmForces:
                 groups[effect.transmitted].append((effect, own))
         self._data = self._kinematics.createData()
         self._on_links, self._on_motors = (EffectSum(model.robot, groups[t], payload) for t in (True, False))
-        self._loaded = any(effect.needs_load for effect, _ in groups[False])
+        self.loaded = any(effect.needs_load for effect, _ in groups[False])
         self._none, self._massless = np.zeros(model.robot.dof), np.zeros((model.robot.dof,) * 2)
         self.friction = self._none
 
@@ -105,7 +105,7 @@ class ArmForces:
         if not self._on_links.empty:
             more, slope, mass = self._on_links.at(link, later, None, temperature)
             force, inertia = force + more, inertia + mass
-        return force, slope, inertia, force + inertia @ link.acceleration if self._loaded else None
+        return force, slope, inertia, force + inertia @ link.acceleration if self.loaded else None
 
     def _motor_side(
         self, motor: Joints, later: np.ndarray, load: np.ndarray | None, temperature: np.ndarray

@@ -72,7 +72,7 @@ class DriveControl:
     def torque_limit(self, gain: np.ndarray) -> np.ndarray:
         """Largest torque of each motor, seen from its joint, shape (n,) [N m]."""
         tightness = np.hypot(1.0 / self.current_limit, 1.0 / self.saturation)
-        return np.abs(gain) / np.maximum(tightness, np.finfo(float).tiny)
+        return np.abs(gain) / np.maximum(tightness, 1e-200)  # no limit at all is a very large one
 
     def current(self, torque: np.ndarray, gain: np.ndarray) -> np.ndarray:
         r"""Current that makes a torque, :math:`\tau = K i / \sqrt{1 + (i / i_s)^2}`, shape (n,) [A]."""

@@ -19,6 +19,10 @@ from .thermal import Thermal
 from .transmission import Springs, Transmission
 
 
+ROUNDS = 5
+"""In which friction by load and acceleration agree: each leaves its coefficient of what is missing, a tenth."""
+
+
 class Measured(NamedTuple):
     """What the sensors say, each of shape (n,).
 
@@ -147,12 +151,13 @@ class Plant:
 
     def truth(self) -> Motion:
         """How the motors really move now, a motion of one sample: no sensor says so."""
-        state, temperature = self._state, self._temperature
-        here, inertia = self._forces.at(Joints(*state[:3]), state.position, temperature)
-        spring, _ = self._springs.linear(state.position, state.velocity, 0.0)
-        force = self._servo.turns.T @ self._torque() - here.force - spring
-        motion = (*state[:2], np.linalg.solve(inertia, force))
-        position, velocity, acceleration = ((self._motors @ one)[None] for one in motion)
+        temperature, joints = self._temperature, Joints(*self._state[:3])
+        spring, _ = self._springs.linear(joints.position, joints.velocity, 0.0)
+        pull = self._servo.turns.T @ self._torque() - spring
+        for _ in range(ROUNDS if self._forces.loaded else 1):
+            here, inertia = self._forces.at(joints, joints.position, temperature)
+            joints = joints._replace(acceleration=np.linalg.solve(inertia, pull - here.force))
+        position, velocity, acceleration = ((self._motors @ one)[None] for one in joints)
         now, warm = np.zeros(1), temperature[None]
         return Motion.of(now, position, velocity, acceleration, None, warm, self._payload)
 

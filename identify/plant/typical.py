@@ -37,11 +37,12 @@ def typical_plant(
     gain: np.ndarray | None = None,
     seed: int = 0,
     payload: str = "",
+    transmission: Transmission | None = None,
 ) -> Plant:
-    """A rigid arm with a cascade, encoders and current sensors as industrial arms have them.
+    """An arm with a cascade, encoders and current sensors as industrial arms have them.
 
-    The velocity loops are tuned to the inertia that the model's beliefs say. Others parts are asked for by
-    making a `Plant` of `typical_parts`.
+    The velocity loops are tuned to the inertia that the model's beliefs say. For other parts, make a `Plant`
+    with some of `typical_parts`.
 
     Args:
         model: The arm as it is, with any payload as one of its effects.
@@ -50,11 +51,12 @@ def typical_plant(
         gain: Its drive gains, shape (n,) [N m/A]; believed ones by default.
         seed: Of the noise.
         payload: Name of the body that it carries; empty for none.
+        transmission: Gears that give way; rigid by default.
     """
     values = model.believed_values if values is None else values
     gain = model.robot.drive_gain if gain is None else gain
     control, sensors, thermal = typical_parts(model)
-    return Plant(model, values, gain, start, control, sensors, None, thermal, payload, seed=seed)
+    return Plant(model, values, gain, start, control, sensors, transmission, thermal, payload, seed=seed)
 
 
 def typical_parts(model: Model) -> tuple[DriveControl, Sensors, Thermal]:

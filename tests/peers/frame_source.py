@@ -2,8 +2,8 @@
 
     python tests/peers/frame_source.py MCAP PROGRESS SECONDS
 
-PROGRESS is a file of eight bytes: the host's clock at the last sample handed over [ns], right even when this
-program is killed. Prints `ready`, its recorder's process id, and at the end what became of the recording.
+PROGRESS is a file of sixteen bytes: the host's clock when the run began and at the last sample handed over
+[ns], right even when this program is killed. Prints `ready`, its recorder's process id, and at the end what became of the recording.
 """
 
 import mmap
@@ -41,8 +41,9 @@ def head(now):
 
 def main(path, progress, seconds):
     with start_recorder(Path(path)) as sink, open(progress, "r+b") as file:
-        handed = mmap.mmap(file.fileno(), 8)
+        handed = mmap.mmap(file.fileno(), 16)
         now = host_time()
+        struct.pack_into("<q", handed, 0, now)
         sink.put(head(now).frame())
         sink.put(event_frame(Event(now, 0, "driver", "begun", {})))
         clock = HostClock(CYCLE)
@@ -53,7 +54,7 @@ def main(path, progress, seconds):
             sink.put(sample_frame(*sample(tick.number, now, tick.lateness, tick.skipped), 2))
             if sink.failure:
                 break
-            struct.pack_into("<q", handed, 0, now)
+            struct.pack_into("<q", handed, 8, now)
         sink.put(text_frame(END, {"stop": "none"}))
         handed.close()
     print("failure", sink.failure or "none", flush=True)

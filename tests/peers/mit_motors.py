@@ -33,7 +33,7 @@ class Motor:
         self.position = self.velocity = self.torque = 0.0
         self.celsius = 25.0
         self.on, self.error = False, 0
-        self.gains, self.wish = (0.0, 0.0), (0.0, 0.0)
+        self.gains, self.wish = (100.0, 1.0), (0.0, 0.0)  # what the last host left
         self.heard = time.monotonic()
         self.registers = {
             1: 0.945, 8: number, 7: master, 9: 0, 10: 2, 14: 5015, 20: 10.0,
@@ -65,20 +65,20 @@ class Motor:
         say(f"motor {self.number}: error {error}")
 
     def command(self, data):
-        """Bit by bit, as the manuals draw it."""
-        bits = "".join(f"{byte:08b}" for byte in data)
-        parts = [int(bits[a:b], 2) for a, b in ((0, 16), (16, 28), (28, 40), (40, 52), (52, 64))]
-        fractions = [
-            part / (2.0**width - 1.0) for part, width in zip(parts, (16, 12, 12, 12, 12), strict=True)
-        ]
-        position, velocity, _ = MIT_RANGES
-        self.wish = ((2.0 * fractions[0] - 1.0) * position, (2.0 * fractions[1] - 1.0) * velocity)
-        self.gains = (500.0 * fractions[2], 5.0 * fractions[3])
+        """Byte by byte, as the manuals draw it."""
+        position = (data[0] << 8 | data[1]) / 65535.0
+        velocity = (data[2] << 4 | data[3] >> 4) / 4095.0
+        stiffness = ((data[3] & 15) << 8 | data[4]) / 4095.0
+        damping = (data[5] << 4 | data[6] >> 4) / 4095.0
+        self.wish = ((2.0 * position - 1.0) * MIT_RANGES[0], (2.0 * velocity - 1.0) * MIT_RANGES[1])
+        self.gains = (500.0 * stiffness, 5.0 * damping)
 
     def answer(self):
-        values = zip((self.position, self.velocity, self.torque), MIT_RANGES, (16, 12, 12), strict=True)
-        bits = "".join(f"{_whole(value, most, width):0{width}b}" for value, most, width in values)
-        body = int(bits, 2).to_bytes(5, "big")
+        position = _whole(self.position, MIT_RANGES[0], 65535)
+        velocity = _whole(self.velocity, MIT_RANGES[1], 4095)
+        torque = _whole(self.torque, MIT_RANGES[2], 4095)
+        shared = (velocity & 15) << 4 | torque >> 8
+        body = bytes([position >> 8, position & 255, velocity >> 4, shared, torque & 255])
         if self.damiao:
             code = self.error or int(self.on)
             return bytes([self.number & 0x0F | code << 4]) + body + bytes([30, int(self.celsius)])
@@ -107,9 +107,8 @@ class Motor:
             self.fail(13)
 
 
-def _whole(value, most, width):
-    full = 2**width - 1
-    return int(min(max((value + most) / (2.0 * most) * full + 0.5, 0), full))
+def _whole(value, most, full):
+    return int(min(max((value / most + 1.0) * 0.5 * full + 0.5, 0.0), full))
 
 
 class Motors:
@@ -127,7 +126,7 @@ class Motors:
         self.silent = set()
         self.random = np.random.default_rng(0)
         self.asked, self.cycles, self.on_at = set(), 0, 0
-        self.stepped = time.monotonic()
+        self.looked = time.monotonic()
         self.measure()
         self.held = self.plant.measure().position.copy()
 
@@ -148,15 +147,17 @@ class Motors:
         if message.is_extended_id or message.is_remote_frame or len(message.data) != 8:
             return
         now, identifier, data = time.monotonic(), message.arbitration_id, bytes(message.data)
-        for motor in self.motors:
-            answer = None
-            if identifier == motor.number:
-                answer = motor.received(data, now)
-            elif identifier == 0x7FF:
-                answer = motor.asked(data)
-            if answer is not None:
-                self.send(motor, answer)
-                self.count(motor.number)
+        if identifier == 0x7FF:
+            motor = self.motors[data[0] - 1] if 0 < data[0] <= len(self.motors) else None
+            answer = motor.asked(data) if motor else None
+        elif 0 < identifier <= len(self.motors):
+            motor = self.motors[identifier - 1]
+            answer = motor.received(data, now)
+        else:
+            return
+        if answer is not None:
+            self.send(motor, answer)
+            self.count(motor.number)
 
     def send(self, motor, answer):
         if motor.number not in self.silent:
@@ -176,7 +177,6 @@ class Motors:
 
     def move(self):
         """The arm goes where stiff springs pull it; what is off stays where it is."""
-        self.stepped = time.monotonic()
         for joint, motor in enumerate(self.motors):
             if motor.on and motor.gains[0] > 0.0:
                 self.held[joint] = motor.wish[0] * self.sign[joint] + self.zero[joint]
@@ -204,8 +204,10 @@ class Motors:
             if message is not None:
                 self.handle(message)
             now = time.monotonic()
-            for motor in self.motors:
-                motor.tick(now)
+            if now > self.looked + 0.002:
+                self.looked = now
+                for motor in self.motors:
+                    motor.tick(now)
 
     def receive(self):
         try:

@@ -35,7 +35,7 @@ class Left(NamedTuple):
 def kill(folder: Path, victims: tuple[str, ...], after: float) -> Left:
     """Kill "recorder", "loop" or both some time after the run began [s]."""
     path, progress = folder / "run.mcap", folder / "progress"
-    progress.write_bytes(bytes(8))
+    progress.write_bytes(bytes(16))
     command = [sys.executable, str(SOURCE), str(path), str(progress), str(LONGEST)]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as loop:
         recorder = 0
@@ -43,7 +43,7 @@ def kill(folder: Path, victims: tuple[str, ...], after: float) -> Left:
             recorder = int(loop.stdout.readline().split()[1])
             time.sleep(after)
             processes = {"recorder": recorder, "loop": loop.pid}
-            handed = _handed(progress)
+            _, handed = _handed(progress)
             for victim in victims:
                 os.kill(processes[victim], signal.SIGKILL)
             said = loop.stdout.read().strip()  # ends when both have ended
@@ -51,15 +51,18 @@ def kill(folder: Path, victims: tuple[str, ...], after: float) -> Left:
             loop.kill()
             _kill(recorder)
     # The loop went on for a moment, until it was killed itself: what a whole recorder owes is all of it.
-    handed = handed if "recorder" in victims else _handed(progress)
+    begun, all_handed = _handed(progress)
+    handed = handed if "recorder" in victims else all_handed
     left = path if path.exists() else part_of(path)
     recording = read_recording(left)
-    last = int(recording.host_time[-1]) if recording.host_time is not None else 0
+    last = int(recording.host_time[-1]) if len(recording.host_time) else begun
     return Left(left, recording, 1e-6 * max(handed - last, 0), said)
 
 
-def _handed(progress: Path) -> int:
-    return struct.unpack("<q", progress.read_bytes())[0]
+def _handed(progress: Path) -> tuple[int, int]:
+    """Host's clock when the run began and at the last sample that was handed over [ns]."""
+    begun, last = struct.unpack("<qq", progress.read_bytes())
+    return begun, max(begun, last)
 
 
 def _kill(process: int) -> None:
