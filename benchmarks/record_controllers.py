@@ -1,4 +1,4 @@
-"""Each driver and the controller it is held against: a peer that behaves as the real one, in its own process."""
+"""Each driver and the controller it is held against: a peer in a process of its own."""
 
 import socket
 import sys

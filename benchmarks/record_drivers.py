@@ -120,10 +120,8 @@ def _row(name: str, one: Measured) -> list[Any]:
     cpu = [100 * used / ran.seconds for used in (ran.cpu, ran.cpu_recorder, one.cpu_peer)]
     rate = ran.path.stat().st_size / ran.seconds * 1e-3 if ran.path.exists() else np.nan
     stop = ran.outcome.stop
-    return [
-        name, 1e3 * ran.outcome.info.cycle, counts.cycles, one.missed, *one.lateness, *one.bare, one.ratio, *cpu,
-        rate, stop.text if stop else "its end",
-    ]  # fmt: skip
+    loop = [name, 1e3 * ran.outcome.info.cycle, counts.cycles, one.missed, *one.lateness]
+    return [*loop, *one.bare, one.ratio, *cpu, rate, stop.text if stop else "its end"]
 
 
 def main(quick: bool) -> dict[str, Any]:

@@ -103,7 +103,12 @@ FAULTS = (
         "RSI: silence of 100 ms",
         "QUICK: for that long nobody knows where the arm is, and it stands still under its last command",
         "kuka_rsi",
-        (*ALWAYS, stops(QUICK, "silence", "link lost"), comes_to_rest, peer_says("stopped by the Stop channel")),
+        (
+            *ALWAYS,
+            stops(QUICK, "silence", "link lost"),
+            comes_to_rest,
+            peer_says("stopped by the Stop channel"),
+        ),
         ("--stall", "500:0.1"),
     ),
     Fault(

@@ -1,6 +1,6 @@
 """Faults of what a run reads and writes: a corrupt plan, a full disk, a viewer or a recorder that is killed.
 
-    python benchmarks/record_fault_files.py FOLDER        the run into a folder on a small file system
+python benchmarks/record_fault_files.py FOLDER        the run into a folder on a small file system
 """
 
 import contextlib
@@ -92,7 +92,16 @@ def disk_full() -> Row:
     with tempfile.TemporaryDirectory() as folder:
         mount = f"mount -t tmpfs -o size={KEPT_BACK + ROOM} none {folder}"
         mine = "-m" if os.geteuid() == 0 else "-rm"  # a mapped root has no real-time scheduling
-        command = ["unshare", mine, "sh", "-c", f'{mount} && exec "$0" "$@"', sys.executable, __file__, folder]
+        command = [
+            "unshare",
+            mine,
+            "sh",
+            "-c",
+            f'{mount} && exec "$0" "$@"',
+            sys.executable,
+            __file__,
+            folder,
+        ]
         try:
             said = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=True).stdout
         except (OSError, subprocess.CalledProcessError) as error:
@@ -103,7 +112,13 @@ def disk_full() -> Row:
 
 def on_a_small_disk(folder: Path) -> None:
     """The run of `disk_full`, inside its name space."""
-    checks = (stops(StopLevel.BRAKE, "recorder"), comes_to_rest, all_recorded, no_jump, tells("the disk says"))
+    checks = (
+        stops(StopLevel.BRAKE, "recorder"),
+        comes_to_rest,
+        all_recorded,
+        no_jump,
+        tells("the disk says"),
+    )
     row = _row("", "", folder, lambda recorder: (), checks)
     print(json.dumps([row.cells[2], row.wrong]))
 
@@ -152,13 +167,17 @@ def damaged(text: bytes, random: np.random.Generator) -> tuple[str, bytes]:
     length = int(random.integers(1, 200))
     whole = bytearray(text)
     kinds = {
-        "a bit flipped": lambda: whole[:place] + bytes([whole[place] ^ 1 << random.integers(8)]) + whole[place + 1 :],
+        "a bit flipped": lambda: (
+            whole[:place] + bytes([whole[place] ^ 1 << random.integers(8)]) + whole[place + 1 :]
+        ),
         "a byte lost": lambda: whole[:place] + whole[place + 1 :],
         "a byte more": lambda: whole[:place] + random.bytes(1) + whole[place:],
         "cut off": lambda: whole[:place],
         "a piece lost": lambda: whole[:place] + whole[place + length :],
         "a piece twice": lambda: whole[: place + length] + whole[place:],
-        "a piece zeroed": lambda: whole[:place] + bytes(len(whole[place : place + length])) + whole[place + length :],
+        "a piece zeroed": lambda: (
+            whole[:place] + bytes(len(whole[place : place + length])) + whole[place + length :]
+        ),
         "a digit changed": lambda: _another_digit(whole, random),
     }
     kind = str(random.choice(list(kinds)))

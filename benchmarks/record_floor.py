@@ -1,6 +1,6 @@
 """The floor: how late a loop that does nothing is, on this machine and at the same time.
 
-    python benchmarks/record_floor.py CYCLE        the loop in Python, where there is no compiler
+python benchmarks/record_floor.py CYCLE        the loop in Python, where there is no compiler
 """
 
 import signal

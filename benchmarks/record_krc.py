@@ -1,4 +1,4 @@
-"""The KUKA controller's own figures: how soon its telegrams are answered, by the driver and by the barest echo."""
+"""How soon the KUKA controller's telegrams are answered: by the driver, and by the barest echo."""
 
 import json
 import re
@@ -10,7 +10,9 @@ from typing import Any
 from exidyn.acquire.run.realtime import realtime
 from record_controllers import Peer, krc, rsi_config
 
-ANSWER = b'<Sen Type="ImFree"><AK A1="0" A2="0" A3="0" A4="0" A5="0" A6="0"/><Stop>0</Stop><IPOC>%s</IPOC></Sen>'
+ANSWER = (
+    b'<Sen Type="ImFree"><AK A1="0" A2="0" A3="0" A4="0" A5="0" A6="0"/><Stop>0</Stop><IPOC>%s</IPOC></Sen>'
+)
 
 
 def told(peer: Peer) -> dict[str, Any]:

@@ -18,9 +18,8 @@ from .stepping import State, Stepping, Stretch, require_inertia
 from .thermal import Thermal
 from .transmission import Springs, Transmission
 
-
 ROUNDS = 5
-"""In which friction by load and acceleration agree: each leaves its coefficient of what is missing, a tenth."""
+"""In which friction by load and acceleration agree: each leaves a tenth, its coefficient, of the gap."""
 
 
 class Measured(NamedTuple):

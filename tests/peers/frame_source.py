@@ -3,7 +3,8 @@
     python tests/peers/frame_source.py MCAP PROGRESS SECONDS
 
 PROGRESS is a file of sixteen bytes: the host's clock when the run began and at the last sample handed over
-[ns], right even when this program is killed. Prints `ready`, its recorder's process id, and at the end what became of the recording.
+[ns], right even when this program is killed. Prints `ready`, its recorder's process id, and at the end what
+became of the recording.
 """
 
 import mmap

@@ -1,0 +1,39 @@
+"""Record: every driver beside a bare loop, faults on purpose, kills, agreement of drivers, the example.
+
+    python benchmarks/record.py [--quick] [--json FILE] [--only PART ...]
+
+Everything runs as `exidyn record` runs it: the loop in real time where that is allowed, the recorder in its
+own process, and at the other end a peer that behaves as the controller does, over a real socket, bus or
+pseudo-terminal. Peers simulate drives and arm on this computer's own processors.
+"""
+
+import os
+
+os.environ["OMP_NUM_THREADS"] = "1"
+
+import record_agreement
+import record_drivers
+import record_example
+import record_faults
+import record_kill
+from common import options, save
+
+PARTS = {
+    "drivers": record_drivers.main,
+    "faults": record_faults.main,
+    "kills": record_kill.main,
+    "agreement": record_agreement.main,
+    "example": record_example.main,
+}
+
+
+def main() -> None:
+    chosen = options(__doc__.splitlines()[0], parts=PARTS)
+    figures: dict[str, object] = {}
+    for name in chosen.only or PARTS:
+        figures |= PARTS[name](chosen.quick)
+    save(chosen.json, figures)
+
+
+if __name__ == "__main__":
+    main()
