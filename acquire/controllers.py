@@ -10,8 +10,8 @@ from exidyn.drivers.driver import Plant
 from exidyn.drivers.errors import BadSettings
 from exidyn.identify.robot import Robot
 
-KEYS = ("driver", "settings")
-"""What a controller file has."""
+KEYS = {"driver": (str, 'a text, such as driver = "mock"'), "settings": (dict, "a table, [settings]")}
+"""What a controller file has: key -> its type, and that in words."""
 
 
 def read_controller(
@@ -28,7 +28,7 @@ def read_controller(
         BadSettings: A file that is none, or an assignment that is none.
     """
     table = _file(path) if path else {}
-    of_file = str(table.get("driver", ""))
+    of_file = table.get("driver", "")
     if name and of_file and name != of_file:
         raise BadSettings(f"--driver {name}, but {path} is for {of_file}. Leave one of them out")
     settings = dict(table.get("settings", {}))
@@ -47,7 +47,13 @@ def _file(path: Path) -> Mapping[str, Any]:
         raise BadSettings(f"{path}: not a controller file (TOML): {error}") from error
     unknown = [key for key in table if key not in KEYS]
     if unknown:
-        raise BadSettings(f"{path}: unknown key '{unknown[0]}'. Valid: {', '.join(KEYS)}")
+        raise BadSettings(
+            f"{path}: unknown key '{unknown[0]}'. Valid: {', '.join(KEYS)}; all that a driver is told stands "
+            "below [settings]"
+        )
+    for key, (kind, form) in KEYS.items():
+        if not isinstance(table.get(key, kind()), kind):
+            raise BadSettings(f"{path}: {key} is {table[key]!r}; expected {form}")
     return table
 
 

@@ -23,8 +23,9 @@ def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="exidyn drivers",
         description="List the drivers, or print the settings of one as a controller file for exidyn record.",
-        epilog="examples: exidyn drivers can_mit > cell.toml; "
-        "exidyn drivers kuka_rsi --for-host 192.168.1.10 > RSI_EthernetConfig.xml",
+        epilog="examples:\n  exidyn drivers can_mit > cell.toml\n"
+        "  exidyn drivers kuka_rsi --for-host 172.31.1.10 > RSI_EthernetConfig.xml",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("name", nargs="?", metavar="NAME", help="driver")
     parser.add_argument(

@@ -14,7 +14,7 @@ from .example import GAIN_ERROR, MASS, comparison, make_example
 SHORTEST = 20.0
 """Duration [s] of the motion below which ramps and filters leave too little of it."""
 
-SEARCH = "20"
+SEARCH = 20.0
 """How long the motion is searched [s]; a minute finds a better one."""
 
 
@@ -24,12 +24,22 @@ def main(arguments: Sequence[str]) -> int:
     folder, example = given.output, make_example(given.robot)
     _require_empty(folder)
     example.write(folder)
-    believed, length = str(folder / "believed.toml"), f"{given.seconds:g}"
+    believed, length, search = str(folder / "believed.toml"), f"{given.seconds:g}", f"{given.search:g}"
     motion, other = str(folder / "trajectory.toml"), str(folder / "other.toml")
     mass = ["--mass", f"{MASS:g}"]
-    plan = [believed, "--length", length, "--payload", f"{MASS:g}", "--seconds", SEARCH, "--output", motion]
+    plan = [believed, "--length", length, "--payload", f"{MASS:g}", "--seconds", search, "--output", motion]
     _run("excite", excite_command.main, plan)
-    plan = [believed, "--length", length, "--seconds", "5", "--seed", "7", "--output", other]
+    plan = [
+        believed,
+        "--length",
+        length,
+        "--seconds",
+        f"{min(given.search, 5.0):g}",
+        "--seed",
+        "7",
+        "--output",
+        other,
+    ]
     _run("excite", excite_command.main, plan)
     paths: list[str] = []
     runs: tuple[tuple[str, str, str, list[str]], ...] = (
@@ -80,6 +90,10 @@ def _parser() -> argparse.ArgumentParser:
         "--output", type=Path, default=Path("exidyn-example"), metavar="FOLDER", help="default: %(default)s"
     )
     parser.add_argument("--seconds", type=_seconds, default=40.0, help="of each run; default: %(default)s")
+    parser.add_argument(
+        "--search", type=_seconds_of_search, default=SEARCH, metavar="SECONDS",
+        help="how long the motion is searched; default: %(default)s",
+    )  # fmt: skip
     return parser
 
 
@@ -87,4 +101,11 @@ def _seconds(text: str) -> float:
     value = float(text)
     if not value >= SHORTEST:
         raise argparse.ArgumentTypeError(f"{text} is too short; at least {SHORTEST:g} s")
+    return value
+
+
+def _seconds_of_search(text: str) -> float:
+    value = float(text)
+    if not value > 0:
+        raise argparse.ArgumentTypeError(f"{text} is no time to search in; say above 0 s")
     return value

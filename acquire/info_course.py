@@ -10,9 +10,6 @@ from exidyn.identify.text_table import paragraph
 SHOWN = 40
 """Events that are printed; of more than that, the first and last half."""
 
-COUNTED = ("cycles", "skipped", "unreadable_frames", "lateness_p50_s", "lateness_p99_s", "lateness_max_s")
-"""What a recorder counts beside what the loop says; the timing says it again."""
-
 
 def course_lines(recording: Recording) -> list[str]:
     """Cycles, events and outcome of a recorded run, in lines; none for one that was imported."""
@@ -50,8 +47,12 @@ def _events(events: tuple[Event, ...]) -> list[str]:
 
 
 def _outcome(outcome: Mapping[str, str]) -> list[str]:
-    said = {name: text for name, text in outcome.items() if name not in COUNTED}
-    if not said:
+    if "stop" not in outcome:
         return []
+    text = outcome.get("text", "")
+    how = {
+        "none": text,
+        "unknown": "nobody said how; the program that moved the arm, or the recorder, ended before it could",
+    }.get(outcome["stop"], f"STOPPED ({outcome.get('level', 'brake').lower()}): {text}")
     first = "ended:  "
-    return paragraph(", ".join(f"{name} {text}" for name, text in said.items()), " " * len(first), first)
+    return paragraph(how, " " * len(first), first)

@@ -19,6 +19,7 @@ def parser() -> argparse.ArgumentParser:
     drivers = "\n".join(f"  {name:<{width}}  {entry.purpose}" for name, entry in DRIVERS.items())
     found = argparse.ArgumentParser(
         prog="exidyn record",
+        usage="exidyn record [-h] TRAJECTORY --robot ROBOT [option ...]",  # all of them would hide an error
         description="Play a planned motion on a controller and record the run.",
         epilog=f"{EXAMPLE}\n\ndrivers ('exidyn drivers NAME' lists the settings of one):\n{drivers}",
         formatter_class=argparse.RawDescriptionHelpFormatter,
@@ -114,15 +115,22 @@ def _view(group: argparse._ArgumentGroup) -> None:
 
 def percent(text: str) -> float:
     """A share from per cent."""
-    value = float(text.rstrip("%")) / 100.0
+    value = _number(text.rstrip("%")) / 100.0
     if not 0.0 < value <= 1.0:
-        raise argparse.ArgumentTypeError(f"{text}: above 0 and up to 100 per cent")
+        raise argparse.ArgumentTypeError(f"{text} is not above 0 and up to 100 per cent")
     return value
 
 
 def positive(text: str) -> float:
     """A number above zero."""
-    value = float(text)
+    value = _number(text)
     if not 0.0 < value < float("inf"):
-        raise argparse.ArgumentTypeError(f"{text} must be above 0")
+        raise argparse.ArgumentTypeError(f"{text} is not above 0")
     return value
+
+
+def _number(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"'{text}' is not a number") from None

@@ -66,7 +66,9 @@ def main(arguments: Sequence[str]) -> int:
     if not driver.simulated and not given.no_rehearsal:
         _rehearse(job, ready, driver, payload)
     confirm(driver.simulated, given.yes)
-    outcome = _record(given, driver, job, path, partial(_head, given, name, ready, payload, path))
+    # Read and written before the loop, which has no time for it.
+    explained = read_model(given.robot), plan_text(ready.plan)
+    outcome = _record(given, driver, job, path, partial(_head, given, name, explained, payload, path))
     return 0 if outcome.stop is None else STOPPED
 
 
@@ -143,13 +145,14 @@ def _rehearse(job: Job, ready: Checked, driver: Driver, payload: KnownPayload | 
 def _head(
     given: argparse.Namespace,
     driver: str,
-    ready: Checked,
+    explained: tuple[Model, str],
     payload: KnownPayload | None,
     path: Path,
     info: Info,
     sample: Sample,
 ) -> bytes:
-    """What explains the run, once its first sample is there."""
+    """What explains the run by its model and its plan's text, once its first sample is there."""
+    model, plan = explained
     settings = {
         "driver": driver,
         "cycle": f"{info.cycle:g} s",
@@ -163,11 +166,11 @@ def _head(
     }
     return RunHead(
         name=given.name or path.stem,
-        model=read_model(given.robot),
+        model=model,
         signals=info.signals,
         epoch=sample.host_time,
         zero=sample.controller_time,
-        trajectory=plan_text(ready.plan),
+        trajectory=plan,
         payload=payload,
         settings={name: text for name, text in settings.items() if text},
         warnings=info.warnings,
@@ -190,12 +193,19 @@ def _record(
         if driver.in_real_time:
             for text in stack.enter_context(realtime()):
                 print(f"exidyn: warning: {text}", file=sys.stderr)
-        outcome = perform(driver, job, sinks, head, lambda: asked.stop)
+        outcome = perform(driver, job, sinks, head, asked.look, _say_doubts)
         for sink in sinks:
             sink.put(text_frame(END, run_summary.end(outcome)))
     print(run_summary.after(outcome))
     _say_where(recorder, path)
     return outcome
+
+
+def _say_doubts(info: Info) -> None:
+    """What a person should know before drives are powered."""
+    unguarded = "nothing is known to stop the arm by itself if this program dies"
+    for text in (*info.warnings, *([] if info.dead_man else [unguarded])):
+        print(f"exidyn: warning: {text}", file=sys.stderr)
 
 
 def _say_where(recorder: PipeSink, path: Path) -> None:

@@ -41,8 +41,8 @@ def after(outcome: Outcome) -> str:
     late = lateness(counts)
     lines = [
         "finished" if stop is None else f"STOPPED ({stop.level.name.lower()}): {stop.text}",
-        f"{counts.cycles} cycles of {1e3 * cycle:g} ms, {counts.skipped} missed, {counts.stale} with a joint "
-        "that was silent",
+        f"{counts.cycles} cycles of {1e3 * cycle:g} ms, {counts.skipped} missed, {counts.stale} in which a "
+        "joint was silent",
     ]
     if late.get("lateness_max"):
         lines.append(

@@ -2,18 +2,20 @@
 
 import argparse
 import json
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 
-def options(description: str) -> argparse.Namespace:
-    """Command line of a benchmark: --quick and --json FILE."""
+def options(description: str, parts: Collection[str] = ()) -> argparse.Namespace:
+    """Command line of a benchmark: --quick and --json FILE; --only PART where it has parts."""
     parser = argparse.ArgumentParser(description=description)
     parser.add_argument("--quick", action="store_true", help="the same work in small, under a minute")
     parser.add_argument("--json", type=Path, metavar="FILE", help="write the figures to FILE")
+    if parts:
+        parser.add_argument("--only", nargs="+", choices=list(parts), metavar="PART", help=", ".join(parts))
     return parser.parse_args()
 
 

@@ -28,7 +28,7 @@ PARTS = {
 
 
 def main() -> None:
-    chosen = options(__doc__.splitlines()[0], parts=PARTS)
+    chosen = options(__doc__.splitlines()[0], PARTS)
     figures: dict[str, object] = {}
     for name in chosen.only or PARTS:
         figures |= PARTS[name](chosen.quick)

@@ -125,6 +125,6 @@ def _row(name: str, one: Measured) -> list[Any]:
 
 
 def main(quick: bool) -> dict[str, Any]:
-    seconds = 3.0 if quick else 60.0
+    seconds = 1.5 if quick else 60.0
     with tempfile.TemporaryDirectory() as folder:
         return table(measure_all(seconds, Path(folder)), seconds)

@@ -5,17 +5,14 @@ last cycle that can be read to the last one that had been handed over when the s
 killed and the recorder is not, nothing may be lost.
 """
 
-import os
 import sys
 import tempfile
 from pathlib import Path
 from typing import Any
 
-os.environ["OMP_NUM_THREADS"] = "1"
-
 import numpy as np
 from busy import busy
-from common import options, save, show
+from common import show
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "peers"))
 from recorder_kills import kill
@@ -39,13 +36,10 @@ def kills(count: int, victims: tuple[str, ...], seed: int = 0, longest: float = 
     return {"lost_ms": lost, "unreadable": unreadable}
 
 
-def main() -> None:
-    chosen = options(__doc__.splitlines()[0])
-    counts = (
-        {"both": 5, "recorder": 3, "loop": 2} if chosen.quick else {"both": 20, "recorder": 20, "loop": 10}
-    )
+def main(quick: bool) -> dict[str, Any]:
+    counts = {"both": 1, "recorder": 1} if quick else {"both": 20, "recorder": 20, "loop": 10}
     with busy(2):
-        found = {name: kills(counts[name], victims) for name, victims in WHO.items()}
+        found = {name: kills(count, WHO[name]) for name, count in counts.items()}
     rows = [
         [name, counts[name], figures["unreadable"], *np.percentile(figures["lost_ms"], [50, 100])]
         for name, figures in found.items()
@@ -53,16 +47,9 @@ def main() -> None:
     show(
         "SIGKILL at random moments", ["killed", "runs", "unreadable", "median lost ms", "most lost ms"], rows
     )
-    save(
-        chosen.json,
-        {
-            "lost_ms": max(max(found[name]["lost_ms"]) for name in ("both", "recorder")),
-            "lost_ms_recorder_alive": max(found["loop"]["lost_ms"]),
-            "kills": sum(counts.values()),
-            "unreadable": sum(figures["unreadable"] for figures in found.values()),
-        },
-    )
-
-
-if __name__ == "__main__":
-    main()
+    return {
+        "lost_ms": max(max(found[name]["lost_ms"]) for name in ("both", "recorder")),
+        "lost_ms_recorder_alive": max(found["loop"]["lost_ms"]) if "loop" in found else None,
+        "kills": sum(counts.values()),
+        "unreadable": sum(figures["unreadable"] for figures in found.values()),
+    }

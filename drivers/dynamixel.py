@@ -14,7 +14,7 @@ from . import dynamixel_packet as packets
 from . import dynamixel_registers as registers
 from .driver import Arm, Info, StopLevel
 from .dynamixel_health import DynamixelHealth
-from .dynamixel_models import joins_answers, model_name
+from .dynamixel_models import joins_answers, model_name, stops_in_silence
 from .dynamixel_registers import MEASURED, TRIPPED, WARM
 from .dynamixel_setup import Found, current_units, find, require_healthy, require_mode, set_return_delay
 from .errors import NotReady
@@ -77,13 +77,13 @@ class Dynamixel(ServoDriver):
         self._ampere = np.where(self._current_unit > 0.0, self._current_unit, np.nan)
         self._allowed = self._goals_allowed(bus)
         self._choose_reading(bus, found)
-        warnings += self._doubts(bus)
+        warnings += self._doubts(bus, found)
         lower, upper = self._window(bus)
         return Info(
             cycle=settings.cycle,
             clock="host",
             signals=self._signals(),
-            dead_man=self._dead_man(),
+            dead_man=self._dead_man(found),
             window_lower=lower,
             window_upper=upper,
             settings=self._explained() | self._identities(bus, found),
@@ -116,7 +116,7 @@ class Dynamixel(ServoDriver):
         delay = self.settings.return_delay
         longest = shortest_cycle(self._bytes(WARM), self.settings.baudrate, delay, self.latency)
         self._cool, self._warm = (
-            [self._ask(what.itemsize + more) for more in range(LENGTHS)] for what in (MEASURED, WARM)
+            [self._ask(what.itemsize, more) for more in range(LENGTHS)] for what in (MEASURED, WARM)
         )
         self._has_time = longest <= self.settings.cycle
 
@@ -124,18 +124,26 @@ class Dynamixel(ServoDriver):
         current = ["current"] * bool(np.any(self._current_unit))
         return ("position", "velocity", *current, *["temperature"] * self._has_time)
 
-    def _dead_man(self) -> str:
-        if not self._watchdog:
+    def _dead_man(self, found: Sequence[Found]) -> str:
+        if not self._watchdog or not all(stops_in_silence(*one) for one in found):
             return ""
         seconds = self._watchdog * registers.WATCHDOG_UNIT
         return f"bus watchdog: servos stop and hold after {seconds:g} s of silence"
 
-    def _doubts(self, bus: ServoBus) -> list[str]:
+    def _doubts(self, bus: ServoBus, found: Sequence[Found]) -> list[str]:
         doubts = []
         if not np.all(self._current_unit):
             doubts.append("some servos measure no current; their joints cannot be identified")
         if not self._watchdog:
             doubts.append("without bus watchdog servos go on to their last goal when the computer dies")
+        unstopped = [
+            bus.names[s] for s, one in zip(bus.servos, found, strict=True) if not stops_in_silence(*one)
+        ]
+        if self._watchdog and unstopped:
+            doubts.append(
+                f"the bus watchdog of {', '.join(unstopped)} may trip and not stop the servo, as has been "
+                "reported of its firmware. Try firmware 52 or newer, and pull the plug once to see"
+            )
         if any(bus.read(registers.HOMING)) and self.settings.operating_mode != "position":
             doubts.append(
                 "servos have homing offsets, with which some firmware moves when its bus watchdog stops it. "
@@ -160,9 +168,10 @@ class Dynamixel(ServoDriver):
         furthest = np.full(self.arm.dof, registers.FURTHEST)
         return Goals(-furthest, furthest)
 
-    def _ask(self, length: int) -> Reading:
+    def _ask(self, length: int, more: int = 0) -> Reading:
+        """More are asked for in front: behind the temperature servos have nothing, and refuse to read it."""
         ask = packets.fast_sync_read if self._joined else packets.sync_read
-        return ask(registers.FIRST, length, self.settings.ids)
+        return ask(registers.FIRST - more, length + more, self.settings.ids)
 
     def _bytes(self, what: np.dtype) -> Traffic:
         goals = packets.sync_write(

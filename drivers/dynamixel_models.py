@@ -67,6 +67,14 @@ def joins_answers(number: int, firmware: int) -> bool:
     return bool(sizes) and firmware >= sizes[0]
 
 
+def stops_in_silence(number: int, firmware: int) -> bool:
+    """Whether the bus watchdog can be relied upon.
+
+    With firmware 51 it was reported, and the maker saw it too, that all X330 go on after theirs has tripped.
+    """
+    return not (number in MODELS and "330" in MODELS[number].name and firmware <= 51)
+
+
 def model_name(number: int) -> str:
     """What a servo is called, or its number."""
     return MODELS[number].name if number in MODELS else f"model {number}"

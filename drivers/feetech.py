@@ -104,7 +104,7 @@ class Feetech(ServoDriver):
         self._unloading = bus.read(UNLOADING)
         self._allowed = _goals_allowed(bus)
         self._questions = [
-            packets.sync_read(PRESENT.address, MEASURED.itemsize + more, settings.ids)
+            packets.sync_read(PRESENT.address - more, MEASURED.itemsize + more, settings.ids)
             for more in range(LENGTHS)
         ]
         self._measures = np.array([not phase & NO_CURRENT for phase in phases])

@@ -159,6 +159,7 @@ class KukaRsi(Driver):
             stale=self._fresh,
             events=self._events(talk, fresh),
             fault=self._fault,
+            sent=not (talk.refused or self._fault),
         )
 
     def _current(self, numbers: np.ndarray) -> np.ndarray:

@@ -105,7 +105,9 @@ class ServoBus:
 
         Raises:
             LinkLost: Some do not answer.
+            NotReady: The adapter answers for them.
         """
+        self._require_no_echo()
         answers = {servo: self.ping(servo) for servo in self.servos}
         found = [data for data in answers.values() if data is not None]
         if len(found) == len(answers):
@@ -117,6 +119,17 @@ class ServoBus:
             f"{silent} did not answer at {baudrate} bit/s; {there} did. Look at plugs, power and ids, or try "
             f"another baudrate: {others}"
         )
+
+    def _require_no_echo(self) -> None:
+        """A plain adapter hears itself, and a ping can look like the answer of a servo with an alarm."""
+        question = self._codec.sync_read(0, 1, self.servos)
+        self.drain()
+        self.tell(question.packet)
+        if self._port.read(len(question.packet) + question.answer_bytes).startswith(question.packet):
+            raise NotReady(
+                "the adapter sends back what it is sent, so that answers cannot be told from questions. Try "
+                "one that listens only while it does not send, as those of the servos' makers do"
+            )
 
     def read(self, register: Register) -> list[int]:
         """A register of all servos.

@@ -109,7 +109,7 @@ class ServoDriver(Driver):
         """Send the goals and ask for all measurements, in one write."""
         bus, _ = self._opened()
         tick, events = self._clock.wait(), list[str]()
-        packets = self._packets(bus, command, events)
+        packets = self._packets(bus, command)
         readings = self._readings(self._count)
         length = readings[0].length
         self._count += 1
@@ -188,12 +188,13 @@ class ServoDriver(Driver):
         """Counts at which the servos stand, shape (n,)."""
         return self._from_register(np.array(bus.read(self.present)))
 
-    def _packets(self, bus: ServoBus, command: Command | None, events: list[str]) -> bytes:
+    def _packets(self, bus: ServoBus, command: Command | None) -> bytes:
         """What is told this cycle: the goals of a stop or of the command, and in the first what guards."""
         once, self._once = self._once, b""
-        return once + self._goals_now(bus, command, events)
+        return once + self._goals_now(bus, command)
 
-    def _goals_now(self, bus: ServoBus, command: Command | None, events: list[str]) -> bytes:
+    def _goals_now(self, bus: ServoBus, command: Command | None) -> bytes:
+        """A command that no servo takes is not sent and is a fault."""
         if self._stopped > StopLevel.BRAKE or command is None:
             return self._stop_packet
         counts = self._units.counts(command.position)
@@ -202,11 +203,11 @@ class ServoDriver(Driver):
         if not len(outside):
             return self._goals(bus, counts)
         joint = outside[0]
-        events.append(
+        self._fault = self._fault or (
             f"a command was not sent: {self.arm.joints[joint]} at {command.position[joint]:g} rad is count "
             f"{counts[joint]:g} of its servo, which takes {lowest[joint]:g} to {highest[joint]:g}"
         )
-        return b""
+        return self._stop_packet
 
     def _goals(self, bus: ServoBus, counts: np.ndarray) -> bytes:
         return bus.packet(self.goal, self._to_register(counts))

@@ -34,7 +34,7 @@ class ServoTalk:
 
         Args:
             packets: Nobody answers these.
-            readings: The question, and the same with more and more bytes behind, `LENGTHS` in all.
+            readings: The question, and the same with more and more bytes in front, `LENGTHS` in all.
             events: What was noticed is added here.
 
         Raises:
@@ -57,7 +57,7 @@ class ServoTalk:
             return [None] * len(self._answering)
         reading, length = readings[self._turn % LENGTHS], readings[0].length
         answers = [
-            Status(answer.servo, answer.error, answer.data[:length])
+            Status(answer.servo, answer.error, answer.data[-length:])
             if answer is not None and len(answer.data) == reading.length
             else None
             for answer in self._bus.ask(reading, packets)

@@ -1,6 +1,7 @@
 """Essential parameters: those the data do not support are dropped stepwise."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
+from dataclasses import replace
 
 import numpy as np
 from scipy import stats
@@ -41,3 +42,14 @@ def unsupported(estimate: Estimate, held: Collection[int] = ()) -> list[int]:
         dropped.append(weakest)
         left.remove(weakest)
     return dropped
+
+
+def as_doubtful(reduced: Estimate, whole: Estimate, dropped: Sequence[int]) -> Estimate:
+    """The estimate without some parameters, as uncertain as with them.
+
+    The data do not say that what was dropped is zero, only that it may be: it is zero up to its deviation,
+    and what it is correlated with is off by its share. By block inversion that adds up to the covariance
+    that the others had before.
+    """
+    left = np.delete(np.arange(len(whole.covariance)), list(dropped))
+    return replace(reduced, covariance=whole.covariance[np.ix_(left, left)])

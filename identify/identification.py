@@ -9,7 +9,7 @@ from .base_parameters import BaseParameters, base_parameters
 from .effects import Payload
 from .equations import Equations, assemble
 from .errors import DifferentRobot, NotExcited, RecordingError
-from .essential import unsupported
+from .essential import as_doubtful, unsupported
 from .estimators import Estimate, Estimator, maximum_likelihood, weighted
 from .excitation_doubts import excitation_doubts
 from .fit import Fit, agreement
@@ -199,7 +199,7 @@ def _fit(
     if drop and (weak := unsupported(estimate, believed_away_from_zero(base, model))):
         dropped = {base.names[k]: float(estimate.values[k]) for k in weak}
         equations = equations.without(weak)
-        base, estimate = equations.base, estimator(equations)
+        base, estimate = equations.base, as_doubtful(estimator(equations), estimate, weak)
     return Fit(
         model=model,
         base=base,

@@ -44,7 +44,7 @@ def arm_view(model: Model, name: str) -> rrb.Spatial3DView:
     lengths = [np.linalg.norm(place.translation) for place in model.robot.kinematics.jointPlacements]
     reach = float(np.sum(lengths)) or 1.0
     eye = rrb.EyeControls3D(
-        position=[1.1 * reach, -0.9 * reach, 0.8 * reach], look_target=[0, 0, 0.3 * reach]
+        position=[1.3 * reach, -1.1 * reach, 0.95 * reach], look_target=[0, 0, 0.2 * reach]
     )
     ground = rrb.SpatialInformation(target_frame=f"{name}/{arm_tree(model, name).root_link().name}")
     origin = rr.new_entity_path([name])

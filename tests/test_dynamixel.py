@@ -247,14 +247,15 @@ def test_at_the_end_servos_hold_or_are_off_and_take_goals_of_others(servos, at_e
         assert info.warnings == ()  # the watchdog was let off
 
 
-def test_a_goal_that_no_servo_takes_is_not_sent(servos):
+@pytest.mark.parametrize("wrong", [1e6, np.nan])
+def test_a_goal_that_no_servo_takes_is_not_sent_and_is_a_fault(servos, wrong):
     with driver("dynamixel", servos) as one:
         one.open()
         one.arm_drives()
         start = fresh(one).position
-        for wrong in (1e6, np.nan):
-            _, events = until(one, lambda s: s.events, hold([wrong, *start[1:]]))
-            assert events[0].startswith(f"a command was not sent: joint1 at {wrong:g} rad is count")
+        sample, _ = until(one, lambda s: s.fault, hold([wrong, *start[1:]]))
+        assert sample.fault.startswith(f"a command was not sent: joint1 at {wrong:g} rad is count")
+        assert fresh(one).fault == sample.fault
 
 
 def test_old_firmware_answers_one_by_one(servos):
@@ -266,6 +267,34 @@ def test_old_firmware_answers_one_by_one(servos):
     with driver("dynamixel", servos, fast_sync_read="on") as one:
         with pytest.raises(NotReady, match="do not answer a fast sync read"):
             one.open()
+
+
+@pytest.mark.parametrize("fast", ["on", "off"])
+def test_every_question_of_a_run_asks_for_registers_that_are_there(servos, fast):
+    with driver("dynamixel", servos, fast_sync_read=fast) as one:
+        one.open()
+        for reading in [*one._cool, *one._warm]:
+            assert None not in one._bus.ask(reading)
+
+
+def test_an_adapter_that_hears_itself_is_refused(servos):
+    tell(servos, "echo")
+    with driver("dynamixel", servos) as one, pytest.raises(NotReady, match="sends back what it is sent"):
+        one.open()
+
+
+def test_a_watchdog_that_is_known_to_fail_is_not_relied_upon(servos):
+    tell(servos, "set 0 2 1200")
+    tell(servos, "set 6 1 51")
+    with driver("dynamixel", servos) as one:
+        info = one.open()
+        assert info.dead_man == ""
+        assert any("bus watchdog of servo 10 (joint1), servo 11" in text for text in info.warnings)
+    tell(servos, "set 6 1 52")
+    with driver("dynamixel", servos) as one:
+        info = one.open()
+        assert "stop and hold" in info.dead_man
+        assert info.warnings == ()
 
 
 def test_servos_that_are_not_there_are_named(servos):

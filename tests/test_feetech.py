@@ -128,8 +128,8 @@ def test_position_limits_of_the_servos_are_the_window(mirrors):
         info = one.open()
         np.testing.assert_allclose(info.window_upper - info.window_lower, 2000 * TURN)
         one.arm_drives()
-        _, events = until(one, lambda s: s.events, hold(np.full(6, 3001 * TURN)))
-        assert "count 3001 of its servo, which takes 1000 to 3000" in events[0]
+        sample, _ = until(one, lambda s: s.fault, hold(np.full(6, 3001 * TURN)))
+        assert "count 3001 of its servo, which takes 1000 to 3000" in sample.fault
 
 
 def test_another_mode_is_refused(servos):
@@ -155,6 +155,14 @@ def test_a_servo_that_is_not_there_is_named(servos):
         create("feetech", settings, arm()) as one,
         pytest.raises(LinkLost, match="servo 77 .* did not answer"),
     ):
+        one.open()
+
+
+def test_an_adapter_that_hears_itself_is_not_taken_for_servos(servos):
+    tell(servos, "echo")
+    for nobody in range(6):
+        tell(servos, f"silent {servo(nobody)}")
+    with driver("feetech", servos) as one, pytest.raises(NotReady, match="sends back what it is sent"):
         one.open()
 
 

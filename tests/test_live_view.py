@@ -4,18 +4,23 @@ import io
 import os
 import signal
 import socket
+import struct
 import subprocess
+import sys
 import time
 import urllib.request
 from contextlib import contextmanager
 from pathlib import Path
+from textwrap import fill
 
 import numpy as np
 import pytest
 import rerun_cli
 from exidyn.acquire.live.live_limits import finite_limits
-from exidyn.acquire.live.live_log import COLOURS, RED
+from exidyn.acquire.live.live_log import COLOURS, COLUMNS, RED, usual_cycle
 from exidyn.acquire.live.live_view import CannotShow, Targets, start_view
+from exidyn.acquire.live.view_process import ABANDONED
+from exidyn.acquire.run.frames import EVENT, HEAD, SAMPLE, Cycle, text_frame
 from exidyn.acquire.run.pipe_sink import SinkFailed
 from exidyn.acquire.run.run_head import RunHead
 from exidyn.identify.link_frames import link_frames, link_poses
@@ -153,6 +158,50 @@ def test_events_come_in_words_and_a_stop_in_red(chunks):
     assert ("/events/stage", "TextLog:color") not in chunks
 
 
+def texts(chunks, kind):
+    return [text for array in chunks[f"/events/{kind}", "TextLog:text"] for (text,) in array.to_pylist()]
+
+
+def test_run_that_ends_at_once_is_shown_with_its_reason(model, run, tmp_path):
+    chunks = saved(model, tmp_path / "run.rrd", [*run[:6], *run[-3:]])
+    assert numbers(chunks, "/position/measured").shape == (6 * 4,)
+    assert texts(chunks, "stop")[0].endswith("limit 0.035")
+    assert texts(chunks, "end") == ["0.01 s  end: the arm stands"]
+
+
+def test_run_that_nobody_ends_is_said_to_be_abandoned(model, run, tmp_path):
+    chunks = saved(model, tmp_path / "run.rrd", run[:100])
+    assert texts(chunks, "stop") == [fill(f"0.19 s  stop: {ABANDONED}", COLUMNS)]
+
+
+def spoiled(run):
+    """Among the frames of a run, some that make no sense: cut, of another arm, of no joints, of wrong words."""
+    other = frames(two_joints.model(), 0.1)
+    yield run[0]
+    yield struct.pack("<cI", EVENT, 4) + b"none"
+    yield text_frame(EVENT, {"host_time": "late"})
+    yield from (frame for _, frame in other if frame[:1] in (HEAD, SAMPLE))
+    yield struct.pack("<cI", SAMPLE, 5) + b"short"
+    yield struct.pack("<cI", SAMPLE, 32) + bytes(32)
+    yield text_frame(HEAD, {})
+    yield from run[1:]
+
+
+def test_frames_that_make_no_sense_are_not_shown(model, run, tmp_path):
+    chunks = saved(model, tmp_path / "run.rrd", list(spoiled(run)))
+    _, position, _ = measured(model, SECONDS)
+    np.testing.assert_array_equal(numbers(chunks, "/position/measured").reshape(-1, 6), position)
+
+
+def test_cycle_is_learnt_though_most_of_the_first_were_skipped():
+    cycles = [
+        Cycle(round(2e6 * at), 0, 0.0, skipped, 0, np.empty((7, 0)))
+        for at, skipped in ((0, 0), (2, 1), (3, 0), (6, 2), (8, 1))
+    ]
+    assert usual_cycle(cycles) == pytest.approx(0.002)
+    assert usual_cycle(cycles[:1]) > 0.0
+
+
 def test_finite_limits_are_drawn_in_the_colour_of_their_joint(chunks, model):
     limits = model.robot.limits
     drawn = numbers(chunks, "/position/limit").reshape(-1, 12)
@@ -200,7 +249,7 @@ def test_run_of_a_controller_that_gives_torque_shows_torque(model, tmp_path):
     assert not any(entity.startswith("/current") for entity, _ in found)
 
 
-def test_killed_view_takes_nothing_along(model, run, tmp_path):
+def test_killed_view_takes_nothing_along(model, run, tmp_path, capsys):
     port, path = free_port(), tmp_path / "run.rrd"
     with view(save=path, serve=f"127.0.0.1:{port}") as shown:
         hand_over(shown, run[: len(run) // 2])
@@ -208,8 +257,30 @@ def test_killed_view_takes_nothing_along(model, run, tmp_path):
         os.kill(shown.process_id, signal.SIGKILL)
         hand_over(shown, run[len(run) // 2 :])
         assert "ended" in shown.failure
+    assert "warning: live view: its process" in capsys.readouterr().err
     assert wait_for(lambda: not listeners(port) and not listeners(port + 1), 10.0)
     assert len(numbers(read_part(path), "/position/measured"))
+
+
+def test_view_that_is_too_slow_is_not_waited_for_and_says_what_it_lacks(run, tmp_path, capsys):
+    with view(save=tmp_path / "run.rrd") as shown:
+        os.kill(shown.process_id, signal.SIGSTOP)
+        for frame in [run[0], *10 * run[1:-4], *run[-4:]]:
+            shown.put(frame)
+        os.kill(shown.process_id, signal.SIGCONT)
+        assert not shown.failure
+    found = read(tmp_path / "run.rrd")
+    assert texts(found, "stop")[0].endswith("limit 0.035")
+    assert len(texts(found, "end")) == 1
+    assert 0 < shown.dropped == 10 * 500 * SECONDS - len(seconds(found, "/position/measured"))
+    assert f"too slow for {shown.dropped} cycles" in capsys.readouterr().err
+
+
+def test_rerun_that_is_not_installed_is_said(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "rerun", None)
+    with pytest.raises(CannotShow, match="pip install rerun-sdk"):
+        start_view(Targets(save=tmp_path / "run.rrd"))
+    assert start_view(Targets()) == []
 
 
 def read_part(path):
@@ -229,7 +300,10 @@ def test_pages_and_data_are_served_on_this_machine_only(capsys):
     assert wait_for(lambda: not listeners(port) and not listeners(port + 1), 10.0)
 
 
-@pytest.mark.parametrize("text", ["", "here and there", "127.0.0.1:port", "127.0.0.1:99999", "a/b"])
+@pytest.mark.parametrize(
+    "text",
+    ["", "here and there", "127.0.0.1:port", "127.0.0.1:99999", "127.0.0.1:65535", "127.0.0.1:0", "a/b"],
+)
 def test_address_that_is_none_is_refused(text):
     with pytest.raises(CannotShow, match=r"127\.0\.0\.1:9090"):
         start_view(Targets(serve=text))

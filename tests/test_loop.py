@@ -1,5 +1,8 @@
+import time
+
 import numpy as np
 import pytest
+from exidyn.acquire.run import perform as performing
 from exidyn.acquire.run.errors import RunError
 from exidyn.acquire.run.frames import HEAD, STAGES, text_frame
 from exidyn.acquire.run.perform import perform
@@ -214,3 +217,56 @@ def test_a_command_that_was_not_sent_is_the_next_one():
     assert outcome.stop is None
     assert len(unsent) > 50
     assert np.allclose(driver.commands[: len(states)], states, atol=1e-12)
+
+
+def planned_slowly(monkeypatch):
+    """Make it take a while to find the way to where the motion begins."""
+    prepared = performing._prepared
+
+    def slowly(*arguments):
+        time.sleep(0.05)
+        return prepared(*arguments)
+
+    monkeypatch.setattr(performing, "_prepared", slowly)
+
+
+def test_asked_to_stop_while_the_way_is_planned_nothing_is_commanded(monkeypatch):
+    planned_slowly(monkeypatch)
+    driver = Following()
+    asked = Stop(StopLevel.BRAKE, "asked", "Ctrl-C")
+    outcome = perform(driver, job(), asked=lambda: asked if driver.number > 60 else None)
+    assert outcome.stop is asked
+    assert not driver.commands
+    assert driver.closed == 1
+
+
+def test_an_arm_that_moves_while_the_way_is_planned_is_not_commanded(monkeypatch):
+    planned_slowly(monkeypatch)
+    driver = Following()
+
+    def sag(number, fields):
+        fields["position"][1] -= 0.1 * (driver.number > 60)
+
+    driver._change = sag
+    outcome = perform(driver, job())
+    assert outcome.stop.kind == "start"
+    assert "joint2 has moved by 0.1000 rad while the way was planned" in outcome.stop.text
+    assert not driver.commands
+
+
+def test_how_the_controller_stops_the_arm_is_not_called_running():
+    driver, sink = Following(change=at(150, fault="tripped")), Listening()
+    perform(driver, job(), [sink])
+    assert [STAGES[cycle.stage] for cycle in sink.cycles()][-100:] == ["braking"] * 100
+
+
+def test_the_drives_are_powered_after_what_the_driver_says_was_told():
+    driver, told = Following(), []
+    driver.arm_drives = lambda: told.append("powered")
+    perform(driver, job(), opened=lambda info: told.append(info.cycle))
+    assert told == [CYCLE, "powered"]
+
+
+def test_a_limit_of_zero_is_recorded():
+    details = Stop(StopLevel.BRAKE, "stall", "", value=0.1, limit=0.0, unit="s").details()
+    assert details == {"stop": "stall", "level": "BRAKE", "value": 0.1, "limit": 0.0, "unit": "s"}

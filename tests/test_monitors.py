@@ -9,6 +9,7 @@ JOINTS = ("one", "two")
 
 def seen(position=(0.0, 0.0), **other):
     fields = {"position": np.array(position), "controller_time": 0, "skipped": 0, "stale": np.zeros(2, bool)}
+    fields["sent"] = True
     return SimpleNamespace(**(fields | other))
 
 
@@ -71,3 +72,21 @@ def test_missed_cycles_are_counted_over_one_second():
     many = [(seen(skipped=int(k % 10 == 0)), sent(0.0)) for k in range(2000)]
     assert first_stop(Lateness(0.002, 0.05, 0.05), few) is None
     assert first_stop(Lateness(0.002, 0.05, 0.05), many)[1].kind == "lateness"
+
+
+def test_a_position_that_is_not_a_number_is_a_silent_joint():
+    samples = [(seen((0.0, np.nan)), sent(0.0))] * 5
+    assert first_stop(Silence(JOINTS, 3), samples)[1].joint == "two"
+
+
+def test_a_cycle_in_which_the_controller_did_not_ask_is_a_missed_one():
+    silent = seen((np.nan, np.nan), sent=False), None
+    samples = [silent if k % 10 == 0 else (seen(), sent(0.0)) for k in range(2000)]
+    assert first_stop(Lateness(0.004, 0.05, 0.05), samples)[1].kind == "lateness"
+    listening = [(seen(skipped=1), None)] * 1000
+    assert first_stop(Lateness(0.004, 0.05, 0.05), listening) is None
+
+
+def test_a_cycle_without_a_command_does_not_make_a_tracking_error_begin_anew():
+    away = [(seen(), sent(1.0))] * 4 + [(seen((np.nan, np.nan), sent=False), None)]
+    assert first_stop(Tracking(JOINTS, np.full(2, 0.1), 6, 1), away * 3)[0] == 6

@@ -94,7 +94,7 @@ def test_infinite_limits_and_a_criterion_of_nothing_come_back():
 
 def test_defaults_go_without_saying():
     text = plan_text(known_plan())
-    for key in ("criterion", "reached", "seed", "tick", "payload_pair", "assumed", "periods"):
+    for key in ("checksum", "criterion", "reached", "seed", "tick", "payload_pair", "assumed", "periods"):
         text = re.sub(rf"^{key} = .*\n", "", text, flags=re.M)
     plan = parse_plan(text)
     assert (plan.criterion, plan.seed, plan.payload_pair, plan.assumed) == ("", 0, False, ())
@@ -137,7 +137,7 @@ def test_a_file_cut_off_anywhere_is_refused(family):
         ("seed = 12", 'seed = "x"', "seed: expected a whole number; found 'x'"),
         ("tick = 0.004", "tick = 0.0", "tick is 0 s, expected above 0"),
         ("tick = 0.004", "tick = nan", "tick: expected a finite number; found nan"),
-        ("seed = 12", "sead = 12", "unknown key 'sead'. Valid keys: assumed, criterion, details"),
+        ("seed = 12", "sead = 12", "unknown key 'sead'. Valid keys: assumed, checksum, criterion, details"),
         ('units = ["rad", "rad"]', 'units = ["rad", "deg"]', "units: 'deg' is none of rad, m"),
         (
             'units = ["rad", "rad"]',
@@ -208,3 +208,18 @@ def test_another_geometry_and_other_joints_are_told():
     plan = replace(known_plan(), joints=("A1", "A2"))
     (said,) = robot_differences(plan, robot)
     assert said == "the plan is for the joints A1, A2 of two joints; two joints has shoulder, elbow"
+
+
+def test_a_changed_digit_is_another_motion_and_refused():
+    text = plan_text(known_plan())
+    place = text.index("0.", text.index("[trajectory]")) + 2
+    changed = text[:place] + ("7" if text[place] != "7" else "3") + text[place + 1 :]
+    with pytest.raises(NotATrajectory, match="has changed since exidyn wrote it.*remove the line"):
+        parse_plan(changed)
+    meant = re.sub(r'checksum = ".*"\n', "", changed)
+    assert not same(parse_plan(meant), known_plan())
+
+
+def test_line_ends_are_no_change():
+    plan = known_plan()
+    assert same(parse_plan(plan_text(plan).replace("\n", "\r\n")), plan)

@@ -8,6 +8,7 @@ from exidyn.identify.effects import ViscousFriction
 from exidyn.identify.errors import RobotError
 from exidyn.identify.plant import Plant, Sensors, Thermal, Transmission, typical_plant
 from exidyn.identify.plant.sensors import Readings
+from exidyn.identify.plant.typical import typical_parts
 from exidyn.identify.robot_file import read_model
 
 from .simulated import GRAVITY, LEVER, MASS, ROTOR, pendulum, pendulum_values, stiff
@@ -155,6 +156,18 @@ def test_a_motor_that_holds_warms_up_to_what_it_loses():
     for _ in range(50):
         plant.step(np.ones(1), np.zeros(1), 0.1)
     assert plant.measure().temperature[0] == pytest.approx(20.0 + rise, rel=1e-6)
+
+
+@pytest.mark.parametrize("robot", ["cobot", "kr270"])
+def test_typical_arms_warm_up_by_twenty_kelvin_in_half_an_hours(robot):
+    model = read_model(robot)
+    control, _, thermal = typical_parts(model)
+    current, speed = control.current_limit / 3, model.robot.limits.velocity / 3
+    true = dict(zip(model.names, model.believed_values, strict=True))
+    friction = np.array([true[f"Fv{j + 1}"] * v**2 + true[f"Fc{j + 1}"] * v for j, v in enumerate(speed)])
+    warm = np.full(model.robot.dof, 25.0)
+    assert thermal.after(warm, current, friction, 1e6) == pytest.approx(45.0, abs=1.0)
+    assert np.all(thermal.after(warm, current, friction, 60.0) < 26.0)
 
 
 def test_friction_warms_its_own_joint():

@@ -8,7 +8,7 @@ from exidyn.drivers.errors import LinkLost
 from exidyn.drivers.servo_bus import ServoBus
 from exidyn.drivers.servo_talk import LENGTHS, LOST, ServoTalk
 
-READINGS = [packets.sync_read(56, 2 + more, (1, 2, 3)) for more in range(LENGTHS)]
+READINGS = [packets.sync_read(56 - more, 2 + more, (1, 2, 3)) for more in range(LENGTHS)]
 GOALS = b"goals"
 
 
@@ -39,7 +39,7 @@ class Line:
 
 def answers(value, servos=(1, 2, 3), turn=0):
     """To the question of that turn."""
-    return b"".join(packets.packet(servo, 0, bytes([value, servo, *bytes(turn)])) for servo in servos)
+    return b"".join(packets.packet(servo, 0, bytes([*bytes(turn), value, servo])) for servo in servos)
 
 
 @pytest.fixture
@@ -57,7 +57,7 @@ def exchange(talk, line, answer=b""):
     line.answers = lambda data: b"" if data == GOALS else answer
     events = []
     found = talk.exchange(GOALS, READINGS, events)
-    return [None if one is None else one.data[0] for one in found], events
+    return [None if one is None else one.data[-2] for one in found], events
 
 
 def test_goals_and_question_are_one_write(talk, line):

@@ -1,13 +1,14 @@
 import os
 import signal
 
+import pytest
 from exidyn.acquire.run.stop_requests import StopRequests
 from exidyn.drivers import StopLevel
 
 
 def test_the_first_brakes_the_second_stops_quickly():
     with StopRequests() as asked:
-        assert asked.stop is None
+        assert asked.look() is None
         os.kill(os.getpid(), signal.SIGINT)
         assert asked.stop.level == StopLevel.BRAKE
         os.kill(os.getpid(), signal.SIGINT)
@@ -16,6 +17,7 @@ def test_the_first_brakes_the_second_stops_quickly():
 
 def test_asked_to_end_it_brakes_however_often():
     with StopRequests() as asked:
+        asked.look()
         os.kill(os.getpid(), signal.SIGTERM)
         os.kill(os.getpid(), signal.SIGTERM)
         assert asked.stop.level == StopLevel.BRAKE
@@ -26,3 +28,18 @@ def test_afterwards_signals_are_what_they_were():
     with StopRequests():
         pass
     assert (signal.getsignal(signal.SIGINT), signal.getsignal(signal.SIGTERM)) == before
+
+
+def test_a_terminal_that_goes_away_brakes():
+    with StopRequests() as asked:
+        asked.look()
+        os.kill(os.getpid(), signal.SIGHUP)
+        assert asked.stop.level == StopLevel.BRAKE
+
+
+def test_before_anybody_looks_the_first_interrupts_and_the_way_out_is_not_interrupted():
+    with StopRequests() as asked:
+        with pytest.raises(KeyboardInterrupt):
+            os.kill(os.getpid(), signal.SIGTERM)
+        os.kill(os.getpid(), signal.SIGINT)
+        assert asked.stop.level == StopLevel.QUICK

@@ -138,6 +138,7 @@ class LiveLog:
 
 def usual_cycle(cycles: Sequence[Cycle]) -> float:
     """Time between cycles by the controller's clock, or by the host's where that stands still [s]."""
+    whole = [1 + cycle.skipped for cycle in cycles[1:]]
     clocks = ([cycle.controller_time for cycle in cycles], [cycle.host_time for cycle in cycles])
-    steps = (1e-9 * float(np.median(np.diff(clock))) for clock in clocks)
+    steps = (1e-9 * float(np.median(np.diff(clock) / whole)) for clock in clocks if whole)
     return next((step for step in steps if step > 0.0), 1e-3)

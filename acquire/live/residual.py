@@ -22,8 +22,8 @@ FEWEST = 7
 """Samples that either holds at least; slow controllers take longer for them."""
 RATE = 50.0
 """Averages a second [Hz]: five a window, and enough for the eye."""
-HOLES = 1.5
-"""Times as long as it should be that a window may be; beyond, too many cycles were skipped in it."""
+HOLES = 0.6
+"""Cycles by which a window may be longer than it should be: a skipped one is a jolt, no quadratic."""
 
 
 class Samples(NamedTuple):
@@ -81,7 +81,8 @@ class LiveResidual:
         self._values = self._model.believed_values
         self._memory: list[Any] = [None] * len(self._model.effects)
         self._middle, average = (max(round(0.5 * t / cycle), FEWEST // 2) for t in (WINDOW, AVERAGE))
-        self._half, self.delay = self._middle * cycle, (self._middle + average) * cycle
+        self._cycle, self._half = cycle, self._middle * cycle
+        self.delay = (self._middle + average) * cycle
         self._fitted = _Windows(2 * self._middle + 1, 1)
         self._averaged = _Windows(2 * average + 1, max(round(1.0 / (RATE * cycle)), 1))
 
@@ -98,7 +99,7 @@ class LiveResidual:
         """Motion in the middle of each window; NaN where that has holes."""
         middle = windows.time[:, self._middle]
         onward = (np.diff(windows.time, axis=1) > 0.0).all(axis=1)
-        whole = onward & (windows.time[:, -1] - windows.time[:, 0] < 2.0 * HOLES * self._half)
+        whole = onward & (windows.time[:, -1] - windows.time[:, 0] < 2.0 * self._half + HOLES * self._cycle)
         usual = np.linspace(-1.0, 1.0, 2 * self._middle + 1)
         time = np.where(whole[:, None], (windows.time - middle[:, None]) / self._half, usual)
         powers = np.stack([np.ones_like(time), time, 0.5 * time**2], axis=2)

@@ -12,6 +12,8 @@ from ..run.errors import RunError
 
 LOCAL, PORT = "127.0.0.1", 9090
 """What only this machine reaches."""
+LAST_PORT = 65535
+"""No page can be served there, since its data come from the next one."""
 
 
 class CannotShow(RunError):
@@ -40,6 +42,8 @@ class Address(NamedTuple):
             parts = urlsplit(f"//{text}")
             host = ip_address(LOCAL if parts.hostname == "localhost" else parts.hostname or "")
             port = PORT if parts.port is None else parts.port
+            if not 0 < port < LAST_PORT:
+                raise ValueError(f"port {port} is not between 1 and {LAST_PORT - 1}")
         except ValueError as error:
             raise CannotShow(
                 f"--serve {text}: {error}. Give an address of this machine and a port, such as {LOCAL}:{PORT}"

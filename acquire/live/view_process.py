@@ -4,13 +4,15 @@ Everything that could hold a control loop up happens here: Rerun holds the inter
 waits for a viewer that does not keep up.
 """
 
+import json
+import struct
 import sys
 import time
 from collections.abc import Sequence
 
 import rerun as rr
 
-from ..run.frames import EVENT, HEAD, SAMPLE, Cycle, Event, read_cycle, read_event
+from ..run.frames import END, EVENT, HEAD, SAMPLE, Cycle, Event, read_cycle, read_event
 from ..run.pipe_source import PipeSource
 from ..run.run_head import RunHead
 from . import viewers
@@ -21,8 +23,9 @@ BATCH = 0.05
 """How long frames are gathered [s]: the cost is by the batch, and the eye sees no difference."""
 PAGE_BATCH = 0.1
 """The same where pages are served: a browser takes in only so many messages a picture."""
-FEWEST = 5
-"""Cycles that are waited for at first, to learn how long one is."""
+FEWEST = 20
+"""Cycles that are waited for at first, to learn how long one is; of a run that ends before, there are fewer."""
+ABANDONED = "the program that moves the arm has ended without a word"
 PATIENCE = 5.0
 """How long a viewer may take for the last frames [s]."""
 LAST_PAGE = 1.0
@@ -101,28 +104,47 @@ class View:
         self._log: LiveLog | None = None
         self._cycles: list[Cycle] = []
         self._events: list[Event] = []
+        self._times = 0, 0
+        self._over = False
 
     def show(self, source: PipeSource) -> None:
         """Show frames until they end."""
         while not source.ended:
             begun = time.monotonic()
             for kind, body in source.read(1.0):
-                self._take(kind, body)
-            self._log_batch()
+                try:
+                    self._take(kind, body)
+                except (ArithmeticError, LookupError, TypeError, ValueError, struct.error):
+                    pass  # a frame that makes no sense, which the recorder tells
+            if source.ended and not self._over:
+                self._tell("stop", ABANDONED)
+            self._log_batch(source.ended)
             if not source.ended:
                 time.sleep(max(begun + self._batch - time.monotonic(), 0.0))
 
     def _take(self, kind: bytes, body: bytes) -> None:
         if kind == HEAD:
-            self._head = RunHead.read(body)
+            self._head = self._head or RunHead.read(body)
         elif kind == SAMPLE:
-            self._cycles.append(read_cycle(body))
+            self._take_cycle(read_cycle(body))
         elif kind == EVENT:
             self._events.append(read_event(body))
+        elif kind == END:
+            self._over = True
+            self._tell("end", str(json.loads(body).get("text", "")))
 
-    def _log_batch(self) -> None:
+    def _take_cycle(self, cycle: Cycle) -> None:
+        if self._head is None or cycle.arrays.shape[1] != self._head.model.robot.dof:
+            raise ValueError(f"a sample of {cycle.arrays.shape[1]} joints")
+        self._times = cycle.host_time, cycle.controller_time
+        self._cycles.append(cycle)
+
+    def _tell(self, kind: str, text: str) -> None:
+        self._events.append(Event(*self._times, kind, text, {}))
+
+    def _log_batch(self, last: bool) -> None:
         if self._log is None:
-            if self._head is None or len(self._cycles) < FEWEST:
+            if self._head is None or len(self._cycles) < (1 if last else FEWEST):
                 return
             self._log = LiveLog(self._recording, self._head, self._cycles)
         if self._cycles:

@@ -1,6 +1,7 @@
 """Viewers: Rerun's own programs that show what they are sent, in a window or to browsers."""
 
 import os
+import re
 import signal
 import socket
 import subprocess
@@ -17,6 +18,8 @@ MEMORY = "2GB"
 default, three quarters of a machine that may be running a controller."""
 START = 40.0
 """How long a viewer may take to listen [s]."""
+NOISE = re.compile(r"\x1b\[[0-9;]*m|os error at \S+: ")
+"""In what Rerun says: colours, and places in its source."""
 SETTLE = 1.0
 """How long after that a window might still find that there is no screen [s]."""
 
@@ -29,7 +32,10 @@ def open_window() -> str:
     """
     port = free_port(LOCAL)
     options = ["--bind", LOCAL, "--port", str(port), "--memory-limit", MEMORY, "--hide-welcome-screen"]
-    _start("the viewer", options, [(LOCAL, port)], lives_on=True)
+    try:
+        _start("--view: the viewer", options, [(LOCAL, port)], lives_on=True)
+    except CannotShow as error:
+        raise CannotShow(f"{error}. Without a screen, try --serve (in a browser) or --save FILE") from error
     return f"rerun+http://{LOCAL}:{port}/proxy"
 
 
@@ -74,9 +80,10 @@ def _require_free(host: str, port: int) -> None:
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
     try:
         socket.create_server((host, port), family=family).close()
-    except (OSError, OverflowError) as error:
+    except OSError as error:
+        why = os.strerror(error.errno) if error.errno else str(error)
         raise CannotShow(
-            f"--serve: cannot listen on port {port} of {host}: {error}. Try another, such as 127.0.0.1:9190"
+            f"--serve: cannot listen on port {port} of {host}: {why}. Try another, such as {LOCAL}:9190"
         ) from error
 
 
@@ -127,5 +134,5 @@ def _listening(host: str, port: int) -> bool:
 
 def _last_words(said: IO[bytes]) -> str:
     said.seek(0)
-    lines = said.read().decode(errors="replace").split("\n")
-    return next((line for line in reversed(lines) if line.strip()), "it says nothing")
+    lines = NOISE.sub("", said.read().decode(errors="replace")).split("\n")
+    return next((line.strip() for line in reversed(lines) if line.strip()), "it says nothing")

@@ -12,7 +12,7 @@ from exidyn.trajectories.trajectory import Trajectory
 
 from .command_check import CommandCheck
 from .frames import STAGES, Event, event_frame, sample_frame
-from .player import LISTENING, Player
+from .player import BRAKING, LISTENING, Player
 from .sink import Sink
 from .stop import Stop, harder
 from .watch import Watch
@@ -87,7 +87,9 @@ class Loop:
             self._cycle(None)
 
     def play(self, player: Player, check: CommandCheck, way: Trajectory) -> None:
-        """Command the way to a motion and the motion, to its end or to a stop."""
+        """Command the way to a motion and the motion, to its end or to a stop; nothing after a stop."""
+        if self.stop is not None:
+            return
         self._player, self._check = player, check
         player.begin(way)
         while not player.finished and not self._quick:
@@ -132,7 +134,7 @@ class Loop:
         self._unsent = None if sample.sent else command
         command = command if sample.sent else None
         self.counts.add(sample)
-        self._tell_stage(self._player.stage if self._player else LISTENING)
+        self._tell_stage(self._stage_now())
         self._hand_over(sample_frame(sample, command, self._stage))
         for text in sample.events:
             self.tell("driver", text)
@@ -150,11 +152,11 @@ class Loop:
         if found is None or harder(self.stop, found) is self.stop:
             return
         self.stop = found
-        self.tell("stop", found.text, found.details())
         if found.level > StopLevel.BRAKE:
             self._driver.stop(found.level)
         elif self._player is not None:
             self._player.brake()
+        self.tell("stop", found.text, found.details())
 
     def _listen_on(self) -> None:
         """Record how the controller stops the arm."""
@@ -168,6 +170,12 @@ class Loop:
             return
         host, controller = self.last.host_time, self.last.controller_time
         self._hand_over(event_frame(Event(host, controller, kind, text, details or {})))
+
+    def _stage_now(self) -> int:
+        """What the arm is doing: of a quick stop the player knows nothing."""
+        if self._player is None:
+            return LISTENING
+        return BRAKING if self._quick else self._player.stage
 
     def _tell_stage(self, stage: int) -> None:
         if stage != self._stage:

@@ -80,7 +80,7 @@ class Tracking(JointMonitor):
 
     def value(self, sample: Sample, sent: Command | None) -> np.ndarray:
         if sent is None:
-            return np.zeros(len(sample.position))
+            return np.full(len(sample.position), np.nan)
         if not self._next:
             self._commands[:] = sent.position
         self._commands[self._next % len(self._commands)] = sent.position
@@ -172,7 +172,7 @@ class Speed(JointMonitor):
 
 
 class Silence(Monitor):
-    """A joint of which nothing fresh is heard.
+    """A joint of which nothing fresh is heard, or whose position is not a number, which nobody can watch.
 
     Args:
         joints: Names.
@@ -184,20 +184,21 @@ class Silence(Monitor):
         self._count = np.zeros(len(joints), int)
 
     def look(self, sample: Sample, sent: Command | None) -> Stop | None:
-        self._count = np.where(sample.stale, self._count + 1, 0)
+        silent = sample.stale | np.isnan(sample.position)
+        self._count = np.where(silent, self._count + 1, 0)
         if (self._count < self._cycles).all():
             return None
-        silent = [
-            name for name, count in zip(self._joints, self._count, strict=True) if count >= self._cycles
-        ]
-        text = f"nothing was heard from {', '.join(silent)} for {self._count.max()} cycles"
+        names = [name for name, count in zip(self._joints, self._count, strict=True) if count >= self._cycles]
+        text = f"nothing was heard from {', '.join(names)} for {self._count.max()} cycles"
         return Stop(
-            StopLevel.QUICK, "silence", text, silent[0], float(self._count.max()), self._cycles, "cycles"
+            StopLevel.QUICK, "silence", text, names[0], float(self._count.max()), self._cycles, "cycles"
         )
 
 
 class Lateness(Monitor):
-    """Cycles that went by without an exchange: one long stall, or too many of the last second's.
+    """Cycles that went by without a command: one long stall, or too many of the last second's.
+
+    A controller that did not ask has missed one too, though the loop came round.
 
     Args:
         cycle: Time between exchanges [s].
@@ -211,13 +212,13 @@ class Lateness(Monitor):
         self._next = 0
 
     def look(self, sample: Sample, sent: Command | None) -> Stop | None:
-        if sent is None:
+        if sent is None and sample.sent:
             return None
         gone = sample.skipped * self._cycle
         if gone > self._stall:
             text = f"no cycle for {1e3 * gone:.0f} ms, limit {1e3 * self._stall:.0f} ms"
             return Stop(StopLevel.BRAKE, "stall", text, "", gone, self._stall, "s")
-        self._missed[self._next % len(self._missed)] = sample.skipped
+        self._missed[self._next % len(self._missed)] = sample.skipped + (not sample.sent)
         self._next += 1
         missed = self._missed.sum() / len(self._missed)
         if missed <= self._share:

@@ -13,8 +13,10 @@ from exidyn.trajectories.families.phases import Phases
 from exidyn.trajectories.trajectory import Trajectory
 
 from .command_check import CommandCheck
+from .errors import CannotStart
 from .loop import Counts, Loop
 from .player import Player
+from .realtime import yield_to_the_loop
 from .sink import Sink
 from .start import StartRules, plan_start
 from .stop import Stop
@@ -72,6 +74,7 @@ def perform(
     sinks: Sequence[Sink] = (),
     head: Callable[[Info, Sample], bytes] | None = None,
     asked: Callable[[], Stop | None] = lambda: None,
+    opened: Callable[[Info], None] = lambda info: None,
 ) -> Outcome:
     """Run the job and hand over every cycle of it; the driver is closed in the end, come what may.
 
@@ -81,12 +84,14 @@ def perform(
         sinks: Recorder first, then who else wants to know.
         head: What explains the run to them, made from its first sample.
         asked: What a person asks for while it goes on.
+        opened: Called with what the driver says of itself, before its drives are powered.
 
     Raises:
         DriverError: The driver could not be opened or armed.
     """
     try:
         info = driver.open()
+        opened(info)
         driver.arm_drives()
         watch = Watch(job.robot, info, job.watch, job.current)
         explain = (lambda sample: head(info, sample)) if head else None
@@ -102,10 +107,14 @@ def _play(loop: Loop, job: Job, info: Info) -> None:
     if loop.stop is not None:
         return
     try:
-        player, way = _meanwhile(loop, lambda: _prepared(job, info, measured))
+        prepared = _meanwhile(loop, lambda: _prepared(job, info, measured))
+        if prepared is None:
+            return
+        _require_still(loop, measured, job)
     except ExidynError as error:
         loop.end(Stop(StopLevel.BRAKE, "start", str(error)))
         return
+    player, way = prepared
     lower = None if info.window_lower is None else measured + info.window_lower
     upper = None if info.window_upper is None else measured + info.window_upper
     loop.play(player, CommandCheck(job.robot.joints, job.limits, info.cycle, measured, lower, upper), way)
@@ -131,21 +140,38 @@ def _prepared(job: Job, info: Info, measured: np.ndarray) -> tuple[Player, Phase
     return player, plan_start(player, measured, job.robot.joints, job.limits, job.start, info)
 
 
-def _meanwhile(loop: Loop, work: Callable[[], T]) -> T:
-    """What the work gives, done in a thread while the loop listens: no controller likes to wait."""
+def _require_still(loop: Loop, measured: np.ndarray, job: Job) -> None:
+    """Raise where the arm is no longer where the way was planned from."""
+    assert loop.last is not None
+    moved = np.abs(loop.last.position - measured)
+    if np.any(moved > job.start.tolerance):
+        joint = int(np.nanargmax(moved))
+        raise CannotStart(
+            f"{job.robot.joints[joint]} has moved by {moved[joint]:.4f} rad while the way was planned, "
+            f"allowed are {job.start.tolerance:.4f} rad. Let the arm stand still, then start again"
+        )
+
+
+def _meanwhile(loop: Loop, work: Callable[[], T]) -> T | None:
+    """What the work gives, done in a thread while the loop listens: no controller likes to wait.
+
+    None if there is a reason to stop; nobody waits for the work then.
+    """
     result: list[T] = []
     errors: list[Exception] = []
 
     def worker() -> None:
+        yield_to_the_loop()
         try:
             result.append(work())
         except Exception as error:  # raised again below, in the thread that waits for it
             errors.append(error)
 
-    thread = Thread(target=worker)
+    thread = Thread(target=worker, daemon=True)
     thread.start()
     loop.listen(lambda: not thread.is_alive())
-    thread.join()
+    if loop.stop is not None:
+        return None
     if errors:
         raise errors[0]
     return result[0]

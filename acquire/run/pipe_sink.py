@@ -10,6 +10,7 @@ import time
 from collections.abc import Sequence
 
 from .errors import RunError
+from .frames import SAMPLE
 
 HELD = 1 << 20
 """Bytes that wait for a slow reader before the sink fails: five seconds of six joints at 500 Hz, in the
@@ -41,7 +42,7 @@ class PipeSink:
         name: What the process is called in errors.
         module: What it runs; it opens its end as a `PipeSource`.
         arguments: Handed to it.
-        lossy: Whether to drop frames that it is too slow for, instead of keeping them and failing.
+        lossy: Whether to drop samples that it is too slow for, instead of keeping them and failing.
         waits: Whether to wait for it instead: for a loop that is not in real time.
         patience: How long it may take to be ready [s].
 
@@ -105,12 +106,18 @@ class PipeSink:
         self._drain()
         if self._waits and self._waiting and not self._failure:
             self._wait_for_room(FINISH)
-        if self._waiting and self._lossy and len(self._waiting) >= len(frame):  # none of it has gone out
-            del self._waiting[-len(frame) :]
-            self.dropped += 1
+        if self._lossy:
+            self._drop(frame)
         elif len(self._waiting) > self._room:
             self._fail(f"has been too slow, {len(self._waiting)} bytes wait for it")
         self._listen(0.0)
+
+    def _drop(self, frame: bytes) -> None:
+        """Take the last frame back if none of it has gone out; what is not a sample may wait a while."""
+        spared = frame[:1] != SAMPLE and len(self._waiting) <= HELD
+        if len(self._waiting) >= len(frame) and not spared:
+            del self._waiting[-len(frame) :]
+            self.dropped += 1
 
     def _drain(self) -> None:
         try:

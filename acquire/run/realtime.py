@@ -12,6 +12,10 @@ PRIORITY = 80
 watchdogs (99)."""
 SWITCH = 5e-4
 """How long another Python thread may keep the interpreter [s]: a quarter of a cycle of 2 ms."""
+LESSER = 1
+"""Of a thread that computes beside the control thread: one as high would starve it on a single processor; one
+scheduled as usual would be interrupted by other programs while it holds the interpreter, which the control
+thread then waits for."""
 _LOCK_ALL = 3  # MCL_CURRENT | MCL_FUTURE
 
 
@@ -34,6 +38,12 @@ def realtime() -> Iterator[list[str]]:
         gc.enable()
         gc.unfreeze()
         _give_back(policy, parameters)
+
+
+def yield_to_the_loop() -> None:
+    """Put the calling thread, which has inherited the control thread's scheduling, behind it."""
+    if _parameters():
+        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(LESSER))
 
 
 def _policy() -> int:

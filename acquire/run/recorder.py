@@ -23,13 +23,24 @@ def start_recorder(path: Path, waits: bool = False) -> PipeSink:
     Raises:
         RunError: There is such a file already, or none can be created.
     """
+    require_free(path)
+    where = [str(path.absolute())]
+    return PipeSink("recorder", "exidyn.acquire.run.recorder_process", where, waits=waits)
+
+
+def require_free(path: Path) -> None:
+    """Raise where no recording can be created, as far as that can be told without creating it.
+
+    Raises:
+        RunError: There is such a file already, or no folder for it, or it would not be known for a recording.
+    """
     for existing in (path, part_of(path)):
         if existing.exists():
             raise RunError(f"{existing} exists, and recordings are not written over. {_advice(existing)}")
     if not path.parent.is_dir():
         raise RunError(f"{path}: there is no folder {path.parent}. Create it, or choose another (--output)")
-    where = [str(path.absolute())]
-    return PipeSink("recorder", "exidyn.acquire.run.recorder_process", where, waits=waits)
+    if path.suffix != ".mcap":
+        raise RunError(f"{path}: recordings end in .mcap. Call it {path.stem}.mcap (--output)")
 
 
 def _advice(existing: Path) -> str:

@@ -33,7 +33,7 @@ class Stop:
         return {
             "stop": self.kind,
             "level": self.level.name,
-            **{n: v for n, v in known.items() if v and v == v},
+            **{n: v for n, v in known.items() if v != "" and v == v},
         }
 
 

@@ -1,4 +1,7 @@
-"""What a person asks for while the arm moves: Ctrl-C brakes, a second one stops quickly, SIGTERM brakes."""
+"""What a person asks for while the arm moves: Ctrl-C brakes, a second one stops quickly, SIGTERM brakes.
+
+So does a terminal that goes away.
+"""
 
 import signal
 from types import FrameType
@@ -8,25 +11,38 @@ from exidyn.drivers import StopLevel
 
 from .stop import Stop
 
+BRAKING = ("SIGINT", "SIGTERM", "SIGHUP")
+"""What is taken for a request, where the operating system has it."""
+
 
 class StopRequests:
     """A context manager that turns signals into reasons to stop. For the main thread.
 
-    A recorder and a view have process groups of their own, so Ctrl-C does not reach them.
+    Until somebody has looked, nothing moves, and a driver may be waiting for a person: then the first
+    request interrupts, as Ctrl-C usually does. A recorder and a view have process groups of their own, so
+    Ctrl-C does not reach them.
     """
 
     def __init__(self) -> None:
         self.stop: Stop | None = None
+        self._looked = False
         self._before: dict[int, Any] = {}
 
     def __enter__(self) -> "StopRequests":
-        for number in (signal.SIGINT, signal.SIGTERM):
+        for number in (getattr(signal, name) for name in BRAKING if hasattr(signal, name)):
+            if number == getattr(signal, "SIGHUP", None) and signal.getsignal(number) == signal.SIG_IGN:
+                continue  # nohup: the run is to outlive the terminal
             self._before[number] = signal.signal(number, self._ask)
         return self
 
     def __exit__(self, *_: object) -> None:
         for number, handler in self._before.items():
             signal.signal(number, handler)
+
+    def look(self) -> Stop | None:
+        """What is asked for; from the first look on nothing is interrupted."""
+        self._looked = True
+        return self.stop
 
     def _ask(self, number: int, frame: FrameType | None) -> None:
         again = self.stop is not None and number == signal.SIGINT
@@ -35,3 +51,6 @@ class StopRequests:
         words = "Ctrl-C again: quick stop" if again else f"asked to stop ({name})"
         if self.stop is None or level > self.stop.level:
             self.stop = Stop(level, "asked", words)
+        if not self._looked:
+            self._looked = True  # what is done on the way out must not be interrupted too
+            raise KeyboardInterrupt

@@ -26,8 +26,14 @@ NOISE = 0.002
 POSES = 64
 """Over which inertia and torque are averaged."""
 
+AMBIENT = 25.0
+"""Temperature around the arm [degC]."""
+
 HEAT = 20.0
-"""Rise above ambient in long work with a third of the largest current, and a winding of 1 ohm [K]."""
+"""Rise above ambient in long work with a third of the largest current at a third of the speed limit [K]."""
+
+FREE_SPEED = 3.0
+"""Taken for a speed limit where there is none [rad/s]."""
 
 
 def typical_plant(
@@ -73,7 +79,7 @@ def typical_parts(model: Model) -> tuple[DriveControl, Sensors, Thermal]:
         current_noise=noise,
         current_drift=noise,
     )
-    thermal = Thermal(25.0, HEAT / (most / 3) ** 2, resistance=np.ones(n))
+    thermal = typical_warmth(model, most / 3)
     return DriveControl.tuned(inertia, BANDWIDTH, most), sensors, thermal
 
 
@@ -83,15 +89,40 @@ def typical_size(model: Model) -> tuple[np.ndarray, np.ndarray]:
     The inertia is the mean of what the motor feels when it turns alone; the torque the largest at rest, or
     what speeds that inertia up by 5 rad/s^2 if that is more.
     """
-    robot, random = model.robot, np.random.default_rng(0)
-    forces = ArmForces(model, model.believed_values, "", Transmission.rigid(robot.dof))
-    lower = np.maximum(robot.limits.position_lower, -np.pi)
-    upper = np.minimum(robot.limits.position_upper, np.pi)
-    still, warm = np.zeros(robot.dof), np.full(robot.dof, 25.0)
+    robot, forces = model.robot, _forces(model)
+    still, warm = np.zeros(robot.dof), np.full(robot.dof, AMBIENT)
     inertias, torques = [], []
-    for position in random.uniform(lower, upper, (POSES, robot.dof)):
+    for position in _poses(model):
         local, inertia = forces.at(Joints(position, still, still), position, warm)
         inertias.append(np.diagonal(robot.to_motors @ inertia @ robot.to_motors.T))
         torques.append(np.abs(robot.to_motors @ local.force))
     mean = np.mean(inertias, axis=0)
     return mean, np.maximum(np.max(torques, axis=0), 5.0 * mean)
+
+
+def typical_warmth(model: Model, current: np.ndarray) -> Thermal:
+    """Joints that lose as much in the winding, with a current (n,) [A], as in the gear at a third of the speed."""
+    robot, forces = model.robot, _forces(model)
+    limit = robot.limits.velocity
+    speed = np.where(np.isfinite(limit), limit, FREE_SPEED) / 3
+    still, warm = np.zeros(robot.dof), np.full(robot.dof, AMBIENT)
+    lost = []
+    for position in _poses(model):
+        for velocity in (speed, -speed):  # both ways: an offset of the torque is not lost
+            forces.at(Joints(position, velocity, still), position, warm)
+            lost.append(forces.friction * velocity)
+    gear = np.mean(lost, axis=0)
+    # A joint without friction warms up by its winding alone, taken as 1 ohm.
+    resistance = np.where(gear > 0, gear / current**2, 1.0)
+    return Thermal(AMBIENT, HEAT / (resistance * current**2 + np.maximum(gear, 0.0)), resistance)
+
+
+def _forces(model: Model) -> ArmForces:
+    return ArmForces(model, model.believed_values, "", Transmission.rigid(model.robot.dof))
+
+
+def _poses(model: Model) -> np.ndarray:
+    """Anywhere in the range, shape (POSES, n) [rad]."""
+    limits = model.robot.limits
+    lower, upper = np.maximum(limits.position_lower, -np.pi), np.minimum(limits.position_upper, np.pi)
+    return np.random.default_rng(0).uniform(lower, upper, (POSES, model.robot.dof))

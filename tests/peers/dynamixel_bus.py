@@ -19,6 +19,7 @@ HEADER = bytes([0xFF, 0xFF, 0xFD])
 FIRMWARE, DELAY, MODE, HIGH, LOW, SHUTDOWN, TORQUE, LEVEL, HARDWARE = 6, 9, 11, 48, 52, 63, 64, 68, 70
 WATCHDOG, GOAL, CURRENT, VELOCITY, POSITION, VOLTAGE, TEMPERATURE = 98, 116, 126, 128, 132, 144, 146
 SIZES = {116: 4, 108: 4, 112: 4, 98: 1, 64: 1}
+END = 148  # behind it are no registers that could be read
 CURRENT_UNIT, VELOCITY_UNIT = 2.69e-3, 0.229 * 2.0 * np.pi / 60.0
 
 
@@ -177,7 +178,9 @@ class Dynamixels(ServoLine):
     def read_all(self, instruction, address, length, asked):
         places = [self.ids.index(servo) for servo in asked if servo in self.ids]
         delay = 2e-6 * sum(self.tables[place][DELAY] for place in places)
-        if instruction == SYNC_READ:
+        if address + length > END:
+            self.answer([(self.ids[place], self.status(place, 7, b"")) for place in places], delay)
+        elif instruction == SYNC_READ:
             answers = [
                 (self.ids[p], self.status(p, 0, self.tables[p][address : address + length])) for p in places
             ]

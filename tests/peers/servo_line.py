@@ -8,6 +8,7 @@ What goes wrong is told through standard input, a line each, and "did ..." comes
     late SECONDS COUNT   the next answers to all come later
     stall SECONDS        nothing is heard nor said
     babble BYTES         bytes that nobody asked for
+    echo                 the line sends back what it is sent
     error ID BITS        hardware errors
     reboot ID            power was lost: registers of the memory that forgets are as at first
     set ADDRESS SIZE N   this register of all servos
@@ -93,6 +94,7 @@ class ServoLine:
 
     def clear(self):
         self.silent, self.corrupt, self.short, self.late = set(), {}, 0, [0.0, 0]
+        self.echo = False
 
     def counts(self, position):
         return np.rint(self.zero + position * self.per_radian).astype(int)
@@ -147,12 +149,15 @@ class ServoLine:
 
     def _hear(self):
         try:
-            self.received += os.read(self.master, 4096)
+            data = os.read(self.master, 4096)
         except BlockingIOError:
             return
         except OSError:  # nobody has the other end open
             time.sleep(0.01)
             return
+        if self.echo:
+            heapq.heappush(self.waiting, (0.0, data))
+        self.received += data
         self.heard = time.monotonic()
         self.heard_bytes = len(self.received)
         self.received = self.understand(self.received)[-4096:]
@@ -189,6 +194,8 @@ class ServoLine:
             time.sleep(numbers[0])
         elif kind == "babble":
             heapq.heappush(self.waiting, (0.0, self.random.randbytes(int(numbers[0]))))
+        elif kind == "echo":
+            self.echo = True
         elif kind == "error":
             self.hardware_error(self.ids.index(int(numbers[0])), int(numbers[1]))
         elif kind == "reboot":

@@ -15,6 +15,7 @@ from exidyn.identify.toml_fields import boolean, check_keys, integer, number, nu
 from exidyn.identify.toml_text import block, lines
 
 from ..errors import NotATrajectory
+from .checksum import require_unchanged, sealed
 from .plan import Plan
 from .trajectory_rows import read_trajectory, trajectory_blocks
 
@@ -27,7 +28,7 @@ HEAD = (
 )  # fmt: skip
 """Fields of a plan that stand at the top of its file."""
 TABLES = ("details", "trajectory", "margins", "limits")
-KEYS = ("format", "kind", *HEAD, *TABLES)
+KEYS = ("checksum", "format", "kind", *HEAD, *TABLES)
 UNITS = ("rad", "m")
 REMARK = "# A motion planned by exidyn, in SI units; 'exidyn show' plots it."
 
@@ -42,7 +43,7 @@ def plan_text(plan: Plan) -> str:
         block("[margins]", plan.margins),
         block("[limits]", {f.name: getattr(plan.limits, f.name) for f in fields(Limits)}),
     ]
-    return "\n\n".join(parts) + "\n"
+    return sealed("\n\n".join(parts) + "\n")
 
 
 def parse_plan(text: str, where: str = "trajectory file") -> Plan:
@@ -56,7 +57,9 @@ def parse_plan(text: str, where: str = "trajectory file") -> Plan:
     except RobotError as error:
         raise NotATrajectory(f"{error}; was the file cut off?") from error
     try:
-        return _plan(table)
+        plan = _plan(table)
+        require_unchanged(text)
+        return plan
     except (NotATrajectory, RobotError) as error:
         raise NotATrajectory(f"{where}: {error}") from error
 
