@@ -44,7 +44,7 @@ class Line:
     def __str__(self) -> str:
         gone = f" {self._gone:.1f} of {self._seconds:.1f} s" if self._began else ""
         advice = "" if self._stage in (BRAKING, HOLDING) else "; Ctrl-C brakes"
-        return f"{STAGES[self._stage]}{gone}, {self._missed} cycles missed{advice}"
+        return f"{STAGES[self._stage]}{gone}; cycles missed: {self._missed}{advice}"
 
 
 def main(arguments: Sequence[str]) -> None:

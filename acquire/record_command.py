@@ -2,7 +2,7 @@
 
 import argparse
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import ExitStack
 from datetime import UTC, datetime
 from functools import partial
@@ -24,9 +24,10 @@ from exidyn.trajectories.clearances.self_collision import SelfCollision
 from exidyn.trajectories.plans.plan_file import plan_text, read_plan
 
 from . import run_summary
-from .confirm import confirm
+from .confirm import confirm, require_attended
 from .controllers import make_driver, read_controller
-from .live.live_view import Targets, start_view
+from .live.live_view import Targets, require_showable, start_view
+from .progress import start_progress
 from .record_arguments import parser
 from .run.before import Checked, checked
 from .run.errors import NotAllowed
@@ -34,7 +35,7 @@ from .run.frames import END, text_frame
 from .run.perform import Job, Outcome, perform
 from .run.pipe_sink import PipeSink
 from .run.realtime import realtime
-from .run.recorder import part_of, start_recorder
+from .run.recorder import part_of, require_free, start_recorder
 from .run.rehearsal import rehearse
 from .run.run_head import RunHead
 from .run.start import StartRules
@@ -53,22 +54,26 @@ def main(arguments: Sequence[str]) -> int:
     payload = _payload(given)
     ready = checked(read_plan(given.plan), read_model(given.robot), given.speed, payload)
     name, settings = read_controller(given.controller, given.driver, given.set)
+    if given.plant and name != "mock" and not given.dry_run:
+        raise NotAllowed(f"--plant is an arm of the mock, and {name} moves a real one. Leave one of them out")
     plant = _plant(given, ready, payload)
     driver = make_driver(name, settings, ready.model.robot, plant)
     if given.dry_run:
         rehearsed = {"cycle": getattr(driver.settings, "cycle", ready.plan.tick)}
         name, driver = "mock", make_driver("mock", rehearsed, ready.model.robot, plant)
-    path = _free(given.output)
+    path, targets = _free(given.output), Targets(given.view, given.serve, given.save)
+    require_free(path)
+    require_showable(targets)
+    require_attended(driver.simulated, given.yes)
     job = _job(given, ready)
     print(run_summary.before(ready, _facts(given, name, path)), file=sys.stderr)
-    for doubt in ready.doubts:
-        print(f"exidyn: warning: {doubt}", file=sys.stderr)
+    _warn(ready.doubts)
     if not driver.simulated and not given.no_rehearsal:
         _rehearse(job, ready, driver, payload)
     confirm(driver.simulated, given.yes)
     # Read and written before the loop, which has no time for it.
     explained = read_model(given.robot), plan_text(ready.plan)
-    outcome = _record(given, driver, job, path, partial(_head, given, name, explained, payload, path))
+    outcome = _record(targets, driver, job, path, partial(_head, given, name, explained, payload, path))
     return 0 if outcome.stop is None else STOPPED
 
 
@@ -178,39 +183,43 @@ def _head(
 
 
 def _record(
-    given: argparse.Namespace,
+    targets: Targets,
     driver: Driver,
     job: Job,
     path: Path,
     head: Callable[[Info, Sample], bytes],
 ) -> Outcome:
     """Start who records and shows, run, and say how it went."""
-    targets = Targets(given.view, given.serve, given.save)
     with ExitStack() as stack:
         recorder = stack.enter_context(start_recorder(path, waits=not driver.in_real_time))
-        sinks = [recorder, *(stack.enter_context(view) for view in start_view(targets))]
+        others = [*start_view(targets), *start_progress(job.motion.duration)]
+        sinks = [recorder, *(stack.enter_context(other) for other in others)]
         asked = stack.enter_context(StopRequests())
         if driver.in_real_time:
-            for text in stack.enter_context(realtime()):
-                print(f"exidyn: warning: {text}", file=sys.stderr)
+            _warn(stack.enter_context(realtime()))
         outcome = perform(driver, job, sinks, head, asked.look, _say_doubts)
         for sink in sinks:
             sink.put(text_frame(END, run_summary.end(outcome)))
     print(run_summary.after(outcome))
-    _say_where(recorder, path)
+    _say_where(recorder, path, outcome.stop is None)
     return outcome
 
 
 def _say_doubts(info: Info) -> None:
     """What a person should know before drives are powered."""
     unguarded = "nothing is known to stop the arm by itself if this program dies"
-    for text in (*info.warnings, *([] if info.dead_man else [unguarded])):
-        print(f"exidyn: warning: {text}", file=sys.stderr)
+    _warn((*info.warnings, *([] if info.dead_man else [unguarded])))
 
 
-def _say_where(recorder: PipeSink, path: Path) -> None:
+def _warn(doubts: Iterable[str]) -> None:
+    for doubt in doubts:
+        print(f"exidyn: warning: {doubt}", file=sys.stderr)
+
+
+def _say_where(recorder: PipeSink, path: Path, whole: bool) -> None:
     if path.exists():
-        print(f"written: {path}", file=sys.stderr)
+        more = "identify {} finds the dynamics in it" if whole else "info {} tells what happened"
+        print(f"written: {path}; exidyn {more.format(path)}", file=sys.stderr)
     elif part_of(path).exists():
         print(
             f"exidyn: {recorder.failure or 'the recorder did not finish'}; what was written is in "

@@ -81,6 +81,10 @@ class CanMit(CanDriver[MotorRound]):
                 self._lead_on(talk, joint)
         talk.watching = True
 
+    def held(self) -> np.ndarray:
+        """As in `Driver`: where the springs are fixed."""
+        return np.array(self._opened().target) * self._sign + self._zero
+
     def stop(self, level: StopLevel) -> None:
         """As in `Driver`: QUICK holds where each joint was last seen, OFF switches the motors off.
 

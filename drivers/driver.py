@@ -138,6 +138,7 @@ class Info:
         window_upper: Most positive, likewise.
         settings: What explains the measurement later: scales, units, identities, versions.
         warnings: Doubts, a sentence each.
+        listens: Whether it takes no commands: something else moves the arm.
     """
 
     cycle: float
@@ -148,6 +149,7 @@ class Info:
     window_upper: np.ndarray | None = None
     settings: Mapping[str, str] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
+    listens: bool = False
 
 
 class Driver(ABC):
@@ -200,6 +202,14 @@ class Driver(ABC):
             NotReady: They refuse.
             LinkLost: They do not answer.
         """
+
+    def held(self) -> np.ndarray | None:
+        """Position that the armed drives are told to hold, shape (n,) [rad]; None if it is what is measured.
+
+        Commands begin there. A joint that bears a load stands away from it where the controller is a spring
+        or corrects towards it, and would jump by as much if commands began where it stands.
+        """
+        return None
 
     @abstractmethod
     def exchange(self, command: Command | None) -> Sample:

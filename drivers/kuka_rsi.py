@@ -92,6 +92,10 @@ class KukaRsi(Driver):
         self._remarks = Remarks(layout, beginning, given.controller, self._commanding)
         return info_of(given, config, layout, self._axes, beginning)
 
+    def held(self) -> np.ndarray:
+        """As in `Driver`: where corrections of zero hold the arm."""
+        return self._axes.joints(np.asarray(self._start))
+
     def exchange(self, command: Command | None) -> Sample:
         """As in `Driver`; a command beyond the controller's window is not sent and is a fault.
 

@@ -74,6 +74,7 @@ class ServoDriver(Driver):
         self._allowed = Goals(self._nothing, self._nothing)
         self._nothing.setflags(write=False)
         self._count, self._counts, self._once = 0, np.full(arm.dof, np.nan), b""
+        self._held: np.ndarray | None = None
         self._stopped, self._stop_packet, self._fault = StopLevel.BRAKE, b"", ""
         self.latency = 0.0
         self._require_rate()
@@ -103,7 +104,11 @@ class ServoDriver(Driver):
         self._armed = True
         once = self._guard(bus)
         self._begin(where)
-        self._once = once
+        self._once, self._held = once, self._units.position(where)
+
+    def held(self) -> np.ndarray | None:
+        """As in `Driver`: the goals that were set when torque was switched on."""
+        return self._held
 
     def exchange(self, command: Command | None) -> Sample:
         """Send the goals and ask for all measurements, in one write."""

@@ -71,7 +71,7 @@ def frames(model, seconds, rate=500.0, hidden=(), start=EPOCH, stop=True, explai
         text = "joint2: tracking error 0.041 rad, limit 0.035"
         yield due, event(now, "stop", text, joint="joint2", value=0.041, limit=0.035, unit="rad")
         yield due, event(now, "stage", "braking")
-    yield due, text_frame(END, {"text": "the arm stands"})
+    yield due, text_frame(END, {"text": text, "stop": "tracking"} if stop else {"text": "the arm stands"})
 
 
 def event(now, kind, text, **details):

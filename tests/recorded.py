@@ -33,7 +33,7 @@ def head(**other):
     return RunHead(**(given | other))
 
 
-def cycle(number, commanded=True, **other):
+def cycle(number, commanded=True, stage=2, **other):
     """Frame of a cycle; three microseconds late on average, every hundredth has skipped two."""
     position, current, temperature, velocity = NUMBERS[number % len(NUMBERS)]
     measured = {
@@ -48,7 +48,7 @@ def cycle(number, commanded=True, **other):
     measured["host_time"] = HOST + number * STEP + 1000 * (number % 3)
     measured["controller_time"] = CONTROLLER + number * STEP
     sample = Sample(**(measured | other))
-    return sample_frame(sample, Command(position + 1e-3, velocity) if commanded else None, 2)
+    return sample_frame(sample, Command(position + 1e-3, velocity) if commanded else None, stage)
 
 
 def event(number, kind="driver", text="something happened", **details):

@@ -39,9 +39,13 @@ class Following(Driver):
     def __init__(self, start=START, change=lambda number, fields: None, **info):
         self.position, self._change, self._info = np.array(start, float), change, info
         self.commands, self.stops, self.closed, self.number = [], [], 0, 0
+        self.holds = None
 
     def open(self):
         return Info(**({"cycle": CYCLE, "clock": "host", "signals": ("position", "current")} | self._info))
+
+    def held(self):
+        return self.holds
 
     def exchange(self, command):
         self.number += 1

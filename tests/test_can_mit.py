@@ -43,7 +43,7 @@ def test_motors_are_switched_on_with_zero_gains():
     with motors() as (peer, driver):
         armed(driver)
         for number in range(1, 7):
-            assert peer.said(f"motor {number}: on, gains (0.0, 0.0)")
+            assert peer.wait_for(f"motor {number}: on, gains (0.0, 0.0)")
 
 
 def test_velocity_has_the_joints_sign():
@@ -105,7 +105,7 @@ def test_an_old_error_is_told_and_cleared_by_arming():
         info = driver.open()
         assert any("joint1 (motor 1) has error 9 (under-voltage)" in text for text in info.warnings)
         driver.arm_drives()
-        assert peer.said("motor 6: on")
+        assert peer.wait_for("motor 6: on")
 
 
 def test_an_error_is_a_fault_that_names_the_motor():

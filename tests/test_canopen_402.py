@@ -118,7 +118,7 @@ def test_a_drive_in_fault_is_named_and_reset_by_arming():
         warnings = driver.open().warnings
         assert "joint1 (node 1) was in fault 0x3210 (DC link over-voltage)" in warnings[0]
         driver.arm_drives()
-        assert peer.said("node 6: enabled")
+        assert peer.wait_for("node 6: enabled")
 
 
 def test_arming_after_a_held_stop_goes_through_no_state_without_torque():
@@ -278,7 +278,7 @@ def test_drives_on_a_serial_adapter():
     with drives("--adapter", bitrate=500_000, cycle=0.02) as (peer, driver):
         where = armed(driver)
         samples = follow(driver, where, 30)
-        assert peer.said("adapter told S6")
+        assert peer.wait_for("adapter told S6")
         assert not samples[-1].fault
         assert any(not sample.stale.any() for sample in samples)
 

@@ -23,6 +23,12 @@ def test_yes_is_yes_and_what_is_at_stake_was_said(monkeypatch, capsys):
     assert "not safety-rated" in capsys.readouterr().err
 
 
+def test_where_nobody_can_answer_that_is_said(monkeypatch):
+    monkeypatch.setattr("sys.stdin", io.StringIO(""))
+    with pytest.raises(NotConfirmed, match="nobody is there to type yes"):
+        confirm(simulated=False, yes=False)
+
+
 def test_a_flag_alone_moves_nothing(monkeypatch):
     monkeypatch.delenv(UNATTENDED, raising=False)
     with pytest.raises(NotAllowed, match=UNATTENDED):

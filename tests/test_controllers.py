@@ -27,6 +27,8 @@ def test_without_anything_it_is_the_mock():
         ('driver = "can_mit"', "mock", [], "cell.toml is for can_mit"),
         ("driver = ", None, [], "not a controller file"),
         ("rate = 3", None, [], "unknown key 'rate'. Valid: driver, settings"),
+        ("driver = 3", None, [], "driver is 3; expected a text"),
+        ("settings = 3", None, [], "settings is 3; expected a table"),
         ("", None, ["cycle"], "expected NAME=VALUE"),
     ],
 )

@@ -100,6 +100,7 @@ def test_a_command_beyond_the_window_is_not_sent(path, beyond):
             sample = one.exchange(command(position))
             np.testing.assert_allclose(correction(controller.answer()), 4.9)
             assert f"A3 is commanded {beyond:.4g} degrees from its start" in sample.fault
+            assert not sample.sent
             assert "-5 to 5 (AXISCORR" in sample.fault
 
 

@@ -8,6 +8,7 @@ from exidyn.acquire.run.frames import HEAD, STAGES, text_frame
 from exidyn.acquire.run.perform import perform
 from exidyn.acquire.run.start import StartRules
 from exidyn.acquire.run.stop import Stop
+from exidyn.acquire.run.watch import WatchLimits
 from exidyn.drivers import StopLevel
 from exidyn.drivers.errors import LinkLost
 
@@ -168,7 +169,7 @@ def test_a_joint_nobody_knows_of_is_not_moved():
     nowhere[1] = np.nan
     driver = Following(nowhere, change=lambda number, fields: fields.update(stale=np.zeros(6, bool)))
     outcome = perform(driver, job())
-    assert "no position of joint2" in outcome.stop.text
+    assert outcome.stop.joint == "joint2"
     assert not driver.commands
 
 
@@ -212,7 +213,7 @@ def test_a_command_that_was_not_sent_is_the_next_one():
         return sample
 
     driver.exchange = exchange
-    outcome = perform(driver, job(), [sink])
+    outcome = perform(driver, job(watch=WatchLimits(missed=1.0)), [sink])
     states = job().motion.every(CYCLE).position
     assert outcome.stop is None
     assert len(unsent) > 50
@@ -245,12 +246,12 @@ def test_an_arm_that_moves_while_the_way_is_planned_is_not_commanded(monkeypatch
     driver = Following()
 
     def sag(number, fields):
-        fields["position"][1] -= 0.1 * (driver.number > 60)
+        fields["position"][1] -= 0.02 * (driver.number > 60)
 
     driver._change = sag
     outcome = perform(driver, job())
     assert outcome.stop.kind == "start"
-    assert "joint2 has moved by 0.1000 rad while the way was planned" in outcome.stop.text
+    assert "joint2 has moved by 0.0200 rad while the way was planned" in outcome.stop.text
     assert not driver.commands
 
 
@@ -270,3 +271,32 @@ def test_the_drives_are_powered_after_what_the_driver_says_was_told():
 def test_a_limit_of_zero_is_recorded():
     details = Stop(StopLevel.BRAKE, "stall", "", value=0.1, limit=0.0, unit="s").details()
     assert details == {"stop": "stall", "level": "BRAKE", "value": 0.1, "limit": 0.0, "unit": "s"}
+
+
+def test_commands_begin_where_the_drives_hold_and_not_where_a_loaded_joint_stands():
+    driver = Following()
+    driver.holds = START + 0.004
+    assert perform(driver, job()).stop is None
+    np.testing.assert_allclose(driver.commands[0], driver.holds, atol=1e-6)
+    assert np.all(largest_acceleration(driver) <= 1.001 * np.maximum(LIMITS.acceleration, 0))
+
+
+def test_an_arm_that_its_drives_do_not_hold_is_not_commanded():
+    driver = Following()
+    driver.holds = START + np.eye(len(START))[2] * 0.05
+    outcome = perform(driver, job())
+    assert outcome.stop.kind == "start"
+    assert "stands 0.0500 rad from where its drive is told to hold it" in outcome.stop.text
+    assert not driver.commands
+
+
+def test_where_the_controller_takes_no_commands_it_is_listened_to_until_it_ends():
+    def ends(number, fields):
+        if driver.number > 300:
+            raise LinkLost("RSI has ended there")
+
+    driver, sink = Following(change=ends, listens=True), Listening()
+    outcome = perform(driver, job(), [sink])
+    assert outcome.stop is None
+    assert not driver.commands
+    assert len(sink.cycles()) == 300

@@ -1,7 +1,7 @@
 """Live log: what a run's cycles and events become in Rerun."""
 
 from collections.abc import Sequence
-from textwrap import fill
+from textwrap import wrap
 
 import numpy as np
 import rerun as rr
@@ -19,7 +19,9 @@ FRAMES = 50.0
 LIMITS = 0.25
 """How often limits are drawn further [s]."""
 COLUMNS = 64
-"""Width of an event's text: what is longer goes on in the next line, since a view cuts it off."""
+"""Width of an event's text: what is longer goes on in a row of its own, since a view cuts rows off."""
+INDENT = 12 * " "
+"""Of such rows."""
 RED = (255, 90, 60)
 """Of a stop, and of cycles that were skipped."""
 FAINT = 110
@@ -123,10 +125,11 @@ class LiveLog:
         time = max(float(self._time(event.host_time)), 0.0)
         level, colour = LOOKS.get(event.kind, ("INFO", None))
         self._recording.set_time(TIMELINE, duration=time)
-        text = fill(f"{time:.2f} s  {event.kind}: {event.text}", COLUMNS)
         # an entity a kind, since one without a colour gets that of the one before
         entity = rr.new_entity_path(["events", event.kind])
-        self._recording.log(entity, rr.TextLog(text, level=level, color=colour))
+        text = f"{time:.2f} s  {event.kind}: {event.text}"
+        for line in wrap(text, COLUMNS, subsequent_indent=INDENT):
+            self._recording.log(entity, rr.TextLog(line, level=level, color=colour))
 
     def _time(self, host_time: np.ndarray | int) -> np.ndarray:
         """Time since the run's first cycle [s]."""

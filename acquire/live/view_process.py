@@ -24,7 +24,7 @@ BATCH = 0.05
 PAGE_BATCH = 0.1
 """The same where pages are served: a browser takes in only so many messages a picture."""
 FEWEST = 20
-"""Cycles that are waited for at first, to learn how long one is; of a run that ends before, there are fewer."""
+"""Cycles that are waited for at first, to learn how long one is; a run that ends before is shown as it is."""
 ABANDONED = "the program that moves the arm has ended without a word"
 PATIENCE = 5.0
 """How long a viewer may take for the last frames [s]."""
@@ -131,7 +131,10 @@ class View:
             self._events.append(read_event(body))
         elif kind == END:
             self._over = True
-            self._tell("end", str(json.loads(body).get("text", "")))
+            end = json.loads(body)
+            # why it was stopped has been told when it happened
+            early = end.get("stop", "none") != "none"
+            self._tell("end", f"stopped ({end['stop']})" if early else str(end.get("text", "")))
 
     def _take_cycle(self, cycle: Cycle) -> None:
         if self._head is None or cycle.arrays.shape[1] != self._head.model.robot.dof:

@@ -27,6 +27,9 @@ LISTEN = 0.1
 FEWEST = 5
 """Samples that at least are taken of it."""
 
+TO_START = 60.0
+"""What a person is given to start the motion at the controller, where it is only listened to [s]."""
+
 T = TypeVar("T")
 
 
@@ -96,18 +99,34 @@ def perform(
         watch = Watch(job.robot, info, job.watch, job.current)
         explain = (lambda sample: head(info, sample)) if head else None
         loop = Loop(driver, watch, info.cycle, sinks, explain, asked)
-        _play(loop, job, info)
+        if info.listens:
+            return Outcome(info, loop.counts, _listened(loop, job, info))
+        _play(loop, job, info, driver.held())
         return Outcome(info, loop.counts, loop.stop)
     finally:
         driver.close()
 
 
-def _play(loop: Loop, job: Job, info: Info) -> None:
+def _listened(loop: Loop, job: Job, info: Info) -> Stop | None:
+    """Record what something else moves, for as long as the motion lasts and a while to start it in.
+
+    Returns:
+        Why it ended before; that the controller has ended its session is no reason to complain.
+    """
+    end = round((job.motion.duration + TO_START) / info.cycle)
+    loop.listen(lambda: loop.counts.cycles + loop.counts.skipped >= end)
+    ended = loop.stop is not None and loop.stop.kind == "link lost" and loop.counts.cycles > 0
+    return None if ended else loop.stop
+
+
+def _play(loop: Loop, job: Job, info: Info, held: np.ndarray | None) -> None:
     measured = _standing(loop, info)
     if loop.stop is not None:
         return
+    held = measured if held is None else held
     try:
-        prepared = _meanwhile(loop, lambda: _prepared(job, info, measured))
+        _require_near(held, measured, job)
+        prepared = _meanwhile(loop, lambda: _prepared(job, info, held))
         if prepared is None:
             return
         _require_still(loop, measured, job)
@@ -115,9 +134,9 @@ def _play(loop: Loop, job: Job, info: Info) -> None:
         loop.end(Stop(StopLevel.BRAKE, "start", str(error)))
         return
     player, way = prepared
-    lower = None if info.window_lower is None else measured + info.window_lower
-    upper = None if info.window_upper is None else measured + info.window_upper
-    loop.play(player, CommandCheck(job.robot.joints, job.limits, info.cycle, measured, lower, upper), way)
+    lower = None if info.window_lower is None else held + info.window_lower
+    upper = None if info.window_upper is None else held + info.window_upper
+    loop.play(player, CommandCheck(job.robot.joints, job.limits, info.cycle, held, lower, upper), way)
 
 
 def _standing(loop: Loop, info: Info) -> np.ndarray:
@@ -135,9 +154,21 @@ def _standing(loop: Loop, info: Info) -> np.ndarray:
     return np.median(known, axis=0) if known else np.empty(0)
 
 
-def _prepared(job: Job, info: Info, measured: np.ndarray) -> tuple[Player, Phases]:
+def _prepared(job: Job, info: Info, held: np.ndarray) -> tuple[Player, Phases]:
     player = Player(job.motion, job.limits, info.cycle, job.settle)
-    return player, plan_start(player, measured, job.robot.joints, job.limits, job.start, info)
+    return player, plan_start(player, held, job.robot.joints, job.limits, job.start, info)
+
+
+def _require_near(held: np.ndarray, measured: np.ndarray, job: Job) -> None:
+    """Raise where the arm does not stand where its drives are told to hold it."""
+    away = np.abs(held - measured)
+    if np.any(away > job.watch.tracking):
+        joint = int(np.nanargmax(away))
+        raise CannotStart(
+            f"{job.robot.joints[joint]} stands {away[joint]:.4f} rad from where its drive is told to hold "
+            f"it, allowed are {job.watch.tracking:.4f} rad (--tracking). Is its drive on, are its gains high "
+            "enough?"
+        )
 
 
 def _require_still(loop: Loop, measured: np.ndarray, job: Job) -> None:

@@ -26,7 +26,15 @@ def info_of(
     explained = _explained(settings, config, layout, beginning)
     doubts = [*beginning.warnings(), *_doubts(settings, config, signals)]
     if config.only_send:
-        return Info(settings.cycle, "controller", tuple(signals), settings=explained, warnings=tuple(doubts))
+        doubts.append("this computer only listens: start the motion at the controller within a minute")
+        return Info(
+            settings.cycle,
+            "controller",
+            tuple(signals),
+            settings=explained,
+            warnings=tuple(doubts),
+            listens=True,
+        )
     lower, upper = settings.window
     window = axes.window(np.minimum(lower + MARGIN, 0.0), np.maximum(upper - MARGIN, 0.0))
     return Info(

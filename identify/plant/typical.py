@@ -101,7 +101,12 @@ def typical_size(model: Model) -> tuple[np.ndarray, np.ndarray]:
 
 
 def typical_warmth(model: Model, current: np.ndarray) -> Thermal:
-    """Joints that lose as much in the winding, with a current (n,) [A], as in the gear at a third of the speed."""
+    """Warmth of joints that lose as much in the winding as in the gear.
+
+    Args:
+        model: As believed.
+        current: In the winding meanwhile, shape (n,) [A]; the gear turns at a third of the speed limit.
+    """
     robot, forces = model.robot, _forces(model)
     limit = robot.limits.velocity
     speed = np.where(np.isfinite(limit), limit, FREE_SPEED) / 3
