@@ -49,7 +49,7 @@ def _events(events: tuple[Event, ...]) -> list[str]:
 def _outcome(outcome: Mapping[str, str]) -> list[str]:
     if "stop" not in outcome:
         return []
-    text = outcome.get("text", "")
+    text = outcome.get("text") or " ".join(filter(None, (outcome["stop"], outcome.get("joint"))))
     how = {
         "none": text,
         "unknown": "nobody said how; the program that moved the arm, or the recorder, ended before it could",

@@ -191,10 +191,11 @@ def _record(
 ) -> Outcome:
     """Start who records and shows, run, and say how it went."""
     with ExitStack() as stack:
+        # First in, last out: what is asked while the recorder finishes must not end it.
+        asked = stack.enter_context(StopRequests())
         recorder = stack.enter_context(start_recorder(path, waits=not driver.in_real_time))
         others = [*start_view(targets), *start_progress(job.motion.duration)]
         sinks = [recorder, *(stack.enter_context(other) for other in others)]
-        asked = stack.enter_context(StopRequests())
         if driver.in_real_time:
             _warn(stack.enter_context(realtime()))
         outcome = perform(driver, job, sinks, head, asked.look, _say_doubts)

@@ -147,6 +147,6 @@ def suffered(fault: Fault, folder: Path) -> Seen:
     path, task = folder / "run.mcap", fault.task(SECONDS)
     with controller(fault.driver, folder, *fault.arguments) as (driver, peer), StopRequests() as asked:
         trigger = Trigger(fault.acts(peer))
-        ran = run(driver, task, path, lambda: asked.stop, lambda recorder: [trigger])
+        ran = run(driver, task, path, asked.look, lambda recorder: [trigger])
     left = path if path.exists() else part_of(path)
     return Seen(ran, read_recording(left), "".join(peer.lines) if peer else "")

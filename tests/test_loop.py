@@ -1,7 +1,9 @@
 import time
+from functools import partial
 
 import numpy as np
 import pytest
+from exidyn.acquire.controllers import make_driver
 from exidyn.acquire.run import perform as performing
 from exidyn.acquire.run.errors import RunError
 from exidyn.acquire.run.frames import HEAD, STAGES, text_frame
@@ -11,8 +13,9 @@ from exidyn.acquire.run.stop import Stop
 from exidyn.acquire.run.watch import WatchLimits
 from exidyn.drivers import StopLevel
 from exidyn.drivers.errors import LinkLost
+from exidyn.identify.plant import typical_plant
 
-from .run_parts import CYCLE, LIMITS, START, Following, Listening, job
+from .run_parts import CYCLE, LIMITS, MODEL, ROBOT, START, Following, Listening, job
 
 
 def at(number, **values):
@@ -300,3 +303,13 @@ def test_where_the_controller_takes_no_commands_it_is_listened_to_until_it_ends(
     assert outcome.stop is None
     assert not driver.commands
     assert len(sink.cycles()) == 300
+
+
+def test_a_simulation_off_the_wall_clock_is_the_same_every_time():
+    def played():
+        sink = Listening()
+        plant = partial(typical_plant, MODEL, START)
+        perform(make_driver("mock", {}, ROBOT, plant), job(), [sink])
+        return sink.frames
+
+    assert played() == played()

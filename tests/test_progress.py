@@ -3,8 +3,8 @@
 import os
 import pty
 import signal
+from contextlib import contextmanager
 
-import pytest
 from exidyn.acquire import progress
 from exidyn.acquire.progress import Progress, start_progress
 from exidyn.acquire.progress_process import CLEAR, Line
@@ -41,37 +41,45 @@ def test_the_end_of_the_run_is_its_end():
     assert found.over
 
 
-@pytest.fixture
-def terminal(monkeypatch):
-    """File number of what is seen of a terminal that takes the place of standard error."""
+@contextmanager
+def terminal():
+    """File number of what is seen of a terminal that takes the place of standard error.
+
+    No fixture: pytest captures anew between those and a test.
+    """
     seen, own = pty.openpty()
+    os.set_blocking(seen, False)
     before = os.dup(2)
     os.dup2(own, 2)
-    yield seen
-    os.dup2(before, 2)
-    for number in (seen, own, before):
-        os.close(number)
+    try:
+        yield seen
+    finally:
+        os.dup2(before, 2)
+        for number in (seen, own, before):
+            os.close(number)
 
 
-def test_what_is_left_in_the_terminal_is_an_empty_line(terminal):
-    with Progress(10.0) as shown:
-        shown.put(head().frame())
-        for number in range(10):
-            shown.put(cycle(number, stage=RUNNING))
-        shown.put(end())
+def test_what_is_left_in_the_terminal_is_an_empty_line():
+    with terminal() as seen:
+        with Progress(10.0) as shown:
+            shown.put(head().frame())
+            for number in range(10):
+                shown.put(cycle(number))
+            shown.put(end())
+        text = os.read(seen, 10_000).decode()
     assert not shown.failure
-    text = os.read(terminal, 10_000).decode()
     assert "running 0.0 of 10.0 s" in text
     assert text.endswith(CLEAR)
 
 
-def test_one_that_hangs_delays_nobody_for_long(terminal, monkeypatch):
-    with Progress(10.0) as shown:
+def test_one_that_hangs_is_not_waited_for():
+    with terminal(), Progress(10.0) as shown:
         os.kill(shown.process_id, signal.SIGSTOP)
         for number in range(10_000):
-            shown.put(cycle(number, stage=RUNNING))
-        assert shown.dropped
+            shown.put(cycle(number))
         shown.close(patience=0.1)
+    assert shown.dropped
+    assert "was killed" in shown.failure
 
 
 def test_without_a_terminal_there_is_no_line(monkeypatch):

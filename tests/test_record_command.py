@@ -17,7 +17,7 @@ def said(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.delenv(UNATTENDED, raising=False)
     (tmp_path / "robot.toml").write_text(model_text(MODEL))
-    write_plan(tmp_path / "trajectory.toml", Plan.of(motion(), MODEL, tick=0.002))
+    write_plan(Plan.of(motion(), MODEL, tick=0.002), tmp_path / "trajectory.toml")
     return ["record", "trajectory.toml", "--robot", "robot.toml"]
 
 

@@ -86,7 +86,7 @@ def test_info_tells_how_the_run_went(run):
     assert "1000 cycles (running 1000), 20 skipped" in text
     assert "lateness median 0.003, 99 % 0.006, largest 0.006 ms" in text
     assert "0.998 s  stop      joint2 is 3 degrees away" in text
-    assert "ended:  stop tracking, joint joint2" in text
+    assert "ended:  STOPPED (brake): tracking joint2" in text
 
 
 def test_other_tools_read_events_and_timing(run):

@@ -103,6 +103,7 @@ def test_a_configuration_without_a_place_for_what_is_needed_says_so(tmp_path, ol
     ("given", "message"),
     [
         ({"mode": "relative"}, "every lost telegram moves the arm away"),
+        ({"controller": "172.31.1"}, "controller is '172.31.1', which is no address"),
         ({"cycle": 0.008}, "cycle is 0.008 s; a KRC4 has 0.012 or 0.004"),
         ({"generation": "KRC2"}, "cycle is 0.004 s; a KRC2 has 0.012"),
         ({"sign": [1, 0.5]}, r"sign[1] is 0.5; valid are 1 and -1"),

@@ -101,7 +101,7 @@ def perform(
         loop = Loop(driver, watch, info.cycle, sinks, explain, asked)
         if info.listens:
             return Outcome(info, loop.counts, _listened(loop, job, info))
-        _play(loop, job, info, driver.held())
+        _play(loop, job, info, driver)
         return Outcome(info, loop.counts, loop.stop)
     finally:
         driver.close()
@@ -119,14 +119,20 @@ def _listened(loop: Loop, job: Job, info: Info) -> Stop | None:
     return None if ended else loop.stop
 
 
-def _play(loop: Loop, job: Job, info: Info, held: np.ndarray | None) -> None:
+def _play(loop: Loop, job: Job, info: Info, driver: Driver) -> None:
     measured = _standing(loop, info)
     if loop.stop is not None:
         return
-    held = measured if held is None else held
+    told = driver.held()
+    held = measured if told is None else told
+
+    def work() -> tuple[Player, Phases]:
+        return _prepared(job, info, held)
+
     try:
         _require_near(held, measured, job)
-        prepared = _meanwhile(loop, lambda: _prepared(job, info, held))
+        # A simulation off the wall clock need not be listened to meanwhile, and is then the same every time.
+        prepared = _meanwhile(loop, work) if driver.in_real_time else work()
         if prepared is None:
             return
         _require_still(loop, measured, job)

@@ -1,6 +1,7 @@
 """What a user sets of the KUKA driver, in the units of KUKA people, and whether it fits together."""
 
 from dataclasses import dataclass
+from ipaddress import ip_address
 
 import numpy as np
 
@@ -100,6 +101,13 @@ def config_of(settings: RsiSettings) -> RsiConfig:
 
 
 def _look_over(settings: RsiSettings) -> None:
+    try:
+        ip_address(settings.controller)
+    except ValueError:
+        raise BadSettings(
+            f"driver kuka_rsi: controller is '{settings.controller}', which is no address; expected numbers, "
+            "such as 172.31.1.147"
+        ) from None
     if settings.mode == "relative":
         raise BadSettings(
             "driver kuka_rsi: mode is 'relative', in which every lost telegram moves the arm away from where "
