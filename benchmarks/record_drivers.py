@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 from common import show
+from exidyn.acquire.run.watch import WatchLimits
 from record_controllers import CONTROLLERS, NoBus, controller
 from record_floor import Floor, floor
 from record_krc import echo, timeouts, told
@@ -15,11 +16,15 @@ from record_motion import job
 from record_run import Ran, cpu_time, run
 
 HEADER = [
-    "driver", "cycle ms", "cycles", "missed", "late p50 us", "p99 us", "max us", "floor p50 us", "p99 us",
-    "max us", "p99 / floor", "CPU loop %", "recorder %", "peer %", "kB/s", "ended by",
+    "driver", "cycle ms", "cycles", "missed", "floor's", "late p50 us", "p99 us", "max us", "floor p50 us",
+    "p99 us", "max us", "p99 / floor", "CPU loop %", "recorder %", "peer %", "kB/s", "ended by",
 ]  # fmt: skip
+PATIENT = WatchLimits(missed=1.0, silence=0.2, stall=0.5)
+"""For runs that are to be measured to their end, however late this machine is."""
 MEANING = """\
-  missed    cycles without an exchange, and those in which a joint was silent
+  missed    cycles without an exchange, and those in which a joint was silent; the floor's are those that it
+            slept through, and for kuka_rsi answers that came later than the next telegram. A run would be
+            stopped by them; here it is not, so that they can be counted
   late      from the deadline of a cycle until the loop runs; for the mock, that includes its own arithmetic
   kuka_rsi  from a telegram until the controller has the answer, as the controller measures it
   floor     the same for a loop in {} that does nothing, at the same time, cycle and priority; for kuka_rsi a
@@ -35,6 +40,7 @@ class Measured:
         ran: The run.
         lateness: Median, 99th percentile and largest [us].
         bare: The same of the floor.
+        bare_missed: Cycles that the floor missed.
         cpu_peer: CPU time that the peer took [s].
         krc: What the KUKA controller counted; empty for others.
         bare_loop: What the floor is written in.
@@ -43,6 +49,7 @@ class Measured:
     ran: Ran
     lateness: tuple[float, float, float]
     bare: tuple[float, float, float]
+    bare_missed: int
     cpu_peer: float
     krc: dict[str, Any]
     bare_loop: str
@@ -70,12 +77,13 @@ def measure(name: str, seconds: float, folder: Path) -> Measured:
         beside = nullcontext(Floor("")) if bare_krc else floor(driver.settings.cycle)
         before = cpu_time(peer.process.pid) if peer else 0.0
         with beside as bare:
-            ran = run(driver, job(seconds), folder / f"{name}.mcap")
+            ran = run(driver, job(seconds, watch=PATIENT), folder / f"{name}.mcap")
         used = cpu_time(peer.process.pid) - before if peer else 0.0
         krc = told(peer) if bare_krc and peer else {}
     if bare_krc:
-        return Measured(ran, _of_krc(krc), _of_krc(bare_krc), used, krc, "Python")
-    return Measured(ran, _of(ran.outcome.counts.lateness), _of(bare.lateness), used, {}, bare.what)
+        return Measured(ran, _of_krc(krc), _of_krc(bare_krc), bare_krc["late"], used, krc, "Python")
+    slept = int(np.sum(bare.lateness // driver.settings.cycle))
+    return Measured(ran, _of(ran.outcome.counts.lateness), _of(bare.lateness), slept, used, {}, bare.what)
 
 
 def _of(lateness: Any) -> tuple[float, float, float]:
@@ -109,6 +117,8 @@ def table(found: dict[str, Measured], seconds: float) -> dict[str, Any]:
         print(f"  refused: {text}")
     return {
         "missed_cycles": {name: one.missed for name, one in found.items()},
+        "missed_cycles_floor": {name: one.bare_missed for name, one in found.items()},
+        "cycles": {name: one.ran.outcome.counts.cycles for name, one in found.items()},
         "lateness_p99_over_floor": {name: one.ratio for name, one in found.items()},
         "rsi_timeout_stops": sum(timeouts(one.krc) for one in found.values() if one.krc),
         "ended_early": [name for name, one in found.items() if one.ran.outcome.stop],
@@ -120,7 +130,7 @@ def _row(name: str, one: Measured) -> list[Any]:
     cpu = [100 * used / ran.seconds for used in (ran.cpu, ran.cpu_recorder, one.cpu_peer)]
     rate = ran.path.stat().st_size / ran.seconds * 1e-3 if ran.path.exists() else np.nan
     stop = ran.outcome.stop
-    loop = [name, 1e3 * ran.outcome.info.cycle, counts.cycles, one.missed, *one.lateness]
+    loop = [name, 1e3 * ran.outcome.info.cycle, counts.cycles, one.missed, one.bare_missed, *one.lateness]
     return [*loop, *one.bare, one.ratio, *cpu, rate, stop.text if stop else "its end"]
 
 

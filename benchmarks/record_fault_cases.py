@@ -31,8 +31,8 @@ from record_motion import START, job
 BRAKE, QUICK = StopLevel.BRAKE, StopLevel.QUICK
 ALWAYS = (all_recorded, no_jump, time_goes_on)
 BORNE = (*ALWAYS, goes_on)
-FEW = 20
-"""Cycles that a busy machine may miss by itself in a run of some seconds."""
+FEW = 100
+"""Cycles that a busy machine may miss by itself in some seconds: 5 %, which a run bears elsewhere."""
 
 
 def at(cycle: int, action: Callable[[Peer], object]) -> Callable[[Peer], list[Action]]:

@@ -7,6 +7,8 @@ from record_fault import Check, Seen
 
 SOON = 1.0
 """An arm that stops is at rest within this time [s]; twice what a jerk-limited stop from full speed takes."""
+MOMENT = 500
+"""Cycles of the motion after which the fault comes."""
 
 
 def all_recorded(seen: Seen) -> str:
@@ -105,23 +107,25 @@ def time_goes_on(seen: Seen) -> str:
 
 def no_old_samples(seen: Seen) -> str:
     """Measurements do not come later behind the commands after a fault than before it."""
-    position = seen.recording.signals["position"]
-    hole = int(np.argmax(np.diff(position.time)))
+    position, cycle = seen.recording.signals["position"], seen.ran.outcome.info.cycle
+    began = next(e.time for e in seen.recording.events if e.kind == "stage" and e.text == "running")
+    hole = int(np.searchsorted(position.time, began + MOMENT * cycle))
     if not 100 < hole < len(position) - 100:
-        return "there is no fault inside the motion to look behind"
+        return "the motion ended before the fault"
     before, after = (delay(seen.recording, rows) for rows in (slice(0, hole), slice(hole + 1, None)))
-    cycle = seen.ran.outcome.info.cycle
     if abs(after - before) < 0.5 * cycle:
         return ""
     return f"measurements are {1e3 * (after - before):.1f} ms older after the fault than before"
 
 
 def delay(recording: Recording, rows: slice) -> float:
-    """By how much positions are behind commands, in least squares over all joints [s]."""
+    """By how much positions are behind commands, in least squares over all joints [s]; NaN at rest."""
     command, position = recording.signals["command"], recording.signals["position"][rows]
     inside = (position.time >= command.time[0]) & (position.time <= command.time[-1])
     columns = []
     for values in (command.values, np.gradient(command.values, command.time, axis=0)):
         columns.append([np.interp(position.time[inside], command.time, joint) for joint in values.T])
     commanded, velocity = np.array(columns)
-    return float(np.sum((commanded - position.values[inside].T) * velocity) / np.sum(velocity**2))
+    moved = np.sum(velocity**2)
+    behind = np.sum((commanded - position.values[inside].T) * velocity)
+    return float(behind / moved) if moved else float("nan")

@@ -30,7 +30,7 @@ from exidyn.identify.mcap_file import read_recording
 from exidyn.trajectories.plans.plan import Plan
 from exidyn.trajectories.plans.plan_file import read_plan, write_plan
 from record_controllers import controller
-from record_fault import SECONDS, Check, Row, Seen, Trigger
+from record_fault import SECONDS, Check, Row, Seen, Trigger, of_interest
 from record_fault_checks import all_recorded, comes_to_rest, goes_on, no_jump, stops, tells
 from record_motion import MODEL, ROBOT, TICK, job, motion
 from record_run import run
@@ -128,7 +128,7 @@ def _row(name: str, must: str, folder: Path, sinks: Sinks, checks: Sequence[Chec
     path = folder / "run.mcap"
     try:
         with controller("mock", folder) as (driver, _):
-            ran = run(driver, job(SECONDS), path, sinks=sinks)
+            ran = run(driver, of_interest(job(SECONDS)), path, sinks=sinks)
         left = path if path.exists() else part_of(path)
         seen = Seen(ran, read_recording(left), "")
     except (ExidynError, OSError) as error:
