@@ -8,6 +8,7 @@ import numpy as np
 from common import show
 from exidyn.identify import Fit, identify, read_recording
 from record_controllers import NoBus, controller
+from record_drivers import PATIENT
 from record_motion import MODEL, job
 from record_run import run
 
@@ -60,7 +61,7 @@ def recordings(names: tuple[str, ...], seconds: float, folder: Path) -> dict[str
         for attempt in range(ATTEMPTS):
             try:
                 with controller(name, folder, **OTHER.get(name, {})) as (driver, _):
-                    ran = run(driver, job(seconds), folder / f"{name}-{attempt}.mcap")
+                    ran = run(driver, job(seconds, watch=PATIENT), folder / f"{name}-{attempt}.mcap")
             except NoBus as error:
                 print(f"{name}: {error}")
                 break
