@@ -1,6 +1,7 @@
 """The same arm through several drivers: what is identified of it beside what it is, and beside each other."""
 
 import tempfile
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -9,6 +10,7 @@ from common import show
 from exidyn.identify import Fit, identify, read_recording
 from record_controllers import NoBus, controller
 from record_drivers import PATIENT
+from record_lockstep import lockstep
 from record_motion import MODEL, job
 from record_run import run
 
@@ -18,6 +20,8 @@ ATTEMPTS = 3
 """At a whole run: a machine that is busy otherwise can be too late for one."""
 OTHER = {"mock": {"clock": "stepped"}}
 """Settings of drivers that fit here better: nobody waits for what is only simulated."""
+OWN_TIME = ("mock", "kuka_rsi")
+"""Drivers whose controller has a clock of its own; for others, this machine's lateness is left out."""
 INSIDE = 1.96
 """Deviation of 95 % of normal numbers [standard deviations]."""
 
@@ -60,7 +64,11 @@ def recordings(names: tuple[str, ...], seconds: float, folder: Path) -> dict[str
     for name in names:
         for attempt in range(ATTEMPTS):
             try:
-                with controller(name, folder, **OTHER.get(name, {})) as (driver, _):
+                arguments = () if name in OWN_TIME else ("--lockstep",)
+                with (
+                    nullcontext() if name in OWN_TIME else lockstep(),
+                    controller(name, folder, *arguments, **OTHER.get(name, {})) as (driver, _),
+                ):
                     ran = run(driver, job(seconds, watch=PATIENT), folder / f"{name}-{attempt}.mcap")
             except NoBus as error:
                 print(f"{name}: {error}")
@@ -107,5 +115,5 @@ def _inside(error: np.ndarray) -> float:
 
 def main(quick: bool) -> dict[str, Any]:
     with tempfile.TemporaryDirectory() as folder:
-        names, seconds = (QUICK_DRIVERS, 8.0) if quick else (DRIVERS, 40.0)
+        names, seconds = (QUICK_DRIVERS, 8.0) if quick else (DRIVERS, 20.0)
         return agreement(recordings(names, seconds, Path(folder)))

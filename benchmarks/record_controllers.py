@@ -28,6 +28,11 @@ FEETECH_CYCLE = 0.0025
 """What six servos need on a line of 1 Mbaud, in halves of a millisecond [s]."""
 
 
+CURRENT_RANGE = 40.0
+"""What an answer of a MIT motor can say: twice the largest current of the arm [A]."""
+MIT_MOTORS = ("--maker", "t-motor", "--torque-range", str(CURRENT_RANGE))
+
+
 class Controlled(NamedTuple):
     """A driver that is not open yet, and the peer at its other end; the mock has none."""
 
@@ -81,6 +86,11 @@ def _on_a_bus(script: str, name: str, settings_of: Callable[..., dict[str, Any]]
     return controller
 
 
+def _mit(address: str) -> dict[str, Any]:
+    """T-Motor's answer with a current; Damiao's have a torque, which says nothing of the drive gains."""
+    return mit_settings(address, maker="t-motor") | {"current_range": CURRENT_RANGE}
+
+
 def _feetech(address: str) -> dict[str, Any]:
     return feetech_settings(address) | {"cycle": FEETECH_CYCLE}
 
@@ -89,7 +99,7 @@ CONTROLLERS: dict[str, Any] = {
     "mock": mock,
     "kuka_rsi": kuka_rsi,
     "canopen_402": _on_a_bus("can_nodes.py", "canopen_402", canopen_settings, "--fifo"),
-    "can_mit": _on_a_bus("mit_motors.py", "can_mit", mit_settings, "--fifo"),
+    "can_mit": _on_a_bus("mit_motors.py", "can_mit", _mit, "--fifo", *MIT_MOTORS),
     "dynamixel": _on_a_bus("dynamixel_bus.py", "dynamixel", dynamixel_settings),
     "feetech": _on_a_bus("feetech_bus.py", "feetech", _feetech, "--cycle", str(FEETECH_CYCLE)),
 }

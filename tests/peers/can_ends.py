@@ -3,10 +3,14 @@
 import os
 import select
 import socket
+import struct
 import tty
 
 import can
 from can.interfaces.udp_multicast.utils import pack_message, unpack_message
+
+SO_TIMESTAMPNS = 35
+"""Linux tells with each datagram when it came; the socket module has no name for it."""
 
 CHANNEL = "ff11:7079:7468:6f6e:6465:6d6f:6d63:6173"
 """Interface-local scope: no frame leaves the machine."""
@@ -80,16 +84,22 @@ class Multicast:
         self.address, self._group = str(port), (CHANNEL, port)
         self._bus = multicast(port)
         self._socket = socket.socket(fileno=os.dup(self._bus.fileno()))
+        self._socket.setsockopt(socket.SOL_SOCKET, SO_TIMESTAMPNS, 1)
         self._echoes = set()
 
     def recv(self, timeout):
         if not select.select([self._socket], [], [], timeout)[0]:
             return None
-        data = self._socket.recv(4096)
+        data, stamps, *_ = self._socket.recvmsg(4096, socket.CMSG_SPACE(16))
         if data in self._echoes:
             self._echoes.discard(data)
             return None
-        return unpack_message(data, check=True)
+        message = unpack_message(data, check=True)
+        for level, kind, stamp in stamps:  # when the kernel had it, however late this process is
+            if level == socket.SOL_SOCKET and kind == SO_TIMESTAMPNS:
+                seconds, rest = struct.unpack("qq", stamp)
+                message.timestamp = seconds + 1e-9 * rest
+        return message
 
     def send(self, message):
         data = pack_message(message)

@@ -20,6 +20,7 @@ import numpy as np
 from can_arm import COUNTS, GEAR, ObedientArm, sign, zero
 from can_ends import NO_BUS, Multicast, SerialAdapter, frame, noise
 from cia402_node import STATUS, Node
+from pace import Pace
 
 RATED = 4000
 """Rated current [mA]."""
@@ -54,7 +55,8 @@ class Nodes:
         self.nodes = [Node(number, self.sender(number), say, speed, RATED) for number in range(1, joints + 1)]
         self.cycles = self.enabled_at = 0
         self.synced = self.moved = self.next_look = time.monotonic()
-        self.measure()
+        self.pace = Pace(plant)
+        self.measure(time.time())
         for node in self.nodes:
             node.held = node.demand = node.actual
 
@@ -69,10 +71,10 @@ class Nodes:
 
         return send
 
-    def measure(self):
-        """Put into the objects what the sensors say."""
+    def measure(self, now):
+        """Put into the objects what the sensors say at a time."""
         measured = self.plant.measure()
-        counts = np.rint((measured.position - self.zero) * self.per_radian)
+        counts = np.rint((self.pace.position(now) - self.zero) * self.per_radian)
         thousandths = np.rint(sign(len(counts)) * measured.current / (RATED * 1e-6))
         for node, position, effort in zip(
             self.nodes, counts, np.clip(thousandths, -32768, 32767), strict=True
@@ -87,7 +89,7 @@ class Nodes:
             return
         now, identifier, data = time.monotonic(), message.arbitration_id, bytes(message.data)
         if identifier == 0x080 and not data:
-            self.synchronise(now)
+            self.synchronise(now, message.timestamp or time.time())
         elif identifier >> 7 in FOR_ONE:
             if 0 < identifier & 0x7F <= len(self.nodes):
                 self.nodes[(identifier & 0x7F) - 1].received(identifier, data, now)
@@ -95,25 +97,24 @@ class Nodes:
             for node in self.nodes:
                 node.received(identifier, data, now)
 
-    def synchronise(self, now):
-        """SYNC: all drives answer what is prepared, then the arm moves to where it will be at the next."""
+    def synchronise(self, now, stamp):
+        """SYNC: all drives answer what they see, then the arm moves to where it will be at the next."""
+        self.measure(stamp)
         for node in self.nodes:
             node.synchronised(now)
         self.synced = now
         self.cycles += 1
         if not self.enabled_at and all(node.state == "enabled" for node in self.nodes):
             self.enabled_at = self.cycles
-        self.move()
+        self.move(stamp)
         self.go_wrong()
 
-    def move(self):
+    def move(self, now):
         self.moved = time.monotonic()
-        seconds = self.nodes[0].period
-        before = np.array([node.demand for node in self.nodes])
+        seconds = self.pace.length(self.nodes[0].period, now)
         after = np.array([node.move(seconds) for node in self.nodes])
         position = after / self.per_radian + self.zero
-        self.plant.step(position, (after - before) / self.per_radian / seconds, seconds)
-        self.measure()
+        self.pace.step(position, None, seconds)
 
     def pass_time(self):
         """What goes on without SYNC: heartbeats, and drives that are slowing down by themselves."""
@@ -124,8 +125,10 @@ class Nodes:
         for node in self.nodes:
             node.tick(now)
         seconds = self.nodes[0].period
+        if self.pace.lockstep:
+            return
         if now - self.synced > 5.0 * seconds and now - self.moved > seconds:
-            self.move()
+            self.move(time.time())
 
     def go_wrong(self):
         for fault in self.faults:
@@ -201,6 +204,7 @@ def arguments(description):
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--port", type=int, default=0)
     parser.add_argument("--fifo", action="store_true")
+    parser.add_argument("--lockstep", action="store_true", help="a cycle passes with each SYNC or round")
     parser.add_argument("--fault", action="append", default=[], type=Fault)
     return parser
 
@@ -232,6 +236,7 @@ def main():
     ended = stop_with_input()
     end = open_end(options.adapter, options.port)
     nodes = Nodes(end, plant(options), options.fault)
+    nodes.pace.lockstep = options.lockstep
     for node in nodes.nodes if options.begin else ():
         node.state = options.begin
         node.put(0x6041, 0, STATUS[options.begin])

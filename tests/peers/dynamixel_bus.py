@@ -8,6 +8,7 @@ through standard input, as `servo_line.py` says. Ends when its standard input do
 
 import argparse
 import struct
+import time
 
 import numpy as np
 from arm import make_plant
@@ -96,7 +97,14 @@ class Dynamixels(ServoLine):
         seen = self.arm.plant.measure()
         currents = np.clip(np.rint(self.direction * seen.current / CURRENT_UNIT), -32768, 32767).astype(int)
         speeds = np.rint(self.direction * self.gear * seen.velocity / VELOCITY_UNIT).astype(int)
-        rows = zip(self.tables, currents, speeds, self.counts(seen.position), seen.temperature, strict=True)
+        rows = zip(
+            self.tables,
+            currents,
+            speeds,
+            self.counts(self.arm.pace.position(time.monotonic())),
+            seen.temperature,
+            strict=True,
+        )
         for table, current, speed, position, temperature in rows:
             if self.mirror:
                 position = struct.unpack_from("<i", table, GOAL)[0]
@@ -219,6 +227,7 @@ def main():
     parser.add_argument("--cycle", type=float, default=0.002)
     parser.add_argument("--baudrate", type=int, default=0)
     parser.add_argument("--mirror", action="store_true")
+    parser.add_argument("--lockstep", action="store_true", help="a cycle passes with each question")
     parser.add_argument("--model", type=int, default=1030)
     parser.add_argument("--firmware", type=int, default=46)
     parser.add_argument("--mode", type=int, default=4)
@@ -227,10 +236,12 @@ def main():
     given = parser.parse_args()
     plant = make_plant(given.robot)
     fifo()
-    Dynamixels(
+    line = Dynamixels(
         plant, given.cycle, given.baudrate, given.mirror, given.model, given.firmware, given.mode,
         given.return_delay, given.torque,
-    ).run()  # fmt: skip
+    )  # fmt: skip
+    line.arm.pace.lockstep = given.lockstep
+    line.run()
 
 
 if __name__ == "__main__":

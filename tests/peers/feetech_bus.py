@@ -7,6 +7,7 @@ What goes wrong is told through standard input, as `servo_line.py` says. Ends wh
 
 import argparse
 import struct
+import time
 
 import numpy as np
 from arm import make_plant
@@ -52,7 +53,14 @@ class Feetechs(ServoLine):
         seen = self.arm.plant.measure()
         currents = np.rint(self.direction * seen.current / CURRENT_UNIT)
         speeds = np.rint(self.direction * self.gear * seen.velocity * TURN / (2.0 * np.pi) / self.unit)
-        rows = zip(self.tables, currents, speeds, self.counts(seen.position), seen.temperature, strict=True)
+        rows = zip(
+            self.tables,
+            currents,
+            speeds,
+            self.counts(self.arm.pace.position(time.monotonic())),
+            seen.temperature,
+            strict=True,
+        )
         for table, current, speed, position, temperature in rows:
             here = struct.unpack_from("<H", table, GOAL)[0] if self.mirror else with_sign(position)
             struct.pack_into("<HHHBB", table, POSITION, here, with_sign(speed), 0, 74, int(temperature))
@@ -128,6 +136,7 @@ def main():
     parser.add_argument("--cycle", type=float, default=0.002)
     parser.add_argument("--baudrate", type=int, default=0)
     parser.add_argument("--mirror", action="store_true")
+    parser.add_argument("--lockstep", action="store_true", help="a cycle passes with each question")
     parser.add_argument("--mode", type=int, default=0)
     parser.add_argument("--phase", type=int, default=12)
     parser.add_argument("--return-delay", type=int, default=250)
@@ -136,10 +145,12 @@ def main():
     given = parser.parse_args()
     plant = make_plant(given.robot)
     fifo()
-    Feetechs(
+    line = Feetechs(
         plant, given.cycle, given.baudrate, given.mirror, given.mode, given.phase, given.return_delay,
         given.torque, given.limits,
-    ).run()  # fmt: skip
+    )  # fmt: skip
+    line.arm.pace.lockstep = given.lockstep
+    line.run()
 
 
 if __name__ == "__main__":

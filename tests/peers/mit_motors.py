@@ -14,8 +14,13 @@ import numpy as np
 from can_arm import MASTER, MIT_RANGES, sign, zero
 from can_ends import frame, noise
 from can_nodes import arguments, fifo, open_end, plant, say, stop_with_input
+from pace import Pace
 
 TIMEOUT_UNIT = 50e-6
+
+
+RANGES = list(MIT_RANGES)
+"""In the frames of these motors."""
 
 
 class Motor:
@@ -37,7 +42,7 @@ class Motor:
         self.heard = time.monotonic()
         self.registers = {
             1: 0.945, 8: number, 7: master, 9: 0, 10: 2, 14: 5015, 20: 10.0,
-            21: MIT_RANGES[0], 22: MIT_RANGES[1], 23: MIT_RANGES[2],
+            21: RANGES[0], 22: RANGES[1], 23: RANGES[2],
         }  # fmt: skip
 
     def received(self, data, now):
@@ -70,13 +75,13 @@ class Motor:
         velocity = (data[2] << 4 | data[3] >> 4) / 4095.0
         stiffness = ((data[3] & 15) << 8 | data[4]) / 4095.0
         damping = (data[5] << 4 | data[6] >> 4) / 4095.0
-        self.wish = ((2.0 * position - 1.0) * MIT_RANGES[0], (2.0 * velocity - 1.0) * MIT_RANGES[1])
+        self.wish = ((2.0 * position - 1.0) * RANGES[0], (2.0 * velocity - 1.0) * RANGES[1])
         self.gains = (500.0 * stiffness, 5.0 * damping)
 
     def answer(self):
-        position = _whole(self.position, MIT_RANGES[0], 65535)
-        velocity = _whole(self.velocity, MIT_RANGES[1], 4095)
-        torque = _whole(self.torque, MIT_RANGES[2], 4095)
+        position = _whole(self.position, RANGES[0], 65535)
+        velocity = _whole(self.velocity, RANGES[1], 4095)
+        torque = _whole(self.torque, RANGES[2], 4095)
         shared = (velocity & 15) << 4 | torque >> 8
         body = bytes([position >> 8, position & 255, velocity >> 4, shared, torque & 255])
         if self.damiao:
@@ -127,14 +132,15 @@ class Motors:
         self.random = np.random.default_rng(0)
         self.asked, self.cycles, self.on_at = set(), 0, 0
         self.looked = time.monotonic()
-        self.measure()
+        self.pace = Pace(plant)
+        self.measure(time.time())
         self.held = self.plant.measure().position.copy()
 
-    def measure(self):
+    def measure(self, now):
         measured = self.plant.measure()
         for motor, position, velocity, current, celsius in zip(
             self.motors,
-            (measured.position - self.zero) * self.sign,
+            (self.pace.position(now) - self.zero) * self.sign,
             measured.velocity * self.sign,
             measured.current * self.sign,
             measured.temperature,
@@ -147,6 +153,9 @@ class Motors:
         if message.is_extended_id or message.is_remote_frame or len(message.data) != 8:
             return
         now, identifier, data = time.monotonic(), message.arbitration_id, bytes(message.data)
+        if not self.asked:  # the first of a cycle; what all see is of that moment
+            self.stamp = message.timestamp or time.time()
+            self.measure(self.stamp)
         if identifier == 0x7FF:
             motor = self.motors[data[0] - 1] if 0 < data[0] <= len(self.motors) else None
             answer = motor.asked(data) if motor else None
@@ -181,8 +190,8 @@ class Motors:
             if motor.on and motor.gains[0] > 0.0:
                 self.held[joint] = motor.wish[0] * self.sign[joint] + self.zero[joint]
         velocity = [motor.wish[1] if motor.on and motor.gains[0] > 0.0 else 0.0 for motor in self.motors]
-        self.plant.step(self.held, np.array(velocity) * self.sign, self.cycle)
-        self.measure()
+        seconds = self.pace.length(self.cycle, self.stamp)
+        self.pace.step(self.held, np.array(velocity) * self.sign, seconds)
 
     def go_wrong(self):
         since = self.cycles - self.on_at if self.on_at else -1
@@ -224,10 +233,13 @@ def main():
     parser.add_argument("--adapter", action="store_true")
     parser.add_argument("--register", action="append", default=[], help="MOTOR:NUMBER=VALUE")
     parser.add_argument("--error", type=int, default=0, help="all begin with this error")
+    parser.add_argument("--torque-range", type=float, default=MIT_RANGES[2], help="or current, for T-Motor")
     options = parser.parse_args()
+    RANGES[2] = options.torque_range
     ended = stop_with_input()
     end = open_end(options.adapter, options.port)
     motors = Motors(end, plant(options), options)
+    motors.pace.lockstep = options.lockstep
     for text in options.register:
         place, _, value = text.partition("=")
         number, register = map(int, place.split(":"))

@@ -24,6 +24,7 @@ import time
 import tty
 
 import numpy as np
+from pace import Pace
 from servo_units import TURN, ids, sign, zero
 
 
@@ -39,26 +40,17 @@ class MovedArm:
     """The simulated arm and its own clock, which does not wait for the host."""
 
     def __init__(self, plant, cycle):
-        self.plant, self.cycle = plant, cycle
-        self.reached = self.goal = np.array(plant.measure().position)
-        self.time, self.idle = time.monotonic(), True
+        self.plant, self.cycle, self.pace = plant, cycle, Pace(plant)
+        self.goal = np.array(plant.measure().position)
 
     def follow(self, now):
-        """Move for as many cycles as have passed, evenly to the goal."""
-        steps = min(round((now - self.time) / self.cycle), 50)
-        if self.idle or steps == 50:
-            self.idle, self.time, steps = False, now - steps * self.cycle, max(steps, 1)
-        start = self.reached
-        for number in range(steps):
-            self.reached = start + (self.goal - start) * (number + 1) / steps
-            self.plant.step(self.reached, None, self.cycle)
-        self.time += steps * self.cycle
+        """Move to the goal, to be there when the host asks again."""
+        self.pace.step(self.goal, None, self.pace.length(self.cycle, now))
 
     def pass_time(self, now):
         """What goes on without the host."""
-        if now - self.time > 2.5 * self.cycle:
+        if self.pace.behind(now) > 0.5 * self.cycle:
             self.follow(now)
-            self.idle = True
 
     def stay(self, where):
         """No goal but where these joints are."""
@@ -141,10 +133,8 @@ class ServoLine:
             now = time.monotonic()
             if sent:
                 self.arm.follow(now)
-                self.sense()
             elif not self.waiting:
                 self.arm.pass_time(now)
-                self.sense()
             self.watch(now)
 
     def _hear(self):
@@ -155,6 +145,8 @@ class ServoLine:
         except OSError:  # nobody has the other end open
             time.sleep(0.01)
             return
+        if not self.received:
+            self.sense()  # what is asked for is of this moment
         if self.echo:
             heapq.heappush(self.waiting, (0.0, data))
         self.received += data
