@@ -30,11 +30,28 @@ def test_afterwards_signals_are_what_they_were():
     assert (signal.getsignal(signal.SIGINT), signal.getsignal(signal.SIGTERM)) == before
 
 
-def test_a_terminal_that_goes_away_brakes():
+@pytest.fixture
+def hangup():
+    """What the terminal that the tests run in says of hang-ups; it may be none."""
+    before = signal.getsignal(signal.SIGHUP)
+    yield lambda handler: signal.signal(signal.SIGHUP, handler)
+    signal.signal(signal.SIGHUP, before)
+
+
+def test_a_terminal_that_goes_away_brakes(hangup):
+    hangup(signal.SIG_DFL)
     with StopRequests() as asked:
         asked.look()
         os.kill(os.getpid(), signal.SIGHUP)
         assert asked.stop.level == StopLevel.BRAKE
+
+
+def test_who_was_started_to_outlive_the_terminal_does(hangup):
+    hangup(signal.SIG_IGN)
+    with StopRequests() as asked:
+        asked.look()
+        os.kill(os.getpid(), signal.SIGHUP)
+        assert asked.stop is None
 
 
 def test_before_anybody_looks_the_first_interrupts_and_the_way_out_is_not_interrupted():
