@@ -174,7 +174,6 @@ FAULTS = (
         "dynamixel",
         (*BORNE, missing(1, 10 + FEW), no_old_samples),
         acts=at(500, line("late 0.007 1")),
-        quick=True,
     ),
     Fault(
         "serial: three replies with a wrong checksum",

@@ -42,8 +42,8 @@ Sinks = Callable[[PipeSink], Sequence[Sink]]
 
 def file_faults(quick: bool) -> list[Row]:
     """All of them."""
-    rows = [corrupt_plans(40 if quick else 400), viewer_killed()]
-    return rows if quick else [*rows, recorder_killed(), no_more_bytes(), disk_full()]
+    rows = [corrupt_plans(40 if quick else 400)]
+    return rows if quick else [*rows, viewer_killed(), recorder_killed(), no_more_bytes(), disk_full()]
 
 
 def viewer_killed() -> Row:
