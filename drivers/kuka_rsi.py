@@ -79,6 +79,7 @@ class KukaRsi(Driver):
             Session(TelegramReader(layout.names), round(1e3 * self._cycle)),
             Answer(config.sentype, config.receive, layout.corrections, layout.switch),
             [0.0] * len(layout.corrections),
+            layout.delay,
         )
         try:
             first = first_telegrams(talk, LOOKED_AT, given.wait, given.controller, f"{address}:{port}")
@@ -163,7 +164,7 @@ class KukaRsi(Driver):
             stale=self._fresh,
             events=self._events(talk, fresh),
             fault=self._fault,
-            sent=not (talk.refused or self._fault),
+            sent=not (talk.refused or talk.repeated or self._fault),
         )
 
     def _current(self, numbers: np.ndarray) -> np.ndarray:

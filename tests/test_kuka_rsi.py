@@ -1,6 +1,7 @@
 """The KUKA driver, against a controller by hand and one that runs as a process."""
 
 import logging
+import re
 import socket
 import time
 from itertools import pairwise
@@ -498,3 +499,22 @@ def test_a_krc2_that_moves_by_itself_is_listened_to(tmp_path):
     assert np.abs(np.array([sample.current for sample in heard])).max() < 10.0
     assert told["answered"] == 0
     assert told["rejected"] == {}
+
+
+def test_an_answer_that_came_too_late_is_given_again_before_the_next(tmp_path):
+    path = config_file(tmp_path)
+
+    def answered(controller, one, degrees, **content):
+        controller.send(**content)
+        start = np.radians(START)
+        sample = one.exchange(Command(start + np.radians([degrees, 0, 0, 0, 0, 0]), np.zeros(6)))
+        return sample.sent, float(re.search(r'<AK A1="([-\d.]+)"', controller.answer())[1])
+
+    with driver(path) as one, by_hand(path) as controller:
+        controller.begun(one)
+        assert answered(controller, one, 0.01) == (True, 0.01)
+        # The controller counts one more late answer, and none of its telegrams went unanswered.
+        assert answered(controller, one, 0.02, delay=1) == (False, 0.01)
+        assert answered(controller, one, 0.02, delay=1) == (True, 0.02)
+        # A telegram that was not answered at all is one more too, and nothing to give again.
+        assert answered(controller, one, 0.03, delay=2, cycles=2) == (True, 0.03)

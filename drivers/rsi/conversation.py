@@ -18,17 +18,29 @@ class Conversation:
         session: Which telegram is the next.
         answer: Writes answers.
         corrections: At first, one an axis [deg].
+        counted: Whether the last number of a telegram is how many answers came too late.
 
     Attributes:
         silent: Whether nothing is answered, as at first.
         stopping: Whether the Stop channel is set.
         refused: Whether the network did not take the last answer.
+        repeated: Whether the last answer was the one before again, since that had come too late.
         heard: When the last telegram was read [s].
     """
 
-    def __init__(self, link: Link, session: Session, answer: Answer, corrections: Sequence[float]) -> None:
+    def __init__(
+        self,
+        link: Link,
+        session: Session,
+        answer: Answer,
+        corrections: Sequence[float],
+        counted: bool = False,
+    ) -> None:
         self.link, self.session = link, session
-        self._answer = answer
+        self._answer, self._counted = answer, counted
+        self._late: float | None = None
+        self._told = b""
+        self.repeated = False
         self.silent = True
         self.stopping = False
         self.refused = False
@@ -58,10 +70,20 @@ class Conversation:
             if time.monotonic() >= deadline:
                 return None
         if not self.silent and not self.session.restarted:
-            whole = self._answer.whole(self._head, fresh.telegram.stamp)
+            # A correction that was not taken, and then the next one, would be two steps in one cycle.
+            self.repeated = bool(self._told) and self._was_late(fresh) and not self.stopping
+            self._told = self._told if self.repeated else self._head
+            whole = self._answer.whole(self._told, fresh.telegram.stamp)
             self.refused = not self.link.answer(whole, fresh.datagram.port)
         self.heard = time.monotonic()
         return fresh
+
+    def _was_late(self, fresh: Fresh) -> bool:
+        """Whether the controller did not take the last answer: it counts more than were not given."""
+        if not self._counted:
+            return False
+        before, self._late = self._late, fresh.telegram.numbers[-1]
+        return before is not None and self._late - before > fresh.cycles - 1
 
     @property
     def quiet(self) -> float:
