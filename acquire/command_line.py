@@ -19,6 +19,7 @@ class Command(NamedTuple):
 
 COMMANDS: dict[str, Command] = {
     "example": Command("example_command:main", "simulate an arm, identify it, compare with the truth"),
+    "diagnose": Command("diagnose_command:main", "which physics a model leaves out, and the proof"),
     "drivers": Command("drivers_command:main", "robot controllers, and the settings of each"),
     "excite": Command("excite_command:main", "the trajectory that identifies an arm best within its limits"),
     "identify": Command("identify_command:main", "dynamics and drive gains from recordings"),

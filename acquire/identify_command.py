@@ -34,7 +34,7 @@ def main(arguments: Sequence[str]) -> int:
 def run(arguments: Sequence[str], progress: Callable[[str], None]) -> Fit:
     """Do what the command does, and return the fit."""
     given = _parser().parse_args(arguments)
-    _make_folder(given.output)
+    make_folder(given.output)
     model = read_model(given.robot) if given.robot else None
     progress("read the recordings")
     runs, held_out = _recordings(given, model)
@@ -131,7 +131,7 @@ def _recordings(given: argparse.Namespace, model: Model | None) -> tuple[list[Re
     return every[: len(runs)], every[len(runs) :]
 
 
-def _make_folder(folder: Path) -> None:
+def make_folder(folder: Path) -> None:
     """Make the folder for the results before any work is done for them.
 
     Raises:

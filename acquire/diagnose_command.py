@@ -1,0 +1,146 @@
+"""exidyn diagnose: a robot as believed and its recordings in; what the model leaves out, out."""
+
+import argparse
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+from exidyn.identify.diagnosis import Diagnosis, diagnose
+from exidyn.identify.diagnosis.forward import Forward, forward
+from exidyn.identify.diagnosis.refit import refit
+from exidyn.identify.diagnosis.summary import summary
+from exidyn.identify.errors import ExidynError
+from exidyn.identify.fit import Fit
+
+from .diagnosis_case import Case, case_folders, read_case, recorded_case
+from .diagnosis_files import add_answer, json_text, read_answers, whole, write_diagnosis
+from .identify_command import make_folder, stopwatch
+from .payload_runs import add_payload_arguments
+
+EXAMPLES = """examples:
+  exidyn diagnose robot.toml one.mcap --slow slow.mcap --validate other.mcap
+  exidyn diagnose robot.toml one.mcap --payload loaded.mcap --mass 4 --validate other.mcap
+  exidyn diagnose cases/c01 cases/c02 --answer answers.json
+
+Runs say themselves what they are for (identify, slow, payload, validate) where they were recorded so; what
+comes behind an option is for that. The more kinds there are, the more can be told apart."""
+FAILED = 2
+"""Exit code where a case could not be diagnosed and others could."""
+
+Progress = Callable[[str], None]
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Diagnose, print, write; every case for itself."""
+    given, progress = _parser().parse_args(arguments), stopwatch()
+    folders = case_folders(given.sources)
+    make_folder(given.output)
+    if given.answer:
+        read_answers(given.answer)  # before any work is done for it
+    if not folders:
+        progress("read the recordings")
+        _do(recorded_case(given), given.output, given, progress)
+        return 0
+    _require_no_runs(given)
+    if len(folders) == 1:
+        progress(f"read {folders[0]}")
+        _do(read_case(folders[0]), given.output, given, progress)
+        return 0
+    failed = [folder for folder in folders if not _try(folder, given, progress)]
+    return FAILED if failed else 0
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="exidyn diagnose",
+        description="Say which physics a robot's model leaves out, and prove it on runs held out.",
+        epilog=EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument(
+        "sources",
+        nargs="+",
+        metavar="SOURCE",
+        help="robot.toml or .urdf and its runs (.mcap, .csv); or folders with case.toml, each a case",
+    )
+    runs: dict[str, Any] = {"nargs": "+", "type": Path, "default": [], "metavar": "RUN"}
+    parser.add_argument("--validate", **runs, help="runs that are only predicted")
+    parser.add_argument("--slow", **runs, help="runs at constant low speeds")
+    add_payload_arguments(parser)
+    parser.add_argument(
+        "--output", type=Path, default=Path("exidyn-diagnosis"), metavar="FOLDER", help="default: %(default)s"
+    )
+    parser.add_argument(
+        "--answer", type=Path, metavar="FILE", help="JSON in which each case's findings are put, by its name"
+    )
+    parser.add_argument(
+        "--json", action="store_true", help="print diagnosis.json instead of the page of text"
+    )
+    parser.add_argument(
+        "--quick", action="store_true", help="without simulation and without fit.json, which take a while"
+    )
+    return parser
+
+
+def _require_no_runs(given: argparse.Namespace) -> None:
+    """Raise where runs are given beside a case, which has its own.
+
+    Raises:
+        ExidynError: Some are.
+    """
+    beside = [f"--{name}" for name in ("validate", "slow", "payload") if getattr(given, name)]
+    if beside:
+        raise ExidynError(
+            f"{' and '.join(beside)} beside a case folder, whose case.toml says which runs are which"
+        )
+
+
+def _try(folder: Path, given: argparse.Namespace, progress: Progress) -> bool:
+    """Diagnose one case of several; whether that could be done."""
+    try:
+        progress(f"read {folder}")
+        _do(read_case(folder), given.output / folder.name, given, progress)
+    except ExidynError as error:
+        print(f"exidyn: {folder}: {' '.join(str(error).split())}", file=sys.stderr)
+        return False
+    return True
+
+
+def _do(case: Case, output: Path, given: argparse.Namespace, progress: Progress) -> Diagnosis:
+    """Diagnose one case, print and write what came out."""
+    progress(f"ask {len(case.runs)} runs of {case.name}")
+    diagnosis = diagnose(case.model, case.runs, case.name)
+    if given.answer:
+        add_answer(diagnosis, given.answer)
+    simulated = None if given.quick else _simulated(diagnosis, case, progress)
+    fit = None if given.quick else _fit(diagnosis, case, progress)
+    written = write_diagnosis(diagnosis, simulated, fit, output)
+    if given.json:
+        print(json_text(whole(diagnosis, simulated)), end="", flush=True)
+    else:
+        print(summary(diagnosis, simulated, str(output)), flush=True)
+    print("written: " + ", ".join(map(str, written)), file=sys.stderr)
+    return diagnosis
+
+
+def _simulated(diagnosis: Diagnosis, case: Case, progress: Progress) -> Forward | None:
+    """The first run held out in simulation, or the first run; None where the arm cannot be simulated."""
+    runs = dict(case.runs[::-1])
+    recording = runs.get("validate") or case.runs[0][1]
+    progress(f"simulate {recording.name} before and after")
+    try:
+        return forward(diagnosis, recording)
+    except ExidynError as error:
+        progress(f"not simulated: {error}")
+        return None
+
+
+def _fit(diagnosis: Diagnosis, case: Case, progress: Progress) -> Fit | None:
+    """The model with what was found, identified again; None where the runs cannot carry that."""
+    progress("identify the model again with what was found")
+    try:
+        return refit(diagnosis, case.runs)
+    except ExidynError as error:
+        progress(f"no fit.json: {error}")
+        return None

@@ -1,0 +1,78 @@
+"""The files of a diagnosis: tables, pages, models to tell apart, and answers of many cases."""
+
+import json
+import os
+from pathlib import Path
+from typing import Any
+
+from exidyn.identify.diagnosis import Diagnosis
+from exidyn.identify.diagnosis.answer import answer, plain
+from exidyn.identify.diagnosis.forward import Forward
+from exidyn.identify.diagnosis.report import report_html
+from exidyn.identify.diagnosis.rivals import FOUND, found_model, rivals
+from exidyn.identify.errors import NotAFile
+from exidyn.identify.fit import Fit
+from exidyn.identify.fit_file import write_fit
+from exidyn.identify.robot_text import model_text
+
+
+def write_diagnosis(
+    diagnosis: Diagnosis, simulated: Forward | None, fit: Fit | None, folder: Path
+) -> list[Path]:
+    """Write diagnosis.json, report.html, the models of findings and rivals, and fit.json; say which."""
+    folder.mkdir(parents=True, exist_ok=True)
+    texts = {
+        "diagnosis.json": json_text(whole(diagnosis, simulated)),
+        "report.html": report_html(diagnosis, simulated, str(folder)),
+    }
+    if any(finding.alternatives for finding in diagnosis.findings) and (model := found_model(diagnosis)):
+        texts |= {FOUND: model_text(model)} | {one.file: model_text(one.model) for one in rivals(diagnosis)}
+    for name, text in texts.items():
+        (folder / name).write_text(text, encoding="utf-8")
+    if fit is not None:
+        write_fit(fit, folder / "fit.json")
+    return [folder / name for name in (*texts, *(["fit.json"] if fit else []))]
+
+
+def whole(diagnosis: Diagnosis, simulated: Forward | None) -> dict[str, Any]:
+    """The plain diagnosis, and what simulations came to."""
+    table = plain(diagnosis)
+    if simulated is not None:
+        table["simulated"] = {
+            "run": simulated.run,
+            "torque_rms_before": [float(value) for value in simulated.before],
+            "torque_rms_after": [float(value) for value in simulated.after],
+            "left_out": list(simulated.left_out),
+        }
+    return table
+
+
+def json_text(table: dict[str, Any]) -> str:
+    """JSON with a key a line."""
+    return json.dumps(table, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def read_answers(path: Path) -> dict[str, Any]:
+    """The answers that a file has already; none if there is no file.
+
+    Raises:
+        NotAFile: It is something else.
+    """
+    if not path.exists():
+        return {}
+    try:
+        answers = json.loads(path.read_text(encoding="utf-8"))
+    except ValueError as error:
+        raise NotAFile(f"--answer {path} exists and is not JSON: {error}") from error
+    if not isinstance(answers, dict):
+        raise NotAFile(f"--answer {path} exists and is no table of cases")
+    return answers
+
+
+def add_answer(diagnosis: Diagnosis, path: Path) -> None:
+    """Put a case's answer beside those of other cases; the file is never half written."""
+    answers = read_answers(path) | {diagnosis.name: answer(diagnosis)}
+    path.parent.mkdir(parents=True, exist_ok=True)
+    part = path.with_name(path.name + ".part")
+    part.write_text(json_text(answers), encoding="utf-8")
+    os.replace(part, path)

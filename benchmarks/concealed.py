@@ -1,0 +1,102 @@
+"""Concealed cases: arms with something wrong, recorded; is it found, and named?
+
+The plant shares no formulas with what is under test, which sees the folders of the cases and never their
+truths: only the scorer reads those.
+"""
+
+import argparse
+import json
+import os
+import tempfile
+import time
+from collections.abc import Sequence
+from concurrent.futures import Executor, ProcessPoolExecutor
+from contextlib import ExitStack
+from functools import partial
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+os.environ.setdefault("OMP_NUM_THREADS", "1")  # before numpy: one thread a process, and two processes
+
+from common import save
+from concealed_answerers import NAMES, Answerer, answerer
+from concealed_answers import read_answer, read_truths
+from concealed_case import Draw, concealed_set, make, quick_set, warm_up
+from concealed_effects import VOCABULARY
+from concealed_score import pairs, print_scores
+from concealed_sweep import sweep
+
+PROCESSES = 2
+
+
+def arguments() -> argparse.Namespace:
+    """The command line."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--quick", action="store_true", help="six small cases, under a minute")
+    parser.add_argument("--json", type=Path, metavar="FILE", help="write the figures to FILE")
+    parser.add_argument("--keep", type=Path, metavar="FOLDER", help="cases, truth and answers stay in FOLDER")
+    parser.add_argument("--answer", choices=NAMES, default="product", help="who answers")
+    parser.add_argument("--seed", type=int, default=1, help="another set of cases")
+    parser.add_argument("--only", nargs="+", metavar="EFFECT", help="only cases of these effects")
+    parser.add_argument("--make", action="store_true", help="make the cases, and answer none")
+    parser.add_argument("--made", action="store_true", help="answer the cases that FOLDER already has")
+    parser.add_argument(
+        "--sweep", type=int, nargs="?", const=8, metavar="TRIALS", help="sensitivity of every effect"
+    )
+    return parser.parse_args()
+
+
+def timed(folder: Path, answer: Answerer) -> dict[str, Any]:
+    """An answer, with the seconds it took; an error is an answer too."""
+    began = time.perf_counter()
+    try:
+        said = answer(folder)
+    except Exception as error:  # the other cases are worth their score
+        said = {"findings": [], "unexplained": False, "error": f"{type(error).__name__}: {error}"}
+    return said | {"seconds": time.perf_counter() - began}
+
+
+def make_all(cases: Sequence[Draw], folder: Path, pool: Executor) -> None:
+    """Simulate cases side by side."""
+    list(pool.map(partial(make, cases=folder / "cases", truths=folder / "truth"), cases))
+
+
+def answer_all(folder: Path, answer: Answerer, pool: Executor, only: set[str] | None) -> dict[str, Any]:
+    """Answers to all cases of a folder, written beside them."""
+    places = sorted(place for place in (folder / "cases").iterdir() if only is None or place.name in only)
+    said = dict(
+        zip([place.name for place in places], pool.map(partial(timed, answer=answer), places), strict=True)
+    )
+    for name, case in said.items():
+        if "error" in case:
+            print(f"{name}: {case['error']}")
+    (folder / "answers.json").write_text(json.dumps(said, indent=1) + "\n")
+    return said
+
+
+def main(options: argparse.Namespace) -> dict[str, Any]:
+    """Make, answer and score; gives the figures."""
+    with ExitStack() as stack:
+        folder = options.keep or Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="concealed-")))
+        pool = stack.enter_context(ProcessPoolExecutor(PROCESSES, mp_context=get_context("spawn")))
+        if options.sweep:
+            warm_up()
+            named = partial(answerer, options.answer)
+            return sweep(options.only or list(VOCABULARY), options.sweep, options.seed, folder, named, pool)
+        cases = quick_set(options.seed) if options.quick else concealed_set(options.seed)
+        cases = [case for case in cases if not options.only or set(case.effects) & set(options.only)]
+        if not options.made:
+            warm_up()
+            make_all(cases, folder, pool)
+        if options.make:
+            return {"cases": len(cases)}
+        only = None if options.made else {case.name for case in cases}
+        said = answer_all(folder, answerer(options.answer, folder / "truth"), pool, only)
+        answers = {name: read_answer(case) for name, case in said.items()}
+        return print_scores(pairs(read_truths(folder / "truth"), answers))
+
+
+if __name__ == "__main__":
+    chosen = arguments()
+    save(chosen.json, main(chosen))

@@ -1,0 +1,53 @@
+"""Who answers concealed cases: the product, and two that show what the scores mean."""
+
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from concealed_truth import told_truth
+
+Answerer = Callable[[Path], dict[str, Any]]
+"""From the folder of a case to its answer; it can be sent to another process."""
+
+
+def product(folder: Path) -> dict[str, Any]:
+    """What exidyn says; it is given the folder of the case and nothing else."""
+    from exidyn.identify.diagnosis import diagnose
+    from exidyn.identify.diagnosis.answer import answer
+    from exidyn.identify.importers import import_source
+
+    runs = import_source(folder)
+    said: dict[str, Any] = answer(diagnose(runs[0].model, [(run.settings["role"], run) for run in runs]))
+    return said
+
+
+def silent(folder: Path) -> dict[str, Any]:
+    """Never finds anything: what a score is worth without work."""
+    return {"findings": [], "unexplained": False, "seconds": 0.0}
+
+
+def oracle(folder: Path, truths: Path) -> dict[str, Any]:
+    """Reads the truth: whether the scorer gives full marks."""
+    told = told_truth(truths, folder.name)
+    outside = told["kind"] == "outside"
+    findings = [
+        {"effect": effect["effect"], "joints": effect["joints"], "confidence": 1.0, "alternatives": []}
+        for effect in told["effects"]
+    ]
+    return {
+        "findings": [] if outside else findings,
+        "unexplained": outside,
+        "torque_rms_before": told["noise_floor_filtered"],
+        "torque_rms_after": told["noise_floor_filtered"],
+        "torque_rms_filter_hz": told["noise_filter_hz"],
+        "seconds": 0.0,
+    }
+
+
+def answerer(name: str, truths: Path) -> Answerer:
+    """By name: product, silent or oracle."""
+    return {"product": product, "silent": silent, "oracle": partial(oracle, truths=truths)}[name]
+
+
+NAMES = ("product", "silent", "oracle")

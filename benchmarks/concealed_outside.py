@@ -1,0 +1,71 @@
+"""What can be wrong with a robot and has no name in the vocabulary."""
+
+import numpy as np
+from concealed_effect import Conceal, Concealed, changed, floor
+from concealed_robot import Robot
+
+
+def floor_vibration(robot: Robot, joint: int, strength: float, rng: np.random.Generator) -> Concealed:
+    """The floor shakes at 7.3 Hz: a press next door."""
+    side = rng.normal(size=3)
+    shake = np.array([*(0.02 * strength * side / np.linalg.norm(side)), 7.3])
+    return Concealed(robot.with_machine(shake=shake), robot, (), {"acceleration": shake[:3], "hertz": 7.3})
+
+
+def current_crosstalk(robot: Robot, joint: int, strength: float, rng: np.random.Generator) -> Concealed:
+    """A current sensor also feels its neighbour's current, which has nothing to do with its own joint."""
+    other = int(rng.choice([k for k in range(min(robot.arm.joints, 4)) if k != joint]))
+    per_current = robot.recorder.gain / robot.recorder.gain[joint]
+    leak = strength * floor(robot, joint) / (0.4 * robot.peak[other]) * per_current[other]
+    mix = robot.recorder.mix.copy()
+    mix[joint, other] = leak
+    return Concealed(robot.with_recorder(mix=mix), robot, (joint,), {"from": other + 1, "share": leak})
+
+
+def hose_spring(robot: Robot, joint: int, strength: float, rng: np.random.Generator) -> Concealed:
+    """A hose pulls the flange towards a bracket at the ceiling."""
+    anchor = np.array([rng.uniform(-0.5, 0.5), rng.uniform(-0.5, 0.5), rng.uniform(1.5, 2.5)])
+    hose = np.array([strength * floor(robot, 2), *anchor])
+    parameters = {"stiffness": hose[0], "anchor": anchor}
+    return Concealed(robot.with_machine(hose=hose), robot, (), parameters)
+
+
+def neighbour_friction(robot: Robot, joint: int, strength: float, rng: np.random.Generator) -> Concealed:
+    """A bearing is bent, and so rubs harder, by where another joint stands."""
+    other = int(rng.choice([k for k in range(robot.arm.joints) if k != joint]))
+    level = max(robot.machine.friction.coulomb[joint], 1e-9)
+    share = rng.choice([-1.0, 1.0]) * min(3.0 * strength * floor(robot, joint) / level, 0.95)
+    neighbour = robot.machine.friction.neighbour.copy()
+    neighbour[joint, other] = share
+    rubbing = robot.with_friction(neighbour=neighbour)
+    return Concealed(rubbing, robot, (joint,), {"neighbour": other + 1, "share": share})
+
+
+def supply_sag(robot: Robot, joint: int, strength: float, rng: np.random.Generator) -> Concealed:
+    """All drives need more current while the arm as a whole draws power."""
+    sag = min(0.02 * strength, 0.5)
+    return Concealed(robot.with_recorder(sag=sag), robot, (), {"share": sag})
+
+
+def supply_pulse(robot: Robot, joint: int, strength: float, rng: np.random.Generator) -> Concealed:
+    """One drive's torque pulses with a beat in its supply."""
+    surge, hertz = np.zeros(robot.arm.joints + 1), rng.uniform(2.0, 9.0)
+    surge[joint], surge[-1] = strength * floor(robot, joint), hertz
+    return Concealed(
+        robot.with_recorder(surge=surge), robot, (joint,), {"torque": surge[joint], "hertz": hertz}
+    )
+
+
+def wandering_friction(robot: Robot, joint: int, strength: float, rng: np.random.Generator) -> Concealed:
+    """Dry friction comes and goes at random as grease lumps pass."""
+    lump = changed(robot.recorder.lump, joint, 2.0 * strength * floor(robot, joint))
+    return Concealed(robot.with_recorder(lump=lump), robot, (joint,), {"torque": lump[joint]})
+
+
+OUTSIDE: dict[str, Conceal] = {
+    effect.__name__: effect
+    for effect in (
+        floor_vibration, current_crosstalk, hose_spring, neighbour_friction, supply_sag, supply_pulse,
+        wandering_friction,
+    )
+}  # fmt: skip

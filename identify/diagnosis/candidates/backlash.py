@@ -1,0 +1,115 @@
+"""Candidates that are gears with play: while teeth change sides, a link floats and no motor carries it."""
+
+from collections.abc import Callable, Iterator
+from functools import cache
+from typing import NamedTuple
+
+import numpy as np
+
+from ...effects import Shape
+from ...model import Model
+from ..candidate import Candidate
+from ..driven import Driven
+from ..tangent import Tangent
+from ..twisted import loose
+from .elastic import bending, link_size, tangents_of
+
+STEP = 1.5
+"""From one width to the next that is tried [-]."""
+PLAYS = tuple(1.2e-4 * STEP**step for step in range(11))
+"""Whole width of the play [rad], up to 7 mrad: a good gear has 0.3, a worn one some. How long a link floats
+goes with its cube root, so that each is right within 7 %, some milliseconds."""
+TEETH = 40.0
+"""Resonance of a link on its teeth [Hz]: harder ones strike alike behind a low-pass of 25 Hz, softer ones
+are an elastic gear's."""
+RATIO = 0.5
+"""Damping ratio of the teeth, and of the drive that is pushed back by them [-]."""
+
+
+SCATTER = 0.2
+"""Of the coefficient around 1, since the play says how large the effect is [-]."""
+STIFF = 60.0
+"""Resonance of a link on teeth that are as soft as they are expected to be [Hz]: their bending, far below
+it, is in proportion to their compliance."""
+SHIFT = 0.05
+"""Share of a joint's usual load by which the load may be believed wrong [-]; a few thousandths, where it
+changes slowly, make a link float sooner or later by the time that it floats."""
+
+
+class Play(NamedTuple):
+    """Shape of one gear's play: its width [rad], what the load is more than believed [N m], see RATIO [-]."""
+
+    gap: float
+    load_shift: float = 0.0
+    damping_ratio: float = RATIO
+
+
+class Gear(NamedTuple):
+    """One joint: what is known of it before its play.
+
+    Attributes:
+        model: The arm.
+        joint: Which, from 0.
+        stiffness: Expected of the teeth [N m/rad].
+        doubt: How wrong its load may be [N m].
+        tangents: Of runs.
+        bent: Torque of the motors in a run for teeth of that stiffness, shape (t, n) [N m].
+    """
+
+    model: Model
+    joint: int
+    stiffness: float
+    doubt: float
+    tangents: Callable[[Driven], Tangent]
+    bent: Callable[[Driven], np.ndarray]
+
+
+def plays(model: Model) -> Iterator[Candidate]:
+    """Every joint's gear with little and with much play."""
+    tangents = tangents_of(model)
+    for joint, (inertia, load) in enumerate(zip(*link_size(model), strict=True)):
+        gear = _gear(model, joint, inertia, SHIFT * load, tangents)
+        for width in PLAYS:
+            yield _play(gear, Play(width))
+
+
+def _gear(
+    model: Model, joint: int, inertia: float, doubt: float, tangents: Callable[[Driven], Tangent]
+) -> Gear:
+    angular = 2 * np.pi * STIFF
+    stiffness = inertia * angular**2
+
+    @cache
+    def bent(run: Driven) -> np.ndarray:
+        return bending(model, tangents(run), run, joint, (stiffness, 2 * RATIO * inertia * angular))
+
+    return Gear(model, joint, stiffness, doubt, tangents, bent)
+
+
+def _play(gear: Gear, play: Play) -> Candidate:
+    joint = gear.joint
+
+    def columns(run: Driven) -> np.ndarray:
+        along, load = gear.tangents(run), run.motion.load[:, joint] + play.load_shift
+        weight, drag, inertia = along.own(joint)
+        step = float(np.median(np.diff(run.motion.time)))
+        twist = loose(inertia, drag, weight, load, step, 0.5 * play.gap, (TEETH, play.damping_ratio))
+        floating = -along.torque(joint, *twist) @ gear.model.robot.to_motors.T
+        return np.stack([floating, gear.stiffness * gear.bent(run)], axis=2)
+
+    return Candidate(
+        "backlash",
+        (joint,),
+        columns,
+        ("share", "compliance"),
+        ("1", "rad/(N m)"),
+        (0.0, 0.0),
+        play._asdict(),
+        {
+            "gap": Shape("rad", play.gap / STEP, play.gap * STEP),
+            "load_shift": Shape("N m", -gear.doubt, gear.doubt),
+            "damping_ratio": Shape("1", 0.05, 1.0),
+        },
+        lambda given: _play(gear, Play(**given)),
+        expected=((1.0, SCATTER), (0.0, 1.0 / gear.stiffness)),
+    )

@@ -1,0 +1,123 @@
+"""Candidates that are faults of the measurement: gains, saturation, clipping, clocks, encoder zeros."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from ...effects import Shape
+from ...model import Model
+from ..candidate import Candidate
+from ..driven import CHUNK, Driven
+from ..nuisances import torque_rate
+
+KNEES = (0.3, 0.5, 0.7)
+"""Torque over the largest of the run from which on a motor gives less per ampere [-]."""
+CLIPS = (0.6, 0.8, 0.9, 0.97)
+"""Torque over the largest of the run at which a current ends [-]."""
+ZERO_STEP = 1e-4
+"""Of the difference by an encoder's zero [rad]."""
+
+
+def gains(model: Model) -> Iterator[Candidate]:
+    """A drive whose torque per ampere is another than its tolerance allows."""
+    for joint in range(model.robot.dof):
+
+        def columns(run: Driven, joint: int = joint) -> np.ndarray:
+            return _on(run, joint, -run.torque[:, joint])
+
+        yield Candidate("drive_gain", (joint,), columns, ("share",), ("1",), (-np.inf,), rows=(joint,))
+
+
+def saturations(model: Model) -> Iterator[Candidate]:
+    """A motor that takes more and more current for its torque, from a knee on."""
+    for joint in range(model.robot.dof):
+        for knee in KNEES:
+            yield _saturation(joint, knee)
+
+
+def _saturation(joint: int, knee: float) -> Candidate:
+    def columns(run: Driven) -> np.ndarray:
+        torque = run.torque[:, joint]
+        most = np.max(np.abs(torque))
+        beyond = np.maximum(np.abs(torque) - knee * most, 0.0)
+        return _on(run, joint, np.sign(torque) * beyond**2 / max(most, 1e-12))
+
+    def reshaped(given: Mapping[str, float]) -> Candidate:
+        return _saturation(joint, given["knee"])
+
+    bounds = {"knee": Shape("1", 0.05, 0.9)}
+    return Candidate(
+        "drive_gain_saturation", (joint,), columns, ("curvature",), ("1",), (0.0,), {"knee": knee}, bounds,
+        reshaped, rows=(joint,),
+    )  # fmt: skip
+
+
+def clips(model: Model) -> Iterator[Candidate]:
+    """A current that ends while the torque goes on."""
+    for joint in range(model.robot.dof):
+        for level in CLIPS:
+            yield _clip(joint, level)
+
+
+def _clip(joint: int, level: float) -> Candidate:
+    def columns(run: Driven) -> np.ndarray:
+        torque = run.torque[:, joint]
+        beyond = np.maximum(np.abs(torque) - level * np.max(np.abs(torque)), 0.0)
+        return _on(run, joint, -np.sign(torque) * beyond)
+
+    def reshaped(given: Mapping[str, float]) -> Candidate:
+        return _clip(joint, given["level"])
+
+    bounds = {"level": Shape("1", 0.3, 0.999)}
+    return Candidate(
+        "current_clipping", (joint,), columns, ("slope",), ("1",), (0.0,), {"level": level}, bounds, reshaped,
+        rows=(joint,),
+    )  # fmt: skip
+
+
+def delays(model: Model) -> Iterator[Candidate]:
+    """Currents that are recorded later than positions, of one drive or of all."""
+
+    def all_drives(run: Driven) -> np.ndarray:
+        return -torque_rate(run)[:, :, None]
+
+    yield Candidate("time_delay", (), all_drives, ("delay",), ("s",), (-np.inf,))
+    for joint in range(model.robot.dof):
+
+        def columns(run: Driven, joint: int = joint) -> np.ndarray:
+            return _on(run, joint, -torque_rate(run)[:, joint])
+
+        yield Candidate("time_delay", (joint,), columns, ("delay",), ("s",), (-np.inf,), rows=(joint,))
+
+
+def encoder_zeros(model: Model) -> Iterator[Candidate]:
+    """A joint that is elsewhere than its encoder says, by a constant angle."""
+    still = replace(model, effects=tuple(effect for effect in model.effects if effect.transmitted))
+    for joint in range(model.robot.dof):
+
+        def columns(run: Driven, joint: int = joint) -> np.ndarray:
+            return _by_position(still, run, joint)[:, :, None]
+
+        yield Candidate("encoder_offset", (joint,), columns, ("zero",), ("rad",), (-np.inf,), smooth=True)
+
+
+def _by_position(model: Model, run: Driven, joint: int) -> np.ndarray:
+    """Derivative of the believed torque by a joint's position, shape (t, n) [N m/rad]."""
+    values, shift = model.believed_values, np.zeros(model.robot.dof)
+    shift[joint] = ZERO_STEP
+    parts = []
+    for start in range(0, len(run.motion), CHUNK):
+        piece = run.motion[start : start + CHUNK]
+        sides = [
+            model.torque(replace(piece, position=piece.position + sign * shift), values) for sign in (1, -1)
+        ]
+        parts.append((sides[0] - sides[1]) / (2 * ZERO_STEP))
+    return np.concatenate(parts) @ model.robot.to_motors.T
+
+
+def _on(run: Driven, joint: int, torque: np.ndarray) -> np.ndarray:
+    """One column (t, n, 1) that acts on one joint."""
+    columns = np.zeros((*run.torque.shape, 1))
+    columns[:, joint, 0] = torque
+    return columns

@@ -1,0 +1,107 @@
+"""Candidates that are effects of the model's own kind: friction, springs, ripple, rotors, coupling."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import fields, replace
+from typing import Any
+
+import numpy as np
+
+from ...effects import EFFECTS, Effect, KinematicCoupling, Shape, SpringBalancer
+from ...model import Model
+from ..candidate import Candidate
+from ..driven import Driven
+from .motors import coupled, on_motors
+
+GRIDS: dict[str, dict[str, tuple[float, ...]]] = {
+    "stribeck_friction": {"fade": (0.02, 0.05, 0.12, 0.3)},
+    "hysteresis": {"presliding": (1.5e-3, 4e-3, 1e-2, 2.5e-2)},
+    "nonlinear_viscous_friction": {"exponent": (0.5, 1.5, 2.0, 3.0)},
+    "torque_ripple": {"harmonic": (1.0, 2.0, 3.0, 4.0, 6.0)},
+    "position_dependent_friction": {"harmonic": (1.0, 2.0, 3.0)},
+}
+"""Shapes that are tried, effect -> field -> values; each within half a step of any other is refined."""
+LIMITS = {"presliding": Shape("rad", 1e-3, 5e-2)}
+"""Narrower bounds than an effect's own: less presliding is a nuisance."""
+ON_EACH_JOINT = (
+    "rotor_inertia", "viscous_friction", "coulomb_friction", "friction_asymmetry", "stribeck_friction",
+    "load_dependent_friction", "nonlinear_viscous_friction", "temperature_dependent_friction",
+    "position_dependent_friction", "hysteresis", "joint_spring", "current_offset", "torque_ripple",
+)  # fmt: skip
+"""Effects that act on one joint alone."""
+
+
+def on_each_joint(model: Model, name: str) -> Iterator[Candidate]:
+    """An effect on each joint in turn, in each shape of its grid."""
+    for joint in model.robot.joints:
+        for given in _shapes(name):
+            yield of_effect(model, name, EFFECTS[name](joints=(joint,), **given))  # type: ignore[call-arg]
+
+
+def couplings(model: Model) -> Iterator[Candidate]:
+    """Motors that also turn with the next joint, one way or the other."""
+    joints = model.robot.joints
+    for first, second in zip(joints[:-1], joints[1:], strict=True):
+        for pair in ((first, second), (second, first)):
+            for ratio in (-1.0, 1.0):
+                effect = KinematicCoupling(*pair, ratio=ratio)
+                yield of_effect(model, "kinematic_coupling", effect)
+
+
+def balancers(model: Model) -> Iterator[Candidate]:
+    """Springs along a link; only the ratio of the lengths and the angle shape their torque."""
+    for joint in model.robot.joints:
+        for ratio in (0.15, 0.3, 0.6):
+            for angle in np.arange(-3, 4) * np.pi / 4:
+                effect = SpringBalancer(joint, d21=1.0, d22=ratio, phi=float(angle))
+                yield of_effect(model, "spring_balancer", effect)
+
+
+def _shapes(name: str) -> Iterator[dict[str, float]]:
+    [(field, values)] = GRIDS.get(name, {"": (0.0,)}).items()
+    for value in values:
+        yield {field: value} if field else {}
+
+
+def of_effect(model: Model, name: str, effect: Effect) -> Candidate:
+    """The candidate that an effect is."""
+    robot = model.robot
+    parameters = effect.parameters(robot)
+    own = {f.name for f in fields(effect)}
+    shape = {key: float(getattr(effect, key)) for key in (*effect.shapes(), "harmonic") if key in own}
+
+    def columns(run: Driven) -> np.ndarray:
+        return on_motors(robot, effect.regressor(robot, run.motion))
+
+    def reshaped(given: Mapping[str, Any]) -> Candidate:
+        return of_effect(model, name, replace(effect, **given))
+
+    return Candidate(
+        effect=name,
+        joints=_joints(effect, model),
+        columns=columns,
+        names=tuple(parameter.name for parameter in parameters),
+        units=tuple(parameter.unit for parameter in parameters),
+        lower=_lower(name, parameters),
+        shape=shape,
+        bounds={key: LIMITS.get(key, bounds) for key, bounds in effect.shapes().items() if key != "reversal"},
+        reshaped=reshaped,
+        instance=effect,
+        rows=None if coupled(robot) else _joints(effect, model),
+        smooth=effect.smooth,
+    )
+
+
+def _joints(effect: Effect, model: Model) -> tuple[int, ...]:
+    robot = model.robot
+    if isinstance(effect, KinematicCoupling):
+        return tuple(sorted((robot.index(effect.joint), robot.index(effect.other))))
+    if isinstance(effect, SpringBalancer):
+        return (robot.index(effect.joint),)
+    return tuple(effect.columns(robot))  # type: ignore[attr-defined]
+
+
+def _lower(name: str, parameters: list[Any]) -> tuple[float, ...]:
+    """What the model already has may be less than believed; nothing else may be negative."""
+    if name in ("viscous_friction", "coulomb_friction", "rotor_inertia"):
+        return tuple(-np.inf for _ in parameters)
+    return tuple(parameter.minimum for parameter in parameters)

@@ -1,0 +1,117 @@
+"""Diagnose: from a believed model and its runs to findings, what is left, and what was gained."""
+
+import time
+from collections.abc import Sequence
+
+import numpy as np
+
+from ..identification import with_payloads
+from ..model import Model
+from ..recording import Recording
+from .driven import Driven
+from .evidence import evidence
+from .finding import Alternative, Diagnosis, Finding, Improvement, Quantity
+from .held_out import HeldOut
+from .hypothesis import Hypothesis
+from .remainder import remainders
+from .runs import HELD_OUT, usable
+from .search import Found, Searched, search
+
+ONCE = ("contact_event",)
+"""What happens in one run and says nothing of another."""
+
+
+def diagnose(model: Model, recordings: Sequence[tuple[str, Recording]], name: str = "") -> Diagnosis:
+    """Say which physics a model leaves out.
+
+    Args:
+        model: As believed, with its tolerances.
+        recordings: Role and recording of each run; those of role "validate" are not fitted.
+        name: Of the case; the robot's by default.
+
+    Raises:
+        DifferentRobot: A run of another robot.
+        RecordingError: No run is left to fit.
+    """
+    began = time.monotonic()
+    model = with_payloads(model, [recording for _, recording in recordings])
+    every, doubts = usable(model, recordings)
+    fitted = [run for run in every if run.role != HELD_OUT]
+    found = search(model, fitted)
+    apart = [run for run in every if run.role == HELD_OUT]
+    found, gains = _confirmed(model, found, HeldOut.of(model, found, apart))
+    held_out = HeldOut.of(model, found, apart)
+    noise = noise_floor(found.runs)
+    return Diagnosis(
+        name=name or model.robot.name,
+        joints=model.robot.joints,
+        findings=tuple(
+            _finding(found, place, gain) for place, gain in zip(range(len(found.found)), gains, strict=True)
+        ),
+        remainders=tuple(remainders(found.solution, model, found.runs, noise)),
+        improvement=_improvement(model, found, [run for run in every if run.role == HELD_OUT], noise),
+        runs=tuple(run.prepared.name for run in fitted),
+        doubts=tuple(doubts),
+        evidence=evidence(model, found, [run for run in every if run.role == HELD_OUT], held_out, noise),
+        seconds=time.monotonic() - began,
+    )
+
+
+def noise_floor(runs: Sequence[Driven]) -> np.ndarray:
+    """Noise of each joint's torque behind the filter, shape (n,) [N m]."""
+    squares = [(run.prepared.noise * run.prepared.gain) ** 2 for run in runs]
+    return np.sqrt(np.mean(squares, axis=0))
+
+
+def _confirmed(model: Model, found: Searched, held_out: HeldOut | None) -> tuple[Searched, list[float]]:
+    """Without what makes the prediction of runs held out worse, each with what it gains there."""
+    if held_out is None:
+        return found, [float("nan")] * len(found.found)
+    gains = [held_out.gain(found, place) for place in range(len(found.found))]
+    # What happens once, in one run, says nothing of another.
+    good = [
+        k for k, gain in enumerate(gains) if gain > 0 or found.found[k].hypothesis.candidate.effect in ONCE
+    ]
+    return (found if len(good) == len(gains) else found.keeping(good)), [gains[k] for k in good]
+
+
+def _finding(found: Searched, place: int, gain: float) -> Finding:
+    one: Found = found.found[place]
+    hypothesis: Hypothesis = one.hypothesis
+    candidate, count = hypothesis.candidate, len(hypothesis.candidate.names)
+    start = len(found.rows.names) - sum(len(f.hypothesis.candidate.names) for f in found.found[place:])
+    own = slice(start, start + count)
+    values, std = found.solution.values[own], np.sqrt(np.diag(found.solution.covariance)[own])
+    numbers = {
+        name: Quantity(float(value), float(deviation), unit)
+        for name, value, deviation, unit in zip(candidate.names, values, std, candidate.units, strict=True)
+    }
+    shapes = {
+        name: Quantity(value, float("nan"), candidate.bounds[name].unit if name in candidate.bounds else "1")
+        for name, value in candidate.shape.items()
+        if name != "reversal"
+    } | {name: Quantity(value, float("nan"), unit) for name, (value, unit) in candidate.told.items()}
+    torque = np.zeros(found.rows.difference.shape[1])
+    torque[hypothesis.columns.joints] = np.sqrt(np.mean((hypothesis.columns.values @ values) ** 2, axis=0))
+    return Finding(
+        candidate.effect,
+        candidate.joints,
+        numbers | shapes,
+        one.probability,
+        tuple(
+            Alternative(other.candidate.effect, other.candidate.joints, p, other) for other, p in one.others
+        ),
+        torque,
+        gain,
+        candidate,
+    )
+
+
+def _improvement(
+    model: Model, found: Searched, runs: Sequence[Driven], noise: np.ndarray
+) -> Improvement | None:
+    if not runs:
+        return None
+    before, after = HeldOut.of(model, found, runs).residuals(found)  # type: ignore[union-attr]
+    band = min(run.prepared.decimation.cutoff for run in runs)
+    return Improvement(tuple(run.prepared.name for run in runs), before, after, noise, band)

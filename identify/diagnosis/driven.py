@@ -1,0 +1,93 @@
+"""Runs as the diagnosis asks about them: with the torque that the fitted model gives at every sample."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from ..model import Model
+from ..motion import Motion
+from ..prepare import Filtering, Prepared, prepare
+from ..recording import Recording
+
+BAND = 25.0
+"""Cut-off of torque and columns [Hz]: above the highest motion that arms are asked for, below the drives' own
+bandwidth, where currents say more of the controller than of the arm."""
+SMOOTH = 4.0
+"""Samples a period of that cut-off which hold products of motions: twice what their band needs."""
+CHUNK = 2000
+"""Samples whose regressor is held at once; a few megabytes."""
+
+
+@dataclass(frozen=True, eq=False)
+class Driven:
+    """One run.
+
+    Attributes:
+        role: Of the run: "identify", "validate", "slow", "payload", or whatever its settings say.
+        prepared: Filtered motion and current.
+        motion: The same motion with the load that the gears transmit by the fitted model.
+        torque: What the fitted model asks of the motors, at full rate, shape (t, n) [N m].
+    """
+
+    role: str
+    prepared: Prepared
+    motion: Motion
+    torque: np.ndarray
+
+    @classmethod
+    def of(cls, model: Model, recording: Recording, role: str, band: float = BAND) -> "Driven":
+        """Prepare a recording; the torque is that of the believed model.
+
+        Raises:
+            RecordingError: It cannot be filtered.
+        """
+        prepared = prepare(recording, Filtering(torque_cutoff=band))
+        still = np.zeros_like(prepared.motion.position)
+        return cls(role, prepared, prepared.motion, still).after(model, model.believed_values)
+
+    def after(self, model: Model, values: np.ndarray) -> "Driven":
+        """The same with the torque of other parameters (p,), and with the load that gears transmit then."""
+        load = _torque(model, self.motion, values, transmitted=True)
+        motion = replace(self.motion, load=load)
+        torque = load + _torque(model, motion, values, transmitted=False)
+        return replace(self, motion=motion, torque=torque @ model.robot.to_motors.T)
+
+    def bearing(self, torque: np.ndarray) -> "Driven":
+        """The same with gears that transmit some torque (t, n) [N m] more: of a body that was found, say."""
+        return replace(self, motion=replace(self.motion, load=self.motion.load + torque))
+
+    def thinned(self, columns: np.ndarray) -> np.ndarray:
+        """Columns at full rate (t, ...) as they are compared, shape (r, ...)."""
+        return self.prepared.decimation.apply(columns)[: self.rows]
+
+    @cached_property
+    def rows(self) -> int:
+        """Rows after thinning out."""
+        return len(self.prepared.decimation.centres(len(self.motion)))
+
+    @cached_property
+    def coarse(self) -> "Driven":
+        """The same at a lower rate, for what is no more abrupt than the motion."""
+        decimation = self.prepared.decimation.thinned(SMOOTH * BAND)
+        step = decimation.step
+        prepared = replace(self.prepared, decimation=decimation)
+        coarse = replace(self, prepared=prepared, motion=self.motion[::step], torque=self.torque[::step])
+        coarse.__dict__["rows"] = self.rows
+        return coarse
+
+
+def _torque(model: Model, motion: Motion, values: np.ndarray, transmitted: bool) -> np.ndarray:
+    """Torque of all effects that gears transmit, or of all others, shape (t, n) [N m]."""
+    part = replace(model, effects=tuple(e for e in model.effects if e.transmitted == transmitted))
+    known = dict(zip(model.names, values, strict=True))
+    own = np.array([known[name] for name in part.names])
+    pieces = [part.torque(motion[start : start + CHUNK], own) for start in range(0, len(motion), CHUNK)]
+    return np.concatenate(pieces)
+
+
+def slices(runs: Sequence[Driven]) -> tuple[slice, ...]:
+    """Rows of each run when they are stacked."""
+    stops = np.cumsum([0, *(run.rows for run in runs)])
+    return tuple(slice(int(a), int(b)) for a, b in zip(stops[:-1], stops[1:], strict=True))

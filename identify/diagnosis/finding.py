@@ -1,0 +1,129 @@
+"""Finding: one effect that the model leaves out, with its numbers and what else it might be."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+
+from .candidate import Candidate
+from .hypothesis import Hypothesis
+from .trace import Evidence
+
+
+class Quantity(NamedTuple):
+    """A physical number, its standard deviation, NaN where the data do not tell it, and its unit."""
+
+    value: float
+    std: float
+    unit: str
+
+
+class Alternative(NamedTuple):
+    """What the data do not exclude.
+
+    Attributes:
+        effect: Name in the vocabulary.
+        joints: Where, from 0.
+        probability: That it is this instead.
+        hypothesis: What was asked, and its coefficients.
+    """
+
+    effect: str
+    joints: tuple[int, ...]
+    probability: float
+    hypothesis: Hypothesis | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Finding:
+    """One effect.
+
+    Attributes:
+        effect: Name in the vocabulary.
+        joints: Where it acts, from 0; empty where it has no joint.
+        parameters: Coefficients and shape by name.
+        probability: That it is there, and is this.
+        alternatives: What the data do not exclude, the most credible first.
+        torque: Root mean square of its torque on each joint in the runs fitted, shape (n,) [N m].
+        held_out: By how much it lowers twice the negative log likelihood of runs not used for fitting; NaN
+            without such runs.
+        candidate: What was asked, for columns over other runs.
+    """
+
+    effect: str
+    joints: tuple[int, ...]
+    parameters: Mapping[str, Quantity]
+    probability: float
+    alternatives: tuple[Alternative, ...]
+    torque: np.ndarray
+    held_out: float
+    candidate: Candidate
+
+
+class Remainder(NamedTuple):
+    """What no finding accounts for, on one joint.
+
+    Attributes:
+        joint: From 0.
+        over_noise: Residual over the noise floor [-].
+        probability: That structure is left, and not noise alone.
+        depends_on: What it goes with, in words: "position", "velocity and position", ...
+    """
+
+    joint: int
+    over_noise: float
+    probability: float
+    depends_on: str
+
+
+@dataclass(frozen=True, eq=False)
+class Improvement:
+    """Torque residuals of runs that were not used for fitting, root mean squares, each (n,) [N m].
+
+    Attributes:
+        runs: Their names.
+        before: Of the believed model, its parameters fitted within their tolerances.
+        after: With the findings.
+        noise: Noise floor behind the same filter.
+        band: Cut-off of that filter [Hz].
+    """
+
+    runs: tuple[str, ...]
+    before: np.ndarray
+    after: np.ndarray
+    noise: np.ndarray
+    band: float
+
+
+@dataclass(frozen=True, eq=False)
+class Diagnosis:
+    """What is missing, what is not, and what cannot be said.
+
+    Attributes:
+        name: Of the robot or case.
+        joints: Names.
+        findings: In order of importance; empty if nothing is missing.
+        remainders: Joints on which something is left that none of the vocabulary accounts for.
+        improvement: On runs held out; None without any.
+        runs: Names of the runs fitted.
+        doubts: What limits the answer, in sentences.
+        seconds: How long it took [s].
+        evidence: What it rests on, for pictures and simulation.
+    """
+
+    name: str
+    joints: tuple[str, ...]
+    findings: tuple[Finding, ...]
+    remainders: tuple[Remainder, ...]
+    improvement: Improvement | None
+    runs: tuple[str, ...]
+    doubts: tuple[str, ...] = ()
+    seconds: float = 0.0
+    tried: Mapping[str, float] = field(default_factory=dict)
+    evidence: Evidence | None = None
+
+    @property
+    def unexplained(self) -> bool:
+        """Whether something is missing that has no name here."""
+        return bool(self.remainders)

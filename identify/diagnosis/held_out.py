@@ -1,0 +1,83 @@
+"""Held out: runs that were not fitted, predicted with and without what was found."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..model import Model
+from .candidate import Thinned
+from .driven import Driven
+from .nuisances import with_nuisances
+from .remainder import rms
+from .rows import Rows, model_rows
+from .search import Searched
+from .solution import CERTAIN, Solution
+from .whitening import Whitening
+
+FREE = ("Fv", "Fc", "Off", "reversal", "clock")
+"""Unknowns that are fitted even where the model is taken at its word: friction and offsets are guesses."""
+
+
+@dataclass(frozen=True, eq=False)
+class HeldOut:
+    """Runs that were not fitted.
+
+    Attributes:
+        rows: Of these runs, with a column for everything that was found.
+        whitening: The one that the fit used.
+    """
+
+    rows: Rows
+    whitening: Whitening
+
+    @classmethod
+    def of(cls, model: Model, found: Searched, runs: Sequence[Driven]) -> "HeldOut | None":
+        """The same columns over other runs; None without any."""
+        if not runs:
+            return None
+        values = model.believed_values + found.believed.values[: len(model.names)]
+        runs = [run.after(model, values) for run in runs]
+        rows = with_nuisances(model_rows(model, runs), model, runs)
+        for one in found.found:
+            columns = Thinned.of(one.hypothesis.candidate, runs).everywhere(model.robot.dof)
+            rows = rows.plus(one.hypothesis.candidate.names, columns, one.hypothesis.columns.std)
+        return cls(rows, found.solution.whitening.elsewhere(rows.weight, rows.runs))
+
+    def loss(self, values: np.ndarray) -> float:
+        """Sum of white squares for unknowns (b,)."""
+        residual = self.rows.difference - self.rows.columns @ values
+        return float(
+            sum(np.sum(self.whitening.apply(j, residual[:, j]) ** 2) for j in range(residual.shape[1]))
+        )
+
+    def gain(self, found: Searched, place: int) -> float:
+        """By how much one finding lowers the loss, all else being fitted anew without it."""
+        own = _columns(found, place)
+        without = Solution(found.rows.relaxed(own, np.zeros(len(own))), found.solution.whitening)
+        return self.loss(without.values) - self.loss(found.solution.values)
+
+    def residuals(self, found: Searched) -> tuple[np.ndarray, np.ndarray]:
+        """Root mean squares before and after, each (n,) [N m].
+
+        Before, the model is taken at its word but for friction and offsets.
+        """
+        return tuple(  # type: ignore[return-value]
+            rms(self.rows.difference - self.rows.columns @ values, self.rows.weight)
+            for values in (at_its_word(found), found.solution.values)
+        )
+
+
+def at_its_word(found: Searched) -> np.ndarray:
+    """Unknowns (b,) of a model taken at its word but for friction and offsets, without any finding."""
+    rows = found.believed.rows
+    free = np.array([name.startswith(FREE) for name in rows.names])
+    std = np.where(free, rows.std, CERTAIN)
+    word = Solution(rows.relaxed(range(len(std)), std), found.believed.whitening).values
+    return np.append(word, np.zeros(len(found.rows.names) - len(word)))
+
+
+def _columns(found: Searched, place: int) -> list[int]:
+    counts = [len(one.hypothesis.candidate.names) for one in found.found]
+    start = len(found.rows.names) - sum(counts[place:])
+    return list(range(start, start + counts[place]))

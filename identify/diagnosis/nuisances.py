@@ -1,0 +1,82 @@
+"""Nuisances: what is never quite as the model has it and is not worth a name."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ..effects.coulomb_friction import CoulombFriction
+from ..effects.hysteresis import Hysteresis
+from ..effects.smooth_sign import smooth_sign
+from ..filters import differentiate
+from ..model import Model
+from .driven import Driven
+from .rows import Rows
+
+REVERSALS = (0.001, 0.003, 0.01, 0.03)
+"""Velocities over which dry friction may turn its sign [rad/s]: how it does is a matter of surfaces, and no
+model's shape is right at low speed."""
+REVERSAL_STD = 0.5
+"""Share of Coulomb friction that may turn over another of them than believed."""
+PRESLIDING = (5e-5, 2e-4, 6e-4)
+"""Displacements over which dry friction may build up [rad]: surfaces bend before they slide, as far as some
+thousandths of a gear's radius. What takes longer is a property of the gear and has a name."""
+CLOCKS = 5e-4
+"""Time by which currents may be older or younger than positions [s]: a quarter of a 2 ms cycle."""
+
+
+def with_nuisances(rows: Rows, model: Model, runs: Sequence[Driven]) -> Rows:
+    """The rows with low-speed friction, drive gains and clocks as unknowns too."""
+    for names, columns, std in (_reversal(model, runs), _gains(model, runs), _clock(model, runs)):
+        rows = rows.plus(names, columns, std)
+    return rows
+
+
+def _reversal(model: Model, runs: Sequence[Driven]) -> tuple[list[str], np.ndarray, np.ndarray]:
+    """Differences between one way of turning the sign of dry friction and the next."""
+    friction = dict(zip(model.names, model.believed_values, strict=True))
+    robot = model.robot
+    joints = sorted({j for e in model.effects if isinstance(e, CoulombFriction) for j in e.columns(robot)})
+    count = len(REVERSALS) - 1 + len(PRESLIDING)
+    names = [f"reversal{joint + 1}_{k + 1}" for joint in joints for k in range(count)]
+    parts = []
+    for run in runs:
+        columns = np.zeros((run.rows, robot.dof, len(names)))
+        change = run.thinned(_turns(model, run))
+        for place, joint in enumerate(joints):
+            own = slice(place * count, (place + 1) * count)
+            columns[:, joint, own] = change[:, joint] * friction[f"Fc{joint + 1}"]
+        parts.append(np.einsum("ij,tjb->tib", robot.to_motors, columns))
+    return names, np.concatenate(parts), np.full(len(names), REVERSAL_STD)
+
+
+def _turns(model: Model, run: Driven) -> np.ndarray:
+    """One way in which dry friction turns its sign less another, shape (t, n, k) [-]."""
+    signs = np.stack([smooth_sign(run.motion.velocity, v) for v in REVERSALS], axis=2)
+    bent = [_on_diagonal(Hysteresis(presliding=x).regressor(model.robot, run.motion)) for x in PRESLIDING]
+    return np.concatenate([np.diff(signs, axis=2), np.stack(bent, axis=2) - signs[:, :, 1:2]], axis=2)
+
+
+def _on_diagonal(columns: np.ndarray) -> np.ndarray:
+    """Each joint's own column, (t, n, n) -> (t, n)."""
+    return np.einsum("tjj->tj", columns)
+
+
+def _gains(model: Model, runs: Sequence[Driven]) -> tuple[list[str], np.ndarray, np.ndarray]:
+    """Drive gains that are larger by a share show less current; torque itself has no gain."""
+    if runs[0].prepared.measures != "current":
+        return [], np.zeros((sum(run.rows for run in runs), model.robot.dof, 0)), np.zeros(0)
+    torque = np.concatenate([run.thinned(run.torque) for run in runs])
+    names = [f"gain{joint + 1}" for joint in range(model.robot.dof)]
+    columns = -torque[:, :, None] * np.eye(model.robot.dof)
+    return names, columns, np.full(len(names), model.robot.drive_gain_tolerance)
+
+
+def _clock(model: Model, runs: Sequence[Driven]) -> tuple[list[str], np.ndarray, np.ndarray]:
+    """Currents that come later than their positions show the torque of a while before."""
+    rate = np.concatenate([run.thinned(torque_rate(run)) for run in runs])
+    return ["clock"], -rate[:, :, None], np.array([CLOCKS])
+
+
+def torque_rate(run: Driven) -> np.ndarray:
+    """Time derivative of the torque, shape (t, n) [N m/s]."""
+    return differentiate(run.torque, run.prepared.decimation.rate)[0]

@@ -1,0 +1,193 @@
+"""Remainder: whether anything is left that goes with the motion, whatever it may be.
+
+Not physics but features: powers, waves and products of what was recorded. They name nothing; where they
+explain what no finding does, something is missing.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..effects.smooth_sign import smooth_sign
+from ..model import Model
+from .candidate import Candidate, Thinned
+from .driven import Driven
+from .finding import Remainder
+from .hypothesis import weighed
+from .solution import Solution
+
+Feature = Callable[[Driven, int], list[np.ndarray]]
+CREDIBLE = 0.99
+"""Probability from which on something is taken to be left."""
+MATERIAL = 0.3
+"""Share of the noise floor below which what is left changes the residual by less than five per cent, and is
+not worth a run."""
+LINES = 1e-4
+"""Probability with which noise alone has a spectral line that stands out as far."""
+
+
+@dataclass(frozen=True)
+class Left:
+    """Features of one kind on one joint, weighed.
+
+    Attributes:
+        joint: From 0.
+        depends_on: The kind, in words.
+        evidence: Logarithm of the Bayes factor against noise alone.
+        gain: Decrease of the sum of white squares.
+        torque: Root mean square of what they explain [N m].
+    """
+
+    joint: int
+    depends_on: str
+    evidence: float
+    gain: float
+    torque: float
+
+
+def features(model: Model) -> Iterator[Candidate]:
+    """All kinds of features on each joint."""
+    for joint in range(model.robot.dof):
+        for kind, make in KINDS.items():
+
+            def columns(run: Driven, joint: int = joint, make: Feature = make) -> np.ndarray:
+                own = np.stack(make(run, joint), axis=1)
+                whole = np.zeros((*run.torque.shape, own.shape[1]))
+                whole[:, joint] = own
+                return whole
+
+            count = _count(kind, model.robot.dof)
+            yield Candidate(kind, (joint,), columns, ("",) * count, ("",) * count, (-np.inf,) * count)
+
+
+def left(solution: Solution, model: Model, runs: Sequence[Driven]) -> list[Left]:
+    """What each kind of features would explain on each joint."""
+    found = []
+    for candidate in features(model):
+        thinned = Thinned.of(candidate, runs)
+        if thinned.empty:
+            continue
+        one = weighed(solution, candidate, thinned)
+        joint = candidate.joints[0]
+        weight = solution.rows.weight[:, thinned.joints]
+        torque = float(np.sqrt(np.mean((one.torque * weight) ** 2)))
+        gain = 2.0 * one.evidence
+        found.append(Left(joint, candidate.effect, one.evidence, gain, torque))
+    return found
+
+
+def remainders(
+    solution: Solution, model: Model, runs: Sequence[Driven], noise: np.ndarray
+) -> list[Remainder]:
+    """Joints on which something is left, with what explains it best.
+
+    Args:
+        solution: With all findings.
+        model: Of the robot.
+        runs: Those fitted.
+        noise: Noise floor of each joint's torque, shape (n,) [N m].
+    """
+    every = left(solution, model, runs)
+    odds = np.log(CREDIBLE / (1 - CREDIBLE)) + np.log(max(len(every), 1))
+    residual = rms(solution.residual, solution.rows.weight)
+    found = []
+    for joint in range(model.robot.dof):
+        own = [one for one in every if one.joint == joint and one.torque > MATERIAL * noise[joint]]
+        best = max(own, key=lambda one: one.evidence, default=None)
+        if best is not None and best.evidence > odds:
+            probability = 1.0 / (1.0 + len(every) * np.exp(-min(best.evidence, 700.0)))
+            over = float(residual[joint] / noise[joint])
+            found.append(Remainder(joint, over, float(probability), best.depends_on))
+        elif frequency := line(solution, joint):
+            over = float(residual[joint] / noise[joint])
+            found.append(Remainder(joint, over, 1 - LINES, f"time, at {frequency:.1f} Hz"))
+    return found
+
+
+def line(solution: Solution, joint: int) -> float:
+    """Frequency of a line in the spectrum that noise does not have [share of the rate]; zero for none."""
+    white = solution.left[joint]
+    if len(white) < 64:
+        return 0.0
+    power = np.abs(np.fft.rfft(white * np.hanning(len(white)))) ** 2
+    inner = power[2:-2]
+    # Fisher's test, with the median for the mean: lines do not move it.
+    level = np.median(inner) / np.log(2)
+    worst = int(np.argmax(inner))
+    chance = -np.expm1(len(inner) * np.log1p(-np.exp(-inner[worst] / level / 1.5)))
+    return float((worst + 2) / len(white)) if chance < LINES else 0.0
+
+
+def rms(values: np.ndarray, weight: np.ndarray) -> np.ndarray:
+    """Root mean square of rows (r, n) that count, shape (n,)."""
+    return np.sqrt(np.sum(values**2 * weight, axis=0) / np.maximum(weight.sum(axis=0), 1.0))
+
+
+def _position(run: Driven, joint: int) -> list[np.ndarray]:
+    q = run.motion.position[:, joint]
+    return [f(k * q) for k in (1, 2, 3) for f in (np.cos, np.sin)]
+
+
+def _velocity(run: Driven, joint: int) -> list[np.ndarray]:
+    v = run.motion.velocity[:, joint]
+    usual = max(float(np.sqrt(np.mean(v**2))), 1e-9)
+    return [smooth_sign(v, share * usual) for share in (0.03, 0.1, 0.3, 1.0)] + [
+        np.abs(v) / usual, (v / usual) ** 3
+    ]  # fmt: skip
+
+
+def _position_and_direction(run: Driven, joint: int) -> list[np.ndarray]:
+    sign = smooth_sign(run.motion.velocity[:, joint], 0.003)
+    return [sign * one for one in _position(run, joint)]
+
+
+def _load(run: Driven, joint: int) -> list[np.ndarray]:
+    load, v = run.motion.load[:, joint], run.motion.velocity[:, joint]
+    usual = max(float(np.sqrt(np.mean(load**2))), 1e-9)
+    share, sign = load / usual, smooth_sign(v, 0.003)
+    return [share, share**2, share**3, sign * share, sign * np.abs(share), sign * share**2]
+
+
+def _acceleration(run: Driven, joint: int) -> list[np.ndarray]:
+    return [run.motion.acceleration[:, k] for k in range(run.torque.shape[1])]
+
+
+def _time(run: Driven, joint: int) -> list[np.ndarray]:
+    t = run.motion.time - run.motion.time[0]
+    turn = np.pi * t / max(float(t[-1]), 1e-9)
+    v = run.motion.velocity[:, joint]
+    return [np.cos(turn), np.cos(2 * turn), v * np.cos(turn), smooth_sign(v, 0.003) * np.cos(turn)]
+
+
+def _other_joints(run: Driven, joint: int) -> list[np.ndarray]:
+    others = [k for k in range(run.torque.shape[1]) if k != joint]
+    torques = [run.torque[:, k] for k in others]
+    signs = [smooth_sign(run.motion.velocity[:, k], 0.003) for k in others]
+    return torques + signs
+
+
+def _other_positions(run: Driven, joint: int) -> list[np.ndarray]:
+    others = [k for k in range(run.torque.shape[1]) if k != joint]
+    q = run.motion.position
+    return [f(q[:, k]) for k in others for f in (np.cos, np.sin)]
+
+
+KINDS: dict[str, Feature] = {
+    "position": _position,
+    "velocity": _velocity,
+    "position and direction": _position_and_direction,
+    "load": _load,
+    "acceleration": _acceleration,
+    "time": _time,
+    "other joints' torque or direction": _other_joints,
+    "other joints' position": _other_positions,
+}
+
+
+def _count(kind: str, dof: int) -> int:
+    fixed = {"position": 6, "velocity": 6, "position and direction": 6, "load": 6, "time": 4}
+    return fixed.get(kind, {"acceleration": dof}.get(kind, 2 * (dof - 1)))
+
+
+__all__ = ["Left", "features", "left", "remainders", "rms"]

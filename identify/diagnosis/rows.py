@@ -1,0 +1,68 @@
+"""Rows: what was measured, what is believed, and the columns that explain the difference."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..base_parameters import BaseParameters
+from ..equations import decimated_regressor
+from ..model import Model
+from .driven import Driven, slices
+
+
+@dataclass(frozen=True, eq=False)
+class Rows:
+    """Stacked rows of some runs.
+
+    Attributes:
+        runs: Rows of each run.
+        difference: Measured torque minus that of the believed model, shape (r, n) [N m].
+        weight: 0 where a joint sticks, else 1, shape (r, n).
+        columns: Torque per unit of each unknown, shape (r, n, b).
+        names: Of the unknowns.
+        std: How far each unknown may be from zero, infinite where nothing is believed, shape (b,).
+    """
+
+    runs: tuple[slice, ...]
+    difference: np.ndarray
+    weight: np.ndarray
+    columns: np.ndarray
+    names: tuple[str, ...]
+    std: np.ndarray
+
+    def plus(self, names: Sequence[str], columns: np.ndarray, std: np.ndarray) -> "Rows":
+        """The same with more unknowns: columns (r, n, p) and how far they may be from zero (p,)."""
+        return replace(
+            self,
+            columns=np.concatenate([self.columns, columns], axis=2),
+            names=(*self.names, *names),
+            std=np.concatenate([self.std, std]),
+        )
+
+    def relaxed(self, places: Sequence[int], std: np.ndarray) -> "Rows":
+        """The same with some unknowns believed less."""
+        wider = self.std.copy()
+        wider[list(places)] = std
+        return replace(self, std=wider)
+
+
+def model_rows(model: Model, runs: Sequence[Driven]) -> Rows:
+    """Rows whose unknowns are the deviations of the model's parameters from their beliefs."""
+    believed, every = model.believed_values, np.arange(len(model.names))
+    # Beliefs make the system regular, so that no base parameters are needed.
+    base = BaseParameters(tuple(model.parameters), every, np.eye(len(every)), (1.0, 0.0))
+    columns, difference = [], []
+    for run in runs:
+        regressor, known = decimated_regressor(model, base, run.prepared, run.motion)
+        measured = run.prepared.gain * run.prepared.decimated_current
+        columns.append(regressor)
+        difference.append(measured - known - regressor @ believed)
+    return Rows(
+        slices(runs),
+        np.concatenate(difference),
+        np.concatenate([run.prepared.weight for run in runs]),
+        np.concatenate(columns),
+        tuple(model.names),
+        np.array([belief.std for belief in model.beliefs]),
+    )

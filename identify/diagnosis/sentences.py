@@ -1,0 +1,181 @@
+"""Sentences: how each effect of the vocabulary is said, and which run would settle it.
+
+Names in braces are parameters of the finding; what stands in square brackets is left out where one of them
+is not known. "{joint}" is the joint, "{other}" the second one.
+"""
+
+import re
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from ..verdict import NORMAL_95
+from .finding import Finding
+from .quantities import Said, length, said
+
+SENTENCES: dict[str, str] = {
+    "link_inertia": "Link {number} is not the body that the model has: {M:size} {M:heavier|lighter}"
+    "[, first moments off by {shift} kg m]",
+    "payload": "Something hangs on the flange that nobody told of: {M}"
+    "[, its centre of mass at {centre} mm in the flange's frame]"
+    "[, but its mass is hardly seen, first moments are: {moments} kg m in the flange's frame]",
+    "rotor_inertia": "{joint} has a rotor inertia {Ia:size} {Ia:larger|smaller} than in the model",
+    "base_tilt": "The base is not level: it leans by {lean:deg}"
+    "[ (gravity has {tilt_x:deg} along x and {tilt_y:deg} along y)]",
+    "viscous_friction": "{joint} has a viscous friction {Fv:size} {Fv:higher|lower} than in the model",
+    "coulomb_friction": "{joint} has a Coulomb friction {Fc:size} {Fc:higher|lower} than in the model",
+    "friction_asymmetry": "{joint} rubs harder {Fa:forwards|backwards}: "
+    "dry friction is {Fa:size} above the mean of both directions",
+    "stribeck_friction": "{joint} rubs harder at low speed: friction rises by {Fs} towards standstill"
+    "[, most of which is gone at {fade}]",
+    "load_dependent_friction": "{joint} rubs harder under load: "
+    "Coulomb friction grows by {mu} N m per N m carried",
+    "nonlinear_viscous_friction": "{joint} has a friction that does not grow in proportion to speed: "
+    "{Fn} at 1 rad/s[, with the power {exponent:bare} of speed]",
+    "temperature_dependent_friction": "{joint} rubs {Fvt:harder|less} as it warms up: "
+    "viscous friction changes by {Fvt:bare} N m s/rad[ and Coulomb friction by {Fct:bare} N m] per kelvin",
+    "position_dependent_friction": "{joint} rubs harder in some positions than in others: "
+    "friction waves by {wave}[, {harmonic:bare} times in a turn of the joint]",
+    "hysteresis": "{joint} does not turn its friction at once: "
+    "{Fh} of it builds up[ over some {presliding:mrad}] after each reversal",
+    "spring_balancer": "{joint} is helped by a spring along the arm that the model does not have"
+    "[: it gives {rms} N m, root mean square]",
+    "joint_spring": "{joint} is held by a spring, as cables and hoses are: {Ks}[, at ease at {ease}]",
+    "drive_gain": "{joint} has a drive that gives {share:size %} {share:more|less} torque per current "
+    "than believed",
+    "drive_gain_saturation": "{joint} has a motor that gives less and less torque per current"
+    "[ from {knee:%} of its largest torque on]",
+    "current_offset": "{joint} shows a constant {Off} that no motion explains",
+    "torque_ripple": "{joint} has a torque that waves with the turn of its motor"
+    "[, {harmonic:bare} times in each]: by {wave}",
+    "current_clipping": "{joint} has a recorded current that ends[ at {level:%} of its largest torque] "
+    "while the torque goes on",
+    "kinematic_coupling": "{joint} and {other} share a motor: "
+    "the one of either also turns with the other[, {ratio:bare} times as far]",
+    "joint_elasticity": "{joint} has a gear that gives way[: {stiffness}][, resonant at {resonance}]",
+    "backlash": "{joint} has a gear with play[: {gap:mrad}]",
+    "encoder_offset": "{joint} stands {zero:size mrad} {zero:beyond|short of} where its encoder says",
+    "time_delay": "{late} {delay:size ms} {delay:later|earlier} than the positions recorded with it",
+    "contact_event": "The arm touched something[ at {start}][ for {duration}]",
+}
+"""Name in the vocabulary -> how it is said, without a full stop."""
+
+SETTLED: dict[str, str] = {
+    "payload": "a run with a body of known mass on the flange",
+    "link_inertia": "a run with a body of known mass on the flange",
+    "drive_gain": "a run with a body of known mass on the flange",
+    "encoder_offset": "a run with a body of known mass on the flange",
+    "load_dependent_friction": "a run with a body of known mass on the flange",
+    "drive_gain_saturation": "a faster run with a body of known mass on the flange",
+    "current_clipping": "a run at half the speed, in which no current reaches its end",
+    "temperature_dependent_friction": "the same run again once the arm is warm",
+    "stribeck_friction": "constant low speeds (exidyn excite --kind sweeps)",
+    "hysteresis": "constant low speeds (exidyn excite --kind sweeps)",
+    "friction_asymmetry": "constant speeds both ways (exidyn excite --kind sweeps)",
+    "nonlinear_viscous_friction": "constant speeds up to the limit (exidyn excite --kind sweeps)",
+    "current_offset": "rests at poses reached from both sides (exidyn excite --kind poses)",
+    "joint_elasticity": "a swept sine (exidyn excite --kind chirp)",
+    "backlash": "a swept sine (exidyn excite --kind chirp)",
+    "time_delay": "a swept sine (exidyn excite --kind chirp)",
+    "spring_balancer": "the base at another tilt: no motion of the joints tells a spring from a weight well",
+    "base_tilt": "the base levelled, or turned by a right angle",
+}
+"""Name in the vocabulary -> the run in which it looks least like anything else."""
+
+LIKE: dict[str, tuple[str, ...]] = {
+    "load_dependent_friction": ("torque_ripple", "nonlinear_viscous_friction", "drive_gain_saturation"),
+    "friction_asymmetry": ("current_offset", "joint_spring"),
+    "current_offset": ("friction_asymmetry", "joint_spring"),
+    "joint_spring": ("friction_asymmetry", "spring_balancer"),
+    "spring_balancer": ("link_inertia", "joint_spring"),
+    "link_inertia": ("payload", "spring_balancer", "drive_gain"),
+    "payload": ("link_inertia", "drive_gain"),
+    "drive_gain": ("link_inertia", "encoder_offset"),
+    "encoder_offset": ("link_inertia", "base_tilt"),
+    "base_tilt": ("encoder_offset", "link_inertia"),
+    "stribeck_friction": ("hysteresis", "nonlinear_viscous_friction", "backlash"),
+    "hysteresis": ("stribeck_friction", "backlash", "joint_elasticity"),
+    "nonlinear_viscous_friction": ("stribeck_friction", "drive_gain_saturation", "viscous_friction"),
+    "viscous_friction": ("nonlinear_viscous_friction", "temperature_dependent_friction"),
+    "coulomb_friction": ("stribeck_friction", "load_dependent_friction"),
+    "temperature_dependent_friction": ("viscous_friction", "nonlinear_viscous_friction"),
+    "position_dependent_friction": ("load_dependent_friction", "torque_ripple"),
+    "torque_ripple": ("position_dependent_friction", "joint_elasticity"),
+    "drive_gain_saturation": ("current_clipping", "nonlinear_viscous_friction"),
+    "current_clipping": ("drive_gain_saturation",),
+    "rotor_inertia": ("joint_elasticity", "time_delay"),
+    "kinematic_coupling": ("rotor_inertia", "viscous_friction"),
+    "joint_elasticity": ("backlash", "time_delay", "rotor_inertia"),
+    "backlash": ("joint_elasticity", "hysteresis"),
+    "time_delay": ("joint_elasticity", "viscous_friction"),
+}
+"""Name in the vocabulary -> what it is taken for most easily, so that people ask whether it is that."""
+
+OPTIONAL = re.compile(r"\[([^\[\]]*)\]")
+
+
+def sentence(finding: Finding, joints: Sequence[str]) -> str:
+    """What the finding says, without a full stop.
+
+    Args:
+        finding: Of any effect; one that is not in the table is said by its name.
+        joints: Names of the robot's joints.
+    """
+    known = said(finding)
+    known |= _derived(finding, known) | _places(finding, joints)
+    pattern = SENTENCES.get(finding.effect, f"{{joint}}: {finding.effect.replace('_', ' ')}")
+    whole = OPTIONAL.sub(lambda part: _filled(part[1], known), pattern)
+    return _filled(whole, known) or f"{known['joint']}: {finding.effect.replace('_', ' ')}"
+
+
+def joint_words(joint: int, joints: Sequence[str]) -> str:
+    """Its number, with its name behind where that does not end in the number."""
+    numbered = f"Joint {joint + 1}"
+    ending = re.search(r"\d+$", joints[joint])
+    return numbered if ending and int(ending[0]) == joint + 1 else f"{numbered} ({joints[joint]})"
+
+
+def _filled(pattern: str, known: Mapping[str, Any]) -> str:
+    try:
+        return pattern.format_map(known)
+    except KeyError:
+        return ""
+
+
+def _places(finding: Finding, joints: Sequence[str]) -> dict[str, str]:
+    words = [joint_words(joint, joints) for joint in finding.joints]
+    words = words or ["The arm"]
+    late = "All currents come" if not finding.joints else f"The current of {lower(words[0])} comes"
+    number = str(finding.joints[0] + 1) if finding.joints else "?"
+    return {"joint": words[0], "other": lower(words[-1]), "late": late, "number": number}
+
+
+def lower(words: str) -> str:
+    """The words inside a sentence."""
+    return words[:1].lower() + words[1:]
+
+
+def _derived(finding: Finding, known: Mapping[str, Any]) -> dict[str, Any]:
+    """Numbers that people ask for, out of those that were fitted."""
+    found: dict[str, Any] = {"rms": f"{np.max(finding.torque, initial=0.0):.3g}"}
+    for names in (("Rcos", "Rsin"), ("Fcos", "Fsin")):
+        if all(name in known for name in names):
+            found["wave"] = length(known, *names)
+    if "tilt_x" in known and "tilt_y" in known:
+        found["lean"] = length(known, "tilt_x", "tilt_y")
+    if {"M", "MX", "MY", "MZ"} <= set(known):
+        found |= _body(known["M"], [known[f"M{axis}"] for axis in "XYZ"])
+    if "Ks" in known and "Ts" in known and known["Ks"].value > 0:
+        stiffness, torque = known["Ks"].value, known["Ts"]
+        found["ease"] = Said(-torque.value / stiffness, torque.std / stiffness, "rad")
+    return found
+
+
+def _body(mass: Said, moments: Sequence[Said]) -> dict[str, str]:
+    """Where a body has its mass; only its moments where the mass itself is not told from zero."""
+    values = np.array([moment.value for moment in moments])
+    shift = "({:.3g}, {:.3g}, {:.3g})".format(*values)
+    if not mass.value > NORMAL_95 * mass.std:
+        return {"moments": shift, "shift": shift}
+    return {"centre": "({:.0f}, {:.0f}, {:.0f})".format(*(1e3 * values / mass.value)), "shift": shift}

@@ -1,0 +1,48 @@
+"""A two-joint arm with a spring at its elbow that nobody believes in, and what is said of it."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+from exidyn.identify.diagnosis import Diagnosis, diagnose
+from exidyn.identify.effects import Belief, JointSpring
+from exidyn.identify.model import Model
+from exidyn.identify.recording import Recording
+from exidyn.identify.simulate import simulate
+from exidyn.trajectories.random_fourier import random_fourier
+
+from . import two_joints
+
+STIFFNESS = 12.0
+"""Of the spring [N m/rad]."""
+PLANT = two_joints.model(JointSpring(("elbow",)))
+TRUE = {"Fv1": 3.0, "Fv2": 1.5, "Fc1": 4.0, "Fc2": 2.0, "Off1": 1.0, "Off2": -0.5}
+ROLES = ("identify", "identify", "validate")
+
+
+def believed() -> Model:
+    """Without the spring; friction as a guess, within a fifth."""
+    model = two_joints.model()
+    stated = {name: Belief(0.95 * TRUE[name], 0.2 * TRUE[name]) for name in ("Fv1", "Fv2", "Fc1", "Fc2")}
+    robot = replace(model.robot, inertial_tolerance=0.02, drive_gain_tolerance=0.02)
+    return replace(model, robot=robot, stated=stated)
+
+
+def recording(role: str, seed: int, spring: float = STIFFNESS, length: float = 16.0) -> Recording:
+    path = random_fourier(two_joints.arm().limits, length, period=2.0, seed=seed)
+    values = TRUE | {"Ks2": spring}
+    given = np.array([values.get(n, b) for n, b in zip(PLANT.names, PLANT.believed_values, strict=True)])
+    motion = path.at(np.arange(0.0, length, 0.004))
+    made = simulate(PLANT, given, two_joints.GAIN, motion, believed(), name=f"{role}{seed}", seed=seed)
+    return replace(made, settings={**made.settings, "role": role})
+
+
+def recordings(spring: float = STIFFNESS) -> list[Recording]:
+    lengths = {"validate": 8.0}
+    return [recording(role, seed, spring, lengths.get(role, 16.0)) for seed, role in enumerate(ROLES)]
+
+
+@cache
+def diagnosis(spring: float = STIFFNESS) -> Diagnosis:
+    runs = [(run.settings["role"], run) for run in recordings(spring)]
+    return diagnose(believed(), runs, "small")

@@ -1,0 +1,211 @@
+"""What a diagnosis says, in words, tables and answers."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from exidyn.identify.diagnosis import Alternative, Diagnosis, Finding, Improvement, Quantity, Remainder
+from exidyn.identify.diagnosis.answer import answer, plain
+from exidyn.identify.diagnosis.candidate import Candidate
+from exidyn.identify.diagnosis.candidates import CANDIDATES
+from exidyn.identify.diagnosis.quantities import Said, with_interval
+from exidyn.identify.diagnosis.report.profiles import AXES, TELLING
+from exidyn.identify.diagnosis.sentences import LIKE, SENTENCES, SETTLED, sentence
+from exidyn.identify.diagnosis.summary import summary
+from exidyn.identify.diagnosis.words import verdict
+
+from . import two_joints
+
+JOINTS = ("joint1", "joint2", "joint3")
+NOISE = np.array([1.0, 0.5, 0.2])
+VOCABULARY = (
+    "link_inertia payload rotor_inertia base_tilt viscous_friction coulomb_friction friction_asymmetry "
+    "stribeck_friction load_dependent_friction nonlinear_viscous_friction temperature_dependent_friction "
+    "position_dependent_friction hysteresis spring_balancer joint_spring drive_gain drive_gain_saturation "
+    "current_offset torque_ripple current_clipping kinematic_coupling joint_elasticity backlash "
+    "encoder_offset time_delay contact_event"
+).split()
+
+
+def finding(effect="load_dependent_friction", joints=(2,), torque=2.0, **changes) -> Finding:
+    candidate = Candidate(effect, joints, lambda run: run, ("mu3",), ("1",), (0.0,))
+    on = np.array([torque if joint in joints else 0.0 for joint in range(3)])
+    numbers = {"mu3": Quantity(0.12, 0.006, "1")}
+    return replace(Finding(effect, joints, numbers, 0.9995, (), on, 900.0, candidate), **changes)
+
+
+def diagnosis(*findings: Finding, after=(1.02, 1.0, 1.05), **changes) -> Diagnosis:
+    improvement = Improvement(("other",), NOISE * [1.1, 1.0, 2.7], NOISE * after, NOISE, 25.0)
+    return replace(Diagnosis("arm", JOINTS, findings, (), improvement, ("one", "two")), **changes)
+
+
+def test_a_finding_is_said_with_number_unit_joint_and_what_was_gained():
+    first, second, *_ = verdict(diagnosis(finding()))
+    assert first == (
+        "Joint 3 rubs harder under load: Coulomb friction grows by 0.120 ± 0.012 N m per N m carried. "
+        "Held-out residual of joint 3: 2.7 -> 1.05 x noise."
+    )
+    assert second.startswith(
+        "Load dependent friction of joint 3: probability above 99.9 %. Excluded, below 5 %:"
+    )
+
+
+def test_every_word_of_the_vocabulary_has_a_sentence_and_a_picture():
+    assert set(SENTENCES) == set(VOCABULARY) == set(TELLING)
+    assert set(LIKE) | set(SETTLED) <= set(VOCABULARY)
+    assert all(other in VOCABULARY for others in LIKE.values() for other in others)
+    assert all(axis in AXES for axes in TELLING.values() for axis in axes)
+
+
+@pytest.mark.parametrize("effect", CANDIDATES)
+def test_what_the_search_asks_about_can_be_said(effect):
+    model = two_joints.model()
+    for candidate in [*CANDIDATES[effect](model)][:3]:
+        values = {
+            name: Quantity(-0.5, 0.1, unit)
+            for name, unit in zip(candidate.names, candidate.units, strict=True)
+        }
+        shape = {name: Quantity(value, np.nan, "1") for name, value in candidate.shape.items()}
+        one = finding(effect, candidate.joints, parameters=values | shape, candidate=candidate)
+        said = sentence(one, model.robot.joints)
+        assert not set("{}[]?") & set(said)
+        assert any(letter.isdigit() for letter in said)
+        # What is fitted of a balancer has the lever in it, which is not known.
+        if effect != "spring_balancer":
+            assert said != sentence(replace(one, parameters={}), model.robot.joints)
+
+
+def test_a_name_that_nobody_knows_is_still_said():
+    assert sentence(finding("gear_song", parameters={}), JOINTS) == "Joint 3: gear song"
+
+
+@pytest.mark.parametrize(
+    ("value", "std", "said"),
+    [
+        (0.11679, 0.0004, "0.1168 ± 0.0008"),
+        (45.3, 6.0, "45 ± 12"),
+        (-0.02, 1.0, "0.0 ± 2.0"),
+        (1234.5, 51.0, "1230 ± 100"),
+        (0.167, np.nan, "0.167"),
+        (123456.0, 1e-3, "123500 ± 100"),
+    ],
+)
+def test_numbers_have_the_digits_of_their_interval(value, std, said):
+    assert with_interval(value, std) == said
+
+
+def test_numbers_change_unit_sign_and_word():
+    zero = Said(-0.0125, 0.0005, "rad")
+    assert f"{zero:size mrad}" == "12.5 ± 1.0 mrad"
+    assert f"{zero:beyond|short of}" == "short of"
+    assert f"{Said(0.1, np.nan, '1'):%}" == "10 %"
+
+
+def test_a_body_of_unknown_mass_is_said_by_its_moments():
+    numbers = {name: Quantity(value, 0.01, "kg m") for name, value in (("MX", 0.4), ("MY", 0.0), ("MZ", 1.2))}
+    light = numbers | {"M": Quantity(1.0, 5.0, "kg")}
+    heavy = numbers | {"M": Quantity(4.0, 0.1, "kg")}
+    assert "first moments are: (0.4, 0, 1.2) kg m" in sentence(
+        finding("payload", (), parameters=light), JOINTS
+    )
+    assert "centre of mass at (100, 0, 300) mm" in sentence(finding("payload", (), parameters=heavy), JOINTS)
+
+
+def test_joints_are_numbers_with_names_where_those_say_more():
+    assert sentence(finding(), ("a1", "a2", "elbow")).startswith("Joint 3 (elbow) rubs")
+    assert sentence(finding(), ("a1", "a2", "joint_a3")).startswith("Joint 3 rubs")
+
+
+def test_nothing_is_said_plainly_and_only_where_it_is_true():
+    assert verdict(diagnosis())[0].startswith("Nothing is missing. With its parameters")
+    worse = verdict(diagnosis(after=(1.0, 1.0, 1.8)))[0]
+    assert "But it is more than noise; the worst is joint 3 with 1.80 x noise" in worse
+    assert "as far as runs can tell" in verdict(diagnosis(improvement=None))[0]
+
+
+def test_what_has_no_name_is_said_with_where_it_shows():
+    left = (Remainder(1, 2.14, 0.999, "position and velocity"),)
+    said = verdict(diagnosis(remainders=left))[0]
+    assert said == (
+        "Something is missing, and it is none of what exidyn knows: joint 2 keeps 2.14 x its noise, and what "
+        "is left goes with position and velocity."
+    )
+    assert verdict(diagnosis(finding(), remainders=left))[1].startswith("Something more is missing")
+
+
+def test_alternatives_are_named_with_the_run_that_would_settle_it():
+    others = (Alternative("torque_ripple", (2,), 0.12), Alternative("load_dependent_friction", (1,), 0.06))
+    detail = verdict(diagnosis(finding(alternatives=others, probability=0.82)))[1]
+    assert "probability 82 %" in detail
+    assert (
+        "Not excluded: torque ripple of joint 3 (12 %) and load dependent friction of joint 2 (6 %)" in detail
+    )
+    assert "What would settle it: a run with a body of known mass on the flange." in detail
+    assert "torque ripple" not in detail.partition("Not excluded")[0]
+
+
+def test_small_and_unconfirmed_findings_are_called_so():
+    detail = verdict(diagnosis(finding(torque=0.02, held_out=-3.0)))[1]
+    assert "real and small, 0.10 x noise" in detail
+    assert "predicted no better with it" in detail
+    assert "real and small" not in verdict(diagnosis(finding()))[1]
+
+
+def test_doubts_come_last_as_sentences_and_what_is_left_before_them():
+    said = verdict(diagnosis(finding(), after=(1.6, 1.0, 1.0), doubts=("no run carries a known payload",)))
+    assert said[-1] == "No run carries a known payload."
+    assert said[-2].startswith("More than noise is left on joint 1 (1.60 x noise)")
+
+
+def test_the_page_of_text_has_findings_intervals_and_ratios():
+    page = summary(diagnosis(finding()))
+    [row] = [line for line in page.splitlines() if line.startswith("load_dependent_friction")]
+    assert row.split() == [
+        "load_dependent_friction",
+        "joint3",
+        "mu3",
+        "0.120",
+        "±",
+        "0.012",
+        "99.95",
+        "%",
+        "900.0",
+    ]
+    [joint] = [line for line in page.splitlines() if line.startswith("Joint 3  ")]
+    assert joint.split()[2:] == ["0.2000", "0.5400", "0.2100", "2.700", "1.050"]
+    assert max(map(len, page.splitlines())) <= 110
+    assert "No run was held out." in summary(diagnosis(finding(), improvement=None))
+
+
+def test_answers_count_joints_from_one():
+    others = (Alternative("torque_ripple", (1,), 0.2),)
+    found = answer(diagnosis(finding(alternatives=others), seconds=12.345))
+    assert found == {
+        "findings": [
+            {
+                "effect": "load_dependent_friction",
+                "joints": [3],
+                "confidence": 0.9995,
+                "alternatives": [{"effect": "torque_ripple", "joints": [2]}],
+            }
+        ],
+        "unexplained": False,
+        "torque_rms_before": pytest.approx([1.1, 0.5, 0.54]),
+        "torque_rms_after": pytest.approx([1.02, 0.5, 0.21]),
+        "torque_rms_filter_hz": 25.0,
+        "seconds": 12.35,
+    }
+    assert "torque_rms_before" not in answer(diagnosis(improvement=None))
+    assert answer(diagnosis(remainders=(Remainder(0, 2.0, 1.0, "time"),)))["unexplained"]
+
+
+def test_a_plain_diagnosis_is_json_without_nan():
+    one = finding(parameters={"mu3": Quantity(0.12, np.nan, "1")}, held_out=np.nan)
+    table = json.loads(
+        json.dumps(plain(diagnosis(one, remainders=(Remainder(0, 2.0, 1.0, "time"),))), allow_nan=False)
+    )
+    assert table["findings"][0]["parameters"]["mu3"] == {"value": 0.12, "std": None, "unit": "1"}
+    assert table["findings"][0]["held_out"] is None
+    assert table["remainders"][0]["joint"] == 1
+    assert table["verdict"][0].startswith("Joint 3 rubs harder under load")
