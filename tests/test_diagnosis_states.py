@@ -69,7 +69,7 @@ def test_the_tangent_is_that_of_the_torque():
 
 
 def recorded(stiffness, play, swing):
-    """A rod about a vertical axis that follows a swept sine: its run, and the torque beyond a rigid gear's."""
+    """A rod about a vertical axis that follows a swept sine: its run, and torque beyond a rigid gear's."""
     model, values = pendulum(axis="z"), pendulum_values(axis="z")
     gear = Transmission(np.array([stiffness]), np.array([0.02 * np.sqrt(stiffness * LINK)]), np.array([play]))
     plant = Plant(model, values, np.ones(1), np.zeros(1), stiff(1, LINK + ROTOR), None, gear)
