@@ -76,7 +76,8 @@ def recorded(stiffness, play, swing):
     rising = np.minimum(TIME, 0.5) / 0.5
     position = (swing * rising * signal.chirp(TIME, 1.0, TIME[-1], 9.0, phi=-90.0))[:, None]
     run = follow(plant, position, np.gradient(position, STEP, axis=0))
-    driven = Driven("", SimpleNamespace(), run.motion, np.zeros_like(position)).after(model, values)
+    bodies = carrying(model, values, "")
+    driven = Driven("", SimpleNamespace(), run.motion, np.zeros_like(position), bodies).after(model, values)
     return model, driven, run.measured.current[:, 0] - driven.torque[:, 0]
 
 

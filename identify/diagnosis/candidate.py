@@ -101,11 +101,6 @@ class Thinned:
         return cls(joints, values, std, np.zeros(len(std)))
 
     @property
-    def found_std(self) -> np.ndarray:
-        """How far each coefficient may be from zero once the effect is taken to be there, shape (p,)."""
-        return np.hypot(self.mean, self.std)
-
-    @property
     def empty(self) -> bool:
         """Whether the runs say nothing of it."""
         return not len(self.joints) or not np.all(np.isfinite(self.values))

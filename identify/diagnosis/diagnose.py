@@ -8,6 +8,7 @@ import numpy as np
 from ..identification import with_payloads
 from ..model import Model
 from ..recording import Recording
+from .confirmed import confirmed, gained
 from .driven import Driven
 from .evidence import evidence
 from .finding import Alternative, Diagnosis, Finding, Improvement, Quantity
@@ -16,9 +17,6 @@ from .hypothesis import Hypothesis
 from .remainder import remainders
 from .runs import HELD_OUT, usable
 from .search import Found, Searched, search
-
-ONCE = ("contact_event",)
-"""What happens in one run and says nothing of another."""
 
 
 def diagnose(model: Model, recordings: Sequence[tuple[str, Recording]], name: str = "") -> Diagnosis:
@@ -39,9 +37,9 @@ def diagnose(model: Model, recordings: Sequence[tuple[str, Recording]], name: st
     fitted = [run for run in every if run.role != HELD_OUT]
     found = search(model, fitted)
     apart = [run for run in every if run.role == HELD_OUT]
-    found, gains = _confirmed(model, found, HeldOut.of(model, found, apart))
-    held_out = HeldOut.of(model, found, apart)
     noise = noise_floor(found.runs)
+    found = confirmed(model, found, apart, noise)
+    gains, held_out = gained(model, found, apart), HeldOut.of(model, found, apart)
     return Diagnosis(
         name=name or model.robot.name,
         joints=model.robot.joints,
@@ -49,10 +47,10 @@ def diagnose(model: Model, recordings: Sequence[tuple[str, Recording]], name: st
             _finding(found, place, gain) for place, gain in zip(range(len(found.found)), gains, strict=True)
         ),
         remainders=tuple(remainders(found.solution, model, found.runs, noise)),
-        improvement=_improvement(model, found, [run for run in every if run.role == HELD_OUT], noise),
+        improvement=_improvement(model, found, apart, noise),
         runs=tuple(run.prepared.name for run in fitted),
         doubts=tuple(doubts),
-        evidence=evidence(model, found, [run for run in every if run.role == HELD_OUT], held_out, noise),
+        evidence=evidence(model, found, apart, held_out, noise),
         seconds=time.monotonic() - began,
     )
 
@@ -61,18 +59,6 @@ def noise_floor(runs: Sequence[Driven]) -> np.ndarray:
     """Noise of each joint's torque behind the filter, shape (n,) [N m]."""
     squares = [(run.prepared.noise * run.prepared.gain) ** 2 for run in runs]
     return np.sqrt(np.mean(squares, axis=0))
-
-
-def _confirmed(model: Model, found: Searched, held_out: HeldOut | None) -> tuple[Searched, list[float]]:
-    """Without what makes the prediction of runs held out worse, each with what it gains there."""
-    if held_out is None:
-        return found, [float("nan")] * len(found.found)
-    gains = [held_out.gain(found, place) for place in range(len(found.found))]
-    # What happens once, in one run, says nothing of another.
-    good = [
-        k for k, gain in enumerate(gains) if gain > 0 or found.found[k].hypothesis.candidate.effect in ONCE
-    ]
-    return (found if len(good) == len(gains) else found.keeping(good)), [gains[k] for k in good]
 
 
 def _finding(found: Searched, place: int, gain: float) -> Finding:
@@ -99,7 +85,8 @@ def _finding(found: Searched, place: int, gain: float) -> Finding:
         numbers | shapes,
         one.probability,
         tuple(
-            Alternative(other.candidate.effect, other.candidate.joints, p, other) for other, p in one.others
+            Alternative(other.candidate.effect, other.candidate.joints, p, other)
+            for other, p in one.not_excluded
         ),
         torque,
         gain,

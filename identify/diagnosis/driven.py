@@ -5,15 +5,18 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+import pinocchio as pin
 
 from ..model import Model
 from ..motion import Motion
 from ..prepare import Filtering, Prepared, prepare
 from ..recording import Recording
+from .tangent import Tangent, carrying, tangent
 
 BAND = 25.0
 """Cut-off of torque and columns [Hz]: above the highest motion that arms are asked for, below the drives' own
 bandwidth, where currents say more of the controller than of the arm."""
+FILTERING = Filtering(torque_cutoff=BAND)
 SMOOTH = 4.0
 """Samples a period of that cut-off which hold products of motions: twice what their band needs."""
 CHUNK = 2000
@@ -29,23 +32,26 @@ class Driven:
         prepared: Filtered motion and current.
         motion: The same motion with the load that the gears transmit by the fitted model.
         torque: What the fitted model asks of the motors, at full rate, shape (t, n) [N m].
+        bodies: The arm with its links and its payload as believed.
     """
 
     role: str
     prepared: Prepared
     motion: Motion
     torque: np.ndarray
+    bodies: pin.Model
 
     @classmethod
-    def of(cls, model: Model, recording: Recording, role: str, band: float = BAND) -> "Driven":
+    def of(cls, model: Model, recording: Recording, role: str, filtering: Filtering = FILTERING) -> "Driven":
         """Prepare a recording; the torque is that of the believed model.
 
         Raises:
             RecordingError: It cannot be filtered.
         """
-        prepared = prepare(recording, Filtering(torque_cutoff=band))
+        prepared = prepare(recording, filtering)
         still = np.zeros_like(prepared.motion.position)
-        return cls(role, prepared, prepared.motion, still).after(model, model.believed_values)
+        bodies = carrying(model, model.believed_values, prepared.motion.payload)
+        return cls(role, prepared, prepared.motion, still, bodies).after(model, model.believed_values)
 
     def after(self, model: Model, values: np.ndarray) -> "Driven":
         """The same with the torque of other parameters (p,), and with the load that gears transmit then."""
@@ -61,6 +67,11 @@ class Driven:
     def thinned(self, columns: np.ndarray) -> np.ndarray:
         """Columns at full rate (t, ...) as they are compared, shape (r, ...)."""
         return self.prepared.decimation.apply(columns)[: self.rows]
+
+    @cached_property
+    def tangent(self) -> Tangent:
+        """How much torque its links take when one is a little elsewhere."""
+        return tangent(self.bodies, self.motion)
 
     @cached_property
     def rows(self) -> int:

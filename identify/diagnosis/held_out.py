@@ -11,8 +11,8 @@ from .driven import Driven
 from .nuisances import with_nuisances
 from .remainder import rms
 from .rows import Rows, model_rows
-from .search import Searched
-from .solution import CERTAIN, Solution
+from .search import Searched, with_found
+from .solution import CERTAIN, Solution, marginal
 from .whitening import Whitening
 
 FREE = ("Fv", "Fc", "Off", "reversal", "clock")
@@ -39,23 +39,26 @@ class HeldOut:
         values = model.believed_values + found.believed.values[: len(model.names)]
         runs = [run.after(model, values) for run in runs]
         rows = with_nuisances(model_rows(model, runs), model, runs)
-        for one in found.found:
-            columns = Thinned.of(one.hypothesis.candidate, runs).everywhere(model.robot.dof)
-            rows = rows.plus(one.hypothesis.candidate.names, columns, one.hypothesis.columns.std)
+        hypotheses = [one.hypothesis for one in found.found]
+        pairs = [(one, Thinned.of(one.candidate, runs)) for one in hypotheses]
+        rows = with_found(rows, model, runs, pairs)
         return cls(rows, found.solution.whitening.elsewhere(rows.weight, rows.runs))
 
-    def loss(self, values: np.ndarray) -> float:
-        """Sum of white squares for unknowns (b,)."""
-        residual = self.rows.difference - self.rows.columns @ values
-        return float(
-            sum(np.sum(self.whitening.apply(j, residual[:, j]) ** 2) for j in range(residual.shape[1]))
-        )
-
     def gain(self, found: Searched, place: int) -> float:
-        """By how much one finding lowers the loss, all else being fitted anew without it."""
+        """Twice the logarithm of how much likelier one finding makes these runs, after those fitted.
+
+        What is foretold is not one torque but what all unknowns allow, as far as the fitted runs and beliefs
+        leave them open, with and without the finding.
+        """
         own = _columns(found, place)
-        without = Solution(found.rows.relaxed(own, np.zeros(len(own))), found.solution.whitening)
-        return self.loss(without.values) - self.loss(found.solution.values)
+        without = found.rows.relaxed(own, np.full(len(own), CERTAIN))
+        return 2.0 * (self._foretold(found.solution, found.rows) - self._foretold(found.solution, without))
+
+    def _foretold(self, fitted: Solution, rows: Rows) -> float:
+        """Logarithm of the probability of these runs after those fitted, with the beliefs of given rows."""
+        known = 1.0 / np.maximum(rows.std, CERTAIN) ** 2
+        own = Solution(self.rows, self.whitening).shares
+        return marginal([*fitted.shares, *own], known)[1] - marginal(fitted.shares, known)[1]
 
     def residuals(self, found: Searched) -> tuple[np.ndarray, np.ndarray]:
         """Root mean squares before and after, each (n,) [N m].

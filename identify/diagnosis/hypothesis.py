@@ -10,6 +10,15 @@ from .candidate import Candidate, Thinned
 from .driven import Driven
 from .solution import Solution
 
+SWEEPS = 2
+"""Times that all numbers of a shape are searched, one after the other: how long a link floats in its play
+and when it begins to are found together only."""
+WORTH = 3.0
+"""Logarithm of the likelihood ratio for which a further sweep is made."""
+SCALES = (0.1, 1 / 3, 1.0, 3.0, 10.0)
+"""Of an effect over how large it is expected: from a hundredth of a joint's usual torque to all of it."""
+STRANGE = 4.0
+"""Standard deviations from what physics expects at which something is not that effect: one in 16 000."""
 REFINED = 12
 """Evaluations that the search of one shape takes: a golden section of its grid's step to three per cent."""
 
@@ -23,12 +32,20 @@ class Hypothesis:
         columns: Its columns.
         values: Its coefficients, shape (p,).
         evidence: Logarithm of the Bayes factor against nothing more, its shapes being equally likely.
+        own: The same of the best shape alone.
     """
 
     candidate: Candidate
     columns: Thinned
     values: np.ndarray
     evidence: float
+    own: float
+
+    @property
+    def found_std(self) -> np.ndarray:
+        """How far each coefficient may be from zero once the effect is taken to be there, shape (p,)."""
+        believed = np.hypot(self.columns.mean, self.columns.std)
+        return believed * max(1.0, float(np.max(np.abs(self.values) / believed)))
 
     @property
     def torque(self) -> np.ndarray:
@@ -54,22 +71,45 @@ def weigh(solution: Solution, thinned: Iterable[tuple[Candidate, Thinned]]) -> l
 
 
 def weighed(solution: Solution, candidate: Candidate, columns: Thinned) -> Hypothesis:
-    """One candidate in one shape."""
+    """One candidate in one shape, averaged over how large its effect may be."""
     whole = solution.profile(columns.values, columns.joints)
     profile, gain = whole.about(columns.mean)
-    apart, evidence = profile.best(columns.std, np.array(candidate.lower) - columns.mean)
-    values = apart + columns.mean
-    return Hypothesis(candidate, columns, values, evidence + gain)
+    lower = np.array(candidate.lower) - columns.mean
+    scales = SCALES if candidate.expected is None else (1.0,)
+    tried = [profile.best(scale * columns.std, lower) for scale in scales]
+    best = int(np.argmax([evidence for _, evidence in tried]))
+    evidence = float(np.logaddexp.reduce([one for _, one in tried]) - np.log(len(scales)) + gain)
+    believed, values = replace(columns, std=scales[best] * columns.std), tried[best][0] + columns.mean
+    if strange(believed, values):
+        evidence = -np.inf
+    return Hypothesis(candidate, believed, values, evidence, evidence)
+
+
+def strange(columns: Thinned, values: np.ndarray) -> bool:
+    """Whether coefficients (p,) are another effect's, where physics says how large they are."""
+    known = columns.mean != 0.0
+    return bool(np.any(np.abs(values - columns.mean)[known] > STRANGE * columns.std[known]))
 
 
 def refined(solution: Solution, hypothesis: Hypothesis, runs: Sequence[Driven]) -> Hypothesis:
     """The hypothesis in the shape that explains most, between the neighbours on its grid."""
-    best = hypothesis
-    for name, bounds in hypothesis.candidate.bounds.items():
-        best = _along(solution, best, runs, name, (bounds.low, bounds.high))
+    best = reshaped(solution, hypothesis, runs)
     # The search looks at more shapes than the grid; the average over the grid stays the evidence.
     tried = max(2 * REFINED, hypothesis.candidate.among)
-    return replace(best, evidence=max(hypothesis.evidence, best.evidence - np.log(tried)))
+    return replace(best, evidence=max(hypothesis.evidence, best.own - np.log(tried)))
+
+
+def reshaped(solution: Solution, hypothesis: Hypothesis, runs: Sequence[Driven]) -> Hypothesis:
+    """The hypothesis in its best shape, at the same cost of choosing one."""
+    cost = hypothesis.own - hypothesis.evidence
+    best = weighed(solution, hypothesis.candidate, hypothesis.columns)
+    for _ in range(SWEEPS):
+        before = best.own
+        for name, bounds in best.candidate.bounds.items():
+            best = _along(solution, best, runs, name, (bounds.low, bounds.high))
+        if len(best.candidate.bounds) < 2 or not best.own > before + WORTH:
+            break
+    return replace(best, evidence=best.own - cost)
 
 
 def _along(

@@ -1,6 +1,6 @@
 """Nuisances: what is never quite as the model has it and is not worth a name."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -26,25 +26,31 @@ CLOCKS = 5e-4
 
 def with_nuisances(rows: Rows, model: Model, runs: Sequence[Driven]) -> Rows:
     """The rows with low-speed friction, drive gains and clocks as unknowns too."""
-    for names, columns, std in (_reversal(model, runs), _gains(model, runs), _clock(model, runs)):
+    for names, columns, std in (reversals(model, runs, dry(model)), _gains(model, runs), _clock(model, runs)):
         rows = rows.plus(names, columns, std)
     return rows
 
 
-def _reversal(model: Model, runs: Sequence[Driven]) -> tuple[list[str], np.ndarray, np.ndarray]:
-    """Differences between one way of turning the sign of dry friction and the next."""
-    friction = dict(zip(model.names, model.believed_values, strict=True))
-    robot = model.robot
-    joints = sorted({j for e in model.effects if isinstance(e, CoulombFriction) for j in e.columns(robot)})
-    count = len(REVERSALS) - 1 + len(PRESLIDING)
-    names = [f"reversal{joint + 1}_{k + 1}" for joint in joints for k in range(count)]
+def dry(model: Model) -> dict[int, float]:
+    """Dry friction that is believed, joint -> [N m]."""
+    friction, robot = dict(zip(model.names, model.believed_values, strict=True)), model.robot
+    joints = {j for e in model.effects if isinstance(e, CoulombFriction) for j in e.columns(robot)}
+    return {joint: float(friction[f"Fc{joint + 1}"]) for joint in sorted(joints)}
+
+
+def reversals(
+    model: Model, runs: Sequence[Driven], friction: Mapping[int, float]
+) -> tuple[list[str], np.ndarray, np.ndarray]:
+    """Differences between one way of turning the sign of dry friction, joint -> [N m], and the next."""
+    robot, count = model.robot, len(REVERSALS) - 1 + len(PRESLIDING)
+    names = [f"reversal{joint + 1}_{k + 1}" for joint in friction for k in range(count)]
     parts = []
     for run in runs:
         columns = np.zeros((run.rows, robot.dof, len(names)))
-        change = run.thinned(_turns(model, run))
-        for place, joint in enumerate(joints):
+        change = run.thinned(_turns(model, run)) if friction else np.zeros((run.rows, robot.dof, count))
+        for place, (joint, torque) in enumerate(friction.items()):
             own = slice(place * count, (place + 1) * count)
-            columns[:, joint, own] = change[:, joint] * friction[f"Fc{joint + 1}"]
+            columns[:, joint, own] = change[:, joint] * torque
         parts.append(np.einsum("ij,tjb->tib", robot.to_motors, columns))
     return names, np.concatenate(parts), np.full(len(names), REVERSAL_STD)
 

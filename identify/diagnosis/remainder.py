@@ -8,13 +8,15 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy import ndimage
 
 from ..effects.smooth_sign import smooth_sign
 from ..model import Model
 from .candidate import Candidate, Thinned
 from .driven import Driven
 from .finding import Remainder
-from .hypothesis import weighed
+from .hypothesis import Hypothesis, weighed
+from .recolouring import recoloured
 from .solution import Solution
 
 Feature = Callable[[Driven, int], list[np.ndarray]]
@@ -23,6 +25,8 @@ CREDIBLE = 0.99
 MATERIAL = 0.3
 """Share of the noise floor below which what is left changes the residual by less than five per cent, and is
 not worth a run."""
+AROUND = 41
+"""Frequencies whose median is the level about a line; it is known to a fifth."""
 LINES = 1e-4
 """Probability with which noise alone has a spectral line that stands out as far."""
 
@@ -35,14 +39,12 @@ class Left:
         joint: From 0.
         depends_on: The kind, in words.
         evidence: Logarithm of the Bayes factor against noise alone.
-        gain: Decrease of the sum of white squares.
         torque: Root mean square of what they explain [N m].
     """
 
     joint: int
     depends_on: str
     evidence: float
-    gain: float
     torque: float
 
 
@@ -61,19 +63,19 @@ def features(model: Model) -> Iterator[Candidate]:
             yield Candidate(kind, (joint,), columns, ("",) * count, ("",) * count, (-np.inf,) * count)
 
 
-def left(solution: Solution, model: Model, runs: Sequence[Driven]) -> list[Left]:
-    """What each kind of features would explain on each joint."""
-    found = []
+def greatest(solution: Solution, model: Model, runs: Sequence[Driven], noise: np.ndarray) -> list[Left]:
+    """The kind of features that explains most on each joint, where any is material."""
+    every: dict[int, list[Hypothesis]] = {}
     for candidate in features(model):
-        thinned = Thinned.of(candidate, runs)
-        if thinned.empty:
-            continue
-        one = weighed(solution, candidate, thinned)
-        joint = candidate.joints[0]
-        weight = solution.rows.weight[:, thinned.joints]
-        torque = float(np.sqrt(np.mean((one.torque * weight) ** 2)))
-        gain = 2.0 * one.evidence
-        found.append(Left(joint, candidate.effect, one.evidence, gain, torque))
+        if not (thinned := Thinned.of(candidate, runs)).empty:
+            one = weighed(solution, candidate, thinned)
+            every.setdefault(candidate.joints[0], []).append(one)
+    found = []
+    for joint, own in every.items():
+        best, _ = recoloured(solution, max(own, key=lambda one: one.evidence))
+        torque = float(rms(best.torque, solution.rows.weight[:, best.columns.joints]).max())
+        if torque > MATERIAL * noise[joint]:
+            found.append(Left(joint, best.candidate.effect, best.evidence, torque))
     return found
 
 
@@ -88,20 +90,18 @@ def remainders(
         runs: Those fitted.
         noise: Noise floor of each joint's torque, shape (n,) [N m].
     """
-    every = left(solution, model, runs)
-    odds = np.log(CREDIBLE / (1 - CREDIBLE)) + np.log(max(len(every), 1))
+    every = {one.joint: one for one in greatest(solution, model, runs, noise)}
+    odds = np.log(CREDIBLE / (1 - CREDIBLE)) + np.log(model.robot.dof * len(KINDS))
     residual = rms(solution.residual, solution.rows.weight)
     found = []
     for joint in range(model.robot.dof):
-        own = [one for one in every if one.joint == joint and one.torque > MATERIAL * noise[joint]]
-        best = max(own, key=lambda one: one.evidence, default=None)
+        best, over = every.get(joint), float(residual[joint] / noise[joint])
         if best is not None and best.evidence > odds:
-            probability = 1.0 / (1.0 + len(every) * np.exp(-min(best.evidence, 700.0)))
-            over = float(residual[joint] / noise[joint])
+            probability = 1.0 / (1.0 + model.robot.dof * len(KINDS) * np.exp(-min(best.evidence, 700.0)))
             found.append(Remainder(joint, over, float(probability), best.depends_on))
         elif frequency := line(solution, joint):
-            over = float(residual[joint] / noise[joint])
-            found.append(Remainder(joint, over, 1 - LINES, f"time, at {frequency:.1f} Hz"))
+            rate = 1.0 / float(np.median(np.diff(runs[0].prepared.decimated_time)))
+            found.append(Remainder(joint, over, 1 - LINES, f"time, at {frequency * rate:.1f} Hz"))
     return found
 
 
@@ -112,10 +112,10 @@ def line(solution: Solution, joint: int) -> float:
         return 0.0
     power = np.abs(np.fft.rfft(white * np.hanning(len(white)))) ** 2
     inner = power[2:-2]
-    # Fisher's test, with the median for the mean: lines do not move it.
-    level = np.median(inner) / np.log(2)
-    worst = int(np.argmax(inner))
-    chance = -np.expm1(len(inner) * np.log1p(-np.exp(-inner[worst] / level / 1.5)))
+    # Fisher's test, with the median round about for the mean: lines do not move it, and slow noise does.
+    level = ndimage.median_filter(inner, AROUND, mode="nearest") / np.log(2)
+    worst = int(np.argmax(inner / level))
+    chance = -np.expm1(len(inner) * np.log1p(-np.exp(-inner[worst] / level[worst] / 1.5)))
     return float((worst + 2) / len(white)) if chance < LINES else 0.0
 
 
@@ -188,6 +188,3 @@ KINDS: dict[str, Feature] = {
 def _count(kind: str, dof: int) -> int:
     fixed = {"position": 6, "velocity": 6, "position and direction": 6, "load": 6, "time": 4}
     return fixed.get(kind, {"acceleration": dof}.get(kind, 2 * (dof - 1)))
-
-
-__all__ = ["Left", "features", "left", "remainders", "rms"]

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -30,6 +31,11 @@ class Rows:
     columns: np.ndarray
     names: tuple[str, ...]
     std: np.ndarray
+
+    @cached_property
+    def acting(self) -> list[np.ndarray]:
+        """Unknowns that give torque to each joint, (a,); most give none to most."""
+        return [np.flatnonzero(np.any(own, axis=0)) for own in self.columns.transpose(1, 0, 2)]
 
     def plus(self, names: Sequence[str], columns: np.ndarray, std: np.ndarray) -> "Rows":
         """The same with more unknowns: columns (r, n, p) and how far they may be from zero (p,)."""

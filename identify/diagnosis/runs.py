@@ -7,11 +7,11 @@ import numpy as np
 
 from ..errors import DifferentRobot, RecordingError
 from ..excitation_doubts import excitation_doubts
-from ..identification import of_these_joints
+from ..identification import common_filtering, of_these_joints
 from ..model import Model
 from ..recording import Recording
 from ..recording_checks import check, check_alive
-from .driven import Driven
+from .driven import FILTERING, Driven
 
 HELD_OUT = "validate"
 """Role of the runs that are not fitted."""
@@ -29,15 +29,24 @@ def usable(model: Model, recordings: Sequence[tuple[str, Recording]]) -> tuple[l
         RecordingError: No run is left to fit; says why.
     """
     of_these_joints(model, [recording for _, recording in recordings])
-    runs: list[Driven] = []
+    sound: list[tuple[str, Recording]] = []
     doubts: list[str] = []
     for role, recording in recordings:
         try:
             checked = check_alive(check(replace(recording, model=model)))
-            runs.append(Driven.of(model, checked, role))
+            common_filtering([checked], FILTERING)
+            sound.append((role, checked))
             doubts += [f"{recording.name}: {doubt}" for doubt in checked.warnings]
         except DifferentRobot:
             raise
+        except RecordingError as error:
+            doubts.append(f"{recording.name} is left out: {str(error).removeprefix(f'{recording.name}: ')}")
+    # Noise of one colour takes rows of one rate.
+    filtering = common_filtering([recording for _, recording in sound], FILTERING) if sound else FILTERING
+    runs: list[Driven] = []
+    for role, recording in sound:
+        try:
+            runs.append(Driven.of(model, recording, role, filtering))
         except RecordingError as error:
             doubts.append(f"{recording.name} is left out: {str(error).removeprefix(f'{recording.name}: ')}")
     if all(run.role == HELD_OUT for run in runs):

@@ -4,8 +4,10 @@ Everything is Gaussian: what is minimised is the sum of squares of white residua
 far they may be from zero. A gain is twice the logarithm of a likelihood ratio.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from scipy import linalg, special
@@ -15,6 +17,62 @@ from .whitening import Whitening
 
 CERTAIN = 1e-12
 """Variance of an unknown that is believed to be zero, over that of a row [-]; a number for the computer."""
+
+
+class Share(NamedTuple):
+    """What one joint's white rows say.
+
+    Attributes:
+        gram: Products of columns, shape (b, b).
+        right: Products of columns and differences, shape (b,).
+        square: Sum of squares of the differences.
+        logarithm: Sum of the logarithms of the rows' standard deviations.
+    """
+
+    gram: np.ndarray
+    right: np.ndarray
+    square: float
+    logarithm: float
+
+    @classmethod
+    def of(
+        cls, columns: np.ndarray, target: np.ndarray, logarithm: float, acting: np.ndarray, count: int
+    ) -> "Share":
+        """Of white columns (v, a) and differences (v,), and the logarithm of what they were divided by.
+
+        The columns are those of the unknowns `acting` (a,) of all `count`; the others' are zero.
+        """
+        gram, right = np.zeros((count, count)), np.zeros(count)
+        gram[np.ix_(acting, acting)] = columns.T @ columns
+        right[acting] = columns.T @ target
+        return cls(gram, right, float(target @ target), logarithm)
+
+
+def marginal(shares: Sequence[Share], known: np.ndarray) -> tuple[np.ndarray, float]:
+    """Most likely unknowns (b,), and the logarithm of the probability of all rows whatever they are.
+
+    Args:
+        shares: Of all joints.
+        known: Inverse variance that is believed of each unknown, shape (b,).
+
+    Returns:
+        The logarithm is without constants that all equally many rows and unknowns have, infinite ones among
+        them where nothing is believed.
+    """
+    factor = factored(sum(share.gram for share in shares), known)  # type: ignore[arg-type]
+    right = np.sum([share.right for share in shares], axis=0)
+    values = linalg.cho_solve(factor, right)
+    loss = sum(share.square for share in shares) - right @ values
+    occam = np.sum(np.log(np.diag(factor[0]))) - 0.5 * np.sum(np.log(known[known > 0]))
+    return values, float(-0.5 * loss - sum(share.logarithm for share in shares) - occam)
+
+
+def factored(gram: np.ndarray, known: np.ndarray) -> tuple[np.ndarray, bool]:
+    """Cholesky factor of products of columns (b, b) and beliefs (b,)."""
+    whole = gram + np.diag(known)
+    # What neither rows nor beliefs say anything of stays at zero.
+    whole[np.diag_indices_from(whole)] += 1e-10 * np.maximum(np.diag(whole), 1e-10)
+    return linalg.cho_factor(whole)
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,8 +89,11 @@ class Solution:
 
     @cached_property
     def white(self) -> list[np.ndarray]:
-        """White columns of each joint, (v, b)."""
-        return [self.whitening.apply(j, self.rows.columns[:, j]) for j in range(self.joints)]
+        """White columns of each joint, those that `Rows.acting` tells, (v, a)."""
+        return [
+            self.whitening.apply(j, self.rows.columns[:, j, acting])
+            for j, acting in enumerate(self.rows.acting)
+        ]
 
     @cached_property
     def target(self) -> list[np.ndarray]:
@@ -45,19 +106,32 @@ class Solution:
         return self.rows.difference.shape[1]
 
     @cached_property
+    def shares(self) -> list[Share]:
+        """What each joint's rows say."""
+        parts = zip(self.white, self.target, self.rows.acting, strict=True)
+        return [
+            Share.of(white, target, self.whitening.logarithm(joint), acting, len(self.rows.std))
+            for joint, (white, target, acting) in enumerate(parts)
+        ]
+
+    @cached_property
+    def known(self) -> np.ndarray:
+        """Inverse variance that is believed of each unknown, shape (b,)."""
+        return 1.0 / np.maximum(self.rows.std, CERTAIN) ** 2
+
+    @cached_property
     def _factor(self) -> tuple[np.ndarray, bool]:
-        gram = sum((columns.T @ columns for columns in self.white), np.zeros((0, 0)) if not self.white else 0)
-        known = 1.0 / np.maximum(self.rows.std, CERTAIN) ** 2
-        gram = np.asarray(gram) + np.diag(known)
-        # What neither rows nor beliefs say anything of stays at zero.
-        gram[np.diag_indices_from(gram)] += 1e-10 * np.maximum(np.diag(gram), 1e-10)
-        return linalg.cho_factor(gram)
+        return factored(sum(share.gram for share in self.shares), self.known)  # type: ignore[arg-type]
 
     @cached_property
     def values(self) -> np.ndarray:
         """Unknowns, shape (b,)."""
-        right = sum(columns.T @ target for columns, target in zip(self.white, self.target, strict=True))
-        return linalg.cho_solve(self._factor, right)
+        return linalg.cho_solve(self._factor, np.sum([share.right for share in self.shares], axis=0))
+
+    @cached_property
+    def probability(self) -> float:
+        """Logarithm of the probability of all rows, as `marginal` gives it."""
+        return marginal(self.shares, self.known)[1]
 
     @cached_property
     def covariance(self) -> np.ndarray:
@@ -72,8 +146,8 @@ class Solution:
     @cached_property
     def left(self) -> list[np.ndarray]:
         """What remains of each joint's white difference, (v,)."""
-        pairs = zip(self.white, self.target, strict=True)
-        return [target - columns @ self.values for columns, target in pairs]
+        parts = zip(self.white, self.target, self.rows.acting, strict=True)
+        return [target - white @ self.values[acting] for white, target, acting in parts]
 
     def profile(self, columns: np.ndarray, joints: np.ndarray) -> "Profile":
         """How further columns (r, len(joints), p) of some joints would do, all unknowns solved anew."""
@@ -84,7 +158,7 @@ class Solution:
             own = self.whitening.apply(int(joint), columns[:, place])
             slope += own.T @ self.left[joint]
             curvature += own.T @ own
-            mixed += self.white[joint].T @ own
+            mixed[self.rows.acting[joint]] += self.white[joint].T @ own
         shift = linalg.cho_solve(self._factor, mixed)
         return Profile(slope, curvature - mixed.T @ shift)
 
@@ -124,6 +198,13 @@ class Profile:
             return found, -np.inf
         found[free] = values
         scaled = np.eye(len(free)) + self.curvature[np.ix_(free, free)] * np.outer(std[free], std[free])
-        # What physics forbids was not believed: a half, where the limit is in the middle.
-        sided = -np.sum(special.log_ndtr(-lower[free] / std[free]))
-        return found, float(0.5 * self.slope[free] @ values - 0.5 * np.linalg.slogdet(scaled)[1] + sided)
+        gain = 0.5 * self.slope[free] @ values - 0.5 * np.linalg.slogdet(scaled)[1]
+        return found, float(gain) + one_sided(lower[free], std[free])
+
+
+def one_sided(lower: np.ndarray, std: np.ndarray) -> float:
+    """Logarithm of what coefficients (p,) gain that physics does not let below a limit.
+
+    Half as many were possible, where the limit is in the middle of what is believed.
+    """
+    return float(-np.sum(special.log_ndtr(-lower / std)))

@@ -15,6 +15,7 @@ class CurrentOffset(JointEffect):
     r"""Constant torque, the paper's :math:`\tau_{off_j}`."""
 
     smooth: ClassVar[bool] = True
+    linear: ClassVar[bool] = True
 
     def parameters(self, robot: Robot) -> list[Parameter]:
         return [Parameter(f"Off{joint + 1}", "N m") for joint in self.columns(robot)]

@@ -90,12 +90,15 @@ class Effect(ABC):
         smooth: Whether its torque is a product of sines and powers of the motion, and so no more abrupt than
             it; friction that turns within milliseconds is not.
         pointwise: Whether a sample's torque depends on that sample alone.
+        linear: Whether its columns are a constant, plus multiples of velocity and acceleration, and nothing
+            else: who simulates asks only once.
     """
 
     transmitted: ClassVar[bool] = False
     needs_load: ClassVar[bool] = False
     smooth: ClassVar[bool] = False
     pointwise: ClassVar[bool] = True
+    linear: ClassVar[bool] = False
 
     @abstractmethod
     def parameters(self, robot: Robot) -> list[Parameter]:
@@ -228,9 +231,15 @@ class JointEffect(Effect):
 
     def on_joints(self, robot: Robot, *profiles: np.ndarray) -> np.ndarray:
         """Regressor whose columns are, joint by joint, the given profiles, each (t, n)."""
+        count, shape = len(profiles), profiles[0].shape
+        if self.joints is None:  # all at once, through a view of the diagonal: a plant asks every tick
+            every = np.zeros((*shape, shape[1], count))
+            own = np.einsum("tjjk->tjk", every)
+            for which, profile in enumerate(profiles):
+                own[:, :, which] = profile
+            return every.reshape(*shape, -1)
         columns = self.columns(robot)
-        count = len(profiles)
-        regressor = np.zeros((*profiles[0].shape, count * len(columns)))
+        regressor = np.zeros((*shape, count * len(columns)))
         for place, joint in enumerate(columns):
             for which, profile in enumerate(profiles):
                 regressor[:, joint, count * place + which] = profile[:, joint]

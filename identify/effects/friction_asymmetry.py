@@ -1,4 +1,4 @@
-"""Dry friction that differs between the two directions."""
+"""Friction that differs between the two directions."""
 
 from dataclasses import dataclass
 
@@ -12,24 +12,30 @@ from .smooth_sign import smooth_sign, smooth_sign_by_reversal
 
 @dataclass(frozen=True)
 class FrictionAsymmetry(JointEffect):
-    r"""Torque :math:`F_a |\tanh(\dot q / v_r)|`, the even part of dry friction.
+    r"""Torque :math:`F_a |\tanh(\dot q / v_r)| + F_{va} |\dot q|`, the even part of friction.
 
     With `CoulombFriction`, the joint brakes with :math:`F_c + F_a` forward and :math:`F_c - F_a`
-    backward. Unlike a `CurrentOffset` it is gone at standstill; a motion that never stands hardly
+    backward; where drag differs too, likewise :math:`F_v \pm F_{va}`. Unlike a `CurrentOffset` it is gone at standstill; a motion that never stands hardly
     tells the two apart.
 
     Attributes:
         reversal: Velocity :math:`v_r` over which the friction builds up [rad/s].
+        viscous: Whether drag differs too.
     """
 
     reversal: float = shape(0.003, "rad/s", 1e-4, 0.1)
+    viscous: bool = False
 
     def parameters(self, robot: Robot) -> list[Parameter]:
-        return [Parameter(f"Fa{joint + 1}", "N m") for joint in self.columns(robot)]
+        own = [("Fa", "N m"), ("Fva", "N m s/rad")][: 1 + self.viscous]
+        return [Parameter(f"{name}{joint + 1}", unit) for joint in self.columns(robot) for name, unit in own]
 
     def regressor(self, robot: Robot, motion: Motion) -> np.ndarray:
-        return self.on_joints(robot, np.abs(smooth_sign(motion.velocity, self.reversal)))
+        sign, velocity = smooth_sign(motion.velocity, self.reversal), motion.velocity
+        return self.on_joints(robot, *[np.abs(sign), np.abs(velocity)][: 1 + self.viscous])
 
     def shape_derivatives(self, robot: Robot, motion: Motion) -> dict[str, np.ndarray]:
         slope = smooth_sign_by_reversal(motion.velocity, self.reversal)
-        return {"reversal": self.on_joints(robot, np.sign(motion.velocity) * slope)}
+        still = np.zeros_like(slope)
+        columns = [np.sign(motion.velocity) * slope, still][: 1 + self.viscous]
+        return {"reversal": self.on_joints(robot, *columns)}

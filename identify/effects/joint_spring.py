@@ -14,21 +14,34 @@ from .effect import JointEffect, Parameter
 class JointSpring(JointEffect):
     r"""Torque :math:`k (q - q_0)`, written linearly as :math:`K_s q + T_s` with :math:`T_s = -k q_0`.
 
-    Beside a `CurrentOffset` on the same joint, :math:`T_s` and the offset are one and the same column.
+    Cables and hoses stiffen as they stretch: then :math:`k (q - q_0) + k_3 (q - q_0)^3`, a polynomial
+    :math:`T_s + K_s q + K_{s2} q^2 + K_{s3} q^3`. Beside a `CurrentOffset` on the same joint, :math:`T_s` and
+    the offset are one and the same column.
+
+    Attributes:
+        stiffening: Whether it stiffens.
     """
+
+    stiffening: bool = False
 
     transmitted: ClassVar[bool] = True
     smooth: ClassVar[bool] = True
 
     def parameters(self, robot: Robot) -> list[Parameter]:
-        return [
-            parameter
-            for joint in self.columns(robot)
-            for parameter in (
-                Parameter(f"Ks{joint + 1}", "N m/rad", 0.0),
-                Parameter(f"Ts{joint + 1}", "N m"),
-            )
-        ]
+        parameters = []
+        for joint in self.columns(robot):
+            # A cable that hangs loose about the middle of its range may bend the other way there.
+            own = [Parameter(f"Ks{joint + 1}", "N m/rad", -np.inf if self.stiffening else 0.0)]
+            own += [Parameter(f"Ts{joint + 1}", "N m")]
+            if self.stiffening:
+                own += [
+                    Parameter(f"Ks2_{joint + 1}", "N m/rad^2"),
+                    Parameter(f"Ks3_{joint + 1}", "N m/rad^3", 0.0),
+                ]
+            parameters += own
+        return parameters
 
     def regressor(self, robot: Robot, motion: Motion) -> np.ndarray:
-        return self.on_joints(robot, motion.position, np.ones_like(motion.position))
+        position = motion.position
+        powers = [position, np.ones_like(position)]
+        return self.on_joints(robot, *powers, *([position**2, position**3] if self.stiffening else []))

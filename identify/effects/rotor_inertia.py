@@ -15,6 +15,7 @@ class RotorInertia(JointEffect):
     r"""Torque :math:`I_a \ddot q`, the paper's :math:`Ia_j`: rotor inertia times gear ratio squared."""
 
     smooth: ClassVar[bool] = True
+    linear: ClassVar[bool] = True
 
     def parameters(self, robot: Robot) -> list[Parameter]:
         return [Parameter(f"Ia{joint + 1}", "kg m^2", 0.0) for joint in self.columns(robot)]

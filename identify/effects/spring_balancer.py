@@ -56,8 +56,8 @@ class SpringBalancer(Effect):
 
     def regressor(self, robot: Robot, motion: Motion) -> np.ndarray:
         position = self._position(robot, motion)
-        lever = self._lever(position)
-        return self._on_joint(robot, motion, lever * self.length(position), lever)
+        area = self.d21 * self.d22 * np.sin(self.phi + position)
+        return self._on_joint(robot, motion, area, area / self.length(position))
 
     def shape_derivatives(self, robot: Robot, motion: Motion) -> dict[str, np.ndarray]:
         position = self._position(robot, motion)
@@ -89,14 +89,12 @@ class SpringBalancer(Effect):
         length = np.hypot(self.d21 + self.d22 * np.cos(theta), self.d22 * np.sin(theta))
         return np.maximum(length, SHORTEST)
 
-    def _lever(self, position: np.ndarray) -> np.ndarray:
-        """Motor torque that a unit of spring force takes, shape (t,) [m]."""
-        return self.d21 * self.d22 * np.sin(self.phi + position) / self.length(position)
-
     def _position(self, robot: Robot, motion: Motion) -> np.ndarray:
         return motion.position[:, robot.index(self.joint)]
 
     def _on_joint(self, robot: Robot, motion: Motion, *columns: np.ndarray) -> np.ndarray:
         regressor = np.zeros((*motion.position.shape, len(columns)))
-        regressor[:, robot.index(self.joint)] = np.stack(columns, axis=1)
+        joint = robot.index(self.joint)
+        for place, column in enumerate(columns):
+            regressor[:, joint, place] = column
         return regressor

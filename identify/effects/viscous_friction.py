@@ -15,6 +15,7 @@ class ViscousFriction(JointEffect):
     r"""Torque :math:`F_v \dot q`, the paper's :math:`Fv_j`."""
 
     smooth: ClassVar[bool] = True
+    linear: ClassVar[bool] = True
 
     def parameters(self, robot: Robot) -> list[Parameter]:
         return [Parameter(f"Fv{joint + 1}", "N m s/rad", 0.0) for joint in self.columns(robot)]

@@ -1,7 +1,7 @@
 """Candidates that are gears with play: while teeth change sides, a link floats and no motor carries it."""
 
 from collections.abc import Callable, Iterator
-from functools import cache
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -10,9 +10,8 @@ from ...effects import Shape
 from ...model import Model
 from ..candidate import Candidate
 from ..driven import Driven
-from ..tangent import Tangent
 from ..twisted import loose
-from .elastic import bending, link_size, tangents_of
+from .elastic import bending, link_size
 
 STEP = 1.5
 """From one width to the next that is tried [-]."""
@@ -24,9 +23,7 @@ TEETH = 40.0
 are an elastic gear's."""
 RATIO = 0.5
 """Damping ratio of the teeth, and of the drive that is pushed back by them [-]."""
-
-
-SCATTER = 0.2
+SCATTER = 0.15
 """Of the coefficient around 1, since the play says how large the effect is [-]."""
 STIFF = 60.0
 """Resonance of a link on teeth that are as soft as they are expected to be [Hz]: their bending, far below
@@ -52,7 +49,6 @@ class Gear(NamedTuple):
         joint: Which, from 0.
         stiffness: Expected of the teeth [N m/rad].
         doubt: How wrong its load may be [N m].
-        tangents: Of runs.
         bent: Torque of the motors in a run for teeth of that stiffness, shape (t, n) [N m].
     """
 
@@ -60,41 +56,37 @@ class Gear(NamedTuple):
     joint: int
     stiffness: float
     doubt: float
-    tangents: Callable[[Driven], Tangent]
     bent: Callable[[Driven], np.ndarray]
 
 
 def plays(model: Model) -> Iterator[Candidate]:
     """Every joint's gear with little and with much play."""
-    tangents = tangents_of(model)
     for joint, (inertia, load) in enumerate(zip(*link_size(model), strict=True)):
-        gear = _gear(model, joint, inertia, SHIFT * load, tangents)
-        for width in PLAYS:
+        gear = _gear(model, joint, inertia, SHIFT * load)
+        for width in PLAYS if inertia > 0.0 else ():
             yield _play(gear, Play(width))
 
 
-def _gear(
-    model: Model, joint: int, inertia: float, doubt: float, tangents: Callable[[Driven], Tangent]
-) -> Gear:
+def _gear(model: Model, joint: int, inertia: float, doubt: float) -> Gear:
     angular = 2 * np.pi * STIFF
     stiffness = inertia * angular**2
 
-    @cache
+    @lru_cache(maxsize=16)  # of the runs: all widths are tried on one before the next joint is asked for
     def bent(run: Driven) -> np.ndarray:
-        return bending(model, tangents(run), run, joint, (stiffness, 2 * RATIO * inertia * angular))
+        return bending(model, run, joint, (stiffness, 2 * RATIO * inertia * angular))
 
-    return Gear(model, joint, stiffness, doubt, tangents, bent)
+    return Gear(model, joint, stiffness, doubt, bent)
 
 
 def _play(gear: Gear, play: Play) -> Candidate:
     joint = gear.joint
 
     def columns(run: Driven) -> np.ndarray:
-        along, load = gear.tangents(run), run.motion.load[:, joint] + play.load_shift
-        weight, drag, inertia = along.own(joint)
+        load = run.motion.load[:, joint] + play.load_shift
+        weight, drag, inertia = run.tangent.own(joint)
         step = float(np.median(np.diff(run.motion.time)))
         twist = loose(inertia, drag, weight, load, step, 0.5 * play.gap, (TEETH, play.damping_ratio))
-        floating = -along.torque(joint, *twist) @ gear.model.robot.to_motors.T
+        floating = -run.tangent.torque(joint, *twist) @ gear.model.robot.to_motors.T
         return np.stack([floating, gear.stiffness * gear.bent(run)], axis=2)
 
     return Candidate(

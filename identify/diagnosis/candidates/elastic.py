@@ -7,8 +7,7 @@ shapes it: little matters below the resonance but the load over the stiffness, a
 swing.
 """
 
-from collections.abc import Callable, Iterator, Mapping
-from functools import cache
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 import pinocchio as pin
@@ -17,7 +16,7 @@ from ...effects import Shape
 from ...model import Model
 from ..candidate import Candidate
 from ..driven import Driven
-from ..tangent import Tangent, carrying, tangent
+from ..tangent import carrying
 from ..twisted import bent
 
 STEP = 1.3
@@ -30,32 +29,30 @@ RATIO = 0.1
 its motor hardly moves; with less damping, what is made of that would be noise."""
 SCATTER = 0.1
 """Of the coefficient around 1, since the stiffness says how large the effect is [-]: as much as link's
-inertia and damping are wrong. What fits with a tenth of that only is another's."""
+inertia and damping are wrong."""
+LEAST = 0.5
+"""Coefficient below which what fits is something else that swings [-]."""
 POSES = 64
 """Over which the inertia of a link is averaged."""
-
-Tangents = Callable[[Driven], Tangent]
 
 
 def gears(model: Model) -> Iterator[Candidate]:
     """Every joint's gear, from soft to stiff."""
-    tangents = tangents_of(model)
     for joint, inertia in enumerate(link_size(model)[0]):
-        for resonance in RESONANCES:
-            yield _gear(model, tangents, joint, inertia, resonance, RATIO)
+        # A joint that moves nothing has nothing to bend.
+        for resonance in RESONANCES if inertia > 0.0 else ():
+            yield _gear(model, joint, inertia, resonance, RATIO)
 
 
-def _gear(
-    model: Model, tangents: Tangents, joint: int, inertia: float, resonance: float, ratio: float
-) -> Candidate:
+def _gear(model: Model, joint: int, inertia: float, resonance: float, ratio: float) -> Candidate:
     angular = 2 * np.pi * resonance
     stiffness, loss = inertia * angular**2, 2 * ratio * inertia * angular
 
     def columns(run: Driven) -> np.ndarray:
-        return bending(model, tangents(run), run, joint, (stiffness, loss))[:, :, None]
+        return bending(model, run, joint, (stiffness, loss))[:, :, None]
 
     def reshaped(given: Mapping[str, float]) -> Candidate:
-        return _gear(model, tangents, joint, inertia, given["resonance"], given["damping_ratio"])
+        return _gear(model, joint, inertia, given["resonance"], given["damping_ratio"])
 
     return Candidate(
         "joint_elasticity",
@@ -63,7 +60,7 @@ def _gear(
         columns,
         ("share",),
         ("1",),
-        (0.0,),
+        (LEAST,),
         {"resonance": resonance, "damping_ratio": ratio, "stiffness": stiffness},
         {
             "resonance": Shape("Hz", resonance / STEP, resonance * STEP),
@@ -75,30 +72,19 @@ def _gear(
     )
 
 
-def bending(model: Model, along: Tangent, run: Driven, joint: int, gear: tuple[float, float]) -> np.ndarray:
+def bending(model: Model, run: Driven, joint: int, gear: tuple[float, float]) -> np.ndarray:
     """Torque of the motors beyond that of a rigid gear, shape (t, n) [N m].
 
     Args:
         model: For which joints motors turn.
-        along: Tangent of the run.
         run: The motion, and the load.
         joint: The elastic one.
         gear: Its stiffness [N m/rad] and damping [N m s/rad].
     """
-    weight, drag, inertia = along.own(joint)
+    weight, drag, inertia = run.tangent.own(joint)
     step = float(np.median(np.diff(run.motion.time)))
     twist = bent(inertia, gear[1] + drag, gear[0] + weight, run.motion.load[:, joint], step)
-    return -along.torque(joint, *twist) @ model.robot.to_motors.T
-
-
-def tangents_of(model: Model) -> Tangents:
-    """What gives the tangent of a run as the model believes the arm to be, worked out once a run."""
-
-    @cache
-    def along(run: Driven) -> Tangent:
-        return tangent(carrying(model, model.believed_values, run.motion.payload), run.motion)
-
-    return along
+    return -run.tangent.torque(joint, *twist) @ model.robot.to_motors.T
 
 
 def link_size(model: Model) -> tuple[np.ndarray, np.ndarray]:

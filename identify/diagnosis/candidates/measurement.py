@@ -15,6 +15,11 @@ KNEES = (0.3, 0.5, 0.7)
 """Torque over the largest of the run from which on a motor gives less per ampere [-]."""
 CLIPS = (0.6, 0.8, 0.9, 0.97)
 """Torque over the largest of the run at which a current ends [-]."""
+ENDS = 0.15
+"""By how much that which lies beyond may be more or less than all that is missing [-]: the torque is known so
+well."""
+OWN_CLOCK = ((0.0, 5e-3),)
+"""By how much a clock may be wrong [s]: a telegram or two of the slowest fieldbus."""
 ZERO_STEP = 1e-4
 """Of the difference by an encoder's zero [rad]."""
 
@@ -72,7 +77,7 @@ def _clip(joint: int, level: float) -> Candidate:
     bounds = {"level": Shape("1", 0.3, 0.999)}
     return Candidate(
         "current_clipping", (joint,), columns, ("slope",), ("1",), (0.0,), {"level": level}, bounds, reshaped,
-        rows=(joint,),
+        rows=(joint,), expected=((1.0, ENDS),),
     )  # fmt: skip
 
 
@@ -82,13 +87,15 @@ def delays(model: Model) -> Iterator[Candidate]:
     def all_drives(run: Driven) -> np.ndarray:
         return -torque_rate(run)[:, :, None]
 
-    yield Candidate("time_delay", (), all_drives, ("delay",), ("s",), (-np.inf,))
+    yield Candidate("time_delay", (), all_drives, ("delay",), ("s",), (-np.inf,), expected=OWN_CLOCK)
     for joint in range(model.robot.dof):
 
         def columns(run: Driven, joint: int = joint) -> np.ndarray:
             return _on(run, joint, -torque_rate(run)[:, joint])
 
-        yield Candidate("time_delay", (joint,), columns, ("delay",), ("s",), (-np.inf,), rows=(joint,))
+        yield Candidate(
+            "time_delay", (joint,), columns, ("delay",), ("s",), (-np.inf,), rows=(joint,), expected=OWN_CLOCK
+        )
 
 
 def encoder_zeros(model: Model) -> Iterator[Candidate]:

@@ -12,12 +12,14 @@ from ..candidate import Candidate
 from ..driven import Driven
 from .motors import coupled, on_motors
 
-GRIDS: dict[str, dict[str, tuple[float, ...]]] = {
+GRIDS: dict[str, dict[str, tuple[Any, ...]]] = {
     "stribeck_friction": {"fade": (0.02, 0.05, 0.12, 0.3)},
     "hysteresis": {"presliding": (1.5e-3, 4e-3, 1e-2, 2.5e-2)},
     "nonlinear_viscous_friction": {"exponent": (0.5, 1.5, 2.0, 3.0)},
     "torque_ripple": {"harmonic": (1.0, 2.0, 3.0, 4.0, 6.0)},
     "position_dependent_friction": {"harmonic": (1.0, 2.0, 3.0)},
+    "friction_asymmetry": {"viscous": (False, True)},
+    "joint_spring": {"stiffening": (False, True)},
 }
 """Shapes that are tried, effect -> field -> values; each within half a step of any other is refined."""
 LIMITS = {"presliding": Shape("rad", 1e-3, 5e-2)}
@@ -56,7 +58,7 @@ def balancers(model: Model) -> Iterator[Candidate]:
                 yield of_effect(model, "spring_balancer", effect)
 
 
-def _shapes(name: str) -> Iterator[dict[str, float]]:
+def _shapes(name: str) -> Iterator[dict[str, Any]]:
     [(field, values)] = GRIDS.get(name, {"": (0.0,)}).items()
     for value in values:
         yield {field: value} if field else {}
@@ -81,7 +83,7 @@ def of_effect(model: Model, name: str, effect: Effect) -> Candidate:
         columns=columns,
         names=tuple(parameter.name for parameter in parameters),
         units=tuple(parameter.unit for parameter in parameters),
-        lower=_lower(name, parameters),
+        lower=_lower(model, name, parameters),
         shape=shape,
         bounds={key: LIMITS.get(key, bounds) for key, bounds in effect.shapes().items() if key != "reversal"},
         reshaped=reshaped,
@@ -100,8 +102,9 @@ def _joints(effect: Effect, model: Model) -> tuple[int, ...]:
     return tuple(effect.columns(robot))  # type: ignore[attr-defined]
 
 
-def _lower(name: str, parameters: list[Any]) -> tuple[float, ...]:
+def _lower(model: Model, name: str, parameters: list[Any]) -> tuple[float, ...]:
     """What the model already has may be less than believed; nothing else may be negative."""
+    believed = dict(zip(model.names, model.believed_values, strict=True))
     if name in ("viscous_friction", "coulomb_friction", "rotor_inertia"):
-        return tuple(-np.inf for _ in parameters)
+        return tuple(-max(float(believed.get(parameter.name, 0.0)), 0.0) for parameter in parameters)
     return tuple(parameter.minimum for parameter in parameters)

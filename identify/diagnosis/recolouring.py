@@ -1,0 +1,76 @@
+"""Recolouring: the evidence of a hypothesis beside noise that is what it leaves.
+
+The colour of noise is taken from a residual. What is missing is in that residual too: a slow effect makes the
+noise look slow, and is then whitened away with it. So the colour is found anew beside each hypothesis, and
+what counts is how probable all rows are, each hypothesis with its own noise.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from .candidate import Thinned
+from .hypothesis import Hypothesis, strange
+from .solution import Share, Solution, marginal, one_sided
+from .whitening import Whitening
+
+AGAIN = 8
+"""Times that coefficients and colour are found in turn, at most."""
+SETTLED = 0.1
+"""Change of the logarithm of a probability that is not worth another turn."""
+
+
+def recoloured(solution: Solution, hypothesis: Hypothesis) -> tuple[Hypothesis, Whitening]:
+    """The hypothesis with its evidence and coefficients beside noise of its own colour, and that colour."""
+    free = hypothesis.values != 0.0
+    columns, lower = hypothesis.columns, np.array(hypothesis.candidate.lower)
+    while np.any(free):
+        values, evidence, whitening = _solved(solution, columns, free)
+        below = values < lower[free]
+        if not np.any(below):
+            whole = np.zeros(len(free))
+            whole[free] = values
+            if strange(columns, whole):
+                break
+            own = evidence + one_sided((lower - columns.mean)[free], columns.std[free])
+            # To average over shapes costs what it did.
+            averaged = own + hypothesis.evidence - hypothesis.own
+            return replace(hypothesis, values=whole, evidence=averaged, own=own), whitening
+        free[np.flatnonzero(free)[below]] = False
+    return replace(hypothesis, evidence=-np.inf), solution.whitening
+
+
+def _solved(solution: Solution, columns: Thinned, free: np.ndarray) -> tuple[np.ndarray, float, Whitening]:
+    """Coefficients of the free columns, logarithm of the Bayes factor, and colour of what is left."""
+    mean, std = columns.mean[free], columns.std[free]
+    known = np.concatenate([solution.known, 1.0 / std**2])
+    whitening, evidence, values = solution.whitening, -np.inf, mean
+    for _ in range(AGAIN):
+        shares = _shares(solution, columns.values[:, :, free], columns.joints, mean, whitening)
+        found, probability = marginal(shares, known)
+        if probability < evidence + SETTLED:
+            break
+        best, evidence, values = whitening, probability, found[len(solution.known) :] + mean
+        for place, joint in enumerate(columns.joints):
+            left = solution.rows.difference[:, joint] - columns.values[:, place][:, free] @ values
+            left = left - solution.rows.columns[:, joint] @ found[: len(solution.known)]
+            whitening = whitening.recoloured(int(joint), left)
+    return values, evidence - solution.probability, best
+
+
+def _shares(
+    solution: Solution, columns: np.ndarray, joints: np.ndarray, mean: np.ndarray, whitening: Whitening
+) -> list[Share]:
+    """What each joint's rows say of all unknowns and of further columns (r, k, p) about their means (p,)."""
+    rows, count, more = solution.rows, len(solution.rows.std), columns.shape[2]
+    shares = [
+        Share(np.pad(own.gram, (0, more)), np.pad(own.right, (0, more)), own.square, own.logarithm)
+        for own in solution.shares
+    ]
+    for place, joint in enumerate(int(j) for j in joints):
+        target = rows.difference[:, joint] - columns[:, place] @ mean
+        whole = np.column_stack([rows.columns[:, joint, rows.acting[joint]], columns[:, place], target])
+        white = whitening.apply(joint, whole)
+        acting, size = np.append(rows.acting[joint], count + np.arange(more)), whitening.logarithm(joint)
+        shares[joint] = Share.of(white[:, :-1], white[:, -1], size, acting, count + more)
+    return shares
