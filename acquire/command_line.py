@@ -22,12 +22,14 @@ COMMANDS: dict[str, Command] = {
     "diagnose": Command("diagnose_command:main", "which physics a model leaves out, and the proof"),
     "drivers": Command("drivers_command:main", "robot controllers, and the settings of each"),
     "excite": Command("excite_command:main", "the trajectory that identifies an arm best within its limits"),
+    "export": Command("export_command:main", "a model for other simulators: URDF, MJCF, JSON, robot.toml"),
     "identify": Command("identify_command:main", "dynamics and drive gains from recordings"),
     "import": Command("import_command:main", "other people's files to recordings (.mcap)"),
     "info": Command("info_command:main", "what is inside a recording"),
     "record": Command("record_command:main", "play a planned motion on a controller, and record it"),
     "recover": Command("recover_command:main", "whole recordings of what a crash left"),
     "show": Command("show_command:main", "a planned motion against limits: table, page, view, exports"),
+    "simulate": Command("simulate_command:main", "a planned motion in closed loop on a simulated arm"),
 }
 """Name -> where; each function takes the arguments behind its name and returns the exit code."""
 

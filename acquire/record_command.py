@@ -71,8 +71,8 @@ def main(arguments: Sequence[str]) -> int:
     if not driver.simulated and not given.no_rehearsal:
         _rehearse(job, ready, driver, payload)
     confirm(driver.simulated, given.yes)
-    # Read and written before the loop, which has no time for it.
-    explained = read_model(given.robot), plan_text(ready.plan)
+    # Read and written before the loop, which has no time for it; at full speed, as the file has it.
+    explained = read_model(given.robot), plan_text(read_plan(given.plan))
     outcome = _record(targets, driver, job, path, partial(_head, given, name, explained, payload, path))
     return 0 if outcome.stop is None else STOPPED
 

@@ -64,6 +64,14 @@ def test_a_run_says_where_it_is_and_what_to_do_with_it(said, capsys):
     assert read_recording("run.mcap").outcome["stop"] == "none"
 
 
+def test_a_slower_run_has_the_motion_as_planned_inside_and_the_speed_beside_it(said, tmp_path):
+    assert main([*said, "--speed", "80"]) == 0
+    run = read_recording("run.mcap")
+    assert run.trajectory == (tmp_path / "trajectory.toml").read_text(encoding="utf-8")
+    assert run.settings["speed"] == "0.8"
+    assert run.duration > motion().duration / 0.8
+
+
 def test_one_that_is_stopped_fails_and_says_where_to_look(said, capsys):
     assert main([*said, "--current", "0.001"]) == 1
     printed = capsys.readouterr()

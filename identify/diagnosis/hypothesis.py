@@ -13,14 +13,14 @@ from .solution import Solution
 SWEEPS = 2
 """Times that all numbers of a shape are searched, one after the other: how long a link floats in its play
 and when it begins to are found together only."""
-WORTH = 3.0
-"""Logarithm of the likelihood ratio for which a further sweep is made."""
+WORTH = 2.0
+"""Logarithm of the likelihood ratio from which on a shape, or a further sweep, is worth the time."""
 SCALES = (0.1, 1 / 3, 1.0, 3.0, 10.0)
 """Of an effect over how large it is expected: from a hundredth of a joint's usual torque to all of it."""
 STRANGE = 4.0
 """Standard deviations from what physics expects at which something is not that effect: one in 16 000."""
-REFINED = 12
-"""Evaluations that the search of one shape takes: a golden section of its grid's step to three per cent."""
+REFINED = 8
+"""Evaluations that the search of one shape takes: of its grid's step to some per cent."""
 
 
 @dataclass(frozen=True, eq=False)

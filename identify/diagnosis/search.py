@@ -11,7 +11,7 @@ from .candidate import Candidate, Thinned
 from .candidates import candidates
 from .candidates.contact import touches
 from .driven import Driven
-from .hypothesis import Hypothesis, refined, reshaped, weigh
+from .hypothesis import WORTH, Hypothesis, refined, reshaped, weigh
 from .nuisances import dry, reversals, with_nuisances
 from .recolouring import recoloured
 from .reloading import CARRIED, alike, anew, reloaded
@@ -284,8 +284,8 @@ def ranked(solution: Solution, every: Asked, runs: Sequence[Driven]) -> list[Hyp
 
 
 def _near(one: Hypothesis, best: Hypothesis) -> bool:
-    """Whether another shape between those that were tried may make it the best."""
-    return one.evidence > 0.5 * best.evidence
+    """Whether another shape between those that were tried may make it credible, and the best."""
+    return one.own > max(WORTH, 0.5 * best.own)
 
 
 def odds_of(hypothesis: Hypothesis, count: int) -> float:

@@ -9,10 +9,13 @@ quadratic in the parameters, one 4 x 4 linear matrix inequality a body, and mini
 friction. What the data do not see is drawn to the believed values.
 """
 
+from typing import NamedTuple
+
 import clarabel
 import numpy as np
 from scipy import sparse
 
+from ..base_parameters import BaseParameters
 from ..equations import Equations
 from ..errors import FitError
 from .bayesian import finite_tolerance
@@ -39,21 +42,48 @@ def consistent(equations: Equations) -> Estimate:
     return Estimate("consistent", values, equations.gain, start.covariance, noise, standard)
 
 
+class Held(NamedTuple):
+    """What is held true of standard parameters before the data.
+
+    Attributes:
+        base: Which combinations of them the data see.
+        believed: Shape (p,).
+        tolerance: Their standard deviations, finite and above zero, shape (p,).
+        bodies: Those that are the ten of one rigid body each.
+    """
+
+    base: BaseParameters
+    believed: np.ndarray
+    tolerance: np.ndarray
+    bodies: tuple[slice, ...]
+
+
 def nearest(equations: Equations, values: np.ndarray, covariance: np.ndarray) -> np.ndarray:
     """Consistent standard parameters (p,) nearest to base parameters (b,) in their covariance (b, b).
 
     Raises:
         FitError: The solver found none.
     """
+    tolerance = finite_tolerance(equations)
+    held = Held(equations.base, equations.believed, tolerance, equations.bodies)
+    return nearest_held(held, values, covariance)
+
+
+def nearest_held(held: Held, values: np.ndarray, covariance: np.ndarray) -> np.ndarray:
+    """The same without equations, of what is held true alone.
+
+    Raises:
+        FitError: The solver found none.
+    """
     # Unknowns are deviations from the belief in units of its tolerance, so that the prior is their sum
     # of squares; first without constraints.
-    tolerance = finite_tolerance(equations)
-    rows, right = _data(equations, values, covariance)
+    tolerance = held.tolerance
+    rows, right = _data(held, values, covariance)
     rows = rows * tolerance
     stacked = np.concatenate([rows, np.eye(len(tolerance))])
     free = np.linalg.lstsq(stacked, np.concatenate([right, np.zeros(len(tolerance))]), rcond=None)[0]
-    standard = equations.believed + tolerance * free
-    matrix, offset, cones = _constraints(equations, standard)
+    standard = held.believed + tolerance * free
+    matrix, offset, cones = _constraints(held, standard)
     if _inside(offset, cones):
         return standard
     # Then the step back into the constraints. The solver wants unknowns of one size: each in units of
@@ -74,26 +104,26 @@ def nearest(equations: Equations, values: np.ndarray, covariance: np.ndarray) ->
     return standard + unit * np.array(solution.x)
 
 
-def _data(equations: Equations, values: np.ndarray, covariance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _data(held: Held, values: np.ndarray, covariance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Whitened rows (b, p) and right side (b,) that deviations from the belief should meet."""
     # Nobody knows a parameter to better than a millionth; noise-free data would overflow the solver.
     size = np.maximum(np.sqrt(np.diag(covariance)), 1e-6 * np.abs(values) + np.finfo(float).tiny)
     scaled = covariance / np.outer(size, size)
     scaled[np.diag_indices(len(size))] = 1.0
     whiten = np.linalg.inv(np.linalg.cholesky(scaled)) / size
-    regrouping = equations.base.regrouping
-    return whiten @ regrouping, whiten @ (values - regrouping @ equations.believed)
+    regrouping = held.base.regrouping
+    return whiten @ regrouping, whiten @ (values - regrouping @ held.believed)
 
 
-def _constraints(equations: Equations, standard: np.ndarray) -> tuple[np.ndarray, np.ndarray, list]:
+def _constraints(held: Held, standard: np.ndarray) -> tuple[np.ndarray, np.ndarray, list]:
     """A x + s = b with s in cones, for a step x (p,) from given standard parameters.
 
     Cones are the pseudo-inertias, then minima of the parameters outside bodies.
     """
     blocks, offsets, cones = [np.zeros((0, len(standard)))], [np.zeros(0)], []
-    outside = np.array([np.isfinite(parameter.minimum) for parameter in equations.base.parameters])
+    outside = np.array([np.isfinite(parameter.minimum) for parameter in held.base.parameters])
     vectors = pseudo_inertia_vectors()
-    for body in equations.bodies:
+    for body in held.bodies:
         outside[body] = False
         matrix = np.zeros((10, len(standard)))
         matrix[:, body] = -vectors
@@ -103,7 +133,7 @@ def _constraints(equations: Equations, standard: np.ndarray) -> tuple[np.ndarray
         cones.append(clarabel.PSDTriangleConeT(4))
     bounded = np.flatnonzero(outside)
     if len(bounded):
-        minimum = np.array([equations.base.parameters[k].minimum for k in bounded])
+        minimum = np.array([held.base.parameters[k].minimum for k in bounded])
         scale = np.maximum(np.abs(standard[bounded]), 1e-12)
         blocks.append(-np.eye(len(standard))[bounded] / scale[:, None])
         offsets.append((standard[bounded] - minimum) / scale)

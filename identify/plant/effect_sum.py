@@ -21,6 +21,33 @@ class Joints(NamedTuple):
     acceleration: np.ndarray
 
 
+class LinearSum(NamedTuple):
+    """Torque of effects that are linear in velocity and acceleration.
+
+    Attributes:
+        constant: Shape (n,) [N m].
+        by_velocity: Shape (n, n) [N m s/rad].
+        slope: Of each joint when all become faster alike, shape (n,) [N m s/rad].
+        inertia: Shape (n, n) [kg m^2].
+    """
+
+    constant: np.ndarray
+    by_velocity: np.ndarray
+    slope: np.ndarray
+    inertia: np.ndarray
+
+    @classmethod
+    def of(cls, robot: Robot, effects: Sequence[tuple[Effect, np.ndarray]]) -> "LinearSum":
+        """Ask each effect about rest, each joint's velocity alone, and each joint's acceleration alone."""
+        n = robot.dof
+        motion = _motion_at_rest(1 + 2 * n, n, "")
+        motion.velocity[1 : n + 1] = motion.acceleration[n + 1 :] = np.eye(n)
+        none = np.zeros(motion.position.shape)
+        torque = sum((effect.regressor(robot, motion) @ own for effect, own in effects), none)
+        constant, (drag, inertia) = torque[0], np.split((torque[1:] - torque[0]).T, 2, axis=1)
+        return cls(constant, drag, drag.sum(axis=1), inertia)
+
+
 class EffectSum:
     """Some effects with their values, and the motion that they are asked about.
 
@@ -35,7 +62,9 @@ class EffectSum:
 
     def __init__(self, robot: Robot, effects: Sequence[tuple[Effect, np.ndarray]], payload: str) -> None:
         self.empty = not effects
-        self._robot, self._effects = robot, tuple(effects)
+        self._robot = robot
+        self._linear = LinearSum.of(robot, [pair for pair in effects if pair[0].linear])
+        self._effects = tuple(pair for pair in effects if not pair[0].linear)
         self._known = tuple(e for e, _ in effects if type(e).known_torque is not Effect.known_torque)
         self.forgets = all(effect.pointwise for effect, _ in effects)
         self._memory: list[Any] = [None] * len(self._effects)
@@ -63,7 +92,10 @@ class EffectSum:
             Torque without acceleration (n,) [N m], its slope by each joint's velocity (n,) [N m s/rad], and
             inertia (n, n) [kg m^2].
         """
-        motion = self._motion
+        linear, motion = self._linear, self._motion
+        force = linear.constant + linear.by_velocity @ joints.velocity
+        if not self._effects:
+            return force, linear.slope, linear.inertia
         motion.position[:2], motion.position[2:] = joints.position, later
         motion.velocity[:] = joints.velocity
         motion.velocity[1] += SHIFT
@@ -71,7 +103,9 @@ class EffectSum:
         if load is not None:
             motion.load[:] = load
         torque = self._torque()
-        return torque[0], (torque[1] - torque[0]) / SHIFT, (torque[3:] - torque[2]).T
+        slope = (torque[1] - torque[0]) / SHIFT
+        inertia = (torque[3:] - torque[2]).T
+        return torque[0] + force, slope + linear.slope, inertia + linear.inertia
 
     def remember(self, position: np.ndarray) -> None:
         """Go on to a position (n,) [rad], in what has a memory."""

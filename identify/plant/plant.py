@@ -103,6 +103,7 @@ class Plant:
         self._path = CommandPath(start)
         self._reference = self._servo.reference(start, np.zeros(n))
         self._state = self._at_rest(start, transmission, robot.to_motors)
+        self._make_ready()
         self._past = Past(sensors.current_delay, self._motor_current())
         self._readings = Readings(sensors, start, self._past.delayed(), seed)
         self._measured = self._seen()
@@ -121,6 +122,11 @@ class Plant:
         self._here, self._inertia = self._forces.at(state, position, self._temperature)
         require_inertia(self._inertia)
         return State(position, still, still, integral)
+
+    def _make_ready(self) -> None:
+        """Make a step that does not count: where steps are compiled, now, and not in a tick of real time."""
+        here = Stretch.from_here(self._inertia, self._here, self._state.velocity, self._reference)
+        Stepping(self._servo, self._springs, self._integration.step).through(self._state, here)
 
     def measure(self) -> Measured:
         """What its sensors say now."""
@@ -151,7 +157,7 @@ class Plant:
     def truth(self) -> Motion:
         """How the motors really move now, a motion of one sample: no sensor says so."""
         temperature, joints = self._temperature, Joints(*self._state[:3])
-        spring, _ = self._springs.linear(joints.position, joints.velocity, 0.0)
+        spring = self._springs.force(joints.position, joints.velocity)
         pull = self._servo.turns.T @ self._torque() - spring
         for _ in range(ROUNDS if self._forces.loaded else 1):
             here, inertia = self._forces.at(joints, joints.position, temperature)

@@ -86,6 +86,8 @@ class Readings:
 
     def __init__(self, sensors: Sensors, position: np.ndarray, current: np.ndarray, seed: int) -> None:
         self._sensors, self._random = sensors, np.random.default_rng(seed)
+        noise = (sensors.encoder_noise, sensors.current_noise, sensors.current_drift)
+        self._quiet = np.zeros((3, len(position))) if not np.any(noise) else None
         n = len(position)
         self._counts = _rounding(sensors.encoder_step)
         self._samples = _rounding(sensors.current_step)
@@ -97,7 +99,9 @@ class Readings:
 
     def see(self, position: np.ndarray, current: np.ndarray, seconds: float) -> None:
         """Look again, some time later; sets `position`, `velocity` and `current`."""
-        sensors, white = self._sensors, self._random.normal(size=(3, len(position)))
+        sensors, white = self._sensors, self._quiet
+        if white is None:
+            white = self._random.normal(size=(3, len(position)))
         before, self.position = self.position, self._counts(position + sensors.encoder_noise * white[0])
         share = 1.0 - exp(-2 * pi * sensors.velocity_cutoff * seconds)
         self.velocity = self.velocity + share * ((self.position - before) / seconds - self.velocity)

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..errors import RobotError
+from .steps import Elastic, springs
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +64,7 @@ class Transmission:
 
 
 class Springs:
-    """The transmission's springs in the plant's coordinates, linear as long as no tooth lifts or lands.
+    """The transmission's springs in the plant's coordinates.
 
     Args:
         transmission: What they are.
@@ -71,24 +72,15 @@ class Springs:
 
     def __init__(self, transmission: Transmission) -> None:
         joints = transmission.elastic
-        self.empty = len(joints) == 0
-        self._stretch = (transmission.motors - transmission.links)[joints]
-        self._stiffness, self._damping = transmission.stiffness[joints], transmission.damping[joints]
-        self._play = 0.5 * transmission.backlash[joints]
+        stretch = (transmission.motors - transmission.links)[joints]
+        self.elastic = Elastic(
+            stretch=stretch,
+            back=stretch.T.copy(),
+            stiffness=transmission.stiffness[joints],
+            damping=transmission.damping[joints],
+            play=0.5 * transmission.backlash[joints],
+        )
 
-    def linear(
-        self, position: np.ndarray, velocity: np.ndarray, step: float
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """What they add to a step: force in its middle without acceleration, and to the inertia.
-
-        Args:
-            position: In the middle of the step without acceleration, shape (n + m,) [rad].
-            velocity: At its start, shape (n + m,) [rad/s].
-            step: [s].
-        """
-        twist = self._stretch @ position
-        touching = np.abs(twist) >= self._play
-        stiffness, damping = self._stiffness * touching, self._damping * touching
-        torque = stiffness * (twist - self._play * np.sign(twist)) + damping * (self._stretch @ velocity)
-        weight = 0.25 * step**2 * stiffness + 0.5 * step * damping
-        return self._stretch.T @ torque, (self._stretch.T * weight) @ self._stretch
+    def force(self, position: np.ndarray, velocity: np.ndarray) -> np.ndarray:
+        """What they take at one instant, shape (x,) [N m]."""
+        return springs(self.elastic, position, velocity, 0.0)[0]

@@ -1,0 +1,201 @@
+"""exidyn simulate: a planned motion in closed loop on a simulated arm, as a recording."""
+
+import argparse
+import sys
+import time
+from collections.abc import Sequence
+from dataclasses import replace
+from importlib.metadata import version
+from pathlib import Path
+
+import numpy as np
+from exidyn.identify.effects import Payload, known_parameters
+from exidyn.identify.errors import NeedsPayload, RobotError
+from exidyn.identify.follow import follow
+from exidyn.identify.mcap_file import write_recording
+from exidyn.identify.model import Model
+from exidyn.identify.plant import Plant, Sensors, Transmission
+from exidyn.identify.plant.typical import typical_parts
+from exidyn.identify.recording import KnownPayload, Recording
+from exidyn.identify.text_table import digits
+from exidyn.trajectories.errors import TrajectoryError
+from exidyn.trajectories.families.slowed import Slowed
+from exidyn.trajectories.limits.usable_limits import usable
+from exidyn.trajectories.plans.plan import Plan, robot_differences
+from exidyn.trajectories.plans.plan_file import plan_text, read_plan
+from exidyn.trajectories.trajectory import Trajectory
+
+from .arm_file import ARM_HELP, read_arm
+from .record_arguments import percent, positive
+from .run.before import NO_MARGIN
+from .run.player import Player
+
+BODY = "L"
+"""What a payload that is given by its mass is called."""
+EXAMPLE = """\
+examples:
+  exidyn simulate exidyn-fit/fit.json trajectory.toml -o sim.mcap
+  exidyn simulate kr270 trajectory.toml --mass 175 --com 0.05 0.03 -0.22 -o loaded.mcap
+  exidyn simulate robot.toml trajectory.toml --stiffness 2e5 3e5 1e5 4e4 3e4 2e4 --backlash 1e-4"""
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Simulate, write, and say how fast that was."""
+    given = _parser().parse_args(arguments)
+    arm, plan = read_arm(given.arm), read_plan(given.plan)
+    believed, carried = _carrying(given, arm)
+    for difference in _differences(plan, arm):
+        print(f"exidyn: warning: {difference}", file=sys.stderr)
+    position, velocity = _commands(plan.trajectory, given.speed, arm, given.tick)
+    plant = _plant(given, believed, position[0], carried.name if carried else "")
+    began = time.perf_counter()
+    signals = follow(plant, position, velocity, given.tick)
+    taken = time.perf_counter() - began
+    if not np.any(np.isfinite(given.stiffness)):
+        del signals["link_position"]  # a second encoder would say the same
+    settings = {
+        "source": f"simulated, seed {given.seed}",
+        "speed": f"{given.speed:g}",
+        "exidyn": version("exidyn"),
+    }
+    name = given.name or given.output.stem
+    recording = Recording(name, arm, signals, carried, trajectory=plan_text(plan), settings=settings)
+    write_recording(recording, given.output)
+    print(_summary(recording, taken))
+    print(f"written: {given.output}", file=sys.stderr)
+    return 0
+
+
+def _carrying(given: argparse.Namespace, arm: Model) -> tuple[Model, KnownPayload | None]:
+    """The arm with what hangs on its flange, and what the recording says of that."""
+    numbers = {name: getattr(given, name) for name in ("mass", "com", "inertia") if getattr(given, name)}
+    if numbers and ("mass" not in numbers or given.payload):
+        raise NeedsPayload(
+            "what hangs on the flange: give --mass [kg], or the --payload of the model, not both"
+        )
+    names = {effect.name: effect for effect in arm.effects if isinstance(effect, Payload)}
+    if numbers:
+        body = Payload(BODY, known_parameters(**numbers))
+        others = tuple(effect for effect in arm.effects if effect is not names.get(BODY))
+        stated = {
+            name: belief for name, belief in arm.stated.items() if name in replace(arm, effects=others).names
+        }
+        return replace(arm, effects=(*others, body), stated=stated), KnownPayload(BODY, body.known)
+    if not given.payload:
+        return arm, None
+    if given.payload not in names:
+        raise RobotError(
+            f"{arm.robot.name}: no payload '{given.payload}'. Payloads of the model: "
+            f"{', '.join(names) or 'none'}"
+        )
+    return arm, KnownPayload(given.payload, names[given.payload].known)
+
+
+def _differences(plan: Plan, arm: Model) -> list[str]:
+    """How the arm can move otherwise than the one planned for; that it weighs otherwise is as it should be.
+
+    Raises:
+        TrajectoryError: It has other joints.
+    """
+    different = robot_differences(plan, arm.robot)
+    if plan.joints != arm.robot.joints:
+        raise TrajectoryError(different[0])
+    return different
+
+
+def _commands(motion: Trajectory, speed: float, arm: Model, tick: float) -> tuple[np.ndarray, np.ndarray]:
+    """Position [rad] and velocity [rad/s] to command, each (t, n): from rest through the motion to rest."""
+    played = motion if speed == 1.0 else Slowed(motion, speed)
+    player = Player(played, usable(arm.robot, NO_MARGIN).limits, tick)
+    player.begin(player.approach(played.state_at(0.0).position))
+    commands = []
+    while not player.finished and (command := player.next()) is not None:
+        commands.append((command.position, command.velocity))
+    position, velocity = np.moveaxis(np.array(commands), 1, 0)
+    return position, velocity
+
+
+def _plant(given: argparse.Namespace, arm: Model, start: np.ndarray, payload: str) -> Plant:
+    """The arm with typical drives and sensors, tuned to what it is believed to be."""
+    control, sensors, thermal = typical_parts(arm)
+    sensors = Sensors.exact(arm.robot.dof) if given.exact else sensors
+    return Plant(
+        arm, arm.believed_values, arm.robot.drive_gain, start, control, sensors, _transmission(given, arm),
+        thermal, payload, seed=given.seed,
+    )  # fmt: skip
+
+
+def _transmission(given: argparse.Namespace, arm: Model) -> Transmission:
+    n = arm.robot.dof
+    parts = []
+    for name in ("stiffness", "damping", "backlash"):
+        values = getattr(given, name)
+        if len(values) not in (1, n):
+            raise RobotError(
+                f"--{name} has {len(values)} values; expected one, or one for each of the {n} joints"
+            )
+        parts.append(np.broadcast_to(np.array(values, float), (n,)))
+    return Transmission(*parts)
+
+
+def _summary(recording: Recording, taken: float) -> str:
+    """Length, speed, and how far the arm was from its commands."""
+    signals, joints = recording.signals, recording.robot.joints
+    missed = np.abs(signals["position"].values - signals["command"].values).max(axis=0)
+    unit = ["rad" if turns else "m" for turns in recording.robot.revolute]
+    far = ", ".join(f"{j} {digits(m)} {u}" for j, m, u in zip(joints, missed, unit, strict=True))
+    factor = recording.duration / taken
+    return (
+        f"{recording.robot.name}: {recording.duration:.3f} s simulated in {taken:.2f} s, "
+        f"{digits(factor)} times real time\nfarthest from its command: {far}"
+    )
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="exidyn simulate",
+        description="Simulate a planned motion in closed loop: the arm with all its effects, drives and\n"
+        "sensors as industrial arms have them. The same arguments give the same file.",
+        epilog=EXAMPLE,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("arm", metavar="ARM", help=ARM_HELP)
+    parser.add_argument(
+        "plan", type=Path, metavar="TRAJECTORY", help="trajectory file (.toml) of exidyn excite"
+    )
+    parser.add_argument(
+        "--output", "-o", type=Path, default=Path("sim.mcap"), metavar="MCAP", help="default: %(default)s"
+    )
+    parser.add_argument("--name", help="what to call the run; default: the name of the file")
+    parser.add_argument(
+        "--tick",
+        type=positive,
+        default=0.002,
+        metavar="S",
+        help="from sample to sample; default: %(default)s",
+    )
+    parser.add_argument(
+        "--speed", type=percent, default=1.0, metavar="PERCENT", help="of the planned; default: 100"
+    )
+    parser.add_argument("--seed", type=int, default=0, help="of the sensors' noise; default: %(default)s")
+    parser.add_argument("--exact", action="store_true", help="sensors without noise and steps")
+    _payload(parser.add_argument_group("what hangs on the flange"))
+    _gears(parser.add_argument_group("gears that give way: one number, or one a joint, seen from the joint"))
+    return parser
+
+
+def _payload(group: argparse._ArgumentGroup) -> None:
+    group.add_argument("--payload", default="", metavar="NAME", help="a payload of the model")
+    group.add_argument("--mass", type=positive, metavar="KG", help="or a body by its mass,")
+    group.add_argument("--com", type=float, nargs=3, metavar=("X", "Y", "Z"), help="its centre of mass [m]")
+    names = ("XX", "XY", "XZ", "YY", "YZ", "ZZ")
+    group.add_argument("--inertia", type=float, nargs=6, metavar=names, help="and about that [kg m^2]")
+
+
+def _gears(group: argparse._ArgumentGroup) -> None:
+    for name, default, unit, meaning in (
+        ("--stiffness", np.inf, "NM/RAD", "inf for rigid, the default"),
+        ("--damping", 0.0, "NMS/RAD", "of the same spring"),
+        ("--backlash", 0.0, "RAD", "width of the play"),
+    ):
+        group.add_argument(name, type=float, nargs="+", default=[default], metavar=unit, help=meaning)

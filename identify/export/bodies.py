@@ -1,0 +1,44 @@
+r"""Bodies that simulators accept: ten parameters moved, where they must be, to those of a possible body.
+
+About the centre of mass, :math:`\Sigma = \tfrac12 \mathrm{tr}(I) E - I` is the second moment of the mass, and
+so positive definite; that is the triangle inequality of the principal moments of inertia.
+"""
+
+import numpy as np
+
+from ..estimators.consistent import pseudo_inertia
+
+NOTHING = 1e-6
+"""Least mass over the largest parameter of the arm's bodies: a link that is hardly there."""
+EXTENT = 1e-3
+"""Root mean square distance of the mass from its centre, in each direction, at least [m]; what is identified
+under physical consistency has as much."""
+
+
+def possible(values: np.ndarray, largest: float) -> np.ndarray:
+    """Ten parameters of a body with mass and extent in all directions; unchanged if they are that already.
+
+    Mass and its centre are kept, unless there is no mass; second moments that are too small are raised, the
+    least change in their sum of squares.
+
+    Args:
+        values: In `INERTIAL` order, shape (10,).
+        largest: Of all parameters of the arm's bodies.
+    """
+    pseudo, nothing = pseudo_inertia(values), NOTHING * largest
+    if pseudo[3, 3] < nothing:
+        pseudo = np.diag([0.0, 0.0, 0.0, nothing])
+    around = np.outer(pseudo[:3, 3], pseudo[:3, 3]) / pseudo[3, 3]
+    moments, axes = np.linalg.eigh(pseudo[:3, :3] - around)
+    least = EXTENT**2 * pseudo[3, 3]
+    if values[9] >= nothing and moments[0] >= 0.5 * least:  # half: what was moved before is not moved again
+        return values
+    pseudo[:3, :3] = (axes * np.maximum(moments, least)) @ axes.T + around
+    return parameters(pseudo)
+
+
+def parameters(pseudo: np.ndarray) -> np.ndarray:
+    """Ten parameters (10,) of a pseudo-inertia (4, 4); the inverse of `pseudo_inertia`."""
+    inertia = np.trace(pseudo[:3, :3]) * np.eye(3) - pseudo[:3, :3]
+    rows, columns = np.triu_indices(3)
+    return np.concatenate([inertia[rows, columns], pseudo[:3, 3], pseudo[3:, 3]])

@@ -1,0 +1,88 @@
+"""JSON: everything, for programs of one's own."""
+
+import json as standard
+from dataclasses import fields
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+
+from ..effect_rows import key_of
+from ..effects import EFFECTS, Effect, RigidBody
+from ..link_frames import link_frames
+from ..model import Model
+from ..newton_euler import joints_of
+from ..robot import Limits
+from .portable import Portable
+from .unsaid import WORDS as EVERY
+
+WORDS = tuple(EVERY)
+FORMAT = 1
+"""Goes up when a reader of the former version would misunderstand a file."""
+
+
+def json(portable: Portable) -> str:
+    """A table of links, joints and effects in SI units; what is infinite or unknown is null."""
+    model, robot = portable.model, portable.robot
+    table = {
+        "exidyn_model": FORMAT,
+        "robot": robot.name,
+        "gravity": robot.gravity,
+        "joints": [_joint(model, place) for place in range(robot.dof)],
+        "coupling": robot.coupling,
+        "flange": _placement(robot.flange),
+        "effects": [_effect(model, effect) for effect in model.effects],
+    }
+    return standard.dumps(_plain(table), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def _joint(model: Model, place: int) -> dict[str, Any]:
+    """A joint, its motor, and the link that it moves, in the link's frame."""
+    robot = model.robot
+    joint, body = joints_of(robot.kinematics)[place], robot.kinematics.inertias[place + 1]
+    return {
+        "name": robot.joints[place],
+        "kind": "revolute" if joint.revolute else "prismatic",
+        "parent": robot.joints[joint.parent] if joint.parent >= 0 else None,
+        **_placement(joint.placement),
+        "axis": joint.axis,
+        "limits": {f.name: getattr(robot.limits, f.name)[place] for f in fields(Limits)},
+        "drive_gain": robot.drive_gain[place],
+        "gear_ratio": robot.gear_ratio[place],
+        "link": {
+            "name": link_frames(robot.kinematics)[place].child,
+            "mass": body.mass,
+            "center_of_mass": body.lever,
+            "inertia_about_center_of_mass": body.inertia,
+        },
+    }
+
+
+def _placement(placement: pin.SE3) -> dict[str, Any]:
+    return {"origin": placement.translation, "rotation": placement.rotation}
+
+
+def _effect(model: Model, effect: Effect) -> dict[str, Any]:
+    """An effect with its fields and parameters; those of bodies are in the links."""
+    name = next(name for name, kind in EFFECTS.items() if kind is type(effect))
+    row: dict[str, Any] = {"name": name, **{key_of(f): getattr(effect, f.name) for f in fields(effect)}}
+    if isinstance(effect, RigidBody):
+        return row
+    beliefs = dict(zip(model.names, model.beliefs, strict=True))
+    row["parameters"] = [
+        {"name": one.name, "unit": one.unit, "value": beliefs[one.name].value, "std": beliefs[one.name].std}
+        for one in effect.parameters(model.robot)
+    ]
+    return row
+
+
+def _plain(value: Any) -> Any:
+    """Lists, tables, text and finite numbers only."""
+    if isinstance(value, dict):
+        return {key: _plain(one) for key, one in value.items()}
+    if isinstance(value, np.ndarray | list | tuple):
+        return [_plain(one) for one in value]
+    if isinstance(value, str | None):
+        return value
+    number = float(value)
+    return None if not np.isfinite(number) else int(number) if isinstance(value, int) else number

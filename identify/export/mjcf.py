@@ -1,0 +1,167 @@
+r"""MJCF, MuJoCo's own format: bodies, joints with friction, rotors and springs, balancers as tendons.
+
+Dry friction is a constraint in MuJoCo, with a force
+
+.. math:: -\frac{d}{1 - d} M (\ddot q + b \dot q), \quad b = \frac{2}{d\, t_c},
+
+up to the friction loss :math:`F`, where :math:`1 / M` is the joint's element of the inverse inertia at zero
+position. Time constant :math:`t_c`, of two steps at least, and impedance :math:`d` are chosen such that it
+turns over the same velocity :math:`v_r` as the model's, :math:`2 M / (t_c (1 - d)) = F / v_r`: along a line
+instead of tanh, and with as little inertia, by which it would feel acceleration, as the step allows.
+"""
+
+from xml.etree import ElementTree
+from xml.etree.ElementTree import Element, SubElement
+
+import numpy as np
+import pinocchio as pin
+
+from ..effects import SpringBalancer
+from ..link_frames import link_frames
+from ..newton_euler import Joint, joints_of
+from ..robot import Robot
+from .portable import Portable
+
+WORDS = ("gravity", "armature", "damping", "dry", "reversal", "stiffness", "constant", "balancers")
+STEP = 1e-3
+"""Of the integration that the file asks for [s]."""
+SOFTEST = 0.01
+"""Impedance of dry friction wherever the step allows: what turns weakly feels acceleration by a hundredth."""
+SLENDERNESS = 0.06
+"""Radius of a drawn link over the longest one."""
+SMALLEST = 1e-9
+"""Stiffness of a balancer that has none [N/m per N of its preload]: MuJoCo's have a length at rest, which is
+then a million kilometres away."""
+
+
+def mjcf(portable: Portable) -> str:
+    """An arm of capsules that collide with nothing; a motor a joint, `ctrl` its torque [N m]."""
+    robot = portable.robot
+    root = Element("mujoco", model=robot.name)
+    SubElement(root, "compiler", angle="radian", autolimits="true")
+    option = {"timestep": f"{STEP:g}", "integrator": "implicitfast", "gravity": _words(robot.gravity)}
+    SubElement(root, "option", option)
+    bodies = _add_bodies(SubElement(root, "worldbody"), portable)
+    if portable.balancers:
+        tendons = SubElement(root, "tendon")
+        for number, (spring, stiffness, preload) in enumerate(portable.balancers):
+            _add_balancer(tendons, bodies, robot, spring, (stiffness, preload), f"balancer{number + 1}")
+    actuators = SubElement(root, "actuator")
+    for place in range(robot.dof):
+        _add_motor(actuators, portable, place)
+    ElementTree.indent(root)
+    return ElementTree.tostring(root, encoding="unicode") + "\n"
+
+
+def _add_bodies(world: Element, portable: Portable) -> list[Element]:
+    """The tree of bodies: the world, then one a joint."""
+    robot, bodies = portable.robot, [world]
+    joints, frames = joints_of(robot.kinematics), link_frames(robot.kinematics)
+    radius = SLENDERNESS * max(float(np.linalg.norm(joint.placement.translation)) for joint in joints)
+    soft = _softness(portable)
+    for place, (joint, frame) in enumerate(zip(joints, frames, strict=True)):
+        parent = bodies[joint.parent + 1]
+        _add_capsule(parent, joint.placement.translation, radius)
+        body = SubElement(parent, "body", {"name": frame.child, **_placement(joint.placement)})
+        _add_inertial(body, robot.kinematics.inertias[place + 1])
+        SubElement(body, "joint", _joint(portable, place, joint, soft[place]))
+        bodies.append(body)
+    _add_capsule(bodies[-1], robot.flange.translation, radius)
+    SubElement(bodies[-1], "site", {"name": "flange", **_placement(robot.flange)})
+    return bodies
+
+
+def _softness(portable: Portable) -> list[tuple[float, float]]:
+    """Time constant [s] and impedance [-] of each joint's dry friction."""
+    robot, joints = portable.robot, portable.joints
+    kinematics = robot.kinematics.copy()
+    inertia = pin.crba(kinematics, kinematics.createData(), np.zeros(robot.dof)) + np.diag(joints.armature)
+    felt = 1.0 / np.diagonal(np.linalg.inv(np.triu(inertia) + np.triu(inertia, 1).T))
+    found = []
+    for mass, dry, reversal in zip(felt, joints.dry, joints.reversal, strict=True):
+        steps = (
+            mass * reversal / (dry * STEP) if dry else 1.0
+        )  # that the friction takes to stop that velocity
+        impedance = max(1.0 - steps, SOFTEST)
+        found.append((2.0 * STEP * max(steps / (1.0 - impedance), 1.0), impedance))
+    return found
+
+
+def _add_inertial(body: Element, inertia: pin.Inertia) -> None:
+    about = inertia.inertia
+    six = about[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]
+    mass = repr(float(inertia.mass))
+    SubElement(body, "inertial", pos=_words(inertia.lever), mass=mass, fullinertia=_words(six))
+
+
+def _joint(portable: Portable, place: int, joint: Joint, soft: tuple[float, float]) -> dict[str, str]:
+    joints, limits = portable.joints, portable.robot.limits
+    said = {"name": portable.robot.joints[place], "type": "hinge" if joint.revolute else "slide"}
+    said |= {"axis": _words(joint.axis)}
+    bounds = np.array([limits.position_lower[place], limits.position_upper[place]])
+    if np.all(np.isfinite(bounds)):
+        said["range"] = _words(bounds)
+    numbers = {"armature": joints.armature, "damping": joints.damping, "frictionloss": joints.dry}
+    said |= {name: repr(float(values[place])) for name, values in numbers.items() if values[place]}
+    if joints.dry[place]:
+        said |= {"solreffriction": _words((soft[0], 1.0)), "solimpfriction": _words((soft[1], soft[1], 1.0))}
+    if joints.stiffness[place]:
+        rest = -joints.constant[place] / joints.stiffness[place]
+        said |= {"stiffness": repr(float(joints.stiffness[place])), "springref": repr(float(rest))}
+    return said
+
+
+def _add_balancer(
+    tendons: Element,
+    bodies: list[Element],
+    robot: Robot,
+    spring: SpringBalancer,
+    values: tuple[float, float],
+    name: str,
+) -> None:
+    """A tendon between a site of each link, longest where the effect's angle is zero.
+
+    The effect's force K_r l + K_0 pushes its ends apart; MuJoCo's, -k (l - l_0), does with k = -K_r.
+    """
+    place = robot.index(spring.joint)
+    joint = joints_of(robot.kinematics)[place]
+    across = np.linalg.svd(joint.axis[None])[2][1]
+    beside = np.cross(joint.axis, across)
+    turned = np.pi - spring.phi
+    fixed = spring.d21 * (np.cos(turned) * across + np.sin(turned) * beside)
+    ends = (bodies[joint.parent + 1], joint.placement.act(fixed)), (bodies[place + 1], spring.d22 * across)
+    stiffness, preload = values
+    stiffness = stiffness or SMALLEST * abs(preload)
+    rest = repr(-preload / stiffness if stiffness else 0.0)
+    tendon = SubElement(tendons, "spatial", name=name, stiffness=repr(-stiffness), springlength=rest)
+    for number, (body, position) in enumerate(ends):
+        SubElement(body, "site", name=f"{name}_{number + 1}", pos=_words(position))
+        SubElement(tendon, "site", site=f"{name}_{number + 1}")
+
+
+def _add_motor(actuators: Element, portable: Portable, place: int) -> None:
+    """A motor whose torque a constant one is taken off, where no spring of the joint has it already."""
+    joints, name = portable.joints, portable.robot.joints[place]
+    motor = SubElement(actuators, "general", name=name, joint=name, gainprm="1")
+    if joints.constant[place] and not joints.stiffness[place]:
+        motor.attrib |= {"biastype": "affine", "biasprm": _words((-joints.constant[place], 0.0, 0.0))}
+    limit = portable.robot.limits.torque[place]
+    if np.isfinite(limit):
+        motor.set("ctrlrange", _words((-limit, limit)))
+
+
+def _add_capsule(body: Element, end: np.ndarray, radius: float) -> None:
+    if np.linalg.norm(end) > radius:
+        SubElement(
+            body, "geom", type="capsule", fromto=_words((*np.zeros(3), *end)), size=_words((radius,)),
+            contype="0", conaffinity="0", mass="0",
+        )  # fmt: skip
+
+
+def _placement(placement: pin.SE3) -> dict[str, str]:
+    x, y, z, w = pin.Quaternion(placement.rotation).coeffs()
+    return {"pos": _words(placement.translation), "quat": _words((w, x, y, z))}
+
+
+def _words(values: "np.ndarray | tuple[float, ...]") -> str:
+    return " ".join(repr(float(value)) for value in values)
