@@ -15,8 +15,8 @@ class FrictionAsymmetry(JointEffect):
     r"""Torque :math:`F_a |\tanh(\dot q / v_r)| + F_{va} |\dot q|`, the even part of friction.
 
     With `CoulombFriction`, the joint brakes with :math:`F_c + F_a` forward and :math:`F_c - F_a`
-    backward; where drag differs too, likewise :math:`F_v \pm F_{va}`. Unlike a `CurrentOffset` it is gone at standstill; a motion that never stands hardly
-    tells the two apart.
+    backward; where drag differs too, likewise :math:`F_v \pm F_{va}`. Unlike a `CurrentOffset` it is gone
+    at standstill; a motion that never stands hardly tells the two apart.
 
     Attributes:
         reversal: Velocity :math:`v_r` over which the friction builds up [rad/s].
