@@ -13,6 +13,9 @@ SIZE = 0.1
 """How large an effect is expected to be, share of the joint's usual torque [-]; evidence depends on its
 logarithm only."""
 
+UNNAMED = "unnamed"
+"""How coefficients are called that only give an effect its freedom, and are not told."""
+
 Columns = Callable[[Driven], np.ndarray]
 """Torque of the motors per unit of each coefficient in one run, at full rate (t, n, p) [N m / unit]."""
 

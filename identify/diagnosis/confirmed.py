@@ -5,11 +5,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..model import Model
+from .candidate import Candidate, Thinned
 from .driven import Driven
 from .held_out import HeldOut
 from .remainder import Left, greatest, rms
 from .search import CERTAIN_ODDS, Found, Searched
 
+Features = Sequence[tuple[Candidate, Thinned]]
 ONCE = ("contact_event",)
 """What happens in one run and says nothing of another."""
 NEGLIGIBLE = 0.1
@@ -18,30 +20,33 @@ MOSTLY = 0.6
 """Share of the evidence on a joint that its findings must account for to be given their name: two thirds."""
 
 
-def confirmed(model: Model, found: Searched, held_out: Sequence[Driven], noise: np.ndarray) -> Searched:
+def confirmed(
+    model: Model, found: Searched, held_out: Sequence[Driven], features: Features, noise: np.ndarray
+) -> Searched:
     """Without findings that runs held out speak against, that are negligible, or mostly something else.
 
     Args:
         model: As believed.
         found: What a search has come to.
         held_out: Runs that were not fitted.
+        features: Of the runs that were.
         noise: Noise floor of each joint's torque, shape (n,) [N m].
     """
-    gains = gained(model, found, held_out)
-    pairs = list(zip(found.found, gains, strict=True))
+    pairs = list(zip(found.found, gained(found, HeldOut.of(model, found, held_out)), strict=True))
     good = [k for k, (one, gain) in enumerate(pairs) if _stands(one, gain) and _matters(found, one, noise)]
     found = found if len(good) == len(pairs) else found.keeping(good)
-    left = greatest(found.solution, model, found.runs, noise)
+    if not found.found:
+        return found
+    left = greatest(found.solution, features, noise)
     named = [k for k, one in enumerate(found.found) if not _mostly_else(found, one, left)]
     return found if len(named) == len(found.found) else found.keeping(named)
 
 
-def gained(model: Model, found: Searched, held_out: Sequence[Driven]) -> list[float]:
+def gained(found: Searched, held_out: HeldOut | None) -> list[float]:
     """What each finding gains on runs held out, see `HeldOut.gain`; NaN without any."""
-    apart = HeldOut.of(model, found, held_out)
-    if apart is None:
+    if held_out is None:
         return [float("nan")] * len(found.found)
-    return [apart.gain(found, place) for place in range(len(found.found))]
+    return [held_out.gain(found, place) for place in range(len(found.found))]
 
 
 def _stands(one: Found, gain: float) -> bool:

@@ -8,13 +8,14 @@ import numpy as np
 from ..identification import with_payloads
 from ..model import Model
 from ..recording import Recording
+from .candidate import UNNAMED
 from .confirmed import confirmed, gained
 from .driven import Driven
 from .evidence import evidence
 from .finding import Alternative, Diagnosis, Finding, Improvement, Quantity
 from .held_out import HeldOut
 from .hypothesis import Hypothesis
-from .remainder import remainders
+from .remainder import asked, greatest, remainders
 from .runs import HELD_OUT, usable
 from .search import Found, Searched, search
 
@@ -38,16 +39,19 @@ def diagnose(model: Model, recordings: Sequence[tuple[str, Recording]], name: st
     found = search(model, fitted)
     apart = [run for run in every if run.role == HELD_OUT]
     noise = noise_floor(found.runs)
-    found = confirmed(model, found, apart, noise)
-    gains, held_out = gained(model, found, apart), HeldOut.of(model, found, apart)
+    features = asked(model, found.runs)
+    found = confirmed(model, found, apart, features, noise)
+    held_out = HeldOut.of(model, found, apart)
+    gains, left = gained(found, held_out), greatest(found.solution, features, noise)
+    rate = 1.0 / float(np.median(np.diff(found.runs[0].prepared.decimated_time)))
     return Diagnosis(
         name=name or model.robot.name,
         joints=model.robot.joints,
         findings=tuple(
             _finding(found, place, gain) for place, gain in zip(range(len(found.found)), gains, strict=True)
         ),
-        remainders=tuple(remainders(found.solution, model, found.runs, noise)),
-        improvement=_improvement(model, found, apart, noise),
+        remainders=tuple(remainders(found.solution, left, rate, noise)),
+        improvement=_improvement(found, held_out, apart, noise),
         runs=tuple(run.prepared.name for run in fitted),
         doubts=tuple(doubts),
         evidence=evidence(model, found, apart, held_out, noise),
@@ -71,6 +75,7 @@ def _finding(found: Searched, place: int, gain: float) -> Finding:
     numbers = {
         name: Quantity(float(value), float(deviation), unit)
         for name, value, deviation, unit in zip(candidate.names, values, std, candidate.units, strict=True)
+        if not name.startswith(UNNAMED)
     }
     shapes = {
         name: Quantity(value, float("nan"), candidate.bounds[name].unit if name in candidate.bounds else "1")
@@ -95,10 +100,10 @@ def _finding(found: Searched, place: int, gain: float) -> Finding:
 
 
 def _improvement(
-    model: Model, found: Searched, runs: Sequence[Driven], noise: np.ndarray
+    found: Searched, held_out: HeldOut | None, runs: Sequence[Driven], noise: np.ndarray
 ) -> Improvement | None:
-    if not runs:
+    if held_out is None:
         return None
-    before, after = HeldOut.of(model, found, runs).residuals(found)  # type: ignore[union-attr]
+    before, after = held_out.residuals(found)
     band = min(run.prepared.decimation.cutoff for run in runs)
     return Improvement(tuple(run.prepared.name for run in runs), before, after, noise, band)

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -12,7 +13,7 @@ from .nuisances import with_nuisances
 from .remainder import rms
 from .rows import Rows, model_rows
 from .search import Searched, with_found
-from .solution import CERTAIN, Solution, marginal
+from .solution import CERTAIN, Share, Solution, marginal
 from .whitening import Whitening
 
 FREE = ("Fv", "Fc", "Off", "reversal", "clock")
@@ -41,7 +42,7 @@ class HeldOut:
         rows = with_nuisances(model_rows(model, runs), model, runs)
         hypotheses = [one.hypothesis for one in found.found]
         pairs = [(one, Thinned.of(one.candidate, runs)) for one in hypotheses]
-        rows = with_found(rows, model, runs, pairs)
+        rows = with_found(rows, pairs)
         return cls(rows, found.solution.whitening.elsewhere(rows.weight, rows.runs))
 
     def gain(self, found: Searched, place: int) -> float:
@@ -57,8 +58,12 @@ class HeldOut:
     def _foretold(self, fitted: Solution, rows: Rows) -> float:
         """Logarithm of the probability of these runs after those fitted, with the beliefs of given rows."""
         known = 1.0 / np.maximum(rows.std, CERTAIN) ** 2
-        own = Solution(self.rows, self.whitening).shares
-        return marginal([*fitted.shares, *own], known)[1] - marginal(fitted.shares, known)[1]
+        return marginal([*fitted.shares, *self.shares], known)[1] - marginal(fitted.shares, known)[1]
+
+    @cached_property
+    def shares(self) -> list[Share]:
+        """What each joint's rows say."""
+        return Solution(self.rows, self.whitening).shares
 
     def residuals(self, found: Searched) -> tuple[np.ndarray, np.ndarray]:
         """Root mean squares before and after, each (n,) [N m].

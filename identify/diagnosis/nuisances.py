@@ -20,8 +20,9 @@ REVERSAL_STD = 0.5
 PRESLIDING = (5e-5, 2e-4, 6e-4)
 """Displacements over which dry friction may build up [rad]: surfaces bend before they slide, as far as some
 thousandths of a gear's radius. What takes longer is a property of the gear and has a name."""
-CLOCKS = 5e-4
-"""Time by which currents may be older or younger than positions [s]: a quarter of a 2 ms cycle."""
+CLOCKS = 2.5e-4
+"""Time by which currents may be older or younger than positions, of all drives or of one [s]: a sample of a
+drive's own loop, at 4 kHz or more; what comes later in a cycle of 2 ms than it should is a delay."""
 
 
 def with_nuisances(rows: Rows, model: Model, runs: Sequence[Driven]) -> Rows:
@@ -55,6 +56,13 @@ def reversals(
     return names, np.concatenate(parts), np.full(len(names), REVERSAL_STD)
 
 
+def turning(model: Model, run: Driven, joint: int) -> np.ndarray:
+    """One way in which a joint's unit of dry friction turns its sign less another, (t, n, k) [-]."""
+    whole = np.zeros((len(run.motion), model.robot.dof, len(REVERSALS) - 1 + len(PRESLIDING)))
+    whole[:, joint] = _turns(model, run)[:, joint]
+    return whole
+
+
 def _turns(model: Model, run: Driven) -> np.ndarray:
     """One way in which dry friction turns its sign less another, shape (t, n, k) [-]."""
     signs = np.stack([smooth_sign(run.motion.velocity, v) for v in REVERSALS], axis=2)
@@ -78,9 +86,11 @@ def _gains(model: Model, runs: Sequence[Driven]) -> tuple[list[str], np.ndarray,
 
 
 def _clock(model: Model, runs: Sequence[Driven]) -> tuple[list[str], np.ndarray, np.ndarray]:
-    """Currents that come later than their positions show the torque of a while before."""
+    """Currents that come later than their positions, of all drives and of each, show a torque gone by."""
     rate = np.concatenate([run.thinned(torque_rate(run)) for run in runs])
-    return ["clock"], -rate[:, :, None], np.array([CLOCKS])
+    own = rate[:, :, None] * np.eye(model.robot.dof)
+    names = ["clock", *(f"clock{joint + 1}" for joint in range(model.robot.dof))]
+    return names, -np.concatenate([rate[:, :, None], own], axis=2), np.full(len(names), CLOCKS)
 
 
 def torque_rate(run: Driven) -> np.ndarray:

@@ -27,6 +27,8 @@ MATERIAL = 0.3
 not worth a run."""
 AROUND = 41
 """Frequencies whose median is the level about a line; it is known to a fifth."""
+WAVES = 6
+"""Half waves over a run of what wanders with time; faster than seconds it is noise."""
 LINES = 1e-4
 """Probability with which noise alone has a spectral line that stands out as far."""
 
@@ -63,13 +65,19 @@ def features(model: Model) -> Iterator[Candidate]:
             yield Candidate(kind, (joint,), columns, ("",) * count, ("",) * count, (-np.inf,) * count)
 
 
-def greatest(solution: Solution, model: Model, runs: Sequence[Driven], noise: np.ndarray) -> list[Left]:
+def asked(model: Model, runs: Sequence[Driven]) -> list[tuple[Candidate, Thinned]]:
+    """All features, with their columns."""
+    return [(one, Thinned.of(one, runs)) for one in features(model)]
+
+
+def greatest(
+    solution: Solution, every_feature: Sequence[tuple[Candidate, Thinned]], noise: np.ndarray
+) -> list[Left]:
     """The kind of features that explains most on each joint, where any is material."""
     every: dict[int, list[Hypothesis]] = {}
-    for candidate in features(model):
-        if not (thinned := Thinned.of(candidate, runs)).empty:
-            one = weighed(solution, candidate, thinned)
-            every.setdefault(candidate.joints[0], []).append(one)
+    for candidate, thinned in every_feature:
+        if not thinned.empty:
+            every.setdefault(candidate.joints[0], []).append(weighed(solution, candidate, thinned))
     found = []
     for joint, own in every.items():
         best, _ = recoloured(solution, max(own, key=lambda one: one.evidence))
@@ -79,28 +87,25 @@ def greatest(solution: Solution, model: Model, runs: Sequence[Driven], noise: np
     return found
 
 
-def remainders(
-    solution: Solution, model: Model, runs: Sequence[Driven], noise: np.ndarray
-) -> list[Remainder]:
+def remainders(solution: Solution, left: Sequence[Left], rate: float, noise: np.ndarray) -> list[Remainder]:
     """Joints on which something is left, with what explains it best.
 
     Args:
         solution: With all findings.
-        model: Of the robot.
-        runs: Those fitted.
+        left: What features explain on each joint.
+        rate: Of the rows [Hz].
         noise: Noise floor of each joint's torque, shape (n,) [N m].
     """
-    every = {one.joint: one for one in greatest(solution, model, runs, noise)}
-    odds = np.log(CREDIBLE / (1 - CREDIBLE)) + np.log(model.robot.dof * len(KINDS))
+    every, count = {one.joint: one for one in left}, len(noise) * len(KINDS)
+    odds = np.log(CREDIBLE / (1 - CREDIBLE)) + np.log(count)
     residual = rms(solution.residual, solution.rows.weight)
     found = []
-    for joint in range(model.robot.dof):
+    for joint in range(len(noise)):
         best, over = every.get(joint), float(residual[joint] / noise[joint])
         if best is not None and best.evidence > odds:
-            probability = 1.0 / (1.0 + model.robot.dof * len(KINDS) * np.exp(-min(best.evidence, 700.0)))
+            probability = 1.0 / (1.0 + count * np.exp(-min(best.evidence, 700.0)))
             found.append(Remainder(joint, over, float(probability), best.depends_on))
         elif frequency := line(solution, joint):
-            rate = 1.0 / float(np.median(np.diff(runs[0].prepared.decimated_time)))
             found.append(Remainder(joint, over, 1 - LINES, f"time, at {frequency * rate:.1f} Hz"))
     return found
 
@@ -154,10 +159,11 @@ def _acceleration(run: Driven, joint: int) -> list[np.ndarray]:
 
 
 def _time(run: Driven, joint: int) -> list[np.ndarray]:
+    """Offsets and dry friction that wander, in half waves over the run."""
     t = run.motion.time - run.motion.time[0]
     turn = np.pi * t / max(float(t[-1]), 1e-9)
-    v = run.motion.velocity[:, joint]
-    return [np.cos(turn), np.cos(2 * turn), v * np.cos(turn), smooth_sign(v, 0.003) * np.cos(turn)]
+    sign = smooth_sign(run.motion.velocity[:, joint], 0.003)
+    return [kind * np.cos(k * turn) for k in range(1, WAVES + 1) for kind in (np.ones_like(sign), sign)]
 
 
 def _other_joints(run: Driven, joint: int) -> list[np.ndarray]:
@@ -186,5 +192,5 @@ KINDS: dict[str, Feature] = {
 
 
 def _count(kind: str, dof: int) -> int:
-    fixed = {"position": 6, "velocity": 6, "position and direction": 6, "load": 6, "time": 4}
+    fixed = {"position": 6, "velocity": 6, "position and direction": 6, "load": 6, "time": 2 * WAVES}
     return fixed.get(kind, {"acceleration": dof}.get(kind, 2 * (dof - 1)))

@@ -12,7 +12,7 @@ from .candidates import candidates
 from .candidates.contact import touches
 from .driven import Driven
 from .hypothesis import WORTH, Hypothesis, refined, reshaped, weigh
-from .nuisances import dry, reversals, with_nuisances
+from .nuisances import with_nuisances
 from .recolouring import recoloured
 from .reloading import CARRIED, alike, anew, reloaded
 from .rows import Rows, model_rows
@@ -133,7 +133,7 @@ class Scene:
     def solution(self, found: Sequence[Found]) -> Solution:
         """With the columns of what was found."""
         pairs = [(one.hypothesis, one.hypothesis.columns) for one in found]
-        return solved(with_found(self.rows, self.model, self.runs, pairs))
+        return solved(with_found(self.rows, pairs))
 
     def ranked(self, found: Sequence[Found]) -> list[Hypothesis]:
         """What else there may be, the most credible first."""
@@ -315,21 +315,8 @@ def competing(one: Hypothesis, other: Hypothesis) -> bool:
     return bool(np.intersect1d(one.columns.joints, other.columns.joints).size)
 
 
-def with_found(
-    rows: Rows, model: Model, runs: Sequence[Driven], found: Sequence[tuple[Hypothesis, Thinned]]
-) -> Rows:
-    """Rows with columns of hypotheses, their coefficients believed as when they were weighed.
-
-    Dry friction that was found turns its sign as any other does.
-    """
-    known = dry(model)
-    fresh = {
-        one.candidate.joints[0]: float(one.values[0])
-        for one, _ in found
-        if one.candidate.effect == "coulomb_friction" and one.candidate.joints[0] not in known
-    }
-    if fresh:
-        rows = rows.plus(*reversals(model, runs, fresh))
+def with_found(rows: Rows, found: Sequence[tuple[Hypothesis, Thinned]]) -> Rows:
+    """Rows with columns of hypotheses, their coefficients believed as when they were weighed."""
     for one, columns in found:
         names = [f"{one.candidate.effect} {name}" for name in one.candidate.names]
         rows = rows.plus(names, columns.everywhere(rows.difference.shape[1]), one.found_std)

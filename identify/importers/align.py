@@ -57,10 +57,7 @@ class Alignment:
 
 
 def align(recording: Recording, run: Recording) -> Alignment:
-    """The offset at which the positions of two recordings agree best.
-
-    First on a grid, by correlation; then between its points, by least squares on a spline. The standard
-    deviation is that between pieces of the overlap, so that disagreement that is no white noise counts.
+    """The offset between two recordings of one run, by `nearest`.
 
     Args:
         recording: To be moved in time, such as a trace.
@@ -68,7 +65,40 @@ def align(recording: Recording, run: Recording) -> Alignment:
 
     Raises:
         DifferentRobot: Not the same joints.
-        RecordingError: No motion in common, or one that repeats itself.
+        RecordingError: No motion in common, not one run, or a motion that repeats itself.
+    """
+    found, again = nearest(recording, run)
+    worst = float(found.difference.max())
+    if worst > AGREES:
+        joint = run.robot.joints[int(found.difference.argmax())]
+        raise RecordingError(
+            f"{recording.name} and {run.name} differ by {worst:.2g} rad on {joint} where they agree best, "
+            f"limit {AGREES:g}: they are not of one run, or their joints count otherwise (sign and zero)"
+        )
+    if again:
+        raise RecordingError(
+            f"{recording.name} and {run.name} agree as well {again:.2f} s further: the motion repeats "
+            "itself. Trace a piece with its beginning or end in it"
+        )
+    return found
+
+
+def nearest(recording: Recording, run: Recording) -> tuple[Alignment, float]:
+    """The offset at which the positions of two recordings agree best, however well that is.
+
+    First on a grid, by correlation; then between its points, by least squares on a spline. The standard
+    deviation is that between pieces of the overlap, so that disagreement that is no white noise counts.
+
+    Args:
+        recording: To be moved in time, such as a simulation.
+        run: Whose time counts.
+
+    Returns:
+        The offset, and how much further they agree as well; zero if they do not [s].
+
+    Raises:
+        DifferentRobot: Not the same joints.
+        RecordingError: No motion in common.
     """
     if recording.robot.joints != run.robot.joints:
         raise DifferentRobot(
@@ -83,20 +113,7 @@ def align(recording: Recording, run: Recording) -> Alignment:
         )
     step = max(ours.period, theirs.period)
     grid = _coarse(recording, run, step)
-    found = _refined(ours, theirs, grid.offset, step)
-    worst = float(found.difference.max())
-    if worst > AGREES:
-        joint = run.robot.joints[int(found.difference.argmax())]
-        raise RecordingError(
-            f"{recording.name} and {run.name} differ by {worst:.2g} rad on {joint} where they agree best, "
-            f"limit {AGREES:g}: they are not of one run, or their joints count otherwise (sign and zero)"
-        )
-    if grid.again:
-        raise RecordingError(
-            f"{recording.name} and {run.name} agree as well {grid.again:.2f} s further: the motion repeats "
-            "itself. Trace a piece with its beginning or end in it"
-        )
-    return found
+    return _refined(ours, theirs, grid.offset, step), grid.again
 
 
 def aligned(recording: Recording, run: Recording) -> Recording:

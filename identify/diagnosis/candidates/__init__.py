@@ -14,6 +14,7 @@ CANDIDATES: dict[str, Ask] = {
     "payload": bodies.payloads,
     "base_tilt": bodies.tilts,
     **{name: partial(torque.on_each_joint, name=name) for name in torque.ON_EACH_JOINT},
+    "coulomb_friction": torque.dry_frictions,
     "spring_balancer": torque.balancers,
     "kinematic_coupling": torque.couplings,
     "drive_gain": measurement.gains,

@@ -8,8 +8,9 @@ import numpy as np
 
 from ...effects import EFFECTS, Effect, KinematicCoupling, Shape, SpringBalancer
 from ...model import Model
-from ..candidate import Candidate
+from ..candidate import UNNAMED, Candidate
 from ..driven import Driven
+from ..nuisances import PRESLIDING, REVERSAL_STD, REVERSALS, dry, turning
 from .motors import coupled, on_motors
 
 GRIDS: dict[str, dict[str, tuple[Any, ...]]] = {
@@ -25,7 +26,7 @@ GRIDS: dict[str, dict[str, tuple[Any, ...]]] = {
 LIMITS = {"presliding": Shape("rad", 1e-3, 5e-2)}
 """Narrower bounds than an effect's own: less presliding is a nuisance."""
 ON_EACH_JOINT = (
-    "rotor_inertia", "viscous_friction", "coulomb_friction", "friction_asymmetry", "stribeck_friction",
+    "rotor_inertia", "viscous_friction", "friction_asymmetry", "stribeck_friction",
     "load_dependent_friction", "nonlinear_viscous_friction", "temperature_dependent_friction",
     "position_dependent_friction", "hysteresis", "joint_spring", "current_offset", "torque_ripple",
 )  # fmt: skip
@@ -37,6 +38,29 @@ def on_each_joint(model: Model, name: str) -> Iterator[Candidate]:
     for joint in model.robot.joints:
         for given in _shapes(name):
             yield of_effect(model, name, EFFECTS[name](joints=(joint,), **given))  # type: ignore[call-arg]
+
+
+def dry_frictions(model: Model) -> Iterator[Candidate]:
+    """Dry friction of each joint; where the model has none, it turns its sign in some way or other."""
+    believed = dry(model)
+    for joint, candidate in enumerate(on_each_joint(model, "coulomb_friction")):
+        yield candidate if joint in believed else _turning(model, joint, candidate)
+
+
+def _turning(model: Model, joint: int, candidate: Candidate) -> Candidate:
+    def columns(run: Driven) -> np.ndarray:
+        turns = on_motors(model.robot, turning(model, run, joint))
+        return np.concatenate([candidate.columns(run), turns], axis=2)
+
+    count = len(REVERSALS) - 1 + len(PRESLIDING)
+    return replace(
+        candidate,
+        columns=columns,
+        names=(*candidate.names, *(f"{UNNAMED}{k + 1}" for k in range(count))),
+        units=(*candidate.units, *("N m",) * count),
+        lower=(*candidate.lower, *(-np.inf,) * count),
+        proportion=(1.0, *(REVERSAL_STD,) * count),
+    )
 
 
 def couplings(model: Model) -> Iterator[Candidate]:
