@@ -64,7 +64,8 @@ def blueprint(fit: Fit) -> rrb.Blueprint:
     )
     runs = [_run_tab(fit, run) for run in _runs(fit)]
     layout = rrb.Horizontal(rrb.Tabs(*runs, active_tab=0), found, column_shares=[3, 1]) if runs else found
-    return rrb.Blueprint(layout, rrb.TimePanel(state="collapsed", timeline=TIMELINE), collapse_panels=True)
+    panel = rrb.TimePanel(state="collapsed", timeline=TIMELINE, play_state="paused")
+    return rrb.Blueprint(layout, panel, collapse_panels=True)
 
 
 def _run_tab(fit: Fit, run: Agreement) -> rrb.Container:

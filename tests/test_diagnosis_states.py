@@ -149,7 +149,7 @@ def test_a_touch_is_found_where_it_was():
     decimation = SimpleNamespace(centres=np.arange, stride=1)
     prepared = SimpleNamespace(name="run", decimation=decimation)
     run = SimpleNamespace(prepared=prepared, motion=motion, rows=1000, torque=residual)
-    found = list(contact.touches(model, solution, [run]))
+    found = list(contact.touches(model, solution, [run], [contact.Reach.of(model, run)]))
     assert abs(found[0].shape["start"] + 0.5 * found[0].shape["duration"] - touch.start - 0.25) < 0.1
     assert found[0].among > len(found)
     columns = found[0].columns(run)

@@ -7,13 +7,16 @@ import numpy as np
 from ..model import Model
 from .candidate import Candidate, Thinned
 from .driven import Driven
-from .held_out import HeldOut
-from .remainder import Left, greatest, rms
-from .search import CERTAIN_ODDS, Found, Searched
+from .held_out import HeldOut, columns_of
+from .hypothesis import strange
+from .remainder import Left, greatest, least_evidence, rms
+from .search import CERTAIN_ODDS, FORMULA, Found, Searched
 
 Features = Sequence[tuple[Candidate, Thinned]]
 ONCE = ("contact_event",)
 """What happens in one run and says nothing of another."""
+SURE = 16.0
+"""Gain on runs held out, in twice a logarithm, that is two of its standard deviations above none."""
 NEGLIGIBLE = 0.1
 """Torque over the noise floor below which an effect, be it real, changes a residual by half a per cent."""
 MOSTLY = 0.6
@@ -32,14 +35,31 @@ def confirmed(
         features: Of the runs that were.
         noise: Noise floor of each joint's torque, shape (n,) [N m].
     """
+    share = sum(run.rows for run in held_out) / sum(run.rows for run in found.runs)
     pairs = list(zip(found.found, gained(found, HeldOut.of(model, found, held_out)), strict=True))
-    good = [k for k, (one, gain) in enumerate(pairs) if _stands(one, gain) and _matters(found, one, noise)]
+    good = [
+        k
+        for k, (one, gain) in enumerate(pairs)
+        if _stands(one, gain, share) and _matters(found, one, noise) and _possible(found, k)
+    ]
     found = found if len(good) == len(pairs) else found.keeping(good)
     if not found.found:
         return found
     left = greatest(found.solution, features, noise)
     named = [k for k, one in enumerate(found.found) if not _mostly_else(found, one, left)]
     return found if len(named) == len(found.found) else found.keeping(named)
+
+
+def unaccounted(found: Searched, left: Sequence[Left], held_out: HeldOut | None) -> list[Left]:
+    """What is left on joints, and is not only the error of the formulas of what was found there.
+
+    Runs held out have to bear it out, as they have to for a finding.
+    """
+    least = least_evidence(found.rows.difference.shape[1])
+    every = [one for one in left if one.evidence > max(least, FORMULA**2 * _named(found, one.joint))]
+    if held_out is None:
+        return every
+    return [one for one in every if one.evidence + 0.5 * held_out.further(found, one.hypothesis) > least]
 
 
 def gained(found: Searched, held_out: HeldOut | None) -> list[float]:
@@ -49,11 +69,21 @@ def gained(found: Searched, held_out: HeldOut | None) -> list[float]:
     return [held_out.gain(found, place) for place in range(len(found.found))]
 
 
-def _stands(one: Found, gain: float) -> bool:
-    """Whether it is still credible with what runs held out say."""
+def _stands(one: Found, gain: float, share: float) -> bool:
+    """Whether it is still credible with what runs held out say, as long as a share of those fitted."""
     if not np.isfinite(gain) or gain > 0 or one.hypothesis.candidate.effect in ONCE:
         return True
-    return one.odds + 0.5 * gain > CERTAIN_ODDS
+    # So much would be gained, give or take twice the root of it: chance alone seldom takes all of much.
+    expected = 2.0 * one.hypothesis.evidence * share
+    return expected < SURE and one.odds + 0.5 * gain > CERTAIN_ODDS
+
+
+def _possible(found: Searched, place: int) -> bool:
+    """Whether its coefficients are what physics allows, beside all others."""
+    hypothesis, own = found.found[place].hypothesis, columns_of(found, place)
+    values, std = found.solution.values[own], np.sqrt(np.diag(found.solution.covariance)[own])
+    below = values + 2.0 * std < np.array(hypothesis.candidate.lower)
+    return not np.any(below) and not strange(hypothesis.columns, values)
 
 
 def _matters(found: Searched, one: Found, noise: np.ndarray) -> bool:
@@ -72,9 +102,11 @@ def _mostly_else(found: Searched, one: Found, left: Sequence[Left]) -> bool:
     )
     joint = int(one.hypothesis.columns.joints[np.argmax(strength)])
     rest = max((other.evidence for other in left if other.joint == joint), default=0.0)
-    named = sum(
-        max(other.hypothesis.evidence, 0.0)
-        for other in found.found
-        if joint in other.hypothesis.columns.joints
-    )
+    named = _named(found, joint)
     return bool(named < MOSTLY * (named + rest))
+
+
+def _named(found: Searched, joint: int) -> float:
+    """Evidence of all findings that give torque to a joint."""
+    evidence = [one.hypothesis.evidence for one in found.found if joint in one.hypothesis.columns.joints]
+    return float(np.sum(np.maximum(evidence, 0.0)))

@@ -4,16 +4,17 @@ import time
 from collections.abc import Sequence
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from ..identification import with_payloads
 from ..model import Model
 from ..recording import Recording
 from .candidate import UNNAMED
-from .confirmed import confirmed, gained
+from .confirmed import confirmed, gained, unaccounted
 from .driven import Driven
 from .evidence import evidence
 from .finding import Alternative, Diagnosis, Finding, Improvement, Quantity
-from .held_out import HeldOut
+from .held_out import HeldOut, columns_of
 from .hypothesis import Hypothesis
 from .remainder import asked, greatest, remainders
 from .runs import HELD_OUT, usable
@@ -32,6 +33,12 @@ def diagnose(model: Model, recordings: Sequence[tuple[str, Recording]], name: st
         DifferentRobot: A run of another robot.
         RecordingError: No run is left to fit.
     """
+    # Thousands of small systems: threads of linear algebra would wait for one another.
+    with threadpool_limits(limits=1):
+        return _diagnosed(model, recordings, name)
+
+
+def _diagnosed(model: Model, recordings: Sequence[tuple[str, Recording]], name: str) -> Diagnosis:
     began = time.monotonic()
     model = with_payloads(model, [recording for _, recording in recordings])
     every, doubts = usable(model, recordings)
@@ -42,7 +49,8 @@ def diagnose(model: Model, recordings: Sequence[tuple[str, Recording]], name: st
     features = asked(model, found.runs)
     found = confirmed(model, found, apart, features, noise)
     held_out = HeldOut.of(model, found, apart)
-    gains, left = gained(found, held_out), greatest(found.solution, features, noise)
+    gains = gained(found, held_out)
+    left = unaccounted(found, greatest(found.solution, features, noise), held_out)
     rate = 1.0 / float(np.median(np.diff(found.runs[0].prepared.decimated_time)))
     return Diagnosis(
         name=name or model.robot.name,
@@ -68,9 +76,7 @@ def noise_floor(runs: Sequence[Driven]) -> np.ndarray:
 def _finding(found: Searched, place: int, gain: float) -> Finding:
     one: Found = found.found[place]
     hypothesis: Hypothesis = one.hypothesis
-    candidate, count = hypothesis.candidate, len(hypothesis.candidate.names)
-    start = len(found.rows.names) - sum(len(f.hypothesis.candidate.names) for f in found.found[place:])
-    own = slice(start, start + count)
+    candidate, own = hypothesis.candidate, columns_of(found, place)
     values, std = found.solution.values[own], np.sqrt(np.diag(found.solution.covariance)[own])
     numbers = {
         name: Quantity(float(value), float(deviation), unit)

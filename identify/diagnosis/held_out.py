@@ -9,6 +9,7 @@ import numpy as np
 from ..model import Model
 from .candidate import Thinned
 from .driven import Driven
+from .hypothesis import Hypothesis
 from .nuisances import with_nuisances
 from .remainder import rms
 from .rows import Rows, model_rows
@@ -25,10 +26,12 @@ class HeldOut:
     """Runs that were not fitted.
 
     Attributes:
+        runs: With the torque of the fitted model.
         rows: Of these runs, with a column for everything that was found.
         whitening: The one that the fit used.
     """
 
+    runs: tuple[Driven, ...]
     rows: Rows
     whitening: Whitening
 
@@ -43,7 +46,7 @@ class HeldOut:
         hypotheses = [one.hypothesis for one in found.found]
         pairs = [(one, Thinned.of(one.candidate, runs)) for one in hypotheses]
         rows = with_found(rows, pairs)
-        return cls(rows, found.solution.whitening.elsewhere(rows.weight, rows.runs))
+        return cls(tuple(runs), rows, found.solution.whitening.elsewhere(rows.weight, rows.runs))
 
     def gain(self, found: Searched, place: int) -> float:
         """Twice the logarithm of how much likelier one finding makes these runs, after those fitted.
@@ -51,19 +54,24 @@ class HeldOut:
         What is foretold is not one torque but what all unknowns allow, as far as the fitted runs and beliefs
         leave them open, with and without the finding.
         """
-        own = _columns(found, place)
+        own = columns_of(found, place)
         without = found.rows.relaxed(own, np.full(len(own), CERTAIN))
-        return 2.0 * (self._foretold(found.solution, found.rows) - self._foretold(found.solution, without))
+        own_shares, both = self.solution.shares, found.solution.shares
+        return 2.0 * (foretold(both, own_shares, found.rows) - foretold(both, own_shares, without))
 
-    def _foretold(self, fitted: Solution, rows: Rows) -> float:
-        """Logarithm of the probability of these runs after those fitted, with the beliefs of given rows."""
-        known = 1.0 / np.maximum(rows.std, CERTAIN) ** 2
-        return marginal([*fitted.shares, *self.shares], known)[1] - marginal(fitted.shares, known)[1]
+    def further(self, found: Searched, hypothesis: Hypothesis) -> float:
+        """The same of a hypothesis that is not among the findings."""
+        fitted, columns = found.solution, Thinned.of(hypothesis.candidate, self.runs)
+        wider = with_found(found.rows, [(hypothesis, hypothesis.columns)])
+        own = with_found(self.rows, [(hypothesis, columns)])
+        both = Solution(wider, fitted.whitening).shares, Solution(own, self.whitening).shares
+        with_it = foretold(*both, wider)
+        return 2.0 * (with_it - foretold(fitted.shares, self.solution.shares, found.rows))
 
     @cached_property
-    def shares(self) -> list[Share]:
-        """What each joint's rows say."""
-        return Solution(self.rows, self.whitening).shares
+    def solution(self) -> Solution:
+        """Of these runs alone."""
+        return Solution(self.rows, self.whitening)
 
     def residuals(self, found: Searched) -> tuple[np.ndarray, np.ndarray]:
         """Root mean squares before and after, each (n,) [N m].
@@ -76,6 +84,12 @@ class HeldOut:
         )
 
 
+def foretold(fitted: Sequence[Share], others: Sequence[Share], rows: Rows) -> float:
+    """Logarithm of the probability of other rows after those fitted, with the beliefs of given rows."""
+    known = 1.0 / np.maximum(rows.std, CERTAIN) ** 2
+    return marginal([*fitted, *others], known)[1] - marginal(fitted, known)[1]
+
+
 def at_its_word(found: Searched) -> np.ndarray:
     """Unknowns (b,) of a model taken at its word but for friction and offsets, without any finding."""
     rows = found.believed.rows
@@ -85,7 +99,8 @@ def at_its_word(found: Searched) -> np.ndarray:
     return np.append(word, np.zeros(len(found.rows.names) - len(word)))
 
 
-def _columns(found: Searched, place: int) -> list[int]:
+def columns_of(found: Searched, place: int) -> list[int]:
+    """Places of a finding's coefficients among all unknowns."""
     counts = [len(one.hypothesis.candidate.names) for one in found.found]
     start = len(found.rows.names) - sum(counts[place:])
     return list(range(start, start + counts[place]))

@@ -1,6 +1,6 @@
 """Hypotheses: candidates weighed against what remains, shape by shape, and the best shape found."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -8,7 +8,7 @@ from scipy import optimize
 
 from .candidate import Candidate, Thinned
 from .driven import Driven
-from .solution import Solution
+from .solution import Profile, Solution
 
 SWEEPS = 2
 """Times that all numbers of a shape are searched, one after the other: how long a link floats in its play
@@ -19,6 +19,8 @@ SCALES = (0.1, 1 / 3, 1.0, 3.0, 10.0)
 """Of an effect over how large it is expected: from a hundredth of a joint's usual torque to all of it."""
 STRANGE = 4.0
 """Standard deviations from what physics expects at which something is not that effect: one in 16 000."""
+TOGETHER = 32
+"""Candidates that are weighed at once: some megabytes of columns."""
 REFINED = 8
 """Evaluations that the search of one shape takes: of its grid's step to some per cent."""
 
@@ -56,9 +58,10 @@ class Hypothesis:
 def weigh(solution: Solution, thinned: Iterable[tuple[Candidate, Thinned]]) -> list[Hypothesis]:
     """All hypotheses, the most credible first; shapes of one effect and place are averaged."""
     groups: dict[object, list[Hypothesis]] = {}
-    for candidate, columns in thinned:
-        if not columns.empty:
-            groups.setdefault(candidate.key, []).append(weighed(solution, candidate, columns))
+    for alike in _together(thinned):
+        profiles = solution.profiles([columns.values for _, columns in alike], alike[0][1].joints)
+        for (candidate, columns), profile in zip(alike, profiles, strict=True):
+            groups.setdefault(candidate.key, []).append(judged(profile, candidate, columns))
     found = []
     for group in groups.values():
         best = max(group, key=lambda one: one.evidence)
@@ -70,9 +73,23 @@ def weigh(solution: Solution, thinned: Iterable[tuple[Candidate, Thinned]]) -> l
     return sorted(found, key=lambda one: -one.evidence)
 
 
+def _together(thinned: Iterable[tuple[Candidate, Thinned]]) -> Iterator[list[tuple[Candidate, Thinned]]]:
+    """Candidates of the same joints, some at a time."""
+    by_joints: dict[tuple[int, ...], list[tuple[Candidate, Thinned]]] = {}
+    for pair in thinned:
+        if not pair[1].empty:
+            by_joints.setdefault(tuple(pair[1].joints), []).append(pair)
+    for alike in by_joints.values():
+        yield from (alike[start : start + TOGETHER] for start in range(0, len(alike), TOGETHER))
+
+
 def weighed(solution: Solution, candidate: Candidate, columns: Thinned) -> Hypothesis:
     """One candidate in one shape, averaged over how large its effect may be."""
-    whole = solution.profile(columns.values, columns.joints)
+    return judged(solution.profile(columns.values, columns.joints), candidate, columns)
+
+
+def judged(whole: Profile, candidate: Candidate, columns: Thinned) -> Hypothesis:
+    """The same from its profile."""
     profile, gain = whole.about(columns.mean)
     lower = np.array(candidate.lower) - columns.mean
     scales = SCALES if candidate.expected is None else (1.0,)

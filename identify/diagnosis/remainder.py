@@ -29,6 +29,8 @@ AROUND = 41
 """Frequencies whose median is the level about a line; it is known to a fifth."""
 WAVES = 6
 """Half waves over a run of what wanders with time; faster than seconds it is noise."""
+PASSED = 0.7
+"""Share of the highest frequency up to which torque passes the filter as it is [-]."""
 LINES = 1e-4
 """Probability with which noise alone has a spectral line that stands out as far."""
 
@@ -41,13 +43,13 @@ class Left:
         joint: From 0.
         depends_on: The kind, in words.
         evidence: Logarithm of the Bayes factor against noise alone.
-        torque: Root mean square of what they explain [N m].
+        hypothesis: What was asked.
     """
 
     joint: int
     depends_on: str
     evidence: float
-    torque: float
+    hypothesis: Hypothesis
 
 
 def features(model: Model) -> Iterator[Candidate]:
@@ -83,7 +85,7 @@ def greatest(
         best, _ = recoloured(solution, max(own, key=lambda one: one.evidence))
         torque = float(rms(best.torque, solution.rows.weight[:, best.columns.joints]).max())
         if torque > MATERIAL * noise[joint]:
-            found.append(Left(joint, best.candidate.effect, best.evidence, torque))
+            found.append(Left(joint, best.candidate.effect, best.evidence, best))
     return found
 
 
@@ -97,17 +99,21 @@ def remainders(solution: Solution, left: Sequence[Left], rate: float, noise: np.
         noise: Noise floor of each joint's torque, shape (n,) [N m].
     """
     every, count = {one.joint: one for one in left}, len(noise) * len(KINDS)
-    odds = np.log(CREDIBLE / (1 - CREDIBLE)) + np.log(count)
     residual = rms(solution.residual, solution.rows.weight)
     found = []
     for joint in range(len(noise)):
         best, over = every.get(joint), float(residual[joint] / noise[joint])
-        if best is not None and best.evidence > odds:
+        if best is not None and best.evidence > least_evidence(len(noise)):
             probability = 1.0 / (1.0 + count * np.exp(-min(best.evidence, 700.0)))
             found.append(Remainder(joint, over, float(probability), best.depends_on))
         elif frequency := line(solution, joint):
             found.append(Remainder(joint, over, 1 - LINES, f"time, at {frequency * rate:.1f} Hz"))
     return found
+
+
+def least_evidence(dof: int) -> float:
+    """Logarithm of the Bayes factor from which on something is taken to be left on one of so many joints."""
+    return float(np.log(CREDIBLE / (1 - CREDIBLE)) + np.log(dof * len(KINDS)))
 
 
 def line(solution: Solution, joint: int) -> float:
@@ -116,7 +122,8 @@ def line(solution: Solution, joint: int) -> float:
     if len(white) < 64:
         return 0.0
     power = np.abs(np.fft.rfft(white * np.hanning(len(white)))) ** 2
-    inner = power[2:-2]
+    # Beyond that share of the highest frequency the filter has taken the torque away.
+    inner = power[2 : int(PASSED * len(power))]
     # Fisher's test, with the median round about for the mean: lines do not move it, and slow noise does.
     level = ndimage.median_filter(inner, AROUND, mode="nearest") / np.log(2)
     worst = int(np.argmax(inner / level))

@@ -42,7 +42,8 @@ def usable(model: Model, recordings: Sequence[tuple[str, Recording]]) -> tuple[l
         except RecordingError as error:
             doubts.append(f"{recording.name} is left out: {str(error).removeprefix(f'{recording.name}: ')}")
     # Noise of one colour takes rows of one rate.
-    filtering = common_filtering([recording for _, recording in sound], FILTERING) if sound else FILTERING
+    fitted_ones = [recording for role, recording in sound if role != HELD_OUT]
+    filtering = common_filtering(fitted_ones, FILTERING) if fitted_ones else FILTERING
     runs: list[Driven] = []
     for role, recording in sound:
         try:

@@ -9,7 +9,7 @@ import numpy as np
 from ..model import Model
 from .candidate import Candidate, Thinned
 from .candidates import candidates
-from .candidates.contact import touches
+from .candidates.contact import Reach, touches
 from .driven import Driven
 from .hypothesis import WORTH, Hypothesis, refined, reshaped, weigh
 from .nuisances import with_nuisances
@@ -27,9 +27,9 @@ MOST = 6
 """Effects that are looked for; an arm with more than that needs another belief, not a diagnosis."""
 REFINE = 6
 """Hypotheses whose shape is refined before the best is chosen."""
-RECOLOUR = 12
-"""Hypotheses that are weighed beside noise of their own colour; what explains less than that many others
-beside noise of one colour was never seen to come first."""
+RECOLOUR, COLOURED, SHARE = 12, 4, 0.2
+"""Hypotheses that are weighed beside noise of their own colour, at most and at least; and the share of the
+foremost one's evidence below which no other has come first that way."""
 ANEW = 3
 """Hypotheses whose shape is refined again, beside noise of that colour."""
 PRIOR = 0.5
@@ -109,12 +109,14 @@ class Scene:
         runs: Those that may be fitted, with the load that gears transmit as far as it is known.
         rows: Of these runs, with nuisances and without findings.
         asked: All hypotheses that do not depend on what is left.
+        reaches: Of a force on the flange, in each run.
     """
 
     model: Model
     runs: tuple[Driven, ...]
     rows: Rows
     asked: Asked
+    reaches: tuple[Reach, ...]
 
     @classmethod
     def of(cls, model: Model, runs: Sequence[Driven]) -> "Scene":
@@ -123,7 +125,8 @@ class Scene:
         rough = solved(base)
         runs = [run.after(model, model.believed_values + rough.values[: len(model.names)]) for run in runs]
         asked = [(candidate, Thinned.of(candidate, runs)) for candidate in candidates(model)]
-        return cls(model, tuple(runs), with_nuisances(base, model, runs), asked)
+        reaches = tuple(Reach.of(model, run) for run in runs)
+        return cls(model, tuple(runs), with_nuisances(base, model, runs), asked, reaches)
 
     @property
     def count(self) -> int:
@@ -139,7 +142,8 @@ class Scene:
         """What else there may be, the most credible first."""
         taken = {one.hypothesis.candidate.key for one in found}
         solution = self.solution(found)
-        touched = [(one, Thinned.of(one, self.runs)) for one in touches(self.model, solution, self.runs)]
+        windows = touches(self.model, solution, self.runs, self.reaches)
+        touched = [(one, Thinned.of(one, self.runs)) for one in windows]
         return ranked(
             solution, [one for one in [*self.asked, *touched] if one[0].key not in taken], self.runs
         )
@@ -272,6 +276,7 @@ def ranked(solution: Solution, every: Asked, runs: Sequence[Driven]) -> list[Hyp
     first = [
         refined(solution, one, runs) if place < REFINE and _near(one, weighed[0]) else one
         for place, one in enumerate(weighed[:RECOLOUR])
+        if place < COLOURED or one.own > SHARE * weighed[0].own
     ]
     found = [recoloured(solution, one) for one in first]
     found.sort(key=lambda pair: -pair[0].evidence)
@@ -279,7 +284,7 @@ def ranked(solution: Solution, every: Asked, runs: Sequence[Driven]) -> list[Hyp
         if one.candidate.bounds and _near(one, found[0][0]):
             colour = replace(solution, whitening=whitening)
             found[place] = recoloured(solution, reshaped(colour, one, runs))
-    best = [one for one, _ in found] + weighed[RECOLOUR:]
+    best = [one for one, _ in found] + weighed[len(first) :]
     return sorted(best, key=lambda one: -one.evidence)
 
 

@@ -151,16 +151,23 @@ class Solution:
 
     def profile(self, columns: np.ndarray, joints: np.ndarray) -> "Profile":
         """How further columns (r, len(joints), p) of some joints would do, all unknowns solved anew."""
-        count = columns.shape[2]
+        return self.profiles([columns], joints)[0]
+
+    def profiles(self, columns: Sequence[np.ndarray], joints: np.ndarray) -> list["Profile"]:
+        """The same of each of several, all of the same joints; together they take a fraction of the time."""
+        every = np.concatenate(columns, axis=2)
+        count = every.shape[2]
         slope, curvature = np.zeros(count), np.zeros((count, count))
         mixed = np.zeros((len(self.rows.std), count))
         for place, joint in enumerate(joints):
-            own = self.whitening.apply(int(joint), columns[:, place])
+            own = self.whitening.apply(int(joint), every[:, place])
             slope += own.T @ self.left[joint]
             curvature += own.T @ own
             mixed[self.rows.acting[joint]] += self.white[joint].T @ own
-        shift = linalg.cho_solve(self._factor, mixed)
-        return Profile(slope, curvature - mixed.T @ shift)
+        curvature -= mixed.T @ linalg.cho_solve(self._factor, mixed)
+        stops = np.cumsum([one.shape[2] for one in columns])
+        parts = [slice(stop - one.shape[2], stop) for stop, one in zip(stops, columns, strict=True)]
+        return [Profile(slope[part], curvature[part, part]) for part in parts]
 
 
 @dataclass(frozen=True, eq=False)

@@ -23,6 +23,9 @@ DURATIONS = (0.3, 0.6, 1.0)
 """Of a touch [s]; each within half of the next is refined."""
 PARTS = 4
 """Starts that are tried in a duration."""
+STANDING_OUT = 2.0
+"""How much more a touch has to explain than a force at any other time; what stands out less is a model that
+is wrong here and there."""
 WEIGHED = 8
 """Windows that are weighed."""
 FORCE = 0.1
@@ -43,12 +46,48 @@ class Touch(NamedTuple):
         return np.sqrt(np.sin(np.pi * since))
 
 
-def touches(model: Model, solution: Solution, runs: Sequence[Driven]) -> Iterator[Candidate]:
-    """Windows in which a force explains most of what is left."""
-    scored = [pair for number, _ in enumerate(runs) for pair in _scored(model, solution, runs, number)]
+class Reach(NamedTuple):
+    """What a force on the flange asks of the motors at the rows of a run.
+
+    Attributes:
+        time: Of the rows, shape (r,) [s].
+        pushed: Shape (r, n, 3) [N m/N].
+    """
+
+    time: np.ndarray
+    pushed: np.ndarray
+
+    @classmethod
+    def of(cls, model: Model, run: Driven) -> "Reach":
+        """Of a run, as its rows are compared."""
+        centres = run.prepared.decimation.centres(len(run.motion))[: run.rows]
+        motion = run.motion[centres[0] : centres[-1] + 1 : run.prepared.decimation.stride]
+        pushed = np.einsum("ij,tjk->tik", model.robot.to_motors, jacobian(model, motion))
+        return cls(motion.time, pushed)
+
+
+def touches(
+    model: Model, solution: Solution, runs: Sequence[Driven], reaches: Sequence[Reach]
+) -> Iterator[Candidate]:
+    """Windows in which a force explains most of what is left, if they stand out among all others."""
+    scored = [
+        pair
+        for number, (run, reach) in enumerate(zip(runs, reaches, strict=True))
+        for pair in _scored(model, solution, run, reach, number)
+    ]
     scored.sort(key=lambda pair: -pair[1])
+    first, score = scored[0]
+    elsewhere = max((other for touch, other in scored if not _near(touch, first)), default=0.0)
+    if score < STANDING_OUT * elsewhere:
+        return
     for touch, _ in scored[:WEIGHED]:
         yield _touch(model, touch, len(scored))
+
+
+def _near(one: Touch, other: Touch) -> bool:
+    """Whether two windows are of the same touch, or of one that follows it at once."""
+    middles = one.start + 0.5 * one.duration, other.start + 0.5 * other.duration
+    return one.run == other.run and abs(middles[0] - middles[1]) < 2.0 * max(DURATIONS)
 
 
 def _touch(model: Model, touch: Touch, among: int) -> Candidate:
@@ -83,17 +122,14 @@ def _touch(model: Model, touch: Touch, among: int) -> Candidate:
 
 
 def _scored(
-    model: Model, solution: Solution, runs: Sequence[Driven], number: int
+    model: Model, solution: Solution, run: Driven, reach: Reach, number: int
 ) -> list[tuple[Touch, float]]:
     """Windows of one run, and about how much likelier a force in each makes what is left there.
 
     Every window's score takes three sums of products with what is left; against a short push the unknowns
     of the model are taken as known.
     """
-    run, rows = runs[number], solution.rows.runs[number]
-    centres = run.prepared.decimation.centres(len(run.motion))[: run.rows]
-    motion = run.motion[centres[0] : centres[-1] + 1 : run.prepared.decimation.stride]
-    times, pushed = motion.time, np.einsum("ij,tjk->tik", model.robot.to_motors, jacobian(model, motion))
+    rows, times, pushed = solution.rows.runs[number], reach.time, reach.pushed
     left, gains = _left(solution, rows)
     slope = -np.einsum("tjk,tj->tk", pushed, left)
     curvature = np.einsum("tjk,tj,tjl->tkl", pushed, gains, pushed)

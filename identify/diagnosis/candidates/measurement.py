@@ -5,10 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from ...effects import Shape
+from ...effects import JointSpring, Shape, SpringBalancer
 from ...model import Model
 from ..candidate import Candidate
-from ..driven import CHUNK, Driven
+from ..driven import Driven
 from ..nuisances import torque_rate
 
 KNEES = (0.3, 0.5, 0.7)
@@ -20,6 +20,8 @@ ENDS = 0.15
 well."""
 OWN_CLOCK = ((0.0, 5e-3),)
 """By how much a clock may be wrong [s]: a telegram or two of the slowest fieldbus."""
+SPRINGS = (SpringBalancer, JointSpring)
+"""Effects besides bodies whose torque goes with position."""
 ZERO_STEP = 1e-4
 """Of the difference by an encoder's zero [rad]."""
 
@@ -100,27 +102,27 @@ def delays(model: Model) -> Iterator[Candidate]:
 
 def encoder_zeros(model: Model) -> Iterator[Candidate]:
     """A joint that is elsewhere than its encoder says, by a constant angle."""
-    still = replace(model, effects=tuple(effect for effect in model.effects if effect.transmitted))
+    springs = replace(model, effects=tuple(e for e in model.effects if isinstance(e, SPRINGS)))
     for joint in range(model.robot.dof):
 
         def columns(run: Driven, joint: int = joint) -> np.ndarray:
-            return _by_position(still, run, joint)[:, :, None]
+            bodies = run.tangent.position[joint] @ model.robot.to_motors.T
+            return (bodies + _by_position(springs, model, run, joint))[:, :, None]
 
-        yield Candidate("encoder_offset", (joint,), columns, ("zero",), ("rad",), (-np.inf,), smooth=True)
+        yield Candidate("encoder_offset", (joint,), columns, ("zero",), ("rad",), (-np.inf,))
 
 
-def _by_position(model: Model, run: Driven, joint: int) -> np.ndarray:
-    """Derivative of the believed torque by a joint's position, shape (t, n) [N m/rad]."""
-    values, shift = model.believed_values, np.zeros(model.robot.dof)
-    shift[joint] = ZERO_STEP
-    parts = []
-    for start in range(0, len(run.motion), CHUNK):
-        piece = run.motion[start : start + CHUNK]
-        sides = [
-            model.torque(replace(piece, position=piece.position + sign * shift), values) for sign in (1, -1)
-        ]
-        parts.append((sides[0] - sides[1]) / (2 * ZERO_STEP))
-    return np.concatenate(parts) @ model.robot.to_motors.T
+def _by_position(springs: Model, model: Model, run: Driven, joint: int) -> np.ndarray:
+    """Derivative of the springs' believed torque by a joint's position, shape (t, n) [N m/rad]."""
+    known, shift = dict(zip(model.names, model.believed_values, strict=True)), np.zeros(model.robot.dof)
+    values, shift[joint] = np.array([known[name] for name in springs.names]), ZERO_STEP
+    if not springs.effects:
+        return np.zeros_like(run.torque)
+    sides = [
+        springs.torque(replace(run.motion, position=run.motion.position + sign * shift), values)
+        for sign in (1, -1)
+    ]
+    return (sides[0] - sides[1]) / (2 * ZERO_STEP) @ model.robot.to_motors.T
 
 
 def _on(run: Driven, joint: int, torque: np.ndarray) -> np.ndarray:
