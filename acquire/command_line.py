@@ -19,6 +19,7 @@ class Command(NamedTuple):
 
 COMMANDS: dict[str, Command] = {
     "example": Command("example_command:main", "simulate an arm, identify it, compare with the truth"),
+    "compare": Command("compare_command:main", "a simulation beside a recording: where they differ"),
     "diagnose": Command("diagnose_command:main", "which physics a model leaves out, and the proof"),
     "drivers": Command("drivers_command:main", "robot controllers, and the settings of each"),
     "excite": Command("excite_command:main", "the trajectory that identifies an arm best within its limits"),
@@ -30,6 +31,7 @@ COMMANDS: dict[str, Command] = {
     "recover": Command("recover_command:main", "whole recordings of what a crash left"),
     "show": Command("show_command:main", "a planned motion against limits: table, page, view, exports"),
     "simulate": Command("simulate_command:main", "a planned motion in closed loop on a simulated arm"),
+    "view": Command("view_command:main", "recordings, a fit or a diagnosis in Rerun, the arm moving"),
 }
 """Name -> where; each function takes the arguments behind its name and returns the exit code."""
 

@@ -15,11 +15,13 @@ from exidyn.identify.fit import Fit
 from exidyn.identify.fit_file import write_fit
 from exidyn.identify.robot_text import model_text
 
+from .traces_file import NAME, write_traces
+
 
 def write_diagnosis(
     diagnosis: Diagnosis, simulated: Forward | None, fit: Fit | None, folder: Path
 ) -> list[Path]:
-    """Write diagnosis.json, report.html, the models of findings and rivals, and fit.json; say which."""
+    """Write diagnosis.json, report.html, traces, models of findings and rivals, and fit.json; say which."""
     folder.mkdir(parents=True, exist_ok=True)
     texts = {
         "diagnosis.json": json_text(whole(diagnosis, simulated)),
@@ -29,9 +31,12 @@ def write_diagnosis(
         texts |= {FOUND: model_text(model)} | {one.file: model_text(one.model) for one in rivals(diagnosis)}
     for name, text in texts.items():
         (folder / name).write_text(text, encoding="utf-8")
+    if diagnosis.evidence is not None:
+        write_traces(diagnosis.evidence, folder / NAME)
     if fit is not None:
         write_fit(fit, folder / "fit.json")
-    return [folder / name for name in (*texts, *(["fit.json"] if fit else []))]
+    others = {NAME: diagnosis.evidence, "fit.json": fit}
+    return [folder / name for name in (*texts, *(name for name, one in others.items() if one is not None))]
 
 
 def whole(diagnosis: Diagnosis, simulated: Forward | None) -> dict[str, Any]:

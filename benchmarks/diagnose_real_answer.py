@@ -21,13 +21,8 @@ AKIN = {
 with a lower power of speed, as that of real gears does; a link that is heavier by what a rotor, or a body on
 the flange, would be."""
 
-UNITS = {
-    "coulomb_friction": "N m",
-    "viscous_friction": "N m s/rad",
-    "rotor_inertia": "kg m^2",
-    "payload": "kg",
-}
-"""Of what is taken out; findings in the same unit are parts of one whole."""
+PARTS = {"coulomb_friction": ("coulomb_friction", "hysteresis")}
+"""Dry friction that slides and dry friction that bends first are parts of one whole."""
 
 
 class Question(NamedTuple):
@@ -40,6 +35,7 @@ class Question(NamedTuple):
         joint: Where, from 0; -1 for a payload.
         known: Run and mass [kg] of the body that gave the drive gains.
         mass: Of the payload that is hidden [kg].
+        drawn: Whether the links are believed to be as drawn.
     """
 
     arm: str
@@ -48,6 +44,7 @@ class Question(NamedTuple):
     joint: int = -1
     known: tuple[str, float] | None = None
     mass: float = float("nan")
+    drawn: bool = False
 
     @property
     def place(self) -> tuple[str, tuple[int, ...]]:
@@ -115,8 +112,8 @@ class Answer(NamedTuple):
     @property
     def value(self) -> float:
         """How much of what was taken out was found; NaN for none of it."""
-        unit = UNITS.get(self.question.effect)
-        parts = [one.value for one in (self.right, self.near) if one and one.unit == unit]
+        effects, joints = PARTS.get(self.question.effect, (self.question.effect,)), self.question.place[1]
+        parts = [one.value for one in self.findings if one.effect in effects and one.joints == joints]
         return sum(parts) if parts else float("nan")
 
     @property
@@ -132,14 +129,14 @@ class Answer(NamedTuple):
 
 
 @cache
-def belief(arm: str, known: tuple[str, float] | None) -> Model:
+def belief(arm: str, known: tuple[str, float] | None, as_drawn: bool = False) -> Model:
     """The belief of an arm, made once a process."""
-    return believe(ARMS[arm], known)
+    return believe(ARMS[arm], known, as_drawn)
 
 
 def ask(question: Question) -> Answer:
     """Take something out of a belief and diagnose."""
-    arm, model = ARMS[question.arm], belief(question.arm, question.known)
+    arm, model = ARMS[question.arm], belief(question.arm, question.known, question.drawn)
     hidden = question.effect if question.joint >= 0 else ""  # what nobody told of needs no taking out
     model = without(model, hidden, question.joint)
     runs = [("identify", run) for run in arm.runs(question.asked.fitted, model)]

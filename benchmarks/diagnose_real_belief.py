@@ -22,22 +22,24 @@ TOLERANCE = {"coulomb_friction": 0.2, "viscous_friction": 0.2, "rotor_inertia": 
 smaller and wrong on another day: friction follows the oil's temperature, and what real gears do that the law
 does not say is laid on its parameters, on each motion otherwise; the table of scatter says how far. A fitted
 zero is no belief: a share of it says nothing."""
-INERTIAL_TOLERANCE = 0.02
-"""Of masses, as in the sample cases: a link weighs what it weighs, whatever the day."""
 
 
-def believe(arm: Arm, known: tuple[str, float] | None) -> Model:
+def believe(arm: Arm, known: tuple[str, float] | None, as_drawn: bool = False) -> Model:
     """The model fitted to the arm's runs, with tolerances.
 
     Args:
         arm: With the runs.
         known: Run with a body of known mass [kg] for the drive gains; None where torque was recorded.
+        as_drawn: Whether the links are left as they are drawn.
     """
     model = drawn(arm)
     runs = arm.runs(arm.believed, model)
     if known is not None:
         model = with_gains(arm, model, runs, known)
-    return as_belief(identify(runs, model=model, estimator=consistent, drop=False))
+    belief = as_belief(identify(runs, model=model, estimator=consistent, drop=False), arm.tolerance)
+    if not as_drawn:
+        return belief
+    return replace(belief, robot=replace(belief.robot, kinematics=model.robot.kinematics))
 
 
 def drawn(arm: Arm) -> Model:
@@ -61,8 +63,13 @@ def with_gains(arm: Arm, model: Model, runs: Sequence[Recording], known: tuple[s
     return replace(model, robot=replace(model.robot, drive_gain=gain, drive_gain_tolerance=tolerance))
 
 
-def as_belief(fit: Fit) -> Model:
-    """A fit as what is believed: its bodies are the robot's, its friction and rotors are guesses."""
+def as_belief(fit: Fit, tolerance: float) -> Model:
+    """A fit as what is believed: its bodies are the robot's, its friction and rotors are guesses.
+
+    Args:
+        fit: With standard parameters.
+        tolerance: Relative standard deviation of the bodies.
+    """
     value = values(fit)
     robot = fit.model.robot
     kinematics = robot.kinematics.copy()
@@ -75,7 +82,7 @@ def as_belief(fit: Fit) -> Model:
         for name in value
         if name.startswith(start)
     }
-    robot = replace(robot, kinematics=kinematics, inertial_tolerance=INERTIAL_TOLERANCE)
+    robot = replace(robot, kinematics=kinematics, inertial_tolerance=tolerance)
     return replace(fit.model, robot=robot, stated=stated)
 
 

@@ -20,7 +20,12 @@ def bodies_table(answers: Sequence[Answer]) -> dict[str, Any]:
         rows.append([one.question.arm, one.truth, value, std, errors[-1], words(one.others()), *worst(one)])
     header = ["payload hidden", "true [kg]", "found [kg]", "std [kg]", "error %", "besides", *WORST]
     show("Payload that the belief does not know of", header, rows)
-    return {"payload_error_percent": errors, "payload_first": [first(one) for one in answers]}
+    return {
+        "payload": [
+            {"arm": one.question.arm, "mass": one.truth, "error_percent": error, "first": first(one)}
+            for one, error in zip(answers, errors, strict=True)
+        ]
+    }
 
 
 def taken_table(answers: Sequence[Answer], nothing: Sequence[Answer]) -> dict[str, Any]:
@@ -75,10 +80,10 @@ def over_usual(one: Answer, nothing: Sequence[Answer]) -> float:
     return float(one.after[joint] / same[0].after[joint]) if same else float("nan")
 
 
-def median(values: Sequence[float]) -> float:
-    """Of those that are numbers; NaN where none is."""
+def median(values: Sequence[float]) -> float | None:
+    """Of those that are numbers; None where none is."""
     known = [value for value in values if np.isfinite(value)]
-    return float(np.median(known)) if known else float("nan")
+    return float(np.median(known)) if known else None
 
 
 def nothing_table(answers: Sequence[Answer]) -> dict[str, Any]:

@@ -21,12 +21,15 @@ class LiveArm:
         recording: Where to.
         model: What the arm looks like.
         colours: One a joint.
+        name: One part of an entity path, and the prefix of the link frames.
     """
 
-    def __init__(self, recording: rr.RecordingStream, model: Model, colours: Sequence[tuple]) -> None:
-        self._recording, self._kinematics = recording, model.robot.kinematics
+    def __init__(
+        self, recording: rr.RecordingStream, model: Model, colours: Sequence[tuple], name: str = ARM
+    ) -> None:
+        self._recording, self._kinematics, self._name = recording, model.robot.kinematics, name
         self._frames = link_frames(self._kinematics)
-        tree = arm_tree(model, ARM)
+        tree = arm_tree(model, name)
         tree.log_urdf_to_recording(recording)
         owners = {frame.child: colour for frame, colour in zip(self._frames, colours, strict=True)}
         for link in {frame.parent for frame in self._frames} | set(owners):
@@ -40,8 +43,9 @@ class LiveArm:
         columns = rr.Transform3D.columns(
             translation=poses[:, :3],
             quaternion=poses[:, 3:],
-            parent_frame=[f"{ARM}/{frame.parent}" for frame in self._frames] * len(time),
-            child_frame=[f"{ARM}/{frame.child}" for frame in self._frames] * len(time),
+            parent_frame=[f"{self._name}/{frame.parent}" for frame in self._frames] * len(time),
+            child_frame=[f"{self._name}/{frame.child}" for frame in self._frames] * len(time),
         )
         index = rr.TimeColumn(TIMELINE, duration=np.repeat(time, len(self._frames)))
-        self._recording.send_columns(f"{ARM}/moves", indexes=[index], columns=columns)
+        entity = rr.new_entity_path([self._name, "moves"])
+        self._recording.send_columns(entity, indexes=[index], columns=columns)

@@ -123,13 +123,7 @@ class LiveLog:
     def event(self, event: Event) -> None:
         """Log what happened."""
         time = max(float(self._time(event.host_time)), 0.0)
-        level, colour = LOOKS.get(event.kind, ("INFO", None))
-        self._recording.set_time(TIMELINE, duration=time)
-        # an entity a kind, since one without a colour gets that of the one before
-        entity = rr.new_entity_path(["events", event.kind])
-        text = f"{time:.2f} s  {event.kind}: {event.text}"
-        for line in wrap(text, COLUMNS, subsequent_indent=INDENT):
-            self._recording.log(entity, rr.TextLog(line, level=level, color=colour))
+        log_event(self._recording, ("events",), time, event.kind, event.text)
 
     def _time(self, host_time: np.ndarray | int) -> np.ndarray:
         """Time since the run's first cycle [s]."""
@@ -137,6 +131,18 @@ class LiveLog:
 
     def _send(self, entity: str, time: np.ndarray, values: np.ndarray) -> None:
         send(self._recording, entity, time, values)
+
+
+def log_event(
+    recording: rr.RecordingStream, origin: Sequence[str], time: float, kind: str, text: str
+) -> None:
+    """Log what happened at a time [s], in rows below an entity path, given by its parts."""
+    level, colour = LOOKS.get(kind, ("INFO", None))
+    recording.set_time(TIMELINE, duration=time)
+    # an entity a kind, since one without a colour gets that of the one before
+    entity = rr.new_entity_path([*origin, kind])
+    for line in wrap(f"{time:.2f} s  {kind}: {text}", COLUMNS, subsequent_indent=INDENT):
+        recording.log(entity, rr.TextLog(line, level=level, color=colour))
 
 
 def usual_cycle(cycles: Sequence[Cycle]) -> float:

@@ -33,14 +33,14 @@ def open_window() -> str:
     port = free_port(LOCAL)
     options = ["--bind", LOCAL, "--port", str(port), "--memory-limit", MEMORY, "--hide-welcome-screen"]
     try:
-        _start("--view: the viewer", options, [(LOCAL, port)], lives_on=True)
+        _start("the viewer", options, [(LOCAL, port)], lives_on=True)
     except CannotShow as error:
         raise CannotShow(f"{error}. Without a screen, try --serve (in a browser) or --save FILE") from error
     return f"rerun+http://{LOCAL}:{port}/proxy"
 
 
-def serve(address: Address) -> None:
-    """Serve pages that show the data sent to `address.data`, until this process' group ends.
+def serve(address: Address) -> "subprocess.Popen[bytes]":
+    """Serve pages that show the data sent to `address.data`, until this process' group or that one ends.
 
     Rerun can also do this within a process, but then its page listens on every address of the machine.
 
@@ -61,7 +61,7 @@ def serve(address: Address) -> None:
     ]
     if address.host != LOCAL:
         options += ["--cors-allow-origin", f"http://{address.seen}:{address.port}"]
-    _start(f"--serve {address.host}:{address.port}", options, [(address.host, port) for port in ports])
+    return _start(f"--serve {address.host}:{address.port}", options, [(address.host, port) for port in ports])
 
 
 def end_servers() -> None:
@@ -89,7 +89,7 @@ def _require_free(host: str, port: int) -> None:
 
 def _start(
     name: str, options: Sequence[str], listens: Sequence[tuple[str, int]], lives_on: bool = False
-) -> None:
+) -> "subprocess.Popen[bytes]":
     """Start one of Rerun's programs and wait until it listens."""
     with tempfile.TemporaryFile() as said:
         process = subprocess.Popen(
@@ -107,6 +107,7 @@ def _start(
             time.sleep(0.05)
         if lives_on and _ends_within(process, SETTLE):
             raise CannotShow(f"{name} does not start: {_last_words(said)}")
+    return process
 
 
 def _ends_within(process: "subprocess.Popen[bytes]", patience: float) -> bool:

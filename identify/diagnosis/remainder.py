@@ -25,12 +25,14 @@ CREDIBLE = 0.99
 MATERIAL = 0.3
 """Share of the noise floor below which what is left changes the residual by less than five per cent, and is
 not worth a run."""
-AROUND = 41
-"""Frequencies whose median is the level about a line; it is known to a fifth."""
+AROUND = 161
+"""Frequencies whose median is the level about a line; it is known to a tenth."""
 WAVES = 6
 """Half waves over a run of what wanders with time; faster than seconds it is noise."""
 PASSED = 0.7
 """Share of the highest frequency up to which torque passes the filter as it is [-]."""
+LENGTH = 4096
+"""Points of a spectrum: those of runs of different lengths are compared frequency by frequency."""
 LINES = 1e-4
 """Probability with which noise alone has a spectral line that stands out as far."""
 
@@ -117,18 +119,35 @@ def least_evidence(dof: int) -> float:
 
 
 def line(solution: Solution, joint: int) -> float:
-    """Frequency of a line in the spectrum that noise does not have [share of the rate]; zero for none."""
-    white = solution.left[joint]
-    if len(white) < 64:
+    """Frequency of a line that two runs have and noise has not [share of the rate]; zero for none.
+
+    What vibrates does so in every run; a line of one run alone is a swept sine that passed.
+    """
+    found = [ratio for ratio in _over_their_level(solution, joint) if ratio is not None]
+    if not found:
         return 0.0
-    power = np.abs(np.fft.rfft(white * np.hanning(len(white)))) ** 2
-    # Beyond that share of the highest frequency the filter has taken the torque away.
-    inner = power[2 : int(PASSED * len(power))]
-    # Fisher's test, with the median round about for the mean: lines do not move it, and slow noise does.
-    level = ndimage.median_filter(inner, AROUND, mode="nearest") / np.log(2)
-    worst = int(np.argmax(inner / level))
-    chance = -np.expm1(len(inner) * np.log1p(-np.exp(-inner[worst] / level[worst] / 1.5)))
-    return float((worst + 2) / len(white)) if chance < LINES else 0.0
+    several = min(2, len(found))
+    ratios = np.sort(found, axis=0)[-several]
+    worst, pairs = int(np.argmax(ratios)), len(found) * (len(found) - 1) / 2 if several == 2 else 1
+    # Powers of noise are exponential; the factor allows for a window, by which neighbours are alike.
+    chance = -np.expm1(len(ratios) * np.log1p(-min(pairs * np.exp(-several * ratios[worst] / 1.5), 0.5)))
+    return float((worst + 2) / LENGTH) if chance < LINES else 0.0
+
+
+def _over_their_level(solution: Solution, joint: int) -> Iterator[np.ndarray | None]:
+    """Power of each run's white residual over the level round about, at one grid of frequencies."""
+    valid, start = solution.whitening.valid[:, joint], 0
+    for rows in solution.rows.runs:
+        count = int(np.sum(valid[rows]))
+        white, start = solution.left[joint][start : start + count], start + count
+        if count < 64:
+            yield None
+            continue
+        power = np.abs(np.fft.rfft(white * np.hanning(count), LENGTH)) ** 2
+        # Beyond that share of the highest frequency the filter has taken the torque away.
+        inner = power[2 : int(PASSED * len(power))]
+        level = ndimage.median_filter(inner, AROUND * max(LENGTH // count, 1), mode="reflect") / np.log(2)
+        yield inner / level
 
 
 def rms(values: np.ndarray, weight: np.ndarray) -> np.ndarray:

@@ -1,0 +1,113 @@
+"""exidyn compare: a simulation and a recording in; where they differ, out."""
+
+import argparse
+import json
+import shlex
+import sys
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from exidyn.identify.comparison import Comparison, compare
+from exidyn.identify.errors import RecordingError
+from exidyn.identify.importers import import_source
+from exidyn.identify.importers.align import nearest
+from exidyn.identify.model import Model
+from exidyn.identify.recording import Recording
+from exidyn.identify.robot_file import builtin_names, model_text, read_model
+
+from .comparison_text import comparison_table, comparison_text
+
+EXAMPLES = """examples:
+  exidyn compare sim.mcap real.mcap
+  exidyn compare mujoco.csv real.mcap --robot robot.toml --json compared.json"""
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Compare, print, write."""
+    given = _parser().parse_args(arguments)
+    model = read_model(given.robot) if given.robot else None
+    simulated, recorded = (_one(path, model) for path in (given.simulated, given.recorded))
+    if simulated.name == recorded.name:
+        simulated = replace(simulated, name=str(given.simulated))
+    found = _compared(simulated, recorded, given.offset)
+    go_on = _go_on(given, simulated, recorded)
+    print(comparison_text(found))
+    print("which physics that is:\n" + "\n".join(f"  {line}" for line in go_on), flush=True)
+    if given.json:
+        table = json.dumps(comparison_table(found, go_on), indent=1, ensure_ascii=False, allow_nan=False)
+        given.json.write_text(table + "\n", encoding="utf-8")
+        print(f"written: {given.json}", file=sys.stderr)
+    return 0
+
+
+def _compared(simulated: Recording, recorded: Recording, offset: float | None) -> Comparison:
+    """Both on one clock."""
+    if offset is not None:
+        return compare(simulated, recorded, offset)
+    alignment, again = nearest(simulated, recorded)
+    found = compare(simulated, recorded, alignment.offset)
+    if not again:
+        return found
+    doubt = (
+        f"both agree as well {again:.2f} s further, since the motion repeats itself; "
+        "state how far apart the clocks are with --offset"
+    )
+    return replace(found, doubts=(*found.doubts, doubt))
+
+
+def _one(path: Path, model: Model | None) -> Recording:
+    """The one recording at a path.
+
+    Raises:
+        RecordingError: There are several.
+    """
+    recordings = import_source(path, model)
+    if len(recordings) != 1:
+        names = ", ".join(recording.name for recording in recordings)
+        raise RecordingError(
+            f"{path} holds {len(recordings)} recordings: {names or 'none'}; bring the one that is meant into "
+            "a file of its own with exidyn import"
+        )
+    return recordings[0]
+
+
+def _go_on(given: argparse.Namespace, simulated: Recording, recorded: Recording) -> list[str]:
+    """Commands that diagnose the model of the simulation by the recording."""
+    real = shlex.quote(str(given.recorded))
+    if given.robot:
+        return [f"exidyn diagnose {shlex.quote(given.robot)} {real}"]
+    if model_text(simulated.model) == model_text(recorded.model):
+        return [f"exidyn diagnose {real}"]
+    model = shlex.quote(str(given.simulated.with_name(f"{given.simulated.stem}-model.toml")))
+    return [
+        f"exidyn export {shlex.quote(str(given.simulated))} --to toml -o {model}",
+        f"exidyn diagnose {model} {real}",
+    ]
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="exidyn compare",
+        description="Lay a simulation beside a recording of the same motion: where they differ, and how far.",
+        epilog=EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument(
+        "simulated", type=Path, metavar="SIM", help="recording of any simulator (.mcap, .csv), or another run"
+    )
+    parser.add_argument("recorded", type=Path, metavar="REAL", help="recording that is believed")
+    parser.add_argument(
+        "--robot",
+        metavar="ROBOT",
+        help="for tables, which do not say of which robot they are: robot.toml or .urdf, or built in: "
+        + ", ".join(builtin_names()),
+    )
+    parser.add_argument(
+        "--offset",
+        type=float,
+        metavar="SECONDS",
+        help="to add to the time of SIM; default: where the positions agree best",
+    )
+    parser.add_argument("--json", type=Path, metavar="FILE", help="write the numbers as well")
+    return parser

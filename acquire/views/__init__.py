@@ -1,0 +1,1 @@
+"""Views: recordings, fits and diagnoses in Rerun, one layout a kind."""

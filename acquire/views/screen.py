@@ -1,0 +1,73 @@
+"""Screen: where a view is shown; in a window, in browsers, or as a file for later."""
+
+import subprocess
+import sys
+from collections.abc import Callable
+from typing import NamedTuple
+
+import rerun as rr
+import rerun.blueprint as rrb
+
+from ..live import viewers
+from ..live.live_view import require_showable
+from ..live.targets import Address, Targets
+
+PATIENCE = 60.0
+"""How long a viewer may take to take everything in [s]."""
+
+
+class View(NamedTuple):
+    """What is shown.
+
+    Attributes:
+        kind: A word; viewers keep a layout by it.
+        log: Writes everything to an open recording.
+        blueprint: The layout.
+    """
+
+    kind: str
+    log: Callable[[rr.RecordingStream], None]
+    blueprint: rrb.Blueprint
+
+
+def show(view: View, targets: Targets) -> None:
+    """Show a view at all targets; with a server among them, until that ends or Ctrl-C.
+
+    Raises:
+        CannotShow: A target cannot be opened.
+    """
+    require_showable(targets)
+    sinks: list[rr.GrpcSink | rr.FileSink] = []
+    server = None
+    if targets.save is not None:
+        targets.save.open("wb").close()  # says what is wrong better than Rerun does
+        sinks.append(rr.FileSink(str(targets.save)))
+    if targets.view:
+        sinks.append(rr.GrpcSink(viewers.open_window()))
+    if targets.serve is not None:
+        address = Address.read(targets.serve)
+        server = viewers.serve(address)
+        sinks.append(rr.GrpcSink(address.local))
+    try:
+        _log(view, sinks)
+        if server is not None:
+            print(f"view: {address.page} (Ctrl-C ends it)", file=sys.stderr, flush=True)
+            server.wait()
+    except KeyboardInterrupt:
+        pass  # that is how it ends
+    finally:
+        if server is not None:
+            _end(server)
+
+
+def _log(view: View, sinks: "list[rr.GrpcSink | rr.FileSink]") -> None:
+    recording = rr.RecordingStream(f"exidyn_{view.kind}")
+    recording.set_sinks(*sinks, default_blueprint=view.blueprint)
+    view.log(recording)
+    recording.flush(timeout_sec=PATIENCE)
+    recording.disconnect()  # writes the footer of a file, without which readers complain
+
+
+def _end(server: "subprocess.Popen[bytes]") -> None:
+    server.terminate()
+    server.wait()

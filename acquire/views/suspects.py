@@ -1,0 +1,67 @@
+"""Suspects: what a diagnosis found or could not name, and the torque by which it shows in a run."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from exidyn.identify.diagnosis.sentences import joint_words, lower
+from exidyn.identify.diagnosis.trace import Trace
+from exidyn.identify.view_parts import JOINTS
+
+from ..traces_file import Traces
+from .diagnosis_words import finding_name
+from .moments import Moment, moments
+
+COLOURS = (JOINTS[3], JOINTS[4], JOINTS[2], JOINTS[1])
+"""Of suspects; none is that of before or of after."""
+
+
+class Suspect(NamedTuple):
+    """A finding, or what is left on a joint without a name.
+
+    Attributes:
+        name: In words.
+        short: The effect alone.
+        joint: On which it shows most, from 0.
+        place: Of the finding in the traces; None for what has no name.
+        colour: Of its torque and its moments.
+    """
+
+    name: str
+    short: str
+    joint: int
+    place: int | None
+    colour: tuple[int, int, int]
+
+    def torque(self, trace: Trace) -> np.ndarray:
+        """Its torque on that joint, zero where the joint sticks, shape (r,) [N m]."""
+        torque = trace.after if self.place is None else trace.explained[self.place]
+        return torque[:, self.joint] * trace.weight[:, self.joint]
+
+    def before(self, trace: Trace) -> np.ndarray:
+        """What is left of that joint's torque without it, all else as fitted, shape (r,) [N m]."""
+        if self.place is None:
+            return trace.before[:, self.joint]
+        return trace.after[:, self.joint] + trace.explained[self.place][:, self.joint]
+
+    def moments(self, trace: Trace, noise: np.ndarray) -> list[Moment]:
+        """When it shows most."""
+        return moments(trace.time, self.torque(trace) / noise[self.joint])
+
+
+def suspects(table: dict[str, Any], traces: Traces) -> list[Suspect]:
+    """Those of a diagnosis, the tables of whose file are given: findings first."""
+    found = [
+        (finding_name(table, one), one["effect"].replace("_", " "), _telling(traces, place), place)
+        for place, one in enumerate(table["findings"])
+    ]
+    left = [
+        (f"Left on {lower(joint_words(one['joint'] - 1, table['joints']))}", "left", one["joint"] - 1, None)
+        for one in table["remainders"]
+    ]
+    return [Suspect(*one, COLOURS[number % len(COLOURS)]) for number, one in enumerate([*found, *left])]
+
+
+def _telling(traces: Traces, place: int) -> int:
+    """The joint on which a finding's torque stands highest above the noise."""
+    squares = sum(np.sum((trace.explained[place] * trace.weight) ** 2, axis=0) for trace in traces.traces)
+    return int(np.argmax(squares / traces.noise**2))
