@@ -16,6 +16,7 @@ from exidyn.acquire.command_line import REFUSED, main
 from exidyn.acquire.diagnosis_files import write_diagnosis
 from exidyn.acquire.live.live_log import COLOURS
 from exidyn.acquire.traces_file import NAME, read_traces
+from exidyn.acquire.views.diagnosis_view import BEFORE
 from exidyn.acquire.views.kinds import view_of
 from exidyn.acquire.views.moments import MOST, lasting, moments
 from exidyn.identify.diagnosis import Remainder
@@ -290,7 +291,7 @@ def test_browser_shows_a_diagnosis_until_it_is_ended(files, tmp_path):
                     pictures.append(browser.picture())
                 except AssertionError:  # as long as the page is being exchanged for the one asked for
                     return False
-                return all(count > 100 for count in coloured(pictures[-1])[:2])
+                return coloured(pictures[-1])[COLOURS.index(BEFORE)] > 100
 
             found = wait_for(drawn, 150.0)
             (tmp_path / "browser.png").write_bytes(pictures[-1])
