@@ -5,13 +5,13 @@ from typing import Any
 import numpy as np
 from exidyn.identify.comparison import NAMES, Comparison, Mismatch, Regions
 from exidyn.identify.text_table import WIDTH, at_point, digits, paragraph, table
-from exidyn.identify.verdict import TO_NOISE
+from exidyn.identify.verdict import MISSING
 
 MOST = 1.5
 """Ratio of a mismatch in its worst third to that in its best from which on it is said to go with something:
 more than between thirds of a run in which it is the same everywhere."""
-AXES = {"speed": "speed", "position": "position", "load": "load"}
-"""Kind of region -> its word, as in a table's head."""
+SMALL = {"rad": "mrad", "m": "mm", "rad/s": "mrad/s", "m/s": "mm/s"}
+"""Unit -> its thousandth, in which an arm misses a motion."""
 
 
 def comparison_text(comparison: Comparison) -> str:
@@ -32,7 +32,7 @@ def verdict(comparison: Comparison) -> list[str]:
     over = effort.rms / effort.noise
     lines = []
     for joint in np.argsort(-np.nan_to_num(over)):
-        if over[joint] > TO_NOISE:
+        if over[joint] > MISSING:
             lines.append(_joint(comparison, effort, int(joint)))
     if not lines:
         lines = [f"No joint's {effort.quantity} differs by more than noise: there is nothing to diagnose."]
@@ -57,7 +57,8 @@ def _joint(comparison: Comparison, effort: Mismatch, joint: int) -> str:
     )
     if ratio < MOST:
         return f"{said}, everywhere alike."
-    return f"{said}; {ratio:.2g} times as much at {NAMES[most]} {kind} as at {NAMES[least]}."
+    where = f"{NAMES[most]} {kind} ({_span(comparison, kind, joint, most)})"
+    return f"{said}; {ratio:.2g} times as much at {where} as at {NAMES[least]}."
 
 
 def _contrast(regions: Regions, joint: int) -> tuple[float, int, int]:
@@ -69,9 +70,23 @@ def _contrast(regions: Regions, joint: int) -> tuple[float, int, int]:
     return float(rms[most] / rms[least]), most, least
 
 
+def _span(comparison: Comparison, kind: str, joint: int, third: int) -> str:
+    """From where to where a third goes."""
+    position, velocity, effort = comparison.mismatches
+    unit = {"position": position, "speed": velocity, "load": effort}[kind].units[joint]
+    low, high = effort.regions[kind].edges[joint, third : third + 2]
+    return f"{low:.3g} to {high:.3g} {unit}"
+
+
 def _unit(mismatch: Mismatch) -> str:
-    """The unit, where all joints have the same."""
-    return f" [{mismatch.units[0]}]" if len(set(mismatch.units)) == 1 else ""
+    """The units that people use, in brackets."""
+    return f" [{', '.join(dict.fromkeys(SMALL.get(unit, unit) for unit in mismatch.units))}]"
+
+
+def _scaled(mismatch: Mismatch, values: np.ndarray) -> list[str]:
+    """Numbers of all joints in the units that people use."""
+    scale = np.array([1e3 if unit in SMALL else 1.0 for unit in mismatch.units])
+    return at_point([digits(value) for value in scale * values])
 
 
 def _by_joint(comparison: Comparison) -> list[str]:
@@ -79,7 +94,7 @@ def _by_joint(comparison: Comparison) -> list[str]:
     head, columns = ["joint"], [list(comparison.joints)]
     for mismatch in comparison.mismatches:
         head.append(mismatch.quantity + _unit(mismatch))
-        columns.append(at_point([digits(value) for value in mismatch.rms]))
+        columns.append(_scaled(mismatch, mismatch.rms))
     for name, values in (
         ("mean", effort.mean),
         ("% of recorded", 100.0 * effort.rms / effort.size),
@@ -95,7 +110,7 @@ def _by_region(comparison: Comparison, mismatch: Mismatch) -> list[str]:
     for kind, regions in mismatch.regions.items():
         for third, name in enumerate(NAMES):
             head.append(f"{kind} {name}" if third == 0 else name)
-            columns.append(at_point([digits(value) for value in regions.rms[:, third]]))
+            columns.append(_scaled(mismatch, regions.rms[:, third]))
     return table(head, [list(row) for row in zip(*columns, strict=True)])
 
 

@@ -3,7 +3,7 @@
 import zipfile
 from dataclasses import fields
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from exidyn.identify.diagnosis.trace import Evidence, Trace
@@ -34,7 +34,7 @@ class Traces(NamedTuple):
 
 def write_traces(evidence: Evidence, path: Path) -> None:
     """Write them."""
-    arrays: dict[str, np.ndarray] = {"model": np.array(model_text(evidence.model)), "noise": evidence.noise}
+    arrays: dict[str, Any] = {"model": np.array(model_text(evidence.model)), "noise": evidence.noise}
     for place, trace in enumerate(evidence.traces):
         for one in fields(Trace):
             value = np.asarray(getattr(trace, one.name))
@@ -60,8 +60,8 @@ def read_traces(path: Path) -> Traces:
 
 
 def _trace(file: np.lib.npyio.NpzFile, place: int) -> Trace:
-    words = {name: str(file[f"{place}.{name}"]) for name in WORDS}
-    arrays = {
-        one.name: file[f"{place}.{one.name}"].astype(float) for one in fields(Trace) if one.name not in WORDS
-    }
-    return Trace(**words, **arrays)
+    values: dict[str, Any] = {}
+    for one in fields(Trace):
+        value = file[f"{place}.{one.name}"]
+        values[one.name] = str(value) if one.name in WORDS else value.astype(float)
+    return Trace(**values)

@@ -44,7 +44,8 @@ def current_clipping(robot: Robot, joint: int, strength: float, rng: np.random.G
 
 
 def encoder_offset(robot: Robot, joint: int, strength: float, rng: np.random.Generator) -> Concealed:
-    angle = rng.choice([-1.0, 1.0]) * np.deg2rad(0.3 * strength)
+    # Who sets a joint by eye is wrong by some degrees; more, and the arm does not go where it is sent.
+    angle = rng.choice([-1.0, 1.0]) * min(np.deg2rad(0.3 * strength), 0.15)
     shifted = robot.with_machine(miscount=changed(robot.machine.miscount, joint, angle))
     return Concealed(shifted, robot, (joint,), {"radians": angle})
 

@@ -91,15 +91,15 @@ def left(amplitude, rng, lined=(0, 1)):
     whole = np.concatenate(parts)
     runs = tuple(slice(800 * k, 800 * (k + 1)) for k in range(3))
     whitening = SimpleNamespace(valid=np.ones((2400, 1), bool))
-    return SimpleNamespace(whitening=whitening, rows=SimpleNamespace(runs=runs), left=[whole])
+    return SimpleNamespace(whitening=whitening, rows=SimpleNamespace(runs=runs), residual=whole[:, None])
 
 
 def test_line_is_found_where_two_runs_have_it():
-    assert line(left(0.6, np.random.default_rng(8)), 0) == pytest.approx(0.117, abs=0.002)
+    assert line(left(0.6, np.random.default_rng(8)), 0, 100.0) == pytest.approx(11.7, abs=0.2)
 
 
 @pytest.mark.parametrize("seed", range(8))
 def test_no_line_in_noise_or_in_one_run_alone(seed):
     rng = np.random.default_rng(seed)
-    assert line(left(0.0, rng), 0) == 0.0
-    assert line(left(0.6, rng, lined=(1,)), 0) == 0.0
+    assert line(left(0.0, rng), 0, 100.0) == 0.0
+    assert line(left(0.6, rng, lined=(1,)), 0, 100.0) == 0.0

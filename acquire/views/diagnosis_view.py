@@ -14,7 +14,7 @@ from ..live.live_arm import GREY, LiveArm
 from ..live.live_log import COLOURS
 from ..traces_file import Traces
 from .diagnosis_words import parameters_markdown, residuals_markdown, verdict_markdown
-from .moments import Moment, lasting
+from .moments import lasting
 from .screen import View
 from .suspects import Suspect, suspects
 
@@ -43,10 +43,11 @@ def diagnosis_view(table: dict[str, Any], traces: Traces | None) -> View:
         traces: The samples behind it; without them there are words only.
     """
     known = [] if traces is None else suspects(table, traces)
+    texts = {name: words(table) for name, words in TEXTS.items()}
 
     def log(stream: rr.RecordingStream) -> None:
-        for name, words in TEXTS.items():
-            text = rr.TextDocument(words(table), media_type="text/markdown")
+        for name, words in texts.items():
+            text = rr.TextDocument(words, media_type="text/markdown")
             stream.log(f"texts/{name}", text, static=True)
         if traces is not None:
             for trace in traces.traces:
@@ -112,12 +113,8 @@ def _log_run(
         entity = _entity(trace, "residuals", which)
         lines = rr.SeriesLines(names=list(table["joints"]), colors=colours, widths=1.2)
         stream.log(entity, lines, static=True)
-        send(
-            stream,
-            entity,
-            trace.time,
-            lasting(trace.time, getattr(trace, which) / traces.noise, trace.weight),
-        )
+        over_noise = getattr(trace, which) / traces.noise
+        send(stream, entity, trace.time, lasting(trace.time, over_noise, trace.weight))
     LiveArm(stream, traces.model, colours, _arm(trace)).move(trace.time, trace.position)
     for suspect in known:
         _log_residual(stream, trace, suspect, float(traces.noise[suspect.joint]))
@@ -146,14 +143,16 @@ def _log_moments(stream: rr.RecordingStream, traces: Traces, trace: Trace, suspe
     _resize(stream, ball, float(trace.time[0]), 0.0)
     for moment in found:
         _resize(stream, ball, moment.begin, radius)
-        row = rr.TextLog(_row(traces, trace, suspect, moment), color=suspect.colour)
+        row = rr.TextLog(suspect.said(moment, trace, traces.model.robot), color=suspect.colour)
         stream.log(_entity(trace, "moments", suspect.name), row)
         _resize(stream, ball, moment.end, 0.0)
     bar = _entity(trace, "residuals", suspect.name, "4 moments")
     looks = rr.SeriesLines(names="shows most", colors=suspect.colour, widths=7.0)
     stream.log(bar, looks, static=True)
     height = BELOW * float(np.max(np.abs(suspect.before(trace) * trace.weight[:, suspect.joint])))
-    within = np.any([(trace.time >= one.begin) & (trace.time <= one.end) for one in found], axis=0)
+    within = np.zeros(len(trace.time), bool)
+    for moment in found:
+        within |= (trace.time >= moment.begin) & (trace.time <= moment.end)
     send(stream, bar, trace.time, np.where(within, height, np.nan))
 
 
@@ -176,16 +175,3 @@ def _log_ball(
     ball = rr.Points3D.from_fields(positions=[[0.0, 0.0, 0.0]], colors=[suspect.colour])
     stream.log(entity, ball, static=True)
     return entity, MARK * reach
-
-
-def _row(traces: Traces, trace: Trace, suspect: Suspect, moment: Moment) -> str:
-    """A moment in words: how much, and where the joint was and how fast."""
-    within = (trace.time >= moment.begin) & (trace.time <= moment.end)
-    position, velocity = (
-        float(np.mean(array[within, suspect.joint])) for array in (trace.position, trace.velocity)
-    )
-    unit = "rad" if traces.model.robot.revolute[suspect.joint] else "m"
-    joint = traces.model.robot.joints[suspect.joint]
-    when = f"{moment.begin:.1f} to {moment.end:.1f} s"
-    where = f"about {position:.2f} {unit}, {velocity:.2f} {unit}/s"
-    return f"{when}  {suspect.short}, {joint}: {moment.over_noise:.2g} x noise, {where}"

@@ -12,16 +12,15 @@ from exidyn.identify.importers import import_source
 from exidyn.identify.model import Model
 from exidyn.identify.recording import Recording
 
-from ..traces_file import NAME, read_traces
+from ..traces_file import NAME, Traces, read_traces
 from .diagnosis_view import diagnosis_view
 from .fit_view import fit_view
+from .names import told_apart
 from .recording_view import recording_view
 from .screen import View
 
 FORMAT = 1
 """Of diagnosis.json."""
-KEYS = ("name", "joints", "verdict", "findings", "remainders")
-"""What a diagnosis has at least."""
 
 
 def view_of(paths: Sequence[Path], model: Model | None = None) -> View:
@@ -39,7 +38,7 @@ def view_of(paths: Sequence[Path], model: Model | None = None) -> View:
     if len(results) > 1:
         raise NotAFile(f"{' and '.join(map(str, results))}: give one fit or one diagnosis at a time")
     sources = [path for path in paths if path not in results]
-    recordings = _told_apart([one for path in sources for one in import_source(path, model)])
+    recordings = _recordings(sources, model)
     if not results:
         return recording_view(recordings)
     table = _table(results[0])
@@ -47,12 +46,9 @@ def view_of(paths: Sequence[Path], model: Model | None = None) -> View:
         return fit_view(read_fit(results[0]), recordings)
     if table.get("exidyn_diagnosis") != FORMAT:
         raise NotAFile(f"{results[0]} is neither a fit nor a diagnosis of format {FORMAT}; update exidyn")
-    if missing := [key for key in KEYS if key not in table]:
-        raise NotAFile(f"{results[0]}: key {missing[0]} is missing")
     if recordings:
         raise NotAFile(f"{results[0]} brings its runs; give {', '.join(map(str, sources))} apart from it")
-    samples = results[0].with_name(NAME)
-    return diagnosis_view(table, read_traces(samples) if samples.exists() else None)
+    return _diagnosis_view(table, results[0])
 
 
 def _table(path: Path) -> dict[str, Any]:
@@ -70,10 +66,34 @@ def _table(path: Path) -> dict[str, Any]:
     return table
 
 
-def _told_apart(recordings: Sequence[Recording]) -> list[Recording]:
-    """The recordings with names that differ, since a tab has no other."""
-    names: list[str] = []
-    for recording in recordings:
-        number = sum(name.partition(" #")[0] == recording.name for name in names) + 1
-        names.append(recording.name if number == 1 else f"{recording.name} #{number}")
-    return [replace(one, name=name) for one, name in zip(recordings, names, strict=True)]
+def _recordings(paths: Sequence[Path], model: Model | None) -> list[Recording]:
+    """All that is at the paths, by names that differ."""
+    found = [one for path in paths for one in import_source(path, model)]
+    names = told_apart([one.name for one in found])
+    return [replace(one, name=name) for one, name in zip(found, names, strict=True)]
+
+
+def _diagnosis_view(table: dict[str, Any], path: Path) -> View:
+    """A diagnosis, with the samples beside it if there are any.
+
+    Raises:
+        NotAFile: It is damaged, or the samples are those of another.
+    """
+    samples = path.with_name(NAME)
+    traces = read_traces(samples) if samples.exists() else None
+    try:
+        if traces is not None and any(len(one.explained) != len(table["findings"]) for one in traces.traces):
+            raise NotAFile(f"{samples} is of another diagnosis than {path}; diagnose again")
+        return diagnosis_view(table, None if traces is None else _by_names(traces))
+    except KeyError as error:
+        raise NotAFile(f"{path}: key {error} is missing") from error
+    except (TypeError, AttributeError, IndexError) as error:
+        raise NotAFile(f"{path} is damaged: {error}") from error
+
+
+def _by_names(traces: Traces) -> Traces:
+    """The same by names that differ."""
+    names = told_apart([one.name for one in traces.traces])
+    return traces._replace(
+        traces=tuple(replace(one, name=name) for one, name in zip(traces.traces, names, strict=True))
+    )

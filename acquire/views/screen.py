@@ -1,5 +1,6 @@
 """Screen: where a view is shown; in a window, in browsers, or as a file for later."""
 
+import signal
 import subprocess
 import sys
 from collections.abc import Callable
@@ -69,5 +70,6 @@ def _log(view: View, sinks: "list[rr.GrpcSink | rr.FileSink]") -> None:
 
 
 def _end(server: "subprocess.Popen[bytes]") -> None:
-    server.terminate()
+    """End a server: a Python program that starts another, and that ends it too when it is interrupted."""
+    server.send_signal(signal.SIGINT)
     server.wait()

@@ -5,14 +5,16 @@ from typing import Any, NamedTuple
 import numpy as np
 from exidyn.identify.diagnosis.sentences import joint_words, lower
 from exidyn.identify.diagnosis.trace import Trace
+from exidyn.identify.robot import Robot
 from exidyn.identify.view_parts import JOINTS
 
 from ..traces_file import Traces
 from .diagnosis_words import finding_name
 from .moments import Moment, moments
+from .names import told_apart
 
-COLOURS = (JOINTS[3], JOINTS[4], JOINTS[2], JOINTS[1])
-"""Of suspects; none is that of before or of after."""
+COLOURS = (JOINTS[4], JOINTS[2], JOINTS[1])
+"""Of suspects, to be read on dark ground and on light; none is that of before or of after."""
 
 
 class Suspect(NamedTuple):
@@ -47,6 +49,16 @@ class Suspect(NamedTuple):
         """When it shows most."""
         return moments(trace.time, self.torque(trace) / noise[self.joint])
 
+    def said(self, moment: Moment, trace: Trace, robot: Robot) -> str:
+        """A moment in words: how much, and where the joint was on the average and how fast."""
+        within = (trace.time >= moment.begin) & (trace.time <= moment.end)
+        position = float(np.mean(trace.position[within, self.joint]))
+        speed = float(np.mean(np.abs(trace.velocity[within, self.joint])))
+        unit = "rad" if robot.revolute[self.joint] else "m"
+        when = f"{moment.begin:.1f} to {moment.end:.1f} s"
+        where = f"{position:.2f} {unit}, {speed:.2f} {unit}/s"
+        return f"{when}  {self.short}: {moment.over_noise:.2g} x noise at {where}"
+
 
 def suspects(table: dict[str, Any], traces: Traces) -> list[Suspect]:
     """Those of a diagnosis, the tables of whose file are given: findings first."""
@@ -58,7 +70,12 @@ def suspects(table: dict[str, Any], traces: Traces) -> list[Suspect]:
         (f"Left on {lower(joint_words(one['joint'] - 1, table['joints']))}", "left", one["joint"] - 1, None)
         for one in table["remainders"]
     ]
-    return [Suspect(*one, COLOURS[number % len(COLOURS)]) for number, one in enumerate([*found, *left])]
+    every = [*found, *left]
+    names = told_apart([name for name, *_ in every])
+    return [
+        Suspect(name, short, joint, place, COLOURS[number % len(COLOURS)])
+        for number, (name, (_, short, joint, place)) in enumerate(zip(names, every, strict=True))
+    ]
 
 
 def _telling(traces: Traces, place: int) -> int:

@@ -33,6 +33,7 @@ class Driven:
         motion: The same motion with the load that the gears transmit by the fitted model.
         torque: What the fitted model asks of the motors, at full rate, shape (t, n) [N m].
         bodies: The arm with its links and its payload as believed.
+        peak: Largest torque of each joint in all runs, shape (n,) [N m]; None where it is that of this one.
     """
 
     role: str
@@ -40,6 +41,7 @@ class Driven:
     motion: Motion
     torque: np.ndarray
     bodies: pin.Model
+    peak: np.ndarray | None = None
 
     @classmethod
     def of(cls, model: Model, recording: Recording, role: str, filtering: Filtering = FILTERING) -> "Driven":
@@ -67,6 +69,11 @@ class Driven:
     def thinned(self, columns: np.ndarray) -> np.ndarray:
         """Columns at full rate (t, ...) as they are compared, shape (r, ...)."""
         return self.prepared.decimation.apply(columns)[: self.rows]
+
+    @cached_property
+    def most(self) -> np.ndarray:
+        """Largest torque of each joint, shape (n,) [N m]."""
+        return np.max(np.abs(self.torque), axis=0) if self.peak is None else self.peak
 
     @cached_property
     def tangent(self) -> Tangent:

@@ -40,8 +40,7 @@ class HeldOut:
         """The same columns over other runs; None without any."""
         if not runs:
             return None
-        values = model.believed_values + found.believed.values[: len(model.names)]
-        runs = [run.after(model, values) for run in runs]
+        runs = [found.scene.known.on(run) for run in runs]
         rows = with_nuisances(model_rows(model, runs), model, runs)
         hypotheses = [one.hypothesis for one in found.found]
         pairs = [(one, Thinned.of(one.candidate, runs)) for one in hypotheses]

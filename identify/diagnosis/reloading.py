@@ -1,9 +1,10 @@
-"""Reloading: the load that gears transmit as it is known after a fit, with everything found that they carry.
+"""Reloading: torque and load of a run as they are known after a fit, with everything found that gears carry.
 
 A link floats in its play, and rubs by its load, where its load is small: some thousandths of it decide when.
 """
 
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -21,17 +22,47 @@ ALIKE = 2e-3
 """Change of a load over the load [-] that moves no link: its play is crossed some milliseconds sooner."""
 
 
-def reloaded(
-    model: Model, runs: Sequence[Driven], solution: Solution, found: Sequence[Hypothesis]
-) -> list[Driven]:
-    """The runs with the torque and load of a solution whose last unknowns are what was found."""
-    count = sum(len(one.values) for one in found)
-    own = np.split(solution.values[len(solution.values) - count :], np.cumsum([len(f.values) for f in found]))
-    fresh = [run.after(model, model.believed_values + solution.values[: len(model.names)]) for run in runs]
-    for one, values in zip(found, own, strict=False):
-        if one.candidate.effect in CARRIED:
-            fresh = [run.bearing(_on_joints(model, one.candidate.columns(run) @ values)) for run in fresh]
-    return fresh
+@dataclass(frozen=True, eq=False)
+class Known:
+    """What makes the torque and the load of any run.
+
+    Attributes:
+        model: As believed.
+        values: Its parameters as fitted, shape (p,).
+        carried: Findings that gears carry, with their coefficients.
+        peak: Largest torque of each joint in the runs fitted, shape (n,) [N m]; None before that is known.
+    """
+
+    model: Model
+    values: np.ndarray
+    carried: tuple[tuple[Candidate, np.ndarray], ...] = ()
+    peak: np.ndarray | None = None
+
+    @classmethod
+    def after(cls, model: Model, solution: Solution, found: Sequence[Hypothesis] = ()) -> "Known":
+        """From a solution whose last unknowns are what was found."""
+        count = sum(len(one.values) for one in found)
+        own = np.split(
+            solution.values[len(solution.values) - count :], np.cumsum([len(f.values) for f in found])
+        )
+        carried = [
+            (one.candidate, values)
+            for one, values in zip(found, own, strict=False)
+            if one.candidate.effect in CARRIED
+        ]
+        return cls(model, model.believed_values + solution.values[: len(model.names)], tuple(carried))
+
+    def of(self, runs: Sequence[Driven]) -> "Known":
+        """The same with the largest torques of these runs."""
+        torques = [np.max(np.abs(run.torque), axis=0) for run in map(self.on, runs)]
+        return replace(self, peak=np.max(torques, axis=0))
+
+    def on(self, run: Driven) -> Driven:
+        """A run with that torque and load."""
+        fresh = run.after(self.model, self.values)
+        for candidate, values in self.carried:
+            fresh = fresh.bearing(_on_joints(self.model, candidate.columns(fresh) @ values))
+        return replace(fresh, peak=self.peak)
 
 
 def alike(before: Sequence[Driven], after: Sequence[Driven]) -> bool:

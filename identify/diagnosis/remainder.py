@@ -31,6 +31,8 @@ WAVES = 6
 """Half waves over a run of what wanders with time; faster than seconds it is noise."""
 PASSED = 0.7
 """Share of the highest frequency up to which torque passes the filter as it is [-]."""
+SLOWEST = 1.0
+"""Of what vibrates [Hz]; slower waves are motions'."""
 LENGTH = 4096
 """Points of a spectrum: those of runs of different lengths are compared frequency by frequency."""
 LINES = 1e-4
@@ -108,8 +110,8 @@ def remainders(solution: Solution, left: Sequence[Left], rate: float, noise: np.
         if best is not None and best.evidence > least_evidence(len(noise)):
             probability = 1.0 / (1.0 + count * np.exp(-min(best.evidence, 700.0)))
             found.append(Remainder(joint, over, float(probability), best.depends_on))
-        elif frequency := line(solution, joint):
-            found.append(Remainder(joint, over, 1 - LINES, f"time, at {frequency * rate:.1f} Hz"))
+        elif frequency := line(solution, joint, rate):
+            found.append(Remainder(joint, over, 1 - LINES, f"time, at {frequency:.1f} Hz"))
     return found
 
 
@@ -118,12 +120,19 @@ def least_evidence(dof: int) -> float:
     return float(np.log(CREDIBLE / (1 - CREDIBLE)) + np.log(dof * len(KINDS)))
 
 
-def line(solution: Solution, joint: int) -> float:
-    """Frequency of a line that two runs have and noise has not [share of the rate]; zero for none.
+def line(solution: Solution, joint: int, rate: float) -> float:
+    """Frequency of a line that two runs have and noise has not [Hz]; zero for none.
 
-    What vibrates does so in every run; a line of one run alone is a swept sine that passed.
+    What vibrates does so in every run; a line of one run alone is a swept sine that passed. The residual is
+    taken as it is: what makes noise white takes lines away.
+
+    Args:
+        solution: Whose residual it is.
+        joint: From 0.
+        rate: Of the rows [Hz].
     """
-    found = [ratio for ratio in _over_their_level(solution, joint) if ratio is not None]
+    lowest = int(SLOWEST * LENGTH / rate)
+    found = [ratio for ratio in _over_their_level(solution, joint, lowest) if ratio is not None]
     if not found:
         return 0.0
     several = min(2, len(found))
@@ -131,23 +140,22 @@ def line(solution: Solution, joint: int) -> float:
     worst, pairs = int(np.argmax(ratios)), len(found) * (len(found) - 1) / 2 if several == 2 else 1
     # Powers of noise are exponential; the factor allows for a window, by which neighbours are alike.
     chance = -np.expm1(len(ratios) * np.log1p(-min(pairs * np.exp(-several * ratios[worst] / 1.5), 0.5)))
-    return float((worst + 2) / LENGTH) if chance < LINES else 0.0
+    return float((worst + lowest) * rate / LENGTH) if chance < LINES else 0.0
 
 
-def _over_their_level(solution: Solution, joint: int) -> Iterator[np.ndarray | None]:
-    """Power of each run's white residual over the level round about, at one grid of frequencies."""
-    valid, start = solution.whitening.valid[:, joint], 0
+def _over_their_level(solution: Solution, joint: int, lowest: int) -> Iterator[np.ndarray | None]:
+    """Power of each run's residual over the level round about, at one grid of frequencies."""
+    counts, residual = solution.whitening.valid[:, joint], solution.residual[:, joint]
     for rows in solution.rows.runs:
-        count = int(np.sum(valid[rows]))
-        white, start = solution.left[joint][start : start + count], start + count
-        if count < 64:
+        own = residual[rows][counts[rows]]
+        if len(own) < 64:
             yield None
             continue
-        power = np.abs(np.fft.rfft(white * np.hanning(count), LENGTH)) ** 2
+        power = np.abs(np.fft.rfft(own * np.hanning(len(own)), LENGTH)) ** 2
         # Beyond that share of the highest frequency the filter has taken the torque away.
-        inner = power[2 : int(PASSED * len(power))]
-        level = ndimage.median_filter(inner, AROUND * max(LENGTH // count, 1), mode="reflect") / np.log(2)
-        yield inner / level
+        inner = power[lowest : int(PASSED * len(power))]
+        window = AROUND * max(LENGTH // len(own), 1)
+        yield inner / (ndimage.median_filter(inner, window, mode="reflect") / np.log(2))
 
 
 def rms(values: np.ndarray, weight: np.ndarray) -> np.ndarray:

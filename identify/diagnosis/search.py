@@ -14,7 +14,7 @@ from .driven import Driven
 from .hypothesis import WORTH, Hypothesis, refined, reshaped, weigh
 from .nuisances import with_nuisances
 from .recolouring import recoloured
-from .reloading import CARRIED, alike, anew, reloaded
+from .reloading import CARRIED, Known, alike, anew
 from .rows import Rows, model_rows
 from .solution import Solution
 from .whitening import Whitening
@@ -44,6 +44,8 @@ FIRST_ORDER = 0.1
 """Likewise where a link's own motion is followed to first order only."""
 SWINGING = ("joint_elasticity", "backlash")
 """Effects in which a link moves otherwise than its motor, and all that it carries with it."""
+SPLIT = ("viscous_friction", "coulomb_friction", "rotor_inertia")
+"""What a motor that turns with two joints splits between them in a way that no formula knows."""
 KINDS = (
     {
         "viscous_friction", "coulomb_friction", "friction_asymmetry", "stribeck_friction", "hysteresis",
@@ -110,6 +112,7 @@ class Scene:
         rows: Of these runs, with nuisances and without findings.
         asked: All hypotheses that do not depend on what is left.
         reaches: Of a force on the flange, in each run.
+        known: What makes the torque and the load of any run.
     """
 
     model: Model
@@ -117,16 +120,17 @@ class Scene:
     rows: Rows
     asked: Asked
     reaches: tuple[Reach, ...]
+    known: Known
 
     @classmethod
     def of(cls, model: Model, runs: Sequence[Driven]) -> "Scene":
         """With the load of a first fit."""
         base = model_rows(model, runs)
-        rough = solved(base)
-        runs = [run.after(model, model.believed_values + rough.values[: len(model.names)]) for run in runs]
+        known = Known.after(model, solved(base)).of(runs)
+        runs = tuple(known.on(run) for run in runs)
         asked = [(candidate, Thinned.of(candidate, runs)) for candidate in candidates(model)]
         reaches = tuple(Reach.of(model, run) for run in runs)
-        return cls(model, tuple(runs), with_nuisances(base, model, runs), asked, reaches)
+        return cls(model, runs, with_nuisances(base, model, runs), asked, reaches, known)
 
     @property
     def count(self) -> int:
@@ -151,7 +155,8 @@ class Scene:
     def bearing(self, found: Sequence[Found]) -> tuple["Scene", list[Found]]:
         """The same, and the findings, with the load that gears transmit beside what was found."""
         hypotheses = [one.hypothesis for one in found]
-        runs = reloaded(self.model, self.runs, self.solution(found), hypotheses)
+        known = Known.after(self.model, self.solution(found), hypotheses).of(self.runs)
+        runs = tuple(known.on(run) for run in self.runs)
         if alike(self.runs, runs):
             return self, list(found)
         fresh = [
@@ -159,7 +164,7 @@ class Scene:
             for one, old in zip(found, hypotheses, strict=True)
         ]
         asked = [(candidate, anew(candidate, columns, runs)) for candidate, columns in self.asked]
-        return replace(self, runs=tuple(runs), asked=asked), fresh
+        return replace(self, runs=runs, asked=asked, known=known), fresh
 
 
 @dataclass(frozen=True, eq=False)
@@ -254,6 +259,8 @@ def _error(one: Hypothesis, other: Hypothesis) -> float:
     """Share of the other's evidence that one may have by being the error of the other's formula."""
     own, more = one.candidate, other.candidate
     if own.joints == more.joints and any({own.effect, more.effect} <= kind for kind in KINDS):
+        return FORMULA**2
+    if more.effect == "kinematic_coupling" and own.effect in SPLIT and set(own.joints) < set(more.joints):
         return FORMULA**2
     return FIRST_ORDER**2 if more.effect in SWINGING and competing(one, other) else 0.0
 

@@ -17,16 +17,19 @@ class PositionDependentFriction(JointEffect):
     Attributes:
         harmonic: Periods per turn of the joint :math:`k` [-], or per metre over :math:`2\pi` where it
             slides; part of the parameters' names, so that several can be in one model.
+        count: How many multiples of it there are, from the first on; a tight spot has many.
         reversal: Velocity :math:`v_r` over which the sign turns [rad/s].
     """
 
     harmonic: float = 1
+    count: int = 1
     reversal: float = shape(0.003, "rad/s", 1e-4, 0.1)
 
     def parameters(self, robot: Robot) -> list[Parameter]:
         return [
-            Parameter(f"F{wave}{self.harmonic:g}_{joint + 1}", "N m")
+            Parameter(f"F{wave}{k * self.harmonic:g}_{joint + 1}", "N m")
             for joint in self.columns(robot)
+            for k in range(1, self.count + 1)
             for wave in ("cos", "sin")
         ]
 
@@ -40,4 +43,5 @@ class PositionDependentFriction(JointEffect):
     def _waves(self, robot: Robot, motion: Motion, profile: np.ndarray) -> np.ndarray:
         """Regressor of a profile (t, n) that waves along the joint."""
         angle = self.harmonic * motion.position
-        return self.on_joints(robot, profile * np.cos(angle), profile * np.sin(angle))
+        waves = [wave(k * angle) for k in range(1, self.count + 1) for wave in (np.cos, np.sin)]
+        return self.on_joints(robot, *[profile * wave for wave in waves])

@@ -19,20 +19,24 @@ class TorqueRipple(JointEffect):
     Attributes:
         harmonic: Periods per turn of the motor :math:`k` [-]; part of the parameters' names, so that
             several can be in one model.
+        count: How many multiples of it there are, from the first on.
     """
 
     harmonic: float = 1
+    count: int = 1
 
     def parameters(self, robot: Robot) -> list[Parameter]:
         return [
-            Parameter(f"R{wave}{self.harmonic:g}_{joint + 1}", "N m")
+            Parameter(f"R{wave}{k * self.harmonic:g}_{joint + 1}", "N m")
             for joint in self.columns(robot)
+            for k in range(1, self.count + 1)
             for wave in ("cos", "sin")
         ]
 
     def regressor(self, robot: Robot, motion: Motion) -> np.ndarray:
         angle = self.harmonic * robot.gear_ratio * (motion.position @ robot.coupling.T)
-        on_motors = self.on_joints(robot, np.cos(angle), np.sin(angle))
+        waves = [wave(k * angle) for k in range(1, self.count + 1) for wave in (np.cos, np.sin)]
+        on_motors = self.on_joints(robot, *waves)
         return np.einsum("mj,tmp->tjp", robot.coupling, on_motors)
 
     def motion_gradient(

@@ -154,18 +154,28 @@ def _coarse(recording: Recording, run: Recording, step: float) -> _OnGrid:
     lags = np.arange(count - len(ours), len(theirs) - count + 1)
     mean, power = _disagreement(ours, theirs, lags)
     mean = np.where(power < MOVES**2, np.inf, mean)
-    best = int(np.argmin(mean))
-    if not np.isfinite(mean[best]):
+    if not np.isfinite(mean).any():
         raise RecordingError(
             f"{recording.name} and {run.name} have no motion in common: root mean square below {MOVES:g} rad"
         )
-    others = np.where(np.abs(lags - lags[best]) * step > NEAR, mean, np.inf)
-    other = int(np.argmin(others))
     # What no encoder resolves is as good as nothing.
-    as_good = others[other] < CLEARER * max(mean[best], RESOLVED**2)
+    good = CLEARER * max(float(np.min(mean)), RESOLVED**2)
+    time = lags * step
+    best = _first(mean, good, np.minimum(lags + len(ours), len(theirs)) - np.maximum(lags, 0), time)
+    away = np.abs(time - time[best])
+    others = np.where(away > NEAR, mean, np.inf)
+    again = float(away[_first(others, good, -away, time)]) if np.any(others < good) else 0.0
     start = run.signals["position"].time[0] - recording.signals["position"].time[0]
-    again = abs(int(lags[other] - lags[best])) * step if as_good else 0.0
-    return _OnGrid(float(start + lags[best] * step), again)
+    return _OnGrid(float(start + time[best]), again)
+
+
+def _first(mean: np.ndarray, good: float, preference: np.ndarray, time: np.ndarray) -> int:
+    """The place of the least disagreement near the one that is preferred of all that are good.
+
+    Of a motion that repeats itself, most of both is compared at one offset only.
+    """
+    preferred = int(np.argmax(np.where(mean <= good, preference, -np.inf)))
+    return int(np.argmin(np.where(np.abs(time - time[preferred]) <= NEAR, mean, np.inf)))
 
 
 def _even(signal: Signal, step: float) -> np.ndarray:

@@ -23,6 +23,9 @@ DURATIONS = (0.3, 0.6, 1.0)
 """Of a touch [s]; each within half of the next is refined."""
 PARTS = 4
 """Starts that are tried in a duration."""
+ENDS = 1.0
+"""At the beginning and at the end of a run in which no touch is looked for [s]: where an arm starts and
+stops, friction that is not quite as believed looks like a push."""
 STANDING_OUT = 2.0
 """How much more a touch has to explain than a force at any other time; what stands out less is a model that
 is wrong here and there."""
@@ -76,6 +79,8 @@ def touches(
         for pair in _scored(model, solution, run, reach, number)
     ]
     scored.sort(key=lambda pair: -pair[1])
+    if not scored:
+        return
     first, score = scored[0]
     elsewhere = max((other for touch, other in scored if not _near(touch, first)), default=0.0)
     if score < STANDING_OUT * elsewhere:
@@ -135,7 +140,7 @@ def _scored(
     curvature = np.einsum("tjk,tj,tjl->tkl", pushed, gains, pushed)
     found = []
     for duration in DURATIONS:
-        for start in np.arange(times[0], times[-1] - duration, duration / PARTS):
+        for start in np.arange(times[0] + ENDS, times[-1] - ENDS - duration, duration / PARTS):
             touch = Touch(number, run.prepared.name, float(start), duration)
             within = _within(times, touch)
             share = touch.share(times[within])

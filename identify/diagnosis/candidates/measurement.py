@@ -12,9 +12,9 @@ from ..driven import Driven
 from ..nuisances import torque_rate
 
 KNEES = (0.3, 0.5, 0.7)
-"""Torque over the largest of the run from which on a motor gives less per ampere [-]."""
+"""Torque over the largest of all runs from which on a motor gives less per ampere [-]."""
 CLIPS = (0.6, 0.8, 0.9, 0.97)
-"""Torque over the largest of the run at which a current ends [-]."""
+"""Torque over the largest of all runs at which a current ends [-]."""
 ENDS = 0.15
 """By how much that which lies beyond may be more or less than all that is missing [-]: the torque is known so
 well."""
@@ -46,7 +46,7 @@ def saturations(model: Model) -> Iterator[Candidate]:
 def _saturation(joint: int, knee: float) -> Candidate:
     def columns(run: Driven) -> np.ndarray:
         torque = run.torque[:, joint]
-        most = np.max(np.abs(torque))
+        most = run.most[joint]
         beyond = np.maximum(np.abs(torque) - knee * most, 0.0)
         return _on(run, joint, np.sign(torque) * beyond**2 / max(most, 1e-12))
 
@@ -70,7 +70,7 @@ def clips(model: Model) -> Iterator[Candidate]:
 def _clip(joint: int, level: float) -> Candidate:
     def columns(run: Driven) -> np.ndarray:
         torque = run.torque[:, joint]
-        beyond = np.maximum(np.abs(torque) - level * np.max(np.abs(torque)), 0.0)
+        beyond = np.maximum(np.abs(torque) - level * run.most[joint], 0.0)
         return _on(run, joint, -np.sign(torque) * beyond)
 
     def reshaped(given: Mapping[str, float]) -> Candidate:

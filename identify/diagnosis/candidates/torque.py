@@ -13,16 +13,20 @@ from ..driven import Driven
 from ..nuisances import PRESLIDING, REVERSAL_STD, REVERSALS, dry, turning
 from .motors import coupled, on_motors
 
-GRIDS: dict[str, dict[str, tuple[Any, ...]]] = {
-    "stribeck_friction": {"fade": (0.02, 0.05, 0.12, 0.3)},
-    "hysteresis": {"presliding": (1.5e-3, 4e-3, 1e-2, 2.5e-2)},
-    "nonlinear_viscous_friction": {"exponent": (0.5, 1.5, 2.0, 3.0)},
-    "torque_ripple": {"harmonic": (1.0, 2.0, 3.0, 4.0, 6.0)},
-    "position_dependent_friction": {"harmonic": (1.0, 2.0, 3.0)},
-    "friction_asymmetry": {"viscous": (False, True)},
-    "joint_spring": {"stiffening": (False, True)},
+MULTIPLES = 6
+"""Of a wave along a turn that are asked for together; what is sharper has little torque in those beyond."""
+GRIDS: dict[str, tuple[dict[str, Any], ...]] = {
+    "stribeck_friction": tuple({"fade": speed} for speed in (0.02, 0.05, 0.12, 0.3)),
+    "hysteresis": tuple({"presliding": way} for way in (1.5e-3, 4e-3, 1e-2, 2.5e-2)),
+    "nonlinear_viscous_friction": tuple({"exponent": power} for power in (0.5, 1.5, 2.0, 3.0)),
+    "torque_ripple": (*({"harmonic": float(k)} for k in (1, 2, 3, 4, 6)), {"count": MULTIPLES}),
+    "position_dependent_friction": (*({"harmonic": float(k)} for k in (1, 2, 3)), {"count": MULTIPLES}),
+    "friction_asymmetry": ({}, {"viscous": True}),
+    "joint_spring": ({}, {"stiffening": True}),
 }
-"""Shapes that are tried, effect -> field -> values; each within half a step of any other is refined."""
+"""Shapes that are tried; each within half a step of any other is refined."""
+RATIOS = (-2.0, -1.0, -0.5, 0.5, 1.0, 2.0)
+"""Turns of a motor with its neighbour for one with its own joint that are tried [-]."""
 LIMITS = {"presliding": Shape("rad", 1e-3, 5e-2)}
 """Narrower bounds than an effect's own: less presliding is a nuisance."""
 ON_EACH_JOINT = (
@@ -36,7 +40,7 @@ ON_EACH_JOINT = (
 def on_each_joint(model: Model, name: str) -> Iterator[Candidate]:
     """An effect on each joint in turn, in each shape of its grid."""
     for joint in model.robot.joints:
-        for given in _shapes(name):
+        for given in GRIDS.get(name, ({},)):
             yield of_effect(model, name, EFFECTS[name](joints=(joint,), **given))  # type: ignore[call-arg]
 
 
@@ -68,7 +72,7 @@ def couplings(model: Model) -> Iterator[Candidate]:
     joints = model.robot.joints
     for first, second in zip(joints[:-1], joints[1:], strict=True):
         for pair in ((first, second), (second, first)):
-            for ratio in (-1.0, 1.0):
+            for ratio in RATIOS:
                 effect = KinematicCoupling(*pair, ratio=ratio)
                 yield of_effect(model, "kinematic_coupling", effect)
 
@@ -82,18 +86,13 @@ def balancers(model: Model) -> Iterator[Candidate]:
                 yield of_effect(model, "spring_balancer", effect)
 
 
-def _shapes(name: str) -> Iterator[dict[str, Any]]:
-    [(field, values)] = GRIDS.get(name, {"": (0.0,)}).items()
-    for value in values:
-        yield {field: value} if field else {}
-
-
 def of_effect(model: Model, name: str, effect: Effect) -> Candidate:
     """The candidate that an effect is."""
     robot = model.robot
     parameters = effect.parameters(robot)
     own = {f.name for f in fields(effect)}
-    shape = {key: float(getattr(effect, key)) for key in (*effect.shapes(), "harmonic") if key in own}
+    waves = () if getattr(effect, "count", 1) > 1 else ("harmonic",)
+    shape = {key: float(getattr(effect, key)) for key in (*effect.shapes(), *waves) if key in own}
 
     def columns(run: Driven) -> np.ndarray:
         return on_motors(robot, effect.regressor(robot, run.motion))
