@@ -75,7 +75,7 @@ def _stands(one: Found, gain: float, share: float) -> bool:
         return True
     # So much would be gained, give or take twice the root of it: chance alone seldom takes all of much.
     expected = 2.0 * one.hypothesis.evidence * share
-    return expected < SURE and one.odds + 0.5 * gain > CERTAIN_ODDS
+    return bool(expected < SURE and one.odds + 0.5 * gain > CERTAIN_ODDS)
 
 
 def _possible(found: Searched, place: int) -> bool:
