@@ -75,7 +75,7 @@ def _span(comparison: Comparison, kind: str, joint: int, third: int) -> str:
     position, velocity, effort = comparison.mismatches
     unit = {"position": position, "speed": velocity, "load": effort}[kind].units[joint]
     low, high = effort.regions[kind].edges[joint, third : third + 2]
-    return f"{low:.3g} to {high:.3g} {unit}"
+    return f"{digits(low)} to {digits(high)} {unit}"
 
 
 def _unit(mismatch: Mismatch) -> str:

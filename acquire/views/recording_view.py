@@ -19,7 +19,7 @@ from .screen import View
 CHUNK = 2000
 """Samples whose regressor is held at once; a few megabytes."""
 MEASURED = {
-    "position": "position, commanded in grey",
+    "position": "position",
     "velocity": "velocity",
     "current": "current [A]",
     "torque": "torque [N m]",
@@ -45,7 +45,8 @@ def _tab(recording: Recording) -> rrb.Container:
     """Plots on the left; the arm, what happened and what is inside on the right."""
     name, turns = recording.name, bool(recording.robot.revolute.all())
     angle, small = ("rad", "mrad") if turns else ("rad, m", "mrad, mm")
-    units = {"position": f" [{angle}]", "velocity": f" [{angle}/s]"}
+    grey = ", commanded in grey" if "command" in recording.signals else ""
+    units = {"position": f"{grey} [{angle}]", "velocity": f" [{angle}/s]"}
     plots = [
         _plot(name, signal, title + units.get(signal, ""))
         for signal, title in MEASURED.items()

@@ -70,6 +70,12 @@ class Driven:
         """Columns at full rate (t, ...) as they are compared, shape (r, ...)."""
         return self.prepared.decimation.apply(columns)[: self.rows]
 
+    @property
+    def filtering(self) -> Filtering:
+        """Through which it was prepared."""
+        own, cutoff = self.prepared.decimation, self.prepared.position_cutoff
+        return Filtering(rate=own.rate, position_cutoff=cutoff, torque_cutoff=own.cutoff)
+
     @cached_property
     def most(self) -> np.ndarray:
         """Largest torque of each joint, shape (n,) [N m]."""

@@ -35,6 +35,7 @@ def evidence(
         gain_after=_gains(found, fitted),
         noise=noise,
         traces=(*own, *_traces(model, found, found.runs, found.rows, word)),
+        filtering=found.runs[0].filtering,
     )
 
 

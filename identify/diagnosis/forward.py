@@ -72,7 +72,7 @@ def forward(diagnosis: Diagnosis, recording: Recording) -> Forward | None:
     """
     if (known := diagnosis.evidence) is None:
         return None
-    run = Driven.of(known.model, recording, "")
+    run = Driven.of(known.model, recording, "", known.filtering)
     arms = as_believed(known), as_found(known, diagnosis.findings)
     (before, _), (after, missed) = (_simulated(arm, run) for arm in arms)
     wrong = [place for place in arms[1].left_out if diagnosis.findings[place].effect in MEASURED_WRONG]

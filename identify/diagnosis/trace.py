@@ -5,6 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..model import Model
+from ..prepare import Filtering
+from .driven import FILTERING
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,6 +58,7 @@ class Evidence:
         gain_after: The same, fitted within their tolerance, shape (n,) [N m/A].
         noise: Noise floor of each joint's torque behind the filter, shape (n,) [N m].
         traces: Runs held out first.
+        filtering: Of all runs.
     """
 
     model: Model
@@ -65,3 +68,4 @@ class Evidence:
     gain_after: np.ndarray
     noise: np.ndarray
     traces: tuple[Trace, ...]
+    filtering: Filtering = FILTERING
