@@ -64,6 +64,7 @@ def _diagnosed(model: Model, recordings: Sequence[tuple[str, Recording]], name: 
         doubts=tuple(doubts),
         evidence=evidence(model, found, apart, held_out, noise),
         seconds=time.monotonic() - began,
+        tried=found.scene.tried,
     )
 
 

@@ -109,6 +109,7 @@ class Diagnosis:
         runs: Names of the runs fitted.
         doubts: What limits the answer, in sentences.
         seconds: How long it took [s].
+        tried: Effects that these runs can be asked for, with how many hypotheses there were of each.
         evidence: What it rests on, for pictures and simulation.
     """
 
@@ -120,7 +121,7 @@ class Diagnosis:
     runs: tuple[str, ...]
     doubts: tuple[str, ...] = ()
     seconds: float = 0.0
-    tried: Mapping[str, float] = field(default_factory=dict)
+    tried: Mapping[str, int] = field(default_factory=dict)
     evidence: Evidence | None = None
 
     @property

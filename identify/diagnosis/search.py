@@ -1,5 +1,6 @@
 """Search: one effect at a time is added, everything solved anew, until nothing more is credible."""
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
@@ -136,6 +137,12 @@ class Scene:
     def count(self) -> int:
         """Number of hypotheses; a touch of the arm, which may be any time, is one."""
         return len({candidate.key for candidate, _ in self.asked}) + 1
+
+    @property
+    def tried(self) -> dict[str, int]:
+        """Effects that these runs can be asked for, with how many hypotheses there are of each."""
+        keys = {candidate.key for candidate, columns in self.asked if not columns.empty}
+        return dict(Counter(effect for effect, _ in keys)) | {"contact_event": 1}
 
     def solution(self, found: Sequence[Found]) -> Solution:
         """With the columns of what was found."""
