@@ -30,7 +30,7 @@ class Candidate:
         columns: Its torque in a run.
         names: Of its coefficients.
         units: Of its coefficients.
-        lower: Smallest value that physics allows each coefficient, 0 or minus infinity.
+        lower: Smallest value that physics allows each coefficient, not above 0.
         shape: Nonlinear parameters.
         bounds: Their bounds, where they may be refined.
         reshaped: The same with another shape.
@@ -100,7 +100,8 @@ class Thinned:
         share = np.max(strength / np.maximum(usual[:, None], np.finfo(float).tiny), axis=0, initial=0.0)
         std = SIZE / np.maximum(share, 1e-12)
         if candidate.proportion is not None:
-            std = std[0] * np.array(candidate.proportion)
+            together = np.array(candidate.proportion)
+            std = SIZE / max(float(np.max(share * together)), 1e-12) * together
         return cls(joints, values, std, np.zeros(len(std)))
 
     @property

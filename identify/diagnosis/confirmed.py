@@ -20,7 +20,7 @@ SURE = 16.0
 NEGLIGIBLE = 0.1
 """Torque over the noise floor below which an effect, be it real, changes a residual by half a per cent."""
 MOSTLY = 0.6
-"""Share of the evidence on a joint that its findings must account for to be given their name: two thirds."""
+"""Share of the evidence on a joint that its findings must account for to be given their name [-]."""
 
 
 def confirmed(
@@ -90,14 +90,21 @@ def _matters(found: Searched, one: Found, noise: np.ndarray) -> bool:
     """Whether its torque is worth a name in any run on any joint."""
     columns = one.hypothesis.columns
     weight = found.rows.weight[:, columns.joints]
-    torques = [rms(one.hypothesis.torque[rows], weight[rows]) for rows in found.rows.runs]
+    torque = _torque(found, one)
+    torques = [rms(torque[rows], weight[rows]) for rows in found.rows.runs]
     return bool(np.any(np.max(torques, axis=0) > NEGLIGIBLE * noise[columns.joints]))
+
+
+def _torque(found: Searched, one: Found) -> np.ndarray:
+    """Torque of a finding beside all others, shape (r, k) of the joints of its columns [N m]."""
+    place = next(k for k, other in enumerate(found.found) if other is one)
+    return one.hypothesis.columns.values @ found.solution.values[columns_of(found, place)]
 
 
 def _mostly_else(found: Searched, one: Found, left: Sequence[Left]) -> bool:
     """Whether what is left on the joint that it moves most is no less than what it explains."""
     strength = (
-        np.sqrt(np.mean(one.hypothesis.torque**2, axis=0))
+        np.sqrt(np.mean(_torque(found, one) ** 2, axis=0))
         / found.solution.whitening.scale[one.hypothesis.columns.joints]
     )
     joint = int(one.hypothesis.columns.joints[np.argmax(strength)])

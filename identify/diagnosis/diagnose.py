@@ -79,6 +79,9 @@ def _finding(found: Searched, place: int, gain: float) -> Finding:
     hypothesis: Hypothesis = one.hypothesis
     candidate, own = hypothesis.candidate, columns_of(found, place)
     values, std = found.solution.values[own], np.sqrt(np.diag(found.solution.covariance)[own])
+    if candidate.effect == "drive_gain":
+        # A torque less by a share s is a gain greater by s / (1 - s).
+        values, std = values / (1.0 - values), std / (1.0 - values) ** 2
     numbers = {
         name: Quantity(float(value), float(deviation), unit)
         for name, value, deviation, unit in zip(candidate.names, values, std, candidate.units, strict=True)

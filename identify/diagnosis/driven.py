@@ -62,9 +62,15 @@ class Driven:
         torque = load + _torque(model, motion, values, transmitted=False)
         return replace(self, motion=motion, torque=torque @ model.robot.to_motors.T)
 
-    def bearing(self, torque: np.ndarray) -> "Driven":
-        """The same with gears that transmit some torque (t, n) [N m] more: of a body that was found, say."""
-        return replace(self, motion=replace(self.motion, load=self.motion.load + torque))
+    def bearing(self, torque: np.ndarray, on_motors: np.ndarray) -> "Driven":
+        """The same with gears that transmit some torque (t, n) [N m] more: of a body that was found, say.
+
+        Args:
+            torque: Seen from the joints.
+            on_motors: The same seen from the motors.
+        """
+        motion = replace(self.motion, load=self.motion.load + torque)
+        return replace(self, motion=motion, torque=self.torque + on_motors)
 
     def thinned(self, columns: np.ndarray) -> np.ndarray:
         """Columns at full rate (t, ...) as they are compared, shape (r, ...)."""

@@ -1,7 +1,7 @@
 """Held out: runs that were not fitted, predicted with and without what was found."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -43,7 +43,8 @@ class HeldOut:
         runs = [found.scene.known.on(run) for run in runs]
         rows = with_nuisances(model_rows(model, runs), model, runs)
         hypotheses = [one.hypothesis for one in found.found]
-        pairs = [(one, Thinned.of(one.candidate, runs)) for one in hypotheses]
+        count = sum(run.rows for run in runs)
+        pairs = [(one, _columns(one, runs, count)) for one in hypotheses]
         rows = with_found(rows, pairs)
         return cls(tuple(runs), rows, found.solution.whitening.elsewhere(rows.weight, rows.runs))
 
@@ -60,7 +61,7 @@ class HeldOut:
 
     def further(self, found: Searched, hypothesis: Hypothesis) -> float:
         """The same of a hypothesis that is not among the findings."""
-        fitted, columns = found.solution, Thinned.of(hypothesis.candidate, self.runs)
+        fitted, columns = found.solution, _columns(hypothesis, self.runs, len(self.rows.difference))
         wider = with_found(found.rows, [(hypothesis, hypothesis.columns)])
         own = with_found(self.rows, [(hypothesis, columns)])
         both = Solution(wider, fitted.whitening).shares, Solution(own, self.whitening).shares
@@ -87,6 +88,13 @@ def foretold(fitted: Sequence[Share], others: Sequence[Share], rows: Rows) -> fl
     """Logarithm of the probability of other rows after those fitted, with the beliefs of given rows."""
     known = 1.0 / np.maximum(rows.std, CERTAIN) ** 2
     return marginal([*fitted, *others], known)[1] - marginal(fitted, known)[1]
+
+
+def _columns(one: Hypothesis, runs: Sequence[Driven], count: int) -> Thinned:
+    """Its columns over runs; zero where these did not record what it takes."""
+    columns = Thinned.of(one.candidate, runs)
+    still = np.zeros((count, *one.columns.values.shape[1:]))
+    return replace(one.columns, values=still) if columns.empty else columns
 
 
 def at_its_word(found: Searched) -> np.ndarray:

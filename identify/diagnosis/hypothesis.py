@@ -34,7 +34,8 @@ class Hypothesis:
         columns: Its columns.
         values: Its coefficients, shape (p,).
         evidence: Logarithm of the Bayes factor against nothing more, its shapes being equally likely.
-        own: The same of the best shape alone.
+        own: The same of the best shape and size alone.
+        scale: Size that it is believed to have, over that of its columns [-].
     """
 
     candidate: Candidate
@@ -42,11 +43,17 @@ class Hypothesis:
     values: np.ndarray
     evidence: float
     own: float
+    scale: float = 1.0
+
+    @property
+    def std(self) -> np.ndarray:
+        """How far each coefficient may be from what is expected, shape (p,)."""
+        return self.scale * self.columns.std
 
     @property
     def found_std(self) -> np.ndarray:
         """How far each coefficient may be from zero once the effect is taken to be there, shape (p,)."""
-        believed = np.hypot(self.columns.mean, self.columns.std)
+        believed = np.hypot(self.columns.mean, self.std)
         return believed * max(1.0, float(np.max(np.abs(self.values) / believed)))
 
     @property
@@ -96,10 +103,10 @@ def judged(whole: Profile, candidate: Candidate, columns: Thinned) -> Hypothesis
     tried = [profile.best(scale * columns.std, lower) for scale in scales]
     best = int(np.argmax([evidence for _, evidence in tried]))
     evidence = float(np.logaddexp.reduce([one for _, one in tried]) - np.log(len(scales)) + gain)
-    believed, values = replace(columns, std=scales[best] * columns.std), tried[best][0] + columns.mean
-    if strange(believed, values):
-        evidence = -np.inf
-    return Hypothesis(candidate, believed, values, evidence, evidence)
+    values, own = tried[best][0] + columns.mean, float(tried[best][1] + gain)
+    if strange(columns, values):
+        evidence = own = -np.inf
+    return Hypothesis(candidate, columns, values, evidence, own, scales[best])
 
 
 def strange(columns: Thinned, values: np.ndarray) -> bool:
@@ -112,7 +119,7 @@ def refined(solution: Solution, hypothesis: Hypothesis, runs: Sequence[Driven]) 
     """The hypothesis in the shape that explains most, between the neighbours on its grid."""
     best = reshaped(solution, hypothesis, runs)
     # The search looks at more shapes than the grid; the average over the grid stays the evidence.
-    tried = max(2 * REFINED, hypothesis.candidate.among)
+    tried = len(SCALES) * max(2 * REFINED, hypothesis.candidate.among)
     return replace(best, evidence=max(hypothesis.evidence, best.own - np.log(tried)))
 
 

@@ -16,33 +16,41 @@ from .whitening import Whitening
 
 AGAIN = 8
 """Times that coefficients and colour are found in turn, at most."""
+FIXED = 1e-6
+"""Freedom of a coefficient that is at its limit, share of that; a number for the computer."""
 SETTLED = 0.1
 """Change of the logarithm of a probability that is not worth another turn."""
 
 
 def recoloured(solution: Solution, hypothesis: Hypothesis) -> tuple[Hypothesis, Whitening]:
     """The hypothesis with its evidence and coefficients beside noise of its own colour, and that colour."""
-    free = hypothesis.values != 0.0
     columns, lower = hypothesis.columns, np.array(hypothesis.candidate.lower)
-    while np.any(free):
-        values, evidence, whitening = _solved(solution, columns, free)
-        below = values < lower[free]
+    held = hypothesis.values <= lower
+    while not np.all(held & (lower == 0.0)):
+        # What is at a limit stays there; at zero it need not be solved for.
+        free = ~(held & (lower == 0.0))
+        mean = np.where(held, lower, columns.mean)[free]
+        std = np.where(held, FIXED * np.abs(lower), hypothesis.std)[free]
+        values, evidence, whitening = _solved(solution, columns, free, mean, std)
+        below = ~held[free] & (values < lower[free])
         if not np.any(below):
             whole = np.zeros(len(free))
             whole[free] = values
             if strange(columns, whole):
                 break
-            own = evidence + one_sided((lower - columns.mean)[free], columns.std[free])
-            # To average over shapes costs what it did.
+            moving = ~held
+            own = evidence + one_sided((lower - columns.mean)[moving], hypothesis.std[moving])
+            # To average over shapes and sizes costs what it did.
             averaged = own + hypothesis.evidence - hypothesis.own
             return replace(hypothesis, values=whole, evidence=averaged, own=own), whitening
-        free[np.flatnonzero(free)[below]] = False
-    return replace(hypothesis, evidence=-np.inf), solution.whitening
+        held[np.flatnonzero(free)[below]] = True
+    return replace(hypothesis, evidence=-np.inf, own=-np.inf), solution.whitening
 
 
-def _solved(solution: Solution, columns: Thinned, free: np.ndarray) -> tuple[np.ndarray, float, Whitening]:
+def _solved(
+    solution: Solution, columns: Thinned, free: np.ndarray, mean: np.ndarray, std: np.ndarray
+) -> tuple[np.ndarray, float, Whitening]:
     """Coefficients of the free columns, logarithm of the Bayes factor, and colour of what is left."""
-    mean, std = columns.mean[free], columns.std[free]
     known = np.concatenate([solution.known, 1.0 / std**2])
     whitening, evidence, values = solution.whitening, -np.inf, mean
     for _ in range(AGAIN):

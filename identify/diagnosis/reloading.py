@@ -14,8 +14,11 @@ from .driven import Driven
 from .hypothesis import Hypothesis
 from .solution import Solution
 
-LOADED = ("joint_elasticity", "backlash", "load_dependent_friction")
-"""Effects that depend on the load."""
+LOADED = (
+    "joint_elasticity", "backlash", "load_dependent_friction", "drive_gain", "drive_gain_saturation",
+    "current_clipping", "time_delay",
+)  # fmt: skip
+"""Effects that depend on the load, or on the torque of the motors."""
 CARRIED = ("payload", "link_inertia", "base_tilt", "encoder_offset", "spring_balancer", "joint_spring")
 """Effects whose torque gears transmit."""
 ALIKE = 2e-3
@@ -61,7 +64,8 @@ class Known:
         """A run with that torque and load."""
         fresh = run.after(self.model, self.values)
         for candidate, values in self.carried:
-            fresh = fresh.bearing(_on_joints(self.model, candidate.columns(fresh) @ values))
+            torque = candidate.columns(fresh) @ values
+            fresh = fresh.bearing(_on_joints(self.model, torque), torque)
         return replace(fresh, peak=self.peak)
 
 

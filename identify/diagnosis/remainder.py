@@ -33,8 +33,6 @@ PASSED = 0.7
 """Share of the highest frequency up to which torque passes the filter as it is [-]."""
 SLOWEST = 1.0
 """Of what vibrates [Hz]; slower waves are motions'."""
-LENGTH = 4096
-"""Points of a spectrum: those of runs of different lengths are compared frequency by frequency."""
 LINES = 1e-4
 """Probability with which noise alone has a spectral line that stands out as far."""
 
@@ -60,6 +58,9 @@ def features(model: Model) -> Iterator[Candidate]:
     """All kinds of features on each joint."""
     for joint in range(model.robot.dof):
         for kind, make in KINDS.items():
+            count = _count(kind, model.robot.dof)
+            if not count:
+                continue
 
             def columns(run: Driven, joint: int = joint, make: Feature = make) -> np.ndarray:
                 own = np.stack(make(run, joint), axis=1)
@@ -67,7 +68,6 @@ def features(model: Model) -> Iterator[Candidate]:
                 whole[:, joint] = own
                 return whole
 
-            count = _count(kind, model.robot.dof)
             yield Candidate(kind, (joint,), columns, ("",) * count, ("",) * count, (-np.inf,) * count)
 
 
@@ -131,8 +131,12 @@ def line(solution: Solution, joint: int, rate: float) -> float:
         joint: From 0.
         rate: Of the rows [Hz].
     """
-    lowest = int(SLOWEST * LENGTH / rate)
-    found = [ratio for ratio in _over_their_level(solution, joint, lowest) if ratio is not None]
+    # Runs of different lengths are compared frequency by frequency.
+    longest = max(rows.stop - rows.start for rows in solution.rows.runs)
+    length = 2 ** int(np.ceil(np.log2(2 * longest)))
+    lowest = int(SLOWEST * length / rate)
+    every = _over_their_level(solution, joint, lowest, length)
+    found = [ratio for ratio in every if ratio is not None]
     if not found:
         return 0.0
     several = min(2, len(found))
@@ -140,10 +144,12 @@ def line(solution: Solution, joint: int, rate: float) -> float:
     worst, pairs = int(np.argmax(ratios)), len(found) * (len(found) - 1) / 2 if several == 2 else 1
     # Powers of noise are exponential; the factor allows for a window, by which neighbours are alike.
     chance = -np.expm1(len(ratios) * np.log1p(-min(pairs * np.exp(-several * ratios[worst] / 1.5), 0.5)))
-    return float((worst + lowest) * rate / LENGTH) if chance < LINES else 0.0
+    return float((worst + lowest) * rate / length) if chance < LINES else 0.0
 
 
-def _over_their_level(solution: Solution, joint: int, lowest: int) -> Iterator[np.ndarray | None]:
+def _over_their_level(
+    solution: Solution, joint: int, lowest: int, length: int
+) -> Iterator[np.ndarray | None]:
     """Power of each run's residual over the level round about, at one grid of frequencies."""
     counts, residual = solution.whitening.valid[:, joint], solution.residual[:, joint]
     for rows in solution.rows.runs:
@@ -151,10 +157,10 @@ def _over_their_level(solution: Solution, joint: int, lowest: int) -> Iterator[n
         if len(own) < 64:
             yield None
             continue
-        power = np.abs(np.fft.rfft(own * np.hanning(len(own)), LENGTH)) ** 2
+        power = np.abs(np.fft.rfft(own * np.hanning(len(own)), length)) ** 2
         # Beyond that share of the highest frequency the filter has taken the torque away.
         inner = power[lowest : int(PASSED * len(power))]
-        window = AROUND * max(LENGTH // len(own), 1)
+        window = AROUND * max(length // len(own), 1)
         yield inner / (ndimage.median_filter(inner, window, mode="reflect") / np.log(2))
 
 
@@ -170,10 +176,7 @@ def _position(run: Driven, joint: int) -> list[np.ndarray]:
 
 def _velocity(run: Driven, joint: int) -> list[np.ndarray]:
     v = run.motion.velocity[:, joint]
-    usual = max(float(np.sqrt(np.mean(v**2))), 1e-9)
-    return [smooth_sign(v, share * usual) for share in (0.03, 0.1, 0.3, 1.0)] + [
-        np.abs(v) / usual, (v / usual) ** 3
-    ]  # fmt: skip
+    return [*(smooth_sign(v, width) for width in (0.01, 0.03, 0.1, 0.3)), np.abs(v), v**3]
 
 
 def _position_and_direction(run: Driven, joint: int) -> list[np.ndarray]:
@@ -183,8 +186,7 @@ def _position_and_direction(run: Driven, joint: int) -> list[np.ndarray]:
 
 def _load(run: Driven, joint: int) -> list[np.ndarray]:
     load, v = run.motion.load[:, joint], run.motion.velocity[:, joint]
-    usual = max(float(np.sqrt(np.mean(load**2))), 1e-9)
-    share, sign = load / usual, smooth_sign(v, 0.003)
+    share, sign = load / max(float(run.most[joint]), 1e-9), smooth_sign(v, 0.003)
     return [share, share**2, share**3, sign * share, sign * np.abs(share), sign * share**2]
 
 

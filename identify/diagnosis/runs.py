@@ -41,6 +41,11 @@ def usable(model: Model, recordings: Sequence[tuple[str, Recording]]) -> tuple[l
             raise
         except RecordingError as error:
             doubts.append(f"{recording.name} is left out: {str(error).removeprefix(f'{recording.name}: ')}")
+    measures = [_measures(recording) for _, recording in sound]
+    for (_, recording), own in zip(sound, measures, strict=True):
+        if own != measures[0]:
+            doubts.append(f"{recording.name} is left out: it recorded {own}, and the first run {measures[0]}")
+    sound = [pair for pair, own in zip(sound, measures, strict=True) if own == measures[0]]
     # Noise of one colour takes rows of one rate.
     fitted_ones = [recording for role, recording in sound if role != HELD_OUT]
     filtering = common_filtering(fitted_ones, FILTERING) if fitted_ones else FILTERING
@@ -55,6 +60,10 @@ def usable(model: Model, recordings: Sequence[tuple[str, Recording]]) -> tuple[l
         raise RecordingError(f"no run is left to fit: {said}")
     fitted = [run.prepared for run in runs if run.role != HELD_OUT]
     return runs, [*doubts, *excitation_doubts(model.robot.joints, fitted, 0.0), *_missing(model, runs)]
+
+
+def _measures(recording: Recording) -> str:
+    return "current" if "current" in recording.signals else "torque"
 
 
 def _missing(model: Model, runs: Sequence[Driven]) -> list[str]:

@@ -20,6 +20,8 @@ from .rows import Rows, model_rows
 from .solution import Solution
 from .whitening import Whitening
 
+TURNS = 12
+"""Times that something is taken in, at most: what came in may go out again for something better."""
 AGAIN = 8
 """Times that unknowns and colour are found in turn, at most."""
 SETTLED = 0.1
@@ -113,6 +115,7 @@ class Scene:
         rows: Of these runs, with nuisances and without findings.
         asked: All hypotheses that do not depend on what is left.
         reaches: Of a force on the flange, in each run.
+        base: Rows with the model's own unknowns alone.
         known: What makes the torque and the load of any run.
     """
 
@@ -121,6 +124,7 @@ class Scene:
     rows: Rows
     asked: Asked
     reaches: tuple[Reach, ...]
+    base: Rows
     known: Known
 
     @classmethod
@@ -131,7 +135,7 @@ class Scene:
         runs = tuple(known.on(run) for run in runs)
         asked = [(candidate, Thinned.of(candidate, runs)) for candidate in candidates(model)]
         reaches = tuple(Reach.of(model, run) for run in runs)
-        return cls(model, runs, with_nuisances(base, model, runs), asked, reaches, known)
+        return cls(model, runs, with_nuisances(base, model, runs), asked, reaches, base, known)
 
     @property
     def count(self) -> int:
@@ -161,6 +165,9 @@ class Scene:
 
     def bearing(self, found: Sequence[Found]) -> tuple["Scene", list[Found]]:
         """The same, and the findings, with the load that gears transmit beside what was found."""
+        carried = any(one.hypothesis.candidate.effect in CARRIED for one in found)
+        if not carried and not self.known.carried:
+            return self, list(found)
         hypotheses = [one.hypothesis for one in found]
         known = Known.after(self.model, self.solution(found), hypotheses).of(self.runs)
         runs = tuple(known.on(run) for run in self.runs)
@@ -171,7 +178,8 @@ class Scene:
             for one, old in zip(found, hypotheses, strict=True)
         ]
         asked = [(candidate, anew(candidate, columns, runs)) for candidate, columns in self.asked]
-        return replace(self, runs=runs, asked=asked, known=known), fresh
+        rows = with_nuisances(self.base, self.model, runs)
+        return replace(self, runs=runs, rows=rows, asked=asked, known=known), fresh
 
 
 @dataclass(frozen=True, eq=False)
@@ -204,8 +212,8 @@ class Searched:
 
     def keeping(self, places: Sequence[int]) -> "Searched":
         """With some of the findings only."""
-        found = tuple(self.found[place] for place in places)
-        return replace(self, solution=self.scene.solution(found), found=found)
+        scene, found = self.scene.bearing([self.found[place] for place in places])
+        return replace(self, scene=scene, solution=scene.solution(found), found=tuple(found))
 
 
 def search(model: Model, runs: Sequence[Driven]) -> Searched:
@@ -216,16 +224,15 @@ def search(model: Model, runs: Sequence[Driven]) -> Searched:
         runs: Those that may be fitted.
     """
     scene, found = Scene.of(model, runs), list[Found]()
-    while True:
+    for _ in range(TURNS):
         best = scene.ranked(found)
         found = [one.beside(best, scene.count) for one in found]
         one = judged(best, scene.count)
         if one is None or len(found) == MOST:
             break
         found = _settled(scene, [*found, one])
-        if any(other.hypothesis.candidate.effect in CARRIED for other in found):
-            scene, found = scene.bearing(found)
-    found = told_apart(found)
+        scene, found = scene.bearing(found)
+    scene, found = scene.bearing(told_apart(found))
     final = scene.solution(found)
     return Searched(scene, final, tuple(found), scene.solution([]), tuple(best[:3]))
 
@@ -287,10 +294,16 @@ def solved(rows: Rows) -> Solution:
 def ranked(solution: Solution, every: Asked, runs: Sequence[Driven]) -> list[Hypothesis]:
     """Hypotheses by evidence: the shapes of the foremost refined, each beside noise of its own colour."""
     weighed = weigh(solution, every)
-    first = [
-        refined(solution, one, runs) if place < REFINE and _near(one, weighed[0]) else one
+    chosen = [
+        place
         for place, one in enumerate(weighed[:RECOLOUR])
         if place < COLOURED or one.own > SHARE * weighed[0].own
+    ]
+    first = [
+        refined(solution, weighed[place], runs)
+        if place < REFINE and _near(weighed[place], weighed[0])
+        else weighed[place]
+        for place in chosen
     ]
     found = [recoloured(solution, one) for one in first]
     found.sort(key=lambda pair: -pair[0].evidence)
@@ -298,7 +311,7 @@ def ranked(solution: Solution, every: Asked, runs: Sequence[Driven]) -> list[Hyp
         if one.candidate.bounds and _near(one, found[0][0]):
             colour = replace(solution, whitening=whitening)
             found[place] = recoloured(solution, reshaped(colour, one, runs))
-    best = [one for one, _ in found] + weighed[len(first) :]
+    best = [one for one, _ in found] + [one for k, one in enumerate(weighed) if k not in chosen]
     return sorted(best, key=lambda one: -one.evidence)
 
 

@@ -25,15 +25,15 @@ SENTENCES: dict[str, str] = {
     "[ (gravity has {tilt_x:deg} along x and {tilt_y:deg} along y)]",
     "viscous_friction": "{joint} has a viscous friction {Fv:size} {Fv:higher|lower} than in the model",
     "coulomb_friction": "{joint} has a Coulomb friction {Fc:size} {Fc:higher|lower} than in the model",
-    "friction_asymmetry": "{joint} rubs harder {Fa:forwards|backwards}: "
-    "dry friction is {Fa:size} above the mean of both directions",
+    "friction_asymmetry": "{joint} rubs harder {more:forwards|backwards}: "
+    "friction is {more:size} above the mean of both directions{speed}",
     "stribeck_friction": "{joint} rubs harder at low speed: friction rises by {Fs} towards standstill"
     "[, most of which is gone at {fade}]",
     "load_dependent_friction": "{joint} rubs harder under load: "
     "Coulomb friction grows by {mu} N m per N m carried",
     "nonlinear_viscous_friction": "{joint} has a friction that does not grow in proportion to speed: "
     "{Fn} at 1 rad/s[, with the power {exponent:bare} of speed]",
-    "temperature_dependent_friction": "{joint} rubs {Fvt:harder|less} as it warms up: "
+    "temperature_dependent_friction": "{joint} rubs {warm:harder|less} as it warms up: "
     "viscous friction changes by {Fvt:bare} N m s/rad[ and Coulomb friction by {Fct:bare} N m] per kelvin",
     "position_dependent_friction": "{joint} rubs harder in some positions than in others: "
     "friction waves by {wave}[, {harmonic:bare} times in a turn of the joint]",
@@ -41,7 +41,8 @@ SENTENCES: dict[str, str] = {
     "{Fh} of it builds up[ over some {presliding:mrad}] after each reversal",
     "spring_balancer": "{joint} is helped by a spring along the arm that the model does not have"
     "[: it gives {rms} N m, root mean square]",
-    "joint_spring": "{joint} is held by a spring, as cables and hoses are: {Ks}[, at ease at {ease}]",
+    "joint_spring": "{joint} is held by a spring, as cables and hoses are[: {spring}][, at ease at {ease}]"
+    "[: it gives {stiffer} N m, root mean square, and stiffens as it stretches]",
     "drive_gain": "{joint} has a drive that gives {share:size %} {share:more|less} torque per current "
     "than believed",
     "drive_gain_saturation": "{joint} has a motor that gives less and less torque per current"
@@ -115,6 +116,10 @@ LIKE: dict[str, tuple[str, ...]] = {
 OPTIONAL = re.compile(r"\[([^\[\]]*)\]")
 
 
+WAVES = ("Rcos", "Rsin", "Fcos", "Fsin")
+"""Beginnings of names of waves along a turn."""
+
+
 def sentence(finding: Finding, joints: Sequence[str]) -> str:
     """What the finding says, without a full stop.
 
@@ -159,17 +164,32 @@ def lower(words: str) -> str:
 def _derived(finding: Finding, known: Mapping[str, Any]) -> dict[str, Any]:
     """Numbers that people ask for, out of those that were fitted."""
     found: dict[str, Any] = {"rms": f"{np.max(finding.torque, initial=0.0):.3g}"}
-    for names in (("Rcos", "Rsin"), ("Fcos", "Fsin")):
-        if all(name in known for name in names):
-            found["wave"] = length(known, *names)
+    waves = [name for name in finding.parameters if name.startswith(WAVES)]
+    if waves:
+        found["wave"] = length(finding.parameters, *waves)
     if "tilt_x" in known and "tilt_y" in known:
         found["lean"] = length(known, "tilt_x", "tilt_y")
     if {"M", "MX", "MY", "MZ"} <= set(known):
         found |= _body(known["M"], [known[f"M{axis}"] for axis in "XYZ"])
+    if "Fa" in known:
+        found |= {"more": _together(known, "Fa", "Fva"), "speed": " at 1 rad/s" if "Fva" in known else ""}
+    if "Fvt" in known:
+        found["warm"] = _together(known, "Fvt", "Fct")
+    if "Kc" in known:
+        return found | {"stiffer": found["rms"]}
+    if "Ks" in known:
+        found["spring"] = known["Ks"]
     if "Ks" in known and "Ts" in known and known["Ks"].value > 0:
         stiffness, torque = known["Ks"].value, known["Ts"]
         found["ease"] = Said(-torque.value / stiffness, torque.std / stiffness, "rad")
     return found
+
+
+def _together(known: Mapping[str, Said], dry: str, viscous: str) -> Said:
+    """Dry and viscous friction at 1 rad/s."""
+    parts = [known[name] for name in (dry, viscous) if name in known]
+    std = float(np.linalg.norm([part.std for part in parts]))
+    return Said(sum(part.value for part in parts), std, "N m")
 
 
 def _body(mass: Said, moments: Sequence[Said]) -> dict[str, str]:

@@ -16,7 +16,7 @@ from .rows import Rows
 from .whitening import Whitening
 
 CERTAIN = 1e-12
-"""Variance of an unknown that is believed to be zero, over that of a row [-]; a number for the computer."""
+"""Standard deviation of an unknown that is believed to be zero; a number for the computer."""
 
 
 class Share(NamedTuple):
@@ -190,23 +190,24 @@ class Profile:
     def best(self, std: np.ndarray, lower: np.ndarray) -> tuple[np.ndarray, float]:
         """Coefficients (p,) believed to be zero within std (p,), and the logarithm of the Bayes factor.
 
-        A coefficient that physics does not let below zero stays there; it then counts for nothing.
+        A coefficient that physics does not let below its limit stays there, and is not averaged over.
         """
-        free = np.arange(len(std))
-        while len(free):
-            curvature = self.curvature[np.ix_(free, free)] + np.diag(1.0 / std[free] ** 2)
-            values = np.linalg.solve(curvature, self.slope[free])
-            below = values < lower[free]
+        free, found = np.ones(len(std), bool), np.zeros(len(std))
+        whole = self.curvature + np.diag(1.0 / std**2)
+        while np.any(free):
+            slope = self.slope - whole @ np.where(free, 0.0, found)
+            found[free] = np.linalg.solve(whole[np.ix_(free, free)], slope[free])
+            below = free & (found < lower)
             if not np.any(below):
                 break
-            free = free[~below]
-        found = np.zeros(len(std))
-        if not len(free):
+            free &= ~below
+            found[below] = lower[below]
+        if not np.any(found):
             return found, -np.inf
-        found[free] = values
-        scaled = np.eye(len(free)) + self.curvature[np.ix_(free, free)] * np.outer(std[free], std[free])
-        gain = 0.5 * self.slope[free] @ values - 0.5 * np.linalg.slogdet(scaled)[1]
-        return found, float(gain) + one_sided(lower[free], std[free])
+        within = self.curvature[np.ix_(free, free)] * np.outer(std[free], std[free])
+        occam = 0.5 * np.linalg.slogdet(np.eye(int(np.sum(free))) + within)[1]
+        gain = self.slope @ found - 0.5 * found @ whole @ found
+        return found, float(gain - occam) + one_sided(lower[free], std[free])
 
 
 def one_sided(lower: np.ndarray, std: np.ndarray) -> float:

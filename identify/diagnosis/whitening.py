@@ -36,7 +36,7 @@ class Gaps:
             own = run.start + np.flatnonzero(counts[run])
             before = np.pad(own, (order, 0), constant_values=-1)
             last = before[np.arange(len(own))[:, None] + np.arange(order)[::-1]]
-            torn = np.any(own[:, None] - last != np.arange(1, order + 1), axis=1)
+            torn = np.any((own[:, None] - last != np.arange(1, order + 1)) | (last < 0), axis=1)
             rows.append(own[torn])
             past.append(last[torn])
         return cls(np.concatenate(rows), np.concatenate(past))
@@ -109,6 +109,8 @@ class Whitening:
         order = self.filters.shape[1] - 1
         whole = self.valid[:, joint].copy()
         whole[self.gaps[joint].rows] = False
+        if not np.any(self.valid[:, joint]):
+            return self
         pasts = residual[np.flatnonzero(whole)[:, None] - np.arange(order + 1)]
         if len(pasts) < 2 * order:
             size = (

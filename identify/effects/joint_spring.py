@@ -15,7 +15,7 @@ class JointSpring(JointEffect):
     r"""Torque :math:`k (q - q_0)`, written linearly as :math:`K_s q + T_s` with :math:`T_s = -k q_0`.
 
     Cables and hoses stiffen as they stretch: then :math:`k (q - q_0) + k_3 (q - q_0)^3`, a polynomial
-    :math:`T_s + K_s q + K_{s2} q^2 + K_{s3} q^3`. Beside a `CurrentOffset` on the same joint, :math:`T_s` and
+    :math:`T_s + K_s q + K_q q^2 + K_c q^3`. Beside a `CurrentOffset` on the same joint, :math:`T_s` and
     the offset are one and the same column.
 
     Attributes:
@@ -35,8 +35,8 @@ class JointSpring(JointEffect):
             own += [Parameter(f"Ts{joint + 1}", "N m")]
             if self.stiffening:
                 own += [
-                    Parameter(f"Ks2_{joint + 1}", "N m/rad^2"),
-                    Parameter(f"Ks3_{joint + 1}", "N m/rad^3", 0.0),
+                    Parameter(f"Kq{joint + 1}", "N m/rad^2"),
+                    Parameter(f"Kc{joint + 1}", "N m/rad^3", 0.0),
                 ]
             parameters += own
         return parameters

@@ -85,7 +85,8 @@ def _play(gear: Gear, play: Play) -> Candidate:
         load = run.motion.load[:, joint] + play.load_shift
         weight, drag, inertia = run.tangent.own(joint)
         step = float(np.median(np.diff(run.motion.time)))
-        twist = loose(inertia, drag, weight, load, step, 0.5 * play.gap, (TEETH, play.damping_ratio))
+        teeth = min(TEETH, 0.125 / step)
+        twist = loose(inertia, drag, weight, load, step, 0.5 * play.gap, (teeth, play.damping_ratio))
         floating = -run.tangent.torque(joint, *twist) @ gear.model.robot.to_motors.T
         return np.stack([floating, gear.stiffness * gear.bent(run)], axis=2)
 

@@ -1,6 +1,6 @@
 """Candidates that are bodies, or gravity: payload, links, a base that is not level."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import replace
 from functools import cache
 
@@ -9,7 +9,6 @@ import pinocchio as pin
 
 from ...effects import Payload, RigidBody
 from ...model import Model
-from ...rigid_regressor import INERTIAL
 from ..candidate import Candidate
 from ..driven import Driven
 from .motors import on_motors
@@ -68,21 +67,10 @@ def tilts(model: Model) -> Iterator[Candidate]:
 
 
 def _gravity(model: Model, run: Driven, axis: int) -> np.ndarray:
-    """Torque of gravity along an axis of the base, shape (t, n) [N m]; known payloads included."""
-    kinematics = model.robot.kinematics.copy()
+    """Torque of gravity along an axis of the base, shape (t, n) [N m]; payloads included."""
+    kinematics = run.bodies.copy()
     field = np.zeros(3)
     field[axis] = np.linalg.norm(model.robot.kinematics.gravity.linear)
     kinematics.gravity = pin.Motion(field, np.zeros(3))
-    for link, body in _carried(model, run).items():
-        kinematics.inertias[link + 1] += body
     data = kinematics.createData()
     return np.array([pin.computeGeneralizedGravity(kinematics, data, q) for q in run.motion.position])
-
-
-def _carried(model: Model, run: Driven) -> Mapping[int, pin.Inertia]:
-    for effect in model.effects:
-        if not isinstance(effect, Payload) or len(effect.known) < len(INERTIAL):
-            continue
-        if effect.name == run.motion.payload:
-            return effect.bodies(model.robot, np.zeros(0), effect.name)
-    return {}
