@@ -40,6 +40,7 @@ class Candidate:
         proportion: How large its coefficients are expected to be beside the first, where physics says so.
         expected: Each coefficient and how far it may be from that, where physics says how large they are.
         among: Number of shapes of which it is the choice of a quick look, where not all of them are weighed.
+        prior: How much likelier it is than others before the data [-].
         told: What follows from the shape, in words that people use: name -> value and unit.
     """
 
@@ -58,6 +59,7 @@ class Candidate:
     proportion: tuple[float, ...] | None = None
     expected: tuple[tuple[float, float], ...] | None = None
     among: int = 1
+    prior: float = 1.0
     told: Mapping[str, tuple[float, str]] = field(default_factory=dict)
 
     @property

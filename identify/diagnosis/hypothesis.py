@@ -103,6 +103,8 @@ def judged(whole: Profile, candidate: Candidate, columns: Thinned) -> Hypothesis
     tried = [profile.best(scale * columns.std, lower) for scale in scales]
     best = int(np.argmax([evidence for _, evidence in tried]))
     evidence = float(np.logaddexp.reduce([one for _, one in tried]) - np.log(len(scales)) + gain)
+    gain += float(np.log(candidate.prior))
+    evidence += float(np.log(candidate.prior))
     values, own = tried[best][0] + columns.mean, float(tried[best][1] + gain)
     if strange(columns, values):
         evidence = own = -np.inf

@@ -40,6 +40,7 @@ def recoloured(solution: Solution, hypothesis: Hypothesis) -> tuple[Hypothesis, 
                 break
             moving = ~held
             own = evidence + one_sided((lower - columns.mean)[moving], hypothesis.std[moving])
+            own += float(np.log(hypothesis.candidate.prior))
             # To average over shapes and sizes costs what it did.
             averaged = own + hypothesis.evidence - hypothesis.own
             return replace(hypothesis, values=whole, evidence=averaged, own=own), whitening

@@ -21,6 +21,8 @@ LOADED = (
 """Effects that depend on the load, or on the torque of the motors."""
 CARRIED = ("payload", "link_inertia", "base_tilt", "encoder_offset", "spring_balancer", "joint_spring")
 """Effects whose torque gears transmit."""
+UNSETTLING = (*CARRIED, "time_delay", "drive_gain")
+"""Effects beside which the torque of all motors is fitted anew."""
 ALIKE = 2e-3
 """Change of a load over the load [-] that moves no link: its play is crossed some milliseconds sooner."""
 
@@ -32,12 +34,14 @@ class Known:
     Attributes:
         model: As believed.
         values: Its parameters as fitted, shape (p,).
+        first: Whether nothing was found yet that matters for it.
         carried: Findings that gears carry, with their coefficients.
         peak: Largest torque of each joint in the runs fitted, shape (n,) [N m]; None before that is known.
     """
 
     model: Model
     values: np.ndarray
+    first: bool = True
     carried: tuple[tuple[Candidate, np.ndarray], ...] = ()
     peak: np.ndarray | None = None
 
@@ -53,7 +57,8 @@ class Known:
             for one, values in zip(found, own, strict=False)
             if one.candidate.effect in CARRIED
         ]
-        return cls(model, model.believed_values + solution.values[: len(model.names)], tuple(carried))
+        values = model.believed_values + solution.values[: len(model.names)]
+        return cls(model, values, not found, tuple(carried))
 
     def of(self, runs: Sequence[Driven]) -> "Known":
         """The same with the largest torques of these runs."""

@@ -15,7 +15,7 @@ from .driven import Driven
 from .hypothesis import WORTH, Hypothesis, refined, reshaped, weigh
 from .nuisances import with_nuisances
 from .recolouring import recoloured
-from .reloading import CARRIED, Known, alike, anew
+from .reloading import UNSETTLING, Known, alike, anew
 from .rows import Rows, model_rows
 from .solution import Solution
 from .whitening import Whitening
@@ -44,7 +44,11 @@ CERTAIN_ODDS = float(np.log(CREDIBLE / (1 - CREDIBLE)))
 FORMULA = 0.25
 """How wrong the formula of an effect may be, share of its torque [-]: friction laws are no better."""
 FIRST_ORDER = 0.1
-"""Likewise where a link's own motion is followed to first order only."""
+"""Likewise where a link's own motion is followed to first order only, and of any formula on its own joint."""
+ENDING = {"drive_gain_saturation", "current_clipping"}
+"""Effects of which a drive has one: near its end, either formula leaves what looks like the other."""
+HALVES = 0.5
+"""Share of a coupled motor's own friction and inertia that may be with one of its joints or the other."""
 SWINGING = ("joint_elasticity", "backlash")
 """Effects in which a link moves otherwise than its motor, and all that it carries with it."""
 SPLIT = ("viscous_friction", "coulomb_friction", "rotor_inertia")
@@ -165,8 +169,8 @@ class Scene:
 
     def bearing(self, found: Sequence[Found]) -> tuple["Scene", list[Found]]:
         """The same, and the findings, with the load that gears transmit beside what was found."""
-        carried = any(one.hypothesis.candidate.effect in CARRIED for one in found)
-        if not carried and not self.known.carried:
+        unsettled = any(one.hypothesis.candidate.effect in UNSETTLING for one in found)
+        if not unsettled and self.known.first:
             return self, list(found)
         hypotheses = [one.hypothesis for one in found]
         known = Known.after(self.model, self.solution(found), hypotheses).of(self.runs)
@@ -272,10 +276,14 @@ def told_apart(found: Sequence[Found]) -> list[Found]:
 def _error(one: Hypothesis, other: Hypothesis) -> float:
     """Share of the other's evidence that one may have by being the error of the other's formula."""
     own, more = one.candidate, other.candidate
+    if own.joints == more.joints and {own.effect, more.effect} == ENDING:
+        return 1.0
     if own.joints == more.joints and any({own.effect, more.effect} <= kind for kind in KINDS):
         return FORMULA**2
     if more.effect == "kinematic_coupling" and own.effect in SPLIT and set(own.joints) < set(more.joints):
-        return FORMULA**2
+        return HALVES**2
+    if own.joints and own.joints == more.joints:
+        return FIRST_ORDER**2
     return FIRST_ORDER**2 if more.effect in SWINGING and competing(one, other) else 0.0
 
 

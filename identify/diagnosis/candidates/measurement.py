@@ -18,8 +18,14 @@ CLIPS = (0.6, 0.8, 0.9, 0.97)
 ENDS = 0.15
 """By how much that which lies beyond may be more or less than all that is missing [-]: the torque is known so
 well."""
+WHOLE = 0.05
+"""By how much a torque that comes later may be more or less than all of it [-]."""
+APART = 1.5
+"""From one long delay that is tried to the next [-]."""
+LONG = tuple(sign * 8e-3 * APART**step for sign in (-1.0, 1.0) for step in range(4))
+"""Delays that are some cycles of any fieldbus [s]."""
 OWN_CLOCK = ((0.0, 5e-3),)
-"""By how much a clock may be wrong [s]: a telegram or two of the slowest fieldbus."""
+"""By how much a clock may be wrong otherwise [s]: a telegram or two of the slowest fieldbus."""
 SPRINGS = (SpringBalancer, JointSpring)
 """Effects besides bodies whose torque goes with position."""
 ZERO_STEP = 1e-4
@@ -84,7 +90,10 @@ def _clip(joint: int, level: float) -> Candidate:
 
 
 def delays(model: Model) -> Iterator[Candidate]:
-    """Currents that are recorded later than positions, of one drive or of all."""
+    """Currents that are recorded later than positions, or earlier, of one drive or of all.
+
+    Little is in proportion to how fast torque changes; much is another torque.
+    """
 
     def all_drives(run: Driven) -> np.ndarray:
         return -torque_rate(run)[:, :, None]
@@ -98,6 +107,26 @@ def delays(model: Model) -> Iterator[Candidate]:
         yield Candidate(
             "time_delay", (joint,), columns, ("delay",), ("s",), (-np.inf,), rows=(joint,), expected=OWN_CLOCK
         )
+    for delay in LONG:
+        yield _delay((), delay)
+
+
+def _delay(joints: tuple[int, ...], delay: float) -> Candidate:
+    def columns(run: Driven) -> np.ndarray:
+        found = np.zeros((*run.torque.shape, 1))
+        for joint in joints or range(run.torque.shape[1]):
+            torque, time = run.torque[:, joint], run.motion.time
+            found[:, joint, 0] = np.interp(time - delay, time, torque) - torque
+        return found
+
+    def reshaped(given: Mapping[str, float]) -> Candidate:
+        return _delay(joints, given["delay"])
+
+    nearer, farther = sorted((delay / APART, delay * APART))
+    return Candidate(
+        "time_delay", joints, columns, ("share",), ("1",), (0.0,), {"delay": delay},
+        {"delay": Shape("s", nearer, farther)}, reshaped, rows=joints or None, expected=((1.0, WHOLE),),
+    )  # fmt: skip
 
 
 def encoder_zeros(model: Model) -> Iterator[Candidate]:

@@ -27,6 +27,8 @@ GRIDS: dict[str, tuple[dict[str, Any], ...]] = {
 """Shapes that are tried; each within half a step of any other is refined."""
 RATIOS = (-2.0, -1.0, -0.5, 0.5, 1.0, 2.0)
 """Turns of a motor with its neighbour for one with its own joint that are tried [-]."""
+FORGOTTEN = 5.0
+"""How much likelier a model lacks what it has on other joints than what it has nowhere [-]."""
 LIMITS = {"presliding": Shape("rad", 1e-3, 5e-2)}
 """Narrower bounds than an effect's own: less presliding is a nuisance."""
 ON_EACH_JOINT = (
@@ -111,6 +113,7 @@ def of_effect(model: Model, name: str, effect: Effect) -> Candidate:
         bounds={key: LIMITS.get(key, bounds) for key, bounds in effect.shapes().items() if key != "reversal"},
         reshaped=reshaped,
         instance=effect,
+        prior=_prior(model, parameters),
         rows=None if coupled(robot) else _joints(effect, model),
         smooth=effect.smooth,
     )
@@ -123,6 +126,14 @@ def _joints(effect: Effect, model: Model) -> tuple[int, ...]:
     if isinstance(effect, SpringBalancer):
         return (robot.index(effect.joint),)
     return tuple(effect.columns(robot))  # type: ignore[attr-defined]
+
+
+def _prior(model: Model, parameters: list[Any]) -> float:
+    """A term that the model has on other joints is what is missing most often."""
+    kinds = {parameter.name.rstrip("0123456789") for parameter in parameters}
+    there = {name.rstrip("0123456789") for name in model.names}
+    missing = not {parameter.name for parameter in parameters} & set(model.names)
+    return FORGOTTEN if kinds <= there and missing else 1.0
 
 
 def _lower(model: Model, name: str, parameters: list[Any]) -> tuple[float, ...]:
