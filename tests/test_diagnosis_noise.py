@@ -9,7 +9,7 @@ from exidyn.identify.diagnosis.hypothesis import weighed
 from exidyn.identify.diagnosis.recolouring import recoloured
 from exidyn.identify.diagnosis.remainder import line
 from exidyn.identify.diagnosis.rows import Rows
-from exidyn.identify.diagnosis.search import solved
+from exidyn.identify.diagnosis.solving import solved
 from exidyn.identify.diagnosis.whitening import Whitening, autocovariance
 from scipy import signal, stats
 

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from exidyn.identify.diagnosis.candidate import Candidate, Thinned
 from exidyn.identify.diagnosis.confirmed import _stands
+from exidyn.identify.diagnosis.formulas import told_apart
+from exidyn.identify.diagnosis.found import CREDIBLE, Found, competing, judged
 from exidyn.identify.diagnosis.hypothesis import Hypothesis, strange
-from exidyn.identify.diagnosis.search import CREDIBLE, Found, competing, judged, told_apart
 from exidyn.identify.diagnosis.solution import Share, marginal
 
 COUNT = 150

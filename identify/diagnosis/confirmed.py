@@ -7,10 +7,12 @@ import numpy as np
 from ..model import Model
 from .candidate import Candidate, Thinned
 from .driven import Driven
+from .formulas import FORMULA
+from .found import CERTAIN_ODDS, Found
 from .held_out import HeldOut, columns_of
 from .hypothesis import strange
 from .remainder import Left, greatest, least_evidence, rms
-from .search import CERTAIN_ODDS, FORMULA, Found, Searched
+from .search import Searched
 
 Features = Sequence[tuple[Candidate, Thinned]]
 ONCE = ("contact_event",)

@@ -14,11 +14,12 @@ from .confirmed import confirmed, gained, unaccounted
 from .driven import Driven
 from .evidence import evidence
 from .finding import Alternative, Diagnosis, Finding, Improvement, Quantity
+from .found import Found
 from .held_out import HeldOut, columns_of
 from .hypothesis import Hypothesis
 from .remainder import asked, greatest, remainders
 from .runs import HELD_OUT, usable
-from .search import Found, Searched, search
+from .search import Searched, search
 
 
 def diagnose(model: Model, recordings: Sequence[tuple[str, Recording]], name: str = "") -> Diagnosis:

@@ -13,8 +13,9 @@ from .hypothesis import Hypothesis
 from .nuisances import with_nuisances
 from .remainder import rms
 from .rows import Rows, model_rows
-from .search import Searched, with_found
+from .search import Searched
 from .solution import CERTAIN, Share, Solution, marginal
+from .solving import with_found
 from .whitening import Whitening
 
 FREE = ("Fv", "Fc", "Off", "reversal", "clock")

@@ -7,9 +7,9 @@ import numpy as np
 from ..verdict import TO_NOISE
 from .candidates import CANDIDATES
 from .finding import Alternative, Diagnosis, Finding, Remainder
+from .found import CREDIBLE
 from .remainder import MATERIAL
 from .rivals import FOUND, Rival, rivals
-from .search import CREDIBLE
 from .sentences import LIKE, SETTLED, joint_words, lower, sentence
 
 
