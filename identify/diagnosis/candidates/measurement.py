@@ -108,24 +108,22 @@ def delays(model: Model) -> Iterator[Candidate]:
             "time_delay", (joint,), columns, ("delay",), ("s",), (-np.inf,), rows=(joint,), expected=OWN_CLOCK
         )
     for delay in LONG:
-        yield _delay((), delay)
+        yield _long_delay(delay)
 
 
-def _delay(joints: tuple[int, ...], delay: float) -> Candidate:
+def _long_delay(delay: float) -> Candidate:
     def columns(run: Driven) -> np.ndarray:
-        found = np.zeros((*run.torque.shape, 1))
-        for joint in joints or range(run.torque.shape[1]):
-            torque, time = run.torque[:, joint], run.motion.time
-            found[:, joint, 0] = np.interp(time - delay, time, torque) - torque
-        return found
+        time = run.motion.time
+        later = [np.interp(time - delay, time, torque) for torque in run.torque.T]
+        return (np.stack(later, axis=1) - run.torque)[:, :, None]
 
     def reshaped(given: Mapping[str, float]) -> Candidate:
-        return _delay(joints, given["delay"])
+        return _long_delay(given["delay"])
 
     nearer, farther = sorted((delay / APART, delay * APART))
     return Candidate(
-        "time_delay", joints, columns, ("share",), ("1",), (0.0,), {"delay": delay},
-        {"delay": Shape("s", nearer, farther)}, reshaped, rows=joints or None, expected=((1.0, WHOLE),),
+        "time_delay", (), columns, ("share",), ("1",), (0.0,), {"delay": delay},
+        {"delay": Shape("s", nearer, farther)}, reshaped, expected=((1.0, WHOLE),),
     )  # fmt: skip
 
 
