@@ -8,7 +8,7 @@ from scipy import optimize
 
 from .candidate import Candidate, Thinned
 from .driven import Driven
-from .solution import Profile, Solution
+from .solution import CERTAIN, Profile, Solution
 
 SWEEPS = 2
 """Times that all numbers of a shape are searched, one after the other: how long a link floats in its play
@@ -52,9 +52,15 @@ class Hypothesis:
 
     @property
     def found_std(self) -> np.ndarray:
-        """How far each coefficient may be from zero once the effect is taken to be there, shape (p,)."""
+        """How far each coefficient may be from zero once the effect is taken to be there, shape (p,).
+
+        One that physics does not let below zero, and that would go there, stays at zero: it is a detail of
+        the effect that these runs do not show, and no reason against the rest.
+        """
         believed = np.hypot(self.columns.mean, self.std)
-        return believed * max(1.0, float(np.max(np.abs(self.values) / believed)))
+        wide = believed * max(1.0, float(np.max(np.abs(self.values) / believed)))
+        at_limit = (self.values == 0.0) & (np.array(self.candidate.lower) == 0.0)
+        return np.where(at_limit, CERTAIN, wide)
 
     @property
     def torque(self) -> np.ndarray:

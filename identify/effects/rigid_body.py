@@ -87,12 +87,13 @@ def inertial_beliefs(inertia: pin.Inertia, tolerance: float) -> dict[str, Belief
 
     The tolerance is relative to the size of the body, so that a first moment that happens to be zero
     is not held for certain: with mass m and r the root mean square distance of the mass from the
-    frame's origin, the deviations are tolerance times m, m r and m r^2.
+    frame's origin, the deviations are tolerance times m, m r and m r^2; that of the first moment is the
+    length of a vector, a third of its square along each axis.
     """
     values = inertial_parameters(inertia)
     mass = values[9]
     radius = np.sqrt(max(values[0] + values[3] + values[5], 0.0) / (2 * mass)) if mass > 0 else 0.0
-    scale = np.array([mass * radius**2] * 6 + [mass * radius] * 3 + [mass])
+    scale = np.array([mass * radius**2] * 6 + [mass * radius / np.sqrt(3.0)] * 3 + [mass])
     return {
         n: Belief(float(v), float(tolerance * s)) for n, v, s in zip(INERTIAL, values, scale, strict=True)
     }

@@ -29,13 +29,18 @@ from .csv_file import import_csv
 
 FORMAT = 1
 
-JOINT_TERMS: dict[str, tuple[type[JointEffect], str, str, str]] = {
-    "rotor_inertia": (RotorInertia, "Ia", "rotor_inertia", "rotor_inertia_tolerance"),
-    "viscous": (ViscousFriction, "Fv", "friction_viscous", "friction_tolerance"),
-    "coulomb": (CoulombFriction, "Fc", "friction_coulomb", "friction_tolerance"),
-    "offset": (CurrentOffset, "Off", "", ""),
+WITHIN = 3.0**-0.5
+"""Standard deviation over the tolerance of what is true within it, all values there being as likely."""
+GUESSED = 1.0
+"""The same of friction, which is a guess besides: its formula is not quite the arm's."""
+JOINT_TERMS: dict[str, tuple[type[JointEffect], str, str, str, float]] = {
+    "rotor_inertia": (RotorInertia, "Ia", "rotor_inertia", "rotor_inertia_tolerance", WITHIN),
+    "viscous": (ViscousFriction, "Fv", "friction_viscous", "friction_tolerance", GUESSED),
+    "coulomb": (CoulombFriction, "Fc", "friction_coulomb", "friction_tolerance", GUESSED),
+    "offset": (CurrentOffset, "Off", "", "", GUESSED),
 }
-"""Term -> effect, name of its parameters, keys of their believed values and tolerance; offsets have none."""
+"""Term -> effect, name of its parameters, keys of their believed values and of their tolerance, and standard
+deviation over that tolerance; offsets have none."""
 
 
 def import_case_folder(source: Path, model: Model | None = None, role: str | None = None) -> list[Recording]:
@@ -58,7 +63,7 @@ def import_case_folder(source: Path, model: Model | None = None, role: str | Non
 
 
 def believed_model(folder: Path) -> Model:
-    """The model that a case states, with its beliefs; deviations are the tolerances it gives.
+    """The model that a case states, with its beliefs, which are true within the tolerances it gives.
 
     Raises:
         NotAFile: There is no case.toml, or it is not one.
@@ -100,8 +105,8 @@ def _robot(folder: Path, case: Mapping[str, Any]) -> Robot:
         kinematics=kinematics,
         limits=Limits(jerk=np.full(kinematics.nv, np.inf), **known),
         drive_gain=np.array(believed["drive_gain"], float),
-        drive_gain_tolerance=believed["drive_gain_tolerance"],
-        inertial_tolerance=believed["inertial_tolerance"],
+        drive_gain_tolerance=WITHIN * believed["drive_gain_tolerance"],
+        inertial_tolerance=WITHIN * believed["inertial_tolerance"],
         gear_ratio=np.array(believed["gear_ratio"], float),
     )
 
@@ -109,19 +114,19 @@ def _robot(folder: Path, case: Mapping[str, Any]) -> Robot:
 def _model(robot: Robot, believed: Mapping[str, Any]) -> Model:
     effects: list[Effect] = [RigidBody()]
     stated: dict[str, Belief] = {}
-    for term, (effect, name, values, tolerance) in JOINT_TERMS.items():
+    for term, (effect, name, values, tolerance, share) in JOINT_TERMS.items():
         present = [joint for joint, there in enumerate(believed["terms"][term]) if there]
         if present:
             effects.append(effect(tuple(robot.joints[joint] for joint in present)))
         for joint in present if values else []:
-            stated[f"{name}{joint + 1}"] = _belief(believed[values][joint], believed[tolerance])
+            stated[f"{name}{joint + 1}"] = _belief(believed[values][joint], share * believed[tolerance])
     if believed["terms"]["balancer"]:
         balancer = believed["balancer"]
         shape = {key: balancer[key] for key in ("d21", "d22", "phi")}
         effects.append(SpringBalancer(robot.joints[balancer["joint"] - 1], **shape))
         # The case gives no tolerance for the spring: it is as well known as the masses it carries.
         tolerance = balancer.get("tolerance", believed["inertial_tolerance"])
-        stated |= {name: _belief(balancer[name], tolerance) for name in ("Kr", "K0")}
+        stated |= {name: _belief(balancer[name], WITHIN * tolerance) for name in ("Kr", "K0")}
     return Model(robot, tuple(effects), stated)
 
 
