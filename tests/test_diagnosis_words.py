@@ -9,6 +9,7 @@ from exidyn.identify.diagnosis import Alternative, Diagnosis, Finding, Improveme
 from exidyn.identify.diagnosis.answer import answer, plain
 from exidyn.identify.diagnosis.candidate import Candidate
 from exidyn.identify.diagnosis.candidates import CANDIDATES
+from exidyn.identify.diagnosis.candidates.unlisted import UNLISTED
 from exidyn.identify.diagnosis.quantities import Said, with_interval
 from exidyn.identify.diagnosis.report.profiles import AXES, TELLING
 from exidyn.identify.diagnosis.sentences import LIKE, SENTENCES, SETTLED, sentence
@@ -52,16 +53,26 @@ def test_a_finding_is_said_with_number_unit_joint_and_what_was_gained():
 
 
 def test_every_word_of_the_vocabulary_has_a_sentence_and_a_picture():
-    assert set(SENTENCES) == set(VOCABULARY) == set(TELLING)
+    assert set(SENTENCES) == {*VOCABULARY, *UNLISTED} == set(TELLING)
+    assert not set(UNLISTED) & set(VOCABULARY)
     assert set(LIKE) | set(SETTLED) <= set(VOCABULARY)
     assert all(other in VOCABULARY for others in LIKE.values() for other in others)
     assert all(axis in AXES for axes in TELLING.values() for axis in axes)
 
 
-@pytest.mark.parametrize("effect", CANDIDATES)
+def test_what_the_vocabulary_has_no_name_for_is_told_to_people_and_unexplained_in_an_answer():
+    one = diagnosis(finding("current_crosstalk"), finding())
+    given = answer(one)
+    assert [named["effect"] for named in given["findings"]] == ["load_dependent_friction"]
+    assert given["unexplained"]
+    assert [named["effect"] for named in plain(one)["findings"]][0] == "current_crosstalk"
+    assert not answer(diagnosis(finding()))["unexplained"]
+
+
+@pytest.mark.parametrize("effect", [*CANDIDATES, *UNLISTED])
 def test_what_the_search_asks_about_can_be_said(effect):
     model = two_joints.model()
-    for candidate in [*CANDIDATES[effect](model)][:3]:
+    for candidate in [*(CANDIDATES | UNLISTED)[effect](model)][:3]:
         values = {
             name: Quantity(-0.5, 0.1, unit)
             for name, unit in zip(candidate.names, candidate.units, strict=True)

@@ -4,15 +4,16 @@ from typing import Any
 
 import numpy as np
 
+from .candidates.unlisted import UNLISTED
 from .finding import Alternative, Diagnosis, Finding
 from .sentences import sentence
 from .words import verdict
 
 
 def answer(diagnosis: Diagnosis) -> dict[str, Any]:
-    """One case of an answer file; joints count from 1."""
+    """One case of an answer file, in the words of the vocabulary; joints count from 1."""
     return {
-        "findings": [_named(finding) for finding in diagnosis.findings],
+        "findings": [_named(finding) for finding in diagnosis.findings if finding.listed],
         "unexplained": diagnosis.unexplained,
         **_residuals(diagnosis),
         "seconds": round(diagnosis.seconds, 2),
@@ -23,7 +24,7 @@ def _named(finding: Finding) -> dict[str, Any]:
     return {
         **_place(finding),
         "confidence": finding.probability,
-        "alternatives": [_place(alternative) for alternative in finding.alternatives],
+        "alternatives": [_place(one) for one in finding.alternatives if one.effect not in UNLISTED],
     }
 
 

@@ -22,7 +22,7 @@ SURE = 16.0
 NEGLIGIBLE = 0.1
 """Torque over the noise floor below which an effect, be it real, changes a residual by half a per cent."""
 MOSTLY = 0.6
-"""Share of the evidence on a joint that its findings must account for to be given their name [-]."""
+"""Share of the evidence and of the power on a joint that its findings must account for to be named [-]."""
 
 
 def confirmed(
@@ -104,15 +104,25 @@ def _torque(found: Searched, one: Found) -> np.ndarray:
 
 
 def _mostly_else(found: Searched, one: Found, left: Sequence[Left]) -> bool:
-    """Whether what is left on the joint that it moves most is no less than what it explains."""
-    strength = (
-        np.sqrt(np.mean(_torque(found, one) ** 2, axis=0))
-        / found.solution.whitening.scale[one.hypothesis.columns.joints]
-    )
-    joint = int(one.hypothesis.columns.joints[np.argmax(strength)])
-    rest = max((other.evidence for other in left if other.joint == joint), default=0.0)
-    named = _named(found, joint)
-    return bool(named < MOSTLY * (named + rest))
+    """Whether what is left on the joint that it moves most is no less than what it explains.
+
+    Both by evidence and by torque: what is slow is much torque and little evidence.
+    """
+    columns, torque = one.hypothesis.columns, _torque(found, one)
+    weight = found.rows.weight[:, columns.joints]
+    place = int(np.argmax(rms(torque, weight) / found.solution.whitening.scale[columns.joints]))
+    joint = int(columns.joints[place])
+    rest = [other for other in left if other.joint == joint]
+    evidence = max((other.evidence for other in rest), default=0.0)
+    power = max((float(np.mean(other.hypothesis.torque**2)) for other in rest), default=0.0)
+    named, named_power = _named(found, joint), float(np.mean(_named_torque(found, joint) ** 2))
+    return bool(named < MOSTLY * (named + evidence) or named_power < MOSTLY * (named_power + power))
+
+
+def _named_torque(found: Searched, joint: int) -> np.ndarray:
+    """Torque of all findings on a joint, shape (r,) [N m]."""
+    first = columns_of(found, 0)[0]
+    return found.rows.columns[:, joint, first:] @ found.solution.values[first:]
 
 
 def _named(found: Searched, joint: int) -> float:

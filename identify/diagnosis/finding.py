@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .candidate import Candidate
+from .candidates.unlisted import UNLISTED
 from .hypothesis import Hypothesis
 from .trace import Evidence
 
@@ -59,6 +60,11 @@ class Finding:
     torque: np.ndarray
     held_out: float
     candidate: Candidate
+
+    @property
+    def listed(self) -> bool:
+        """Whether the vocabulary has a name for it."""
+        return self.effect not in UNLISTED
 
 
 class Remainder(NamedTuple):
@@ -127,4 +133,4 @@ class Diagnosis:
     @property
     def unexplained(self) -> bool:
         """Whether something is missing that has no name here."""
-        return bool(self.remainders)
+        return bool(self.remainders) or not all(finding.listed for finding in self.findings)

@@ -59,8 +59,13 @@ SENTENCES: dict[str, str] = {
     "encoder_offset": "{joint} stands {zero:size mrad} {zero:beyond|short of} where its encoder says",
     "time_delay": "{late} {delay:size ms} {delay:later|earlier} than the positions recorded with it",
     "contact_event": "The arm touched something[ at {start}][ for {duration}]",
+    "hose_spring": "Something pulls the flange towards a place, as hoses and dress packs do[: {stiffness}]",
+    "supply_sag": "All drives need more current the more power the arm draws: the supply gives way"
+    "[, by {droop}]",
+    "current_crosstalk": "{joint} shows a share {leak:size %} of the current of joint {other_joint:bare}",
+    "neighbour_friction": "{joint} rubs harder or less by where joint {other_joint:bare} stands",
 }
-"""Name in the vocabulary -> how it is said, without a full stop."""
+"""Name, in the vocabulary or outside -> how it is said, without a full stop."""
 
 SETTLED: dict[str, str] = {
     "payload": "a run with a body of known mass on the flange",
@@ -173,6 +178,8 @@ def _derived(finding: Finding, known: Mapping[str, Any]) -> dict[str, Any]:
         found |= _body(known["M"], [known[f"M{axis}"] for axis in "XYZ"])
     if "Fa" in known:
         found |= {"more": _together(known, "Fa", "Fva"), "speed": " at 1 rad/s" if "Fva" in known else ""}
+    if "sag" in known:
+        found["droop"] = Said(1e5 * known["sag"].value, 1e5 * known["sag"].std, "% per kW")
     if "Fvt" in known:
         found["warm"] = _together(known, "Fvt", "Fct")
     if "Kc" in known:

@@ -6,6 +6,7 @@ from functools import partial
 from ...model import Model
 from ..candidate import Candidate
 from . import backlash, bodies, elastic, measurement, torque
+from .unlisted import UNLISTED
 
 Ask = Callable[[Model], Iterator[Candidate]]
 
@@ -29,6 +30,6 @@ CANDIDATES: dict[str, Ask] = {
 
 
 def candidates(model: Model) -> Iterator[Candidate]:
-    """All hypotheses."""
-    for ask in CANDIDATES.values():
+    """All hypotheses, also of what has no name in the vocabulary."""
+    for ask in (*CANDIDATES.values(), *UNLISTED.values()):
         yield from ask(model)

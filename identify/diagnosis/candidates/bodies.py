@@ -15,6 +15,8 @@ from .motors import on_motors
 
 SIZE = 0.2
 """How far from its frame the mass of a body is expected to be [m]; evidence depends on its logarithm."""
+LEANING = 0.02
+"""How far a base that was set up level may lean [rad]: a degree."""
 PARTS = ("M", "MX", "MY", "MZ", "XX", "XY", "XZ", "YY", "YZ", "ZZ")
 UNITS = ("kg", *("kg m",) * 3, *("kg m^2",) * 6)
 PROPORTION = (1.0, *(SIZE,) * 3, *(SIZE**2,) * 6)
@@ -63,7 +65,8 @@ def tilts(model: Model) -> Iterator[Candidate]:
         return np.stack([side @ robot.to_motors.T for side in sides], axis=2)
 
     names, lower = ("tilt_x", "tilt_y"), (-np.inf, -np.inf)
-    yield Candidate("base_tilt", (), columns, names, ("rad", "rad"), lower, smooth=True)
+    believed = ((0.0, LEANING),) * 2
+    yield Candidate("base_tilt", (), columns, names, ("rad", "rad"), lower, smooth=True, expected=believed)
 
 
 def _gravity(model: Model, run: Driven, axis: int) -> np.ndarray:

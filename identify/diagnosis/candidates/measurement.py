@@ -28,6 +28,8 @@ OWN_CLOCK = ((0.0, 5e-3),)
 """By how much a clock may be wrong otherwise [s]: a telegram or two of the slowest fieldbus."""
 SPRINGS = (SpringBalancer, JointSpring)
 """Effects besides bodies whose torque goes with position."""
+MISSET = 0.03
+"""How far a joint may stand from where its encoder says [rad]: a tooth of a belt, a mark set by eye."""
 ZERO_STEP = 1e-4
 """Of the difference by an encoder's zero [rad]."""
 
@@ -37,7 +39,7 @@ def gains(model: Model) -> Iterator[Candidate]:
     for joint in range(model.robot.dof):
 
         def columns(run: Driven, joint: int = joint) -> np.ndarray:
-            return _on(run, joint, -run.torque[:, joint])
+            return on_joint(run, joint, -run.torque[:, joint])
 
         yield Candidate("drive_gain", (joint,), columns, ("share",), ("1",), (-np.inf,), rows=(joint,))
 
@@ -54,7 +56,7 @@ def _saturation(joint: int, knee: float) -> Candidate:
         torque = run.torque[:, joint]
         most = run.most[joint]
         beyond = np.maximum(np.abs(torque) - knee * most, 0.0)
-        return _on(run, joint, np.sign(torque) * beyond**2 / max(most, 1e-12))
+        return on_joint(run, joint, np.sign(torque) * beyond**2 / max(most, 1e-12))
 
     def reshaped(given: Mapping[str, float]) -> Candidate:
         return _saturation(joint, given["knee"])
@@ -77,7 +79,7 @@ def _clip(joint: int, level: float) -> Candidate:
     def columns(run: Driven) -> np.ndarray:
         torque = run.torque[:, joint]
         beyond = np.maximum(np.abs(torque) - level * run.most[joint], 0.0)
-        return _on(run, joint, -np.sign(torque) * beyond)
+        return on_joint(run, joint, -np.sign(torque) * beyond)
 
     def reshaped(given: Mapping[str, float]) -> Candidate:
         return _clip(joint, given["level"])
@@ -102,7 +104,7 @@ def delays(model: Model) -> Iterator[Candidate]:
     for joint in range(model.robot.dof):
 
         def columns(run: Driven, joint: int = joint) -> np.ndarray:
-            return _on(run, joint, -torque_rate(run)[:, joint])
+            return on_joint(run, joint, -torque_rate(run)[:, joint])
 
         yield Candidate(
             "time_delay", (joint,), columns, ("delay",), ("s",), (-np.inf,), rows=(joint,), expected=OWN_CLOCK
@@ -136,7 +138,9 @@ def encoder_zeros(model: Model) -> Iterator[Candidate]:
             bodies = run.tangent.position[joint] @ model.robot.to_motors.T
             return (bodies + _by_position(springs, model, run, joint))[:, :, None]
 
-        yield Candidate("encoder_offset", (joint,), columns, ("zero",), ("rad",), (-np.inf,))
+        yield Candidate(
+            "encoder_offset", (joint,), columns, ("zero",), ("rad",), (-np.inf,), expected=((0.0, MISSET),)
+        )
 
 
 def _by_position(springs: Model, model: Model, run: Driven, joint: int) -> np.ndarray:
@@ -152,8 +156,9 @@ def _by_position(springs: Model, model: Model, run: Driven, joint: int) -> np.nd
     return (sides[0] - sides[1]) / (2 * ZERO_STEP) @ model.robot.to_motors.T
 
 
-def _on(run: Driven, joint: int, torque: np.ndarray) -> np.ndarray:
-    """One column (t, n, 1) that acts on one joint."""
-    columns = np.zeros((*run.torque.shape, 1))
-    columns[:, joint, 0] = torque
+def on_joint(run: Driven, joint: int, torque: np.ndarray) -> np.ndarray:
+    """Columns (t, n, p) that act on one joint, of its torque (t,) or (t, p) [N m]."""
+    own = torque[:, None] if torque.ndim == 1 else torque
+    columns = np.zeros((*run.torque.shape, own.shape[1]))
+    columns[:, joint] = own
     return columns

@@ -11,6 +11,7 @@ from ...model import Model
 from ..candidate import UNNAMED, Candidate
 from ..driven import Driven
 from ..nuisances import PRESLIDING, REVERSAL_STD, REVERSALS, dry, turning
+from .elastic import link_size
 from .motors import coupled, on_motors
 
 MULTIPLES = 6
@@ -29,6 +30,8 @@ RATIOS = (-2.0, -1.0, -0.5, 0.5, 1.0, 2.0)
 """Turns of a motor with its neighbour for one with its own joint that are tried [-]."""
 FORGOTTEN = 5.0
 """How much likelier a model lacks what it has on other joints than what it has nowhere [-]."""
+WEIGHTLESS = 0.01
+"""How likely a balancer is at most on a joint that carries no weight, beside one that carries most [-]."""
 LIMITS = {"presliding": Shape("rad", 1e-3, 5e-2)}
 """Narrower bounds than an effect's own: less presliding is a nuisance."""
 ON_EACH_JOINT = (
@@ -80,12 +83,18 @@ def couplings(model: Model) -> Iterator[Candidate]:
 
 
 def balancers(model: Model) -> Iterator[Candidate]:
-    """Springs along a link; only the ratio of the lengths and the angle shape their torque."""
-    for joint in model.robot.joints:
+    """Springs along a link; only the ratio of the lengths and the angle shape their torque.
+
+    Nobody balances what weighs nothing: how likely one is goes with the weight that a joint carries.
+    """
+    inertia, load = link_size(model)
+    weight = load - inertia
+    for joint, share in zip(model.robot.joints, weight / max(float(np.max(weight)), 1e-9), strict=True):
         for ratio in (0.15, 0.3, 0.6):
             for angle in np.arange(-3, 4) * np.pi / 4:
                 effect = SpringBalancer(joint, d21=1.0, d22=ratio, phi=float(angle))
-                yield of_effect(model, "spring_balancer", effect)
+                one = of_effect(model, "spring_balancer", effect)
+                yield replace(one, prior=one.prior * max(float(share), WEIGHTLESS))
 
 
 def of_effect(model: Model, name: str, effect: Effect) -> Candidate:

@@ -69,8 +69,12 @@ TELLING: dict[str, tuple[str, ...]] = {
     "encoder_offset": ("position", "load"),
     "time_delay": ("acceleration", "velocity"),
     "contact_event": ("time", "position"),
+    "hose_spring": ("position", "load"),
+    "supply_sag": ("torque", "speed"),
+    "current_crosstalk": ("time", "torque"),
+    "neighbour_friction": ("time", "velocity"),
 }
-"""Name in the vocabulary -> what its residual shows most against, two each."""
+"""Name, in the vocabulary or outside -> what its residual shows most against, two each."""
 
 USUAL = ("velocity", "position", "load", "acceleration", "time", "motor angle")
 """What a residual without a name is drawn against."""
