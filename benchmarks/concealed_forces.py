@@ -1,7 +1,7 @@
 """Torques on the links and through the transmissions of a recorded arm."""
 
 import numpy as np
-from concealed_body import flange, inverse_dynamics
+from concealed_body import cross, flange, inverse_dynamics
 from concealed_jit import njit
 
 
@@ -32,28 +32,74 @@ def ripple(machine, j, position):
 
 
 @njit(cache=True)
-def pulls(machine, turned, time, pull):
-    """Force on the flange from contact and hose, in its own frame, into `pull` (3,)."""
+def misread(machine, j, motor):
+    """What encoder j reads too little at a motor's position [rad]."""
+    amplitude, waves, phase = machine.ring[j]
+    return machine.miscount[j] + amplitude * np.sin(waves * motor + phase)
+
+
+@njit(cache=True)
+def swing(machine, turned, sway, step):
+    """Move the loose mass (4, 3) on by a step, and put down its force on the flange."""
+    mass, stiffness, damping = machine.loose
+    if mass == 0.0:
+        return
+    place, frame = np.zeros(3), np.eye(3)
+    flange(machine.body.translation, turned, place, frame)
+    sway[3] = stiffness * (sway[0] - place) + damping * (sway[1] - (place - sway[2]) / step)
+    sway[1] += step * (machine.body.gravity - sway[3] / mass)
+    sway[0] += step * sway[1]
+    sway[2] = place
+
+
+@njit(cache=True)
+def hang(machine, turned):
+    """The loose mass at rest, (4, 3)."""
+    sway, frame = np.zeros((4, 3)), np.eye(3)
+    if machine.loose[0] > 0.0:
+        flange(machine.body.translation, turned, sway[2], frame)
+        sway[3] = machine.loose[0] * machine.body.gravity
+        sway[0] = sway[2] + sway[3] / machine.loose[1]
+    return sway
+
+
+@njit(cache=True)
+def gyration(spindle, turned, velocity):
+    """Torque that it takes to turn a spinning spindle about, (n,)."""
+    axes, frame, spin, moment = np.empty(turned.shape[:2]), np.eye(3), np.zeros(3), np.empty(3)
+    for j in range(len(turned)):
+        frame = frame @ turned[j]
+        axes[j] = frame[:, 2]
+        spin += velocity[j] * axes[j]
+    cross(spin, frame @ spindle, moment)
+    return axes @ moment
+
+
+@njit(cache=True)
+def pulls(machine, turned, sway, time, pull):
+    """Force on the flange from contact, hose and loose mass, in its own frame, into `pull` (3,)."""
     pull[:] = 0.0
     since = (time - machine.touch[0]) / machine.touch[1]
     touched = 0.0 < since < 1.0
-    if not touched and machine.hose[0] == 0.0:
+    if not touched and machine.hose[0] == 0.0 and machine.loose[0] == 0.0:
         return
     place, frame = np.zeros(3), np.eye(3)
     flange(machine.body.translation, turned, place, frame)
     force = -machine.hose[0] * (place - machine.hose[1:4])
     if touched:
         force += machine.touch[2:5] * min(1.0, 8.0 * since, 8.0 * (1.0 - since))
-    pull[:] = frame.T @ force
+    pull[:] = frame.T @ (force + sway[3])
 
 
 @njit(cache=True)
-def resistance(machine, turned, position, velocity, time):
+def resistance(machine, turned, position, velocity, sway, time):
     """Torque that a steady motion of the links takes, springs taken off, (n,)."""
     pull, torque, steady = np.zeros(3), np.empty(len(position)), np.zeros(len(position))
-    pulls(machine, turned, time, pull)
+    pulls(machine, turned, sway, time, pull)
     base = machine.shake[:3] * np.sin(2.0 * np.pi * machine.shake[3] * time) - machine.body.gravity
     inverse_dynamics(machine.body, turned, velocity, steady, base, pull, torque)
+    if np.any(machine.spindle != 0.0):
+        torque += gyration(machine.spindle, turned, velocity)
     return torque - springs(machine, position)
 
 

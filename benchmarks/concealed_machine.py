@@ -28,6 +28,9 @@ class Machine(NamedTuple):
         hose: Stiffness of a hose from the flange to an anchor, and where that is, (4,) [N/m, m].
         shake: Amplitude of the floor's acceleration, its frequency, (4,) [m/s^2, Hz].
         miscount: What the encoders read too little, (n,) [rad].
+        ring: Amplitude, waves a turn and phase of what uneven encoder rings add to it, (n, 3) [rad, 1, rad].
+        loose: Mass that swings on the flange, stiffness and damping of its mount, (3,) [kg, N/m, N s/m].
+        spindle: Angular momentum of what spins on the flange, in its frame, (3,) [N m s].
         count: Step of the drive's encoder, (n,) [rad].
         heat: Warming by friction power, (n,) [K/J].
         cooling: Time constant of cooling down, (n,) [s].
@@ -51,6 +54,9 @@ class Machine(NamedTuple):
     hose: np.ndarray
     shake: np.ndarray
     miscount: np.ndarray
+    ring: np.ndarray
+    loose: np.ndarray
+    spindle: np.ndarray
     count: np.ndarray
     heat: np.ndarray
     cooling: np.ndarray
@@ -58,7 +64,7 @@ class Machine(NamedTuple):
 
 
 class State(NamedTuple):
-    """What moves on from step to step; each (n,) but for friction's.
+    """What moves on from step to step; each (n,) but for friction's and the loose mass's.
 
     Attributes:
         link: Position behind the transmission [rad].
@@ -72,6 +78,8 @@ class State(NamedTuple):
         seen: Position that the drive read [rad].
         speed: Velocity that it makes of it [rad/s].
         summed: Its integral part [N m].
+        sway: Of the loose mass, in the base frame: place, velocity, place of the flange a step ago, force on
+            the flange, (4, 3) [m, m/s, m, N].
     """
 
     link: np.ndarray
@@ -85,3 +93,4 @@ class State(NamedTuple):
     seen: np.ndarray
     speed: np.ndarray
     summed: np.ndarray
+    sway: np.ndarray

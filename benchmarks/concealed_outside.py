@@ -1,7 +1,11 @@
 """What can be wrong with a robot and has no name in the vocabulary."""
 
+from dataclasses import replace
+
 import numpy as np
+from concealed_body import weld
 from concealed_effect import Conceal, Concealed, changed, floor
+from concealed_motion import REST
 from concealed_robot import Robot
 
 
@@ -62,10 +66,53 @@ def wandering_friction(robot: Robot, joint: int, strength: float, rng: np.random
     return Concealed(robot.with_recorder(lump=lump), robot, (joint,), {"torque": lump[joint]})
 
 
+def uneven_encoder(robot: Robot, joint: int, strength: float, rng: np.random.Generator) -> Concealed:
+    """An encoder's ring is uneven: what it reads errs by some waves a turn."""
+    waves, phase = float(rng.integers(4, 13)), rng.uniform(0.0, 2.0 * np.pi)
+    # Whoever sees the speed wrong by more than a quarter sends the encoder back.
+    amplitude = min(0.02 * strength, 0.25) / waves
+    ring = changed(robot.machine.ring, joint, [amplitude, waves, phase])
+    parameters = {"radians": amplitude, "waves": waves, "phase": phase}
+    return Concealed(robot.with_machine(ring=ring), robot, (joint,), parameters)
+
+
+def swinging_tool(robot: Robot, joint: int, strength: float, rng: np.random.Generator) -> Concealed:
+    """A tool of known mass hangs on rubber and swings; its owner takes it to be part of the last link."""
+    last, mass = robot.arm.joints - 1, min(0.1 * strength, 1.0) * robot.arm.tool.mass
+    hertz, damping = rng.uniform(1.5, 4.0), rng.uniform(0.03, 0.15)
+    fast = 2.0 * np.pi * hertz
+    loose = np.array([mass, mass * fast**2, 2.0 * damping * mass * fast])
+    firm, believed = (
+        weld(body, last, mass, np.zeros(3), np.zeros((3, 3)))
+        for body in (robot.machine.body, robot.belief.body)
+    )
+    believer = replace(robot, belief=robot.belief._replace(body=believed))
+    parameters = {"mass": mass, "hertz": hertz, "damping": damping}
+    return Concealed(believer.with_machine(loose=loose), believer.with_machine(body=firm), (), parameters)
+
+
+def spinning_tool(robot: Robot, joint: int, strength: float, rng: np.random.Generator) -> Concealed:
+    """A spindle runs on the flange: a gyroscope, which resists being turned about."""
+    side = rng.normal(size=3)
+    # Felt at the wrist first, where links turn at about a third of the joints' limit.
+    wrist = robot.arm.joints - 2
+    momentum = 4.0 * strength * floor(robot, wrist) / robot.arm.limits.velocity[wrist]
+    spindle = momentum * side / np.linalg.norm(side)
+    return Concealed(robot.with_machine(spindle=spindle), robot, (), {"momentum": spindle})
+
+
+def dragging_brake(robot: Robot, joint: int, strength: float, rng: np.random.Generator) -> Concealed:
+    """A brake opens slowly, and drags for some seconds after every start."""
+    drag = np.array([2.0 * strength * floor(robot, joint), rng.uniform(4.0, 9.0)])
+    slow = robot.with_recorder(drag=changed(robot.recorder.drag, joint, drag))
+    parameters = {"torque": drag[0], "seconds": drag[1]}
+    return Concealed(slow, robot, (joint,), parameters, span=(0.0, REST + drag[1]))
+
+
 OUTSIDE: dict[str, Conceal] = {
     effect.__name__: effect
     for effect in (
         floor_vibration, current_crosstalk, hose_spring, neighbour_friction, supply_sag, supply_pulse,
-        wandering_friction,
+        wandering_friction, uneven_encoder, swinging_tool, spinning_tool, dragging_brake,
     )
 }  # fmt: skip

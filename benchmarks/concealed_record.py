@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from concealed_arms import Tool
 from concealed_body import weld
-from concealed_motion import SECONDS, derivatives, fourier, slow, swept
+from concealed_motion import REST, SECONDS, derivatives, fourier, slow, swept
 from concealed_plant import EVERY, RATE, SETTLE, STEP, Log, run
 from concealed_robot import NEVER, Robot
 from scipy import signal
@@ -83,7 +83,7 @@ def motion_of(
     path = path_of(robot, plan, seed, seconds)
     steps, n = path.shape[1] + round(SETTLE / STEP), robot.arm.joints
     chance = coloured(np.exp(-STEP / DISTURBANCE_TIME), steps, n, rng) * DISTURBING * robot.recorder.floor
-    push = chance + surges(robot, steps) - lumps(robot, path[1], steps, rng)
+    push = chance + surges(robot, steps) - lumps(robot, path[1], steps, rng) - drags(robot, path[1], steps)
     machine, tool = robot.machine, None
     if plan.role == "payload":
         tool = robot.arm.tool
@@ -107,6 +107,16 @@ def lumps(robot: Robot, velocity: np.ndarray, steps: int, rng: np.random.Generat
     level[: steps - len(velocity)] = 0.0
     level[steps - len(velocity) :] *= np.tanh(velocity / 0.01)
     return level
+
+
+def drags(robot: Robot, velocity: np.ndarray, steps: int) -> np.ndarray:
+    """Friction of brakes that open slowly, (s, n) [N m]; velocity (s', n) is that of the path."""
+    level, opening = robot.recorder.drag.T
+    since = STEP * np.arange(len(velocity)) - REST
+    closed = np.clip(1.0 - since[:, None] / opening, 0.0, 1.0)
+    torque = np.zeros((steps, robot.arm.joints))
+    torque[steps - len(velocity) :] = level * closed * np.tanh(velocity / 0.01)
+    return torque
 
 
 def coloured(pole: float, count: int, n: int, rng: np.random.Generator) -> np.ndarray:

@@ -47,6 +47,7 @@ class Recorder(NamedTuple):
         sag: Share by which all gains fall at full power of the whole arm [-].
         surge: Amplitude of a torque that pulses with the supply, its frequency, (n + 1,) [N m, Hz].
         lump: Dry friction that comes and goes at random, (n,) [N m].
+        drag: Friction of brakes as a run starts, how long they take to open, (n, 2) [N m, s].
         colour: Pole of the coloured noise at the recording's rate [-].
         floor: Noise, disturbances included, (n,) [N m].
     """
@@ -58,6 +59,7 @@ class Recorder(NamedTuple):
     sag: float
     surge: np.ndarray
     lump: np.ndarray
+    drag: np.ndarray
     colour: float
     floor: np.ndarray
 
@@ -171,6 +173,9 @@ def _machine(
         hose=np.zeros(4),
         shake=np.array([0.0, 0.0, 0.0, 1.0]),
         miscount=np.zeros(n),
+        ring=np.tile([0.0, 1.0, 0.0], (n, 1)),
+        loose=np.zeros(3),
+        spindle=np.zeros(3),
         count=arm.encoder / 8.0,  # drives interpolate what they report
         heat=3.0 / 24.0 / power,
         cooling=np.full(n, 500.0),
@@ -204,6 +209,7 @@ def _recorder(arm: Arm, rng: np.random.Generator) -> Recorder:
         sag=0.0,
         surge=np.zeros(n + 1),
         lump=np.zeros(n),
+        drag=np.tile([0.0, 1.0], (n, 1)),
         colour=rng.uniform(0.78, 0.88),
         floor=arm.floor * rng.uniform(0.9, 1.2),
     )

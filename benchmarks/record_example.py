@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 from common import show
-from exidyn.acquire.example import BODY, make_example
+from exidyn.acquire.example_arm import BODY
 from exidyn.identify import Fit, read_fit
+from exidyn.identify.robot_file import read_model
 
 INSIDE = 1.96
 """Deviation of 95 % of normal numbers [standard deviations]."""
@@ -43,7 +44,7 @@ def main(quick: bool) -> dict[str, Any]:
 
 def errors(fit: Fit) -> np.ndarray:
     """Base parameters (b,), then drive gains (n,), away from the truth [standard deviations]."""
-    truth = make_example().truth
+    truth = read_model("kr270")
     true = dict(zip(truth.names, truth.believed_values, strict=True))
     true |= {f"{name}L": value for name, value in BODY}
     values = np.array([true[parameter.name] for parameter in fit.base.parameters])

@@ -84,8 +84,10 @@ def _possible(found: Searched, place: int) -> bool:
     """Whether its coefficients are what physics allows, beside all others."""
     hypothesis, own = found.found[place].hypothesis, columns_of(found, place)
     values, std = found.solution.values[own], np.sqrt(np.diag(found.solution.covariance)[own])
-    below = values + 2.0 * std < np.array(hypothesis.candidate.lower)
-    return not np.any(below) and not strange(hypothesis.columns, values)
+    lower = np.array(hypothesis.candidate.lower)
+    if np.any(values + 2.0 * std < lower) or strange(hypothesis.columns, values):
+        return False
+    return bool(np.any(lower < 0.0) or np.any(values > lower))
 
 
 def _matters(found: Searched, one: Found, noise: np.ndarray) -> bool:

@@ -18,8 +18,8 @@ CLIPS = (0.6, 0.8, 0.9, 0.97)
 ENDS = 0.15
 """By how much that which lies beyond may be more or less than all that is missing [-]: the torque is known so
 well."""
-WHOLE = 0.05
-"""By how much a torque that comes later may be more or less than all of it [-]."""
+WHOLE = 0.15
+"""By how much a torque that comes later may be more or less than all of it [-]: as ENDS."""
 APART = 1.5
 """From one long delay that is tried to the next [-]."""
 LONG = tuple(sign * 8e-3 * APART**step for sign in (-1.0, 1.0) for step in range(4))
