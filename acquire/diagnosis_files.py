@@ -1,20 +1,21 @@
 """The files of a diagnosis: tables, pages, models to tell apart, and answers of many cases."""
 
 import json
-import os
 from pathlib import Path
 from typing import Any
 
 from exidyn.identify.diagnosis import Diagnosis
-from exidyn.identify.diagnosis.answer import answer, plain
+from exidyn.identify.diagnosis.answer import answer
 from exidyn.identify.diagnosis.forward import Forward
 from exidyn.identify.diagnosis.report import report_html
+from exidyn.identify.diagnosis.report.told import whole
 from exidyn.identify.diagnosis.rivals import FOUND, found_model, rivals
 from exidyn.identify.errors import NotAFile
 from exidyn.identify.fit import Fit
 from exidyn.identify.fit_file import write_fit
 from exidyn.identify.robot_text import model_text
 
+from .json_output import json_text, write_whole
 from .traces_file import NAME, write_traces
 
 
@@ -24,7 +25,7 @@ def write_diagnosis(
     """Write diagnosis.json, report.html, traces, models of findings and rivals, and fit.json; say which."""
     folder.mkdir(parents=True, exist_ok=True)
     texts = {
-        "diagnosis.json": json_text(whole(diagnosis, simulated)),
+        "diagnosis.json": json_text(whole(diagnosis, simulated, str(folder))),
         "report.html": report_html(diagnosis, simulated, str(folder)),
     }
     if any(finding.alternatives for finding in diagnosis.findings) and (model := found_model(diagnosis)):
@@ -32,29 +33,11 @@ def write_diagnosis(
     for name, text in texts.items():
         (folder / name).write_text(text, encoding="utf-8")
     if diagnosis.evidence is not None:
-        write_traces(diagnosis.evidence, folder / NAME)
+        write_traces(diagnosis.evidence, folder / NAME, simulated)
     if fit is not None:
         write_fit(fit, folder / "fit.json")
     others = {NAME: diagnosis.evidence, "fit.json": fit}
     return [folder / name for name in (*texts, *(name for name, one in others.items() if one is not None))]
-
-
-def whole(diagnosis: Diagnosis, simulated: Forward | None) -> dict[str, Any]:
-    """The plain diagnosis, and what simulations came to."""
-    table = plain(diagnosis)
-    if simulated is not None:
-        table["simulated"] = {
-            "run": simulated.run,
-            "torque_rms_before": [float(value) for value in simulated.before],
-            "torque_rms_after": [float(value) for value in simulated.after],
-            "left_out": list(simulated.left_out),
-        }
-    return table
-
-
-def json_text(table: dict[str, Any]) -> str:
-    """JSON with a key a line."""
-    return json.dumps(table, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
 
 def read_answers(path: Path) -> dict[str, Any]:
@@ -78,6 +61,4 @@ def add_answer(diagnosis: Diagnosis, path: Path) -> None:
     """Put a case's answer beside those of other cases; the file is never half written."""
     answers = read_answers(path) | {diagnosis.name: answer(diagnosis)}
     path.parent.mkdir(parents=True, exist_ok=True)
-    part = path.with_name(path.name + ".part")
-    part.write_text(json_text(answers), encoding="utf-8")
-    os.replace(part, path)
+    write_whole(path, json_text(answers))

@@ -69,6 +69,31 @@ class Agreement:
         return np.sum(values * self.weight, axis=0) / np.maximum(self.weight.sum(axis=0), 1.0)
 
 
+@dataclass(frozen=True, eq=False)
+class Scores:
+    """How well a fit predicted one run, where the samples were not kept; see `Agreement`.
+
+    Attributes:
+        run: Name of the run.
+        held_out: Whether it was only predicted.
+        relative: Shape (n,) [-].
+        r_squared: Shape (n,) [-].
+        residual_rms: Shape (n,) [N m].
+        noise: Shape (n,) [N m].
+        over_noise: Shape (n,) [-].
+        noise_source: "rest", "high frequencies", or empty where nobody said.
+    """
+
+    run: str
+    held_out: bool
+    relative: np.ndarray
+    r_squared: np.ndarray
+    residual_rms: np.ndarray
+    noise: np.ndarray
+    over_noise: np.ndarray
+    noise_source: str = ""
+
+
 @dataclass(frozen=True)
 class Unclear:
     """A base parameter that the runs leave open.
@@ -104,6 +129,7 @@ class Fit:
         doubts: Sentences about recordings and fit that the user should read.
         structure: Base parameters before any was dropped; None if none was.
         measures: "current" or "torque": what was recorded in the runs used.
+        scores: Of the runs of a fit that was read from its file, which has no samples.
     """
 
     model: Model
@@ -121,6 +147,7 @@ class Fit:
     doubts: tuple[str, ...] = ()
     structure: BaseParameters | None = None
     measures: str = "torque"
+    scores: tuple[Scores, ...] = ()
 
     @property
     def gains_unstated(self) -> bool:

@@ -2,7 +2,7 @@
 
 What a fit is, is complete: model (a robot.toml inside), base parameters and how they are composed,
 values, covariance, drive gains, filters, beliefs, doubts. Of the comparison with runs only the numbers
-of each joint are kept, for people; the samples are in the recordings. A fit that was read therefore has
+of each joint are kept; the samples are in the recordings. A fit that was read therefore has `scores` and
 no `agreement`: `Fit.agree` makes it anew, and predicts the same as before.
 """
 
@@ -18,12 +18,14 @@ import numpy as np
 from .base_parameters import BaseParameters
 from .errors import ExidynError, NotAFile
 from .estimators import Estimate
-from .fit import Agreement, Fit, Unclear
+from .fit import Agreement, Fit, Scores, Unclear
 from .prepare import Filtering
 from .robot_file import model_text, parse_model
 
 FORMAT = 1
 """Goes up when a reader of the former version would misunderstand a file."""
+SCORES = ("relative", "r_squared", "residual_rms", "noise", "over_noise")
+"""What is kept of the agreement with each run, a number a joint."""
 
 
 def write_fit(fit: Fit, path: Path | str) -> None:
@@ -145,8 +147,22 @@ def _weights(base: BaseParameters, row: int) -> dict[str, float]:
 
 
 def _scores(agreement: Agreement) -> dict[str, Any]:
-    names = ("relative", "r_squared", "residual_rms", "noise", "over_noise")
-    return {"run": agreement.run} | {name: _numbers(getattr(agreement, name)) for name in names}
+    numbers = {name: _numbers(getattr(agreement, name)) for name in SCORES}
+    return {"run": agreement.run, "noise_source": agreement.noise_source} | numbers
+
+
+def _read_scores(table: dict[str, Any]) -> tuple[Scores, ...]:
+    """Those of runs used, then those of runs held out."""
+    return tuple(
+        Scores(
+            run=one["run"],
+            held_out=key == "validation",
+            noise_source=one.get("noise_source", ""),
+            **{name: _array(one[name]) for name in SCORES},
+        )
+        for key in ("agreement", "validation")
+        for one in table.get(key, ())
+    )
 
 
 def _fit(table: dict[str, Any]) -> Fit:
@@ -179,6 +195,7 @@ def _fit(table: dict[str, Any]) -> Fit:
         structure=_base(parameters, rows, gap) if len(kept) < len(rows) else None,
         # Files of before the key: of torque all gains are 1, and of currents hardly ever.
         measures=table.get("measures", "torque" if _all_ones(table["drive_gain"]) else "current"),
+        scores=_read_scores(table),
     )
 
 

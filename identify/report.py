@@ -5,11 +5,9 @@ from html import escape
 from pathlib import Path
 
 from .fit import Fit
+from .report_page import page
 from .report_sections import SECTIONS
-from .report_style import STYLE
 from .verdict import counted
-
-HEADING = re.compile(r'<section id="(\w+)"><h2>(.*?)</h2>')
 
 
 def write_report(fit: Fit, path: Path) -> None:
@@ -19,18 +17,12 @@ def write_report(fit: Fit, path: Path) -> None:
 
 def report_html(fit: Fit) -> str:
     """The report as text."""
-    robot = escape(fit.model.robot.name)
-    body = "".join(section(fit) for section in SECTIONS)
-    links = "".join(f'<a href="#{anchor}">{title}</a>' for anchor, title in HEADING.findall(body))
+    robot = fit.model.robot.name
     effects = ", ".join(_words(type(effect).__name__) for effect in fit.model.effects)
     counts = (counted(fit.model.robot.dof, "joint"), counted(len(fit.runs), "run"))
-    summary = "; ".join((*counts, escape(fit.estimate.method), effects))
-    return (
-        '<!doctype html><html lang="en"><head><meta charset="utf-8">'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f"<title>{robot}: identified dynamics</title><style>{STYLE}</style></head>"
-        f'<body><h1>{robot}</h1><p class="note">{summary}</p><nav>{links}</nav>{body}</body></html>\n'
-    )
+    note = "; ".join((*counts, escape(fit.estimate.method), effects))
+    body = "".join(section(fit) for section in SECTIONS)
+    return page(f"{robot}: identified dynamics", robot, note, body)
 
 
 def _words(name: str) -> str:

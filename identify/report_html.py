@@ -67,6 +67,7 @@ def prose(words: str) -> str:
         escape(words)
         .replace(" %", "\N{NO-BREAK SPACE}%")
         .replace(" x noise", " \N{MULTIPLICATION SIGN} noise")
+        .replace(" x its noise", " \N{MULTIPLICATION SIGN} its noise")
     )
 
 

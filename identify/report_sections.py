@@ -65,7 +65,7 @@ def runs_section(fit: Fit) -> str:
     """Measured, predicted and residual torque of every run and joint."""
     runs = [(run, "held out") for run in fit.validation] + [(run, "used") for run in fit.agreement]
     if not runs:
-        return section("runs", "Runs", paragraph(NO_SAMPLES))
+        return section("runs", "Runs", paragraph(NO_SAMPLES), runs_table(fit) if fit.scores else "")
     plots = len(runs) * fit.model.robot.dof
     columns = int(np.clip(STRETCHES // plots, 40, COLUMNS))
     note = (

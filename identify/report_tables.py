@@ -4,10 +4,10 @@ from html import escape
 
 import numpy as np
 
-from .fit import Agreement, Fit
+from .fit import Agreement, Fit, Scores
 from .report_html import NAMELESS, number, table, unit
 from .report_plots import interval_bar, measured_unit, torque_unit
-from .verdict import EXPLAINED, LITTLE, NORMAL_95, gains_estimated, joint_verdicts
+from .verdict import EXPLAINED, LITTLE, NORMAL_95, gains_estimated, joint_verdicts, judged
 
 WORST_PAIRS = 12
 """Pairs of correlated parameters that are listed."""
@@ -15,7 +15,7 @@ WORST_PAIRS = 12
 
 def joint_table(fit: Fit) -> str:
     """One line a joint: how well it is explained where it is explained worst."""
-    runs = {run.run: run for run in (*fit.agreement, *fit.validation)}
+    runs = {run.run: run for run in judged(fit)}
     rows = []
     for joint, found in enumerate(joint_verdicts(fit)):
         run = runs[found.run]
@@ -44,10 +44,11 @@ def runs_table(fit: Fit) -> str:
     """Residual over noise of every run and joint."""
     rows = [_run_row(run, "used") for run in fit.agreement]
     rows += [_run_row(run, "held out") for run in fit.validation]
+    rows = rows or [_run_row(run, "held out" if run.held_out else "used") for run in fit.scores]
     return table(["run", "role", *fit.model.robot.joints], rows, words=(1,))
 
 
-def _run_row(run: Agreement, role: str) -> list[str]:
+def _run_row(run: Agreement | Scores, role: str) -> list[str]:
     pairs = zip(run.over_noise, 100 * run.relative, strict=True)
     return [escape(run.run), role, *(f"{number(over, 3)}; {number(share, 2)} %" for over, share in pairs)]
 

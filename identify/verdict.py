@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .fit import Agreement, Fit
+from .fit import Agreement, Fit, Scores
 from .fit_doubts import unknown_scale
 from .hints import OPEN
 
@@ -44,9 +44,13 @@ class JointVerdict(NamedTuple):
     words: str
 
 
-def judged(fit: Fit) -> Sequence[Agreement]:
-    """Runs that count: those held out, or else those used."""
-    return fit.validation or fit.agreement
+def judged(fit: Fit) -> Sequence[Agreement | Scores]:
+    """Runs that count: those held out, or else those used; with their samples where there are any."""
+    return fit.validation or _scores_held_out(fit) or fit.agreement or fit.scores
+
+
+def _scores_held_out(fit: Fit) -> tuple[Scores, ...]:
+    return tuple(one for one in fit.scores if one.held_out)
 
 
 def joint_verdicts(fit: Fit) -> list[JointVerdict]:
@@ -65,7 +69,7 @@ def joint_verdicts(fit: Fit) -> list[JointVerdict]:
     ]
 
 
-def _tested(runs: Sequence[Agreement]) -> np.ndarray:
+def _tested(runs: Sequence[Agreement | Scores]) -> np.ndarray:
     """Whether some run tells each joint from noise, shape (n,); a joint that never slides is not."""
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.any([run.r_squared >= TESTED for run in runs], axis=0)
@@ -122,7 +126,8 @@ def _joints(fit: Fit) -> str:
             "How well the joints are explained cannot be said: this fit was loaded without its samples. "
             "Identify again from the recordings to see it."
         )
-    kind = "runs held out" if fit.validation else "runs used (no run was held out: this flatters the fit)"
+    held_out = fit.validation or _scores_held_out(fit)
+    kind = "runs held out" if held_out else "runs used (no run was held out: this flatters the fit)"
     open_ones = [v for v in found if v.words != EXPLAINED]
     worst = max(found, key=lambda v: v.over_noise)
     if not open_ones:

@@ -1,14 +1,12 @@
 """View of a fit: what it predicts of recordings, or of a fit alone its parameters beside the arm."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 from exidyn.identify.fit import Fit
-from exidyn.identify.identification import of_these_joints
-from exidyn.identify.prepare import prepare
+from exidyn.identify.predicted import predicted
 from exidyn.identify.recording import Recording
 from exidyn.identify.view import blueprint, log_fit
 from exidyn.identify.view_arm import arm_view
@@ -29,10 +27,7 @@ def fit_view(fit: Fit, recordings: Sequence[Recording]) -> View:
         DifferentRobot: Of other joints.
         RecordingError: One that is too short for the fit's filters.
     """
-    of_these_joints(fit.model, recordings)
-    shown = [fit.agree(prepare(recording, fit.filtering)) for recording in recordings]
-    used = tuple(one for one in shown if one.run in fit.runs)
-    fit = replace(fit, agreement=used, validation=tuple(one for one in shown if one.run not in fit.runs))
+    fit = predicted(fit, recordings)
     if not recordings:
         return View("fit", lambda stream: _log_alone(stream, fit), _layout_alone(fit))
     return View("fit", lambda stream: log_fit(stream, fit), blueprint(fit))

@@ -11,6 +11,7 @@ from ..finding import Improvement
 from ..forward import Forward
 from ..trace import Trace
 from .profiles import Axis, Profile, orders, profile, spectrum
+from .told import Simulated
 
 DOTS = 500
 """Dots in a profile; more hide one another."""
@@ -107,7 +108,7 @@ def bars(found: Improvement, names: Sequence[str]) -> str:
     return _bars(before, after, names, "residual over noise", 1.0)
 
 
-def forward_bars(found: Forward, noise: np.ndarray, names: Sequence[str]) -> str:
+def forward_bars(found: Simulated, noise: np.ndarray, names: Sequence[str]) -> str:
     """The same of simulated torque."""
     return _bars(found.before / noise, found.after / noise, names, "simulated less recorded, over noise", 1.0)
 
@@ -117,7 +118,7 @@ def _bars(before: np.ndarray, after: np.ndarray, names: Sequence[str], label: st
     left, width, step = 110.0, 350.0, 34.0
     height = step * len(names)
     scale = width / np.sqrt(most)
-    parts = [legend(left, 14, [])]
+    parts = [legend(left, 44 + height, KEYS)]
     for place, (name, first, second) in enumerate(zip(names, before, after, strict=True)):
         top = 26 + place * step
         parts.append(text(left - 8, top + 17, name, "name end"))
@@ -128,7 +129,7 @@ def _bars(before: np.ndarray, after: np.ndarray, names: Sequence[str], label: st
     x = left + scale * np.sqrt(one)
     parts.append(f'<line class="one" x1="{x:.1f}" x2="{x:.1f}" y1="20" y2="{26 + height:.1f}"/>')
     parts.append(text(x, 15, "noise", "tick middle"))
-    return picture(520, 32 + height, label, "".join(parts))
+    return picture(520, 50 + height, label, "".join(parts))
 
 
 def where_and_when(trace: Trace, noise: np.ndarray, names: Sequence[str], residuals: str) -> str:

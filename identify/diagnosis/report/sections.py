@@ -8,11 +8,8 @@ import numpy as np
 
 from ...report_html import figure, listing, number, paragraph, section, table, unit
 from ...verdict import NORMAL_95
-from ..finding import Diagnosis, Finding
-from ..forward import Forward
 from ..sentences import joint_words
-from ..trace import Evidence, Trace
-from ..words import headline, named, telling_joint, verdict
+from ..words import named
 from .plots import (
     bars,
     forward_bars,
@@ -24,29 +21,38 @@ from .plots import (
     where_and_when,
 )
 from .profiles import AXES, TELLING, USUAL
+from .told import Named, Told
 
-Section = Callable[[Diagnosis, Forward | None, str], str]
+Section = Callable[[Told], str]
 WITHOUT = "This diagnosis came without the samples of its runs, so that there is nothing to draw."
 
 
-def verdict_section(diagnosis: Diagnosis, forward: Forward | None, folder: str) -> str:
+def verdict_section(diagnosis: Told) -> str:
     """What is missing, and how much was gained."""
-    content = [_arrows(listing(verdict(diagnosis, folder), "verdict"))]
-    if diagnosis.improvement is not None:
-        words = ", ".join(diagnosis.improvement.runs)
-        remark = f"before: the model at its word, friction and offsets fitted; {words}"
-        picture = bars(diagnosis.improvement, _names(diagnosis))
-        content.append(_grid(figure("Held-out residual over noise", remark, picture), *_map(diagnosis)))
-    if diagnosis.findings:
-        content.append(_findings(diagnosis))
+    content = [said(diagnosis), improvement(diagnosis), findings_table(diagnosis)]
     return section("verdict", "Verdict", *content)
 
 
-def _map(diagnosis: Diagnosis) -> list[str]:
+def said(diagnosis: Told) -> str:
+    """The verdict in sentences."""
+    return _arrows(listing(diagnosis.verdict, "verdict"))
+
+
+def improvement(diagnosis: Told) -> str:
+    """Residual held out before and after, by joint, and where and when it is; nothing without such runs."""
+    if diagnosis.improvement is None:
+        return ""
+    words = ", ".join(diagnosis.improvement.runs)
+    remark = f"before: the model at its word, friction and offsets fitted; {words}"
+    picture = bars(diagnosis.improvement, _names(diagnosis))
+    return _grid(figure("Held-out residual over noise", remark, picture), *_map(diagnosis))
+
+
+def _map(diagnosis: Told) -> list[str]:
     """Where and when a run held out is not explained, before and after."""
-    if diagnosis.evidence is None or diagnosis.improvement is None:
+    if not diagnosis.traces:
         return []
-    trace, noise = _judged(diagnosis)[0], diagnosis.evidence.noise
+    trace, noise = diagnosis.judged[0], diagnosis.noise
     maps = [
         f"<h3>{which}</h3>{where_and_when(trace, noise, _names(diagnosis), which)}"
         for which in ("before", "after")
@@ -56,9 +62,9 @@ def _map(diagnosis: Diagnosis) -> list[str]:
     ]
 
 
-def _findings(diagnosis: Diagnosis) -> str:
-    """A row a parameter."""
-    rows = []
+def findings_table(diagnosis: Told) -> str:
+    """A row a parameter; nothing without findings."""
+    rows: list[list[str]] = []
     for finding in diagnosis.findings:
         where = ", ".join(diagnosis.joints[joint] for joint in finding.joints) or "arm"
         first = [escape(finding.effect.replace("_", " ")), escape(where)]
@@ -69,63 +75,57 @@ def _findings(diagnosis: Diagnosis) -> str:
             rows.append([*first, escape(name), number(value), half, shown, *last])
             first, last = ["", ""], ["", ""]
     head = ["effect", "where", "parameter", "value", "± 95 %", "unit", "probability", "gain held out"]
-    return table(head, rows, words=(1, 2, 5))
+    return table(head, rows, words=(1, 2, 5)) if rows else ""
 
 
-def findings_section(diagnosis: Diagnosis, forward: Forward | None, folder: str) -> str:
+def findings_section(diagnosis: Told) -> str:
     """Pictures of every finding."""
     if not diagnosis.findings:
         return ""
-    if diagnosis.evidence is None:
-        return section("findings", "Findings", paragraph(WITHOUT))
     note = (
         "Residual torque of the joint on which the effect shows best, all else as fitted: before is without "
         "this effect alone, after is with it. Dots are rows and lines means of bins; where the line of "
         "before leaves the noise and that of after does not, the effect accounts for it. Over time and "
         "frequency a run is shown that was not fitted, if there is one."
     )
-    content = [_finding(diagnosis, finding) for finding in diagnosis.findings]
-    return section("findings", "Findings", paragraph(note), *content)
+    content = [_finding(diagnosis, place) for place in range(len(diagnosis.findings))]
+    return section("findings", "Findings", paragraph(note if diagnosis.traces else WITHOUT), *content)
 
 
-def _finding(diagnosis: Diagnosis, finding: Finding) -> str:
-    assert diagnosis.evidence is not None
-    joint = telling_joint(diagnosis, finding)
-    heading = escape(named(finding.effect, finding.joints, diagnosis.joints))
-    evidence = without(diagnosis.evidence, diagnosis.findings.index(finding))
-    figures = _figures(replace(diagnosis, evidence=evidence), joint, TELLING.get(finding.effect, USUAL[:2]))
-    said = _arrows(paragraph(headline(diagnosis, finding), ""))
-    return f"<h3>{heading}</h3>{said}{_grid(*figures, kind='three')}{_alternatives(diagnosis, finding)}"
+def _finding(diagnosis: Told, place: int) -> str:
+    finding = diagnosis.findings[place]
+    words = _arrows(paragraph(finding.headline, "") + paragraph(finding.certainty, ""))
+    axes = TELLING.get(finding.effect, USUAL[:2])
+    figures = _figures(without(diagnosis, place), diagnosis.telling_joint(finding), axes)
+    return f"<h3>{escape(finding.name)}</h3>{words}{figures}{_alternatives(diagnosis, finding)}"
 
 
-def without(evidence: Evidence, place: int) -> Evidence:
-    """Evidence whose residual before lacks one finding only, all else as fitted."""
-    traces = [replace(trace, before=trace.after + trace.explained[place]) for trace in evidence.traces]
-    return replace(evidence, traces=tuple(traces))
+def without(diagnosis: Told, place: int) -> Told:
+    """The diagnosis with residuals before that lack one finding only, all else as fitted."""
+    traces = [replace(trace, before=trace.after + trace.explained[place]) for trace in diagnosis.traces]
+    return replace(diagnosis, traces=tuple(traces))
 
 
-def _figures(diagnosis: Diagnosis, joint: int, axes: Sequence[str]) -> list[str]:
-    """Profiles of all runs, and time and spectrum of one that was held out."""
-    assert diagnosis.evidence is not None
-    evidence, shown = diagnosis.evidence, _judged(diagnosis)
-    noise = float(evidence.noise[joint])
-    name = joint_words(joint, diagnosis.joints)
+def _figures(diagnosis: Told, joint: int, axes: Sequence[str]) -> str:
+    """Profiles of all runs, and time and spectrum of one that was held out; nothing without samples."""
+    if not diagnosis.traces:
+        return ""
+    traces, shown = diagnosis.traces, diagnosis.judged[0]
+    noise, name = float(diagnosis.noise[joint]), joint_words(joint, diagnosis.joints)
     figures = []
     for axis in axes:
-        traces = shown[:1] if axis == "time" else evidence.traces
-        if picture := profile_plot(traces, joint, AXES[axis], noise):
-            figures.append(
-                figure(f"{name} over {axis}", "all runs" if len(traces) > 1 else shown[0].name, picture)
-            )
-    figures.append(figure(f"{name} over time", shown[0].name, time_plot(shown[0], joint, noise)))
-    figures.append(figure(f"{name} over frequency", shown[0].name, spectrum_plot(shown[0], joint)))
+        drawn = (shown,) if axis == "time" else traces
+        if picture := profile_plot(drawn, joint, AXES[axis], noise):
+            remark = "all runs" if len(drawn) > 1 else drawn[0].name
+            figures.append(figure(f"{name} over {axis}", remark, picture))
+    figures.append(figure(f"{name} over time", shown.name, time_plot(shown, joint, noise)))
+    figures.append(figure(f"{name} over frequency", shown.name, spectrum_plot(shown, joint)))
     for what, motor in (("its own turn", False), ("its motor's turn", True)):
-        picture = orders_plot(evidence.traces, joint, motor)
-        figures.append(figure(f"{name} over {what}", "all runs", picture))
-    return figures
+        figures.append(figure(f"{name} over {what}", "all runs", orders_plot(traces, joint, motor)))
+    return _grid(*figures, kind="three")
 
 
-def _alternatives(diagnosis: Diagnosis, finding: Finding) -> str:
+def _alternatives(diagnosis: Told, finding: Named) -> str:
     if not finding.alternatives:
         return paragraph("Nothing else that exidyn knows explains it as well.")
     rows = [
@@ -135,7 +135,7 @@ def _alternatives(diagnosis: Diagnosis, finding: Finding) -> str:
     return table(["not excluded", "probability"], rows)
 
 
-def unexplained_section(diagnosis: Diagnosis, forward: Forward | None, folder: str) -> str:
+def unexplained_section(diagnosis: Told) -> str:
     """What is left and has no name."""
     if not diagnosis.remainders:
         return ""
@@ -146,45 +146,42 @@ def unexplained_section(diagnosis: Diagnosis, forward: Forward | None, folder: s
             f"left goes with {one.depends_on} (probability {100 * one.probability:.4g} %)."
         )
         content.append(paragraph(said, ""))
-        if diagnosis.evidence is not None:
-            content.append(_grid(*_figures(diagnosis, one.joint, USUAL), kind="three"))
+        content.append(_figures(diagnosis, one.joint, USUAL))
     return section("unexplained", "Unexplained", *content)
 
 
-def forward_section(diagnosis: Diagnosis, forward: Forward | None, folder: str) -> str:
+def forward_section(diagnosis: Told) -> str:
     """The arm in simulation, before and after."""
-    if forward is None:
+    if (found := diagnosis.simulated) is None:
         return ""
-    noise = diagnosis.evidence.noise if diagnosis.evidence else forward.after
+    noise = diagnosis.noise if len(diagnosis.noise) else found.after
     note = (
-        f"{forward.run}, simulated in closed loop: an arm with drives of its own follows the recorded "
-        "motion, and the torque of its motors is compared with the recorded one. Its motors miss the "
-        f"recorded positions by {1e3 * float(np.max(forward.missed)):.2g} mrad at most, root mean square."
+        f"{found.run}, simulated in closed loop: an arm with drives of its own follows the recorded "
+        "motion, and the torque of its motors is compared with the recorded one."
     )
-    if forward.left_out:
-        note += f" Not simulated: {', '.join(one.replace('_', ' ') for one in forward.left_out)}."
-    gained = int(np.argmax(forward.before**2 / noise**2 - forward.after**2 / noise**2))
     remark = "simulated less recorded torque, root mean square over noise"
-    return section(
-        "simulation",
-        "Simulation",
-        paragraph(note),
-        _grid(
-            figure("All joints", remark, forward_bars(forward, noise, _names(diagnosis))),
-            figure(joint_words(gained, diagnosis.joints), forward.run, forward_plot(forward, gained)),
-        ),
-    )
+    figures = [figure("All joints", remark, forward_bars(found, noise, _names(diagnosis)))]
+    if (samples := found.samples) is not None:
+        missed = 1e3 * float(np.max(samples.missed))
+        note += f" Its motors miss the recorded positions by {missed:.2g} mrad at most, root mean square."
+        gained = int(np.argmax((found.before**2 - found.after**2) / noise**2))
+        figures.append(
+            figure(joint_words(gained, diagnosis.joints), found.run, forward_plot(samples, gained))
+        )
+    if found.left_out:
+        note += f" Not simulated: {', '.join(one.replace('_', ' ') for one in found.left_out)}."
+    return section("simulation", "Simulation", paragraph(note), _grid(*figures))
 
 
-def where_section(diagnosis: Diagnosis, forward: Forward | None, folder: str) -> str:
+def where_section(diagnosis: Told) -> str:
     """Every joint against what it may depend on."""
-    if diagnosis.evidence is None:
+    if not diagnosis.traces:
         return ""
     content = []
     for joint, name in enumerate(_names(diagnosis)):
-        noise = float(diagnosis.evidence.noise[joint])
+        noise = float(diagnosis.noise[joint])
         figures = [
-            figure(f"over {axis}", "", profile_plot(diagnosis.evidence.traces, joint, AXES[axis], noise))
+            figure(f"over {axis}", "", profile_plot(diagnosis.traces, joint, AXES[axis], noise))
             for axis in ("velocity", "position", "load")
         ]
         content.append(f"<h3>{escape(name)}</h3>{_grid(*figures, kind='three')}")
@@ -192,7 +189,7 @@ def where_section(diagnosis: Diagnosis, forward: Forward | None, folder: str) ->
     return section("joints", "Every joint", paragraph(note), *content)
 
 
-def data_section(diagnosis: Diagnosis, forward: Forward | None, folder: str) -> str:
+def data_section(diagnosis: Told) -> str:
     """Runs, and what they do not tell."""
     held_out = ", ".join(diagnosis.improvement.runs) if diagnosis.improvement else "none"
     words = f"Fitted: {', '.join(diagnosis.runs)}; held out: {held_out}."
@@ -200,14 +197,7 @@ def data_section(diagnosis: Diagnosis, forward: Forward | None, folder: str) -> 
     return section("data", "Runs and doubts", paragraph(words), listing(doubts))
 
 
-def _judged(diagnosis: Diagnosis) -> list[Trace]:
-    """Runs held out, or else all."""
-    assert diagnosis.evidence is not None
-    traces = list(diagnosis.evidence.traces)
-    return [trace for trace in traces if trace.role == "validate"] or traces
-
-
-def _names(diagnosis: Diagnosis) -> list[str]:
+def _names(diagnosis: Told) -> list[str]:
     return [joint_words(joint, diagnosis.joints) for joint in range(len(diagnosis.joints))]
 
 
@@ -227,3 +217,7 @@ SECTIONS: tuple[Section, ...] = (
     where_section,
     data_section,
 )
+"""Of a page of its own."""
+
+DETAILS = (findings_section, unexplained_section, where_section, data_section)
+"""Of a page on which others say the verdict, and what was gained."""

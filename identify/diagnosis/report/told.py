@@ -1,0 +1,199 @@
+"""Told: a diagnosis as its pages show it, whether it was made just now or read from its files."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..answer import plain
+from ..finding import Alternative, Diagnosis, Improvement, Quantity, Remainder
+from ..forward import Forward
+from ..trace import Trace
+from ..words import named, verdict
+
+
+@dataclass(frozen=True, eq=False)
+class Named:
+    """One finding.
+
+    Attributes:
+        effect: Name in the vocabulary.
+        joints: Where it acts, from 0; empty where it has no joint.
+        name: The two in words.
+        headline: What is missing, and what was gained.
+        certainty: How surely it is this, what it might be instead, and what would tell.
+        parameters: Coefficients and shape by name.
+        probability: That it is there, and is this.
+        alternatives: What the data do not exclude.
+        torque: Root mean square of its torque on each joint, shape (n,) [N m].
+        held_out: By how much it lowers twice the negative log likelihood of runs held out; NaN without such.
+    """
+
+    effect: str
+    joints: tuple[int, ...]
+    name: str
+    headline: str
+    certainty: str
+    parameters: Mapping[str, Quantity]
+    probability: float
+    alternatives: tuple[Alternative, ...]
+    torque: np.ndarray
+    held_out: float
+
+
+class Simulated(NamedTuple):
+    """How a simulation before and after agrees with its recording.
+
+    Attributes:
+        run: Its name.
+        before: Root mean square of the difference in torque, shape (n,) [N m].
+        after: The same with what was found.
+        left_out: Effects that were found and that the simulation does not have.
+        samples: What it was made of; None if that was not kept.
+    """
+
+    run: str
+    before: np.ndarray
+    after: np.ndarray
+    left_out: tuple[str, ...]
+    samples: Forward | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Told:
+    """All that is said and drawn of a diagnosis; see `Diagnosis` for what is not explained here.
+
+    Attributes:
+        verdict: Sentences, the most important first.
+        noise: Noise floor of each joint's torque behind the filter, shape (n,) [N m]; empty if not known.
+        traces: Runs held out first; none if the samples were not kept.
+        simulated: None if nothing was simulated.
+    """
+
+    name: str
+    joints: tuple[str, ...]
+    verdict: tuple[str, ...]
+    findings: tuple[Named, ...]
+    remainders: tuple[Remainder, ...]
+    improvement: Improvement | None
+    runs: tuple[str, ...]
+    doubts: tuple[str, ...]
+    seconds: float
+    noise: np.ndarray
+    traces: tuple[Trace, ...]
+    simulated: Simulated | None
+
+    def telling_joint(self, finding: Named) -> int:
+        """The joint on which the finding is seen best: of those that feel it, where most was gained."""
+        found = self.improvement
+        if found is None:
+            return int(np.argmax(finding.torque))
+        gained = (found.before - found.after) / found.noise
+        return int(np.argmax(np.where(finding.torque > 0.0, gained, -np.inf)))
+
+    @property
+    def judged(self) -> tuple[Trace, ...]:
+        """Runs held out, or else all."""
+        return tuple(trace for trace in self.traces if trace.role == "validate") or self.traces
+
+
+def whole(diagnosis: Diagnosis, forward: Forward | None = None, folder: str = "") -> dict[str, Any]:
+    """All of a diagnosis but its samples, for diagnosis.json.
+
+    Args:
+        diagnosis: What was found.
+        forward: How simulations of a run compare with it; None if there are none.
+        folder: Where models of findings and rivals are written; empty if they are not.
+    """
+    table = plain(diagnosis) | {"verdict": verdict(diagnosis, folder)}
+    if forward is None:
+        return table
+    return table | {
+        "simulated": {
+            "run": forward.run,
+            "torque_rms_before": [float(value) for value in forward.before],
+            "torque_rms_after": [float(value) for value in forward.after],
+            "left_out": list(forward.left_out),
+        }
+    }
+
+
+def told(diagnosis: Diagnosis, forward: Forward | None = None, folder: str = "") -> Told:
+    """A diagnosis that was made just now."""
+    known = diagnosis.evidence
+    found = from_table(whole(diagnosis, forward, folder), known.traces if known else (), forward)
+    return found if known is None else replace(found, noise=known.noise)
+
+
+def from_table(
+    table: Mapping[str, Any], traces: Sequence[Trace] = (), forward: Forward | None = None
+) -> Told:
+    """A diagnosis from what `whole` makes of it.
+
+    Raises:
+        KeyError: Something is missing.
+    """
+    noise = _array(table["noise"] or [])
+    simulated = table.get("simulated")
+    return Told(
+        name=table["name"],
+        joints=tuple(table["joints"]),
+        verdict=tuple(table["verdict"]),
+        findings=tuple(_named(finding, table) for finding in table["findings"]),
+        remainders=tuple(Remainder(**{**one, "joint": one["joint"] - 1}) for one in table["remainders"]),
+        improvement=_improvement(table, noise) if len(noise) else None,
+        runs=tuple(table["runs"]),
+        doubts=tuple(table["doubts"]),
+        seconds=float(table["seconds"]),
+        noise=noise,
+        traces=tuple(traces),
+        simulated=None if simulated is None else _simulated(simulated, forward),
+    )
+
+
+def _named(finding: Mapping[str, Any], table: Mapping[str, Any]) -> Named:
+    joints = tuple(joint - 1 for joint in finding["joints"])
+    name = named(finding["effect"], joints, table["joints"])
+    return Named(
+        effect=finding["effect"],
+        joints=joints,
+        name=name,
+        headline=_line(table, f"{finding['sentence']}."),
+        certainty=_line(table, f"{name}: "),
+        parameters={
+            key: Quantity(_number(one["value"]), _number(one["std"]), one["unit"])
+            for key, one in finding["parameters"].items()
+        },
+        probability=float(finding["probability"]),
+        alternatives=tuple(
+            Alternative(one["effect"], tuple(j - 1 for j in one["joints"]), _number(one["probability"]))
+            for one in finding["alternatives"]
+        ),
+        torque=_array(finding["torque_rms"]),
+        held_out=_number(finding["held_out"]),
+    )
+
+
+def _line(table: Mapping[str, Any], beginning: str) -> str:
+    """The line of the verdict that begins so, or the beginning."""
+    return next((line for line in table["verdict"] if line.startswith(beginning)), beginning)
+
+
+def _improvement(table: Mapping[str, Any], noise: np.ndarray) -> Improvement:
+    before, after = (_array(table[f"torque_rms_{which}"]) for which in ("before", "after"))
+    return Improvement(tuple(table["held_out"]), before, after, noise, float(table["torque_rms_filter_hz"]))
+
+
+def _simulated(table: Mapping[str, Any], forward: Forward | None) -> Simulated:
+    before, after = (_array(table[f"torque_rms_{which}"]) for which in ("before", "after"))
+    return Simulated(table["run"], before, after, tuple(table["left_out"]), forward)
+
+
+def _array(values: Sequence[float | None]) -> np.ndarray:
+    return np.array([_number(value) for value in values])
+
+
+def _number(value: float | None) -> float:
+    """A number; JSON has none for infinity, nor for what is no number."""
+    return float("nan") if value is None else float(value)
