@@ -1,45 +1,38 @@
 """The command `exidyn`: one line a subcommand, each imported when it is asked for."""
 
 import argparse
+import os
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from importlib import import_module
 from importlib.metadata import version
-from typing import NamedTuple
+from types import ModuleType
 
 from exidyn.identify.errors import ExidynError
 
+from .arguments import CommandParser
+from .exit_codes import INTERRUPTED, NOBODY_READS, REFUSED, STOPPED, codes_help
 
-class Command(NamedTuple):
-    """A subcommand: "module:function" in this package, and what it does in a line."""
-
-    place: str
-    purpose: str
-
-
-COMMANDS: dict[str, Command] = {
-    "example": Command("example_command:main", "simulate an arm, identify it, compare with the truth"),
-    "compare": Command("compare_command:main", "a simulation beside a recording: where they differ"),
-    "diagnose": Command("diagnose_command:main", "which physics a model leaves out, and the proof"),
-    "drivers": Command("drivers_command:main", "robot controllers, and the settings of each"),
-    "excite": Command("excite_command:main", "the trajectory that identifies an arm best within its limits"),
-    "export": Command("export_command:main", "a model for other simulators: URDF, MJCF, JSON, robot.toml"),
-    "identify": Command("identify_command:main", "dynamics and drive gains from recordings"),
-    "import": Command("import_command:main", "other people's files to recordings (.mcap)"),
-    "info": Command("info_command:main", "what is inside a recording"),
-    "record": Command("record_command:main", "play a planned motion on a controller, and record it"),
-    "recover": Command("recover_command:main", "whole recordings of what a crash left"),
-    "show": Command("show_command:main", "a planned motion against limits: table, page, view, exports"),
-    "simulate": Command("simulate_command:main", "a planned motion in closed loop on a simulated arm"),
-    "view": Command("view_command:main", "recordings, a fit or a diagnosis in Rerun, the arm moving"),
+COMMANDS: dict[str, str] = {
+    "example": "simulate an arm, identify it, compare with the truth",
+    "compare": "a simulation beside a recording: where they differ",
+    "completion": "Tab completion for bash, zsh, fish and others",
+    "diagnose": "which physics a model leaves out, and the proof",
+    "drivers": "robot controllers, and the settings of each",
+    "excite": "the trajectory that identifies an arm best within its limits",
+    "export": "a model for other simulators: URDF, MJCF, JSON, robot.toml",
+    "identify": "dynamics and drive gains from recordings",
+    "import": "other people's files to recordings (.mcap)",
+    "info": "what is inside a recording",
+    "record": "play a planned motion on a controller, and record it",
+    "recover": "whole recordings of what a crash left",
+    "report": "runs, fit, diagnosis, before and after on one page",
+    "show": "a planned motion against limits: table, page, view, exports",
+    "simulate": "a planned motion in closed loop on a simulated arm",
+    "view": "recordings, a fit or a diagnosis in Rerun, the arm moving",
 }
-"""Name -> where; each function takes the arguments behind its name and returns the exit code."""
-
-REFUSED = 2
-"""Exit code where something given was wrong, as argparse has it."""
-
-INTERRUPTED = 130
-"""Exit code after Ctrl-C, as shells have it: 128 + SIGINT."""
+"""Name -> what it does in a line. Its module NAME_command.py has `parser()` and `main(arguments)`, which
+returns the exit code."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -49,26 +42,47 @@ def main(arguments: Sequence[str] | None = None) -> int:
         arguments: Behind the command's name; those of the process by default.
 
     Returns:
-        Exit code: 0, `REFUSED` or `INTERRUPTED`.
+        Exit code, one of `exit_codes`.
     """
-    parser = _parser()
-    if not (sys.argv[1:] if arguments is None else arguments):
-        parser.print_help()
-        return 0
-    given = parser.parse_args(arguments)
     try:
-        return _function(given.command)(given.rest)
+        try:
+            return _answered(arguments)
+        finally:
+            if sys.stdout is not None:  # as it is where it was closed
+                sys.stdout.flush()  # here, where it still can be told why that fails
+    except BrokenPipeError:
+        # What is left in the buffer would be tried again at the end of the process, with a complaint.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return NOBODY_READS
+
+
+def _answered(arguments: Sequence[str] | None) -> int:
+    """Run a command; errors that a person can do something about become a line."""
+    top = _parser()
+    if not (sys.argv[1:] if arguments is None else arguments):
+        top.print_help()
+        return 0
+    given = top.parse_args(arguments)
+    try:
+        return command_module(given.command).main(given.rest)
+    except BrokenPipeError:
+        raise
     except OSError as error:
-        print(f"exidyn: {error.filename or 'file'}: {error.strerror or error}", file=sys.stderr)
-        return REFUSED
+        place = f"{error.filename}: " if error.filename else ""
+        return _said(f"{place}{error.strerror or error}", REFUSED)
+    except MemoryError as error:
+        return _said(f"not enough memory ({error}): ask for less time, or fewer points a second", REFUSED)
     except KeyboardInterrupt:
-        print("exidyn: interrupted", file=sys.stderr)
-        return INTERRUPTED
+        return _said("interrupted", INTERRUPTED)
     except Exception as error:
         if not _for_the_user(error):
             raise
-        print(f"exidyn: {' '.join(str(error).split())}", file=sys.stderr)
-        return REFUSED
+        return _said(" ".join(str(error).split()), _code(error))
+
+
+def _said(line: str, code: int) -> int:
+    print(f"exidyn: {line}", file=sys.stderr)
+    return code
 
 
 def _for_the_user(error: Exception) -> bool:
@@ -78,13 +92,25 @@ def _for_the_user(error: Exception) -> bool:
     return isinstance(error, ExidynError | DriverError)
 
 
+def _code(error: Exception) -> int:
+    from .run.errors import NotConfirmed  # likewise
+
+    return STOPPED if isinstance(error, NotConfirmed) else REFUSED
+
+
 def _parser() -> argparse.ArgumentParser:
     width = max(map(len, COMMANDS))
-    lines = [f"  {name:<{width}}  {command.purpose}" for name, command in COMMANDS.items()]
-    parser = argparse.ArgumentParser(
+    lines = [f"  {name:<{width}}  {purpose}" for name, purpose in COMMANDS.items()]
+    parser = CommandParser(
         prog="exidyn",
         description="Find out what a robot arm's dynamics really are.",
-        epilog="commands:\n" + "\n".join(lines) + "\n\n'exidyn COMMAND --help' explains a command.",
+        epilog="\n\n".join(
+            [
+                "commands:\n" + "\n".join(lines),
+                codes_help(),
+                "'exidyn COMMAND --help' explains a command. To begin: exidyn example",
+            ]
+        ),
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--version", action="version", version=f"exidyn {version('exidyn')}")
@@ -93,9 +119,9 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
-def _function(name: str) -> Callable[[Sequence[str]], int]:
-    module, function = COMMANDS[name].place.split(":")
-    return getattr(import_module(f"{__package__}.{module}"), function)
+def command_module(name: str) -> ModuleType:
+    """The module of a command, with `parser` and `main`."""
+    return import_module(f"{__package__}.{name}_command")
 
 
 if __name__ == "__main__":

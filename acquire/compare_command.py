@@ -1,9 +1,7 @@
 """exidyn compare: a simulation and a recording in; where they differ, out."""
 
 import argparse
-import json
 import shlex
-import sys
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -14,30 +12,30 @@ from exidyn.identify.importers import import_source
 from exidyn.identify.importers.align import nearest
 from exidyn.identify.model import Model
 from exidyn.identify.recording import Recording
-from exidyn.identify.robot_file import builtin_names, model_text, read_model
+from exidyn.identify.robot_file import model_text, read_model
 
+from .arguments import add_robot, command_parser, number
 from .comparison_text import comparison_table, comparison_text
+from .json_output import add_json, hand_over, json_text, require_json
 
-EXAMPLES = """examples:
-  exidyn compare sim.mcap real.mcap
-  exidyn compare mujoco.csv real.mcap --robot robot.toml --json compared.json"""
+EXAMPLES = (
+    "exidyn compare sim.mcap real.mcap",
+    "exidyn compare mujoco.csv real.mcap --robot robot.toml --json compared.json",
+)
 
 
 def main(arguments: Sequence[str]) -> int:
     """Compare, print, write."""
-    given = _parser().parse_args(arguments)
+    given = parser().parse_args(arguments)
+    require_json(given.json)
     model = read_model(given.robot) if given.robot else None
     simulated, recorded = (_one(path, model) for path in (given.simulated, given.recorded))
     if simulated.name == recorded.name:
         simulated = replace(simulated, name=str(given.simulated))
     found = _compared(simulated, recorded, given.offset)
     go_on = _go_on(given, simulated, recorded)
-    print(comparison_text(found))
-    print("which physics that is:\n" + "\n".join(f"  {line}" for line in go_on), flush=True)
-    if given.json:
-        table = json.dumps(comparison_table(found, go_on), indent=1, ensure_ascii=False, allow_nan=False)
-        given.json.write_text(table + "\n", encoding="utf-8")
-        print(f"written: {given.json}", file=sys.stderr)
+    page = [comparison_text(found), "which physics that is:", *(f"  {line}" for line in go_on)]
+    hand_over("\n".join(page), json_text(comparison_table(found, go_on)), given.json)
     return 0
 
 
@@ -86,28 +84,23 @@ def _go_on(given: argparse.Namespace, simulated: Recording, recorded: Recording)
     ]
 
 
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog="exidyn compare",
-        description="Lay a simulation beside a recording of the same motion: where they differ, and how far.",
-        epilog=EXAMPLES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+def parser() -> argparse.ArgumentParser:
+    """What `exidyn compare` takes."""
+    found = command_parser(
+        "compare",
+        "Lay a simulation beside a recording of the same motion: where they differ, and how far.",
+        EXAMPLES,
     )
-    parser.add_argument(
+    found.add_argument(
         "simulated", type=Path, metavar="SIM", help="recording of any simulator (.mcap, .csv), or another run"
     )
-    parser.add_argument("recorded", type=Path, metavar="REAL", help="recording that is believed")
-    parser.add_argument(
-        "--robot",
-        metavar="ROBOT",
-        help="for tables, which do not say of which robot they are: robot.toml or .urdf, or built in: "
-        + ", ".join(builtin_names()),
-    )
-    parser.add_argument(
+    found.add_argument("recorded", type=Path, metavar="REAL", help="recording that is believed")
+    add_robot(found, "for tables, which do not say of which robot they are")
+    found.add_argument(
         "--offset",
-        type=float,
-        metavar="SECONDS",
+        type=number,
+        metavar="S",
         help="to add to the time of SIM; default: where the positions agree best",
     )
-    parser.add_argument("--json", type=Path, metavar="FILE", help="write the numbers as well")
-    return parser
+    add_json(found)
+    return found

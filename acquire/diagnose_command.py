@@ -9,31 +9,33 @@ from typing import Any
 from exidyn.identify.diagnosis import Diagnosis, diagnose
 from exidyn.identify.diagnosis.forward import Forward, forward
 from exidyn.identify.diagnosis.refit import refit
+from exidyn.identify.diagnosis.report.told import whole
 from exidyn.identify.diagnosis.summary import summary
 from exidyn.identify.errors import ExidynError
 from exidyn.identify.fit import Fit
 
+from .arguments import add_output, command_parser
 from .diagnosis_case import Case, case_folders, read_case, recorded_case
-from .diagnosis_files import add_answer, json_text, read_answers, whole, write_diagnosis
+from .diagnosis_files import add_answer, read_answers, write_diagnosis
+from .exit_codes import DONE, REFUSED
 from .identify_command import make_folder, stopwatch
+from .json_output import add_json, hand_over, json_text, require_json
 from .payload_runs import add_payload_arguments
 
-EXAMPLES = """examples:
-  exidyn diagnose robot.toml one.mcap --slow slow.mcap --validate other.mcap
-  exidyn diagnose robot.toml one.mcap --payload loaded.mcap --mass 4 --validate other.mcap
-  exidyn diagnose cases/c01 cases/c02 --answer answers.json
-
-Runs say themselves what they are for (identify, slow, payload, validate) where they were recorded so; what
+EXAMPLES = (
+    "exidyn diagnose robot.toml one.mcap --slow slow.mcap --validate other.mcap",
+    "exidyn diagnose robot.toml one.mcap --payload loaded.mcap --mass 4 --validate other.mcap",
+    "exidyn diagnose cases/c01 cases/c02 --answer answers.json",
+)
+NOTES = """Runs say themselves what they are for (identify, slow, payload, validate) where recorded so; what
 comes behind an option is for that. The more kinds there are, the more can be told apart."""
-FAILED = 2
-"""Exit code where a case could not be diagnosed and others could."""
-
 Progress = Callable[[str], None]
 
 
 def main(arguments: Sequence[str]) -> int:
     """Diagnose, print, write; every case for itself."""
-    given, progress = _parser().parse_args(arguments), stopwatch()
+    given, progress = parser().parse_args(arguments), stopwatch()
+    require_json(given.json)
     folders = case_folders(given.sources)
     make_folder(given.output)
     if given.answer:
@@ -47,40 +49,38 @@ def main(arguments: Sequence[str]) -> int:
         progress(f"read {folders[0]}")
         _do(read_case(folders[0]), given.output, given, progress)
         return 0
+    _require_no_json(given)
     failed = [folder for folder in folders if not _try(folder, given, progress)]
-    return FAILED if failed else 0
+    return REFUSED if failed else DONE
 
 
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog="exidyn diagnose",
-        description="Say which physics a robot's model leaves out, and prove it on runs held out.",
-        epilog=EXAMPLES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+def parser() -> argparse.ArgumentParser:
+    """What `exidyn diagnose` takes."""
+    found = command_parser(
+        "diagnose",
+        "Say which physics a robot's model leaves out, and prove it on runs held out.",
+        EXAMPLES,
+        NOTES,
     )
-    parser.add_argument(
+    found.add_argument(
         "sources",
         nargs="+",
         metavar="SOURCE",
         help="robot.toml or .urdf and its runs (.mcap, .csv); or folders with case.toml, each a case",
     )
     runs: dict[str, Any] = {"nargs": "+", "type": Path, "default": [], "metavar": "RUN"}
-    parser.add_argument("--validate", **runs, help="runs that are only predicted")
-    parser.add_argument("--slow", **runs, help="runs at constant low speeds")
-    add_payload_arguments(parser)
-    parser.add_argument(
-        "--output", type=Path, default=Path("exidyn-diagnosis"), metavar="FOLDER", help="default: %(default)s"
-    )
-    parser.add_argument(
+    found.add_argument("--validate", **runs, help="runs that are only predicted")
+    found.add_argument("--slow", **runs, help="runs at constant low speeds")
+    add_payload_arguments(found)
+    add_output(found, "FOLDER", Path("exidyn-diagnosis"))
+    add_json(found)
+    found.add_argument(
         "--answer", type=Path, metavar="FILE", help="JSON in which each case's findings are put, by its name"
     )
-    parser.add_argument(
-        "--json", action="store_true", help="print diagnosis.json instead of the page of text"
-    )
-    parser.add_argument(
+    found.add_argument(
         "--quick", action="store_true", help="without simulation and without fit.json, which take a while"
     )
-    return parser
+    return found
 
 
 def _require_no_runs(given: argparse.Namespace) -> None:
@@ -93,6 +93,19 @@ def _require_no_runs(given: argparse.Namespace) -> None:
     if beside:
         raise ExidynError(
             f"{' and '.join(beside)} beside a case folder, whose case.toml says which runs are which"
+        )
+
+
+def _require_no_json(given: argparse.Namespace) -> None:
+    """Raise where one JSON is asked for of several cases.
+
+    Raises:
+        ExidynError: It is.
+    """
+    if given.json:
+        raise ExidynError(
+            "--json takes one case; of several, each has its diagnosis.json below --output, and --answer "
+            "collects their findings"
         )
 
 
@@ -116,10 +129,8 @@ def _do(case: Case, output: Path, given: argparse.Namespace, progress: Progress)
     simulated = None if given.quick else _simulated(diagnosis, case, progress)
     fit = None if given.quick else _fit(diagnosis, case, progress)
     written = write_diagnosis(diagnosis, simulated, fit, output)
-    if given.json:
-        print(json_text(whole(diagnosis, simulated)), end="", flush=True)
-    else:
-        print(summary(diagnosis, simulated, str(output)), flush=True)
+    text = json_text(whole(diagnosis, simulated, str(output)))
+    hand_over(summary(diagnosis, simulated, str(output)), text, given.json)
     print("written: " + ", ".join(map(str, written)), file=sys.stderr)
     return diagnosis
 

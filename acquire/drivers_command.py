@@ -5,10 +5,18 @@ from collections.abc import Sequence
 
 from exidyn.drivers import DRIVERS, driver_class, explain
 
+from .arguments import command_parser
+
+EXAMPLES = (
+    "exidyn drivers",
+    "exidyn drivers can_mit > cell.toml",
+    "exidyn drivers kuka_rsi --for-host 172.31.1.10 > RSI_EthernetConfig.xml",
+)
+
 
 def main(arguments: Sequence[str]) -> int:
     """List the drivers, or print a controller file of one to be filled in."""
-    given = _parser().parse_args(arguments)
+    given = parser().parse_args(arguments)
     if given.name is None:
         width = max(map(len, DRIVERS))
         for name, entry in DRIVERS.items():
@@ -19,20 +27,19 @@ def main(arguments: Sequence[str]) -> int:
     return 0
 
 
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog="exidyn drivers",
-        description="List the drivers, or print the settings of one as a controller file for exidyn record.",
-        epilog="examples:\n  exidyn drivers can_mit > cell.toml\n"
-        "  exidyn drivers kuka_rsi --for-host 172.31.1.10 > RSI_EthernetConfig.xml",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+def parser() -> argparse.ArgumentParser:
+    """What `exidyn drivers` takes."""
+    found = command_parser(
+        "drivers",
+        "List the drivers, or print the settings of one as a controller file for exidyn record.",
+        EXAMPLES,
     )
-    parser.add_argument("name", nargs="?", metavar="NAME", help="driver")
-    parser.add_argument(
+    found.add_argument("name", nargs="?", metavar="DRIVER", help=", ".join(DRIVERS))
+    found.add_argument(
         "--for-host",
         dest="address",
         metavar="ADDRESS",
         help="print instead the file that the controller itself needs to find this host, if it needs one "
         "(kuka_rsi: RSI_EthernetConfig.xml)",
     )
-    return parser
+    return found

@@ -1,74 +1,89 @@
-"""exidyn example: plan, record and identify a simulated arm, and compare with the truth."""
+"""exidyn example: a simulated arm whose truth is known, through all commands, and what came of it."""
 
 import argparse
-import shlex
-import sys
+import math
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 from exidyn.identify.errors import ExidynError
 
-from . import excite_command, identify_command, record_command
-from .example import GAIN_ERROR, MASS, comparison, make_example
+from . import example_balancer, example_gains
+from .arguments import add_output, any_number, command_parser
+from .example_arm import ExampleArm
+from .example_steps import Step, run
+
+EXAMPLES = (
+    "exidyn example",
+    "exidyn example balancer",
+    "exidyn example balancer --commands                     # prints them, to be run one by one",
+    "exidyn example --length 20 --search 5 --output quick",
+)
 
 SHORTEST = 20.0
 """Duration [s] of the motion below which ramps and filters leave too little of it."""
 
-SEARCH = 20.0
-"""How long the motion is searched [s]; a minute finds a better one."""
+
+class Example(NamedTuple):
+    """One of them.
+
+    Attributes:
+        purpose: In a line.
+        folder: Where its files go by default.
+        length: Of each motion by default [s].
+        search: How long the first motion is searched by default [s]; a minute finds a better one.
+        arm: Makes the arm, true and believed.
+        steps: Its commands for a folder, a length of each motion [s] and a time to search it [s].
+        outcome: What came of it, by the files of its folder.
+    """
+
+    purpose: str
+    folder: Path
+    length: float
+    search: float
+    arm: Callable[[], ExampleArm]
+    steps: Callable[[Path, float, float], list[Step]]
+    outcome: Callable[[Path], str]
+
+
+NAMED = {
+    "gains": Example(
+        "drive gains that are believed 10 % too large: excite, record, identify",
+        Path("exidyn-example"),
+        40.0,
+        20.0,
+        example_gains.arm,
+        example_gains.steps,
+        example_gains.outcome,
+    ),
+    "balancer": Example(
+        "a spring balancer that nobody told of: excite, record, identify, diagnose, simulate, export",
+        Path("exidyn-example-balancer"),
+        30.0,
+        10.0,
+        example_balancer.arm,
+        example_balancer.steps,
+        example_balancer.outcome,
+    ),
+}
+"""Name -> example; the first is the one by default."""
 
 
 def main(arguments: Sequence[str]) -> int:
-    """Run the commands that a person with a cell would, on the mock; print identified values beside true."""
-    given = _parser().parse_args(arguments)
-    folder, example = given.output, make_example(given.robot)
-    _require_empty(folder)
-    example.write(folder)
-    believed, length, search = str(folder / "believed.toml"), f"{given.seconds:g}", f"{given.search:g}"
-    motion, other = str(folder / "trajectory.toml"), str(folder / "other.toml")
-    mass = ["--mass", f"{MASS:g}"]
-    plan = [believed, "--length", length, "--payload", f"{MASS:g}", "--seconds", search, "--output", motion]
-    _run("excite", excite_command.main, plan)
-    plan = [
-        believed,
-        "--length",
-        length,
-        "--seconds",
-        f"{min(given.search, 5.0):g}",
-        "--seed",
-        "7",
-        "--output",
-        other,
-    ]
-    _run("excite", excite_command.main, plan)
-    paths: list[str] = []
-    runs: tuple[tuple[str, str, str, list[str]], ...] = (
-        ("unloaded", motion, "truth", []),
-        ("loaded", motion, "truth-loaded", mass),
-        ("other", other, "truth", []),
-    )
-    for seed, (name, path, plant, payload) in enumerate(runs, 1):
-        paths.append(str(folder / f"{name}.mcap"))
-        simulated = ["--driver", "mock", "--plant", str(folder / f"{plant}.toml"), "--seed", str(seed)]
-        said = [path, "--robot", believed, *simulated, *payload, "--output", paths[-1]]
-        _run("record", record_command.main, said)
-    unloaded, loaded, validation = paths
-    command = [unloaded, "--payload", loaded, *mass, "--validate", validation, "--output", str(folder)]
-    _say("identify", command)
-    fit = identify_command.run(command, identify_command.stopwatch())
-    print(f"\nIdentified beside true; drive gains were believed {100 * GAIN_ERROR:.0f} % too large.\n")
-    print(comparison(fit, example.truth))
+    """Run the commands that a person with a cell would, on the mock; print what came of it."""
+    given = parser().parse_args(arguments)
+    example = NAMED[given.example]
+    folder = given.output or example.folder
+    if not given.commands:
+        _require_empty(folder)
+    example.arm().write(folder)
+    steps = example.steps(folder, given.length or example.length, given.search or example.search)
+    if given.commands:
+        print("\n".join(map(str, steps)))
+        return 0
+    run(steps)
+    print(f"\n{example.outcome(folder)}")
     return 0
-
-
-def _run(name: str, function: Callable[[Sequence[str]], int], arguments: list[str]) -> None:
-    _say(name, arguments)
-    if function(arguments):
-        raise ExidynError(f"exidyn {name} has stopped; what it said is above")
-
-
-def _say(name: str, arguments: list[str]) -> None:
-    print(f"\n$ exidyn {name} {shlex.join(arguments)}", file=sys.stderr)
 
 
 def _require_empty(folder: Path) -> None:
@@ -80,32 +95,56 @@ def _require_empty(folder: Path) -> None:
         )
 
 
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog="exidyn example",
-        description="Plan, record on a simulated controller and identify an arm whose truth is known.",
+def parser() -> argparse.ArgumentParser:
+    """What `exidyn example` takes."""
+    width = max(map(len, NAMED))
+    found = command_parser(
+        "example",
+        "Run exidyn's commands on a simulated arm whose truth is known, and compare with that.",
+        EXAMPLES,
+        "\n".join(["the examples:", *(f"  {name:<{width}}  {one.purpose}" for name, one in NAMED.items())]),
     )
-    parser.add_argument("robot", nargs="?", choices=("kr270",), default="kr270", help="default: %(default)s")
-    parser.add_argument(
-        "--output", type=Path, default=Path("exidyn-example"), metavar="FOLDER", help="default: %(default)s"
+    found.add_argument(
+        "example",
+        nargs="?",
+        choices=NAMED,
+        default=next(iter(NAMED)),
+        metavar="EXAMPLE",
+        help=f"{', '.join(NAMED)}, see below; default: %(default)s",
     )
-    parser.add_argument("--seconds", type=_seconds, default=40.0, help="of each run; default: %(default)s")
-    parser.add_argument(
-        "--search", type=_seconds_of_search, default=SEARCH, metavar="SECONDS",
-        help="how long the motion is searched; default: %(default)s",
-    )  # fmt: skip
-    return parser
+    add_output(found, "FOLDER", meaning=f"default: {_each('folder')}")
+    found.add_argument(
+        "--length", "--seconds", type=_length, metavar="S", help=f"of each run; default: {_each('length')}"
+    )
+    found.add_argument(
+        "--search",
+        type=_search,
+        metavar="S",
+        help=f"how long the motion is searched; default: {_each('search')}",
+    )
+    found.add_argument(
+        "--commands",
+        action="store_true",
+        help="only write the robot files, and print the commands that would be run",
+    )
+    return found
 
 
-def _seconds(text: str) -> float:
-    value = float(text)
-    if not value >= SHORTEST:
+def _each(field: str) -> str:
+    """What the examples have there, in their order."""
+    values = [getattr(one, field) for one in NAMED.values()]
+    return ", ".join(f"{value:g}" if isinstance(value, float) else str(value) for value in values)
+
+
+def _length(text: str) -> float:
+    value = any_number(text)
+    if not SHORTEST <= value < math.inf:
         raise argparse.ArgumentTypeError(f"{text} is too short; at least {SHORTEST:g} s")
     return value
 
 
-def _seconds_of_search(text: str) -> float:
-    value = float(text)
+def _search(text: str) -> float:
+    value = any_number(text)
     if not value > 0:
         raise argparse.ArgumentTypeError(f"{text} is no time to search in; say above 0 s")
     return value

@@ -1,57 +1,48 @@
-"""A simulated KR270 whose truth is known, and what was identified of it beside that truth."""
+"""Example: drive gains that are believed wrong, identified with a known payload beside the truth."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from exidyn.identify.effects import Payload, known_parameters
 from exidyn.identify.fit import Fit
+from exidyn.identify.fit_file import read_fit
 from exidyn.identify.model import Model
-from exidyn.identify.robot_file import model_text, read_model
+from exidyn.identify.robot_file import read_model
 from exidyn.identify.text_table import at_point, digits, table
 
-MASS = 175.0
-"""Payload [kg], as in the paper; nothing but this is told to the identification."""
-
-BODY = known_parameters(MASS, com=(0.05, 0.03, -0.22), inertia=(8.0, 0.1, 0.2, 9.0, 0.3, 7.0))
-"""What the payload really is: a tool some twenty centimetres in front of the flange, which looks along -z."""
+from .example_arm import MASS, TRUTH, ExampleArm
+from .example_steps import LEAST, Step, excited, recorded, step
 
 GAIN_ERROR = 0.1
 """By how much the drive gains are believed too large; the paper found data sheets 8 to 19 % off."""
 
 
-@dataclass(frozen=True)
-class Example:
-    """An arm as it is, and as it is believed to be.
-
-    Attributes:
-        truth: The arm as it is, its beliefs being true.
-        believed: The same with drive gains that are too large.
-    """
-
-    truth: Model
-    believed: Model
-
-    def files(self) -> Mapping[str, str]:
-        """Robot files: as believed, as it is, and as it is with its payload; name -> text."""
-        loaded = self.truth + Payload("L", BODY)
-        models = {"believed": self.believed, "truth": self.truth, "truth-loaded": loaded}
-        return {f"{name}.toml": model_text(model) for name, model in models.items()}
-
-    def write(self, folder: Path) -> None:
-        """Write the robot files into a folder."""
-        folder.mkdir(parents=True, exist_ok=True)
-        for name, text in self.files().items():
-            (folder / name).write_text(text, encoding="utf-8")
-
-
-def make_example(robot: str = "kr270") -> Example:
-    """The arm as it is described, and one whose drive gains are believed too large by `GAIN_ERROR`."""
-    truth = read_model(robot)
+def arm() -> ExampleArm:
+    """The KR270, and one whose drive gains are believed too large by `GAIN_ERROR`."""
+    truth = read_model("kr270")
     gain = (1 + GAIN_ERROR) * truth.robot.drive_gain
     wrong = replace(truth.robot, drive_gain=gain, drive_gain_tolerance=GAIN_ERROR)
-    return Example(truth, replace(truth, robot=wrong))
+    return ExampleArm(truth, replace(truth, robot=wrong))
+
+
+def steps(folder: Path, length: float, search: float) -> list[Step]:
+    """Excite, record, identify; of the payload nothing but the mass is told."""
+    mass = "--mass", MASS
+    runs = folder / "unloaded.mcap", "--payload", folder / "loaded.mcap", *mass
+    return [
+        excited(folder, "trajectory", length, search, *mass),
+        excited(folder, "other", length, min(search, LEAST), "--seed", "7"),
+        recorded(folder, "unloaded", "trajectory", 1),
+        recorded(folder, "loaded", "trajectory", 2, *mass),
+        recorded(folder, "other", "other", 3),
+        step("identify", *runs, "--validate", folder / "other.mcap", "--output", folder),
+    ]
+
+
+def outcome(folder: Path) -> str:
+    """What was identified beside what is true."""
+    said = f"Identified beside true; drive gains were believed {100 * GAIN_ERROR:.0f} % too large."
+    return f"{said}\n\n{comparison(read_fit(folder / 'fit.json'), read_model(str(folder / TRUTH)))}"
 
 
 def comparison(fit: Fit, truth: Model) -> str:

@@ -1,12 +1,10 @@
 """exidyn excite: a robot in; the trajectory that identifies it best out, or another kind of run."""
 
 import argparse
-import errno
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from itertools import permutations
 from pathlib import Path
-from tempfile import TemporaryFile
 
 import numpy as np
 from exidyn.identify.effects import known_parameters
@@ -39,7 +37,10 @@ from exidyn.trajectories.plans.plan_use import limit_use
 from exidyn.trajectories.wishes import Wishes, rows_of
 
 from .excite_arguments import OPTIMISED, excite_options
+from .excite_arguments import parser as parser
 from .identify_command import stopwatch
+from .json_output import hand_over, json_text, require_file, require_json
+from .plan_table import plan_table
 
 Progress = Callable[[str], None]
 
@@ -47,45 +48,40 @@ Progress = Callable[[str], None]
 def main(arguments: Sequence[str]) -> int:
     """Plan, print, write."""
     given = excite_options(arguments)
-    _require_file(given.output)
+    read = [given.robot, *(one for one in (given.against, given.after, given.region) if one)]
+    require_file(given.output, "--output", read)
+    require_json(given.json)
     model, progress = read_model(given.robot), stopwatch()
     wishes = _wishes(given, model, progress)
+    pages: list[str]
     if given.kind != OPTIMISED:
-        plans = [_by_rule(given, model, wishes)]
+        plans, pages = [_by_rule(given, model, wishes)], []
     elif given.against:
-        plans = _against(given, model, wishes, progress)
+        plans, pages = _against(given, model, wishes, progress)
     else:
-        plans = _search(given, model, wishes, progress)
+        plans, pages = _search(given, model, wishes, progress), []
+    tables, told_apart = [], list(pages)
     for one, path in zip(plans, _paths(given.output, len(plans)), strict=True):
+        write_plan(one, path)
         torque = believed_torque(one, model)
-        print(summary(one, [*limit_use(one), torque.use], violations(one, torque)))
-        _warn(one)
-        _write(one, path)
+        uses, beyond = [*limit_use(one), torque.use], violations(one, torque)
+        pages += [summary(one, uses, beyond), *_poor(one), f"written: {path}; exidyn show {path} draws it"]
+        tables.append(plan_table(one, uses, beyond) | {"written": str(path)})
+    table = {"exidyn_plan": 1, "motions": tables, "told_apart": told_apart}
+    hand_over("\n".join(pages), json_text(table), given.json)
     return 0
 
 
-def _warn(one: Plan) -> None:
-    """Say so where the best motion found is poor."""
+def _poor(one: Plan) -> list[str]:
+    """A warning where the best motion found is poor."""
     if one.criterion == "condition" and not one.reached < WORST:
         warning = (
             f"the best motion found is poor: condition number {one.reached:.3g}, from {WORST:g} on some "
             "combination of parameters is hardly seen. Try a wider range or window, a longer --period, more "
-            "--seconds, or a model with fewer unknowns"
+            "--search, or a model with fewer unknowns"
         )
-        print("\n".join(paragraph(warning, " " * 11, "  WARNING: ")))
-
-
-def _require_file(output: Path) -> None:
-    """Make sure that the result can be written before it is searched for.
-
-    Raises:
-        OSError: It is a folder, or cannot be made.
-    """
-    if output.is_dir():
-        raise IsADirectoryError(errno.EISDIR, "--output needs a file, this is a folder", str(output))
-    output.parent.mkdir(parents=True, exist_ok=True)
-    with TemporaryFile(dir=output.parent):
-        pass
+        return paragraph(warning, " " * 11, "  WARNING: ")
+    return []
 
 
 def _search(
@@ -101,7 +97,7 @@ def _search(
         goal=goal,
         starts=given.starts,
         seed=given.seed,
-        seconds=given.seconds,
+        seconds=given.search,
         progress=progress,
     )
 
@@ -122,8 +118,10 @@ def _by_rule(given: argparse.Namespace, model: Model, wishes: Wishes) -> Plan:
     )
 
 
-def _against(given: argparse.Namespace, model: Model, wishes: Wishes, progress: Progress) -> list[Plan]:
-    """The run that tells two models apart, and how well it does."""
+def _against(
+    given: argparse.Namespace, model: Model, wishes: Wishes, progress: Progress
+) -> tuple[list[Plan], list[str]]:
+    """The run that tells two models apart, and how well it does in sentences."""
     rival = read_model(given.against)
     names = [model.robot.name, rival.robot.name]
     if names[0] == names[1]:
@@ -136,11 +134,11 @@ def _against(given: argparse.Namespace, model: Model, wishes: Wishes, progress: 
         _require_values(hypothesis, other)
     goal = Discriminate(hypotheses, Observation(believed_noise(model, limits), rows_of(wishes)))
     plans = _search(given, model, wishes, progress, goal)
+    said = []
     for one in plans:
         motion = one.trajectory.every(0.01).motion()
-        for sentence in sentences(distinguish(goal, motion, limits, one.trajectory.duration)):
-            print(sentence)
-    return plans
+        said += sentences(distinguish(goal, motion, limits, one.trajectory.duration))
+    return plans, said
 
 
 def _require_values(one: Hypothesis, other: Hypothesis) -> None:
@@ -162,9 +160,9 @@ def _wishes(given: argparse.Namespace, model: Model, progress: Progress) -> Wish
     turn = np.where(model.robot.revolute & given.degrees, np.pi / 180.0, 1.0)
     start = _joint_values(given.start, model, "--start")
     window = _joint_values(given.window, model, "--window")
-    if given.payload is None and given.com is not None:
-        raise RobotError("--com is the centre of a payload's mass; give the mass with --payload too")
-    payload = None if given.payload is None else known_parameters(given.payload, given.com)
+    if given.mass is None and given.com is not None:
+        raise RobotError("--com is the centre of a payload's mass; give the mass with --mass too")
+    payload = None if given.mass is None else known_parameters(given.mass, given.com)
     return Wishes(
         criterion=given.criterion,
         harmonics=given.harmonics,
@@ -222,9 +220,3 @@ def _paths(output: Path, count: int) -> list[Path]:
     if count == 1:
         return [output]
     return [output.with_stem(f"{output.stem}-{number}") for number in range(1, count + 1)]
-
-
-def _write(one: Plan, path: Path) -> None:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    write_plan(one, path)
-    print(f"written: {path}; exidyn show {path} draws it")

@@ -1,35 +1,42 @@
 """exidyn export: a model for other simulators, and what they have no words for."""
 
 import argparse
-import os
 import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from exidyn.identify.errors import RobotError
 from exidyn.identify.export import FORMATS, Portable
 from exidyn.identify.text_table import paragraph
 
+from .arguments import add_output, command_parser
 from .arm_file import ARM_HELP, read_arm
+from .json_output import add_json, hand_over, json_text, require_file, require_json, write_whole
 from .table_help import table_help
 
-EXAMPLE = """\
-examples:
-  exidyn export exidyn-fit/fit.json --to mjcf
-  exidyn export exidyn-fit/fit.json --to urdf --payload L --output loaded.urdf"""
+EXAMPLES = (
+    "exidyn export exidyn-fit/fit.json --to mjcf",
+    "exidyn export exidyn-fit/fit.json --to urdf --payload L --output loaded.urdf",
+)
 
 
 def main(arguments: Sequence[str]) -> int:
     """Write the file, and print what is missing in it."""
-    given = _parser().parse_args(arguments)
+    given = parser().parse_args(arguments)
+    require_json(given.json)
     portable, form = Portable.of(read_arm(given.arm), given.payload), FORMATS[given.to]
     path = given.output or Path(f"{portable.robot.name.replace(' ', '_')}-export{form.ending}")
-    if path.exists() and path.resolve() == Path(given.arm).resolve():
-        raise RobotError(f"{path} is what is exported; name another file with --output")
-    part = path.with_name(path.name + ".part")
-    part.write_text(form.text(portable), encoding="utf-8")
-    os.replace(part, path)
-    print(_summary(given.to, form.leaves_out(portable)))
+    require_file(path, "--output", [given.arm])
+    write_whole(path, form.text(portable))
+    missing = form.leaves_out(portable)
+    table = {
+        "exidyn_export": 1,
+        "robot": portable.robot.name,
+        "joints": list(portable.robot.joints),
+        "format": given.to,
+        "leaves_out": list(missing),
+        "written": str(path),
+    }
+    hand_over(_summary(given.to, missing), json_text(table), given.json)
     print(f"written: {path}", file=sys.stderr)
     return 0
 
@@ -43,22 +50,22 @@ def _summary(name: str, missing: Sequence[str]) -> str:
     return "\n".join(lines)
 
 
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog="exidyn export",
-        description="Write an identified or believed model for a simulator, and say what that leaves out.",
-        epilog=f"{EXAMPLE}\n\n{table_help('formats', {name: form.text for name, form in FORMATS.items()})}",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+def parser() -> argparse.ArgumentParser:
+    """What `exidyn export` takes."""
+    found = command_parser(
+        "export",
+        "Write an identified or believed model for a simulator, and say what that leaves out.",
+        EXAMPLES,
+        table_help("formats", {name: form.text for name, form in FORMATS.items()}),
     )
-    parser.add_argument("arm", metavar="ARM", help=ARM_HELP)
-    parser.add_argument("--to", required=True, choices=FORMATS, metavar="FORMAT", help=", ".join(FORMATS))
-    parser.add_argument(
-        "--output", "-o", type=Path, metavar="FILE", help="default: the robot's name, then -export"
-    )
-    parser.add_argument(
+    found.add_argument("arm", metavar="ARM", help=ARM_HELP)
+    found.add_argument("--to", required=True, choices=FORMATS, metavar="FORMAT", help=", ".join(FORMATS))
+    add_output(found, "FILE", meaning="default: the robot's name, then -export")
+    add_json(found)
+    found.add_argument(
         "--payload",
         default="",
         metavar="NAME",
         help="payload of the model that becomes part of the last link",
     )
-    return parser
+    return found

@@ -17,12 +17,18 @@ from exidyn.identify.importers import import_source
 from exidyn.identify.model import Model
 from exidyn.identify.prepare import Filtering
 from exidyn.identify.recording import Recording
-from exidyn.identify.robot_file import builtin_names, read_model
+from exidyn.identify.robot_file import read_model
 
+from .arguments import add_output, add_robot, command_parser, positive
+from .json_output import add_json, hand_over, require_file, require_json
 from .payload_runs import add_payload_arguments, carrying, distinct_bodies
 from .table_help import table_help
 
-EXAMPLE = "example: exidyn identify empty.mcap --payload loaded.mcap --mass 175 --validate other.mcap"
+EXAMPLES = (
+    "exidyn identify run.mcap --validate other.mcap",
+    "exidyn identify empty.mcap --payload loaded.mcap --mass 175 --validate other.mcap",
+    "exidyn identify run.mcap --shapes stribeck_friction --json -",
+)
 
 
 def main(arguments: Sequence[str]) -> int:
@@ -33,8 +39,11 @@ def main(arguments: Sequence[str]) -> int:
 
 def run(arguments: Sequence[str], progress: Callable[[str], None]) -> Fit:
     """Do what the command does, and return the fit."""
-    given = _parser().parse_args(arguments)
+    given = parser().parse_args(arguments)
     make_folder(given.output)
+    require_json(given.json)
+    if given.save:
+        require_file(given.save, "--save", [*given.runs, *given.validate])
     model = read_model(given.robot) if given.robot else None
     progress("read the recordings")
     runs, held_out = _recordings(given, model)
@@ -45,76 +54,64 @@ def run(arguments: Sequence[str], progress: Callable[[str], None]) -> Fit:
         estimator=ESTIMATORS[given.estimator] if given.estimator else None,
         filtering=Filtering(None, given.position_cutoff, given.torque_cutoff, given.standstill),
         drop=not given.keep_all,
-        fitted_shapes=given.fit_shapes,
+        fitted_shapes=given.shapes,
         progress=progress,
     )
-    print(fit_text(fit) if given.json else summary(fit), flush=True)
-    _write(fit, given.output, given.rerun)
+    hand_over(summary(fit), fit_text(fit), given.json)
+    _write(fit, given)
     return fit
 
 
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog="exidyn identify",
-        description="Identify an arm's dynamics, and its drive gains where a run carries a known payload.",
-        epilog=f"{EXAMPLE}\n\n{table_help('estimators', ESTIMATORS)}",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+def parser() -> argparse.ArgumentParser:
+    """What `exidyn identify` takes."""
+    found = command_parser(
+        "identify",
+        "Identify an arm's dynamics, and its drive gains where a run carries a known payload.",
+        EXAMPLES,
+        table_help("estimators", ESTIMATORS),
     )
-    parser.add_argument(
+    found.add_argument(
         "runs",
         nargs="+",
         type=Path,
         metavar="RUN",
         help="recording (.mcap), or with --robot a table (.csv); a folder with case.toml gives all its runs",
     )
-    add_payload_arguments(parser)
-    parser.add_argument(
+    add_payload_arguments(found)
+    found.add_argument(
         "--validate", nargs="+", type=Path, default=[], metavar="RUN", help="runs that are only predicted"
     )
-    parser.add_argument(
-        "--robot",
-        metavar="ROBOT",
-        help=f"robot.toml or .urdf, or built in: {', '.join(builtin_names())}, else the recordings' own",
-    )
-    parser.add_argument(
+    add_robot(found, "in place of the one inside the recordings")
+    found.add_argument(
         "--estimator",
         choices=ESTIMATORS,
         metavar="NAME",
         help=f"one of {', '.join(ESTIMATORS)}, see below; by default ml with a known payload, else weighted",
     )
-    parser.add_argument("--keep-all", action="store_true", help="keep parameters the data do not support")
-    parser.add_argument(
+    found.add_argument("--keep-all", action="store_true", help="keep parameters the data do not support")
+    found.add_argument(
+        "--shapes",
         "--fit-shapes",
         nargs="+",
         default=[],
         metavar="EFFECT",
         help="effects whose shapes are fitted as well, joint by joint, such as coulomb_friction",
     )
-    _add_filters(parser)
-    parser.add_argument(
-        "--output", type=Path, default=Path("exidyn-fit"), metavar="FOLDER", help="default: %(default)s"
-    )
-    parser.add_argument("--json", action="store_true", help="print fit.json instead of the table")
-    parser.add_argument(
-        "--rerun", choices=("open", "save"), help="show measured and predicted in the Rerun viewer"
-    )
-    return parser
+    _add_filters(found)
+    add_output(found, "FOLDER", Path("exidyn-fit"))
+    add_json(found)
+    found.add_argument("--view", action="store_true", help="show measured and predicted in Rerun's viewer")
+    found.add_argument("--save", type=Path, metavar="FILE", help="save that view as a file (.rrd)")
+    return found
 
 
-def _add_filters(parser: argparse.ArgumentParser) -> None:
+def _add_filters(found: argparse.ArgumentParser) -> None:
     for name, unit, meaning in (
         ("--position-cutoff", "HZ", "low-pass of positions before differentiation"),
         ("--torque-cutoff", "HZ", "up to where torque is compared"),
         ("--standstill", "RAD/S", "speed below which a joint sticks"),
     ):
-        parser.add_argument(name, type=_positive, metavar=unit, help=f"{meaning}; default: from the data")
-
-
-def _positive(text: str) -> float:
-    value = float(text)
-    if not value > 0:
-        raise argparse.ArgumentTypeError(f"{text} must be above 0")
-    return value
+        found.add_argument(name, type=positive, metavar=unit, help=f"{meaning}; default: from the data")
 
 
 def _recordings(given: argparse.Namespace, model: Model | None) -> tuple[list[Recording], list[Recording]]:
@@ -147,21 +144,22 @@ def make_folder(folder: Path) -> None:
         raise OSError(error.errno, f"--output cannot be written: {error.strerror}", str(folder)) from error
 
 
-def _write(fit: Fit, folder: Path, rerun: str | None) -> None:
+def _write(fit: Fit, given: argparse.Namespace) -> None:
     """Write fit.json and report.html, and show or save the view; say where on standard error."""
     from exidyn.identify.report import write_report
 
+    folder = given.output
     write_fit(fit, folder / "fit.json")
     write_report(fit, folder / "report.html")
     written = [folder / "fit.json", folder / "report.html"]
-    if rerun:
-        from exidyn.identify.view import open_rerun, save_rerun
+    if given.view or given.save:
+        from exidyn.identify.view import open_rerun, save_rerun  # Rerun takes a second to import
 
-        if rerun == "open":
+        if given.save:
+            save_rerun(fit, given.save)
+            written.append(given.save)
+        if given.view:
             open_rerun(fit)
-        else:
-            save_rerun(fit, folder / "fit.rrd")
-            written.append(folder / "fit.rrd")
     print("written: " + ", ".join(map(str, written)), file=sys.stderr)
 
 

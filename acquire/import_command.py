@@ -12,15 +12,21 @@ from exidyn.identify.importers import IMPORTERS, import_source, kind_of
 from exidyn.identify.importers.align import aligned
 from exidyn.identify.mcap_file import read_recording, write_recording
 from exidyn.identify.recording import SIGNALS, Recording
-from exidyn.identify.robot_file import builtin_names, read_model
+from exidyn.identify.robot_file import read_model
 from exidyn.identify.text_table import digits
 from exidyn.identify.units import BEFORE_GEAR
 
+from .arguments import add_output, add_robot, command_parser, positive, whole
+from .identify_command import make_folder
 from .info_command import payload_words, warning_lines
+from .json_output import add_json, hand_over, json_text, require_json
+from .recording_table import recording_table
 
-EXAMPLE = """
-example: exidyn import run.csv --robot robot.toml --degrees --columns time=Zeit
-         position=A{number}_ist current=I1,I2,I3,I4,I5,I6"""
+EXAMPLES = (
+    "exidyn import run.csv --robot robot.toml",
+    "exidyn import run.csv --robot robot.toml --degrees --columns time=Zeit position=A{number} current=I1,I2",
+    "exidyn import trace_folder --align run.mcap -o traced",
+)
 
 NAMES = """columns of a table, unless --columns names others (joints count from 1):
   t                    time [s]
@@ -38,41 +44,55 @@ t, all q and all i or tau are needed. Between columns stands a comma, semicolon 
 
 def main(arguments: Sequence[str]) -> int:
     """Import, write, and say of each run what came in."""
-    given = _parser().parse_args(arguments)
+    given = parser().parse_args(arguments)
+    require_json(given.json)
     run = read_recording(given.align) if given.align else None
     model = read_model(given.robot) if given.robot else (run.model if run else None)
     options = _options(given) | (_axes(run) if run and _is_trace(given) else {})
     recordings = import_source(given.source, model, given.kind, **options)
     if not recordings:
         raise RecordingError(f"{given.source}: there is no run in it")
-    given.output.mkdir(parents=True, exist_ok=True)
-    taken: set[Path] = set()
+    make_folder(given.output)
+    written: dict[Path, Recording] = {}
     for recording in recordings if run is None else [aligned(recording, run) for recording in recordings]:
-        path = _free_path(given.output, recording, taken)
-        taken.add(path)
+        path = _free_path(given.output, recording, set(written))
+        written[path] = recording
         write_recording(recording, path)
-        print(_line(recording, path))
         print("".join(line + "\n" for line in warning_lines(recording)), end="", file=sys.stderr)
+    tables = [recording_table(recording) | {"written": str(path)} for path, recording in written.items()]
+    page = "\n".join(_line(recording, path) for path, recording in written.items())
+    hand_over(page, json_text({"exidyn_import": 1, "recordings": tables}), given.json)
     return 0
 
 
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog="exidyn import",
-        description="Turn tables (.csv, .csv.gz), KUKA traces, ROS 2 bags and case folders into recordings.",
-        epilog=NAMES + EXAMPLE,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+def parser() -> argparse.ArgumentParser:
+    """What `exidyn import` takes."""
+    found = command_parser(
+        "import",
+        "Turn tables (.csv, .csv.gz), KUKA traces, ROS 2 bags and case folders into recordings.",
+        EXAMPLES,
+        NAMES,
     )
-    parser.add_argument("source", type=Path, metavar="SOURCE", help="file or folder")
-    parser.add_argument(
-        "--robot",
-        metavar="ROBOT",
-        help=f"robot.toml or .urdf, or built in: {', '.join(builtin_names())}; case folders bring theirs",
+    found.add_argument("source", type=Path, metavar="SOURCE", help="file or folder")
+    add_robot(found, "for all but case folders and --align, which bring theirs")
+    found.add_argument("--kind", choices=IMPORTERS, metavar="KIND", help=f"one of {', '.join(IMPORTERS)}")
+    add_output(found, "FOLDER", Path(), "default: this folder")
+    add_json(found)
+    _add_units(found)
+    found.add_argument(
+        "--align",
+        type=Path,
+        metavar="RUN",
+        help="recording (.mcap) of the same run: times become that one's clock, by where the positions agree "
+        "best, and its robot, payload, trajectory and settings are taken over",
     )
-    parser.add_argument("--kind", choices=IMPORTERS, metavar="KIND", help=f"one of {', '.join(IMPORTERS)}")
-    parser.add_argument("--output", type=Path, default=Path(), metavar="FOLDER", help="default: this folder")
-    parser.add_argument("--degrees", action="store_true", help="positions and velocities are in degrees")
-    parser.add_argument(
+    return found
+
+
+def _add_units(found: argparse.ArgumentParser) -> None:
+    """How a table differs from what is read by default."""
+    found.add_argument("--degrees", action="store_true", help="positions and velocities are in degrees")
+    found.add_argument(
         "--motor-side",
         nargs="*",
         choices=BEFORE_GEAR,
@@ -80,9 +100,9 @@ def _parser() -> argparse.ArgumentParser:
         help=f"these signals are the motor's, before the gear: of {', '.join(BEFORE_GEAR)}, all if none is "
         "named. Torque is multiplied, the others are divided by the robot's [drive] gear_ratio",
     )
-    parser.add_argument("--time-scale", type=float, metavar="S", help="seconds per unit of the time column")
-    parser.add_argument("--skip-rows", type=int, metavar="N", help="rows to leave out at the beginning")
-    parser.add_argument(
+    found.add_argument("--time-scale", type=positive, metavar="S", help="seconds per unit of the time column")
+    found.add_argument("--skip-rows", type=whole, metavar="N", help="rows to leave out at the beginning")
+    found.add_argument(
         "--columns",
         nargs="+",
         type=_column,
@@ -90,14 +110,6 @@ def _parser() -> argparse.ArgumentParser:
         help=f"columns of a table: time or one of {', '.join(SIGNALS)}; one column a joint with commas, or a "
         "pattern with {number} or {joint}",
     )
-    parser.add_argument(
-        "--align",
-        type=Path,
-        metavar="RUN",
-        help="recording (.mcap) of the same run: times become that one's clock, by where the positions agree "
-        "best, and its robot, payload, trajectory and settings are taken over",
-    )
-    return parser
 
 
 def _is_trace(given: argparse.Namespace) -> bool:

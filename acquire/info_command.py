@@ -11,21 +11,34 @@ from exidyn.identify.recording import SIGNALS, Recording
 from exidyn.identify.robot_file import read_model
 from exidyn.identify.text_table import digits, paragraph, table
 
+from .arguments import add_robot, command_parser
 from .info_course import course_lines
+from .json_output import add_json, hand_over, json_text, require_json
+from .recording_table import recording_table
+
+EXAMPLES = ("exidyn info run.mcap", "exidyn info run.mcap --json -")
 
 
 def main(arguments: Sequence[str]) -> int:
     """Print what a recording holds."""
-    parser = argparse.ArgumentParser(prog="exidyn info", description="Print what is inside recordings.")
-    parser.add_argument("runs", nargs="+", type=Path, metavar="RUN", help="recording (.mcap) or case folder")
-    parser.add_argument(
-        "--robot", metavar="ROBOT", help="for tables, which do not say of which robot they are"
-    )
-    given = parser.parse_args(arguments)
+    given = parser().parse_args(arguments)
+    require_json(given.json)
     model = read_model(given.robot) if given.robot else None
     recordings = [recording for path in given.runs for recording in import_source(path, model)]
-    print("\n\n".join(describe(recording) for recording in recordings))
+    table = {"exidyn_info": 1, "recordings": [recording_table(recording) for recording in recordings]}
+    hand_over("\n\n".join(map(describe, recordings)), json_text(table), given.json)
     return 0
+
+
+def parser() -> argparse.ArgumentParser:
+    """What `exidyn info` takes."""
+    found = command_parser("info", "Print what is inside recordings.", EXAMPLES)
+    found.add_argument(
+        "runs", nargs="+", type=Path, metavar="RUN", help="recording (.mcap), table (.csv) or case folder"
+    )
+    add_robot(found, "for tables, which do not say of which robot they are")
+    add_json(found)
+    return found
 
 
 def describe(recording: Recording) -> str:

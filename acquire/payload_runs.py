@@ -10,6 +10,8 @@ from exidyn.identify.effects import known_parameters
 from exidyn.identify.errors import NeedsPayload
 from exidyn.identify.recording import KnownPayload, Recording
 
+from .arguments import any_number
+
 
 @dataclass
 class PayloadRun:
@@ -81,7 +83,7 @@ def add_payload_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="RUN",
         help="run with a body on the flange; may be repeated, each with its own --mass",
     )
-    belongs: dict[str, Any] = {"action": OfLastPayload, "type": float, "dest": "payload"}
+    belongs: dict[str, Any] = {"action": OfLastPayload, "type": any_number, "dest": "payload"}
     parser.add_argument("--mass", **belongs, metavar="KG", help="mass of that body [kg]")
     parser.add_argument(
         "--com",

@@ -26,9 +26,11 @@ from exidyn.trajectories.plans.plan_file import plan_text, read_plan
 from . import run_summary
 from .confirm import confirm, require_attended
 from .controllers import make_driver, read_controller
+from .exit_codes import DONE, STOPPED
+from .json_output import hand_over, json_text, require_json
 from .live.live_view import Targets, require_showable, start_view
 from .progress import start_progress
-from .record_arguments import parser
+from .record_arguments import parser as parser
 from .run.before import Checked, checked
 from .run.errors import NotAllowed
 from .run.frames import END, text_frame
@@ -44,8 +46,6 @@ from .run.watch import WatchLimits
 
 BODY = "L"
 """What the unknown parameters of the payload are called after."""
-STOPPED = 1
-"""Exit code of a run that ended before its time."""
 
 
 def main(arguments: Sequence[str]) -> int:
@@ -63,6 +63,7 @@ def main(arguments: Sequence[str]) -> int:
         name, driver = "mock", make_driver("mock", rehearsed, ready.model.robot, plant)
     path, targets = _free(given.output), Targets(given.view, given.serve, given.save)
     require_free(path)
+    require_json(given.json)
     require_showable(targets)
     require_attended(driver.simulated, given.yes)
     job = _job(given, ready)
@@ -73,8 +74,9 @@ def main(arguments: Sequence[str]) -> int:
     confirm(driver.simulated, given.yes)
     # Read and written before the loop, which has no time for it; at full speed, as the file has it.
     explained = read_model(given.robot), plan_text(read_plan(given.plan))
-    outcome = _record(targets, driver, job, path, partial(_head, given, name, explained, payload, path))
-    return 0 if outcome.stop is None else STOPPED
+    head = partial(_head, given, name, explained, payload, path)
+    outcome = _record(targets, driver, job, path, head, given.json)
+    return DONE if outcome.stop is None else STOPPED
 
 
 def _payload(given: argparse.Namespace) -> KnownPayload | None:
@@ -188,6 +190,7 @@ def _record(
     job: Job,
     path: Path,
     head: Callable[[Info, Sample], bytes],
+    json_file: Path | None = None,
 ) -> Outcome:
     """Start who records and shows, run, and say how it went."""
     with ExitStack() as stack:
@@ -201,7 +204,8 @@ def _record(
         outcome = perform(driver, job, sinks, head, asked.look, _say_doubts)
         for sink in sinks:
             sink.put(text_frame(END, run_summary.end(outcome)))
-    print(run_summary.after(outcome))
+    table = run_summary.table(outcome) | {"written": str(path)}
+    hand_over(run_summary.after(outcome), json_text(table), json_file)
     _say_where(recorder, path, outcome.stop is None)
     return outcome
 

@@ -9,32 +9,43 @@ from exidyn.identify.errors import RecordingError
 from exidyn.identify.mcap_recover import Recovered, recover
 from exidyn.identify.text_table import paragraph
 
-LOST = 3
-"""Exit code where something could not be rescued."""
+from .arguments import add_output, command_parser
+from .exit_codes import DONE, LOST
+from .json_output import require_file
+
+EXAMPLES = ("exidyn recover run.mcap.part", "exidyn recover cut.mcap -o whole.mcap")
 
 
 def main(arguments: Sequence[str]) -> int:
     """Write a whole file beside each one given, and say what it lacks."""
-    parser = argparse.ArgumentParser(
-        prog="exidyn recover",
-        description="Make whole recordings of those that end abruptly or are damaged; these are kept.",
-        epilog="run.mcap.part becomes run.mcap if there is none yet, all others become run.recovered.mcap. "
-        f"Exit code {LOST}: something is lost for good.",
-    )
-    parser.add_argument("files", nargs="+", type=Path, metavar="FILE", help="recording (.mcap, .mcap.part)")
-    parser.add_argument("--output", type=Path, metavar="MCAP", help="what to call the whole file")
-    given = parser.parse_args(arguments)
-    if given.output and len(given.files) > 1:
-        raise RecordingError(f"--output is one name, and {len(given.files)} files are given")
+    given = parser().parse_args(arguments)
+    if given.output and len(given.runs) > 1:
+        raise RecordingError(f"--output is one name, and {len(given.runs)} files are given")
+    if given.output and not given.output.exists():  # of one that does, the errors below say more
+        require_file(given.output, "--output")
     lost = False
-    for file in given.files:
+    for file in given.runs:
         target = given.output or target_of(file)
         found = recover(file, target)
         print(describe(file, target, found))
         for loss in found.lost:
             print("\n".join(paragraph(loss, " " * 8, "  lost: ")), file=sys.stderr)
         lost |= bool(found.lost)
-    return LOST if lost else 0
+    return LOST if lost else DONE
+
+
+def parser() -> argparse.ArgumentParser:
+    """What `exidyn recover` takes."""
+    found = command_parser(
+        "recover",
+        "Make whole recordings of those that end abruptly or are damaged; these are kept.",
+        EXAMPLES,
+        notes="run.mcap.part becomes run.mcap if there is none yet, all others become run.recovered.mcap.\n"
+        f"Exit code {LOST}: something is lost for good.",
+    )
+    found.add_argument("runs", nargs="+", type=Path, metavar="RUN", help="recording (.mcap, .mcap.part)")
+    add_output(found, "FILE", meaning="what to call the whole file")
+    return found
 
 
 def target_of(file: Path) -> Path:

@@ -35,6 +35,21 @@ def end(outcome: Outcome) -> dict[str, object]:
     return {"text": outcome.stop.text, **outcome.stop.details()}
 
 
+def table(outcome: Outcome) -> dict[str, object]:
+    """How the run went, in numbers, for JSON; times in [s]."""
+    counts = outcome.counts
+    return {
+        "exidyn_run": 1,
+        **end(outcome),
+        "cycle": outcome.info.cycle,
+        "cycles": counts.cycles,
+        "skipped": counts.skipped,
+        "stale": counts.stale,
+        **lateness(counts),
+        "warnings": list(outcome.info.warnings),
+    }
+
+
 def after(outcome: Outcome) -> str:
     """How the run went, in a few lines."""
     counts, cycle, stop = outcome.counts, outcome.info.cycle, outcome.stop

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from importlib.metadata import version
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from exidyn.identify.effects import Payload, known_parameters
@@ -25,23 +26,28 @@ from exidyn.trajectories.plans.plan import Plan, robot_differences
 from exidyn.trajectories.plans.plan_file import plan_text, read_plan
 from exidyn.trajectories.trajectory import Trajectory
 
+from .arguments import add_body, add_output, add_seed, any_number, command_parser, percent, positive
 from .arm_file import ARM_HELP, read_arm
-from .record_arguments import percent, positive
+from .json_output import add_json, hand_over, json_text, plain, require_file, require_json
 from .run.before import NO_MARGIN
 from .run.player import Player
 
+FASTEST, SLOWEST = 1e-4, 0.1
+"""Cycles [s] of controllers: current loops close every 0.1 ms, and no arm is led ten times a second."""
 BODY = "L"
 """What a payload that is given by its mass is called."""
-EXAMPLE = """\
-examples:
-  exidyn simulate exidyn-fit/fit.json trajectory.toml -o sim.mcap
-  exidyn simulate kr270 trajectory.toml --mass 175 --com 0.05 0.03 -0.22 -o loaded.mcap
-  exidyn simulate robot.toml trajectory.toml --stiffness 2e5 3e5 1e5 4e4 3e4 2e4 --backlash 1e-4"""
+EXAMPLES = (
+    "exidyn simulate exidyn-fit/fit.json trajectory.toml -o sim.mcap",
+    "exidyn simulate kr270 trajectory.toml --mass 175 --com 0.05 0.03 -0.22 -o loaded.mcap",
+    "exidyn simulate robot.toml trajectory.toml --stiffness 2e5 3e5 1e5 4e4 3e4 2e4 --backlash 1e-4",
+)
 
 
 def main(arguments: Sequence[str]) -> int:
     """Simulate, write, and say how fast that was."""
-    given = _parser().parse_args(arguments)
+    given = parser().parse_args(arguments)
+    require_json(given.json)
+    require_file(given.output, "--output", [given.arm, given.plan])
     arm, plan = read_arm(given.arm), read_plan(given.plan)
     believed, carried = _carrying(given, arm)
     for difference in _differences(plan, arm):
@@ -61,7 +67,8 @@ def main(arguments: Sequence[str]) -> int:
     name = given.name or given.output.stem
     recording = Recording(name, arm, signals, carried, trajectory=plan_text(plan), settings=settings)
     write_recording(recording, given.output)
-    print(_summary(recording, taken))
+    table = _table(recording, taken) | {"written": str(given.output)}
+    hand_over(_summary(recording, taken), json_text(table), given.json)
     print(f"written: {given.output}", file=sys.stderr)
     return 0
 
@@ -140,9 +147,7 @@ def _transmission(given: argparse.Namespace, arm: Model) -> Transmission:
 
 def _summary(recording: Recording, taken: float) -> str:
     """Length, speed, and how far the arm was from its commands."""
-    signals, joints = recording.signals, recording.robot.joints
-    missed = np.abs(signals["position"].values - signals["command"].values).max(axis=0)
-    unit = ["rad" if turns else "m" for turns in recording.robot.revolute]
+    joints, missed, unit = recording.robot.joints, _missed(recording), _units(recording)
     far = ", ".join(f"{j} {digits(m)} {u}" for j, m, u in zip(joints, missed, unit, strict=True))
     factor = recording.duration / taken
     return (
@@ -151,45 +156,71 @@ def _summary(recording: Recording, taken: float) -> str:
     )
 
 
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog="exidyn simulate",
-        description="Simulate a planned motion in closed loop: the arm with all its effects, drives and\n"
-        "sensors as industrial arms have them. The same arguments give the same file.",
-        epilog=EXAMPLE,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+def _table(recording: Recording, taken: float) -> dict[str, Any]:
+    """The same in numbers."""
+    return plain(
+        {
+            "exidyn_simulation": 1,
+            "name": recording.name,
+            "robot": recording.robot.name,
+            "joints": list(recording.robot.joints),
+            "units": _units(recording),
+            "duration": recording.duration,
+            "seconds": taken,
+            "farthest_from_command": _missed(recording),
+            "settings": dict(recording.settings),
+        }
     )
-    parser.add_argument("arm", metavar="ARM", help=ARM_HELP)
-    parser.add_argument(
+
+
+def _missed(recording: Recording) -> np.ndarray:
+    """How far each joint was from its command at most, shape (n,) [rad, m]."""
+    signals = recording.signals
+    return np.abs(signals["position"].values - signals["command"].values).max(axis=0)
+
+
+def _units(recording: Recording) -> list[str]:
+    return ["rad" if turns else "m" for turns in recording.robot.revolute]
+
+
+def parser() -> argparse.ArgumentParser:
+    """What `exidyn simulate` takes."""
+    found = command_parser(
+        "simulate",
+        "Simulate a planned motion in closed loop: the arm with all its effects, drives and\n"
+        "sensors as industrial arms have them. The same arguments give the same file.",
+        EXAMPLES,
+    )
+    found.add_argument("arm", metavar="ARM", help=ARM_HELP)
+    found.add_argument(
         "plan", type=Path, metavar="TRAJECTORY", help="trajectory file (.toml) of exidyn excite"
     )
-    parser.add_argument(
-        "--output", "-o", type=Path, default=Path("sim.mcap"), metavar="MCAP", help="default: %(default)s"
-    )
-    parser.add_argument("--name", help="what to call the run; default: the name of the file")
-    parser.add_argument(
+    add_output(found, "FILE", Path("sim.mcap"))
+    add_json(found)
+    found.add_argument("--name", metavar="NAME", help="what to call the run; default: the name of the file")
+    found.add_argument(
         "--tick",
-        type=positive,
+        type=_tick,
         default=0.002,
         metavar="S",
         help="from sample to sample; default: %(default)s",
     )
-    parser.add_argument(
-        "--speed", type=percent, default=1.0, metavar="PERCENT", help="of the planned; default: 100"
+    found.add_argument(
+        "--speed", type=percent, default=1.0, metavar="PERCENT", help="of the planned one; default: 100"
     )
-    parser.add_argument("--seed", type=int, default=0, help="of the sensors' noise; default: %(default)s")
-    parser.add_argument("--exact", action="store_true", help="sensors without noise and steps")
-    _payload(parser.add_argument_group("what hangs on the flange"))
-    _gears(parser.add_argument_group("gears that give way: one number, or one a joint, seen from the joint"))
-    return parser
+    add_seed(found, "of the sensors' noise")
+    found.add_argument("--exact", action="store_true", help="sensors without noise and steps")
+    flange = found.add_argument_group("what hangs on the flange: a payload of the model, or a body")
+    flange.add_argument("--payload", default="", metavar="NAME", help="of a payload of the model")
+    add_body(flange)
+    _gears(found.add_argument_group("gears that give way: one number, or one a joint, seen from the joint"))
+    return found
 
 
-def _payload(group: argparse._ArgumentGroup) -> None:
-    group.add_argument("--payload", default="", metavar="NAME", help="a payload of the model")
-    group.add_argument("--mass", type=positive, metavar="KG", help="or a body by its mass,")
-    group.add_argument("--com", type=float, nargs=3, metavar=("X", "Y", "Z"), help="its centre of mass [m]")
-    names = ("XX", "XY", "XZ", "YY", "YZ", "ZZ")
-    group.add_argument("--inertia", type=float, nargs=6, metavar=names, help="and about that [kg m^2]")
+def _tick(text: str) -> float:
+    if not FASTEST <= positive(text) <= SLOWEST:
+        raise argparse.ArgumentTypeError(f"{text} is no cycle of a controller; {FASTEST:g} to {SLOWEST:g} s")
+    return positive(text)
 
 
 def _gears(group: argparse._ArgumentGroup) -> None:
@@ -198,4 +229,4 @@ def _gears(group: argparse._ArgumentGroup) -> None:
         ("--damping", 0.0, "NMS/RAD", "of the same spring"),
         ("--backlash", 0.0, "RAD", "width of the play"),
     ):
-        group.add_argument(name, type=float, nargs="+", default=[default], metavar=unit, help=meaning)
+        group.add_argument(name, type=any_number, nargs="+", default=[default], metavar=unit, help=meaning)

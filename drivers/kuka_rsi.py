@@ -5,6 +5,7 @@ they should be from where they stood when the program called RSI_MOVECORR (absol
 """
 
 import time
+from ipaddress import IPv4Address
 
 import numpy as np
 
@@ -65,6 +66,12 @@ class KukaRsi(Driver):
 
     @classmethod
     def controller_file(cls, address: str) -> str:
+        try:
+            IPv4Address(address)
+        except ValueError:
+            raise BadSettings(
+                f"--for-host {address}: expected this computer's IPv4 address, such as 172.31.1.10"
+            ) from None
         return config_text(standard_config(address))
 
     @property

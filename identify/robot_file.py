@@ -59,34 +59,34 @@ def read_model(source: str | Path) -> Model:
         )
     text = read_text(path)
     if path.suffix.lower() != ".urdf":
-        return parse_model(text, path.parent)
+        return parse_model(text, path.parent, str(path))
     kinematics = parse_urdf(text, str(path))
     limits = kinematics.limits or Limits.none(kinematics.model.nv)
     robot = Robot(path.stem, kinematics.model, limits, flange=kinematics.flange)
     return Model(robot, tuple(EFFECTS[name]() for name in (RIGID_BODY, *USUAL_EFFECTS)))
 
 
-def parse_model(text: str, folder: Path | None = None) -> Model:
-    """Model from the text of a robot.toml; `folder` is where the files it names lie.
+def parse_model(text: str, folder: Path | None = None, where: str = "robot file") -> Model:
+    """Model from the text of a robot.toml; `folder` is where its files lie, `where` what errors call it.
 
     Raises:
         RobotError: The text is wrong; the message says which key, what was found and what fits.
     """
-    table = parse_toml(text, "robot file")
-    check_keys(table, KEYS, "robot file")
+    table = parse_toml(text, where)
+    check_keys(table, KEYS, where)
     if table.get("format", FORMAT) != FORMAT:
-        raise RobotError(f"robot file: format {table['format']!r}; this version reads format {FORMAT}")
-    kinematics = _kinematics(table, folder or Path())
+        raise RobotError(f"{where}: format {table['format']!r}; this version reads format {FORMAT}")
+    kinematics = _kinematics(table, folder or Path(), where)
     robot = _robot(table, kinematics)
     effects, stated = read_effects(_effect_rows(table, kinematics, robot), robot)
     stated |= read_beliefs(table.get("belief", {}), Model(robot, effects).names)
     return Model(robot, effects, stated)
 
 
-def _kinematics(table: Mapping[str, Any], folder: Path) -> Kinematics:
+def _kinematics(table: Mapping[str, Any], folder: Path, where: str) -> Kinematics:
     given = [key for key in SOURCES if key in table]
     if len(given) != 1:
-        raise RobotError(f"robot file: give exactly one of {', '.join(SOURCES)}; found {given or 'none'}")
+        raise RobotError(f"{where}: give exactly one of {', '.join(SOURCES)}; found {given or 'none'}")
     name = string(table.get("name", "robot"), "name")
     source, value = given[0], table[given[0]]
     if source == "link":

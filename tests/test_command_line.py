@@ -6,6 +6,7 @@ import subprocess
 import sys
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -54,7 +55,7 @@ def test_a_payload_of_known_mass_tells_the_drive_gains(files, tmp_path, capsys):
 
 def test_json_is_the_fit_and_nothing_else(files, tmp_path, capsys):
     out = tmp_path / "out"
-    assert main(["identify", files[0], "--json", "--output", str(out)]) == 0
+    assert main(["identify", files[0], "--json", "-", "--output", str(out)]) == 0
     printed = capsys.readouterr().out
     assert json.loads(printed)["joints"] == ["shoulder", "elbow"]
     assert printed.strip() == (out / "fit.json").read_text().strip()
@@ -75,8 +76,9 @@ def test_filters_estimator_and_keeping_all_arrive(files, tmp_path):
 
 
 def test_a_saved_view_is_written(files, tmp_path):
-    assert main(["identify", files[0], "--rerun", "save", "--output", str(tmp_path)]) == 0
-    assert (tmp_path / "fit.rrd").stat().st_size > 1000
+    saved = tmp_path / "fit.rrd"
+    assert main(["identify", files[0], "--save", str(saved), "--output", str(tmp_path)]) == 0
+    assert saved.stat().st_size > 1000
 
 
 def test_two_bodies_have_two_names_and_one_body_one(files, tmp_path):
@@ -241,7 +243,7 @@ def test_an_interruption_ends_quietly(monkeypatch, capsys):
     def interrupted(_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(command_line, "_function", lambda _: interrupted)
+    monkeypatch.setattr(command_line, "command_module", lambda _: SimpleNamespace(main=interrupted))
     assert main(["info", "run.mcap"]) == INTERRUPTED
     assert capsys.readouterr().err == "exidyn: interrupted\n"
 

@@ -52,7 +52,7 @@ def test_a_spring_that_nobody_told_of_is_named_simulated_and_fitted(runs, tmp_pa
 
 def test_quick_json_has_neither_simulation_nor_fit(runs, tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(diagnose_command, "diagnose", lambda *_: diagnosis())
-    assert main(["diagnose", *runs, "--quick", "--json", "--output", str(tmp_path / "out")]) == 0
+    assert main(["diagnose", *runs, "--quick", "--json", "-", "--output", str(tmp_path / "out")]) == 0
     table = json.loads(capsys.readouterr().out)
     assert table["held_out"] == ["validate2"]
     assert "simulated" not in table
@@ -145,7 +145,7 @@ def test_a_case_that_fails_does_not_stop_the_others(tmp_path, monkeypatch, capsy
     monkeypatch.setattr(diagnose_command, "diagnose", lambda *_: replace(diagnosis(), name="c2"))
     paths, answers = [str(tmp_path / name) for name in ("c1", "c2")], tmp_path / "answers.json"
     given = ["--quick", "--answer", str(answers), "--output", str(tmp_path / "out")]
-    assert main(["diagnose", *paths, *given]) == diagnose_command.FAILED
+    assert main(["diagnose", *paths, *given]) == REFUSED
     assert "c1: " in capsys.readouterr().err
     assert list(json.loads(answers.read_text())) == ["c2"]
     assert (tmp_path / "out" / "c2" / "diagnosis.json").exists()

@@ -139,7 +139,7 @@ def test_a_wrong_wish_is_one_clear_line(robot, capsys, arguments, words):
     [
         (["--criterion", "best"], "condition"),
         (["--shapes", "rust"], "stribeck"),
-        (["--harmonics", "x"], "int"),
+        (["--harmonics", "x"], "'x' is not a whole number"),
     ],
 )
 def test_options_that_there_are_not_are_listed(robot, capsys, arguments, words):
@@ -152,7 +152,7 @@ def test_options_that_there_are_not_are_listed(robot, capsys, arguments, words):
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["--kind", "sweeps", "--payload", "3"], "--kind sweeps and --payload do not go together"),
+        (["--kind", "sweeps", "--payload", "3"], "--kind sweeps and --mass do not go together"),
         (["--against", "rival.toml", "--shapes", "coulomb_friction"], "--against and --shapes do not go"),
         (["--against", "rival.toml", "--kind", "poses"], "--kind poses and --against do not go"),
         (["--joints", "elbow"], "--joints is for other kinds of run than 'best'"),

@@ -52,7 +52,7 @@ def test_a_speed_that_is_none_is_told_without_a_page_of_usage(said, value, capsy
         main([*said, "--speed", value])
     assert ended.value.code == REFUSED
     printed = capsys.readouterr().err.splitlines()
-    assert len(printed) == 2
+    assert len(printed) == 1
     assert value in printed[-1]
 
 

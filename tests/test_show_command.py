@@ -83,7 +83,7 @@ def test_an_unknown_format_is_refused_before_anything_is_written(folder, capsys)
 
 
 def test_a_view_can_be_saved(folder, capsys):
-    assert show(folder, "plan.toml", "--robot", "robot.toml", "--rerun", str(folder / "plan.rrd")) == 0
+    assert show(folder, "plan.toml", "--robot", "robot.toml", "--save", str(folder / "plan.rrd")) == 0
     assert (folder / "plan.rrd").stat().st_size > 10_000
     assert str(folder / "plan.rrd") in capsys.readouterr().err
 
@@ -103,7 +103,7 @@ def test_a_view_can_be_opened(folder, monkeypatch):
     ("arguments", "words"),
     [
         (["--view"], "say which with --robot"),
-        (["--rerun", "x.rrd"], "say which with --robot"),
+        (["--save", "x.rrd"], "say which with --robot"),
         (["--rate", "0"], "0 must be above 0"),
         (["--rate", "nan"], "nan must be above 0"),
         (["--export", "csv"], "expected 2 arguments"),

@@ -174,5 +174,5 @@ def test_export_to_a_robot_file_leaves_nothing_out(folder, capsys):
 def test_export_does_not_write_over_its_source(folder, capsys):
     before = (folder / "robot.toml").read_text()
     assert main(["export", "robot.toml", "--to", "toml", "-o", "robot.toml"]) == REFUSED
-    assert "name another file with --output" in capsys.readouterr().err
+    assert "--output would write over what is read; name another" in capsys.readouterr().err
     assert (folder / "robot.toml").read_text() == before

@@ -11,7 +11,7 @@ from .formulas import FORMULA
 from .found import CERTAIN_ODDS, Found
 from .held_out import HeldOut, columns_of
 from .hypothesis import strange
-from .remainder import Left, greatest, least_evidence, rms
+from .remainder import Left, excess, greatest, least_evidence, rms
 from .search import Searched
 
 Features = Sequence[tuple[Candidate, Thinned]]
@@ -48,7 +48,7 @@ def confirmed(
     if not found.found:
         return found
     left = greatest(found.solution, features, noise)
-    named = [k for k, one in enumerate(found.found) if not _mostly_else(found, one, left)]
+    named = [k for k, one in enumerate(found.found) if not _mostly_else(found, one, left, noise)]
     return found if len(named) == len(found.found) else found.keeping(named)
 
 
@@ -105,7 +105,7 @@ def _torque(found: Searched, one: Found) -> np.ndarray:
     return one.hypothesis.columns.values @ found.solution.values[columns_of(found, place)]
 
 
-def _mostly_else(found: Searched, one: Found, left: Sequence[Left]) -> bool:
+def _mostly_else(found: Searched, one: Found, left: Sequence[Left], noise: np.ndarray) -> bool:
     """Whether what is left on the joint that it moves most is no less than what it explains.
 
     Both by evidence and by torque: what is slow is much torque and little evidence.
@@ -116,7 +116,8 @@ def _mostly_else(found: Searched, one: Found, left: Sequence[Left]) -> bool:
     joint = int(columns.joints[place])
     rest = [other for other in left if other.joint == joint]
     evidence = max((other.evidence for other in rest), default=0.0)
-    power = max((float(np.mean(other.hypothesis.torque**2)) for other in rest), default=0.0)
+    power = excess(found.solution, joint, float(noise[joint]))
+    power = max([power, *(float(np.mean(other.hypothesis.torque**2)) for other in rest)])
     named, named_power = _named(found, joint), float(np.mean(_named_torque(found, joint) ** 2))
     return bool(named < MOSTLY * (named + evidence) or named_power < MOSTLY * (named_power + power))
 

@@ -8,13 +8,15 @@ from .hypothesis import Hypothesis
 FORMULA = 0.25
 """How wrong the formula of an effect may be, share of its torque [-]: friction laws are no better."""
 FIRST_ORDER = 0.1
-"""Likewise where a link's own motion is followed to first order only, and of any formula on its own joint."""
+"""Likewise where a link's own motion is followed to first order only, where all torque comes later, which is
+known no better, and of any formula on its own joint."""
 ENDING = {"drive_gain_saturation", "current_clipping"}
 """Effects of which a drive has one: near its end, either formula leaves what looks like the other."""
 HALVES = 0.5
 """Share of a coupled motor's own friction and inertia that may be with one of its joints or the other."""
-SWINGING = ("joint_elasticity", "backlash")
-"""Effects in which a link moves otherwise than its motor, and all that it carries with it."""
+SPREADING = ("joint_elasticity", "backlash", "time_delay")
+"""Effects whose error is on other joints too: a link moves otherwise than its motor, and all that it carries
+with it; all drives' torque comes later."""
 SPLIT = ("viscous_friction", "coulomb_friction", "rotor_inertia")
 """What a motor that turns with two joints splits between them in a way that no formula knows."""
 KINDS = (
@@ -57,4 +59,4 @@ def _error(one: Hypothesis, other: Hypothesis) -> float:
         return HALVES**2
     if own.joints and own.joints == more.joints:
         return FIRST_ORDER**2
-    return FIRST_ORDER**2 if more.effect in SWINGING and competing(one, other) else 0.0
+    return FIRST_ORDER**2 if more.effect in SPREADING and competing(one, other) else 0.0

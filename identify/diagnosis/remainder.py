@@ -33,6 +33,9 @@ PASSED = 0.7
 """Share of the highest frequency up to which torque passes the filter as it is [-]."""
 SLOWEST = 1.0
 """Of what vibrates [Hz]; slower waves are motions'."""
+BEYOND = 2.0
+"""Residual over the noise floor from which on something is left, be it seen to go with nothing: drives that
+move are noisier than drives at rest, but not by three times the power more."""
 LINES = 1e-4
 """Probability with which noise alone has a spectral line that stands out as far."""
 
@@ -112,7 +115,15 @@ def remainders(solution: Solution, left: Sequence[Left], rate: float, noise: np.
             found.append(Remainder(joint, over, float(probability), best.depends_on))
         elif frequency := line(solution, joint, rate):
             found.append(Remainder(joint, over, 1 - LINES, f"time, at {frequency:.1f} Hz"))
+        elif over > BEYOND:
+            found.append(Remainder(joint, over, CREDIBLE, "nothing that was recorded"))
     return found
+
+
+def excess(solution: Solution, joint: int, noise: float) -> float:
+    """Power on a joint beyond that of its noise [(N m)^2]; zero where drives that move may be as noisy."""
+    residual = float(rms(solution.residual, solution.rows.weight)[joint])
+    return residual**2 - noise**2 if residual > BEYOND * noise else 0.0
 
 
 def least_evidence(dof: int) -> float:

@@ -18,12 +18,12 @@ CLIPS = (0.6, 0.8, 0.9, 0.97)
 ENDS = 0.15
 """By how much that which lies beyond may be more or less than all that is missing [-]: the torque is known so
 well."""
-WHOLE = 0.15
-"""By how much a torque that comes later may be more or less than all of it [-]: as ENDS."""
+WHOLE = 0.05
+"""By how much a torque that comes later may be more or less than all of it [-]."""
 APART = 1.5
 """From one long delay that is tried to the next [-]."""
-LONG = tuple(sign * 8e-3 * APART**step for sign in (-1.0, 1.0) for step in range(4))
-"""Delays that are some cycles of any fieldbus [s]."""
+LONG = tuple(sign * 12e-3 * APART**step for sign in (-1.0, 1.0) for step in range(3))
+"""Delays that are some cycles of any fieldbus [s]; what is shorter is in proportion to the torque's rate."""
 OWN_CLOCK = ((0.0, 5e-3),)
 """By how much a clock may be wrong otherwise [s]: a telegram or two of the slowest fieldbus."""
 SPRINGS = (SpringBalancer, JointSpring)

@@ -1,0 +1,28 @@
+"""What the exit code of `exidyn` says, the same for every command."""
+
+DONE = 0
+STOPPED = 1
+"""A run ended before its time, or a person did not confirm it."""
+REFUSED = 2
+"""Something given was wrong or missing, as argparse has it."""
+LOST = 3
+"""A recording was made whole, and lacks what is lost for good."""
+INTERRUPTED = 130
+"""After Ctrl-C, as shells have it: 128 + SIGINT."""
+NOBODY_READS = 141
+"""Whoever read the output has left, as shells have it of all commands: 128 + SIGPIPE."""
+
+MEANINGS = {
+    DONE: "done",
+    STOPPED: "a run of the arm was stopped before its end, or not confirmed (record)",
+    REFUSED: "not done: something given was wrong or missing, which one line on standard error says",
+    LOST: "done, and part of the recording is lost for good (recover)",
+    INTERRUPTED: "interrupted by Ctrl-C",
+    NOBODY_READS: "whoever read the output has left, as head does",
+}
+"""Code -> in words, for help and docs."""
+
+
+def codes_help() -> str:
+    """A line a code."""
+    return "\n".join(["exit codes:", *(f"  {code:<3}  {words}" for code, words in MEANINGS.items())])
