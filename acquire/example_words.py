@@ -64,13 +64,13 @@ def _spring(result: Result) -> list[str]:
         return ["It was not found, so there is nothing to compare."]
     known, scale = result.right["parameters"], found.effect.d21 / true.effect.d21
     alike, drawn = found.as_long_as(true), true.in_place_of(found, result.robot)
-    half = {name: NORMAL_95 * known[name]["std"] for name in ("Kr", "K0")}
+    half = {name: NORMAL_95 * known[name]["std"] for name in ("Kr", "K0", "d22", "phi")}
     ratio = [spring.effect.d22 / spring.effect.d21 for spring in (true, found)]
     rows = [
         ("K_r", "N/m", true.stiffness, alike.stiffness, half["Kr"] * scale**2, drawn.stiffness),
         ("K_0", "N", true.preload, alike.preload, half["K0"] * scale, drawn.preload),
-        ("d22/d21", "", *ratio, np.nan, np.nan),
-        ("phi", "rad", true.effect.phi, found.effect.phi, np.nan, np.nan),
+        ("d22/d21", "", *ratio, half["d22"] / found.effect.d21, np.nan),
+        ("phi", "rad", true.effect.phi, found.effect.phi, half["phi"], np.nan),
     ]
     numbers = np.array([row[2:] for row in rows]).T
     true_values, named, _, by_drawing = numbers
@@ -89,8 +89,8 @@ def _torque_words(result: Result, found: Spring) -> str:
     off = float(np.max(np.abs(found.torque(result.robot) - real)))
     most = float(np.max(np.abs(real)))
     return (
-        "Torque shows a spring's lengths up to scale, and hardly their ratio: K_r, K_0 and ± are for d22/d21 "
-        "as named, and the true d21. On the drawing: the torque that was found, put to the true lengths and "
+        "Torque shows a spring's lengths up to scale, and hardly their ratio: K_r and K_0 are for the true "
+        "d21. On the drawing: the torque that was found, put to the true lengths and "
         f"angle. Over the joint's range that torque is right to {digits(off)} N m of {digits(most)}, "
         f"{100 * off / most:.2g} %."
     )

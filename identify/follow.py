@@ -15,11 +15,9 @@ def follow(plant: Plant, position: np.ndarray, velocity: np.ndarray, tick: float
         velocity: Commanded, shape (t, n) [rad/s].
         tick: Time from command to command [s]; each is reached at its own time.
     """
-    seen = [plant.measure()]
-    for wanted, speed in zip(position[1:], velocity[1:], strict=True):
-        plant.step(wanted, speed, tick)
-        seen.append(plant.measure())
-    time = tick * np.arange(len(position))
-    measured = dict(zip(seen[0]._fields, map(np.array, zip(*seen, strict=True)), strict=True))
+    start, then = plant.measure(), plant.follow(position[1:], velocity[1:], tick)
+    pairs = zip(start, then, strict=True)
+    measured = {name: np.vstack(pair) for name, pair in zip(start._fields, pairs, strict=True)}
     every = measured | {"command": position, "command_velocity": velocity}
+    time = tick * np.arange(len(position))
     return {name: Signal(time, values) for name, values in every.items()}

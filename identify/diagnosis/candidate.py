@@ -20,6 +20,15 @@ Columns = Callable[[Driven], np.ndarray]
 """Torque of the motors per unit of each coefficient in one run, at full rate (t, n, p) [N m / unit]."""
 
 
+Told = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
+"""Coefficients and their standard deviations, each (p,), as those that were fitted are told to people."""
+
+
+def as_fitted(values: np.ndarray, std: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Told as they are."""
+    return values, std
+
+
 @dataclass(frozen=True, eq=False)
 class Candidate:
     """One effect, on certain joints, of a certain shape.
@@ -42,6 +51,7 @@ class Candidate:
         among: Number of shapes of which it is the choice of a quick look, where not all of them are weighed.
         prior: How much likelier it is than others before the data [-].
         told: What follows from the shape, in words that people use: name -> value and unit.
+        told_as: How its coefficients are told.
     """
 
     effect: str
@@ -61,6 +71,7 @@ class Candidate:
     among: int = 1
     prior: float = 1.0
     told: Mapping[str, tuple[float, str]] = field(default_factory=dict)
+    told_as: Told = as_fitted
 
     @property
     def key(self) -> tuple[str, tuple[int, ...]]:

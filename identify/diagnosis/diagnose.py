@@ -20,6 +20,8 @@ from .hypothesis import Hypothesis
 from .remainder import asked, greatest, remainders
 from .runs import HELD_OUT, usable
 from .search import Searched, search
+from .shape_doubt import Doubt
+from .shape_doubt import doubts as shape_doubts
 
 
 def diagnose(model: Model, recordings: Sequence[tuple[str, Recording]], name: str = "") -> Diagnosis:
@@ -57,7 +59,8 @@ def _diagnosed(model: Model, recordings: Sequence[tuple[str, Recording]], name: 
         name=name or model.robot.name,
         joints=model.robot.joints,
         findings=tuple(
-            _finding(found, place, gain) for place, gain in zip(range(len(found.found)), gains, strict=True)
+            _finding(found, place, gain, doubt)
+            for place, (gain, doubt) in enumerate(zip(gains, shape_doubts(found), strict=True))
         ),
         remainders=tuple(remainders(found.solution, left, rate, noise)),
         improvement=_improvement(found, held_out, apart, noise),
@@ -75,24 +78,30 @@ def noise_floor(runs: Sequence[Driven]) -> np.ndarray:
     return np.sqrt(np.mean(squares, axis=0))
 
 
-def _finding(found: Searched, place: int, gain: float) -> Finding:
+def _finding(found: Searched, place: int, gain: float, doubt: Doubt) -> Finding:
     one: Found = found.found[place]
     hypothesis: Hypothesis = one.hypothesis
     candidate, own = hypothesis.candidate, columns_of(found, place)
-    values, std = found.solution.values[own], np.sqrt(np.diag(found.solution.covariance)[own])
-    if candidate.effect == "drive_gain":
-        # A torque less by a share s is a gain greater by s / (1 - s).
-        values, std = values / (1.0 - values), std / (1.0 - values) ** 2
+    values = found.solution.values[own]
     numbers = {
         name: Quantity(float(value), float(deviation), unit)
-        for name, value, deviation, unit in zip(candidate.names, values, std, candidate.units, strict=True)
+        for name, value, deviation, unit in zip(
+            candidate.names, *candidate.told_as(values, doubt.values), candidate.units, strict=True
+        )
         if not name.startswith(UNNAMED)
     }
     shapes = {
-        name: Quantity(value, float("nan"), candidate.bounds[name].unit if name in candidate.bounds else "1")
+        name: Quantity(
+            value,
+            doubt.shape.get(name, float("nan")),
+            candidate.bounds[name].unit if name in candidate.bounds else "1",
+        )
         for name, value in candidate.shape.items()
         if name != "reversal"
-    } | {name: Quantity(value, float("nan"), unit) for name, (value, unit) in candidate.told.items()}
+    } | {
+        name: Quantity(value, doubt.shape.get(name, float("nan")), unit)
+        for name, (value, unit) in candidate.told.items()
+    }
     torque = np.zeros(found.rows.difference.shape[1])
     torque[hypothesis.columns.joints] = np.sqrt(np.mean((hypothesis.columns.values @ values) ** 2, axis=0))
     return Finding(

@@ -92,6 +92,7 @@ class Effect(ABC):
         pointwise: Whether a sample's torque depends on that sample alone.
         linear: Whether its columns are a constant, plus multiples of velocity and acceleration, and nothing
             else: who simulates asks only once.
+        massless: Whether acceleration does not change its torque: who simulates asks for no inertia.
     """
 
     transmitted: ClassVar[bool] = False
@@ -99,6 +100,7 @@ class Effect(ABC):
     smooth: ClassVar[bool] = False
     pointwise: ClassVar[bool] = True
     linear: ClassVar[bool] = False
+    massless: ClassVar[bool] = False
 
     @abstractmethod
     def parameters(self, robot: Robot) -> list[Parameter]:
@@ -211,6 +213,8 @@ class JointEffect(Effect):
 
     joints: tuple[str, ...] | None = None
 
+    massless: ClassVar[bool] = True
+
     def columns(self, robot: Robot) -> list[int]:
         """Indices of the joints it acts on.
 
@@ -232,11 +236,10 @@ class JointEffect(Effect):
     def on_joints(self, robot: Robot, *profiles: np.ndarray) -> np.ndarray:
         """Regressor whose columns are, joint by joint, the given profiles, each (t, n)."""
         count, shape = len(profiles), profiles[0].shape
-        if self.joints is None:  # all at once, through a view of the diagonal: a plant asks every tick
-            every = np.zeros((*shape, shape[1], count))
-            own = np.einsum("tjjk->tjk", every)
+        if self.joints is None:  # all at once, along the diagonal: a plant asks every tick
+            every = np.zeros((len(profiles[0]), count * shape[1] ** 2))
             for which, profile in enumerate(profiles):
-                own[:, :, which] = profile
+                every[:, which :: count * (shape[1] + 1)] = profile
             return every.reshape(*shape, -1)
         columns = self.columns(robot)
         regressor = np.zeros((*shape, count * len(columns)))

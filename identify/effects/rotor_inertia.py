@@ -16,6 +16,7 @@ class RotorInertia(JointEffect):
 
     smooth: ClassVar[bool] = True
     linear: ClassVar[bool] = True
+    massless: ClassVar[bool] = False
 
     def parameters(self, robot: Robot) -> list[Parameter]:
         return [Parameter(f"Ia{joint + 1}", "kg m^2", 0.0) for joint in self.columns(robot)]

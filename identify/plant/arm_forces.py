@@ -4,8 +4,6 @@ Rigid bodies are left to Pinocchio, which takes microseconds; all others are ask
 passes through the gears acts on the links, the rest on the motors.
 """
 
-from typing import NamedTuple
-
 import numpy as np
 import pinocchio as pin
 
@@ -13,23 +11,8 @@ from ..effects import Effect
 from ..errors import WrongShape
 from ..model import Model
 from .effect_sum import EffectSum, Joints
+from .steps import Forces
 from .transmission import Transmission
-
-
-class Local(NamedTuple):
-    """Forces around a state, linear in velocity.
-
-    Attributes:
-        force: That it takes to go on without acceleration, shape (x,) [N m].
-        slope: By each velocity, shape (x,) [N m s/rad].
-    """
-
-    force: np.ndarray
-    slope: np.ndarray
-
-    def moved(self, velocity: np.ndarray) -> "Local":
-        """The same around a state whose velocities differ by some, shape (x,) [rad/s]."""
-        return Local(self.force + self.slope * velocity, self.slope)
 
 
 class ArmForces:
@@ -59,7 +42,7 @@ class ArmForces:
         self._none, self._massless = np.zeros(model.robot.dof), np.zeros((model.robot.dof,) * 2)
         self.friction = self._none
 
-    def at(self, state: Joints, later: np.ndarray, temperature: np.ndarray) -> tuple[Local, np.ndarray]:
+    def at(self, state: Joints, later: np.ndarray, temperature: np.ndarray) -> tuple[Forces, np.ndarray]:
         """Forces in a state, and inertia (x, x) [kg m^2] somewhat later.
 
         Sets `friction`, the torque on the motors' side of the gears, shape (n,) [N m].
@@ -72,15 +55,13 @@ class ArmForces:
         if self._rigid:
             force, slope, inertia, load = self._link_side(state, later, temperature)
             self.friction, steep, mass = self._motor_side(state, later, load, temperature)
-            return Local(force + self.friction, slope + steep), inertia + mass
+            return Forces(force + self.friction, slope + steep, state.velocity), inertia + mass
         links, motors = self._links, self._motors
         link, motor = (Joints(*(side @ one for one in state)) for side in (links, motors))
         force, slope, inertia, load = self._link_side(link, links @ later, temperature)
         self.friction, steep, mass = self._motor_side(motor, motors @ later, load, temperature)
-        return (
-            Local(links.T @ force + motors.T @ self.friction, links.T @ slope + motors.T @ steep),
-            links.T @ inertia @ links + motors.T @ mass @ motors,
-        )
+        force, slope = links.T @ force + motors.T @ self.friction, links.T @ slope + motors.T @ steep
+        return Forces(force, slope, state.velocity), links.T @ inertia @ links + motors.T @ mass @ motors
 
     def holding(
         self, links: np.ndarray, motors: np.ndarray, temperature: np.ndarray

@@ -13,10 +13,10 @@ class Cut(NamedTuple):
         step: [s].
         steps: Steps a block.
         blocks: Blocks a tick.
-        position: Shape (blocks steps + blocks, 4): means of both ends of each step, so that the torque at
-            those ends is what acted in between; then ends of the blocks. Out of position and velocity at the
-            start, and at the end.
-        velocity: Shape (blocks steps + blocks, 4).
+        position: Shape (rows, 4): means of both ends of each step, so that the torque at those ends is what
+            acted in between; then middles of the blocks; then their ends. Out of position and velocity at
+            the start, and at the end.
+        velocity: Shape (rows, 4).
     """
 
     seconds: float
@@ -39,8 +39,15 @@ class Cut(NamedTuple):
         rows = []
         for curves in (position, velocity):
             ends = np.stack(curves, axis=1)
-            rows.append(np.concatenate([0.5 * (ends[:-1] + ends[1:]), ends[steps::steps]]))
+            means = 0.5 * (ends[:-1] + ends[1:])
+            middles = 0.5 * (means[(steps - 1) // 2 :: steps] + means[steps // 2 :: steps])
+            rows.append(np.concatenate([means, middles, ends[steps::steps]]))
         return cls(seconds, seconds / (blocks * steps), steps, blocks, *rows)
+
+    def split(self, block: int) -> tuple[slice, slice, int]:
+        """Rows of a block: its steps, its middle as a piece of one, its end."""
+        first, middle = block * self.steps, self.blocks * self.steps + block
+        return slice(first, first + self.steps), slice(middle, middle + 1), middle + self.blocks
 
 
 def _fewest(length: float, longest: float) -> int:
@@ -58,15 +65,17 @@ class CommandPath:
         self._before = self._position = start
         self._velocity = np.zeros(len(start))
 
-    def to(
-        self, position: np.ndarray, velocity: np.ndarray | None, seconds: float, cut: Cut
+    def along(
+        self, position: np.ndarray, velocity: np.ndarray | None, cut: Cut
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Positions and velocities on the way to the next command, each (rows of the cut, n).
+        """Positions and velocities on the way to the next commands (t, n), each (t, rows of the cut, n).
 
-        Without a velocity it is taken from the last three positions, as drives do that are told no more.
+        Without velocities they are taken from the last three positions, as drives do that are told no more.
         """
+        places = np.concatenate([[self._before, self._position], position])
         if velocity is None:
-            velocity = (1.5 * position - 2.0 * self._position + 0.5 * self._before) / seconds
-        ends = np.array([self._position, self._velocity, position, velocity], float)
-        self._before, self._position, self._velocity = self._position, ends[2], ends[3]
+            velocity = (1.5 * places[2:] - 2.0 * places[1:-1] + 0.5 * places[:-2]) / cut.seconds
+        speeds = np.concatenate([[self._velocity], velocity])
+        ends = np.stack([places[1:-1], speeds[:-1], places[2:], speeds[1:]], axis=1)
+        self._before, self._position, self._velocity = places[-2], places[-1], speeds[-1]
         return cut.position @ ends, cut.velocity @ ends

@@ -49,9 +49,9 @@ class LinearSum(NamedTuple):
 
 
 class EffectSum:
-    """Some effects with their values, and the motion that they are asked about.
+    """Some effects with their values, and the motions that they are asked about.
 
-    A motion is written anew instead of made anew: its checks, and those arrays, would take longer than the
+    Motions are written anew instead of made anew: their checks, and those arrays, would take longer than the
     effects do.
 
     Args:
@@ -62,16 +62,17 @@ class EffectSum:
 
     def __init__(self, robot: Robot, effects: Sequence[tuple[Effect, np.ndarray]], payload: str) -> None:
         self.empty = not effects
-        self._robot = robot
-        self._linear = LinearSum.of(robot, [pair for pair in effects if pair[0].linear])
-        self._effects = tuple(pair for pair in effects if not pair[0].linear)
-        self._known = tuple(e for e, _ in effects if type(e).known_torque is not Effect.known_torque)
         self.forgets = all(effect.pointwise for effect, _ in effects)
-        self._memory: list[Any] = [None] * len(self._effects)
-        n = robot.dof
-        self._motion = _motion_at_rest(n + 3, n, payload)
-        # Rows: as it is; all joints a little faster; somewhat later; there with one joint accelerating.
-        self._motion.acceleration[3:] = np.eye(n)
+        self._robot, n = robot, robot.dof
+        self._linear = LinearSum.of(robot, [pair for pair in effects if pair[0].linear])
+        self._effects = [pair for pair in effects if not pair[0].linear]
+        self._heavy = [pair for pair in self._effects if not pair[0].massless]
+        self._memory: dict[Effect, Any] = {}
+        # Rows: as it is; all joints a little faster.
+        self._here = _motion_at_rest(2, n, payload)
+        # Rows: somewhat later; there with one joint accelerating.
+        self._later = _motion_at_rest(1 + n, n, payload)
+        self._later.acceleration[1:] = np.eye(n)
 
     def at(
         self,
@@ -92,41 +93,56 @@ class EffectSum:
             Torque without acceleration (n,) [N m], its slope by each joint's velocity (n,) [N m s/rad], and
             inertia (n, n) [kg m^2].
         """
-        linear, motion = self._linear, self._motion
-        force = linear.constant + linear.by_velocity @ joints.velocity
-        if not self._effects:
-            return force, linear.slope, linear.inertia
-        motion.position[:2], motion.position[2:] = joints.position, later
-        motion.velocity[:] = joints.velocity
-        motion.velocity[1] += SHIFT
-        motion.temperature[:] = temperature
-        if load is not None:
-            motion.load[:] = load
-        torque = self._torque()
-        slope = (torque[1] - torque[0]) / SHIFT
-        inertia = (torque[3:] - torque[2]).T
-        return torque[0] + force, slope + linear.slope, inertia + linear.inertia
+        linear = self._linear
+        force, slope, inertia = (
+            linear.constant + linear.by_velocity @ joints.velocity,
+            linear.slope,
+            linear.inertia,
+        )
+        if self._effects:
+            _write(self._here, joints.position, joints.velocity, load, temperature)
+            self._here.velocity[1] += SHIFT
+            torque, faster = self._torque(self._effects, self._here)
+            force, slope = force + torque, slope + (faster - torque) / SHIFT
+        if self._heavy:
+            _write(self._later, later, joints.velocity, load, temperature)
+            torque = self._torque(self._heavy, self._later)
+            inertia = inertia + (torque[1:] - torque[0]).T
+        return force, slope, inertia
 
     def remember(self, position: np.ndarray) -> None:
         """Go on to a position (n,) [rad], in what has a memory."""
-        for place, (effect, _) in enumerate(self._effects):
+        for effect, _ in self._effects:
             if not effect.pointwise:
-                still = _motion_at_rest(1, len(position), self._motion.payload)
+                still = _motion_at_rest(1, len(position), self._here.payload)
                 still.position[:] = position
-                _, self._memory[place] = effect.continued(self._robot, still, self._memory[place])
+                _, self._memory[effect] = effect.continued(self._robot, still, self._memory.get(effect))
 
-    def _torque(self) -> np.ndarray:
-        """Torque in every row, shape (n + 3, n) [N m]."""
-        robot, motion = self._robot, self._motion
+    def _torque(self, effects: Sequence[tuple[Effect, np.ndarray]], motion: Motion) -> np.ndarray:
+        """Torque in every row, shape (t, n) [N m]."""
+        robot = self._robot
         total = np.zeros(motion.position.shape)
-        for place, (effect, values) in enumerate(self._effects):
+        for effect, values in effects:
             if effect.pointwise:
                 total += effect.regressor(robot, motion) @ values
             else:
-                total += effect.continued(robot, motion, self._memory[place])[0] @ values
-        for effect in self._known:
-            total += effect.known_torque(robot, motion)
+                total += effect.continued(robot, motion, self._memory.get(effect))[0] @ values
+            if type(effect).known_torque is not Effect.known_torque:
+                total += effect.known_torque(robot, motion)
         return total
+
+
+def _write(
+    motion: Motion,
+    position: np.ndarray,
+    velocity: np.ndarray,
+    load: np.ndarray | None,
+    temperature: np.ndarray,
+) -> None:
+    """The same in every row, each (n,)."""
+    motion.position[:], motion.velocity[:], motion.temperature[:] = position, velocity, temperature
+    if load is not None:
+        motion.load[:] = load
 
 
 def _motion_at_rest(rows: int, joints: int, payload: str) -> Motion:

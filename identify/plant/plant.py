@@ -14,7 +14,7 @@ from .drive_control import DriveControl
 from .effect_sum import Joints
 from .sensors import Past, Readings, Sensors
 from .servo import Servo
-from .stepping import State, Stepping, Stretch, require_inertia
+from .stepping import State, Stepping, require_inertia
 from .thermal import Thermal
 from .transmission import Springs, Transmission
 
@@ -106,7 +106,9 @@ class Plant:
         self._make_ready()
         self._past = Past(sensors.current_delay, self._motor_current())
         self._readings = Readings(sensors, start, self._past.delayed(), seed)
-        self._measured = self._seen()
+        seen, link = self._readings, self._links @ self._state.position
+        warm = seen.warmth(self._temperature)
+        self._measured = Measured(seen.position, seen.velocity, seen.current, warm, link)
 
     def _at_rest(self, start: np.ndarray, transmission: Transmission, to_motors: np.ndarray) -> State:
         """Standing still with the motors at the start, the servo holding what there is to hold."""
@@ -125,8 +127,8 @@ class Plant:
 
     def _make_ready(self) -> None:
         """Make a step that does not count: where steps are compiled, now, and not in a tick of real time."""
-        here = Stretch.from_here(self._inertia, self._here, self._state.velocity, self._reference)
-        Stepping(self._servo, self._springs, self._integration.step).through(self._state, here)
+        one = Stepping(self._servo, self._springs, self._integration.step)
+        one.through(self._state, self._inertia, self._here, self._here, self._reference[None])
 
     def measure(self) -> Measured:
         """What its sensors say now."""
@@ -137,17 +139,21 @@ class Plant:
 
         Without a velocity the drives take it from successive positions.
         """
+        self.follow(position[None], None if velocity is None else velocity[None], seconds)
+
+    def follow(self, position: np.ndarray, velocity: np.ndarray | None, seconds: float) -> Measured:
+        """Follow commands (t, n) one after the other, as if by `step`; what its sensors say, each (t, n).
+
+        It is faster, for what is before and behind the arm's motion is done for all commands at once.
+        """
         cut = self._cut(seconds)
-        references = self._servo.reference(*self._path.to(position, velocity, seconds, cut))
-        for block in range(cut.blocks):
-            self._advance(references[block * cut.steps : (block + 1) * cut.steps], cut)
-            self._reference = references[block - cut.blocks]
-            self._past.add(self._motor_current(), cut.steps * cut.step)
-        motors, velocity = (self._motors @ one for one in self._state[:2])
-        heat = self._forces.friction * velocity
-        self._temperature = self._thermal.after(self._temperature, self._past.newest, heat, seconds)
-        self._readings.see(motors, self._past.delayed(), seconds)
-        self._measured = self._seen()
+        references = self._servo.reference(*self._path.along(position, velocity, cut))
+        ticks = [self._tick(reference, cut) for reference in references]
+        arm, current, temperature = (np.array(rows) for rows in zip(*ticks, strict=True))
+        seen = self._readings.see(arm @ self._motors.T, current, seconds)
+        measured = Measured(*seen, self._readings.warmth(temperature), arm @ self._links.T)
+        self._measured = Measured(*(values[-1] for values in measured))
+        return measured
 
     def release(self) -> None:
         """Take the drives' torque away for good; without brakes, the arm drops."""
@@ -166,34 +172,37 @@ class Plant:
         now, warm = np.zeros(1), temperature[None]
         return Motion.of(now, position, velocity, acceleration, None, warm, self._payload)
 
-    def _advance(self, reference: np.ndarray, cut: Cut) -> None:
-        """Make the steps of one block with references (k, n): foresee its end, then go there.
+    def _tick(self, references: np.ndarray, cut: Cut) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Make all steps of a tick; its coordinates then, current in the sensors, and temperature."""
+        for block in range(cut.blocks):
+            steps, middle, end = cut.split(block)
+            self._advance(references[steps], references[middle], cut)
+            self._reference = references[end]
+            self._past.add(self._motor_current(), cut.steps * cut.step)
+        heat = self._forces.friction * (self._motors @ self._state.velocity)
+        self._temperature = self._thermal.after(self._temperature, self._past.newest, heat, cut.seconds)
+        return self._state.position, self._past.delayed(), self._temperature
 
-        Effects are asked once a block, where it was foreseen to end, and linearly from there where it ended.
+    def _advance(self, reference: np.ndarray, middle: np.ndarray, cut: Cut) -> None:
+        """Make the steps of one block with references (k, n), and with one in their middle (1, n).
+
+        Foresee its end, then go there: effects are asked once a block, where it was foreseen to end, and
+        linearly from there where it ended.
         """
-        state, steps, whole = self._state, *self._steppings[cut.seconds]
-        middle = 0.5 * (reference[(len(reference) - 1) // 2] + reference[len(reference) // 2])
-        start = Stretch.from_here(self._inertia, self._here, state.velocity, middle)
-        foreseen = whole.through(state, start)
-        later = foreseen.position + 0.5 * (foreseen.position - state.position)
+        state, here, (steps, whole) = self._state, self._here, self._steppings[cut.seconds]
+        foreseen = whole.through(state, self._inertia, here, here, middle)
+        later = 1.5 * foreseen.position - 0.5 * state.position
         end, inertia = self._forces.at(Joints(*foreseen[:3]), later, self._temperature)
-        velocities = (state.velocity, foreseen.velocity)
-        between = Stretch.between(self._inertia, (self._here, end), velocities, reference)
-        self._state = steps.through(state, between)
+        self._state = steps.through(state, self._inertia, here, end, reference)
         self._forces.remember(self._state.position)
-        self._here, self._inertia = end.moved(self._state.velocity - foreseen.velocity), inertia
+        self._here, self._inertia = end.moved(self._state.velocity), inertia
 
     def _torque(self) -> np.ndarray:
         """Torque of the motors at this instant, seen from the joints, shape (n,) [N m]."""
-        state = self._state
-        return self._servo.torque(self._reference, state.position, state.velocity, state.integral)
+        return self._servo.torque(self._reference, self._state)
 
     def _motor_current(self) -> np.ndarray:
         return self._control.current(self._torque(), self._gain)
-
-    def _seen(self) -> Measured:
-        seen, link = self._readings, self._links @ self._state.position
-        return Measured(seen.position, seen.velocity, seen.current, seen.warmth(self._temperature), link)
 
     def _cut(self, seconds: float) -> Cut:
         if seconds not in self._cuts:

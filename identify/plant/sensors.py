@@ -6,6 +6,8 @@ from math import exp, pi, sqrt
 
 import numpy as np
 
+from . import compiled
+
 FINEST = 1e-12
 """What a step of zero is beside others that are not."""
 
@@ -82,12 +84,14 @@ class Readings:
         position: At the start, shape (n,) [rad].
         current: At the start, shape (n,) [A].
         seed: Of the noise.
+
+    Attributes:
+        position: As they said last, shape (n,) [rad]; so `velocity` [rad/s] and `current` [A].
     """
 
     def __init__(self, sensors: Sensors, position: np.ndarray, current: np.ndarray, seed: int) -> None:
         self._sensors, self._random = sensors, np.random.default_rng(seed)
-        noise = (sensors.encoder_noise, sensors.current_noise, sensors.current_drift)
-        self._quiet = np.zeros((3, len(position))) if not np.any(noise) else None
+        self._quiet = not np.any((sensors.encoder_noise, sensors.current_noise, sensors.current_drift))
         n = len(position)
         self._counts = _rounding(sensors.encoder_step)
         self._samples = _rounding(sensors.current_step)
@@ -97,17 +101,26 @@ class Readings:
         self.position, self.velocity = self._counts(position + sensors.encoder_noise * white[1]), np.zeros(n)
         self.current = self._samples(current + self._drift + sensors.current_noise * white[2])
 
-    def see(self, position: np.ndarray, current: np.ndarray, seconds: float) -> None:
-        """Look again, some time later; sets `position`, `velocity` and `current`."""
-        sensors, white = self._sensors, self._quiet
-        if white is None:
-            white = self._random.normal(size=(3, len(position)))
-        before, self.position = self.position, self._counts(position + sensors.encoder_noise * white[0])
-        share = 1.0 - exp(-2 * pi * sensors.velocity_cutoff * seconds)
-        self.velocity = self.velocity + share * ((self.position - before) / seconds - self.velocity)
-        kept = exp(-seconds / sensors.drift_time)
-        self._drift = kept * self._drift + sqrt(1.0 - kept**2) * sensors.current_drift * white[1]
-        self.current = self._samples(current + self._drift + sensors.current_noise * white[2])
+    def see(self, position: np.ndarray, current: np.ndarray, seconds: float) -> tuple[np.ndarray, ...]:
+        """Look again, each time some seconds later, at positions and currents (t, n).
+
+        Returns:
+            Position [rad], velocity [rad/s], current [A], each (t, n).
+        """
+        sensors, fading = self._sensors, compiled.fading()
+        if not self._quiet:
+            white = self._random.normal(size=(len(position), 3, position.shape[1]))
+            share = exp(-seconds / sensors.drift_time)
+            drift = fading(share, self._drift, sqrt(1.0 - share**2) * sensors.current_drift * white[:, 1])
+            position = position + sensors.encoder_noise * white[:, 0]
+            current = current + drift + sensors.current_noise * white[:, 2]
+            self._drift = drift[-1]
+        position, current = self._counts(position), self._samples(current)
+        speed = np.diff(position, axis=0, prepend=self.position[None]) / seconds
+        share = exp(-2 * pi * sensors.velocity_cutoff * seconds)
+        velocity = fading(share, self.velocity, (1.0 - share) * speed)
+        self.position, self.velocity, self.current = position[-1], velocity[-1], current[-1]
+        return position, velocity, current
 
 
 def _rounding(step: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:

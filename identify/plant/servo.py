@@ -2,7 +2,9 @@
 
 import numpy as np
 
+from . import compiled
 from .drive_control import DriveControl
+from .steps import Cascade, Moved
 
 
 class Servo:
@@ -23,27 +25,38 @@ class Servo:
         self.position_gain, self.integral_gain = control.position_gain, control.integral_gain
         self.velocity_gain = control.velocity_gain
         self.limit = control.torque_limit(gain)
+        self._torque, self._now = compiled.torque(), tuple(self.over(0.0))
+
+    def over(self, step: float) -> Cascade:
+        """What it is to a step of some length [s]."""
+        stiff = self.velocity_gain * (1.0 + 0.5 * step * self.integral_gain)
+        lag = 0.5 * step + 0.25 * step**2 * self.position_gain
+        back = self.turns.T.copy()
+        return Cascade(
+            turns=self.turns,
+            back=back,
+            by_position=self.position_gain[:, None] * self.turns,
+            stiff=stiff,
+            kept=self.velocity_gain * self.integral_gain,
+            lag=lag,
+            held=(back * (stiff * lag)) @ self.turns,
+            limit=self.limit,
+        )
 
     def release(self) -> None:
         """Take the torque away."""
         self.velocity_gain = np.zeros_like(self.velocity_gain)
+        self._now = tuple(self.over(0.0))
 
     def reference(self, position: np.ndarray, velocity: np.ndarray) -> np.ndarray:
         """What the loops are to follow, in one number a motor, for commands (t, n); shape (t, n) [rad/s]."""
         wanted = self._feed * velocity
         return wanted @ self._coupling + self.position_gain * (position @ self._coupling)
 
-    def error(self, reference: np.ndarray, position: np.ndarray, velocity: np.ndarray) -> np.ndarray:
-        """Velocity error of each motor, shape (n,) [rad/s]."""
-        return reference - self.turns @ velocity - self.position_gain * (self.turns @ position)
-
-    def torque(
-        self, reference: np.ndarray, position: np.ndarray, velocity: np.ndarray, integral: np.ndarray
-    ) -> np.ndarray:
+    def torque(self, reference: np.ndarray, moved: Moved) -> np.ndarray:
         """Torque of each motor at one instant, seen from its joint, shape (n,) [N m]."""
-        error = self.error(reference, position, velocity)
-        torque = self.velocity_gain * (error + self.integral_gain * integral)
-        return np.minimum(np.maximum(torque, -self.limit), self.limit)
+        torque: np.ndarray = self._torque(self._now, reference, tuple(moved))
+        return torque
 
     def integral_for(self, torque: np.ndarray) -> np.ndarray:
         """The integral with which the motors hold a torque (n,) [N m] when nothing is in error."""

@@ -1,4 +1,6 @@
-"""Steps: the inner loop of the plant, of numbers and arrays only, so that it can be compiled.
+"""Steps: the inner loops of the plant, of numbers and arrays only, so that they can be compiled.
+
+Tuples that have names are handed over without them, which takes half as long.
 
 Over a step the acceleration is constant and the equations hold in its middle (Newmark's average
 acceleration), which is of second order and stable for any stiffness. Servo, springs and damping enter it
@@ -63,11 +65,21 @@ class Cascade(NamedTuple):
 
 
 class Forces(NamedTuple):
-    """Forces at one end of some steps, linear in velocity around it; each of shape (x,)."""
+    """Forces around a state, linear in velocity.
+
+    Attributes:
+        force: That it takes to go on without acceleration, shape (x,) [N m].
+        slope: By each velocity, shape (x,) [N m s/rad].
+        velocity: Of the state, shape (x,) [rad/s].
+    """
 
     force: np.ndarray
     slope: np.ndarray
     velocity: np.ndarray
+
+    def moved(self, velocity: np.ndarray) -> "Forces":
+        """The same around a state with other velocities (x,) [rad/s]."""
+        return Forces(self.force + self.slope * (velocity - self.velocity), self.slope, velocity)
 
 
 Moved = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
@@ -93,34 +105,34 @@ def through(
     Raises:
         RobotError: An arm without inertia.
     """
+    turns, back, by_position, stiff, kept_share, lag, held, limit = cascade
+    start_force, start_slope, start_velocity = start
+    end_force, end_slope, end_velocity = end
     position, velocity, acceleration, integral = moved
     own = np.diag(inertia)
     for k in range(len(reference)):
         share = (k + 0.5) / len(reference)
-        slope = start.slope + share * (end.slope - start.slope)
-        usual = start.velocity + share * (end.velocity - start.velocity)
-        force = start.force + share * (end.force - start.force) + slope * (velocity - usual)
+        slope = start_slope + share * (end_slope - start_slope)
+        usual = start_velocity + share * (end_velocity - start_velocity)
+        force = start_force + share * (end_force - start_force) + slope * (velocity - usual)
         drag = step * slope
         steep = np.maximum(drag, 0.0)
         heavier = inertia + np.diag((0.5 + steep / (12.0 * own + 2.0 * steep)) * drag)
         middle = position + 0.5 * step * velocity
-        if len(elastic.stiffness) > 0:
+        if position.size > integral.size:
             torque, weight = springs(elastic, middle, velocity, step)
             force, heavier = force + torque, heavier + weight
-        error = reference[k] - cascade.turns @ velocity - cascade.by_position @ middle
-        kept = cascade.kept * integral
-        pull = cascade.back @ (cascade.stiff * error + kept)
-        acceleration = solve(heavier + cascade.held, pull - force)
-        left = error - cascade.lag * (cascade.turns @ acceleration)
-        torque = cascade.stiff * left + kept
-        beyond = np.abs(torque) > cascade.limit
+        error = reference[k] - turns @ velocity - by_position @ middle
+        kept = kept_share * integral
+        acceleration = solve(heavier + held, back @ (stiff * error + kept) - force)
+        left = error - lag * (turns @ acceleration)
+        torque = stiff * left + kept
+        beyond = np.abs(torque) > limit
         if beyond.any():
-            limit = np.copysign(cascade.limit, torque)
-            stiff = np.where(beyond, 0.0, cascade.stiff)
-            pull = cascade.back @ np.where(beyond, limit, cascade.stiff * error + kept)
-            held = (cascade.back * (stiff * cascade.lag)) @ cascade.turns
-            acceleration = solve(heavier + held, pull - force)
-            left = np.where(beyond, 0.0, error - cascade.lag * (cascade.turns @ acceleration))
+            pull = back @ np.where(beyond, np.copysign(limit, torque), stiff * error + kept)
+            free = (back * np.where(beyond, 0.0, stiff * lag)) @ turns
+            acceleration = solve(heavier + free, pull - force)
+            left = np.where(beyond, 0.0, error - lag * (turns @ acceleration))
         position = middle + 0.5 * step * (velocity + step * acceleration)
         velocity = velocity + step * acceleration
         integral = integral + step * left
@@ -140,12 +152,42 @@ def springs(
         velocity: At its start, shape (x,) [rad/s].
         step: [s].
     """
-    twist = elastic.stretch @ position
-    touching = np.abs(twist) >= elastic.play
-    stiffness, damping = elastic.stiffness * touching, elastic.damping * touching
-    torque = stiffness * (twist - elastic.play * np.sign(twist)) + damping * (elastic.stretch @ velocity)
+    stretch, back, stiffness, damping, play = elastic
+    twist = stretch @ position
+    touching = np.abs(twist) >= play
+    stiffness, damping = stiffness * touching, damping * touching
+    torque = stiffness * (twist - play * np.sign(twist)) + damping * (stretch @ velocity)
     weight = 0.25 * step**2 * stiffness + 0.5 * step * damping
-    return elastic.back @ torque, (elastic.back * weight) @ elastic.stretch
+    return back @ torque, (back * weight) @ stretch
+
+
+def torque(cascade: Cascade, reference: np.ndarray, moved: Moved) -> np.ndarray:
+    """Torque of the motors at one instant, seen from their joints, shape (n,) [N m].
+
+    Args:
+        cascade: Over a step of no length.
+        reference: Shape (n,) [rad/s].
+        moved: Where the arm is.
+    """
+    turns, _, by_position, stiff, kept, _, _, limit = cascade
+    position, velocity, _, integral = moved
+    asked = stiff * (reference - turns @ velocity - by_position @ position) + kept * integral
+    return np.minimum(np.maximum(asked, -limit), limit)
+
+
+def fading(kept: float, last: np.ndarray, news: np.ndarray) -> np.ndarray:
+    """What is left of all that came, when a share of it is kept from row to row, shape (t, n).
+
+    Args:
+        kept: The share [-].
+        last: What was left before the first row, shape (n,).
+        news: What comes, shape (t, n).
+    """
+    left = np.empty_like(news)
+    for row in range(len(news)):
+        last = kept * last + news[row]
+        left[row] = last
+    return left
 
 
 def solve(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:

@@ -41,7 +41,14 @@ def gains(model: Model) -> Iterator[Candidate]:
         def columns(run: Driven, joint: int = joint) -> np.ndarray:
             return on_joint(run, joint, -run.torque[:, joint])
 
-        yield Candidate("drive_gain", (joint,), columns, ("share",), ("1",), (-np.inf,), rows=(joint,))
+        yield Candidate(
+            "drive_gain", (joint,), columns, ("share",), ("1",), (-np.inf,), rows=(joint,), told_as=_of_gain
+        )
+
+
+def _of_gain(lacking: np.ndarray, std: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """By what share a gain is greater, where a share of the torque is lacking."""
+    return lacking / (1.0 - lacking), std / (1.0 - lacking) ** 2
 
 
 def saturations(model: Model) -> Iterator[Candidate]:

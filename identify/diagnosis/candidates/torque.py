@@ -93,8 +93,18 @@ def balancers(model: Model) -> Iterator[Candidate]:
         for ratio in (0.15, 0.3, 0.6):
             for angle in np.arange(-3, 4) * np.pi / 4:
                 effect = SpringBalancer(joint, d21=1.0, d22=ratio, phi=float(angle))
-                one = of_effect(model, "spring_balancer", effect)
-                yield replace(one, prior=one.prior * max(float(share), WEIGHTLESS))
+                yield _balancer(model, effect, max(float(share), WEIGHTLESS))
+
+
+def _balancer(model: Model, effect: SpringBalancer, share: float) -> Candidate:
+    """With lengths in proportion to the longer one, which torque does not show."""
+    one = of_effect(model, "spring_balancer", effect)
+
+    def reshaped(given: Mapping[str, Any]) -> Candidate:
+        return _balancer(model, replace(effect, **given), share)
+
+    bounds = {name: one.bounds[name] for name in ("d22", "phi")}
+    return replace(one, bounds=bounds, reshaped=reshaped, prior=one.prior * share)
 
 
 def of_effect(model: Model, name: str, effect: Effect) -> Candidate:
