@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .plant import Plant
+from .plant import Measured, Plant
 from .recording import Signal
 
 
@@ -15,9 +15,10 @@ def follow(plant: Plant, position: np.ndarray, velocity: np.ndarray, tick: float
         velocity: Commanded, shape (t, n) [rad/s].
         tick: Time from command to command [s]; each is reached at its own time.
     """
-    start, then = plant.measure(), plant.follow(position[1:], velocity[1:], tick)
-    pairs = zip(start, then, strict=True)
-    measured = {name: np.vstack(pair) for name, pair in zip(start._fields, pairs, strict=True)}
-    every = measured | {"command": position, "command_velocity": velocity}
+    seen = [plant.measure()]
+    if len(position) > 1:
+        seen.append(plant.follow(position[1:], velocity[1:], tick))
+    measured = zip(Measured._fields, map(np.vstack, zip(*seen, strict=True)), strict=True)
+    every = dict(measured) | {"command": position, "command_velocity": velocity}
     time = tick * np.arange(len(position))
     return {name: Signal(time, values) for name, values in every.items()}

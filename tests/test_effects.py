@@ -103,6 +103,15 @@ class TestEveryEffect:
         # The load is the sum of the transmitted torques: one that needed it would need itself.
         assert not (effect.needs_load and effect.transmitted)
 
+    def test_says_whether_acceleration_changes_its_torque(self, key, robot):
+        effect, motion = default(key), known_run(robot)
+        other = replace(motion, acceleration=2.0 * motion.acceleration + 1.0)
+        changes = any(
+            np.any(torque(robot, motion) != torque(robot, other))
+            for torque in (effect.regressor, effect.known_torque)
+        )
+        assert changes != effect.massless
+
     def test_is_a_value(self, key, robot):
         assert default(key) == default(key)
         assert hash(default(key)) == hash(default(key))

@@ -14,7 +14,7 @@ from exidyn.identify.effects import (
 )
 from exidyn.identify.errors import RobotError, WrongShape
 from exidyn.identify.model import Model
-from exidyn.identify.plant import DriveControl, Integration, Plant, Sensors, typical_plant
+from exidyn.identify.plant import DriveControl, Integration, Measured, Plant, Sensors, typical_plant
 from exidyn.identify.plant.typical import typical_parts
 from exidyn.identify.robot_file import read_model
 from exidyn.identify.simulate import exact_current
@@ -181,6 +181,40 @@ def test_looking_twice_changes_nothing():
     first = plant.measure()
     for one, again in zip(first, plant.measure(), strict=True):
         np.testing.assert_array_equal(one, again)
+
+
+@pytest.mark.parametrize("told", [True, False], ids=["velocities", "positions alone"])
+def test_to_follow_is_to_step_from_command_to_command(told):
+    model, none = read_model("kr270"), np.zeros(6)
+    _, position, velocity = quiet(model, seconds=0.3)
+    velocity = velocity if told else [None] * len(position)
+    control, sensors, thermal = typical_parts(model)
+    sensors = replace(sensors, encoder_step=none, current_step=none, temperature_step=0.0, current_delay=3e-3)
+    parts = (
+        model,
+        model.believed_values,
+        model.robot.drive_gain,
+        position[0],
+        control,
+        sensors,
+        None,
+        thermal,
+    )
+    stepping, following = Plant(*parts, seed=1), Plant(*parts, seed=1)
+    seen = []
+    for wanted, speed in zip(position, velocity, strict=True):
+        stepping.step(wanted, speed, TICK)
+        seen.append(stepping.measure())
+    pieces = [
+        following.follow(position[rows], velocity[rows] if told else None, TICK)
+        for rows in (slice(0, 1), slice(1, 40), slice(40, None))
+    ]
+    for name, one, other in zip(
+        Measured._fields, zip(*seen, strict=True), zip(*pieces, strict=True), strict=True
+    ):
+        np.testing.assert_allclose(np.concatenate(other), one, rtol=1e-9, atol=1e-9, err_msg=name)
+    for last, one in zip(following.measure(), seen[-1], strict=True):
+        np.testing.assert_allclose(last, one, rtol=1e-9, atol=1e-9)
 
 
 def test_slow_ticks_move_the_arm_as_fast_ones_do():

@@ -191,11 +191,7 @@ def readings(**parts):
     )
     sensors = Sensors(**(given | {name: np.atleast_1d(value) for name, value in parts.items()}))
     seen = Readings(sensors, np.array([0.123456]), np.ones(1), seed=1)
-    rows = []
-    for _ in range(10_000):
-        seen.see(np.array([0.123456]), np.ones(1), TICK)
-        rows.append((seen.position[0], seen.velocity[0], seen.current[0]))
-    return np.array(rows).T
+    return [values[:, 0] for values in seen.see(np.full((10_000, 1), 0.123456), np.ones((10_000, 1)), TICK)]
 
 
 def test_noise_has_its_size_and_its_colour():

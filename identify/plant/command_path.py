@@ -72,10 +72,12 @@ class CommandPath:
 
         Without velocities they are taken from the last three positions, as drives do that are told no more.
         """
-        places = np.concatenate([[self._before, self._position], position])
         if velocity is None:
+            places = np.concatenate([[self._before, self._position], position])
             velocity = (1.5 * places[2:] - 2.0 * places[1:-1] + 0.5 * places[:-2]) / cut.seconds
-        speeds = np.concatenate([[self._velocity], velocity])
-        ends = np.stack([places[1:-1], speeds[:-1], places[2:], speeds[1:]], axis=1)
-        self._before, self._position, self._velocity = places[-2], places[-1], speeds[-1]
+        ends = np.empty((len(position), 4, position.shape[1]))
+        ends[0, 0], ends[1:, 0] = self._position, position[:-1]
+        ends[0, 1], ends[1:, 1] = self._velocity, velocity[:-1]
+        ends[:, 2], ends[:, 3] = position, velocity
+        self._before, _, self._position, self._velocity = ends[-1]
         return cut.position @ ends, cut.velocity @ ends

@@ -90,7 +90,7 @@ class Readings:
     """
 
     def __init__(self, sensors: Sensors, position: np.ndarray, current: np.ndarray, seed: int) -> None:
-        self._sensors, self._random = sensors, np.random.default_rng(seed)
+        self._sensors, self._random, self._fading = sensors, np.random.default_rng(seed), compiled.fading()
         self._quiet = not np.any((sensors.encoder_noise, sensors.current_noise, sensors.current_drift))
         n = len(position)
         self._counts = _rounding(sensors.encoder_step)
@@ -100,14 +100,17 @@ class Readings:
         self._drift = sensors.current_drift * white[0]
         self.position, self.velocity = self._counts(position + sensors.encoder_noise * white[1]), np.zeros(n)
         self.current = self._samples(current + self._drift + sensors.current_noise * white[2])
+        self._fading(0.0, self._drift, white)  # does not count, but compiles it: not in a tick of real time
 
-    def see(self, position: np.ndarray, current: np.ndarray, seconds: float) -> tuple[np.ndarray, ...]:
+    def see(
+        self, position: np.ndarray, current: np.ndarray, seconds: float
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Look again, each time some seconds later, at positions and currents (t, n).
 
         Returns:
             Position [rad], velocity [rad/s], current [A], each (t, n).
         """
-        sensors, fading = self._sensors, compiled.fading()
+        sensors, fading = self._sensors, self._fading
         if not self._quiet:
             white = self._random.normal(size=(len(position), 3, position.shape[1]))
             share = exp(-seconds / sensors.drift_time)
@@ -116,9 +119,9 @@ class Readings:
             current = current + drift + sensors.current_noise * white[:, 2]
             self._drift = drift[-1]
         position, current = self._counts(position), self._samples(current)
-        speed = np.diff(position, axis=0, prepend=self.position[None]) / seconds
+        before = np.concatenate([self.position[None], position[:-1]])
         share = exp(-2 * pi * sensors.velocity_cutoff * seconds)
-        velocity = fading(share, self.velocity, (1.0 - share) * speed)
+        velocity = fading(share, self.velocity, (1.0 - share) / seconds * (position - before))
         self.position, self.velocity, self.current = position[-1], velocity[-1], current[-1]
         return position, velocity, current
 

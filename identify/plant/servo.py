@@ -20,7 +20,8 @@ class Servo:
     def __init__(
         self, control: DriveControl, gain: np.ndarray, coupling: np.ndarray, motors: np.ndarray
     ) -> None:
-        self._coupling, self._feed = coupling.T.copy(), control.feed_forward
+        self._by_position = coupling.T * control.position_gain
+        self._by_velocity = coupling.T * control.feed_forward
         self.turns = coupling @ motors
         self.position_gain, self.integral_gain = control.position_gain, control.integral_gain
         self.velocity_gain = control.velocity_gain
@@ -50,8 +51,7 @@ class Servo:
 
     def reference(self, position: np.ndarray, velocity: np.ndarray) -> np.ndarray:
         """What the loops are to follow, in one number a motor, for commands (t, n); shape (t, n) [rad/s]."""
-        wanted = self._feed * velocity
-        return wanted @ self._coupling + self.position_gain * (position @ self._coupling)
+        return velocity @ self._by_velocity + position @ self._by_position
 
     def torque(self, reference: np.ndarray, moved: Moved) -> np.ndarray:
         """Torque of each motor at one instant, seen from its joint, shape (n,) [N m]."""

@@ -109,7 +109,7 @@ def through(
     start_force, start_slope, start_velocity = start
     end_force, end_slope, end_velocity = end
     position, velocity, acceleration, integral = moved
-    own = np.diag(inertia)
+    twelvefold = 12.0 * np.diag(inertia)
     for k in range(len(reference)):
         share = (k + 0.5) / len(reference)
         slope = start_slope + share * (end_slope - start_slope)
@@ -117,7 +117,7 @@ def through(
         force = start_force + share * (end_force - start_force) + slope * (velocity - usual)
         drag = step * slope
         steep = np.maximum(drag, 0.0)
-        heavier = inertia + np.diag((0.5 + steep / (12.0 * own + 2.0 * steep)) * drag)
+        heavier = inertia + np.diag((0.5 + steep / (twelvefold + 2.0 * steep)) * drag)
         middle = position + 0.5 * step * velocity
         if position.size > integral.size:
             torque, weight = springs(elastic, middle, velocity, step)
@@ -133,8 +133,8 @@ def through(
             free = (back * np.where(beyond, 0.0, stiff * lag)) @ turns
             acceleration = solve(heavier + free, pull - force)
             left = np.where(beyond, 0.0, error - lag * (turns @ acceleration))
-        position = middle + 0.5 * step * (velocity + step * acceleration)
         velocity = velocity + step * acceleration
+        position = middle + 0.5 * step * velocity
         integral = integral + step * left
     return position, velocity, acceleration, integral
 
@@ -183,10 +183,10 @@ def fading(kept: float, last: np.ndarray, news: np.ndarray) -> np.ndarray:
         last: What was left before the first row, shape (n,).
         news: What comes, shape (t, n).
     """
-    left = np.empty_like(news)
-    for row in range(len(news)):
-        last = kept * last + news[row]
-        left[row] = last
+    left = news.copy()
+    left[0] += kept * last
+    for row in range(1, len(news)):
+        left[row] += kept * left[row - 1]
     return left
 
 
