@@ -24,6 +24,17 @@ NEGLIGIBLE = 0.1
 MOSTLY = 0.6
 """Share of the evidence and of the power on a joint that its findings must account for to be named [-]."""
 
+OWN = {
+    "position_dependent_friction": "position and direction",
+    "load_dependent_friction": "load",
+    "stribeck_friction": "velocity",
+    "nonlinear_viscous_friction": "velocity",
+    "temperature_dependent_friction": "time",
+    "joint_spring": "position",
+    "spring_balancer": "position",
+}
+"""What an effect goes with by its physics: more of that left is its formula's error, and nothing else."""
+
 
 def confirmed(
     model: Model, found: Searched, held_out: Sequence[Driven], features: Features, noise: np.ndarray
@@ -111,10 +122,12 @@ def _mostly_else(found: Searched, one: Found, left: Sequence[Left], noise: np.nd
     Both by evidence and by torque: what is slow is much torque and little evidence.
     """
     columns, torque = one.hypothesis.columns, _torque(found, one)
-    weight = found.rows.weight[:, columns.joints]
-    place = int(np.argmax(rms(torque, weight) / found.solution.whitening.scale[columns.joints]))
-    joint = int(columns.joints[place])
-    rest = [other for other in left if other.joint == joint]
+    strength = rms(torque, found.rows.weight[:, columns.joints])
+    joint = int(columns.joints[np.argmax(strength / found.solution.whitening.scale[columns.joints])])
+    least = least_evidence(found.rows.difference.shape[1])
+    rest = [other for other in left if other.joint == joint and other.evidence > least]
+    if any(other.depends_on == OWN.get(one.hypothesis.candidate.effect) for other in rest):
+        return False
     evidence = max((other.evidence for other in rest), default=0.0)
     power = excess(found.solution, joint, float(noise[joint]))
     power = max([power, *(float(np.mean(other.hypothesis.torque**2)) for other in rest)])

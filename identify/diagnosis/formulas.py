@@ -14,9 +14,9 @@ ENDING = {"drive_gain_saturation", "current_clipping"}
 """Effects of which a drive has one: near its end, either formula leaves what looks like the other."""
 HALVES = 0.5
 """Share of a coupled motor's own friction and inertia that may be with one of its joints or the other."""
-SPREADING = ("joint_elasticity", "backlash", "time_delay")
+SPREADING = ("joint_elasticity", "backlash", "time_delay", "hose_spring", "supply_sag")
 """Effects whose error is on other joints too: a link moves otherwise than its motor, and all that it carries
-with it; all drives' torque comes later."""
+with it; all drives' torque comes later, or takes more current; a hose is no straight spring."""
 SPLIT = ("viscous_friction", "coulomb_friction", "rotor_inertia")
 """What a motor that turns with two joints splits between them in a way that no formula knows."""
 KINDS = (
