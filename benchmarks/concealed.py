@@ -33,7 +33,7 @@ PROCESSES = 2
 def arguments() -> argparse.Namespace:
     """The command line."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--quick", action="store_true", help="six small cases, under a minute")
+    parser.add_argument("--quick", action="store_true", help="four small cases, under a minute")
     parser.add_argument("--json", type=Path, metavar="FILE", help="write the figures to FILE")
     parser.add_argument("--keep", type=Path, metavar="FOLDER", help="cases, truth and answers stay in FOLDER")
     parser.add_argument("--answer", choices=NAMES, default="product", help="who answers")

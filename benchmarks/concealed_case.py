@@ -168,13 +168,11 @@ def concealed_set(seed: int) -> list[Draw]:
 
 
 def quick_set(seed: int) -> list[Draw]:
-    """Six cases of short runs, at the strength that their scale says."""
+    """Four cases of short runs, at the strength that their scale says."""
     base = 10_000 * seed + 9000
     cases = [
         draw("q1", "none", (), "", base, "ur10like"),
-        draw("q2", "single", ("stribeck_friction",), "clear", base + 1, "ur10like"),
         draw("q3", "single", ("coulomb_friction",), "clear", base + 2, "kr270"),
-        draw("q4", "single", ("time_delay",), "clear", base + 3, "iiwalike"),
         draw("q5", "double", ("joint_spring", "viscous_friction"), "clear", base + 4, "ur10like"),
         draw("q6", "outside", ("floor_vibration",), "clear", base + 5, "ur10like"),
     ]
