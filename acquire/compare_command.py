@@ -15,7 +15,7 @@ from exidyn.identify.recording import Recording
 from exidyn.identify.robot_file import model_text, read_model
 
 from .arguments import add_robot, command_parser, number
-from .comparison_text import comparison_table, comparison_text
+from .comparison_text import comparison_table, comparison_text, differs
 from .json_output import add_json, hand_over, json_text, require_json
 
 EXAMPLES = (
@@ -34,7 +34,9 @@ def main(arguments: Sequence[str]) -> int:
         simulated = replace(simulated, name=str(given.simulated))
     found = _compared(simulated, recorded, given.offset)
     go_on = _go_on(given, simulated, recorded)
-    page = [comparison_text(found), "which physics that is:", *(f"  {line}" for line in go_on)]
+    page = [comparison_text(found)]
+    if differs(found):
+        page += ["which physics that is:", *(f"  {line}" for line in go_on)]
     hand_over("\n".join(page), json_text(comparison_table(found, go_on)), given.json)
     return 0
 

@@ -26,6 +26,11 @@ def comparison_text(comparison: Comparison) -> str:
     return "\n\n".join("\n".join(part) for part in parts) + "\n" + "=" * WIDTH
 
 
+def differs(comparison: Comparison) -> bool:
+    """Whether any joint differs by more than noise."""
+    return bool(np.any(comparison.effort.rms > MISSING * comparison.effort.noise))
+
+
 def verdict(comparison: Comparison) -> list[str]:
     """What differs most, and what should be known of the comparison, in sentences."""
     effort = comparison.effort
