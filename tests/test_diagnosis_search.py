@@ -1,5 +1,7 @@
 """What a search takes for found, for the same thing twice, and for confirmed."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from exidyn.identify.diagnosis.candidate import Candidate, Thinned
@@ -7,7 +9,8 @@ from exidyn.identify.diagnosis.confirmed import _stands
 from exidyn.identify.diagnosis.formulas import told_apart
 from exidyn.identify.diagnosis.found import CREDIBLE, Found, competing, judged
 from exidyn.identify.diagnosis.hypothesis import Hypothesis, strange
-from exidyn.identify.diagnosis.solution import Share, marginal
+from exidyn.identify.diagnosis.remainder import excess
+from exidyn.identify.diagnosis.solution import CERTAIN, Share, marginal
 
 COUNT = 150
 
@@ -105,3 +108,19 @@ def test_marginal_probability_is_that_of_a_normal_distribution():
     covariance = scale**2 * np.eye(40) + (columns * std**2) @ columns.T
     exact = -0.5 * rows @ np.linalg.solve(covariance, rows) - 0.5 * np.linalg.slogdet(covariance)[1]
     assert probability == pytest.approx(exact, rel=1e-8)
+
+
+def test_a_detail_at_its_limit_stays_there_and_the_effect_remains():
+    candidate = Candidate("backlash", (0,), lambda run: run, ("share", "compliance"), ("1", "1"), (0.0, 0.0))
+    columns = Thinned(np.array([0]), np.ones((4, 1, 2)), np.array([0.15, 1e-5]), np.array([1.0, 0.0]))
+    one = Hypothesis(candidate, columns, np.array([0.98, 0.0]), 4000.0, 4000.0)
+    share, compliance = one.found_std
+    assert share > 0.9
+    assert compliance == CERTAIN
+
+
+@pytest.mark.parametrize(("over", "left"), [(1.5, 0.0), (3.0, 8.0)])
+def test_power_is_in_excess_only_where_drives_that_move_are_not_as_noisy(over, left):
+    rows = SimpleNamespace(weight=np.ones((100, 1)))
+    solution = SimpleNamespace(residual=np.full((100, 1), over * 0.2), rows=rows)
+    assert excess(solution, 0, 0.2) == pytest.approx(left * 0.2**2)
