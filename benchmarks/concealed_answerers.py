@@ -1,4 +1,4 @@
-"""Who answers concealed cases: the product, and two that show what the scores mean."""
+"""Who answers concealed cases: the product, simulating or not, and two that show what the scores mean."""
 
 from collections.abc import Callable
 from functools import partial
@@ -11,14 +11,29 @@ Answerer = Callable[[Path], dict[str, Any]]
 """From the folder of a case to its answer; it can be sent to another process."""
 
 
-def product(folder: Path) -> dict[str, Any]:
-    """What exidyn says; it is given the folder of the case and nothing else."""
+def product(folder: Path, simulate: bool = False) -> dict[str, Any]:
+    """What exidyn says; it is given the folder of the case and nothing else.
+
+    Args:
+        folder: Of the case.
+        simulate: Whether the run held out is simulated too, as believed and with what was found.
+    """
     from exidyn.identify.diagnosis import diagnose
     from exidyn.identify.diagnosis.answer import answer
+    from exidyn.identify.diagnosis.forward import forward
     from exidyn.identify.importers import import_source
 
     runs = import_source(folder)
-    said: dict[str, Any] = answer(diagnose(runs[0].model, [(run.settings["role"], run) for run in runs]))
+    diagnosis = diagnose(runs[0].model, [(run.settings["role"], run) for run in runs])
+    said: dict[str, Any] = answer(diagnosis)
+    if simulate and said["findings"]:
+        [held_out] = [run for run in runs if run.settings["role"] == "validate"]
+        simulated = forward(diagnosis, held_out)
+        assert simulated is not None
+        said |= {
+            "simulated_before": simulated.before.tolist(),
+            "simulated_after": simulated.after.tolist(),
+        }
     return said
 
 
@@ -46,8 +61,13 @@ def oracle(folder: Path, truths: Path) -> dict[str, Any]:
 
 
 def answerer(name: str, truths: Path) -> Answerer:
-    """By name: product, silent or oracle."""
-    return {"product": product, "silent": silent, "oracle": partial(oracle, truths=truths)}[name]
+    """By name: product, simulating, silent or oracle."""
+    return {
+        "product": product,
+        "simulating": partial(product, simulate=True),
+        "silent": silent,
+        "oracle": partial(oracle, truths=truths),
+    }[name]
 
 
-NAMES = ("product", "silent", "oracle")
+NAMES = ("product", "simulating", "silent", "oracle")

@@ -46,7 +46,10 @@ class Finding:
 
 @dataclass(frozen=True)
 class Answer:
-    """What was said about a case; rms held out, (n,) [N m], behind a low-pass if one is named."""
+    """What was said about a case; rms held out, (n,) [N m], behind a low-pass if one is named.
+
+    Those of simulations, before and after, are empty where nothing was simulated.
+    """
 
     findings: tuple[Finding, ...]
     unexplained: bool
@@ -54,6 +57,8 @@ class Answer:
     after: np.ndarray
     filter_hz: float | None
     seconds: float
+    simulated_before: np.ndarray
+    simulated_after: np.ndarray
 
     @property
     def called(self) -> str:
@@ -103,6 +108,8 @@ def read_answer(case: Mapping[str, Any]) -> Answer:
         np.array(case.get("torque_rms_after", ()), float),
         case.get("torque_rms_filter_hz"),
         float(case.get("seconds", np.nan)),
+        np.array(case.get("simulated_before", ()), float),
+        np.array(case.get("simulated_after", ()), float),
     )
 
 

@@ -70,11 +70,29 @@ def alarmed(case: Pair) -> bool:
     return bool(case.answer.findings) or case.answer.unexplained
 
 
+def concerned(truth: Truth) -> list[int]:
+    """Joints that effects are on, or that they move most, from 1."""
+    return sorted({joint for effect in truth.effects for joint in effect.joints} | set(truth.loudest))
+
+
+def simulated_share(case: Pair) -> float:
+    """Error of the simulated torque after over before, over the joints concerned; NaN if not simulated."""
+    truth, answer = case
+    chosen = np.array(concerned(truth), int) - 1
+    if not len(answer.simulated_after) or not len(chosen):
+        return float("nan")
+    # Joints have noise floors of their own; a sum over them has to be in these.
+    after, before = (
+        np.linalg.norm(rms[chosen] / truth.noise[chosen])
+        for rms in (answer.simulated_after, answer.simulated_before)
+    )
+    return float(after / before)
+
+
 def residual_over_noise(case: Pair) -> float:
     """Residual held out over the noise floor, on the worst of the joints concerned; NaN if not comparable."""
     truth, answer = case
-    concerned = sorted({joint for effect in truth.effects for joint in effect.joints} | set(truth.loudest))
-    if len(answer.after) != len(truth.noise) or not concerned:
+    if len(answer.after) != len(truth.noise) or not concerned(truth):
         return float("nan")
     if answer.filter_hz is None:
         noise = truth.noise
@@ -82,7 +100,7 @@ def residual_over_noise(case: Pair) -> float:
         noise = truth.noise_filtered
     else:
         return float("nan")
-    chosen = np.array(concerned) - 1
+    chosen = np.array(concerned(truth)) - 1
     return float(np.max(answer.after[chosen] / noise[chosen]))
 
 
@@ -98,6 +116,8 @@ def figures(cases: list[Pair]) -> dict[str, Any]:
     placed = [case for case in seen if case.truth.effects[0].joints]
     left = [residual_over_noise(case) for case in seen + double if top1(case)]
     left = [value for value in left if np.isfinite(value)]
+    simulated = [simulated_share(case) for case in single + double if top1(case)]
+    simulated = [value for value in simulated if np.isfinite(value)]
     seconds = [case.answer.seconds for case in cases]
     return {
         "cases": len(cases),
@@ -115,6 +135,9 @@ def figures(cases: list[Pair]) -> dict[str, Any]:
         "outside_unexplained": share(case.answer.unexplained for case in outside),
         "residual_over_noise": float(np.median(left)) if left else float("nan"),
         "residual_over_noise_max": max(left, default=float("nan")),
+        "simulated": len(simulated),
+        "simulated_better": share(value < 1.0 for value in simulated),
+        "simulated_share": float(np.median(simulated)) if simulated else float("nan"),
         "seconds": float(np.median(seconds)) if seconds else float("nan"),
         "seconds_max": max(seconds, default=float("nan")),
     }
