@@ -1,5 +1,6 @@
 """Draws concealed cases: which arm, what is wrong with it, how strongly, and which runs are recorded."""
 
+import copy
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -12,7 +13,7 @@ from concealed_motion import SECONDS
 from concealed_oracle import torques
 from concealed_outside import OUTSIDE
 from concealed_plant import SETTLE, STEP, run
-from concealed_record import PLANS, record
+from concealed_record import PLANS, Run, record
 from concealed_robot import Robot, honest
 from concealed_score import DETECTABLE
 from concealed_strength import Bench, conceal, with_peak
@@ -27,6 +28,10 @@ WITH_A_LOAD = {"drive_gain", "encoder_offset"}
 """Effects that mostly take a payload run to be told from the inertias."""
 SEPARATE = {"joint_elasticity", "backlash", "time_delay", "kinematic_coupling", "hysteresis"}
 """Effects of motion in the small, of which a double has no more than one."""
+HALVINGS = 5
+"""Times that effects are halved with which an arm falls."""
+BEYOND = 0.5
+"""How far beyond a joint's limits its encoder may say that it is, whose zero may be wrong [rad]."""
 
 
 @dataclass(frozen=True)
@@ -83,14 +88,24 @@ def make(case: Draw, cases: Path, truths: Path) -> Path:
     rng = np.random.default_rng([case.seed, 4])
     loaded = bool(rng.random() < (0.75 if WITH_A_LOAD & set(case.effects) else 0.4))
     bench = Bench(case.seed, loaded, case.seconds)
-    robot = with_peak(honest(ARMS[case.arm](), rng), bench)
-    robot, effects = concealing(robot, case, bench, rng)
+    sound = with_peak(honest(ARMS[case.arm](), rng), bench)
     names = ["identify_a", "identify_b", "validate", *["payload"] * loaded, "slow"]
-    runs = [record(robot, PLANS[name], case.seed, case.seconds) for name in names]
+    for halved in range(HALVINGS):
+        wanted = tuple(strength * 0.5**halved for strength in case.wanted)
+        robot, effects = concealing(sound, replace(case, wanted=wanted), bench, copy.deepcopy(rng))
+        runs = [record(robot, PLANS[name], case.seed, case.seconds) for name in names]
+        if all(stands(robot, one) for one in runs):
+            break
     write_case(cases / case.name, robot, runs)
     about = {"kind": case.kind, "tier": case.tier, "seed": case.seed}
     write_truth(truths, case.name, about | truth_of(robot, effects, runs[2]))
     return cases / case.name
+
+
+def stands(robot: Robot, one: Run) -> bool:
+    """Whether an arm stayed where its joints can go; a drive too weak for a payload drops it."""
+    limits = robot.arm.limits
+    return bool(np.all(one.position > limits.lower - BEYOND) and np.all(one.position < limits.upper + BEYOND))
 
 
 def warm_up() -> None:

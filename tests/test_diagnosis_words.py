@@ -48,7 +48,7 @@ def test_a_finding_is_said_with_number_unit_joint_and_what_was_gained():
         "Held-out residual of joint 3: 2.7 -> 1.05 x noise."
     )
     assert second.startswith(
-        "Load dependent friction of joint 3: probability above 99.9 %. Excluded, below 5 %:"
+        "Load dependent friction of joint 3: probability above 99.9 %. Excluded, below 1 %:"
     )
 
 

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..model import Model
+from .agreement import agreed
 from .candidate import Candidate, Thinned
 from .driven import Driven
 from .formulas import FORMULA
@@ -53,7 +54,10 @@ def confirmed(
     good = [
         k
         for k, (one, gain) in enumerate(pairs)
-        if _stands(one, gain, share) and _matters(found, one, noise) and _possible(found, k)
+        if _stands(one, gain, share)
+        and agreed(found, one) > CERTAIN_ODDS
+        and _matters(found, one, noise)
+        and _possible(found, k)
     ]
     found = found if len(good) == len(pairs) else found.keeping(good)
     if not found.found:

@@ -10,8 +10,9 @@ FORMULA = 0.25
 FIRST_ORDER = 0.1
 """Likewise where a link's own motion is followed to first order only, where all torque comes later, which is
 known no better, and of any formula on its own joint."""
-ENDING = {"drive_gain_saturation", "current_clipping"}
-"""Effects of which a drive has one: near its end, either formula leaves what looks like the other."""
+ONE_OF = ({"drive_gain_saturation", "current_clipping"}, {"joint_spring", "spring_balancer"})
+"""Effects of which a joint has one: a drive has one end, and one function of position pulls a joint. What one
+formula leaves of it looks like the other."""
 HALVES = 0.5
 """Share of a coupled motor's own friction and inertia that may be with one of its joints or the other."""
 SPREADING = ("joint_elasticity", "backlash", "time_delay", "hose_spring", "supply_sag")
@@ -51,7 +52,7 @@ def told_apart(found: Sequence[Found]) -> list[Found]:
 def _error(one: Hypothesis, other: Hypothesis) -> float:
     """Share of the other's evidence that one may have by being the error of the other's formula."""
     own, more = one.candidate, other.candidate
-    if own.joints == more.joints and {own.effect, more.effect} == ENDING:
+    if own.joints == more.joints and {own.effect, more.effect} in ONE_OF:
         return 1.0
     if own.joints == more.joints and any({own.effect, more.effect} <= kind for kind in KINDS):
         return FORMULA**2

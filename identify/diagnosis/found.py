@@ -11,6 +11,8 @@ PRIOR = 0.5
 """Probability before the data that something is missing."""
 CREDIBLE = 0.95
 """Probability from which on something is taken to be there, and below which it is taken out again."""
+EXCLUDED = 0.01
+"""Probability below which something is no alternative any more: nobody is told to look for it."""
 CERTAIN_ODDS = float(np.log(CREDIBLE / (1 - CREDIBLE)))
 """Logarithm of the odds at that probability."""
 
@@ -39,7 +41,7 @@ class Found(NamedTuple):
         """Others that are credible enough to be told, with their probability."""
         total = np.logaddexp.reduce([0.0, self.odds, *(odds for _, odds in self.others)])
         every = [(one, float(np.exp(odds - total))) for one, odds in self.others]
-        return [(one, p) for one, p in every if p > 1 - CREDIBLE]
+        return [(one, p) for one, p in every if p > EXCLUDED]
 
     def beside(self, best: Sequence[Hypothesis], count: int) -> "Found":
         """Without those others that are as credible beside it as they were instead of it.

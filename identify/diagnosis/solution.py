@@ -149,6 +149,16 @@ class Solution:
         parts = zip(self.white, self.target, self.rows.acting, strict=True)
         return [target - white @ self.values[acting] for white, target, acting in parts]
 
+    def alone(self, torque: np.ndarray) -> list[np.ndarray]:
+        """White torque (r, n) of each joint, (v,), without what the unknowns could do as well."""
+        white = [self.whitening.apply(joint, torque[:, joint]) for joint in range(self.joints)]
+        mixed = np.zeros(len(self.rows.std))
+        for columns, own, acting in zip(self.white, white, self.rows.acting, strict=True):
+            mixed[acting] += columns.T @ own
+        values = linalg.cho_solve(self._factor, mixed)
+        parts = zip(self.white, white, self.rows.acting, strict=True)
+        return [own - columns @ values[acting] for columns, own, acting in parts]
+
     def profile(self, columns: np.ndarray, joints: np.ndarray) -> "Profile":
         """How further columns (r, len(joints), p) of some joints would do, all unknowns solved anew."""
         return self.profiles([columns], joints)[0]

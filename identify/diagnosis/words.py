@@ -7,7 +7,7 @@ import numpy as np
 from ..verdict import TO_NOISE
 from .candidates import CANDIDATES
 from .finding import Alternative, Diagnosis, Finding, Remainder
-from .found import CREDIBLE
+from .found import EXCLUDED
 from .remainder import MATERIAL
 from .rivals import FOUND, Rival, rivals
 from .sentences import LIKE, SETTLED, joint_words, lower, sentence
@@ -147,7 +147,7 @@ def _excluded(diagnosis: Diagnosis, finding: Finding) -> str:
     if not names:
         return ""
     said = ", ".join(name.replace("_", " ") for name in names)
-    return f"Excluded, below {100 * (1 - CREDIBLE):.0f} %: {said}."
+    return f"Excluded, below {100 * EXCLUDED:.0f} %: {said}."
 
 
 def _open(diagnosis: Diagnosis, finding: Finding, files: Sequence[Rival], folder: str) -> str:

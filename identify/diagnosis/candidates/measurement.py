@@ -16,10 +16,8 @@ KNEES = (0.3, 0.5, 0.7)
 CLIPS = (0.6, 0.8, 0.9, 0.97)
 """Torque over the largest of all runs at which a current ends [-]."""
 ENDS = 0.15
-"""By how much that which lies beyond may be more or less than all that is missing [-]: the torque is known so
-well."""
-WHOLE = 0.05
-"""By how much a torque that comes later may be more or less than all of it [-]."""
+"""By how much what is missing beyond an end, or comes later, may be more or less than all of it [-]: the
+torque is known so well."""
 APART = 1.5
 """From one long delay that is tried to the next [-]."""
 LONG = tuple(sign * 12e-3 * APART**step for sign in (-1.0, 1.0) for step in range(3))
@@ -132,7 +130,7 @@ def _long_delay(delay: float) -> Candidate:
     nearer, farther = sorted((delay / APART, delay * APART))
     return Candidate(
         "time_delay", (), columns, ("share",), ("1",), (0.0,), {"delay": delay},
-        {"delay": Shape("s", nearer, farther)}, reshaped, expected=((1.0, WHOLE),),
+        {"delay": Shape("s", nearer, farther)}, reshaped, expected=((1.0, ENDS),),
     )  # fmt: skip
 
 

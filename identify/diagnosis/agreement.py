@@ -1,0 +1,59 @@
+"""Agreement: whether all joints and all runs say the same of how large a finding is.
+
+An effect has one size, whichever motor tells it and in whichever run. What fits here and not there is
+something else that happens to look alike: an arm that a disturbance moves, say, shows a motion that goes with
+its disturbance, and a link that swings on its gear seems to swing with it.
+"""
+
+import numpy as np
+from scipy import stats
+
+from .found import Found
+from .held_out import columns_of
+from .search import Searched
+from .solution import CERTAIN, Solution
+
+CHANCE = 1e-3
+"""Probability with which noise alone lets joints and runs disagree as much as is held against a finding."""
+LEAST = 1e-3
+"""Share of all information on a size from which on a joint in a run is asked for it [-]."""
+
+
+def agreed(found: Searched, one: Found) -> float:
+    """Logarithm of a finding's odds, its evidence being worth what joints and runs agree upon.
+
+    Where they disagree by more than chance, rows are less sure than noise lets them seem, by as much as it
+    takes that they do not; as for constants of nature that were measured twice (R. T. Birge, The calculation
+    of errors by the method of least squares, 1932).
+    """
+    said, known = sizes(found, one)
+    whole = float(np.sum(known))
+    if len(known) < 2 or whole <= 0.0:
+        return one.odds
+    mean = np.sum(known * said) / whole
+    spread, freedom = float(np.sum(known * (said - mean) ** 2)), len(known) - 1
+    if stats.chi2.sf(spread, freedom) > CHANCE:
+        return one.odds
+    return one.odds - 0.5 * mean**2 * whole * (1.0 - freedom / spread)
+
+
+def sizes(found: Searched, one: Found) -> tuple[np.ndarray, np.ndarray]:
+    """Size of a finding as each joint in each run has it, over that of all, and its inverse variance, (g,).
+
+    Everything else is solved for; what other unknowns could do as well tells nothing.
+    """
+    place = next(k for k, other in enumerate(found.found) if other is one)
+    own, columns = columns_of(found, place), one.hypothesis.columns
+    torque = np.zeros_like(found.rows.difference)
+    torque[:, columns.joints] = columns.values @ found.solution.values[own]
+    without = Solution(found.rows.relaxed(own, np.full(len(own), CERTAIN)), found.solution.whitening)
+    said, known = [], []
+    for joint, alone in enumerate(without.alone(torque)):
+        counted = np.flatnonzero(without.whitening.valid[:, joint])
+        for run in found.rows.runs:
+            here = slice(*np.searchsorted(counted, (run.start, run.stop)))
+            known.append(float(alone[here] @ alone[here]))
+            said.append(float(alone[here] @ without.left[joint][here]))
+    weight = np.array(known)
+    asked = weight > LEAST * np.sum(weight)
+    return np.array(said)[asked] / weight[asked], weight[asked]

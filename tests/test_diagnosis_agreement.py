@@ -1,0 +1,65 @@
+"""What joints and runs say of the size of a finding, and what it is worth if they disagree."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from exidyn.identify.diagnosis.agreement import agreed, sizes
+from exidyn.identify.diagnosis.candidate import Candidate, Thinned
+from exidyn.identify.diagnosis.found import Found
+from exidyn.identify.diagnosis.hypothesis import Hypothesis
+from exidyn.identify.diagnosis.rows import Rows
+from exidyn.identify.diagnosis.solving import solved
+
+ROWS, JOINTS, RUNS = 600, 3, (slice(0, 300), slice(300, 600))
+ODDS = 30.0
+
+
+def searched(size, seed=0):
+    """A finding whose torque is there by a size (runs, joints), beside another unknown and noise."""
+    rng = np.random.default_rng(seed)
+    column, other = rng.normal(size=(2, ROWS, JOINTS, 1))
+    torque = column[:, :, 0] * np.repeat(size, 300, axis=0) + 0.5 * other[:, :, 0]
+    rows = Rows(
+        RUNS,
+        torque + rng.normal(size=(ROWS, JOINTS)) * 3.0,
+        np.ones((ROWS, JOINTS)),
+        np.concatenate([other, column], axis=2),
+        ("other", "joint_elasticity share"),
+        np.array([10.0, 10.0]),
+    )
+    solution = solved(rows)
+    candidate = Candidate("joint_elasticity", (1,), lambda run: run, ("share",), ("1",), (-np.inf,))
+    thinned = Thinned(np.arange(JOINTS), column, np.array([1.0]), np.array([0.0]))
+    one = Found(Hypothesis(candidate, thinned, solution.values[1:], ODDS, ODDS), (), ODDS)
+    return SimpleNamespace(found=(one,), rows=rows, solution=solution), one
+
+
+def test_every_joint_in_every_run_tells_the_size_of_a_finding():
+    found, one = searched(np.ones((2, JOINTS)))
+    said, known = sizes(found, one)
+    assert len(said) == 2 * JOINTS
+    value = found.solution.values[1]
+    assert np.sum(known * said) / np.sum(known) == pytest.approx(1.0, abs=0.02)
+    # As sure as noise of 3 and 300 rows allow, for a size in units of the value.
+    assert known == pytest.approx(np.full(6, 300 * value**2 / 9.0), rel=0.3)
+    assert np.all(np.abs(said - 1.0) < 4.0 / np.sqrt(known))
+
+
+def test_a_finding_of_one_size_is_as_credible_as_it_was():
+    assert [agreed(*searched(np.ones((2, JOINTS)), seed)) for seed in range(20)] == [ODDS] * 20
+
+
+def test_joints_or_runs_that_disagree_take_credit_from_a_finding():
+    elsewhere = np.array([[3.0, 0.0, 0.0], [3.0, 0.0, 0.0]])
+    in_one_run = np.array([[2.0, 2.0, 2.0], [0.0, 0.0, 0.0]])
+    for size in (elsewhere, in_one_run):
+        assert agreed(*searched(size)) < ODDS - 10.0
+
+
+def test_what_is_strong_stands_although_its_formula_is_not_quite_right():
+    found, one = searched(10.0 * np.array([[1.1, 1.0, 0.9], [1.05, 1.0, 0.95]]))
+    evidence = 0.5 * float(np.sum(sizes(found, one)[1]))
+    sure = one._replace(odds=evidence)
+    found.found = (sure,)
+    assert 0.05 * evidence < agreed(found, sure) < 0.5 * evidence
