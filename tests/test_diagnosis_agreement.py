@@ -62,4 +62,4 @@ def test_what_is_strong_stands_although_its_formula_is_not_quite_right():
     evidence = 0.5 * float(np.sum(sizes(found, one)[1]))
     sure = one._replace(odds=evidence)
     found.found = (sure,)
-    assert 0.05 * evidence < agreed(found, sure) < 0.5 * evidence
+    assert 0.01 * evidence < agreed(found, sure) < 0.5 * evidence
