@@ -1,10 +1,11 @@
 """What joints and runs say of the size of a finding, and what it is worth if they disagree."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from exidyn.identify.diagnosis.agreement import agreed, sizes
+from exidyn.identify.diagnosis.agreement import agreed, sizes, told
 from exidyn.identify.diagnosis.candidate import Candidate, Thinned
 from exidyn.identify.diagnosis.found import Found
 from exidyn.identify.diagnosis.hypothesis import Hypothesis
@@ -60,6 +61,18 @@ def test_joints_or_runs_that_disagree_take_credit_from_a_finding():
 def test_what_is_strong_stands_although_its_formula_is_not_quite_right():
     found, one = searched(10.0 * np.array([[1.1, 1.0, 0.9], [1.05, 1.0, 0.95]]))
     evidence = 0.5 * float(np.sum(sizes(found, one)[1]))
-    sure = one._replace(odds=evidence)
+    sure = one._replace(odds=evidence, hypothesis=replace(one.hypothesis, evidence=evidence, own=evidence))
     found.found = (sure,)
     assert 0.01 * evidence < agreed(found, sure) < 0.5 * evidence
+
+
+def test_what_another_unknown_could_do_as_well_tells_rows_nothing():
+    found, one = searched(np.ones((2, JOINTS)))
+    great = one._replace(hypothesis=replace(one.hypothesis, evidence=1e9))
+    found.found = (great,)
+    assert told(found, great) == pytest.approx(np.sum(sizes(found, great)[1]), rel=0.05)
+    columns = found.rows.columns.copy()
+    columns[:, :, 0] = columns[:, :, 1]
+    alike = solved(replace(found.rows, columns=columns))
+    again = SimpleNamespace(found=(great,), rows=alike.rows, solution=alike)
+    assert told(again, great) < 0.01 * told(found, great)

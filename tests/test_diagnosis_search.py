@@ -89,7 +89,7 @@ def test_competing_is_a_matter_of_joints():
 )
 def test_runs_held_out_may_speak_against_a_finding(evidence, gain, stands):
     one = Found(hypothesis("drive_gain", (1,), evidence), (), evidence - np.log(COUNT))
-    assert bool(_stands(one, gain, share=0.33)) == stands
+    assert bool(_stands(one, gain, expected=2.0 * evidence * 0.33)) == stands
 
 
 def test_coefficient_far_from_what_physics_says_is_another_effects():

@@ -1,4 +1,4 @@
-"""Agreement: whether all joints and all runs say the same of how large a finding is.
+"""Agreement: what rows tell of a finding, and whether all joints and all runs say the same of its size.
 
 An effect has one size, whichever motor tells it and in whichever run. What fits here and not there is
 something else that happens to look alike: an arm that a disturbance moves, say, shows a motion that goes with
@@ -34,7 +34,18 @@ def agreed(found: Searched, one: Found) -> float:
     spread, freedom = float(np.sum(known * (said - mean) ** 2)), len(known) - 1
     if stats.chi2.sf(spread, freedom) > CHANCE:
         return one.odds
-    return one.odds - 0.5 * mean**2 * whole * (1.0 - freedom / spread)
+    return one.odds - max(one.hypothesis.own, 0.0) * (1.0 - freedom / spread)
+
+
+def told(found: Searched, one: Found) -> float:
+    """What rows gain by a finding, in twice a logarithm, where everything else may do what it can instead.
+
+    The rest of its evidence is that other unknowns need not be far from what is believed of them: whoever has
+    fitted them so far foretells other runs as well without it.
+    """
+    said, known = sizes(found, one)
+    gained = float(np.sum(known * said) ** 2 / max(np.sum(known), np.finfo(float).tiny))
+    return min(gained, 2.0 * max(one.hypothesis.evidence, 0.0))
 
 
 def sizes(found: Searched, one: Found) -> tuple[np.ndarray, np.ndarray]:

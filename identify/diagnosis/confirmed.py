@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..model import Model
-from .agreement import agreed
+from .agreement import agreed, told
 from .candidate import Candidate, Thinned
 from .driven import Driven
 from .formulas import FORMULA
@@ -54,7 +54,7 @@ def confirmed(
     good = [
         k
         for k, (one, gain) in enumerate(pairs)
-        if _stands(one, gain, share)
+        if _stands(one, gain, share * told(found, one))
         and agreed(found, one) > CERTAIN_ODDS
         and _matters(found, one, noise)
         and _possible(found, k)
@@ -86,12 +86,11 @@ def gained(found: Searched, held_out: HeldOut | None) -> list[float]:
     return [held_out.gain(found, place) for place in range(len(found.found))]
 
 
-def _stands(one: Found, gain: float, share: float) -> bool:
-    """Whether it is still credible with what runs held out say, as long as a share of those fitted."""
+def _stands(one: Found, gain: float, expected: float) -> bool:
+    """Whether it is still credible with what runs held out say, that are expected to gain so much by it."""
     if not np.isfinite(gain) or gain > 0 or one.hypothesis.candidate.effect in ONCE:
         return True
-    # So much would be gained, give or take twice the root of it: chance alone seldom takes all of much.
-    expected = 2.0 * one.hypothesis.evidence * share
+    # Give or take twice the root of it: chance alone seldom takes all of much.
     return bool(expected < SURE and one.odds + 0.5 * gain > CERTAIN_ODDS)
 
 
@@ -121,9 +120,10 @@ def _torque(found: Searched, one: Found) -> np.ndarray:
 
 
 def _mostly_else(found: Searched, one: Found, left: Sequence[Left], noise: np.ndarray) -> bool:
-    """Whether what is left on the joint that it moves most is no less than what it explains.
+    """Whether what is left on the joint that it moves most is no less than what is explained there.
 
-    Both by evidence and by torque: what is slow is much torque and little evidence.
+    Both by evidence and by torque: what is slow is much torque and little evidence. What explains less than
+    is left may be a trace of that.
     """
     columns, torque = one.hypothesis.columns, _torque(found, one)
     strength = rms(torque, found.rows.weight[:, columns.joints])
@@ -136,6 +136,8 @@ def _mostly_else(found: Searched, one: Found, left: Sequence[Left], noise: np.nd
     power = excess(found.solution, joint, float(noise[joint]))
     power = max([power, *(float(np.mean(other.hypothesis.torque**2)) for other in rest)])
     named, named_power = _named(found, joint), float(np.mean(_named_torque(found, joint) ** 2))
+    if one.hypothesis.evidence < evidence:
+        return True
     return bool(named < MOSTLY * (named + evidence) or named_power < MOSTLY * (named_power + power))
 
 
