@@ -130,14 +130,14 @@ def _mostly_else(found: Searched, one: Found, left: Sequence[Left], noise: np.nd
     joint = int(columns.joints[np.argmax(strength / found.solution.whitening.scale[columns.joints])])
     least = least_evidence(found.rows.difference.shape[1])
     rest = [other for other in left if other.joint == joint and other.evidence > least]
+    evidence = max((other.evidence for other in rest), default=0.0)
+    if one.hypothesis.evidence < evidence:
+        return True
     if any(other.depends_on == OWN.get(one.hypothesis.candidate.effect) for other in rest):
         return False
-    evidence = max((other.evidence for other in rest), default=0.0)
     power = excess(found.solution, joint, float(noise[joint]))
     power = max([power, *(float(np.mean(other.hypothesis.torque**2)) for other in rest)])
     named, named_power = _named(found, joint), float(np.mean(_named_torque(found, joint) ** 2))
-    if one.hypothesis.evidence < evidence:
-        return True
     return bool(named < MOSTLY * (named + evidence) or named_power < MOSTLY * (named_power + power))
 
 

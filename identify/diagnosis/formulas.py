@@ -13,6 +13,9 @@ known no better, and of any formula on its own joint."""
 ONE_OF = ({"drive_gain_saturation", "current_clipping"}, {"joint_spring", "spring_balancer"})
 """Effects of which a joint has one: a drive has one end, and one function of position pulls a joint. What one
 formula leaves of it looks like the other."""
+BENT = ("drive_gain_saturation", "current_clipping")
+"""Effects whose formula is no better for anything else on their joint: how a drive gives way near its end is
+its maker's, and what is missing there goes with load, and so with position."""
 HALVES = 0.5
 """Share of a coupled motor's own friction and inertia that may be with one of its joints or the other."""
 SPREADING = ("joint_elasticity", "backlash", "time_delay", "hose_spring", "supply_sag")
@@ -54,6 +57,8 @@ def _error(one: Hypothesis, other: Hypothesis) -> float:
     own, more = one.candidate, other.candidate
     if own.joints == more.joints and {own.effect, more.effect} in ONE_OF:
         return 1.0
+    if own.joints == more.joints and more.effect in BENT:
+        return FORMULA**2
     if own.joints == more.joints and any({own.effect, more.effect} <= kind for kind in KINDS):
         return FORMULA**2
     if more.effect == "kinematic_coupling" and own.effect in SPLIT and set(own.joints) < set(more.joints):
