@@ -7,8 +7,10 @@ import numpy as np
 import pytest
 from exidyn.identify.diagnosis.agreement import agreed, sizes, told
 from exidyn.identify.diagnosis.candidate import Candidate, Thinned
+from exidyn.identify.diagnosis.confirmed import _mostly_else
 from exidyn.identify.diagnosis.found import Found
 from exidyn.identify.diagnosis.hypothesis import Hypothesis
+from exidyn.identify.diagnosis.remainder import Left
 from exidyn.identify.diagnosis.rows import Rows
 from exidyn.identify.diagnosis.solving import solved
 
@@ -76,3 +78,27 @@ def test_what_another_unknown_could_do_as_well_tells_rows_nothing():
     alike = solved(replace(found.rows, columns=columns))
     again = SimpleNamespace(found=(great,), rows=alike.rows, solution=alike)
     assert told(again, great) < 0.01 * told(found, great)
+
+
+@pytest.mark.parametrize(
+    ("effect", "evidence", "left", "depends_on", "gone"),
+    [
+        ("joint_spring", 300.0, 20.0, "load", False),
+        ("joint_spring", 300.0, 250.0, "load", True),  # nearly as much as is explained
+        ("joint_spring", 300.0, 250.0, "position", False),  # more of the same: the formula's error
+        ("joint_spring", 300.0, 350.0, "position", True),  # more than the whole formula
+        ("joint_spring", 300.0, 5.0, "load", False),  # nothing that is credible
+    ],
+)
+def test_a_name_has_to_explain_more_than_is_left_without_one(effect, evidence, left, depends_on, gone):
+    found, one = searched(np.ones((2, JOINTS)))
+    hypothesis = one.hypothesis
+    candidate = replace(hypothesis.candidate, effect=effect)
+    named = one._replace(hypothesis=replace(hypothesis, candidate=candidate, evidence=evidence))
+    found.found = (named,)
+    # All joints are alike, so that it is the first that counts; what is left has a hundredth of the torque.
+    small = replace(hypothesis, values=0.1 * hypothesis.values)
+    noise = np.full(JOINTS, 3.0)
+    found.solution.whitening.scale[:] = 1.0
+    places = [Left(joint, depends_on, left, small) for joint in range(JOINTS)]
+    assert _mostly_else(found, named, places, noise) == gone

@@ -124,3 +124,14 @@ def test_power_is_in_excess_only_where_drives_that_move_are_not_as_noisy(over, l
     rows = SimpleNamespace(weight=np.ones((100, 1)))
     solution = SimpleNamespace(residual=np.full((100, 1), over * 0.2), rows=rows)
     assert excess(solution, 0, 0.2) == pytest.approx(left * 0.2**2)
+
+
+def test_a_joint_has_one_spring_and_a_drive_one_end():
+    spring = found("joint_spring", (3,), 260.0)
+    assert names(told_apart([spring, found("spring_balancer", (3,), 54.0)])) == [("joint_spring", (3,))]
+    assert len(told_apart([spring, found("spring_balancer", (2,), 54.0)])) == 2
+    end = found("drive_gain_saturation", (3,), 780.0)
+    trace = found("position_dependent_friction", (3,), 18.0)
+    assert names(told_apart([end, trace])) == [("drive_gain_saturation", (3,))]
+    sag = found("supply_sag", (), 280.0, rows=(0, 1, 2, 3))
+    assert names(told_apart([sag, found("drive_gain_saturation", (3,), 14.0)])) == [("supply_sag", ())]

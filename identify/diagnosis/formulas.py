@@ -16,6 +16,8 @@ formula leaves of it looks like the other."""
 BENT = ("drive_gain_saturation", "current_clipping")
 """Effects whose formula is no better for anything else on their joint: how a drive gives way near its end is
 its maker's, and what is missing there goes with load, and so with position."""
+SAGGING = (*BENT, "drive_gain")
+"""Effects that a drive seems to have beside a supply that sags for all: for one more than for another."""
 HALVES = 0.5
 """Share of a coupled motor's own friction and inertia that may be with one of its joints or the other."""
 SPREADING = ("joint_elasticity", "backlash", "time_delay", "hose_spring", "supply_sag")
@@ -60,6 +62,8 @@ def _error(one: Hypothesis, other: Hypothesis) -> float:
     if own.joints == more.joints and more.effect in BENT:
         return FORMULA**2
     if own.joints == more.joints and any({own.effect, more.effect} <= kind for kind in KINDS):
+        return FORMULA**2
+    if more.effect == "supply_sag" and own.effect in SAGGING:
         return FORMULA**2
     if more.effect == "kinematic_coupling" and own.effect in SPLIT and set(own.joints) < set(more.joints):
         return HALVES**2
