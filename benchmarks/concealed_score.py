@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from common import show
 from concealed_answers import NOTHING, UNEXPLAINED, Answer, Truth
+from concealed_half_way import half_way
 
 DETECTABLE = 50.0
 """Gain in chi-squared from which an oracle can tell an effect from hundreds of others, on other joints."""
@@ -175,6 +176,16 @@ def by_strength(cases: list[Pair]) -> list[list[Any]]:
     return rows
 
 
+def sensitivity(cases: list[Pair]) -> list[list[Any]]:
+    """Strength of each effect that is found half of the time, its 90 % interval, and of how many cases."""
+    tried: dict[str, list[tuple[float, bool]]] = {}
+    for case in of_kind(cases, "single"):
+        [effect], [strength] = case.truth.effects, case.truth.visibility
+        if np.isfinite(strength):
+            tried.setdefault(effect.effect, []).append((strength, any(recalled(case))))
+    return [[effect, *half_way(own), len(own)] for effect, own in sorted(tried.items())]
+
+
 def confusion(cases: list[Pair]) -> list[list[Any]]:
     """What singles, outside and nothing were called: truth, called, times; agreement left out."""
     counts: Counter[tuple[str, str]] = Counter()
@@ -201,6 +212,10 @@ def print_scores(cases: list[Pair]) -> dict[str, Any]:
             ["from", "to", "cases", "top 1", "with alternatives", "silent"],
             rows,
         )
+    if rows := sensitivity(cases):
+        show(
+            "found half of the time (effect over noise)", ["effect", "strength", "from", "to", "cases"], rows
+        )
     if rows := calibration(cases):
         show("stated probabilities", ["from", "to", "findings", "stated", "right"], rows)
     if rows := confusion(cases):
@@ -208,5 +223,6 @@ def print_scores(cases: list[Pair]) -> dict[str, Any]:
     return found | {
         "calibration": calibration(cases),
         "by_strength": by_strength(cases),
+        "sensitivity": sensitivity(cases),
         "confusion": confusion(cases),
     }

@@ -14,13 +14,11 @@ from concealed_answers import read_answer, read_truth
 from concealed_arms import ARMS
 from concealed_case import Draw, make
 from concealed_effects import VOCABULARY
+from concealed_half_way import BOUNDS, half_way
 from concealed_score import Pair, recalled
 
 STEP = 1.7
 """Factor between one strength and the next: weaker after it was found, stronger after it was missed."""
-WIDTH = 0.35
-"""Over how many natural logarithms of strength the chance to be found rises from a half to three quarters."""
-BOUNDS = (0.05, 20.0)
 
 
 def sweep(
@@ -72,16 +70,3 @@ def staircase(
         tried.append((told.visibility[0], found))
         wanted = float(np.clip(wanted / STEP if found else wanted * STEP, *BOUNDS))
     return tried
-
-
-def half_way(tried: list[tuple[float, bool]]) -> tuple[float, float, float]:
-    """Strength found half of the time and its 90 % interval, by the likelihood of every strength."""
-    middle = np.log(np.geomspace(*BOUNDS, 400))
-    chance = np.zeros(len(middle))
-    for value, found in tried:
-        away = (np.log(max(value, 1e-3)) - middle) / WIDTH * np.log(3.0)
-        chance -= np.logaddexp(0.0, -away if found else away)
-    likely = np.exp(chance - np.max(chance))
-    below = np.cumsum(likely) / np.sum(likely)
-    half, low, high = (float(np.exp(middle[np.searchsorted(below, level)])) for level in (0.5, 0.05, 0.95))
-    return half, low, high

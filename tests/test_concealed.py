@@ -23,6 +23,7 @@ from concealed_case import concealed_set, draw
 from concealed_effects import VOCABULARY, places
 from concealed_forces import gyration, misread, windup
 from concealed_friction import plain_friction, rub
+from concealed_half_way import half_way
 from concealed_mass import mass_matrix, solve
 from concealed_motion import derivatives, smooth
 from concealed_outside import OUTSIDE
@@ -30,7 +31,6 @@ from concealed_plant import EVERY, RATE, SETTLE, STEP, at_rest, run
 from concealed_record import COLOURED, DISTURBING, PLANS, WHITE, Run, coloured, drags, record, rms
 from concealed_robot import honest
 from concealed_score import Pair, figures
-from concealed_sweep import half_way
 from concealed_write import urdf, write_case
 
 

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from exidyn.identify.diagnosis.agreement import agreed, sizes, told
+from exidyn.identify.diagnosis.agreement import agreed, sizes, told, told_beside
 from exidyn.identify.diagnosis.candidate import Candidate, Thinned
 from exidyn.identify.diagnosis.confirmed import _mostly_else
 from exidyn.identify.diagnosis.found import Found
@@ -38,10 +38,17 @@ def searched(size, seed=0):
     return SimpleNamespace(found=(one,), rows=rows, solution=solution), one
 
 
+def big(found):
+    """The finding with as much evidence as any rows may tell."""
+    one = found.found[0]
+    found.found = (one._replace(hypothesis=replace(one.hypothesis, evidence=1e9)),)
+    return found.found[0]
+
+
 def test_every_joint_in_every_run_tells_the_size_of_a_finding():
     found, one = searched(np.ones((2, JOINTS)))
-    said, known = sizes(found, one)
-    assert len(said) == 2 * JOINTS
+    said, known, joints = sizes(found, one)
+    assert joints.tolist() == [0, 0, 1, 1, 2, 2]
     value = found.solution.values[1]
     assert np.sum(known * said) / np.sum(known) == pytest.approx(1.0, abs=0.02)
     # As sure as noise of 3 and 300 rows allow, for a size in units of the value.
@@ -62,7 +69,7 @@ def test_joints_or_runs_that_disagree_take_credit_from_a_finding():
 
 def test_what_is_strong_stands_although_its_formula_is_not_quite_right():
     found, one = searched(10.0 * np.array([[1.1, 1.0, 0.9], [1.05, 1.0, 0.95]]))
-    evidence = 0.5 * float(np.sum(sizes(found, one)[1]))
+    evidence = 0.5 * float(np.sum(sizes(found, one).known))
     sure = one._replace(odds=evidence, hypothesis=replace(one.hypothesis, evidence=evidence, own=evidence))
     found.found = (sure,)
     assert 0.01 * evidence < agreed(found, sure) < 0.5 * evidence
@@ -72,7 +79,7 @@ def test_what_another_unknown_could_do_as_well_tells_rows_nothing():
     found, one = searched(np.ones((2, JOINTS)))
     great = one._replace(hypothesis=replace(one.hypothesis, evidence=1e9))
     found.found = (great,)
-    assert told(found, great) == pytest.approx(np.sum(sizes(found, great)[1]), rel=0.05)
+    assert told(found, great) == pytest.approx(np.sum(sizes(found, great).known), rel=0.05)
     columns = found.rows.columns.copy()
     columns[:, :, 0] = columns[:, :, 1]
     alike = solved(replace(found.rows, columns=columns))
@@ -102,3 +109,10 @@ def test_a_name_has_to_explain_more_than_is_left_without_one(effect, evidence, l
     found.solution.whitening.scale[:] = 1.0
     places = [Left(joint, depends_on, left, small) for joint in range(JOINTS)]
     assert _mostly_else(found, named, places, noise) == gone
+
+
+def test_what_joints_feel_beside_the_one_that_feels_most():
+    everywhere, one = searched(np.ones((2, JOINTS)))
+    assert told_beside(everywhere, one) == pytest.approx(told(everywhere, big(everywhere)) * 2 / 3, rel=0.15)
+    alone, one = searched(np.array([[1.0, 0.0, 0.0]] * 2))
+    assert told_beside(alone, one) < 0.0

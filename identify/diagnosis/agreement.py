@@ -5,6 +5,8 @@ something else that happens to look alike: an arm that a disturbance moves, say,
 its disturbance, and a link that swings on its gear seems to swing with it.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 from scipy import stats
 
@@ -26,7 +28,7 @@ def agreed(found: Searched, one: Found) -> float:
     takes that they do not; as for constants of nature that were measured twice (R. T. Birge, The calculation
     of errors by the method of least squares, 1932).
     """
-    said, known = sizes(found, one)
+    said, known, _ = sizes(found, one)
     whole = float(np.sum(known))
     if len(known) < 2 or whole <= 0.0:
         return one.odds
@@ -43,28 +45,50 @@ def told(found: Searched, one: Found) -> float:
     The rest of its evidence is that other unknowns need not be far from what is believed of them: whoever has
     fitted them so far foretells other runs as well without it.
     """
-    said, known = sizes(found, one)
+    said, known, _ = sizes(found, one)
     gained = float(np.sum(known * said) ** 2 / max(np.sum(known), np.finfo(float).tiny))
     return min(gained, 2.0 * max(one.hypothesis.evidence, 0.0))
 
 
-def sizes(found: Searched, one: Found) -> tuple[np.ndarray, np.ndarray]:
-    """Size of a finding as each joint in each run has it, over that of all, and its inverse variance, (g,).
+def told_beside(found: Searched, one: Found) -> float:
+    """The same of all joints but the one that tells most."""
+    said, known, joints = sizes(found, one)
+    gained = np.bincount(joints, known * (2.0 * said - 1.0))
+    return float(np.sum(gained) - np.max(gained))
 
-    Everything else is solved for; what other unknowns could do as well tells nothing.
+
+class Sizes(NamedTuple):
+    """Size of a finding as each joint in each run has it, over that of all.
+
+    Attributes:
+        said: Shape (g,) [-].
+        known: Inverse variances, shape (g,).
+        joints: Which joint has it, from 0, shape (g,).
+    """
+
+    said: np.ndarray
+    known: np.ndarray
+    joints: np.ndarray
+
+
+def sizes(found: Searched, one: Found) -> Sizes:
+    """What each joint in each run says, everything else being solved for.
+
+    What other unknowns could do as well tells nothing.
     """
     place = next(k for k, other in enumerate(found.found) if other is one)
     own, columns = columns_of(found, place), one.hypothesis.columns
     torque = np.zeros_like(found.rows.difference)
     torque[:, columns.joints] = columns.values @ found.solution.values[own]
     without = Solution(found.rows.relaxed(own, np.full(len(own), CERTAIN)), found.solution.whitening)
-    said, known = [], []
+    said, known, joints = [], [], []
     for joint, alone in enumerate(without.alone(torque)):
         counted = np.flatnonzero(without.whitening.valid[:, joint])
         for run in found.rows.runs:
             here = slice(*np.searchsorted(counted, (run.start, run.stop)))
             known.append(float(alone[here] @ alone[here]))
             said.append(float(alone[here] @ without.left[joint][here]))
+            joints.append(joint)
     weight = np.array(known)
     asked = weight > LEAST * np.sum(weight)
-    return np.array(said)[asked] / weight[asked], weight[asked]
+    return Sizes(np.array(said)[asked] / weight[asked], weight[asked], np.array(joints)[asked])

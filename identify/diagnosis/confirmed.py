@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..model import Model
-from .agreement import agreed, told
+from .agreement import agreed, told, told_beside
 from .candidate import Candidate, Thinned
 from .driven import Driven
 from .formulas import FORMULA
@@ -56,6 +56,7 @@ def confirmed(
         for k, (one, gain) in enumerate(pairs)
         if _stands(one, gain, share * told(found, one))
         and agreed(found, one) > CERTAIN_ODDS
+        and _felt(found, one)
         and _matters(found, one, noise)
         and _possible(found, k)
     ]
@@ -92,6 +93,14 @@ def _stands(one: Found, gain: float, expected: float) -> bool:
         return True
     # Give or take twice the root of it: chance alone seldom takes all of much.
     return bool(expected < SURE and one.odds + 0.5 * gain > CERTAIN_ODDS)
+
+
+def _felt(found: Searched, one: Found) -> bool:
+    """Whether a touch of the arm is felt by two joints.
+
+    A force on the flange is felt by most; what happens once to one joint alone is something in that joint.
+    """
+    return one.hypothesis.candidate.effect not in ONCE or told_beside(found, one) > SURE
 
 
 def _possible(found: Searched, place: int) -> bool:
