@@ -30,6 +30,7 @@ def searched(size, seed=0):
         np.concatenate([other, column], axis=2),
         ("other", "joint_elasticity share"),
         np.array([10.0, 10.0]),
+        np.zeros(2),
     )
     solution = solved(rows)
     candidate = Candidate("joint_elasticity", (1,), lambda run: run, ("share",), ("1",), (-np.inf,))

@@ -55,7 +55,8 @@ def test_white_rows_are_white_after_gaps_too():
 
 def rows_with(torque, rng):
     difference = (torque + coloured(rng, 1500, (1.0, -0.5), 0.1))[:, None]
-    return Rows(RUNS, difference, np.ones((1500, 1)), np.ones((1500, 1, 1)), ("offset",), np.array([np.inf]))
+    ones = np.ones((1500, 1))
+    return Rows(RUNS, difference, ones, ones[:, :, None], ("offset",), np.array([np.inf]), np.zeros(1))
 
 
 def asked(column):

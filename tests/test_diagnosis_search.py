@@ -104,7 +104,7 @@ def test_marginal_probability_is_that_of_a_normal_distribution():
     rows = rng.normal(size=40)
     acting = np.arange(3)
     share = Share.of(columns / scale, rows / scale, 40 * np.log(scale), acting, 3)
-    _, probability = marginal([share], 1 / std**2)
+    _, probability = marginal([share], 1 / std**2, np.zeros(3))
     covariance = scale**2 * np.eye(40) + (columns * std**2) @ columns.T
     exact = -0.5 * rows @ np.linalg.solve(covariance, rows) - 0.5 * np.linalg.slogdet(covariance)[1]
     assert probability == pytest.approx(exact, rel=1e-8)

@@ -37,7 +37,15 @@ def searched(candidate: Candidate, torque: np.ndarray) -> SimpleNamespace:
     run = SimpleNamespace(torque=np.ones((len(SPEED), 1)), thinned=lambda columns: columns)
     columns = Thinned.of(candidate, [run])
     whole = (slice(0, len(SPEED)),)
-    rows = Rows(whole, torque[:, None], np.ones((len(SPEED), 1)), columns.values, ("Fs",), np.array([np.inf]))
+    rows = Rows(
+        whole,
+        torque[:, None],
+        np.ones((len(SPEED), 1)),
+        columns.values,
+        ("Fs",),
+        np.array([np.inf]),
+        np.zeros(1),
+    )
     whitening = Whitening.of(torque[:, None] - columns.values[:, 0] * 2.0, rows.weight, whole, order=0)
     hypothesis = Hypothesis(candidate, columns, np.array([2.0]), 100.0, 100.0)
     found = (Found(hypothesis, (), 100.0),)

@@ -28,6 +28,8 @@ def agreed(found: Searched, one: Found) -> float:
     takes that they do not; as for constants of nature that were measured twice (R. T. Birge, The calculation
     of errors by the method of least squares, 1932).
     """
+    if np.all(one.hypothesis.columns.whole):
+        return one.odds  # it has no size
     said, known, _ = sizes(found, one)
     whole = float(np.sum(known))
     if len(known) < 2 or whole <= 0.0:
@@ -45,9 +47,12 @@ def told(found: Searched, one: Found) -> float:
     The rest of its evidence is that other unknowns need not be far from what is believed of them: whoever has
     fitted them so far foretells other runs as well without it.
     """
+    most = 2.0 * max(one.hypothesis.evidence, 0.0)
+    if np.all(one.hypothesis.columns.whole):
+        return most
     said, known, _ = sizes(found, one)
     gained = float(np.sum(known * said) ** 2 / max(np.sum(known), np.finfo(float).tiny))
-    return min(gained, 2.0 * max(one.hypothesis.evidence, 0.0))
+    return min(gained, most)
 
 
 def told_beside(found: Searched, one: Found) -> float:

@@ -13,6 +13,8 @@ SIZE = 0.1
 """How large an effect is expected to be, share of the joint's usual torque [-]; evidence depends on its
 logarithm only."""
 
+KNOWN = 0.01
+"""Share by which a coefficient may be wrong that is known by definition, and not by what was measured [-]."""
 UNNAMED = "unnamed"
 """How coefficients are called that only give an effect its freedom, and are not told."""
 
@@ -116,6 +118,11 @@ class Thinned:
             together = np.array(candidate.proportion)
             std = SIZE / max(float(np.max(share * together)), 1e-12) * together
         return cls(joints, values, std, np.zeros(len(std)))
+
+    @property
+    def whole(self) -> np.ndarray:
+        """Which coefficients are known beforehand, (p,): an effect that is there whole or not at all."""
+        return self.std < KNOWN * np.abs(self.mean)
 
     @property
     def empty(self) -> bool:

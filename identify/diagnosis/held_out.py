@@ -10,7 +10,7 @@ from ..model import Model
 from .candidate import Thinned
 from .driven import Driven
 from .hypothesis import Hypothesis
-from .nuisances import with_nuisances
+from .nuisances import CLOCK, with_nuisances
 from .remainder import rms
 from .rows import Rows, model_rows
 from .search import Searched
@@ -18,7 +18,7 @@ from .solution import CERTAIN, Share, Solution, marginal
 from .solving import with_found
 from .whitening import Whitening
 
-FREE = ("Fv", "Fc", "Off", "reversal", "clock")
+FREE = ("Fv", "Fc", "Off", "reversal", CLOCK)
 """Unknowns that are fitted even where the model is taken at its word: friction and offsets are guesses."""
 
 
@@ -88,7 +88,7 @@ class HeldOut:
 def foretold(fitted: Sequence[Share], others: Sequence[Share], rows: Rows) -> float:
     """Logarithm of the probability of other rows after those fitted, with the beliefs of given rows."""
     known = 1.0 / np.maximum(rows.std, CERTAIN) ** 2
-    return marginal([*fitted, *others], known)[1] - marginal(fitted, known)[1]
+    return marginal([*fitted, *others], known, rows.mean)[1] - marginal(fitted, known, rows.mean)[1]
 
 
 def _columns(one: Hypothesis, runs: Sequence[Driven], count: int) -> Thinned:

@@ -52,7 +52,7 @@ class Hypothesis:
 
     @property
     def found_std(self) -> np.ndarray:
-        """How far each coefficient may be from zero once the effect is taken to be there, shape (p,).
+        """How far each coefficient may be from its mean once the effect is taken to be there, shape (p,).
 
         One that physics does not let below zero, and that would go there, stays at zero: it is a detail of
         the effect that these runs do not show, and no reason against the rest.
@@ -60,7 +60,12 @@ class Hypothesis:
         believed = np.hypot(self.columns.mean, self.std)
         wide = believed * max(1.0, float(np.max(np.abs(self.values) / believed)))
         at_limit = (self.values == 0.0) & (np.array(self.candidate.lower) == 0.0)
-        return np.where(at_limit, CERTAIN, wide)
+        return np.where(at_limit, CERTAIN, np.where(self.found_mean > 0.0, self.std, wide))
+
+    @property
+    def found_mean(self) -> np.ndarray:
+        """What each coefficient is believed to be then, shape (p,): zero unless it is known to be whole."""
+        return np.where(self.columns.whole, self.columns.mean, 0.0)
 
     @property
     def torque(self) -> np.ndarray:

@@ -20,6 +20,8 @@ REVERSAL_STD = 0.5
 PRESLIDING = (5e-5, 2e-4, 6e-4)
 """Displacements over which dry friction may build up [rad]: surfaces bend before they slide, as far as some
 thousandths of a gear's radius. What takes longer is a property of the gear and has a name."""
+CLOCK = "clock"
+"""How the unknown is called by which all drives' clocks are wrong; each drive's own has its number behind."""
 CLOCKS = 2.5e-4
 """Time by which currents may be older or younger than positions, of all drives or of one [s]: a sample of a
 drive's own loop, at 4 kHz or more; what comes later in a cycle of 2 ms than it should is a delay."""
@@ -89,7 +91,7 @@ def _clock(model: Model, runs: Sequence[Driven]) -> tuple[list[str], np.ndarray,
     """Currents that come later than their positions, of all drives and of each, show a torque gone by."""
     rate = np.concatenate([run.thinned(torque_rate(run)) for run in runs])
     own = rate[:, :, None] * np.eye(model.robot.dof)
-    names = ["clock", *(f"clock{joint + 1}" for joint in range(model.robot.dof))]
+    names = [CLOCK, *(f"{CLOCK}{joint + 1}" for joint in range(model.robot.dof))]
     return names, -np.concatenate([rate[:, :, None], own], axis=2), np.full(len(names), CLOCKS)
 
 

@@ -53,10 +53,11 @@ def _solved(
 ) -> tuple[np.ndarray, float, Whitening]:
     """Coefficients of the free columns, logarithm of the Bayes factor, and colour of what is left."""
     known = np.concatenate([solution.known, 1.0 / std**2])
+    believed = np.concatenate([solution.rows.mean, np.zeros(len(mean))])
     whitening, evidence, values = solution.whitening, -np.inf, mean
     for _ in range(AGAIN):
         shares = _shares(solution, columns.values[:, :, free], columns.joints, mean, whitening)
-        found, probability = marginal(shares, known)
+        found, probability = marginal(shares, known, believed)
         if probability < evidence + SETTLED:
             break
         best, evidence, values = whitening, probability, found[len(solution.known) :] + mean

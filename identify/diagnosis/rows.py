@@ -22,7 +22,8 @@ class Rows:
         weight: 0 where a joint sticks, else 1, shape (r, n).
         columns: Torque per unit of each unknown, shape (r, n, b).
         names: Of the unknowns.
-        std: How far each unknown may be from zero, infinite where nothing is believed, shape (b,).
+        std: How far each unknown may be from its mean, infinite where nothing is believed, shape (b,).
+        mean: What each is believed to be, zero but for what was found and is known to be whole, shape (b,).
     """
 
     runs: tuple[slice, ...]
@@ -31,26 +32,30 @@ class Rows:
     columns: np.ndarray
     names: tuple[str, ...]
     std: np.ndarray
+    mean: np.ndarray
 
     @cached_property
     def acting(self) -> list[np.ndarray]:
         """Unknowns that give torque to each joint, (a,); most give none to most."""
         return [np.flatnonzero(np.any(own, axis=0)) for own in self.columns.transpose(1, 0, 2)]
 
-    def plus(self, names: Sequence[str], columns: np.ndarray, std: np.ndarray) -> "Rows":
-        """The same with more unknowns: columns (r, n, p) and how far they may be from zero (p,)."""
+    def plus(
+        self, names: Sequence[str], columns: np.ndarray, std: np.ndarray, mean: np.ndarray | None = None
+    ) -> "Rows":
+        """The same with more unknowns: columns (r, n, p), and how far they may be (p,) from a mean (p,)."""
         return replace(
             self,
             columns=np.concatenate([self.columns, columns], axis=2),
             names=(*self.names, *names),
             std=np.concatenate([self.std, std]),
+            mean=np.concatenate([self.mean, np.zeros(len(std)) if mean is None else mean]),
         )
 
     def relaxed(self, places: Sequence[int], std: np.ndarray) -> "Rows":
-        """The same with some unknowns believed less."""
-        wider = self.std.copy()
-        wider[list(places)] = std
-        return replace(self, std=wider)
+        """The same with some unknowns believed to be that far from zero."""
+        wider, mean = self.std.copy(), self.mean.copy()
+        wider[list(places)], mean[list(places)] = std, 0.0
+        return replace(self, std=wider, mean=mean)
 
 
 def model_rows(model: Model, runs: Sequence[Driven]) -> Rows:
@@ -71,4 +76,5 @@ def model_rows(model: Model, runs: Sequence[Driven]) -> Rows:
         np.concatenate(columns),
         tuple(model.names),
         np.array([belief.std for belief in model.beliefs]),
+        np.zeros(len(model.names)),
     )

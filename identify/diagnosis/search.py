@@ -10,6 +10,7 @@ from .driven import Driven
 from .formulas import told_apart
 from .found import Found, competing, judged
 from .hypothesis import Hypothesis
+from .on_time import on_time
 from .rows import Rows
 from .scene import Scene
 from .solution import Solution
@@ -70,7 +71,7 @@ def search(model: Model, runs: Sequence[Driven]) -> Searched:
         one = judged(best, scene.count)
         if one is None or len(found) == MOST:
             break
-        found = _settled(scene, [*found, one])
+        found = on_time(scene, _settled(scene, [*found, one]))
         scene, found = scene.bearing(found)
     scene, found = scene.bearing(told_apart(found))
     final = scene.solution(found)

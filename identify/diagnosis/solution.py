@@ -48,23 +48,26 @@ class Share(NamedTuple):
         return cls(gram, right, float(target @ target), logarithm)
 
 
-def marginal(shares: Sequence[Share], known: np.ndarray) -> tuple[np.ndarray, float]:
+def marginal(shares: Sequence[Share], known: np.ndarray, mean: np.ndarray) -> tuple[np.ndarray, float]:
     """Most likely unknowns (b,), and the logarithm of the probability of all rows whatever they are.
 
     Args:
         shares: Of all joints.
         known: Inverse variance that is believed of each unknown, shape (b,).
+        mean: What each is believed to be, shape (b,).
 
     Returns:
         The logarithm is without constants that all equally many rows and unknowns have, infinite ones among
         them where nothing is believed.
     """
-    factor = factored(sum(share.gram for share in shares), known)  # type: ignore[arg-type]
-    right = np.sum([share.right for share in shares], axis=0)
-    values = linalg.cho_solve(factor, right)
-    loss = sum(share.square for share in shares) - right @ values
+    gram = np.sum([share.gram for share in shares], axis=0)
+    factor, right = factored(gram, known), np.sum([share.right for share in shares], axis=0)
+    # What is left at the means comes first: what is known well would drown the rest in its own rounding.
+    left = right - gram @ mean
+    change = linalg.cho_solve(factor, left)
+    loss = sum(share.square for share in shares) - (right + left) @ mean - left @ change
     occam = np.sum(np.log(np.diag(factor[0]))) - 0.5 * np.sum(np.log(known[known > 0]))
-    return values, float(-0.5 * loss - sum(share.logarithm for share in shares) - occam)
+    return mean + change, float(-0.5 * loss - sum(share.logarithm for share in shares) - occam)
 
 
 def factored(gram: np.ndarray, known: np.ndarray) -> tuple[np.ndarray, bool]:
@@ -126,12 +129,14 @@ class Solution:
     @cached_property
     def values(self) -> np.ndarray:
         """Unknowns, shape (b,)."""
-        return linalg.cho_solve(self._factor, np.sum([share.right for share in self.shares], axis=0))
+        gram, mean = np.sum([share.gram for share in self.shares], axis=0), self.rows.mean
+        right = np.sum([share.right for share in self.shares], axis=0)
+        return mean + linalg.cho_solve(self._factor, right - gram @ mean)
 
     @cached_property
     def probability(self) -> float:
         """Logarithm of the probability of all rows, as `marginal` gives it."""
-        return marginal(self.shares, self.known)[1]
+        return marginal(self.shares, self.known, self.rows.mean)[1]
 
     @cached_property
     def covariance(self) -> np.ndarray:

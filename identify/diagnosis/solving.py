@@ -30,5 +30,5 @@ def with_found(rows: Rows, found: Sequence[tuple[Hypothesis, Thinned]]) -> Rows:
     """Rows with columns of hypotheses, their coefficients believed as when they were weighed."""
     for one, columns in found:
         names = [f"{one.candidate.effect} {name}" for name in one.candidate.names]
-        rows = rows.plus(names, columns.everywhere(rows.difference.shape[1]), one.found_std)
+        rows = rows.plus(names, columns.everywhere(rows.difference.shape[1]), one.found_std, one.found_mean)
     return rows

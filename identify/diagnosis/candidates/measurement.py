@@ -7,7 +7,7 @@ import numpy as np
 
 from ...effects import JointSpring, Shape, SpringBalancer
 from ...model import Model
-from ..candidate import Candidate
+from ..candidate import UNNAMED, Candidate
 from ..driven import Driven
 from ..nuisances import torque_rate
 
@@ -16,12 +16,14 @@ KNEES = (0.3, 0.5, 0.7)
 CLIPS = (0.6, 0.8, 0.9, 0.97)
 """Torque over the largest of all runs at which a current ends [-]."""
 ENDS = 0.15
-"""By how much what is missing beyond an end, or comes later, may be more or less than all of it [-]: the
-torque is known so well."""
+"""By how much that which lies beyond may be more or less than all that is missing [-]: the torque is known so
+well."""
 APART = 1.5
-"""From one long delay that is tried to the next [-]."""
-LONG = tuple(sign * 12e-3 * APART**step for sign in (-1.0, 1.0) for step in range(3))
-"""Delays that are some cycles of any fieldbus [s]; what is shorter is in proportion to the torque's rate."""
+"""From one delay that is tried to the next [-]."""
+DELAYS = tuple(sign * 4e-3 * APART**step for sign in (-1.0, 1.0) for step in range(6))
+"""Delays of cycles of a fieldbus [s], up to 30 ms; what is shorter is in proportion to the torque's rate."""
+WHOLE = 1e-6
+"""By how much a torque that comes later may be more or less than all of it [-]: not at all."""
 OWN_CLOCK = ((0.0, 5e-3),)
 """By how much a clock may be wrong otherwise [s]: a telegram or two of the slowest fieldbus."""
 SPRINGS = (SpringBalancer, JointSpring)
@@ -114,23 +116,29 @@ def delays(model: Model) -> Iterator[Candidate]:
         yield Candidate(
             "time_delay", (joint,), columns, ("delay",), ("s",), (-np.inf,), rows=(joint,), expected=OWN_CLOCK
         )
-    for delay in LONG:
-        yield _long_delay(delay)
+    for delay in DELAYS:
+        yield _delay(delay)
 
 
-def _long_delay(delay: float) -> Candidate:
+def _delay(delay: float) -> Candidate:
+    """All drives' torque as it was recorded, less what is recorded later by the delay.
+
+    To take that away moves the recording to where it belongs, its noise with it. Nothing but the whole of it
+    does so: of a part of it, the part would count that takes away noise.
+    """
+
     def columns(run: Driven) -> np.ndarray:
-        time = run.motion.time
-        later = [np.interp(time - delay, time, torque) for torque in run.torque.T]
-        return (np.stack(later, axis=1) - run.torque)[:, :, None]
+        time, recorded = run.motion.time, run.prepared.gain * run.prepared.current
+        later = [np.interp(time + delay, time, torque) for torque in recorded.T]
+        return (recorded - np.stack(later, axis=1))[:, :, None]
 
     def reshaped(given: Mapping[str, float]) -> Candidate:
-        return _long_delay(given["delay"])
+        return _delay(given["delay"])
 
     nearer, farther = sorted((delay / APART, delay * APART))
     return Candidate(
-        "time_delay", (), columns, ("share",), ("1",), (0.0,), {"delay": delay},
-        {"delay": Shape("s", nearer, farther)}, reshaped, expected=((1.0, ENDS),),
+        "time_delay", (), columns, (UNNAMED,), ("1",), (0.0,), {"delay": delay},
+        {"delay": Shape("s", nearer, farther)}, reshaped, expected=((1.0, WHOLE),),
     )  # fmt: skip
 
 

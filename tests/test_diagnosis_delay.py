@@ -1,0 +1,33 @@
+"""Currents that are recorded cycles later than positions are named a delay, and by how much."""
+
+from dataclasses import replace
+
+import pytest
+from exidyn.identify.diagnosis import diagnose
+from exidyn.identify.diagnosis.refit import earlier
+from exidyn.identify.recording import Recording
+
+from .small_diagnosis import believed, recordings
+
+
+class Late:
+    """As a finding says that all drives are late."""
+
+    joints = ()
+
+    def __init__(self, seconds: float) -> None:
+        self.parameters = {"delay": type("Seconds", (), {"value": seconds})}
+
+
+def later(run: Recording, seconds: float) -> tuple[str, Recording]:
+    moved = earlier(run, [Late(-seconds)])  # type: ignore[list-item]
+    return run.settings["role"], replace(moved, settings=run.settings)
+
+
+@pytest.mark.parametrize("seconds", [0.013, -0.006])
+def test_currents_that_come_late_or_early_are_a_delay_of_all_drives(seconds):
+    runs = [later(run, seconds) for run in recordings(spring=0.0)]
+    [finding] = diagnose(believed(), runs, "late").findings
+    assert (finding.effect, finding.joints) == ("time_delay", ())
+    assert finding.parameters["delay"].value == pytest.approx(seconds, abs=5e-4)
+    assert finding.held_out > 100.0
