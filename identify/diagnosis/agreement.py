@@ -47,16 +47,23 @@ def told(found: Searched, one: Found) -> float:
     The rest of its evidence is that other unknowns need not be far from what is believed of them: whoever has
     fitted them so far foretells other runs as well without it.
     """
-    most = 2.0 * max(one.hypothesis.evidence, 0.0)
-    if np.all(one.hypothesis.columns.whole):
-        return most
-    said, known, _ = sizes(found, one)
-    gained = float(np.sum(known * said) ** 2 / max(np.sum(known), np.finfo(float).tiny))
-    return min(gained, most)
+    without, solution = _without(found, one), found.solution
+    gained = sum(float(a @ a - b @ b) for a, b in zip(without.left, solution.left, strict=True))
+    return float(np.clip(gained, 0.0, 2.0 * max(one.hypothesis.evidence, 0.0)))
+
+
+def _without(found: Searched, one: Found) -> Solution:
+    """All unknowns but those of a finding, solved anew."""
+    own = columns_of(found, _place(found, one))
+    return Solution(found.rows.relaxed(own, np.full(len(own), CERTAIN)), found.solution.whitening)
+
+
+def _place(found: Searched, one: Found) -> int:
+    return next(k for k, other in enumerate(found.found) if other is one)
 
 
 def told_beside(found: Searched, one: Found) -> float:
-    """The same of all joints but the one that tells most."""
+    """What all joints gain but the one that gains most, in twice a logarithm."""
     said, known, joints = sizes(found, one)
     gained = np.bincount(joints, known * (2.0 * said - 1.0))
     return float(np.sum(gained) - np.max(gained))
@@ -81,11 +88,10 @@ def sizes(found: Searched, one: Found) -> Sizes:
 
     What other unknowns could do as well tells nothing.
     """
-    place = next(k for k, other in enumerate(found.found) if other is one)
-    own, columns = columns_of(found, place), one.hypothesis.columns
+    own, columns = columns_of(found, _place(found, one)), one.hypothesis.columns
     torque = np.zeros_like(found.rows.difference)
     torque[:, columns.joints] = columns.values @ found.solution.values[own]
-    without = Solution(found.rows.relaxed(own, np.full(len(own), CERTAIN)), found.solution.whitening)
+    without = _without(found, one)
     said, known, joints = [], [], []
     for joint, alone in enumerate(without.alone(torque)):
         counted = np.flatnonzero(without.whitening.valid[:, joint])
