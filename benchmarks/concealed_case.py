@@ -91,8 +91,10 @@ def make(case: Draw, cases: Path, truths: Path) -> Path:
     sound = with_peak(honest(ARMS[case.arm](), rng), bench)
     names = ["identify_a", "identify_b", "validate", *["payload"] * loaded, "slow"]
     for halved in range(HALVINGS):
+        # Where the arm has fallen, it may be as weak as it has to be, whatever its tier.
         wanted = tuple(strength * 0.5**halved for strength in case.wanted)
-        robot, effects = concealing(sound, replace(case, wanted=wanted), bench, copy.deepcopy(rng))
+        weaker = replace(case, wanted=wanted, tier="edge" if halved else case.tier)
+        robot, effects = concealing(sound, weaker, bench, copy.deepcopy(rng))
         runs = [record(robot, PLANS[name], case.seed, case.seconds) for name in names]
         if all(stands(robot, one) for one in runs):
             break
