@@ -5,6 +5,7 @@ import sys
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pinocchio as pin
@@ -19,7 +20,7 @@ import concealed_record
 from concealed_answers import Guess, Truth, read_answer
 from concealed_arms import ARMS, EARTH, NO_BALANCER, Arm, Limits, Tool, chain
 from concealed_body import inverse_dynamics, turn, weld
-from concealed_case import concealed_set, draw
+from concealed_case import concealed_set, draw, stands
 from concealed_effects import VOCABULARY, places
 from concealed_forces import gyration, misread, windup
 from concealed_friction import plain_friction, rub
@@ -30,7 +31,7 @@ from concealed_outside import OUTSIDE
 from concealed_plant import EVERY, RATE, SETTLE, STEP, at_rest, run
 from concealed_record import COLOURED, DISTURBING, PLANS, WHITE, Run, coloured, drags, record, rms
 from concealed_robot import honest
-from concealed_score import Pair, figures
+from concealed_score import Pair, figures, sensitivity, simulated_share
 from concealed_write import urdf, write_case
 
 
@@ -411,3 +412,27 @@ def test_the_strength_found_half_of_the_time():
 
 def test_samples_are_taken_every_fourth_step():
     assert pytest.approx(1.0) == STEP * EVERY * RATE
+
+
+def test_an_arm_that_falls_is_no_recording():
+    robot = honest(ARMS["iiwalike"](), np.random.default_rng(0))
+    limits = robot.arm.limits
+    for share, standing in ((0.9, True), (1.5, False)):
+        path = np.stack([share * limits.lower, share * limits.upper])
+        assert stands(robot, SimpleNamespace(position=path)) == standing
+
+
+def test_simulation_counts_on_the_joints_concerned():
+    truth = told("single", ("viscous_friction", {2}))
+    count = len(truth.noise)
+    answer = replace(
+        said(("viscous_friction", [2])),
+        simulated_before=np.full(count, 4.0),
+        simulated_after=np.where(np.arange(count) == 1, 1.0, 9.0),
+    )
+    assert simulated_share(Pair(truth, answer)) == pytest.approx(0.25)
+    found = figures([Pair(truth, answer)])
+    assert (found["simulated"], found["simulated_better"]) == (1, 1.0)
+    [[effect, half, low, high, count]] = sensitivity([Pair(truth, answer)])
+    assert (effect, count) == ("viscous_friction", 1)
+    assert low < half < 3.0 < high  # it was found at three times the noise

@@ -55,7 +55,7 @@ def told(found: Searched, one: Found) -> float:
 def _without(found: Searched, one: Found) -> Solution:
     """All unknowns but those of a finding, solved anew."""
     own = columns_of(found, _place(found, one))
-    return Solution(found.rows.relaxed(own, np.full(len(own), CERTAIN)), found.solution.whitening)
+    return found.solution.believing(own, np.full(len(own), CERTAIN))
 
 
 def _place(found: Searched, one: Found) -> int:

@@ -154,6 +154,12 @@ class Solution:
         parts = zip(self.white, self.target, self.rows.acting, strict=True)
         return [target - white @ self.values[acting] for white, target, acting in parts]
 
+    def believing(self, places: Sequence[int], std: np.ndarray) -> "Solution":
+        """The same rows with some unknowns believed to be that far from zero; what is white stays as it is."""
+        same = Solution(self.rows.relaxed(places, std), self.whitening)
+        same.__dict__.update(white=self.white, target=self.target, shares=self.shares)
+        return same
+
     def alone(self, torque: np.ndarray) -> list[np.ndarray]:
         """White torque (r, n) of each joint, (v,), without what the unknowns could do as well."""
         white = [self.whitening.apply(joint, torque[:, joint]) for joint in range(self.joints)]
