@@ -66,7 +66,7 @@ def told_beside(found: Searched, one: Found) -> float:
     """What all joints gain but the one that gains most, in twice a logarithm."""
     said, known, joints = sizes(found, one)
     gained = np.bincount(joints, known * (2.0 * said - 1.0))
-    return float(np.sum(gained) - np.max(gained))
+    return float(np.sum(gained) - np.max(gained)) if len(joints) else 0.0
 
 
 class Sizes(NamedTuple):

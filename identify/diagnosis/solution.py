@@ -155,7 +155,7 @@ class Solution:
         return [target - white @ self.values[acting] for white, target, acting in parts]
 
     def believing(self, places: Sequence[int], std: np.ndarray) -> "Solution":
-        """The same rows with some unknowns believed to be that far from zero; what is white stays as it is."""
+        """The same rows with some unknowns believed to be that far from zero; what is white stays."""
         same = Solution(self.rows.relaxed(places, std), self.whitening)
         same.__dict__.update(white=self.white, target=self.target, shares=self.shares)
         return same
