@@ -5,9 +5,9 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from exidyn.identify.diagnosis.agreement import agreed, sizes, told, told_beside
+from exidyn.identify.diagnosis.agreement import agreed, loudest, sizes, told
 from exidyn.identify.diagnosis.candidate import Candidate, Thinned
-from exidyn.identify.diagnosis.confirmed import _mostly_else
+from exidyn.identify.diagnosis.confirmed import _felt, _mostly_else
 from exidyn.identify.diagnosis.found import Found
 from exidyn.identify.diagnosis.hypothesis import Hypothesis
 from exidyn.identify.diagnosis.remainder import Left
@@ -114,6 +114,29 @@ def test_a_name_has_to_explain_more_than_is_left_without_one(effect, evidence, l
 
 def test_what_joints_feel_beside_the_one_that_feels_most():
     everywhere, one = searched(np.ones((2, JOINTS)))
-    assert told_beside(everywhere, one) == pytest.approx(told(everywhere, big(everywhere)) * 2 / 3, rel=0.15)
-    alone, one = searched(np.array([[1.0, 0.0, 0.0]] * 2))
-    assert told_beside(alone, one) < 0.0
+    _, beside = loudest(everywhere, one)
+    assert beside == pytest.approx(told(everywhere, big(everywhere)) * 2 / 3, rel=0.15)
+    alone, one = searched(np.array([[0.0, 1.0, 0.0]] * 2))
+    joint, beside = loudest(alone, one)
+    assert joint == 1
+    assert beside < 0.0
+
+
+@pytest.mark.parametrize(
+    ("size", "another_on", "touch"),
+    [([0.0, 1.0, 0.0], 1, False), ([0.0, 1.0, 0.0], 2, True), ([2.0, 2.0, 0.0], 1, True)],
+)
+def test_what_one_joint_feels_beside_another_finding_of_it_is_no_touch(size, another_on, touch):
+    found, one = searched(np.array([size] * 2))
+    contact = replace(one.hypothesis, candidate=replace(one.hypothesis.candidate, effect="contact_event"))
+    event = one._replace(hypothesis=contact)
+    columns = replace(contact.columns, joints=np.array([another_on]))
+    other = one._replace(hypothesis=replace(one.hypothesis, columns=columns))
+    found.found = (event,)
+    assert _felt(found, event)  # nothing else was found
+    found.found = (other, event)
+    found.rows = found.rows.plus(["more"], 0.0 * found.rows.columns[:, :, :1], np.ones(1))
+    order = [0, 2, 1]  # the event's column is the last
+    found.rows = replace(found.rows, columns=found.rows.columns[:, :, order])
+    found.solution = solved(found.rows)
+    assert _felt(found, event) == touch

@@ -62,11 +62,12 @@ def _place(found: Searched, one: Found) -> int:
     return next(k for k, other in enumerate(found.found) if other is one)
 
 
-def told_beside(found: Searched, one: Found) -> float:
-    """What all joints gain but the one that gains most, in twice a logarithm."""
+def loudest(found: Searched, one: Found) -> tuple[int, float]:
+    """The joint that gains most by a finding, and what all others gain together, in twice a logarithm."""
     said, known, joints = sizes(found, one)
-    gained = np.bincount(joints, known * (2.0 * said - 1.0))
-    return float(np.sum(gained) - np.max(gained)) if len(joints) else 0.0
+    gained = np.bincount(joints, known * (2.0 * said - 1.0), minlength=found.solution.joints)
+    most = int(np.argmax(gained))
+    return most, float(np.sum(gained) - gained[most])
 
 
 class Sizes(NamedTuple):

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..model import Model
-from .agreement import agreed, told, told_beside
+from .agreement import agreed, loudest, told
 from .candidate import Candidate, Thinned
 from .driven import Driven
 from .formulas import FORMULA
@@ -96,11 +96,16 @@ def _stands(one: Found, gain: float, expected: float) -> bool:
 
 
 def _felt(found: Searched, one: Found) -> bool:
-    """Whether a touch of the arm is felt by two joints.
+    """Whether a touch of the arm is one.
 
-    A force on the flange is felt by most; what happens once to one joint alone is something in that joint.
+    What one joint alone feels once is told from a touch only where nothing else was found on that joint,
+    whose formula may fail there.
     """
-    return one.hypothesis.candidate.effect not in ONCE or told_beside(found, one) > SURE
+    if one.hypothesis.candidate.effect not in ONCE:
+        return True
+    joint, beside = loudest(found, one)
+    others = [other.hypothesis for other in found.found if other is not one]
+    return beside > SURE or not any(joint in other.columns.joints for other in others)
 
 
 def _possible(found: Searched, place: int) -> bool:
