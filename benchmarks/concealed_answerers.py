@@ -21,20 +21,24 @@ def product(folder: Path, simulate: bool = False) -> dict[str, Any]:
     from exidyn.identify.diagnosis import diagnose
     from exidyn.identify.diagnosis.answer import answer
     from exidyn.identify.diagnosis.forward import forward
+    from exidyn.identify.errors import ExidynError
     from exidyn.identify.importers import import_source
 
     runs = import_source(folder)
     diagnosis = diagnose(runs[0].model, [(run.settings["role"], run) for run in runs])
     said: dict[str, Any] = answer(diagnosis)
-    if simulate and said["findings"]:
-        [held_out] = [run for run in runs if run.settings["role"] == "validate"]
+    if not simulate or not said["findings"]:
+        return said
+    [held_out] = [run for run in runs if run.settings["role"] == "validate"]
+    try:
         simulated = forward(diagnosis, held_out)
-        assert simulated is not None
-        said |= {
-            "simulated_before": simulated.before.tolist(),
-            "simulated_after": simulated.after.tolist(),
-        }
-    return said
+    except ExidynError as error:  # the answer stands all the same
+        return said | {"not_simulated": str(error)}
+    assert simulated is not None
+    return said | {
+        "simulated_before": simulated.before.tolist(),
+        "simulated_after": simulated.after.tolist(),
+    }
 
 
 def silent(folder: Path) -> dict[str, Any]:

@@ -16,7 +16,7 @@ from exidyn.identify.diagnosis.improved import as_believed, as_found, inertial_v
 from exidyn.identify.diagnosis.refit import earlier, model_to_fit, refit
 from exidyn.identify.diagnosis.rivals import found_model, rivals
 from exidyn.identify.diagnosis.trace import Evidence
-from exidyn.identify.effects import Payload
+from exidyn.identify.effects import Belief, JointSpring, Payload, SpringBalancer
 from exidyn.identify.recording import Signal
 from exidyn.identify.robot_file import parse_model
 from exidyn.identify.robot_text import model_text
@@ -66,6 +66,23 @@ def test_a_model_gives_the_torque_that_the_search_found(effect):
         scale = np.max(np.abs(expected))
         assert scale > 0.0
         np.testing.assert_allclose(shown[1] - shown[0], expected, atol=2e-3 * scale)
+
+
+@pytest.mark.parametrize("joint", [0, 1])
+def test_an_encoders_zero_is_that_of_the_springs_on_its_joint_too(joint):
+    balancer = SpringBalancer("shoulder", d21=0.3, d22=0.8, phi=3.1)
+    springs = {"Kr": 900.0, "K0": -40.0, "Ks2": 12.0, "Ts2": 1.5}
+    model = believed() + balancer + JointSpring(("elbow",))
+    stated = {**model.stated, **{name: Belief(value, 1.0) for name, value in springs.items()}}
+    model = replace(model, stated=stated)
+    here = Driven.of(model, recording("identify", 0, length=6.0), "identify")
+    candidate = [*CANDIDATES["encoder_offset"](model)][joint]
+    values = model.believed_values
+    before = replace(evidence(), model=model, before=values, after=values)
+    arms = as_believed(before), as_found(before, [found(candidate)])
+    shown = [arm.model.torque(here.motion, arm.values) for arm in arms]
+    expected = candidate.columns(here).sum(axis=2) * SMALL
+    np.testing.assert_allclose(shown[1] - shown[0], expected, atol=2e-3 * np.max(np.abs(expected)))
 
 
 @pytest.mark.parametrize("effect", OF_MEASUREMENT)

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pinocchio as pin
 
-from ..effects import Effect, RotorInertia
+from ..effects import Effect, RotorInertia, SpringBalancer
 from ..model import Model
 from ..newton_euler import joints_of
 from ..plant import Transmission
@@ -154,7 +154,7 @@ def _tilt(arm: Arm, finding: Finding) -> Arm:
 
 
 def _encoder(arm: Arm, finding: Finding) -> Arm:
-    """A joint whose zero is elsewhere: it hangs on its parent as it stands at the encoder's zero."""
+    """A joint whose zero is elsewhere: it hangs on its parent, and on springs, as at the encoder's zero."""
     robot, joint = arm.model.robot, finding.joints[0]
     kinematics, zero = robot.kinematics.copy(), finding.parameters["zero"].value
     one = joints_of(kinematics)[joint]
@@ -164,7 +164,23 @@ def _encoder(arm: Arm, finding: Finding) -> Arm:
         else pin.SE3(np.eye(3), one.axis * zero)
     )
     kinematics.jointPlacements[joint + 1] = kinematics.jointPlacements[joint + 1] * shift
-    return _on(arm, replace(robot, kinematics=kinematics))
+    return _springs_from(_on(arm, replace(robot, kinematics=kinematics)), joint, zero)
+
+
+def _springs_from(arm: Arm, joint: int, zero: float) -> Arm:
+    """With the springs of a joint where they are at the encoder's zero."""
+    effects = tuple(_turned(effect, arm.model.robot.joints[joint], zero) for effect in arm.model.effects)
+    arm = replace(arm, model=replace(arm.model, effects=effects))
+    stiffness = arm.by_name.get(f"Ks{joint + 1}", 0.0)
+    return _with_values(arm, {f"Ts{joint + 1}": stiffness * zero}) if stiffness else arm
+
+
+def _turned(effect: Effect, joint: str, angle: float) -> Effect:
+    """A balancer of a joint, turned about it; any other effect as it is."""
+    if not isinstance(effect, SpringBalancer) or effect.joint != joint:
+        return effect
+    turned = effect.phi + angle
+    return replace(effect, phi=float(np.arctan2(np.sin(turned), np.cos(turned))))
 
 
 def _gain(arm: Arm, finding: Finding) -> Arm:
