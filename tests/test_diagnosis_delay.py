@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import pytest
 from exidyn.identify.diagnosis import diagnose
+from exidyn.identify.diagnosis.nuisances import CLOCKS
 from exidyn.identify.diagnosis.refit import earlier
 from exidyn.identify.recording import Recording
 
@@ -29,4 +30,6 @@ def test_currents_that_come_late_or_early_are_a_delay_of_all_drives(seconds):
     runs = [later(run, seconds) for run in recordings(spring=0.0)]
     [finding] = diagnose(believed(), runs, "late").findings
     assert (finding.effect, finding.joints) == ("time_delay", ())
-    assert finding.parameters["delay"].value == pytest.approx(seconds, abs=5e-4)
+    delay = finding.parameters["delay"]
+    assert delay.value == pytest.approx(seconds, abs=5e-4)
+    assert CLOCKS < delay.std < 2 * CLOCKS  # whatever rows tell, clocks may be as wrong as that

@@ -12,6 +12,7 @@ import numpy as np
 
 from .candidate import Candidate, Thinned
 from .held_out import columns_of
+from .nuisances import CLOCK
 from .search import Searched
 from .solution import Solution
 
@@ -73,6 +74,9 @@ def _shaped(candidate: Candidate, name: str, more: float) -> Candidate:
 def _more(found: Searched, place: int, name: str) -> np.ndarray:
     """Torque by a little more of one number of a finding's shape, shape (r, n) [N m per its unit]."""
     hypothesis = found.found[place].hypothesis
+    if np.all(hypothesis.columns.whole):
+        # A delay moves noise too, which says nothing of it: what does is what says how late a clock is.
+        return found.rows.columns[:, :, found.rows.names.index(CLOCK)]
     candidate, values = hypothesis.candidate, found.solution.values[columns_of(found, place)]
     at, bounds = candidate.shape[name], candidate.bounds[name]
     step = STEP * min(abs(at) or np.inf, bounds.high - bounds.low)
