@@ -1,4 +1,4 @@
-"""The question that is asked before a real arm moves."""
+"""The question that is asked before a real arm moves, or may."""
 
 import os
 import sys
@@ -6,7 +6,7 @@ import sys
 from exidyn.identify.text_table import paragraph
 
 from .run.errors import NotAllowed, NotConfirmed
-from .run_summary import NOT_RATED
+from .run_summary import BEGIN_SLOWLY, NOT_RATED
 
 UNATTENDED = "EXIDYN_UNATTENDED"
 """Environment variable that says, by the value yes, that arms may move with nobody asked: for test stands."""
@@ -25,12 +25,27 @@ def require_attended(simulated: bool, yes: bool) -> None:
         )
 
 
-def confirm(simulated: bool, yes: bool) -> None:
+def confirm_reading(risk: str) -> None:
+    """Return if reading the controller can do nothing to the arm, or somebody said yes.
+
+    Args:
+        risk: What it may do; empty for nothing.
+
+    Raises:
+        NotConfirmed: As `confirm`.
+    """
+    if risk:
+        print("\n" + "\n".join(paragraph(risk)) + "\n", file=sys.stderr)
+        _ask("Support the arm. Type yes to read it: ", "nothing was sent")
+
+
+def confirm(simulated: bool, yes: bool, advice: str = BEGIN_SLOWLY) -> None:
     """Return if somebody said yes, or if nothing real moves.
 
     Args:
         simulated: Whether nothing real moves.
         yes: Whether --yes was given.
+        advice: How to begin, behind "keep a hand on it".
 
     Raises:
         NotAllowed: As `require_attended`.
@@ -39,14 +54,19 @@ def confirm(simulated: bool, yes: bool) -> None:
     require_attended(simulated, yes)
     if simulated:
         return
-    print("\n" + "\n".join(paragraph(NOT_RATED)) + "\n", file=sys.stderr)
+    print("\n" + "\n".join(paragraph(NOT_RATED + advice)) + "\n", file=sys.stderr)
     if yes:
         return
-    print("Type yes to move the arm: ", end="", file=sys.stderr, flush=True)
+    _ask("Type yes to move the arm: ", "nothing was moved")
+
+
+def _ask(question: str, nothing: str) -> None:
+    """Return if the answer is yes."""
+    print(question, end="", file=sys.stderr, flush=True)
     try:
         answer = input()
     except EOFError:
         print(file=sys.stderr)
-        raise NotConfirmed("nobody is there to type yes, nothing was moved. Run it in a terminal") from None
+        raise NotConfirmed(f"nobody is there to type yes, {nothing}. Run it in a terminal") from None
     if answer.strip() != "yes":
-        raise NotConfirmed("not confirmed, nothing was moved; it takes the word yes")
+        raise NotConfirmed(f"not confirmed, {nothing}; it takes the word yes")

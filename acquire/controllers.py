@@ -1,6 +1,6 @@
 """Which controller, and its settings: from a file, from the command line."""
 
-import tomllib
+import argparse
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -8,10 +8,30 @@ from typing import Any
 from exidyn.drivers import Arm, Driver, create
 from exidyn.drivers.driver import Plant
 from exidyn.drivers.errors import BadSettings
+from exidyn.identify.errors import RobotError
 from exidyn.identify.robot import Robot
+from exidyn.identify.toml_fields import parse_toml
 
 KEYS = {"driver": (str, 'a text, such as driver = "mock"'), "settings": (dict, "a table, [settings]")}
 """What a controller file has: key -> its type, and that in words."""
+
+
+def add_controller(group: argparse._ActionsContainer) -> None:
+    """Add --driver, --controller and --set."""
+    group.add_argument("--driver", metavar="DRIVER", help="default: that of the controller file, or mock")
+    group.add_argument(
+        "--controller",
+        type=Path,
+        metavar="FILE",
+        help="driver and settings (.toml), as 'exidyn drivers DRIVER' prints",
+    )
+    group.add_argument(
+        "--set",
+        action="append",
+        default=[],
+        metavar="NAME=VALUE",
+        help="one setting, before those of the file; may be repeated",
+    )
 
 
 def read_controller(
@@ -42,9 +62,9 @@ def read_controller(
 
 def _file(path: Path) -> Mapping[str, Any]:
     try:
-        table = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise BadSettings(f"{path}: not a controller file (TOML): {error}") from error
+        table = parse_toml(path.read_text(encoding="utf-8"), "not a controller file")
+    except (UnicodeDecodeError, RobotError) as error:
+        raise BadSettings(f"{path}: {error}") from error
     unknown = [key for key in table if key not in KEYS]
     if unknown:
         raise BadSettings(
@@ -60,8 +80,8 @@ def _file(path: Path) -> Mapping[str, Any]:
 def _value(text: str) -> Any:
     """As TOML has it; what is no TOML value is a text."""
     try:
-        return tomllib.loads(f"value = {text}")["value"]
-    except tomllib.TOMLDecodeError:
+        return parse_toml(f"value = {text}", "--set")["value"]
+    except RobotError:
         return text
 
 

@@ -7,6 +7,8 @@ REFUSED = 2
 """Something given was wrong or missing, as argparse has it."""
 LOST = 3
 """A recording was made whole, and lacks what is lost for good."""
+WRONG = 4
+"""A joint was moved, and did not do what it should."""
 INTERRUPTED = 130
 """After Ctrl-C, as shells have it: 128 + SIGINT."""
 NOBODY_READS = 141
@@ -14,9 +16,10 @@ NOBODY_READS = 141
 
 MEANINGS = {
     DONE: "done",
-    STOPPED: "a run of the arm was stopped before its end, or not confirmed (record)",
+    STOPPED: "a run of the arm was stopped before its end, or not confirmed (record, jog)",
     REFUSED: "not done: something given was wrong or missing, which one line on standard error says",
     LOST: "done, and part of the recording is lost for good (recover)",
+    WRONG: "done, and the joint does not do what it should (jog)",
     INTERRUPTED: "interrupted by Ctrl-C",
     NOBODY_READS: "whoever read the output has left, as head does",
 }

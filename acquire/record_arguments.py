@@ -5,8 +5,10 @@ from pathlib import Path
 
 from exidyn.drivers import DRIVERS
 
-from .arguments import add_body, add_output, add_robot, add_seed, command_parser, percent, positive
+from .arguments import add_body, add_output, add_robot, add_seed, command_parser, percent
+from .controllers import add_controller
 from .json_output import add_json
+from .run_options import add_stops
 
 EXAMPLES = (
     "exidyn record trajectory.toml --robot kr270    # a simulated arm",
@@ -38,27 +40,14 @@ def parser() -> argparse.ArgumentParser:
     )
     _controller(found.add_argument_group("controller"))
     _motion(found.add_argument_group("motion"))
-    _stops(found.add_argument_group("what stops the run"))
+    add_stops(found.add_argument_group("what stops the run"))
     add_body(found.add_argument_group("what hangs on the flange"))
     _view(found.add_argument_group("live view"))
     return found
 
 
 def _controller(group: argparse._ArgumentGroup) -> None:
-    group.add_argument("--driver", metavar="DRIVER", help="default: that of the controller file, or mock")
-    group.add_argument(
-        "--controller",
-        type=Path,
-        metavar="FILE",
-        help="driver and settings (.toml), as 'exidyn drivers DRIVER' prints",
-    )
-    group.add_argument(
-        "--set",
-        action="append",
-        default=[],
-        metavar="NAME=VALUE",
-        help="one setting, before those of the file; may be repeated",
-    )
+    add_controller(group)
     group.add_argument("--plant", metavar="ROBOT", help="what the mock's arm really is; default: ROBOT")
     add_seed(group, "of the mock's noise")
     group.add_argument(
@@ -87,20 +76,6 @@ def _motion(group: argparse._ArgumentGroup) -> None:
     group.add_argument("--no-collision", action="store_true", help="do not look at the URDF's geometry")
     group.add_argument("--dry-run", action="store_true", help="only rehearse on the mock, and record that")
     group.add_argument("--no-rehearsal", action="store_true", help="do not rehearse on the mock before")
-
-
-def _stops(group: argparse._ArgumentGroup) -> None:
-    group.add_argument(
-        "--tracking", type=positive, default=2.0, metavar="DEG", help="away from the command; default: 2"
-    )
-    group.add_argument(
-        "--current",
-        type=positive,
-        nargs="+",
-        metavar="A",
-        help="one, or one a joint; default: by the torque limits",
-    )
-    group.add_argument("--temperature", type=positive, default=85.0, metavar="DEGC", help="default: 85")
 
 
 def _view(group: argparse._ArgumentGroup) -> None:

@@ -2,18 +2,13 @@
 
 import argparse
 import sys
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from contextlib import ExitStack
-from datetime import UTC, datetime
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from importlib.metadata import version
 from pathlib import Path
 
-import numpy as np
 from exidyn.drivers import Driver, Info, Sample
 from exidyn.drivers.driver import Plant
-from exidyn.identify.effects import Payload, known_parameters
-from exidyn.identify.errors import NeedsPayload
+from exidyn.identify.effects import Payload
 from exidyn.identify.geometry import read_geometry
 from exidyn.identify.model import Model
 from exidyn.identify.plant import typical_plant
@@ -31,27 +26,22 @@ from .json_output import hand_over, json_text, require_json
 from .live.live_view import Targets, require_showable, start_view
 from .progress import start_progress
 from .record_arguments import parser as parser
+from .recorded_run import free_path, run_recorded, run_settings, say_where, warn
 from .run.before import Checked, checked
 from .run.errors import NotAllowed
-from .run.frames import END, text_frame
-from .run.perform import Job, Outcome, perform
+from .run.perform import Job, Outcome
 from .run.pipe_sink import PipeSink
-from .run.realtime import realtime
-from .run.recorder import part_of, require_free, start_recorder
+from .run.recorder import require_free
 from .run.rehearsal import rehearse
 from .run.run_head import RunHead
 from .run.start import StartRules
-from .run.stop_requests import StopRequests
-from .run.watch import WatchLimits
-
-BODY = "L"
-"""What the unknown parameters of the payload are called after."""
+from .run_options import body_of, stops_of
 
 
 def main(arguments: Sequence[str]) -> int:
     """Check, rehearse, ask, run, record; 0 if the run came to its end."""
     given = parser().parse_args(arguments)
-    payload = _payload(given)
+    payload = body_of(given)
     ready = checked(read_plan(given.plan), read_model(given.robot), given.speed, payload)
     name, settings = read_controller(given.controller, given.driver, given.set)
     if given.plant and name != "mock" and not given.dry_run:
@@ -61,14 +51,14 @@ def main(arguments: Sequence[str]) -> int:
     if given.dry_run:
         rehearsed = {"cycle": getattr(driver.settings, "cycle", ready.plan.tick)}
         name, driver = "mock", make_driver("mock", rehearsed, ready.model.robot, plant)
-    path, targets = _free(given.output), Targets(given.view, given.serve, given.save)
+    path, targets = free_path(given.output, "run"), Targets(given.view, given.serve, given.save)
     require_free(path)
     require_json(given.json)
     require_showable(targets)
     require_attended(driver.simulated, given.yes)
     job = _job(given, ready)
     print(run_summary.before(ready, _facts(given, name, path)), file=sys.stderr)
-    _warn(ready.doubts)
+    warn(ready.doubts)
     if not driver.simulated and not given.no_rehearsal:
         _rehearse(job, ready, driver, payload)
     confirm(driver.simulated, given.yes)
@@ -77,15 +67,6 @@ def main(arguments: Sequence[str]) -> int:
     head = partial(_head, given, name, explained, payload, path)
     outcome = _record(targets, driver, job, path, head, given.json)
     return DONE if outcome.stop is None else STOPPED
-
-
-def _payload(given: argparse.Namespace) -> KnownPayload | None:
-    numbers = {n: getattr(given, n) for n in ("mass", "com", "inertia") if getattr(given, n) is not None}
-    if not numbers:
-        return None
-    if "mass" not in numbers:
-        raise NeedsPayload(f"{' and '.join(numbers)} given without --mass [kg]")
-    return KnownPayload(BODY, known_parameters(**numbers))
 
 
 def _plant(given: argparse.Namespace, ready: Checked, payload: KnownPayload | None) -> Callable[[], Plant]:
@@ -106,15 +87,7 @@ def _plant(given: argparse.Namespace, ready: Checked, payload: KnownPayload | No
 def _job(given: argparse.Namespace, ready: Checked) -> Job:
     robot = ready.model.robot
     start = StartRules(approach=given.approach, clearances=_clearances(given, ready.model))
-    watch = WatchLimits(tracking=float(np.radians(given.tracking)), temperature=given.temperature)
-    current = None
-    if given.current:
-        if len(given.current) not in (1, robot.dof):
-            raise NotAllowed(
-                f"--current has {len(given.current)} values; expected one, or one for each of the "
-                f"{robot.dof} joints"
-            )
-        current = np.broadcast_to(np.array(given.current), (robot.dof,))
+    watch, current = stops_of(given, robot.dof)
     return Job(robot, ready.plan.trajectory, ready.limits, start, watch, current)
 
 
@@ -137,12 +110,6 @@ def _facts(given: argparse.Namespace, driver: str, path: Path) -> Mapping[str, s
     }
 
 
-def _free(wanted: Path | None) -> Path:
-    """Where to write; without a wish the first run.mcap, run-2.mcap, ... that is not there yet."""
-    names = (Path(f"run-{number}.mcap" if number > 1 else "run.mcap") for number in range(1, 100_000))
-    return wanted or next(p for p in names if not p.exists() and not part_of(p).exists())
-
-
 def _rehearse(job: Job, ready: Checked, driver: Driver, payload: KnownPayload | None) -> None:
     print("rehearsing on a simulated arm", file=sys.stderr)
     cycle = getattr(driver.settings, "cycle", ready.plan.tick)
@@ -156,32 +123,19 @@ def _head(
     payload: KnownPayload | None,
     path: Path,
     info: Info,
-    sample: Sample,
-) -> bytes:
-    """What explains the run by its model and its plan's text, once its first sample is there."""
+) -> Callable[[Sample], bytes]:
+    """What explains the run by its model and its plan's text, ready but for the time of its first sample."""
     model, plan = explained
-    settings = {
-        "driver": driver,
-        "cycle": f"{info.cycle:g} s",
-        "clock": info.clock,
-        "dead man": info.dead_man or "none",
-        "speed": f"{given.speed:g}",
-        "recorded": datetime.now(UTC).isoformat(timespec="seconds"),
-        "exidyn": version("exidyn"),
-        "note": given.note,
-        **{f"driver {name}": text for name, text in info.settings.items()},
-    }
-    return RunHead(
+    begun = RunHead(
         name=given.name or path.stem,
         model=model,
         signals=info.signals,
-        epoch=sample.host_time,
-        zero=sample.controller_time,
         trajectory=plan,
         payload=payload,
-        settings={name: text for name, text in settings.items() if text},
+        settings=run_settings(driver, info, speed=f"{given.speed:g}", note=given.note),
         warnings=info.warnings,
-    ).frame()
+    ).written()
+    return lambda sample: begun(sample.host_time, sample.controller_time)
 
 
 def _record(
@@ -189,45 +143,17 @@ def _record(
     driver: Driver,
     job: Job,
     path: Path,
-    head: Callable[[Info, Sample], bytes],
+    head: Callable[[Info], Callable[[Sample], bytes]],
     json_file: Path | None = None,
 ) -> Outcome:
-    """Start who records and shows, run, and say how it went."""
-    with ExitStack() as stack:
-        # First in, last out: what is asked while the recorder finishes must not end it.
-        asked = stack.enter_context(StopRequests())
-        recorder = stack.enter_context(start_recorder(path, waits=not driver.in_real_time))
-        others = [*start_view(targets), *start_progress(job.motion.duration)]
-        sinks = [recorder, *(stack.enter_context(other) for other in others)]
-        if driver.in_real_time:
-            _warn(stack.enter_context(realtime()))
-        outcome = perform(driver, job, sinks, head, asked.look, _say_doubts)
-        for sink in sinks:
-            sink.put(text_frame(END, run_summary.end(outcome)))
+    """Run, and say how it went."""
+
+    def viewers() -> list[PipeSink]:
+        return [*start_view(targets), *start_progress(job.motion.duration)]
+
+    outcome, recorder = run_recorded(driver, job, path, head, viewers)
     table = run_summary.table(outcome) | {"written": str(path)}
     hand_over(run_summary.after(outcome), json_text(table), json_file)
-    _say_where(recorder, path, outcome.stop is None)
+    advice = "identify {} finds the dynamics in it" if outcome.stop is None else "info {} tells what happened"
+    say_where(recorder, path, advice.format(path))
     return outcome
-
-
-def _say_doubts(info: Info) -> None:
-    """What a person should know before drives are powered."""
-    unguarded = "nothing is known to stop the arm by itself if this program dies"
-    _warn((*info.warnings, *([] if info.dead_man else [unguarded])))
-
-
-def _warn(doubts: Iterable[str]) -> None:
-    for doubt in doubts:
-        print(f"exidyn: warning: {doubt}", file=sys.stderr)
-
-
-def _say_where(recorder: PipeSink, path: Path, whole: bool) -> None:
-    if path.exists():
-        more = "identify {} finds the dynamics in it" if whole else "info {} tells what happened"
-        print(f"written: {path}; exidyn {more.format(path)}", file=sys.stderr)
-    elif part_of(path).exists():
-        print(
-            f"exidyn: {recorder.failure or 'the recorder did not finish'}; what was written is in "
-            f"{part_of(path)}, see exidyn recover",
-            file=sys.stderr,
-        )

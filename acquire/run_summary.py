@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 
+from exidyn.drivers import StopLevel
 from exidyn.identify.text_table import paragraph
 from exidyn.trajectories.plans.plan_summary import use_table
 from exidyn.trajectories.plans.plan_use import limit_use
@@ -12,8 +13,9 @@ from .run.perform import Outcome
 
 NOT_RATED = (
     "This is software and not safety-rated. Clear the cell, know where the emergency stop is and keep a hand "
-    "on it; begin with --speed 10 on an arm that has not run this motion."
+    "on it"
 )
+BEGIN_SLOWLY = "; begin with --speed 10 on an arm that has not run this motion."
 
 
 def before(checked: Checked, facts: Mapping[str, str]) -> str:
@@ -32,7 +34,19 @@ def end(outcome: Outcome) -> dict[str, object]:
     """How the run ended, for the recording."""
     if outcome.stop is None:
         return {"stop": "none", "text": "the motion came to its end"}
-    return {"text": outcome.stop.text, **outcome.stop.details()}
+    return {**outcome.stop.details(), "text": _why(outcome), "level": _hardest(outcome).name}
+
+
+def _why(outcome: Outcome) -> str:
+    """Why it was stopped, and what followed because the stop did not work."""
+    assert outcome.stop is not None
+    harder = (f"then {stop.level.name.lower()}: {stop.text}" for stop in outcome.escalated)
+    return "; ".join([outcome.stop.text, *harder])
+
+
+def _hardest(outcome: Outcome) -> StopLevel:
+    assert outcome.stop is not None
+    return max(stop.level for stop in (outcome.stop, *outcome.escalated))
 
 
 def table(outcome: Outcome) -> dict[str, object]:
@@ -55,7 +69,7 @@ def after(outcome: Outcome) -> str:
     counts, cycle, stop = outcome.counts, outcome.info.cycle, outcome.stop
     late = lateness(counts)
     lines = [
-        "finished" if stop is None else f"STOPPED ({stop.level.name.lower()}): {stop.text}",
+        "finished" if stop is None else f"STOPPED ({_hardest(outcome).name.lower()}): {_why(outcome)}",
         f"{counts.cycles} cycles of {1e3 * cycle:g} ms, {counts.skipped} missed, {counts.stale} in which a "
         "joint was silent",
     ]

@@ -1,4 +1,4 @@
-"""Record: every driver beside a bare loop, faults on purpose, kills, agreement of drivers, the example.
+"""Record: every driver beside a bare loop, faults, stops that do not work, kills, agreement, the example.
 
     python benchmarks/record.py [--quick] [--json FILE] [--only PART ...]
 
@@ -13,20 +13,24 @@ os.environ["OMP_NUM_THREADS"] = "1"
 
 import record_agreement
 import record_drivers
+import record_escalation
 import record_example
 import record_faults
+import record_fuzz
 import record_kill
 from common import options, save
 
 PARTS = {
     "drivers": record_drivers.main,
     "faults": record_faults.main,
+    "escalation": record_escalation.main,
     "kills": record_kill.main,
+    "parsers": record_fuzz.main,
     "agreement": record_agreement.main,
     "example": record_example.main,
 }
 
-QUICK = ("drivers", "faults", "kills")
+QUICK = ("drivers", "faults", "escalation", "kills", "parsers")
 """What fits into a minute; the others take as long in small, with `--quick --only agreement example`."""
 
 

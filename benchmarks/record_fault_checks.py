@@ -37,12 +37,14 @@ def goes_on(seen: Seen) -> str:
 
 
 def stops(level: StopLevel, *kinds: str) -> Check:
-    """It is stopped that hard, for one of these reasons."""
+    """It is stopped that hard and no harder, for one of these reasons."""
 
     def check(seen: Seen) -> str:
-        stop = seen.ran.outcome.stop
+        stop, escalated = seen.ran.outcome.stop, seen.ran.outcome.escalated
         if stop is None:
             return "not stopped"
+        if escalated:
+            return f"escalated, though the stop works: {escalated[0].text}"
         if stop.kind not in kinds:
             return f"stopped for another reason: {stop.text}"
         return "" if stop.level == level else f"stopped by {stop.level.name}, not {level.name}"

@@ -65,7 +65,7 @@ def run(
         refused = stack.enter_context(realtime()) if driver.in_real_time else []
         began, used = time.monotonic(), time.process_time()
         before = cpu_time(recorder.process_id)
-        outcome = perform(driver, job, everybody, lambda info, sample: _head(path, info, sample), asked)
+        outcome = perform(driver, job, everybody, lambda info: _head(path, info), asked)
         seconds, used = time.monotonic() - began, time.process_time() - used
         by_recorder = cpu_time(recorder.process_id) - before
         for sink in everybody:
@@ -73,17 +73,16 @@ def run(
     return Ran(outcome, path, seconds, used, by_recorder, refused, recorder)
 
 
-def _head(path: Path, info: Info, sample: Sample) -> bytes:
+def _head(path: Path, info: Info) -> Callable[[Sample], bytes]:
     head = RunHead(
         name=path.stem,
         model=MODEL,
         signals=info.signals,
-        epoch=sample.host_time,
-        zero=sample.controller_time,
         settings=info.settings,
         warnings=info.warnings,
     )
-    return head.frame()
+    begun = head.written()
+    return lambda sample: begun(sample.host_time, sample.controller_time)
 
 
 def cpu_time(process: int) -> float:

@@ -24,6 +24,12 @@ TROUBLES = {
     0x20: "error-passive while sending: does nobody acknowledge? Check wiring, termination and bitrate",
 }
 
+PACKAGES = {
+    "canalystii": "canalystii", "cantact": "cantact", "gs_usb": "gs-usb", "neovi": "python-ics filelock",
+    "nixnet": "nixnet", "udp_multicast": "msgpack", "usb2can": "pywin32",
+}  # fmt: skip
+"""Interface -> packages that python-can needs for it and does not bring (its own optional dependencies)."""
+
 for library in ("can", "canopen"):  # what they have to say is in our errors; else they print it
     logging.getLogger(library).addHandler(logging.NullHandler())
 
@@ -165,7 +171,19 @@ def _cannot_open(interface: str, channel: str, bitrate: int, error: Exception) -
         "socketcan": f"Is it there and up? 'ip link set {channel} up type can bitrate {bitrate}'",
         "slcan": "Is the adapter plugged in, and may you read and write its port?",
     }.get(interface, "Is the adapter plugged in, and its driver installed?")
+    if isinstance(error, can.CanInterfaceNotImplementedError | ImportError):
+        advice = _what_is_missing(interface)
     return (
         f"CAN bus {interface} {channel} cannot be opened: {type(error).__name__}: {error}. {advice} "
         "Other interfaces are chosen by 'interface' and 'channel'"
+    )
+
+
+def _what_is_missing(interface: str) -> str:
+    package = PACKAGES.get(interface)
+    if package:
+        return f"python-can needs {package} for this interface: 'pip install {package}'."
+    return (
+        "python-can lacks what it needs for this interface, such as its maker's library: see its page on "
+        f"'{interface}'."
     )

@@ -18,6 +18,10 @@ RESTING = 2.0
 """How long a quick stop may take before the bus is let go all the same [s]."""
 AT_REST = 1e-3
 """A joint that moves less than this in ten cycles is at rest [rad]."""
+RUNNING_ON = 0.5
+"""How long is looked then whether a joint runs [s]."""
+RUNS_ON = 0.2
+"""Way in that time that no arm on springs swings [rad], two seconds after it was stopped."""
 SILENCE = 1.0
 """Without any frame of any joint for so long, the link is lost [s]."""
 
@@ -133,6 +137,17 @@ class CanDriver(Driver, Generic[Round]):
             resting = self._stopped(talk) and bool((moved < AT_REST).all())
             if not any(talk.fresh):
                 break
-        if self.settings.at_close == "off":
+        if self.settings.at_close == "off" or (not resting and self._runs_on(talk)):
             self.stop(StopLevel.OFF)
             self._cycles(talk, 10)
+
+    def _runs_on(self, talk: Round) -> bool:
+        """Whether a quick stop has not stopped a joint, and no drive says that it let go by itself.
+
+        To leave then would leave an arm that runs, and take from it what stops it when the host is silent.
+        """
+        if talk.fault:
+            return False
+        before = self._position(talk)
+        self._cycles(talk, round(RUNNING_ON / self.settings.cycle))
+        return bool(np.any(np.abs(self._position(talk) - before) > RUNS_ON))

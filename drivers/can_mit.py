@@ -15,7 +15,7 @@ from .damiao_setup import Found, leave, set_up
 from .driver import Arm, Command, Info, Sample, StopLevel
 from .errors import LinkLost, NotReady
 from .host_clock import Tick
-from .mit_frame import DAMIAO, ON, T_MOTOR, error_text
+from .mit_frame import DAMIAO, ON, T_MOTOR, Family, error_text
 from .mit_motors import MotorRound, Say
 from .mit_settings import MitSettings, require_sound
 
@@ -46,12 +46,49 @@ class CanMit(CanDriver[MotorRound]):
 
     def open(self) -> Info:
         """As in `Driver`: check the motors' registers and hear all of them; nothing is switched on."""
+        return self._open(self.settings.dead_man)
+
+    def open_to_read(self) -> Info:
+        """As in `Driver`: without a dead-man, which would switch off what another program left on."""
+        return self._open(None)
+
+    @property
+    def sent_to_read(self) -> str:
+        """As in `Driver`."""
+        asked = "questions for states and registers" if DAMIAO in self._families else ""
+        limp = "commands with zero gains (T-Motor)" if T_MOTOR in self._families else ""
+        return " and ".join(filter(None, (asked, limp)))
+
+    @property
+    def risk_of_reading(self) -> str:
+        """As in `Driver`: T-Motor has no question that is not a command."""
+        if T_MOTOR not in self._families:
+            return ""
+        names = [motor.name for motor in self._motors if motor.family is T_MOTOR]
+        return (
+            f"{', '.join(names)}: T-Motor tells its state only when commanded, here with zero gains. A motor "
+            "that is off stays off; one that another program left on goes limp: an arm without brakes drops"
+        )
+
+    def states(self) -> tuple[str, ...]:
+        """As in `Driver`; a T-Motor that is well does not say whether it is on."""
+        return tuple(
+            error_text(motor.family, state.error)
+            or (("on" if state.error == ON else "off") if motor.family is DAMIAO else "")
+            if np.isfinite(state.position)
+            else ""
+            for motor, state in zip(self._motors, self._opened().state, strict=True)
+        )
+
+    @property
+    def _families(self) -> set[Family]:
+        return {motor.family for motor in self._motors}
+
+    def _open(self, dead_man: float | None) -> Info:
         bus = self._open_bus()
         try:
-            s = self.settings
             self._found = [
-                set_up(bus, motor, s.dead_man) if motor.family.registers else Found()
-                for motor in self._motors
+                set_up(bus, motor, dead_man) if motor.family.registers else Found() for motor in self._motors
             ]
             self._round = MotorRound(bus, self._motors)
             self._hear_all(self._round)
@@ -81,8 +118,10 @@ class CanMit(CanDriver[MotorRound]):
                 self._lead_on(talk, joint)
         talk.watching = True
 
-    def held(self) -> np.ndarray:
+    def held(self) -> np.ndarray | None:
         """As in `Driver`: where the springs are fixed."""
+        if not self._armed:
+            return None
         return np.array(self._opened().target) * self._sign + self._zero
 
     def stop(self, level: StopLevel) -> None:

@@ -12,7 +12,7 @@ import numpy as np
 from . import cia402 as c
 from .can_driver import CanDriver
 from .canopen_frames import Frames
-from .canopen_network import DriveNetwork
+from .canopen_network import DriveNetwork, SetUp
 from .canopen_settings import BEATS, RANGE, CanopenSettings, require_sound
 from .canopen_setup import Found
 from .driver import Arm, Command, Info, Sample, StopLevel
@@ -38,7 +38,8 @@ class Canopen402(CanDriver[Frames]):
         self._per_radian, self._zero = settings.per_radian, np.array(settings.zero)
         self._network: DriveNetwork | None = None
         self._unknown = np.full(arm.dof, np.nan)
-        self._per_thousand = self._unknown
+        self._unit = self._unknown
+        self._kind = ""
 
     def open(self) -> Info:
         """As in `Driver`: set all drives up and start the network; motors stay without power."""
@@ -46,14 +47,24 @@ class Canopen402(CanDriver[Frames]):
         bus = self._open_bus()
         try:
             self._network = DriveNetwork(bus, s, self._names)
-            found = self._network.set_up_all(self.arm)
+            made = self._network.set_up_all(self.arm)
         except BaseException:
             self.close()
             raise
-        unit = np.array([one.rated for one in found]) * 1e-3 * np.array(s.sign)
-        self._per_thousand = unit if s.effort == "current" else unit * np.array(s.gear)
-        self._round = Frames(bus, s.nodes, self._names, s.host_node, s.dead_man / BEATS, s.heartbeat)
-        return self._info(found)
+        self._kind = made.kind
+        unit = np.array([one.unit for one in made.efforts]) * np.array(s.sign)
+        self._unit = unit if made.kind == "current" else unit * np.array(s.gear)
+        self._round = Frames(
+            bus,
+            s.nodes,
+            self._names,
+            s.host_node,
+            s.dead_man / BEATS,
+            s.heartbeat,
+            [one.entry for one in made.efforts],
+            [one.beats for one in made.found],
+        )
+        return self._info(made)
 
     def arm_drives(self) -> None:
         """As in `Driver`: from any state to operation enabled, holding where each joint stands."""
@@ -71,6 +82,16 @@ class Canopen402(CanDriver[Frames]):
                 self._lead_on(frames)
                 self._armed = True
 
+    @property
+    def sent_to_read(self) -> str:
+        """As in `Driver`: drives answer SYNC in any state."""
+        return "SYNC, and the set-up of a run over SDO; no controlword and no target"
+
+    def states(self) -> tuple[str, ...]:
+        """As in `Driver`: by the last statusword, in the words of CiA 402."""
+        frames = self._opened()
+        return tuple("" if word < 0 else c.state(word) for word in frames.status)
+
     def stop(self, level: StopLevel) -> None:
         """As in `Driver`: QUICK is a quick stop by 0x605A, OFF takes the voltage away."""
         frames = self._round
@@ -82,21 +103,20 @@ class Canopen402(CanDriver[Frames]):
         frames.send()
         frames.synchronise()
 
-    def _info(self, found: list[Found]) -> Info:
-        s = self.settings
+    def _info(self, made: SetUp) -> Info:
+        s, found = self.settings, made.found
         guarded = all(one.guarded for one in found)
-        unguarded = "not all drives would stop by themselves if this computer fell silent"
         return Info(
             cycle=s.cycle,
             clock="host",
-            signals=("position", s.effort),
+            signals=("position", made.kind),
             dead_man=f"{REACTIONS[s.abort_connection]} {s.dead_man:g} s after the host's last heartbeat "
             "(0x1016 and 0x6007 read back)"
             if guarded
             else "",
-            settings=self._explain(found),
+            settings=self._explain(made),
             warnings=(
-                *([] if guarded else [unguarded]),
+                *made.warnings,
                 *(text for one in found for text in one.warnings),
                 *self._doubtful_positions(found),
             ),
@@ -112,20 +132,20 @@ class Canopen402(CanDriver[Frames]):
             if not lower[joint] <= position[joint] <= upper[joint]
         ]
 
-    def _explain(self, found: list[Found]) -> dict[str, str]:
+    def _explain(self, made: SetUp) -> dict[str, str]:
         """What explains the measurement later."""
         s = self.settings
         meaning = {
-            "current": f"0x6078 in thousandths of 0x6075, amperes {s.ampere}",
-            "torque": "0x6077 in thousandths of 0x6076, times gear: at the joint",
+            "current": f"amperes {s.ampere}, of the object and by the scale beside each joint",
+            "torque": "of the motor by the object and scale beside each joint, times gear: at the joint",
         }
         explained = {
             "bus": f"{s.interface} {s.channel}, {s.bitrate} bit/s, load {100.0 * s.load:.0f} % at worst",
             "time of a sample": "when SYNC was handed to the bus; on a wire it follows the targets, and "
             f"drives measure up to {1e3 * s.behind:.2f} ms later",
-            s.effort: meaning[s.effort],
+            made.kind: meaning[made.kind],
         }
-        for name, one, scale, zero in zip(self._names, found, self._per_radian, s.zero, strict=True):
+        for name, one, scale, zero in zip(self._names, made.found, self._per_radian, s.zero, strict=True):
             explained[name] = f"{scale:.9g} counts/rad, {zero:g} rad at zero; {', '.join(one.facts)}"
         return explained
 
@@ -178,10 +198,10 @@ class Canopen402(CanDriver[Frames]):
     def _sample(self, frames: Frames, tick: Tick, sent: int) -> Sample:
         stale = ~np.array(frames.fresh)
         position = self._position(frames)
-        effort = np.array(frames.effort, float) * self._per_thousand
+        effort = np.array(frames.effort, float) * self._unit
         if stale.any():
             position[stale] = effort[stale] = np.nan
-        current = self.settings.effort == "current"
+        current = self._kind == "current"
         return Sample(
             host_time=sent,
             controller_time=sent,

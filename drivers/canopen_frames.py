@@ -1,5 +1,6 @@
 """The cyclic part of CiA 402 over CANopen: targets, SYNC, measurements, and what else drives say."""
 
+import math
 import struct
 import time
 from collections.abc import Callable, Sequence
@@ -9,14 +10,30 @@ from .can_bus import CanBus
 from .can_round import CanRound, frame
 from .host_clock import host_time
 
-MEASURED = struct.Struct("<Hih")
-"""TPDO1: statusword, position, current or torque."""
+STOOD = "<Hi"
+"""First in TPDO1: statusword, position. Beside them is what the motor works, where it has at most two bytes;
+else that is alone in TPDO2."""
 COMMANDED = struct.Struct("<Hi")
 """RPDO1: controlword, target position."""
 EMERGENCY = struct.Struct("<HB5x")
 """Emergency: error code, error register, five bytes of the manufacturer's."""
+STOOD_PART, EFFORT_PART = 1, 2
+"""Bits for TPDO1 and TPDO2, the parts of an answer."""
+LONGEST = 8
+"""Bytes of data in a frame at most."""
 LOST = 3.5
 """Heartbeats that must be missing in a row before a node counts as lost."""
+
+
+def beside(effort: c.Entry) -> bool:
+    """Whether there is room for an effort in TPDO1, beside statusword and position."""
+    return struct.calcsize(STOOD + effort.form[1:]) <= LONGEST
+
+
+def measured_sizes(effort: c.Entry) -> list[int]:
+    """Bytes of data of each frame in which a drive tells what it measures."""
+    sizes = [struct.calcsize(STOOD), struct.calcsize(effort.form)]
+    return [sum(sizes)] if beside(effort) else sizes
 
 
 class Frames(CanRound):
@@ -29,6 +46,8 @@ class Frames(CanRound):
         host: Number under which the host's heartbeat is sent.
         beat: Time between these [s].
         heartbeat: Time between the drives' [s].
+        efforts: Object of each that tells how hard its motor works.
+        beating: Whether each sends a heartbeat.
 
     Attributes:
         control: Controlword of each; sent once `commanding`.
@@ -36,7 +55,7 @@ class Frames(CanRound):
         commanding: Whether controlwords and targets are sent.
         status: Statusword of each; -1 before the first.
         position: Counts of each, where they were at the last SYNC they answered.
-        effort: Thousandths of rated, likewise.
+        effort: Counts of each effort, likewise.
     """
 
     def __init__(
@@ -47,21 +66,31 @@ class Frames(CanRound):
         host: int,
         beat: float,
         heartbeat: float,
+        efforts: Sequence[c.Entry],
+        beating: Sequence[bool],
     ) -> None:
         super().__init__(bus, names)
         self._nodes = nodes
         count = len(nodes)
         self.control, self.target = [c.SHUT_DOWN] * count, [0] * count
         self.commanding = False
-        self.status, self.position, self.effort = [-1] * count, [0] * count, [0] * count
+        self.status, self.position = [-1] * count, [0] * count
+        self.effort: list[float] = [0] * count
+        self._measured_form = [struct.Struct(STOOD + e.form[1:] * beside(e)) for e in efforts]
+        self._effort_form = [struct.Struct(e.form) for e in efforts]
+        self._parts = [STOOD_PART if beside(e) else STOOD_PART | EFFORT_PART for e in efforts]
+        self._missing = list(self._parts)
         self._commands = [frame(c.RPDO1 + node, bytes(COMMANDED.size)) for node in nodes]
         self._sync, self._beat = frame(c.SYNC, b""), frame(c.HEARTBEAT + host, bytes([c.OPERATIONAL]))
         self._beat_time, self._next_beat = beat, 0.0
-        self._lost_after, self._alive = LOST * heartbeat, [self.heard] * count
+        self._lost_after, self._beating = LOST * heartbeat, beating
+        self._alive = self._all_alive()
         self._states = [""] * count
         self._readers: dict[int, tuple[Callable[[int, bytes], None], int]] = {}
         for joint, node in enumerate(nodes):
             self._readers[c.TPDO1 + node] = (self._measured, joint)
+            if self._parts[joint] & EFFORT_PART:
+                self._readers[c.TPDO2 + node] = (self._measured_effort, joint)
             self._readers[c.EMERGENCY + node] = (self._emergency, joint)
             self._readers[c.HEARTBEAT + node] = (self._heartbeat, joint)
 
@@ -69,12 +98,13 @@ class Frames(CanRound):
         """As in `CanRound`."""
         super().begin()
         self.status = [-1] * len(self._nodes)
-        self._alive = [self.heard] * len(self._nodes)
+        self._alive = self._all_alive()
 
     def cycle(self, patience: float) -> int:
         """As in `CanRound`: targets, then SYNC, which makes them valid and everybody measure."""
         self.send()
         self._read_late()
+        self._missing = list(self._parts)
         now = host_time()
         self._bus.send(self._sync)
         self._collect(time.monotonic() + patience)
@@ -119,13 +149,28 @@ class Frames(CanRound):
         return True
 
     def _measured(self, joint: int, data: bytes) -> None:
-        if len(data) != MEASURED.size:
+        form = self._measured_form[joint]
+        if len(data) != form.size:
             return
         before = self.status[joint]
-        self.status[joint], self.position[joint], self.effort[joint] = MEASURED.unpack(data)
-        self._answered(joint)
+        self.status[joint], self.position[joint], *rest = form.unpack(data)
+        if rest:
+            self.effort[joint] = rest[0]
+        self._came(joint, STOOD_PART)
         if self.status[joint] != before:
             self._status_changed(joint, max(before, 0))
+
+    def _measured_effort(self, joint: int, data: bytes) -> None:
+        form = self._effort_form[joint]
+        if len(data) == form.size:
+            (self.effort[joint],) = form.unpack(data)
+            self._came(joint, EFFORT_PART)
+
+    def _came(self, joint: int, part: int) -> None:
+        """A drive has answered once all of its measuring PDOs are there."""
+        self._missing[joint] &= ~part
+        if not self._missing[joint]:
+            self._answered(joint)
 
     def _status_changed(self, joint: int, before: int) -> None:
         word, state = self.status[joint], self.state(joint)
@@ -148,11 +193,16 @@ class Frames(CanRound):
     def _heartbeat(self, joint: int, data: bytes) -> None:
         if len(data) != 1:
             return
-        self._alive[joint] = time.monotonic()
+        if self._beating[joint]:
+            self._alive[joint] = time.monotonic()
         state = data[0] & 0x7F
         if state != c.OPERATIONAL and not self.fault:
             word = c.NMT_STATES.get(state, f"in an unknown state {state}")
             self.fail(f"{self._names[joint]}: is {word} on the network, no longer operational")
+
+    def _all_alive(self) -> list[float]:
+        """When each was heard of last; one without heartbeat is missed where it is stale, not here."""
+        return [self.heard if beats else math.inf for beats in self._beating]
 
     def _look_for_lost(self) -> None:
         if self.fault:

@@ -2,8 +2,8 @@
 
 import math
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
-from typing import Any, cast
+from contextlib import contextmanager, suppress
+from typing import Any, NamedTuple, cast
 
 import canopen
 import numpy as np
@@ -11,10 +11,27 @@ import numpy as np
 from . import cia402 as c
 from .can_bus import CanBus
 from .canopen_drive import Drive
+from .canopen_effort import Effort, find_effort, kind_of_all
 from .canopen_settings import CanopenSettings
-from .canopen_setup import Found, Wish, set_up
+from .canopen_setup import Found, Wish, inspect, require_not_enabled, set_up
 from .driver import Arm
-from .errors import DriverError, NotReady
+from .errors import DriverError, LinkLost, NotReady
+
+
+class SetUp(NamedTuple):
+    """What drives are once they are set up.
+
+    Attributes:
+        kind: "current" or "torque", of all drives.
+        efforts: What tells it, of each.
+        found: What each said of itself.
+        warnings: Doubts that are of no single drive, a sentence each.
+    """
+
+    kind: str
+    efforts: list[Effort]
+    found: list[Found]
+    warnings: list[str]
 
 
 class DriveNetwork:
@@ -36,7 +53,7 @@ class DriveNetwork:
         for node in settings.nodes:
             self._network.add_node(canopen.RemoteNode(node, canopen.ObjectDictionary()))
 
-    def set_up_all(self, arm: Arm) -> list[Found]:
+    def set_up_all(self, arm: Arm) -> SetUp:
         """Set all drives up and start them; nothing moves and nothing is powered.
 
         Raises:
@@ -44,11 +61,20 @@ class DriveNetwork:
             LinkLost: A drive does not answer.
         """
         with self._reading():
+            with suppress(LinkLost):  # nobody there, or stopped: then it is not enabled, and is asked again
+                for joint in range(arm.dof):
+                    require_not_enabled(self._drive(joint))
             for node in self._settings.nodes:
                 self._network[node].nmt.state = "PRE-OPERATIONAL"
-            found = [set_up(self._drive(joint), self._wish(arm, joint)) for joint in range(arm.dof)]
-            self._start()
-        return found
+            drives = [self._drive(joint) for joint in range(arm.dof)]
+            found = [inspect(drive) for drive in drives]
+            wishes = self._settings.efforts
+            kind, doubts = kind_of_all(drives, wishes, self._settings.effort)
+            efforts = [find_effort(d, wish, kind) for d, wish in zip(drives, wishes, strict=True)]
+            for joint, drive in enumerate(drives):
+                set_up(drive, self._wish(arm, joint), efforts[joint], found[joint])
+            self._start([one.beats for one in found])
+        return SetUp(kind, efforts, found, doubts)
 
     def error_of(self, joint: int) -> str:
         """Why a drive is in fault, by its own account."""
@@ -81,8 +107,8 @@ class DriveNetwork:
             node=s.nodes[joint],
             host=s.host_node,
             cycle=s.cycle,
-            effort=c.CURRENT if s.effort == "current" else c.TORQUE,
             dead_man=s.dead_man,
+            require_dead_man=s.require_dead_man,
             heartbeat=s.heartbeat,
             quick_stop=s.quick_stop,
             fault_reaction=s.fault_reaction,
@@ -92,11 +118,13 @@ class DriveNetwork:
             limits=(math.ceil(low), math.floor(high)) if bounded else None,
         )
 
-    def _start(self) -> None:
+    def _start(self, beating: Sequence[bool]) -> None:
         """Start all, and see by their heartbeats that all take part."""
         for node in self._settings.nodes:
             self._network[node].nmt.state = "OPERATIONAL"
-        for name, node in zip(self._names, self._settings.nodes, strict=True):
+        for name, node, beats in zip(self._names, self._settings.nodes, beating, strict=True):
+            if not beats:
+                continue
             try:
                 manager = cast(canopen.RemoteNode, self._network[node]).nmt
                 state = manager.wait_for_heartbeat(4.0 * self._settings.heartbeat + 0.5)

@@ -8,7 +8,8 @@ import numpy as np
 from . import cia402 as c
 from .can_bus import read_options, require_interface
 from .can_load import bus_load, require_room
-from .canopen_frames import COMMANDED, MEASURED
+from .canopen_effort import EffortWish, read_object
+from .canopen_frames import COMMANDED, measured_sizes
 from .driver import Arm
 from .errors import BadSettings
 from .settings import setting
@@ -34,10 +35,39 @@ class CanopenSettings:
         1, "1, or -1 where the drive counts against the joint", low=-1, high=1, per_joint=True
     )
     zero: tuple[float, ...] = setting(0.0, "position of the joint at count zero", unit="rad", per_joint=True)
-    effort: str = setting("current", "what is measured besides position", choices=("current", "torque"))
-    ampere: str = setting(
-        "rms", "what the drive's maker means by rated current 0x6075", choices=("rms", "peak", "dc")
+    effort: str = setting(
+        "auto",
+        "what is measured besides position; auto is current, or torque 0x6077 where a drive has no current",
+        choices=("auto", "current", "torque"),
     )
+    current_object: tuple[str, ...] = setting(
+        "0x6078:0 int16", "object that tells the current, as 'index:sub type'", per_joint=True
+    )
+    current_scale: tuple[float, ...] = setting(
+        0.0,
+        "what a count of that object means; 0 for a thousandth of rated current",
+        unit="A per count",
+        low=0.0,
+        high=1e3,
+        per_joint=True,
+    )
+    rated_current: tuple[float, ...] = setting(
+        0.0,
+        "rated current of the motor; 0 for what 0x6075 tells",
+        unit="A",
+        low=0.0,
+        high=1e4,
+        per_joint=True,
+    )
+    rated_torque: tuple[float, ...] = setting(
+        0.0,
+        "rated torque of the motor; 0 for what 0x6076 tells",
+        unit="N m",
+        low=0.0,
+        high=1e5,
+        per_joint=True,
+    )
+    ampere: str = setting("rms", "what the drive's maker means by amperes", choices=("rms", "peak", "dc"))
     interface: str = setting("socketcan", "interface of python-can")
     channel: str = setting("can0", "its channel, such as can0 or /dev/ttyACM0")
     bitrate: int = setting(1_000_000, "of the bus", unit="bit/s", low=10_000, high=1_000_000)
@@ -46,6 +76,9 @@ class CanopenSettings:
     host_node: int = setting(127, "node number of the host's heartbeat", low=1, high=127)
     dead_man: float = setting(
         0.2, "silence of the host after which drives stop by themselves", unit="s", low=0.01, high=2.0
+    )
+    require_dead_man: bool = setting(
+        True, "refuse drives that would not stop by themselves when this computer dies"
     )
     heartbeat: float = setting(0.1, "time between the drives' heartbeats", unit="s", low=0.01, high=2.0)
     quick_stop: int = setting(
@@ -81,9 +114,16 @@ class CanopenSettings:
 
     @property
     def frames(self) -> list[int]:
-        """Bytes of data of each frame in a cycle: targets, SYNC, measurements."""
-        joints = len(self.nodes)
-        return [COMMANDED.size] * joints + [0] + [MEASURED.size] * joints
+        """Bytes of data of each frame in a cycle, at most: targets, SYNC, measurements."""
+        told = [c.TORQUE if self.effort == "torque" else wish.current for wish in self.efforts]
+        measured = [size for entry in told for size in measured_sizes(entry)]
+        return [COMMANDED.size] * len(self.nodes) + [0] + measured
+
+    @property
+    def efforts(self) -> list[EffortWish]:
+        """What is set of each drive's current and torque."""
+        objects = [read_object(text, "current") for text in self.current_object]
+        return list(map(EffortWish, objects, self.current_scale, self.rated_current, self.rated_torque))
 
     @property
     def beats(self) -> float:
@@ -115,6 +155,12 @@ def require_sound(s: CanopenSettings, arm: Arm) -> None:
         raise BadSettings(f"node number {min(twice)} is used twice, among nodes and host_node")
     if 0 in s.sign:
         raise BadSettings(f"sign is 0 for {arm.joints[s.sign.index(0)]}; valid are 1 and -1")
+    for name, wish in zip(arm.joints, s.efforts, strict=True):
+        if wish.scale and wish.rated_current:
+            raise BadSettings(
+                f"{name}: current_scale and rated_current are both set; either of them says what a count of "
+                "current is. Leave one at 0"
+            )
     if c.period_of(s.cycle) is None:
         raise BadSettings(
             f"cycle is {s.cycle:g} s; drives take 1 to 255 steps of 1 ms, 0.1 ms or 0.01 ms (0x60C2)"

@@ -56,7 +56,6 @@ FOLLOWING_TIME = Entry(0x6066, 0, "<H", "following error time-out in ms")
 RATED_CURRENT = Entry(0x6075, 0, "<I", "rated current in mA")
 RATED_TORQUE = Entry(0x6076, 0, "<I", "rated torque in mN m")
 TORQUE = Entry(0x6077, 0, "<h", "torque in thousandths of rated")
-CURRENT = Entry(0x6078, 0, "<h", "current in thousandths of rated")
 TARGET = Entry(0x607A, 0, "<i", "target position")
 LOWER_LIMIT = Entry(0x607D, 1, "<i", "lowest position")
 UPPER_LIMIT = Entry(0x607D, 2, "<i", "highest position")
@@ -71,7 +70,7 @@ PROFILE = 402
 
 NMT, SYNC = 0x000, 0x080
 """Identifiers of network management and of SYNC."""
-EMERGENCY, TPDO1, RPDO1, SDO_TO_NODE, HEARTBEAT = 0x080, 0x180, 0x200, 0x600, 0x700
+EMERGENCY, TPDO1, RPDO1, TPDO2, SDO_TO_NODE, HEARTBEAT = 0x080, 0x180, 0x200, 0x280, 0x600, 0x700
 """Identifiers to which the node's number is added."""
 START, PRE_OPERATIONAL = 1, 128
 """Commands of network management."""

@@ -27,8 +27,13 @@ class Found:
     warnings: list[str] = field(default_factory=list)
 
 
-def set_up(bus: CanBus, motor: Motor, dead_man: float) -> Found:
-    """Look at a motor's registers, and make it switch off after so long a silence of the host [s].
+def set_up(bus: CanBus, motor: Motor, dead_man: float | None) -> Found:
+    """Look at a motor's registers, and make it switch off after so long a silence of the host.
+
+    Args:
+        bus: Open.
+        motor: Of Damiao.
+        dead_man: That silence [s]; None for a motor that is only read, of which nothing is changed.
 
     Raises:
         NotReady: Its ranges are not those that were set, or it does not take the MIT mode.
@@ -41,12 +46,14 @@ def set_up(bus: CanBus, motor: Motor, dead_man: float) -> Found:
         )
         return found
     _require_ranges(bus, motor)
-    _set_mode(bus, motor)
+    if dead_man is not None:
+        _set_mode(bus, motor)
     for register in (r.TORQUE_CONSTANT, r.GEAR, r.SOFTWARE):
         value = _reading(bus, motor, register)
         if value is not None:
             found.facts.append(f"{register.name} {value:g}")
-    _set_dead_man(bus, motor, dead_man, found)
+    if dead_man is not None:
+        _set_dead_man(bus, motor, dead_man, found)
     return found
 
 

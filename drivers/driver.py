@@ -14,6 +14,7 @@ from typing import Any, ClassVar, Protocol
 import numpy as np
 
 from .errors import BadSettings
+from .settings import listed_joints
 
 
 class StopLevel(IntEnum):
@@ -187,6 +188,11 @@ class Driver(ABC):
         """Whether `exchange` keeps to a clock on the wall; a simulation may go as fast as it can."""
         return True
 
+    @classmethod
+    def count_joints(cls, table: Mapping[str, Any]) -> int:
+        """Number of joints that a table of settings is for; 0 where it does not say."""
+        return listed_joints(cls.Settings, table)
+
     @abstractmethod
     def open(self) -> Info:
         """Find the controller, configure and verify it. Nothing moves, nothing is powered.
@@ -194,6 +200,30 @@ class Driver(ABC):
         Raises:
             DriverError: One of its kinds, saying what to try.
         """
+
+    def open_to_read(self) -> Info:
+        """As `open`, for an arm that is only read: drives that are on stay on, drives that are off stay off.
+
+        Until `close` there is nothing but `exchange(None)` and `states`.
+        """
+        return self.open()
+
+    @property
+    def sent_to_read(self) -> str:
+        """What the controller is sent while an arm is only read, for a person."""
+        return "nothing"
+
+    @property
+    def risk_of_reading(self) -> str:
+        """What that may do to the arm, in a sentence; empty for nothing. Known before the driver is open."""
+        return ""
+
+    def states(self) -> tuple[str, ...]:
+        """What each drive says of itself, such as "torque off"; empty where it does not say.
+
+        Between exchanges, whether drives are powered or not. A bus may be asked, which takes a few cycles.
+        """
+        return ("",) * self.arm.dof
 
     def arm_drives(self) -> None:  # noqa: B027 - many controllers have nothing to do
         """Power the drives, which then hold where they stand.
@@ -203,11 +233,17 @@ class Driver(ABC):
             LinkLost: They do not answer.
         """
 
-    def held(self) -> np.ndarray | None:
-        """Position that the armed drives are told to hold, shape (n,) [rad]; None if it is what is measured.
+    @property
+    def ready(self) -> bool:
+        """Whether commands are taken; until then `exchange(None)` goes on with what must come before."""
+        return True
 
-        Commands begin there. A joint that bears a load stands away from it where the controller is a spring
-        or corrects towards it, and would jump by as much if commands began where it stands.
+    def held(self) -> np.ndarray | None:
+        """Position that the drives are told to hold, shape (n,) [rad]; None if that is what is measured.
+
+        None also before `arm_drives`, unless the controller holds the arm from `open` on. Commands begin
+        there. A joint that bears a load stands away from it where the controller is a spring or corrects
+        towards it, and would jump by as much if commands began where it stands.
         """
         return None
 

@@ -8,11 +8,40 @@ DriverError
 └── DriveFault        a drive has stopped itself
 """
 
+import difflib
 from collections.abc import Iterable
+
+LONGEST = 290
+"""Characters of a message: with the command's name before it, at most 300 are printed."""
+HEAD = 200
+"""Of those, how many are the beginning of a message that was longer; what to try stands at its end."""
+LISTED = 150
+"""Characters of a list of valid names, so that there is room for what is wrong."""
 
 
 class DriverError(Exception):
-    """Base of every error a driver raises; its text is meant for the user."""
+    """Base of every error a driver raises; its text, one line of bounded length, is meant for the user."""
+
+    def __init__(self, *arguments: object) -> None:
+        super().__init__(*(_shortened(one) if isinstance(one, str) else one for one in arguments))
+
+
+def _shortened(text: str) -> str:
+    """As `exidyn.identify.errors.shortened`, which drivers do not know."""
+    line = " ".join(text.split())
+    line = "".join(one if one.isprintable() else repr(one)[1:-1] for one in line)
+    return line if len(line) <= LONGEST else f"{line[:HEAD]} ... {line[HEAD + 5 - LONGEST :]}"
+
+
+def listed(names: Iterable[str], like: str) -> str:
+    """Names with commas; if they are too many, those most like a given one, and how many more there are."""
+    every = list(names)
+    if len(", ".join(every)) <= LISTED:
+        return ", ".join(every)
+    shown = difflib.get_close_matches(like, every, n=len(every), cutoff=0.0)
+    while len(", ".join(shown)) > LISTED:
+        shown.pop()
+    return f"{', '.join(shown)} and {len(every) - len(shown)} more"
 
 
 class UnknownDriver(DriverError, LookupError):

@@ -5,14 +5,17 @@ they should be from where they stood when the program called RSI_MOVECORR (absol
 """
 
 import time
+from collections.abc import Mapping
+from dataclasses import replace
 from ipaddress import IPv4Address
+from typing import Any
 
 import numpy as np
 
 from .driver import Arm, Command, Driver, Info, Sample, StopLevel
 from .errors import BadSettings, LinkLost
 from .host_clock import host_time
-from .rsi.about import info_of
+from .rsi.about import info_of, simulated
 from .rsi.axes import axes_of
 from .rsi.beginning import look_at
 from .rsi.config import standard_config
@@ -20,9 +23,11 @@ from .rsi.config_text import config_text
 from .rsi.conversation import Conversation, Keeper, lateness
 from .rsi.layout import ACTUAL, layout_of
 from .rsi.link import Link
+from .rsi.probe import Probe
 from .rsi.remarks import Remarks
 from .rsi.rsi_settings import RsiSettings, config_of
 from .rsi.session import Fresh, Session
+from .rsi.simulator import cycle_of
 from .rsi.telegram import Answer, TelegramReader
 from .rsi.waiting import first_telegrams
 
@@ -32,6 +37,8 @@ LOOKED_AT = 4
 """Telegrams that are looked at before the first is answered: less than half of what any Timeout bears."""
 CLOSING = 1.0
 """How long a controller is given to end RSI after the Stop channel was set [s]."""
+USUAL_AXES = 6
+"""Of a KUKA arm, where the settings do not list them."""
 ENDED = 50
 """Cycles without a telegram after which it has."""
 
@@ -42,7 +49,8 @@ class KukaRsi(Driver):
     `open` waits for the first telegrams and answers none of them until the arm is known to stand still where
     its program put it. From then on every telegram is answered, with a correction of zero that holds the arm
     there: at first by a thread, since the controller gives up after `timeout` unanswered cycles and whoever
-    is asked to confirm a run needs longer; from the first exchange on by the exchanges.
+    is asked to confirm a run needs longer; from the first exchange on by the exchanges. The first of them
+    probe what corrections do, and only then is it `ready`.
     """
 
     Settings = RsiSettings
@@ -60,6 +68,7 @@ class KukaRsi(Driver):
         self._keeper: Keeper | None = None
         self._start = self._silence
         self._remarks: Remarks | None = None
+        self._probe: Probe | None = None
         self._fault = ""
         self._gone = 0  # cycles told of since the last telegram
         self._time = self._host_time = 0
@@ -73,6 +82,18 @@ class KukaRsi(Driver):
                 f"--for-host {address}: expected this computer's IPv4 address, such as 172.31.1.10"
             ) from None
         return config_text(standard_config(address))
+
+    @classmethod
+    def count_joints(cls, table: Mapping[str, Any]) -> int:
+        return len(str(table.get("axes", "")).split()) or super().count_joints(table) or USUAL_AXES
+
+    @property
+    def sent_to_read(self) -> str:
+        """As in `Driver`: a controller that gets no answers ends its program with an error."""
+        if not self._commanding:
+            return "nothing (ONLYSEND)"
+        ending = ", and Stop at the end, which ends RSI_MOVECORR" * bool(self._layout.switch)
+        return f"a correction of zero each cycle, which keeps the arm where its program put it{ending}"
 
     @property
     def _commanding(self) -> bool:
@@ -89,8 +110,11 @@ class KukaRsi(Driver):
             layout.delay,
         )
         try:
-            first = first_telegrams(talk, LOOKED_AT, given.wait, given.controller, f"{address}:{port}")
-            beginning = look_at(first, layout, self._cycle, self._commanding)
+            here = f"{address}:{port}"
+            first = first_telegrams(talk, LOOKED_AT, given.wait, given.controller, here, self._commanding)
+            counting = talk.session.counting
+            beginning = look_at(first, layout, None if counting else self._cycle, self._commanding)
+            self._cycle = cycle_of(first) if counting else self._cycle
         except BaseException:
             talk.link.close()
             raise
@@ -98,7 +122,23 @@ class KukaRsi(Driver):
         self._talk, self._keeper = talk, Keeper(talk, self._cycle)
         self._start = beginning.start
         self._remarks = Remarks(layout, beginning, given.controller, self._commanding)
-        return info_of(given, config, layout, self._axes, beginning)
+        if self._commanding and given.probe:
+            actual = layout.columns(ACTUAL)
+            assert actual is not None  # without it there is no layout
+            room = self._lower, self._upper
+            self._probe = Probe(layout.axes, actual, self._cycle, given.timeout, *room)
+        info = info_of(given, config, layout, self._axes, beginning)
+        return simulated(info, self._cycle) if counting else info
+
+    def open_to_read(self) -> Info:
+        info = self.open()
+        self._probe = None  # which would move the axes
+        return info
+
+    @property
+    def ready(self) -> bool:
+        """As in `Driver`: whether it is known what the controller makes of corrections."""
+        return self._probe is None or self._probe.done
 
     def held(self) -> np.ndarray:
         """As in `Driver`: where corrections of zero hold the arm."""
@@ -107,20 +147,28 @@ class KukaRsi(Driver):
     def exchange(self, command: Command | None) -> Sample:
         """As in `Driver`; a command beyond the controller's window is not sent and is a fault.
 
-        `lateness` is the time from the telegram's arrival to its answer, or by how much the telegram itself
-        came late after the one before, whichever is more. When all is stale there was no telegram, and the
-        command has not been sent.
+        None is sent before the driver is `ready`. `lateness` is the time from the telegram's arrival to its
+        answer, or by how much the telegram itself came late after the one before, whichever is more. When all
+        is stale there was no telegram, and the command has not been sent.
 
         Raises:
             BadSettings: A command where the controller expects no answers.
             LinkLost: No telegram for as long as the controller waits for answers.
         """
         talk = self._taken_over()
-        if command is not None:
+        probing = None if self.ready else self._probe
+        if probing:
+            talk.correct(probing.correction.tolist())
+        elif command is not None:
             self._command(talk, command)
         most = max(SILENCE * self._cycle - talk.quiet, self._cycle)
         fresh = talk.turn(most)
-        return self._silent(talk) if fresh is None else self._sample(talk, fresh)
+        if fresh is None:
+            return self._silent(talk)
+        if probing:
+            self._probed(talk, probing, fresh)
+        sample = self._sample(talk, fresh)
+        return replace(sample, sent=False) if probing and command is not None else sample
 
     def _taken_over(self) -> Conversation:
         if self._talk is None:
@@ -129,6 +177,14 @@ class KukaRsi(Driver):
             self._keeper.end()
             self._keeper = None
         return self._talk
+
+    def _probed(self, talk: Conversation, probe: Probe, fresh: Fresh) -> None:
+        """Go on with the probe, unless the network or the controller did not take the last answer."""
+        if not (talk.refused or talk.repeated):
+            probe.see(fresh)
+        self._fault = self._fault or probe.fault
+        if probe.done:
+            talk.correct(probe.correction.tolist())
 
     def _command(self, talk: Conversation, command: Command) -> None:
         """Correct as commanded from the next answer on, if the controller would do it."""
@@ -155,7 +211,7 @@ class KukaRsi(Driver):
         numbers = np.array(fresh.telegram.numbers)
         skipped = max(fresh.cycles - 1 - self._gone, 0)
         self._gone = 0
-        self._time = talk.session.elapsed * 1_000_000
+        self._time = round(1e6 * talk.session.elapsed)
         self._host_time = max(self._host_time + 1, fresh.datagram.arrival)
         self._fault = self._fault or talk.session.restarted
         return Sample(
@@ -206,7 +262,8 @@ class KukaRsi(Driver):
         )
 
     def _events(self, talk: Conversation, fresh: Fresh | None) -> tuple[str, ...]:
-        return self._remarks.on(talk, fresh) if self._remarks else ()
+        probed = self._probe.events() if self._probe else ()
+        return (*probed, *self._remarks.on(talk, fresh)) if self._remarks else probed
 
     def stop(self, level: StopLevel) -> None:
         """QUICK sets the Stop channel, or where there is none, answers no more; OFF answers no more.
@@ -217,10 +274,23 @@ class KukaRsi(Driver):
         if self._talk is None or level < StopLevel.QUICK:
             return
         talk = self._taken_over()
+        self._give_up_probe(talk)
         if self._layout.switch:
             talk.stop()
         if level >= StopLevel.OFF or not self._layout.switch:
-            talk.silent = True
+            self._fall_silent(talk)
+
+    def _give_up_probe(self, talk: Conversation) -> None:
+        """Correct nothing where it is not known yet what that does."""
+        if self._probe and not self.ready:
+            self._probe.give_up()
+            talk.correct(self._probe.correction.tolist())
+
+    def _fall_silent(self, talk: Conversation) -> None:
+        """Answer no more; a correction that may add up is not what the controller holds then."""
+        if self._probe and not self._probe.passed:
+            talk.turn(SILENCE * self._cycle)
+        talk.silent = True
 
     def close(self) -> None:
         """Set the Stop channel until the controller's program has ended RSI, or answer no more.
@@ -232,9 +302,12 @@ class KukaRsi(Driver):
             return
         talk = self._taken_over()
         self._talk = None
+        self._give_up_probe(talk)
         if self._layout.switch and not talk.silent and not talk.session.restarted:
             talk.stop()
             end = time.monotonic() + CLOSING
             while time.monotonic() < end and talk.turn(ENDED * self._cycle):
                 pass
+        elif not talk.silent:
+            self._fall_silent(talk)
         talk.link.close()

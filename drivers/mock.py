@@ -13,7 +13,8 @@ from .driver import Arm, Command, Driver, Info, Measured, Sample, StopLevel
 from .errors import BadSettings, LinkLost, NotReady
 from .mock_clock import RealClock, SteppedClock
 from .mock_drives import MockDrives
-from .mock_faults import START, Reply, read_faults
+from .mock_fault import START, Reply
+from .mock_faults import read_faults
 from .settings import setting
 
 SIGNALS = ("position", "velocity", "current", "temperature")
@@ -90,13 +91,17 @@ class Mock(Driver):
             warnings=(f"faults are injected: {settings.faults}",) if self._faults else (),
         )
 
+    def states(self) -> tuple[str, ...]:
+        stopped = self._drives is not None and self._drives.stopped
+        return ("simulated, stopped" if stopped else "simulated",) * self.arm.dof
+
     def exchange(self, command: Command | None) -> Sample:
         drives = self._drives
         if drives is None:
             raise NotReady("driver mock: not open")
         drives.step()
         tick = self._clock.wait()
-        if tick.skipped:
+        if tick.skipped and self._began is not None:  # before the first command nobody is missed
             drives.idle(tick.skipped)
         if self._began is None and command is not None:
             self._began = tick.number
@@ -124,10 +129,16 @@ class Mock(Driver):
         )
 
     def stop(self, level: StopLevel) -> None:
-        if self._drives is not None and level == StopLevel.QUICK:
-            self._drives.stop()
-        elif self._drives is not None and level == StopLevel.OFF:
-            self._drives.release()
+        """As in `Driver`, but that it may raise, as no driver should, where that fault is asked for."""
+        drives = self._drives
+        if drives is None:
+            return
+        if level <= drives.refused:
+            raise LinkLost(f"driver mock: {level.name} was not told to the drives, as it was told not to")
+        if level == StopLevel.QUICK and not drives.deaf:
+            drives.stop()
+        elif level == StopLevel.OFF:
+            drives.release()
 
     def close(self) -> None:
         self._drives = None

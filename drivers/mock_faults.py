@@ -5,103 +5,16 @@ seconds from the first command; "at start" is before, from the first exchange. S
 """
 
 import re
-from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass, field
-from typing import ClassVar
 
 import numpy as np
 
 from .errors import BadSettings
 from .mock_drives import MockDrives
+from .mock_fault import START, Fault, Reply
 
-START = -1.0
-"""Time of every exchange before the first command, as faults count it [s]."""
-ROUNDING = 1e-9
-"""Of times [s]."""
-UNITS = ("s", "A", "rad", "degC")
+UNITS = ("s", "A", "rad", "rad/s", "degC")
 """What may be written behind a number."""
-
-
-@dataclass
-class Reply:
-    """What comes back in one cycle, before faults have acted on it and after.
-
-    Attributes:
-        position: Shape (n,) [rad].
-        velocity: Shape (n,) [rad/s].
-        current: Shape (n,) [A].
-        temperature: Shape (n,) [degC].
-        stale: Joints of which nothing fresh came, shape (n,).
-        late: Time that it takes longer [s].
-        lost: Why nothing comes back at all; empty where something does.
-        events: Sentences.
-    """
-
-    position: np.ndarray
-    velocity: np.ndarray
-    current: np.ndarray
-    temperature: np.ndarray
-    stale: np.ndarray
-    late: float = 0.0
-    lost: str = ""
-    events: list[str] = field(default_factory=list)
-
-    def copy(self) -> "Reply":
-        """The same, to be spoiled."""
-        arrays = (self.position, self.velocity, self.current, self.temperature, self.stale)
-        position, velocity, current, temperature, stale = (array.copy() for array in arrays)
-        return Reply(position, velocity, current, temperature, stale)
-
-    def silence(self, joint: int | slice) -> None:
-        """Nothing came from a joint, or from several."""
-        self.stale[joint] = True
-        for values in (self.position, self.velocity, self.current, self.temperature):
-            values[joint] = np.nan
-
-
-@dataclass(frozen=True)
-class Fault(ABC):
-    """One fault.
-
-    Attributes:
-        joint: Index of the joint it befalls; None for all, or for none in particular.
-        amount: How much of it, in the fault's own unit.
-        begin: From when on [s]; `START` for the first exchange.
-        length: For how long [s]; zero for one cycle.
-        usual: Amount where none is said.
-        lasts: Length where none is said [s].
-    """
-
-    joint: int | None
-    amount: float
-    begin: float
-    length: float
-
-    usual: ClassVar[float] = 0.0
-    lasts: ClassVar[float] = 0.0
-
-    def acts(self, before: float, now: float) -> bool:
-        """Whether it acts in the cycle at a time [s], the one before having been at another."""
-        since, then = now - self.begin + ROUNDING, before - self.begin + ROUNDING
-        return since >= 0.0 and (then < 0.0 or since < self.length)
-
-    def prepare(self, drives: MockDrives) -> None:  # noqa: B027 - most have nothing to prepare
-        """What it does before the first exchange."""
-
-    @abstractmethod
-    def act(self, reply: Reply, drives: MockDrives) -> None:
-        """Spoil a reply, or the drives."""
-
-    @property
-    def where(self) -> int | slice:
-        """The joint, or all of them."""
-        return slice(None) if self.joint is None else self.joint
-
-    @property
-    def one(self) -> int:
-        """The joint, or the first."""
-        return self.joint or 0
 
 
 class Drop(Fault):
@@ -197,6 +110,30 @@ class Jump(Fault):
         reply.position[self.one] += self.amount
 
 
+class Scale(Fault):
+    """An encoder counts an amount of times what it should from where the arm stood; negative: backwards."""
+
+    usual, lasts = 2.0, float("inf")
+
+    def act(self, reply: Reply, drives: MockDrives) -> None:
+        stood = drives.stood[self.where]
+        reply.position[self.where] = stood + self.amount * (reply.position[self.where] - stood)
+        reply.velocity[self.where] *= self.amount
+
+
+class Exchange(Fault):
+    """What a joint does is measured of the next one, and the other way round; where both stood is right."""
+
+    lasts = float("inf")
+
+    def act(self, reply: Reply, drives: MockDrives) -> None:
+        here, other = self.one, (self.one + 1) % len(reply.stale)
+        reply.position -= drives.stood
+        for values in (reply.position, reply.velocity, reply.current, reply.temperature):
+            values[[here, other]] = values[[other, here]]
+        reply.position += drives.stood
+
+
 class Stuck(Fault):
     """A joint no longer follows its commands."""
 
@@ -224,6 +161,42 @@ class Silent(Fault):
         reply.lost = "the simulated controller does not answer, as it was told not to"
 
 
+class Runaway(Fault):
+    """A joint runs away with a speed [rad/s], whatever is commanded, until it is stopped."""
+
+    usual, lasts = 2.0, float("inf")
+
+    def act(self, reply: Reply, drives: MockDrives) -> None:
+        drives.runaway[self.one] = self.amount
+
+
+class Additive(Fault):
+    """Every cycle the controller adds what is commanded, from where this began on, up to a speed [rad/s]."""
+
+    usual, lasts = 3.0, float("inf")
+
+    def act(self, reply: Reply, drives: MockDrives) -> None:
+        drives.add(self.amount)
+
+
+class Deaf(Fault):
+    """Drives ignore a quick stop."""
+
+    lasts = float("inf")
+
+    def act(self, reply: Reply, drives: MockDrives) -> None:
+        drives.deaf = True
+
+
+class StopFails(Fault):
+    """The driver fails to tell the drives a stop, up to a level: 2 is the quick stop, 3 is off."""
+
+    usual, lasts = 2.0, float("inf")
+
+    def act(self, reply: Reply, drives: MockDrives) -> None:
+        drives.refused = self.amount
+
+
 FAULTS: dict[str, type[Fault]] = {
     "drop": Drop,
     "duplicate": Duplicate,
@@ -236,9 +209,15 @@ FAULTS: dict[str, type[Fault]] = {
     "current spike": CurrentSpike,
     "nan": NotANumber,
     "jump": Jump,
+    "scale": Scale,
+    "exchange": Exchange,
     "stuck": Stuck,
     "hot": Hot,
     "silent": Silent,
+    "runaway": Runaway,
+    "additive": Additive,
+    "deaf": Deaf,
+    "stop fails": StopFails,
 }
 
 

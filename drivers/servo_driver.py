@@ -151,6 +151,21 @@ class ServoDriver(Driver):
             self._fault,
         )
 
+    @property
+    def sent_to_read(self) -> str:
+        """As in `Driver`: servos are asked, and torque and goals left as they are."""
+        return "questions, and the set-up of a run; no goal, and torque is left as it is"
+
+    def states(self) -> tuple[str, ...]:
+        """As in `Driver`: whether torque is on, asked for once."""
+        bus, port = self._opened()
+        port.be_patient(BEFORE_RUN)
+        try:
+            found = bus.peek(self.torque)
+        finally:
+            port.be_patient(IN_RUN * self.settings.cycle)
+        return tuple("" if on is None else f"torque {'on' if on else 'off'}" for on in found)
+
     def stop(self, level: StopLevel) -> None:
         """QUICK makes its goal where each servo is, OFF switches torque off; repeated every cycle after."""
         if self._bus is None or not self._armed or level <= self._stopped:

@@ -4,7 +4,10 @@ from collections.abc import Mapping
 from dataclasses import MISSING, dataclass, field, fields
 from typing import Any
 
-from .errors import BadSettings
+from .errors import BadSettings, listed
+
+FARTHEST = 1e9
+"""Size of a number where no closer limit is said: radians, counts, baud and nanoseconds stay below it."""
 
 
 @dataclass(frozen=True)
@@ -22,8 +25,8 @@ class About:
 
     text: str
     unit: str = ""
-    low: float = float("-inf")
-    high: float = float("inf")
+    low: float = -FARTHEST
+    high: float = FARTHEST
     choices: tuple[Any, ...] = ()
     per_joint: bool = False
 
@@ -53,13 +56,21 @@ def read_settings(cls: type[Any], table: Mapping[str, Any], joints: int, where: 
     known = {f.name: f for f in fields(cls)}
     unknown = [name for name in table if name not in known]
     if unknown:
-        raise BadSettings(f"{where}: unknown setting '{unknown[0]}'. Valid: {', '.join(known)}")
+        raise BadSettings(
+            f"{where}: unknown setting '{unknown[0]}'. Valid: {listed(known, unknown[0])}; see exidyn drivers"
+        )
     missing = [n for n, f in known.items() if f.default is MISSING and n not in table]
     if missing:
         texts = ", ".join(f"{name} ({known[name].metadata['about'].text})" for name in missing)
         raise BadSettings(f"{where}: missing {texts}")
     values = {n: table[n] if n in table else f.default for n, f in known.items()}
     return cls(**{n: _value(known[n].metadata, v, joints, f"{where}: {n}") for n, v in values.items()})
+
+
+def listed_joints(cls: type[Any], table: Mapping[str, Any]) -> int:
+    """Length of the first setting that is given as a list with one entry a joint; 0 if none is."""
+    lists = (table.get(f.name) for f in fields(cls) if f.metadata["about"].per_joint)
+    return next((len(one) for one in lists if isinstance(one, list | tuple)), 0)
 
 
 def _value(metadata: Mapping[str, Any], value: Any, joints: int, where: str) -> Any:

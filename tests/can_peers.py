@@ -44,8 +44,11 @@ def motors(*arguments, maker="damiao", **settings):
 
 
 def standing(driver):
-    """Where the joints stand: what a few samples agree on."""
-    return np.nanmedian([driver.exchange(None).position for _ in range(5)], axis=0)
+    """Where the joints stand: what a few samples agree on; more where a busy machine is late for those."""
+    seen = [driver.exchange(None).position for _ in range(5)]
+    while np.isnan(seen).all(axis=0).any() and len(seen) < 200:
+        seen.append(driver.exchange(None).position)
+    return np.nanmedian(seen, axis=0)
 
 
 def command(position, velocity=0.0):

@@ -7,7 +7,7 @@ import threading
 from contextlib import contextmanager
 
 import numpy as np
-from exidyn.drivers import Arm, create
+from exidyn.drivers import Arm, Command, create
 from exidyn.drivers.rsi.config import standard_config
 from exidyn.drivers.rsi.config_text import config_text
 
@@ -35,7 +35,9 @@ def config_file(folder, **changes):
 
 
 def driver(path, joints=6, **settings):
-    given = {"controller": "127.0.0.1", "config": str(path), "wait": 20.0, "timeout": 500} | settings
+    """A driver; without a probe, so that every answer is a test's own."""
+    given = {"controller": "127.0.0.1", "config": str(path), "wait": 20.0, "timeout": 500, "probe": False}
+    given |= settings
     return create("kuka_rsi", given, arm(joints))
 
 
@@ -46,6 +48,16 @@ def element(name, values):
 def telegram(stamp, position=START, programmed=START, current=(0.0,) * 6, delay=0, more=""):
     body = element("AIPos", position) + element("ASPos", programmed) + element("MACur", current)
     return f'<Rob Type="KUKA">{body}{more}<Delay D="{delay}"/><IPOC>{stamp}</IPOC></Rob>'.encode()
+
+
+def command(degrees):
+    return Command(np.radians(degrees), np.zeros(len(degrees)))
+
+
+def correction(text):
+    """What an answer corrects [deg]."""
+    inside = text.split("<AK ")[1].split("/>")[0]
+    return np.array([float(part.split('"')[1]) for part in inside.split()])
 
 
 class ByHand:

@@ -3,6 +3,7 @@
 import numpy as np
 from exidyn.acquire.run.frames import EVENT, SAMPLE, Unframed, read_cycle
 from exidyn.acquire.run.perform import Job
+from exidyn.acquire.run.watch import WatchLimits
 from exidyn.drivers import Driver, Info, Sample
 from exidyn.identify.robot_file import read_model
 from exidyn.trajectories.limits.moves import move
@@ -13,6 +14,8 @@ CYCLE = 0.002
 MODEL = read_model("cobot")
 ROBOT = MODEL.robot
 LIMITS = usable(ROBOT, Margins(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)).limits
+PATIENT = WatchLimits(missed=1.0, stall=10.0, silence=5.0)
+"""Watches nothing that a loaded machine spoils."""
 START = 0.5 * (LIMITS.position_lower + LIMITS.position_upper)
 
 

@@ -11,13 +11,16 @@ from exidyn.drivers import can_bus, create
 from exidyn.drivers.can_bus import CanBus, read_options
 from exidyn.drivers.can_load import bus_load, frame_bits, require_room
 from exidyn.drivers.canopen_frames import Frames
-from exidyn.drivers.errors import BadSettings
+from exidyn.drivers.cia402 import Entry
+from exidyn.drivers.errors import BadSettings, LinkLost
 from exidyn.drivers.mit_motors import MotorRound, Say
 from exidyn.drivers.mit_settings import MitSettings
 from exidyn.drivers.settings import read_settings
 
 from .can_peers import ARM
 from .peers.can_arm import MASTER, mit_settings
+
+CURRENT = Entry(0x6078, 0, "<h", "current")
 
 
 class Script(can.BusABC):
@@ -108,6 +111,49 @@ def test_options_are_read_for_what_they_are():
     assert read_options("") == {}
 
 
+@pytest.mark.parametrize(
+    ("interface", "error", "words"),
+    [
+        (
+            "udp_multicast",
+            can.CanInterfaceNotImplementedError("msgpack not installed"),
+            "'pip install msgpack'",
+        ),
+        ("gs_usb", can.CanInterfaceNotImplementedError("No module named 'usb'"), "'pip install gs-usb'"),
+        ("neovi", ImportError("Please install python-ics"), "'pip install python-ics filelock'"),
+        ("vector", can.CanInterfaceNotImplementedError("no vxlapi64"), "see its page on 'vector'"),
+    ],
+)
+def test_what_an_interface_needs_and_is_not_installed_is_named(monkeypatch, interface, error, words):
+    def no_bus(**_):
+        raise error
+
+    monkeypatch.setattr(can, "Bus", no_bus)
+    with pytest.raises(LinkLost) as caught:
+        CanBus(interface, "0", 1_000_000)
+    assert str(error) in str(caught.value)
+    assert words in str(caught.value)
+    assert "plugged in" not in str(caught.value)
+
+
+def test_python_can_says_that_msgpack_is_missing(monkeypatch):
+    """As it does of itself, not as this project imagines it."""
+    utils = pytest.importorskip("can.interfaces.udp_multicast.utils")
+    monkeypatch.setattr(utils, "msgpack", None)
+    with pytest.raises(LinkLost, match=r"python-can needs msgpack for this interface: 'pip install msgpack'"):
+        CanBus("udp_multicast", "ff11:7079:7468:6f6e:6465:6d6f:6d63:6173", 1_000_000, "fd=false")
+
+
+def test_a_plain_install_brings_what_the_how_to_needs():
+    root = Path(__file__).parents[1]
+    project = tomllib.loads((root / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    names = {re.split(r"[^\w-]", text)[0] for text in project["dependencies"]}
+    how_to = (root / "docs" / "how-to-can.md").read_text(encoding="utf-8")
+    used = re.findall(r'interface = "(\w+)"', how_to)
+    assert used
+    assert all(can_bus.PACKAGES.get(interface, "python-can") in names for interface in used)
+
+
 def test_a_frame_that_cannot_be_read_is_told_once_and_survived(scripted):
     bad = ValueError("noise")
     bus, _ = scripted([bad, bad, frame(0x181, b"12345678")])
@@ -150,7 +196,7 @@ def test_error_frames_of_the_controller_are_understood(scripted):
 def rounds(bus):
     """Both cyclic parts, of six joints."""
     settings = read_settings(MitSettings, mit_settings("43113"), 6, "test")
-    yield Frames(bus, range(1, 7), list(ARM.joints), 127, 0.05, 10.0)
+    yield Frames(bus, range(1, 7), list(ARM.joints), 127, 0.05, 10.0, [CURRENT] * 6, [True] * 6)
     yield MotorRound(bus, settings.motors(ARM.joints))
 
 
@@ -191,6 +237,34 @@ def test_a_late_answer_does_not_count_for_the_next_question(scripted):
     script.answers = [None, measured, None]
     talk.cycle(0.0)
     assert talk.fresh == [True] + [False] * 5
+
+
+def test_a_long_effort_comes_alone_and_an_answer_is_both_frames(scripted):
+    alone = Entry(0x606C, 0, "<i", "current")
+    stood, told = frame(0x181, bytes.fromhex("3712E8030000")), frame(0x281, bytes.fromhex("FEFFFFFF"))
+    bus, script = scripted([None, stood, None])
+    talk = Frames(bus, [1], ["joint1"], 127, 0.05, 10.0, [alone], [True])
+    talk.cycle(0.0)
+    assert talk.fresh == [False]
+    for answers in ([told, stood], [stood, told]):
+        script.answers = [None, *answers, None]
+        talk.cycle(0.0)
+        assert talk.fresh == [True]
+        assert (talk.position[0], talk.effort[0]) == (1000, -2)
+    script.answers = [None, told, told, None]
+    talk.cycle(0.0)
+    assert talk.fresh == [False]
+
+
+def test_a_drive_without_heartbeat_is_not_missed_for_it(scripted):
+    bus, _ = scripted()
+    beating = Frames(bus, [1, 2], ["joint1", "joint2"], 127, 0.05, 1e-9, [CURRENT] * 2, [False, True])
+    beating.cycle(0.0)
+    assert beating.fault.startswith("joint2: its heartbeat is lost")
+    silent = Frames(bus, [1], ["joint1"], 127, 0.05, 1e-9, [CURRENT], [False])
+    silent.begin()
+    silent.cycle(0.0)
+    assert not silent.fault
 
 
 def test_targets_are_sent_before_sync_and_nothing_before_they_are_to_be(scripted):

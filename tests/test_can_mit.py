@@ -160,6 +160,16 @@ def test_after_the_end_held_motors_do_not_miss_the_host():
         assert not peer.said("store")
 
 
+def test_a_motor_that_runs_away_is_not_left_running_at_the_end():
+    with motors("--fault", "runaway:3@5") as (peer, driver):
+        where = armed(driver)
+        while not peer.said("motor 3: now runaway"):
+            driver.exchange(command(where))
+        driver.close()
+        for number in range(1, 7):
+            assert peer.wait_for(f"motor {number}: off")
+
+
 def test_after_the_end_motors_are_off_where_that_is_wanted():
     with motors(at_close="off") as (peer, driver):
         follow(driver, armed(driver), 20)

@@ -80,6 +80,7 @@ EXPECTED = {
     (0x6060, 0): 8, (0x6061, 0): 8, (0x60C2, 1): 10, (0x60C2, 2): -3, (0x1006, 0): 10000,
     (0x6007, 0): 3, (0x605A, 0): 6, (0x605E, 0): 2, (0x1016, 1): 127 << 16 | 500, (0x1017, 0): 200,
     (0x1400, 1): 0x203, (0x1400, 2): 1, (0x1600, 0): 2, (0x1600, 1): 0x60400010, (0x1600, 2): 0x607A0020,
+    (0x1401, 1): 0x80000303, (0x1402, 1): 0x80000403, (0x1403, 1): 0x80000503,
     (0x1800, 1): 0x183, (0x1800, 2): 1, (0x1A00, 0): 3, (0x1A00, 1): 0x60410010, (0x1A00, 2): 0x60640020,
     (0x1A00, 3): 0x60780010, (0x1801, 1): 0x80000283, (0x1003, 0): 0,
     (0x6065, 0): round(0.2 * COUNTS_PER_RADIAN), (0x6066, 0): 20,
@@ -139,7 +140,8 @@ def test_arming_after_a_held_stop_goes_through_no_state_without_torque():
         (["--object", "2:0x6075:0=0"], NotReady, ["joint2 (node 2)", "rated current", "= 0"]),
         (["--object", "4:0x1000:0=0x191"], NotReady, ["joint4", "profile 401", "402"]),
         (["--object", "1:0x6502:0=0x2D"], NotReady, ["joint1", "mode 8", "0x0000002D"]),
-        (["--without", "5:0x60C2:1"], NotReady, ["joint5", "0x60C2:1 (interpolation time)"]),
+        (["--without", "5:0x6064:0"], NotReady, ["joint5", "0x6064:0 (position)", "needs"]),
+        (["--without", "3:0x607A:0"], NotReady, ["joint3", "takes 0x607A:0 (target position) into no PDO"]),
         (["--begin", "enabled"], NotReady, ["joint1", "operation enabled already", "another controller"]),
     ],
 )
@@ -149,14 +151,6 @@ def test_a_drive_that_cannot_be_used_is_refused(change, error, words):
             driver.open()
         assert all(word in str(caught.value) for word in words), caught.value
         driver.close()
-
-
-def test_a_drive_without_dead_man_is_told():
-    with drives("--without", "2:0x6007:0") as (_, driver):
-        info = driver.open()
-        assert not info.dead_man
-        assert "not all drives would stop by themselves" in info.warnings[0]
-        assert any("joint2 (node 2) refuses 0x6007:0" in text for text in info.warnings)
 
 
 def test_a_drive_that_is_not_there_is_named():

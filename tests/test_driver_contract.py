@@ -90,7 +90,9 @@ class Session:
 def play(driver):
     session = Session(info=driver.open())
     driver.arm_drives()
-    session.before = [driver.exchange(None) for _ in range(20)]
+    while not driver.ready:
+        session.before.append(driver.exchange(None))
+    session.before += [driver.exchange(None) for _ in range(20)]
     where = np.nanmedian([sample.position for sample in session.before], axis=0)
     for number in range(COUNT):
         phase = 2 * np.pi * number / COUNT

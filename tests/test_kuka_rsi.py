@@ -11,22 +11,22 @@ import pytest
 from exidyn.drivers import Command, StopLevel
 from exidyn.drivers.errors import BadSettings, LinkLost, NotReady
 
-from .rsi_controller import START, by_hand, config_file, counted, driver, running, telegram
+from .rsi_controller import (
+    START,
+    by_hand,
+    command,
+    config_file,
+    correction,
+    counted,
+    driver,
+    running,
+    telegram,
+)
 
 
 @pytest.fixture
 def path(tmp_path):
     return config_file(tmp_path)
-
-
-def command(degrees):
-    return Command(np.radians(degrees), np.zeros(len(degrees)))
-
-
-def correction(text):
-    """What an answer corrects [deg]."""
-    inside = text.split("<AK ")[1].split("/>")[0]
-    return np.array([float(part.split('"')[1]) for part in inside.split()])
 
 
 def test_each_telegram_is_answered_with_the_command_of_its_cycle(path):
@@ -52,7 +52,7 @@ def test_each_telegram_is_answered_with_the_command_of_its_cycle(path):
 
 
 def test_what_the_driver_says_of_itself(path):
-    with by_hand(path) as controller, driver(path, timeout=10) as one:
+    with by_hand(path) as controller, driver(path, timeout=10, probe=True) as one:
         info, _ = controller.begun(one)
     assert (info.cycle, info.clock, info.signals) == (0.004, "controller", ("position", "current"))
     assert "after 10 cycles (0.04 s)" in info.dead_man
@@ -321,16 +321,34 @@ def test_a_start_without_programmed_pose_is_where_the_arm_is(tmp_path):
 
 def test_who_does_not_come_is_told_what_to_do(path, caplog):
     with driver(path, wait=0.05) as one:
-        with pytest.raises(NotReady, match=r"sent nothing to 127.0.0.1:\d+ .* Start the RSI program"):
+        with pytest.raises(NotReady, match=r"nothing arrived at 127.0.0.1:\d+ .* Start the RSI program on"):
             one.open()
     with by_hand(path) as controller, driver(path, wait=0.2) as one:
-        controller.send = lambda **_: controller.raw(telegram(1).replace(b"MACur", b"MECur"))
-        with pytest.raises(NotReady, match="lacks MACur.A1, MACur.A2, .*: has the controller another"):
+        data = telegram(1).replace(b"MACur", b"MECur")
+        controller.send = lambda **_: controller.raw(data)
+        with pytest.raises(
+            NotReady, match="lacks MACur.A1, MACur.A2, .* Has the controller another"
+        ) as error:
+            controller.opened(one)
+        port = controller.socket.getsockname()[1]
+        assert f"127.0.0.1:{port} sent {len(data)} bytes (<Rob Type=" in str(error.value)
+        assert f"{data[:80].decode()}...) to " in str(error.value)
+    with by_hand(path) as controller, driver(path, wait=0.2) as one:
+        controller.send = lambda **_: controller.raw(b"\xff\x00\n")
+        with pytest.raises(NotReady, match=r"sent 3 bytes \(\\xff\\x00\\n\) to "):
             controller.opened(one)
     with by_hand(path) as controller, driver(path, wait=0.2) as one:
         controller.socket.close()
         controller.socket = controller.another("127.0.0.2")
-        with pytest.raises(NotReady, match="Something came from 127.0.0.2"):
+        port = controller.socket.getsockname()[1]
+        with pytest.raises(
+            NotReady, match=rf"but 127.0.0.2:{port} sent \d+ bytes \(<Rob .* set controller to"
+        ):
+            controller.opened(one)
+    with by_hand(path) as controller, driver(path, wait=0.2) as one:
+        stamps = iter([100])
+        controller.send = lambda **_: [controller.raw(telegram(stamp)) for stamp in stamps]
+        with pytest.raises(NotReady, match="sent 1 telegram to .* and then none for 0.2 s"):
             controller.opened(one)
     with by_hand(path) as controller, driver(path) as one, caplog.at_level(logging.WARNING):
         late = controller.send

@@ -52,11 +52,17 @@ def test_every_cycle_is_handed_over_with_the_command_that_was_sent_in_it():
     assert np.array_equal(sent, driver.commands)
 
 
-def test_the_head_comes_first():
-    driver, sink = Following(), Listening()
-    perform(driver, job(), [sink], lambda info, sample: text_frame(HEAD, {"time": sample.host_time}))
-    assert sink.frames[0][0] == HEAD
+def test_the_head_comes_first_and_was_written_before_the_first_exchange():
+    driver, sink, exchanged = Following(), Listening(), []
+
+    def head(info):
+        exchanged.append(driver.number)
+        return lambda sample: text_frame(HEAD, {"time": sample.host_time})
+
+    perform(driver, job(), [sink], head)
+    assert sink.frames[0] == (HEAD, b'{"time": %d}' % sink.cycles()[0].host_time)
     assert [kind for kind, _ in sink.frames].count(HEAD) == 1
+    assert exchanged == [0]
 
 
 def test_consecutive_commands_keep_to_the_limits_from_the_first_on():
@@ -313,3 +319,39 @@ def test_a_simulation_off_the_wall_clock_is_the_same_every_time():
         return sink.frames
 
     assert played() == played()
+
+
+class Preparing(Following):
+    """Takes no commands for a while, and as long moves by itself."""
+
+    @property
+    def ready(self):
+        return self.number >= 50
+
+    def exchange(self, command):
+        assert self.ready or command is None
+        if not self.ready:
+            self.position = START + 1e-3 * max(20 - abs(20 - self.number), 0)
+        return super().exchange(command)
+
+
+def test_a_driver_that_is_not_ready_is_listened_to_and_where_the_arm_stands_is_judged_then():
+    driver, sink = Preparing(), Listening()
+    outcome = perform(driver, job(), [sink])
+    assert outcome.stop is None
+    assert len(sink.cycles()) == driver.number
+    assert np.isnan([cycle.array("command_position") for cycle in sink.cycles()[:50]]).all()
+
+
+def test_a_driver_that_is_not_ready_can_be_stopped():
+    driver, asked = Preparing(), Stop(StopLevel.BRAKE, "asked", "Ctrl-C")
+    outcome = perform(driver, job(), asked=lambda: asked if driver.number > 20 else None)
+    assert outcome.stop is asked
+    assert driver.number < 50  # watched until it rests, and never asked for a motion
+    assert not driver.commands
+    assert driver.closed == 1
+
+
+def test_in_long_cycles_a_command_is_no_tracking_error_before_a_sample_can_show_it():
+    outcome = perform(Following(cycle=0.04), job())
+    assert outcome.stop is None

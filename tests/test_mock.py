@@ -219,3 +219,14 @@ def test_peers_get_an_arm_in_the_middle_of_its_range():
     np.testing.assert_allclose(plant.measure().position, [0, -np.pi / 2, 0, 0, 0, 0], atol=1e-4)
     elsewhere = make_plant("kr270", start=np.full(6, -0.3), seed=2)
     np.testing.assert_allclose(elsewhere.measure().position, -0.3, atol=1e-4)
+
+
+def test_before_the_first_command_nobody_is_missed():
+    """A program that only reads, or that asks a person first, may take its time."""
+    driver, _ = opened(clock="real", dead_man=0.002)
+    for _ in range(3):
+        time.sleep(0.02)
+        assert not driver.exchange(None).fault
+    driver.exchange(moving(1)[0])
+    time.sleep(0.02)
+    assert "no command for 0.002 s" in driver.exchange(None).fault

@@ -1,5 +1,6 @@
 """Which telegram is the next one."""
 
+import pytest
 from exidyn.drivers.rsi.link import Datagram
 from exidyn.drivers.rsi.session import JUMP, Session
 from exidyn.drivers.rsi.telegram import TelegramReader
@@ -37,7 +38,7 @@ def test_telegrams_that_come_twice_late_or_broken_are_told_once():
         "1 telegram could not be read",
     )
     assert one.events() == ()
-    assert one.unread == b"?"
+    assert one.unread.data == b"?"
     assert one.take([datagram(112), datagram(108)]).telegram.time == 112
     assert one.events() == ("1 telegram came too late",)
 
@@ -69,3 +70,25 @@ def test_a_jump_either_way_or_another_port_is_another_session():
         )
         assert one.restarted == told
         assert one.elapsed == 8
+
+
+def test_who_sends_one_telegram_again_for_a_while_waits_for_an_answer():
+    one = session()
+    one.take([datagram(100, arrival=0)])
+    one.take([datagram(100, arrival=1000 * number) for number in range(1, 5)])
+    assert not one.waits  # a network that doubles telegrams does it at once
+    one.take([datagram(100, arrival=60_000_000)])
+    assert one.waits
+    one.take([datagram(104, arrival=61_000_000)])
+    assert not one.waits
+
+
+def test_stamps_that_count_answers_say_nothing_of_time():
+    one = session()
+    one.take([datagram(0, arrival=0), datagram(0, arrival=10**9)])
+    one.count_answers()
+    assert one.events() == ()
+    fresh = one.take([datagram(1, arrival=10**9 + 7_000_000)])
+    assert (fresh.cycles, fresh.late) == (1, 0.0)
+    assert one.take([datagram(4, arrival=10**9 + 9_000_000)]).cycles == 3
+    assert one.elapsed == pytest.approx(1009.0)

@@ -8,6 +8,7 @@ from exidyn.identify.errors import NotFinite
 from exidyn.identify.identification import identify
 from exidyn.identify.mcap_file import read_recording, write_recording
 from exidyn.identify.recording import Signal
+from exidyn.identify.recording_checks import check
 from exidyn.identify.simulate import simulate
 from exidyn.identify.stale_samples import without_stale
 
@@ -61,12 +62,14 @@ def test_temperatures_that_come_in_turn_are_joined(run):
     assert found.warnings == ()
 
 
-def test_a_joint_that_never_speaks_is_still_refused(run, tmp_path):
+def test_a_joint_that_never_speaks_is_doubted_and_not_identified_from(run, tmp_path):
     values = np.array(run.signals["current"].values)
     values[:, 1] = np.nan
     write_recording(
         replace(run, signals={**run.signals, "current": Signal(run.signals["current"].time, values)}),
         tmp_path / "run.mcap",
     )
+    found = read_recording(tmp_path / "run.mcap")
+    assert any("current of elbow is not finite in" in doubt for doubt in found.warnings)
     with pytest.raises(NotFinite, match="current of elbow"):
-        read_recording(tmp_path / "run.mcap")
+        check(found)

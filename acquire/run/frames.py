@@ -82,13 +82,16 @@ def sample_frame(sample: Sample, command: Command | None, stage: int) -> bytes:
     sent = (command.position, command.velocity) if command is not None else (nothing, nothing)
     body = _FIXED.pack(sample.host_time, sample.controller_time, sample.lateness, sample.skipped, stage)
     arrays = (sample.position, sample.velocity, sample.current, sample.torque, sample.temperature, *sent)
-    body += np.concatenate(arrays).astype("<f8", copy=False).tobytes()
-    return _FRAME.pack(SAMPLE, len(body)) + body
+    return frame(SAMPLE, body + np.concatenate(arrays).astype("<f8", copy=False).tobytes())
 
 
 def text_frame(kind: bytes, content: Mapping[str, Any]) -> bytes:
     """A head, an event or an end."""
-    body = json.dumps(content, default=str).encode()
+    return frame(kind, json.dumps(content, default=str).encode())
+
+
+def frame(kind: bytes, body: bytes) -> bytes:
+    """Any kind, its body written already."""
     return _FRAME.pack(kind, len(body)) + body
 
 

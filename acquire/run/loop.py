@@ -11,14 +11,18 @@ from exidyn.drivers import Command, Driver, DriverError, Sample, StopLevel
 from exidyn.trajectories.trajectory import Trajectory
 
 from .command_check import CommandCheck
+from .escalation import escalate, state_of
 from .frames import STAGES, Event, event_frame, sample_frame
 from .player import BRAKING, LISTENING, Player
+from .signs import Signs
 from .sink import Sink
 from .stop import Stop, harder
+from .stops import Stops
 from .watch import Watch
 
 LISTEN_ON = 2.0
-"""How long is listened after a quick stop, which a controller makes in its own time [s]."""
+"""How long is listened after each stop that is left to the controller, which takes its own time, and at most
+after the last command [s]."""
 
 
 @dataclass
@@ -53,12 +57,13 @@ class Loop:
         watch: What stops the run.
         cycle: Time between exchanges [s].
         sinks: Who is handed every cycle; the failure of the first, the recorder, stops the run.
-        head: The frame that explains the run to them, once its first sample is there.
+        head: The frame that explains the run to them, ready but for the time of the first sample.
         asked: What a person asks for.
+        signs: What tells that a stop does not work; None where something else moves the arm.
 
     Attributes:
         counts: What happened to the cycles.
-        stop: Why the run ends before its time; None as long as it does not.
+        stops: Why the run ends before its time, and what was asked of the driver.
         last: The last sample.
     """
 
@@ -70,16 +75,24 @@ class Loop:
         sinks: Sequence[Sink] = (),
         head: Callable[[Sample], bytes] | None = None,
         asked: Callable[[], Stop | None] = lambda: None,
+        signs: Signs | None = None,
     ) -> None:
         self._driver, self._watch, self._cycle_time = driver, watch, cycle
-        self._sinks, self._head, self._asked = sinks, head, asked
+        self._sinks, self._head, self._asked, self._signs = sinks, head, asked, signs
         self._player: Player | None = None
         self._check: CommandCheck | None = None
         self._unsent: Command | None = None
         self._stage = -1
+        self._lost = False
+        self._listened = 0
         self.counts = Counts()
-        self.stop: Stop | None = None
+        self.stops = Stops(driver, self.tell)
         self.last: Sample | None = None
+
+    @property
+    def stop(self) -> Stop | None:
+        """Why the run ends before its time; None as long as it does not."""
+        return self.stops.reason
 
     def listen(self, until: Callable[[], bool]) -> None:
         """Exchange nothing but samples until something is so, or there is a reason to stop."""
@@ -92,19 +105,29 @@ class Loop:
             return
         self._player, self._check = player, check
         player.begin(way)
-        while not player.finished and not self._quick:
+        while not self.stops.by_controller and (not player.finished or self._unfinished()):
             if not self._cycle(self._next()):
                 return
-        if self._quick:
-            self._listen_on()
+
+    def finish(self) -> None:
+        """Listen on until the arm is at rest: a stop is watched as long as the arm may move."""
+        while not self._lost and self._unfinished():
+            self._cycle(None)
+
+    def _unfinished(self) -> bool:
+        """Whether the arm may still move, after so many cycles; a controller stops it in its own time."""
+        self._listened += 1
+        if self._listened > round(LISTEN_ON / self._cycle_time):
+            return False
+        return self.stops.by_controller or not self._calm
+
+    @property
+    def _calm(self) -> bool:
+        return self.last is None or self._signs is None or self._signs.calm
 
     def end(self, stop: Stop) -> None:
         """Stop for a reason found elsewhere."""
         self._to_stop(stop)
-
-    @property
-    def _quick(self) -> bool:
-        return self.stop is not None and self.stop.level > StopLevel.BRAKE
 
     def _next(self) -> Command | None:
         """The next command, or where that is not in order, the first of a stop."""
@@ -126,7 +149,9 @@ class Loop:
         try:
             sample = self._driver.exchange(command)
         except DriverError as error:
-            self._to_stop(Stop(StopLevel.QUICK, "link lost", str(error)))
+            self._lost = True
+            if not self._to_stop(Stop(StopLevel.QUICK, "link lost", str(error))):
+                self.tell("driver", f"nobody hears any more whether the stop works: {error}")
             return False
         if self.last is None and self._head:
             self._hand_over(self._head(sample))
@@ -139,6 +164,7 @@ class Loop:
         for text in sample.events:
             self.tell("driver", text)
         self._to_stop(harder(self._asked(), harder(self._watch.look(sample, command), self._recording())))
+        self._escalate(sample, command)
         return True
 
     def _recording(self) -> Stop | None:
@@ -147,22 +173,24 @@ class Loop:
             Stop(StopLevel.BRAKE, "recorder", f"the recording cannot go on: {failure}") if failure else None
         )
 
-    def _to_stop(self, found: Stop | None) -> None:
-        """Begin a stop, unless one as hard is under way."""
-        if found is None or harder(self.stop, found) is self.stop:
-            return
-        self.stop = found
-        if found.level > StopLevel.BRAKE:
-            self._driver.stop(found.level)
-        elif self._player is not None:
+    def _to_stop(self, found: Stop | None) -> bool:
+        """Begin a stop, unless one as hard is under way; whether it is begun."""
+        if found is None or not self.stops.begin(found):
+            return False
+        self._listened = 0
+        if self._player is not None and not self.stops.by_controller:
             self._player.brake()
-        self.tell("stop", found.text, found.details())
+        return True
 
-    def _listen_on(self) -> None:
-        """Record how the controller stops the arm."""
-        end = self.counts.cycles + round(LISTEN_ON / self._cycle_time)
-        while self.counts.cycles < end and self._cycle(None):
-            pass
+    def _escalate(self, sample: Sample, command: Command | None) -> None:
+        """Stop harder where a stop does not do what it should."""
+        if self._signs is None:
+            return
+        state = state_of(self.stops.level, self._stage)
+        found = escalate(state, self._signs.look(sample, command, state))
+        if found is not None:
+            self.stops.escalate(found)
+            self._listened = 0
 
     def tell(self, kind: str, text: str, details: dict[str, object] | None = None) -> None:
         """Hand an event over, at the time of the last sample; before the first there is nobody to tell."""
@@ -175,7 +203,7 @@ class Loop:
         """What the arm is doing: of a quick stop the player knows nothing."""
         if self._player is None:
             return LISTENING
-        return BRAKING if self._quick else self._player.stage
+        return BRAKING if self.stops.by_controller else self._player.stage
 
     def _tell_stage(self, stage: int) -> None:
         if stage != self._stage:

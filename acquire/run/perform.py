@@ -17,6 +17,7 @@ from .errors import CannotStart
 from .loop import Counts, Loop
 from .player import Player
 from .realtime import yield_to_the_loop
+from .signs import Signs
 from .sink import Sink
 from .start import StartRules, plan_start
 from .stop import Stop
@@ -64,18 +65,20 @@ class Outcome:
         info: What the driver said of itself.
         counts: Cycles, and what happened to them.
         stop: Why it ended before its time; None if it did not.
+        escalated: What was asked of the driver since, because that stop did not work, in order.
     """
 
     info: Info
     counts: Counts
     stop: Stop | None
+    escalated: tuple[Stop, ...] = ()
 
 
 def perform(
     driver: Driver,
-    job: Job,
+    job: Job | Callable[[Info], Job],
     sinks: Sequence[Sink] = (),
-    head: Callable[[Info, Sample], bytes] | None = None,
+    head: Callable[[Info], Callable[[Sample], bytes]] | None = None,
     asked: Callable[[], Stop | None] = lambda: None,
     opened: Callable[[Info], None] = lambda info: None,
 ) -> Outcome:
@@ -83,9 +86,9 @@ def perform(
 
     Args:
         driver: Not open yet.
-        job: What to do.
+        job: What to do, or what says so once the driver is open, before its drives are powered.
         sinks: Recorder first, then who else wants to know.
-        head: What explains the run to them, made from its first sample.
+        head: What explains the run to them: made before anything is exchanged, ready with the first sample.
         asked: What a person asks for while it goes on.
         opened: Called with what the driver says of itself, before its drives are powered.
 
@@ -95,16 +98,25 @@ def perform(
     try:
         info = driver.open()
         opened(info)
+        work = job if isinstance(job, Job) else job(info)
+        explain = head(info) if head else None
         driver.arm_drives()
-        watch = Watch(job.robot, info, job.watch, job.current)
-        explain = (lambda sample: head(info, sample)) if head else None
-        loop = Loop(driver, watch, info.cycle, sinks, explain, asked)
+        watch = Watch(work.robot, info, work.watch, work.current)
+        signs = None if info.listens else _signs(work, info)
+        loop = Loop(driver, watch, info.cycle, sinks, explain, asked, signs)
         if info.listens:
-            return Outcome(info, loop.counts, _listened(loop, job, info))
-        _play(loop, job, info, driver)
-        return Outcome(info, loop.counts, loop.stop)
+            return Outcome(info, loop.counts, _listened(loop, work, info))
+        _play(loop, work, info, driver)
+        loop.finish()
+        return Outcome(info, loop.counts, loop.stop, tuple(loop.stops.escalated))
     finally:
         driver.close()
+
+
+def _signs(job: Job, info: Info) -> Signs:
+    with np.errstate(divide="ignore"):
+        current = job.robot.limits.torque / np.abs(job.robot.drive_gain)
+    return Signs(job.robot.joints, job.limits, current, job.watch, info.cycle)
 
 
 def _listened(loop: Loop, job: Job, info: Info) -> Stop | None:
@@ -120,6 +132,7 @@ def _listened(loop: Loop, job: Job, info: Info) -> Stop | None:
 
 
 def _play(loop: Loop, job: Job, info: Info, driver: Driver) -> None:
+    loop.listen(lambda: driver.ready)
     measured = _standing(loop, info)
     if loop.stop is not None:
         return

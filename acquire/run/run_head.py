@@ -1,14 +1,14 @@
 """RunHead: what explains a run to the processes that record and show it."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 from exidyn.identify.model import Model
 from exidyn.identify.recording import KnownPayload
 from exidyn.identify.robot_file import model_text, parse_model
 
-from .frames import HEAD, text_frame
+from .frames import HEAD, frame
 
 
 @dataclass(frozen=True)
@@ -30,8 +30,8 @@ class RunHead:
     name: str
     model: Model
     signals: tuple[str, ...]
-    epoch: int
-    zero: int
+    epoch: int = 0
+    zero: int = 0
     trajectory: str = ""
     payload: KnownPayload | None = None
     settings: Mapping[str, str] = field(default_factory=dict)
@@ -39,19 +39,26 @@ class RunHead:
 
     def frame(self) -> bytes:
         """To hand over."""
+        return self.written()(self.epoch, self.zero)
+
+    def written(self) -> Callable[[int, int], bytes]:
+        """The frame, ready but for epoch and zero: writing the rest takes as long as a controller's cycle."""
         payload = {"name": self.payload.name, "known": self.payload.known} if self.payload else None
         content = {
             "name": self.name,
             "model": model_text(self.model),
             "signals": self.signals,
-            "epoch_ns": self.epoch,
-            "zero_ns": self.zero,
             "trajectory": self.trajectory,
             "payload": payload,
             "settings": dict(self.settings),
             "warnings": self.warnings,
         }
-        return text_frame(HEAD, content)
+        rest = json.dumps(content, default=str).encode()[:-1]
+
+        def begun(epoch: int, zero: int) -> bytes:
+            return frame(HEAD, b'%b, "epoch_ns": %d, "zero_ns": %d}' % (rest, epoch, zero))
+
+        return begun
 
     @classmethod
     def read(cls, body: bytes) -> "RunHead":

@@ -23,12 +23,14 @@ class StartRules:
         approach: Whether it may come from further away.
         speed: Share of the limits on the way [-]: slow enough to reach the emergency stop.
         clearances: What the way must keep clear of.
+        advice: What to try where it is too far away.
     """
 
     tolerance: float = 0.0087
     approach: bool = False
     speed: float = 0.2
     clearances: Sequence[Clearance] = ()
+    advice: str = "Move it there, or let it go there slowly with --approach"
 
 
 def plan_start(
@@ -51,7 +53,7 @@ def plan_start(
     target = player.motion.state_at(0.0)
     away = np.abs(measured - target.position)
     if not rules.approach and np.any(away > rules.tolerance):
-        raise CannotStart(_far(measured, target.position, joints, rules.tolerance))
+        raise CannotStart(_far(measured, target.position, joints, rules))
     _require_window(player.motion, measured, joints, info)
     slow = gentle(limits, rules.speed) if not np.any(target.velocity) else limits
     way = player.approach(measured, slow)
@@ -78,15 +80,15 @@ def _require_known(measured: np.ndarray, joints: Sequence[str]) -> None:
         raise CannotStart(f"the controller gives no position of {', '.join(unknown)}")
 
 
-def _far(measured: np.ndarray, target: np.ndarray, joints: Sequence[str], tolerance: float) -> str:
+def _far(measured: np.ndarray, target: np.ndarray, joints: Sequence[str], rules: StartRules) -> str:
     rows = [
         f"{name} is at {value:.4f}, the motion begins at {wanted:.4f} rad"
         for name, value, wanted in zip(joints, measured, target, strict=True)
-        if abs(value - wanted) > tolerance
+        if abs(value - wanted) > rules.tolerance
     ]
     return (
-        f"the arm is not where the motion begins: {'; '.join(rows)}; allowed are {tolerance:.4f} rad. "
-        "Move it there, or let it go there slowly with --approach"
+        f"the arm is not where the motion begins: {'; '.join(rows)}; allowed are {rules.tolerance:.4f} rad. "
+        f"{rules.advice}"
     )
 
 

@@ -88,7 +88,8 @@ def _monitors(
     return (
         DriveFault(),
         Silence(joints, max(round(watch.silence / cycle), watch.least_silence)),
-        Tracking(joints, far, long, round(watch.delay / cycle)),
+        # A command is seen in the next cycle's sample at the earliest, however long the cycle is.
+        Tracking(joints, far, long, max(round(watch.delay / cycle), 2)),
         Outside(joints, limits.position_lower, limits.position_upper, far, long),
         Speed(joints, speed, max(round(0.02 / cycle), 2), cycle),
         Current(joints, by_torque if current is None else current, effort),

@@ -1,5 +1,7 @@
 """About: what the driver says of itself once the controller has spoken."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from ..driver import Info
@@ -8,12 +10,25 @@ from .beginning import Beginning
 from .config import RsiConfig
 from .layout import Layout
 from .rsi_settings import RsiSettings
+from .simulator import doubt
 
 MARGIN = 0.05
 """By how much the window that is told is narrower than the controller's [deg]: whoever uses it counts from
 where the arm was measured, which is not exactly where the controller counts from."""
 SHORT = 10
 """Late answers in a row that a busy computer gives now and then [cycles]; it is KUKA's default Timeout."""
+
+
+def simulated(info: Info, cycle: float) -> Info:
+    """The same of a simulator that has no clock and no timeout."""
+    return replace(
+        info,
+        cycle=cycle,
+        clock="host",
+        dead_man="",
+        settings={**info.settings, "stamps": "a simulator's count of answers; times are this computer's"},
+        warnings=(doubt(cycle), *info.warnings),
+    )
 
 
 def info_of(
@@ -80,6 +95,7 @@ def _commanded(settings: RsiSettings, config: RsiConfig, layout: Layout) -> dict
         "stop_channel": layout.switch or "none",
         "window": f"{_listed(lower)} to {_listed(upper)} deg",
         "timeout": f"{settings.timeout} cycles",
+        "probe": str(settings.probe),
     }
 
 
@@ -98,6 +114,11 @@ def _risks(settings: RsiSettings, layout: Layout) -> list[str]:
         risks.append(
             f"the controller stops after {settings.timeout} late answers in a row, which a busy computer "
             "gives now and then: set Timeout of the ETHERNET object, and timeout here, to 100"
+        )
+    if not settings.probe:
+        risks.append(
+            "what corrections do is not seen before the motion (probe is false): with RSI_ON(#RELATIVE) the "
+            "arm runs away"
         )
     if not layout.switch:
         risks.append(

@@ -27,16 +27,18 @@ class Beginning:
         reference: Element that it was read from.
         decimals: Of positions.
         delay: Late answers that the controller counted until then; None if it does not say.
+        simulated: Whether it is a simulator, which sends as many decimals as a number happens to need.
     """
 
     start: np.ndarray
     reference: str
     decimals: int
     delay: int | None
+    simulated: bool = False
 
     def warnings(self) -> list[str]:
         """Doubts."""
-        if self.decimals > COARSE:
+        if self.decimals > COARSE or self.simulated:
             return []
         return [
             f"positions come in steps of {10.0**-self.decimals:g} degrees, too coarse to identify from: set "
@@ -44,19 +46,20 @@ class Beginning:
         ]
 
 
-def look_at(telegrams: Sequence[Fresh], layout: Layout, cycle: float, commanding: bool) -> Beginning:
+def look_at(telegrams: Sequence[Fresh], layout: Layout, cycle: float | None, commanding: bool) -> Beginning:
     """Look the first telegrams over.
 
     Args:
         telegrams: At least two.
         layout: What they say.
-        cycle: That the controller should have [s].
+        cycle: That the controller should have [s]; None for a simulator, which has none of its own.
         commanding: Whether the arm is to be moved.
 
     Raises:
         NotReady: Another cycle, or an arm that is not where it may be commanded from.
     """
-    _look_at_clock(telegrams, cycle)
+    if cycle is not None:
+        _look_at_clock(telegrams, cycle)
     numbers = np.array([fresh.telegram.numbers for fresh in telegrams])
     actual = numbers[:, layout.columns(ACTUAL)]
     columns = layout.columns(PROGRAMMED)
@@ -68,6 +71,7 @@ def look_at(telegrams: Sequence[Fresh], layout: Layout, cycle: float, commanding
         reference=ACTUAL if columns is None else PROGRAMMED,
         decimals=max(decimals(fresh.datagram.data, ACTUAL) for fresh in telegrams),
         delay=int(numbers[-1, layout.names.index(f"{DELAY}.D")]) if layout.delay else None,
+        simulated=cycle is None,
     )
 
 

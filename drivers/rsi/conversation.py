@@ -70,13 +70,21 @@ class Conversation:
             if time.monotonic() >= deadline:
                 return None
         if not self.silent and not self.session.restarted:
-            # A correction that was not taken, and then the next one, would be two steps in one cycle.
-            self.repeated = bool(self._told) and self._was_late(fresh) and not self.stopping
-            self._told = self._told if self.repeated else self._head
-            whole = self._answer.whole(self._told, fresh.telegram.stamp)
-            self.refused = not self.link.answer(whole, fresh.datagram.port)
+            self._reply(fresh)
         self.heard = time.monotonic()
         return fresh
+
+    def answer_again(self) -> None:
+        """Answer the last telegram, which was not answered or whose answer was lost."""
+        if self.session.last:
+            self._reply(self.session.last)
+
+    def _reply(self, fresh: Fresh) -> None:
+        # A correction that was not taken, and then the next one, would be two steps in one cycle.
+        self.repeated = bool(self._told) and self._was_late(fresh) and not self.stopping
+        self._told = self._told if self.repeated else self._head
+        whole = self._answer.whole(self._told, fresh.telegram.stamp)
+        self.refused = not self.link.answer(whole, fresh.datagram.port)
 
     def _was_late(self, fresh: Fresh) -> bool:
         """Whether the controller did not take the last answer: it counts more than were not given."""

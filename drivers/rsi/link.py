@@ -25,7 +25,7 @@ class Datagram(NamedTuple):
 
     Attributes:
         data: Bytes.
-        port: The controller's, which it chooses anew for every session.
+        port: The sender's, which a controller chooses anew for every session.
         arrival: When the network card's driver had it [ns since 1970], on the clock of `host_time`.
     """
 
@@ -51,6 +51,8 @@ class Link:
     """Datagrams from other addresses, which were ignored."""
     stranger: str
     """The last of those addresses."""
+    strange: Datagram
+    """What came from there last."""
 
     def __init__(self, address: str, port: int, controller: str) -> None:
         self._controller = controller
@@ -102,7 +104,7 @@ class Link:
                 found.append(Datagram(data, port, _arrival(extra)))
             else:
                 self.strangers += 1
-                self.stranger = address
+                self.stranger, self.strange = address, Datagram(data, port, 0)
         return found
 
     def _read(self) -> tuple[bytes, list[tuple[int, int, bytes]], tuple[str, int]]:

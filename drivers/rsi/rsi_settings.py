@@ -28,6 +28,7 @@ class RsiSettings:
         FAST, "0.004 (#IPO_FAST) or 0.012 (#IPO, and any KRC2)", unit="s", low=FAST, high=SLOW
     )
     mode: str = setting("absolute", "as RSI_ON is told", choices=("absolute", "relative"))
+    probe: bool = setting(True, "see what corrections do by at most 0.05 degrees before a motion")
     axes: str = setting("", "axis of each joint with spaces between; by default A1 A2 ...")
     sign: tuple[float, ...] = setting(
         1.0, "-1 where an axis turns the other way than its joint", low=-1, high=1, per_joint=True

@@ -15,6 +15,10 @@ from .telegram import Telegram, TelegramReader
 JUMP = 1000
 """No sound session's clock goes further in one step, nor back at all [ms]: longer than controllers wait for
 answers (0.4 s), and than a network holds a telegram back."""
+AGAIN = 2
+"""Times that one telegram comes again from a sender that waits for its answer; networks double them."""
+AWHILE = 50_000_000
+"""Time within which it does [ns]: four of the slowest cycles, in which a controller has sent others."""
 _TURN = 1 << 32
 """The clock may count in 32 bits, which is 50 days."""
 
@@ -41,15 +45,38 @@ class Session:
     Args:
         reader: What to read out of them.
         cycle: Of the controller [ms].
+
+    Attributes:
+        elapsed: Time between the first telegram and the last [ms].
+        restarted: Why another session has begun; empty if none has.
+        unread: The last datagram that was no telegram.
+        counting: Whether stamps count answers and times are this computer's, as with simulators.
     """
 
     def __init__(self, reader: TelegramReader, cycle: int) -> None:
         self.reader, self._cycle = reader, cycle
         self._last: Fresh | None = None
         self._odd: Counter[str] = Counter()
-        self.elapsed = 0
+        self._again = self._again_for = 0
+        self.elapsed = 0.0
         self.restarted = ""
-        self.unread = b""
+        self.unread: Datagram | None = None
+        self.counting = False
+
+    @property
+    def last(self) -> Fresh | None:
+        """The newest telegram of all."""
+        return self._last
+
+    @property
+    def waits(self) -> bool:
+        """Whether the same telegram comes again and again, as from one who waits for an answer."""
+        return self._again >= AGAIN and self._again_for >= AWHILE
+
+    def count_answers(self) -> None:
+        """From now on stamps count answers."""
+        self._cycle, self.counting = 1, True
+        self._odd.clear()
 
     def take(self, datagrams: Sequence[Datagram]) -> Fresh | None:
         """The newest telegram among what has come in; None if there is none that is newer."""
@@ -58,7 +85,7 @@ class Session:
             telegram = self.reader.read(datagram.data)
             if telegram is None:
                 self._odd["could not be read"] += 1
-                self.unread = datagram.data
+                self.unread = datagram
             elif self._last is None:
                 self._last = Fresh(telegram, datagram, 1, 0.0)
             else:
@@ -71,9 +98,10 @@ class Session:
         gone = _advance(before.telegram, last.telegram)
         if abs(gone) > JUMP or gone <= 0:  # another session: its clock says nothing about this one's
             gone = self._cycle
-        self.elapsed += gone
         waited = (last.datagram.arrival - before.datagram.arrival) * 1e-9
-        self._last = last._replace(cycles=max(round(gone / self._cycle), 1), late=waited - gone * 1e-3)
+        time = waited if self.counting else gone * 1e-3
+        self.elapsed += 1e3 * time
+        self._last = last._replace(cycles=max(round(gone / self._cycle), 1), late=waited - time)
         return self._last
 
     def _follow(self, telegram: Telegram, datagram: Datagram, last: Fresh) -> None:
@@ -84,10 +112,13 @@ class Session:
             self._restart(f"its clock jumped by {gone} ms", telegram, datagram)
         elif gone == 0:
             self._odd["came twice"] += 1
+            self._again += 1
+            self._again_for = datagram.arrival - last.datagram.arrival
         elif gone < 0:
             self._odd["came too late"] += 1
         else:
             self._last = Fresh(telegram, datagram, 1, 0.0)
+            self._again = 0
 
     def _restart(self, why: str, telegram: Telegram, datagram: Datagram) -> None:
         self._last = Fresh(telegram, datagram, 1, 0.0)

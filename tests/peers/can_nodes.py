@@ -80,9 +80,9 @@ class Nodes:
             self.nodes, counts, np.clip(thousandths, -32768, 32767), strict=True
         ):
             node.actual = float(position)
-            node.put(0x6064, 0, int(position))
-            node.put(0x6078, 0, int(effort))
-            node.put(0x6077, 0, int(effort))
+            node.show(0x6064, int(position))
+            node.show(0x6078, int(effort))
+            node.show(0x6077, int(effort))
 
     def handle(self, message):
         if message.is_extended_id or message.is_remote_frame or message.is_error_frame:
@@ -232,6 +232,7 @@ def main():
     parser.add_argument("--begin", choices=STATUS, help="state of all drives")
     parser.add_argument("--object", action="append", default=[], help="NODE:INDEX:SUB=VALUE")
     parser.add_argument("--without", action="append", default=[], help="NODE:INDEX:SUB")
+    parser.add_argument("--withhold", action="append", default=[], help="likewise: there, and tells nothing")
     options = parser.parse_args()
     ended = stop_with_input()
     end = open_end(options.adapter, options.port)
@@ -248,6 +249,9 @@ def main():
     for text in options.without:
         number, index, sub = (int(part, 0) for part in text.split(":"))
         del nodes.nodes[number - 1].objects[index, sub]
+    for text in options.withhold:
+        number, index, sub = (int(part, 0) for part in text.split(":"))
+        nodes.nodes[number - 1].withheld.add((index, sub))
     say(f"ready {end.address}")
     if options.fifo:
         fifo()

@@ -43,6 +43,7 @@ class Node:
         self.transfer, self.pending = None, None
         self.syncs, self.last_beat, self.next_beat = [], None, 0.0
         self.objects = dict(standard_objects(number, rated))
+        self.withheld = set()  # objects that are there and tell nothing
         self.map()
 
     def start(self):
@@ -56,6 +57,15 @@ class Node:
 
     def put(self, index, sub, value):
         self.objects[index, sub][1] = value
+
+    def option(self, index, sub, without):
+        """The value of an object that not every drive has."""
+        return self.get(index, sub) if (index, sub) in self.objects else without
+
+    def show(self, index, value):
+        """Put a measurement into an object that not every drive has."""
+        if (index, 0) in self.objects:
+            self.put(index, 0, value)
 
     # network
 
@@ -80,11 +90,11 @@ class Node:
 
     def tick(self, now):
         """What depends on the time [s]: heartbeats, sent and missed."""
-        period = self.get(0x1017) * 1e-3
+        period = self.option(0x1017, 0, 0) * 1e-3
         if period and now >= self.next_beat:
             self.next_beat = now + period
             self.send(0x700 + self.number, bytes([self.nmt]))
-        patience = (self.get(0x1016, 1) & 0xFFFF) * 1e-3 if (0x1016, 1) in self.objects else 0.0
+        patience = (self.option(0x1016, 1, 0) & 0xFFFF) * 1e-3
         if self.last_beat is not None and patience and now - self.last_beat > patience:
             self.last_beat = None
             self.emergency(0x8130)
@@ -152,7 +162,7 @@ class Node:
         rising, self.word = word & ~self.word, word
         if self.state in ("fault", "fault reaction"):
             if self.state == "fault" and rising & 0x80:
-                self.put(0x603F, 0, 0)
+                self.show(0x603F, 0)
                 self.change("switch-on disabled")
                 self.emergency(0)
         elif not word & 0x02:
@@ -167,7 +177,9 @@ class Node:
             self.change("switched on")
 
     def enable(self):
-        stopping = self.state == "stopping" and self.get(0x605A) in (5, 6, 7, 8) and not self.velocity
+        stopping = (
+            self.state == "stopping" and self.option(0x605A, 0, 2) in (5, 6, 7, 8) and not self.velocity
+        )
         if self.state not in ("switched on", "enabled") and not stopping:
             return
         self.opening += 1
@@ -178,12 +190,12 @@ class Node:
 
     def quick_stop(self):
         if self.state == "enabled":
-            self.change("stopping" if self.get(0x605A) else "switch-on disabled")
+            self.change("stopping" if self.option(0x605A, 0, 2) else "switch-on disabled")
         elif self.state in ("ready", "switched on"):
             self.change("switch-on disabled")
 
     def fail(self, code):
-        self.put(0x603F, 0, code)
+        self.show(0x603F, code)
         self.emergency(code)
         self.change("fault reaction")
 
@@ -209,14 +221,14 @@ class Node:
     def come_to_rest(self):
         if self.state == "fault reaction":
             self.change("fault")
-        elif self.get(0x605A) in (1, 2, 3):
+        elif self.option(0x605A, 0, 2) in (1, 2, 3):
             self.change("switch-on disabled")
 
     def look(self, seconds):
         """Following error, and whether SYNC comes as often as it was said to."""
-        away = abs(self.get(0x607A) - self.actual) > self.get(0x6065)
+        away = abs(self.get(0x607A) - self.actual) > self.option(0x6065, 0, 100000)
         self.late_following = self.late_following + 1 if away else 0
-        if self.late_following * seconds * 1e3 > self.get(0x6066):
+        if self.late_following * seconds * 1e3 > self.option(0x6066, 0, 10):
             self.fail(0x8611)
         elif len(self.syncs) > 100:
             period = median(b - a for a, b in zip(self.syncs, self.syncs[1:], strict=False))
@@ -226,6 +238,8 @@ class Node:
 
     @property
     def period(self):
+        if (0x60C2, 1) not in self.objects:
+            return 1e-6 * self.get(0x1006)
         return self.get(0x60C2, 1) * 10.0 ** self.get(0x60C2, 2)
 
     # SDO
@@ -249,6 +263,8 @@ class Node:
     def upload(self, index, sub):
         if (index, sub) not in self.objects:
             raise Abort(0x06020000)
+        if (index, sub) in self.withheld:
+            raise Abort(0x060A0023)
         form, value, _ = self.objects[index, sub]
         data = value.encode() if form == "text" else struct.pack(form, value)
         if len(data) <= 4:
@@ -286,7 +302,7 @@ class Node:
         self.put(index, sub, value)
         if index in (0x1400, 0x1600, 0x1800, 0x1A00):
             self.map()
-        if index == 0x6060 and 0 < value < 33 and self.get(0x6502) >> (value - 1) & 1:
+        if index == 0x6060 and 0 < value < 33 and self.option(0x6502, 0, 0x80) >> (value - 1) & 1:
             self.put(0x6061, 0, value)
         if index == 0x6040:
             self.control(value)
@@ -330,6 +346,8 @@ def standard_objects(number, rated):
         yield (base + 0x200, 0), ["<B", 0, "rw"]
         for sub in range(1, 9):
             yield (base + 0x200, sub), ["<I", 0, "rw"]
+    for place in (1, 2, 3):  # on, as delivered
+        yield (0x1400 + place, 1), ["<I", 0x200 + 0x100 * place + number, "rw"]
     yield (0x1801, 1), ["<I", 0x280 + number, "rw"]
     numbers = {
         0x6007: ("<h", 1), 0x603F: ("<H", 0), 0x6040: ("<H", 0), 0x6041: ("<H", 0x0250), 0x605A: ("<h", 2),

@@ -16,7 +16,7 @@ import struct
 import sys
 import time
 import xml.etree.ElementTree as ElementTree
-from collections import Counter
+from collections import Counter, deque
 
 import numpy as np
 from exidyn.identify.robot_file import read_model
@@ -90,7 +90,10 @@ class Controller:
         start = None if given.start is None else self.joints(np.array(given.start))
         self.plant = make_plant(given.robot, start, given.seed)
         self.measured = self.plant.measure()
-        self.pose = self.target = self.measured.position
+        self.pose = self.target = self.rest = self.measured.position
+        self.under_way = deque(maxlen=given.lag + 1)
+        self.furthest = 0.0
+        self.noise = np.random.default_rng(given.seed)
         self.ipoc = given.ipoc
         self.total = Counter()
         self.rejected = Counter()
@@ -126,6 +129,8 @@ class Controller:
             speed=1.1 * np.degrees(self.robot.limits.velocity),
             only_send=self.config.only_send,
             eager=self.given.eager,
+            relative=self.given.mode == "relative",
+            linked=np.array(self.given.linked or np.ones(n)),
         )
 
     def add_up(self):
@@ -133,6 +138,7 @@ class Controller:
             self.total[name] += getattr(self.context, name)
         self.rejected += self.context.rejected
         self.worst = max(self.worst, self.context.worst)
+        self.total["farthest"] = max(self.total["farthest"], self.context.farthest)
 
     def joints(self, degrees):
         return self.sign * np.radians(degrees) + self.zero
@@ -159,25 +165,36 @@ class Controller:
             "stopped": stopped,
             "rejected": dict(self.rejected),
             "max_consecutive_late": self.worst,
+            "furthest": self.furthest,
             "latency_us": percentiles(self.latencies),
         }
 
     def one_cycle(self, number, deadline):
         self.collect()
-        correction = self.context.step()
+        if number * self.cycle < self.given.movecorr:
+            self.context.correction = np.zeros(self.robot.dof)
+        self.under_way.append(self.context.step())
+        correction = self.under_way[0]
         if self.context.stopped:
             return
+        self.furthest = max(self.furthest, np.abs(self.axes(self.measured.position - self.rest)).max())
         if self.first is None and (self.context.answered or self.context.only_send):
             self.first = number
         since = -1 if self.first is None else number - self.first
         if since in self.faults.restart:
             self.begin()
             correction = self.context.correction
+        if 0 <= self.given.additive <= since:
+            self.context.relative = True
         self.ipoc += round(1e3 * self.cycle) + int(self.faults.jumps.get(since, 0))
         self.dispatch(number, since, deadline)
         target = self.joints(self.axes(self.pose) + correction) + self.by_program(number)
         self.plant.step(target, None, self.cycle)
         self.measured, self.target = self.plant.measure(), target
+
+    def unrest(self):
+        """What positions are wrong by [deg]."""
+        return self.given.noise * self.noise.standard_normal(self.robot.dof)
 
     def by_program(self, number):
         """How far the controller's own program has moved: a slow swing where it does [rad]."""
@@ -235,7 +252,7 @@ class Controller:
             return b'<Rob Type="KUKA"></Rob>'
         pose = self.axes(self.pose + self.by_program(number))
         values = {
-            "DEF_AIPos": ("AIPos", self.axes(self.measured.position)),
+            "DEF_AIPos": ("AIPos", self.axes(self.measured.position) + self.unrest()),
             "DEF_ASPos": ("ASPos", pose),
             "DEF_MACur": ("MACur", self.current()),
             "GearTorque.A1": ("GearTorque", self.sign * self.torque()),
@@ -288,7 +305,15 @@ def parser():
     parser.add_argument("--axiscorr", type=float, default=5.0)
     parser.add_argument("--axiscorrmon", type=float, default=6.0)
     parser.add_argument("--i-max", type=float, default=0.0, help="send currents in percent of this [A]")
+    parser.add_argument("--mode", default="absolute", choices=("absolute", "relative"), help="of RSI_ON")
+    parser.add_argument("--linked", type=numbers, help="1 or 0 an axis: whether AXISCORR is given it")
+    parser.add_argument("--movecorr", type=float, default=0.0, help="RSI_MOVECORR comes so late [s]")
+    parser.add_argument("--lag", type=int, default=0, help="cycles until a correction has an effect")
+    parser.add_argument("--noise", type=float, default=0.0, help="standard deviation of positions [deg]")
     parser.add_argument("--swing", type=float, default=0.0, help="the program itself moves the arm [deg]")
+    parser.add_argument(
+        "--additive", type=int, default=-1, metavar="CYCLE", help="RELATIVE mode from then on"
+    )
     parser.add_argument("--ipoc", type=int, default=4208163634)
     for name in ("drop", "duplicate", "reorder", "restart"):
         parser.add_argument(f"--{name}", default="", metavar="3,7-9", help="cycles")

@@ -13,7 +13,9 @@ class Context:
     """Corrections of one session, in degrees.
 
     `limit` is AXISCORR's, which cuts off and says nothing; `overall` AXISCORRMON's, which stops; `timeout`
-    ETHERNET's, in cycles without an answer; `speed` what the axes can do [deg/s].
+    ETHERNET's, in cycles without an answer; `speed` what the axes can do [deg/s]. `relative` is
+    RSI_ON(#RELATIVE), which adds in every cycle what ETHERNET puts out; `linked` is 1 for an axis whose
+    output of ETHERNET is linked to AXISCORR, else 0.
     """
 
     sentype: str
@@ -27,17 +29,21 @@ class Context:
     speed: np.ndarray
     only_send: bool = False
     eager: bool = False
+    relative: bool = False
+    linked: np.ndarray | float = 1.0
     correction: np.ndarray = field(init=False)
     delay: int = 0
     worst: int = 0
     late: int = 0
     clamped: int = 0
+    farthest: float = 0.0
     answered: int = 0
     stopped: str = ""
     rejected: Counter = field(default_factory=Counter)
 
     def __post_init__(self):
         self.correction = np.zeros(len(self.tags))
+        self._output = np.zeros(len(self.tags))
         self._next = None
         self._stop = False
 
@@ -88,9 +94,11 @@ class Context:
             self.worst = max(self.worst, self.delay)
             if self.delay > self.timeout:
                 self.stopped = "KSS29002 ETHERNET1 RSITimeout"
-        return self.correction if self.hold else np.zeros(len(self.tags))
+        return self._output if self.hold else np.zeros(len(self.tags))
 
     def _apply(self, raw: np.ndarray) -> np.ndarray:
+        self._output = raw
+        raw = self.linked * raw + (self.correction if self.relative else 0.0)
         cut = np.clip(raw, -self.limit, self.limit)
         self.clamped += bool((cut != raw).any())
         if (np.abs(cut) > self.overall).any():
@@ -99,4 +107,5 @@ class Context:
             self.stopped = "KSS1102 command velocity"
         else:
             self.correction = cut
+            self.farthest = max(self.farthest, float(np.abs(cut).max()))
         return self.correction

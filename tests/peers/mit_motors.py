@@ -4,7 +4,7 @@
 
 Prints "ready PORT", and later what happens. They are stiff, so that the arm is where its springs pull it to
 without sag: what is tested is the wire. Faults are given as KIND:MOTOR@CYCLE, in cycles after all motors are
-on: silent, error, noise. Ends when its standard input does.
+on: silent, error, runaway, noise. Ends when its standard input does.
 """
 
 import struct
@@ -17,6 +17,8 @@ from can_nodes import arguments, fifo, open_end, plant, say, stop_with_input
 from pace import Pace
 
 TIMEOUT_UNIT = 50e-6
+RUNAWAY = 2.0
+"""Speed of a joint whose motor no longer follows [rad/s]."""
 
 
 RANGES = list(MIT_RANGES)
@@ -128,7 +130,7 @@ class Motors:
             Motor(number, number + MASTER if damiao else 0, damiao, options.short)
             for number in range(1, joints + 1)
         ]
-        self.silent = set()
+        self.silent, self.running = set(), set()
         self.random = np.random.default_rng(0)
         self.asked, self.cycles, self.on_at = set(), 0, 0
         self.looked = time.monotonic()
@@ -187,8 +189,10 @@ class Motors:
     def move(self):
         """The arm goes where stiff springs pull it; what is off stays where it is."""
         for joint, motor in enumerate(self.motors):
-            if motor.on and motor.gains[0] > 0.0:
+            if motor.on and motor.gains[0] > 0.0 and motor.number not in self.running:
                 self.held[joint] = motor.wish[0] * self.sign[joint] + self.zero[joint]
+        for number in self.running:
+            self.held[number - 1] += RUNAWAY * self.cycle if self.motors[number - 1].on else 0.0
         velocity = [motor.wish[1] if motor.on and motor.gains[0] > 0.0 else 0.0 for motor in self.motors]
         seconds = self.pace.length(self.cycle, self.stamp)
         self.pace.step(self.held, np.array(velocity) * self.sign, seconds)
@@ -204,6 +208,8 @@ class Motors:
                 say(f"motor {motor.number}: now {fault.kind}")
                 if fault.kind == "silent":
                     self.silent.add(motor.number)
+                elif fault.kind == "runaway":
+                    self.running.add(motor.number)
                 elif fault.kind == "error":
                     motor.fail(10)
 
@@ -232,6 +238,7 @@ def main():
     parser.add_argument("--cycle", type=float, default=0.002)
     parser.add_argument("--adapter", action="store_true")
     parser.add_argument("--register", action="append", default=[], help="MOTOR:NUMBER=VALUE")
+    parser.add_argument("--on", action="store_true", help="all were left on, and hold where they stand")
     parser.add_argument("--error", type=int, default=0, help="all begin with this error")
     parser.add_argument("--torque-range", type=float, default=MIT_RANGES[2], help="or current, for T-Motor")
     options = parser.parse_args()
@@ -248,6 +255,7 @@ def main():
         )
     for motor in motors.motors:
         motor.error = options.error
+        motor.on, motor.wish = options.on, (motor.position, 0.0)
     say(f"ready {end.address}")
     if options.fifo:
         fifo()

@@ -8,6 +8,8 @@ import time
 from pathlib import Path
 
 HERE = Path(__file__).parent
+STARTING = 180.0
+"""How long a peer may take to import what it needs [s]: on two cores with six others busy it took over 60."""
 
 
 class NoBus(Exception):
@@ -37,12 +39,13 @@ class Peer:
         self._reader = threading.Thread(target=self._read, daemon=True)
         self._reader.start()
         try:
-            self.address = self.wait_for("ready ", 60.0).removeprefix("ready ").strip()
+            self.address = self.wait_for("ready ", STARTING).removeprefix("ready ").strip()
         except LookupError as error:
             self.close()
             if self.process.returncode == 77:
                 raise NoBus("".join(self.lines).strip()) from error
-            raise RuntimeError("".join(self.lines)) from error
+            said = "".join(self.lines).strip() or f"nothing in {STARTING:g} s"
+            raise RuntimeError(f"{script} did not start: {said}") from error
 
     def _read(self):
         for line in self.process.stdout:

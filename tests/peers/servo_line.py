@@ -12,6 +12,7 @@ What goes wrong is told through standard input, a line each, and "did ..." comes
     error ID BITS        hardware errors
     reboot ID            power was lost: registers of the memory that forgets are as at first
     set ADDRESS SIZE N   this register of all servos
+    show ADDRESS SIZE    says what this register of all servos is: "shows [...]"
     clear                all servos answer again, in time
     heal                 all is as in the beginning, but for where the arm stands
 """
@@ -196,6 +197,10 @@ class ServoLine:
             address, size, value = map(int, numbers)
             for table in self.tables:
                 table[address : address + size] = value.to_bytes(size, "little")
+        elif kind == "show":
+            address, size = map(int, numbers)
+            values = [int.from_bytes(table[address : address + size], "little") for table in self.tables]
+            print(f"shows {values}", flush=True)
         elif kind == "clear":
             self.clear()
         elif kind == "heal":

@@ -1,0 +1,1 @@
+"""Jog: one joint a little way and back, and what that tells of its sign, scale, gain and zero."""

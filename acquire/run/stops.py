@@ -1,0 +1,75 @@
+"""Stops: what was asked of the driver, and why; a level only ever rises."""
+
+from collections.abc import Callable
+
+from exidyn.drivers import Driver, StopLevel
+
+from .escalation import after_failure
+from .stop import Stop
+
+
+class Stops:
+    """The stops of one run.
+
+    Args:
+        driver: Open.
+        tell: Called with every stop and failure: kind of event, text and details.
+
+    Attributes:
+        reason: Why the run ends before its time; None as long as it does not.
+        escalated: What was asked for because a stop did not work, in order.
+        level: Hardest level asked for so far; 0 for none.
+    """
+
+    def __init__(self, driver: Driver, tell: Callable[[str, str, dict[str, object]], None]) -> None:
+        self._driver, self._tell = driver, tell
+        self.reason: Stop | None = None
+        self.escalated: list[Stop] = []
+        self.level = 0
+
+    @property
+    def by_controller(self) -> bool:
+        """Whether the stop is left to the controller, so that commands have ended."""
+        return self.level > StopLevel.BRAKE
+
+    def begin(self, found: Stop) -> bool:
+        """Stop for a reason, unless as hard a stop is under way; whether it is not."""
+        if found.level <= self.level:
+            return False
+        self.reason = found
+        self._ask(found)
+        return True
+
+    def escalate(self, found: Stop) -> None:
+        """Stop harder, for the stop under way does not work."""
+        if found.level <= self.level:
+            return
+        if self.reason is None:
+            self.reason = found
+        else:
+            self.escalated.append(found)
+        self._ask(found)
+
+    def _ask(self, stop: Stop) -> None:
+        self.level = stop.level
+        failure = self._told(stop.level)
+        self._tell("stop", stop.text, stop.details())
+        if failure is None:
+            return
+        harder = after_failure(stop.level, failure)
+        if harder is not None:
+            self.escalate(harder)
+        else:
+            self._tell(
+                "warning", f"the driver failed at {stop.level.name}, and nothing is left: {failure}", {}
+            )
+
+    def _told(self, level: StopLevel) -> Exception | None:
+        """Hand a level on to the driver; what went wrong. A brake is made by commands."""
+        if level == StopLevel.BRAKE:
+            return None
+        try:
+            self._driver.stop(level)
+        except Exception as error:  # whatever it is, the next level must be asked for
+            return error
+        return None
