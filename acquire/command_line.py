@@ -24,12 +24,14 @@ COMMANDS: dict[str, str] = {
     "identify": "dynamics and drive gains from recordings",
     "import": "other people's files to recordings (.mcap)",
     "info": "what is inside a recording",
+    "jog": "one joint a few degrees and back, and whether it does as it should",
     "record": "play a planned motion on a controller, and record it",
     "recover": "whole recordings of what a crash left",
     "report": "runs, fit, diagnosis, before and after on one page",
     "show": "a planned motion against limits: table, page, view, exports",
     "simulate": "a planned motion in closed loop on a simulated arm",
     "view": "recordings, a fit or a diagnosis in Rerun, the arm moving",
+    "watch": "what a controller measures, live; nothing is commanded",
 }
 """Name -> what it does in a line. Its module NAME_command.py has `parser()` and `main(arguments)`, which
 returns the exit code."""

@@ -1,4 +1,4 @@
-"""exidyn diagnose: a robot as believed and its recordings in; what the model leaves out, out."""
+"""exidyn diagnose: a nominal robot and its recordings in; what the model leaves out, out."""
 
 import argparse
 import sys
@@ -13,12 +13,13 @@ from exidyn.identify.diagnosis.report.told import whole
 from exidyn.identify.diagnosis.summary import summary
 from exidyn.identify.errors import ExidynError
 from exidyn.identify.fit import Fit
+from exidyn.identify.prepare import Filtering
 
 from .arguments import add_output, command_parser
-from .diagnosis_case import Case, case_folders, read_case, recorded_case
+from .diagnosis_case import COMPARISON_CUTOFF, Case, case_folders, read_case, recorded_case
 from .diagnosis_files import add_answer, read_answers, write_diagnosis
 from .exit_codes import DONE, REFUSED
-from .identify_command import make_folder, stopwatch
+from .identify_command import add_filters, filtering_of, make_folder, stopwatch
 from .json_output import add_json, hand_over, json_text, require_json
 from .payload_runs import add_payload_arguments
 
@@ -28,7 +29,7 @@ EXAMPLES = (
     "exidyn diagnose cases/c01 cases/c02 --answer answers.json",
 )
 NOTES = """Runs say themselves what they are for (identify, slow, payload, validate) where recorded so; what
-comes behind an option is for that. The more kinds there are, the more can be told apart."""
+comes behind an option is for that. The more kinds of run, the more effects can be distinguished."""
 Progress = Callable[[str], None]
 
 
@@ -45,6 +46,7 @@ def main(arguments: Sequence[str]) -> int:
         _do(recorded_case(given), given.output, given, progress)
         return 0
     _require_no_runs(given)
+    given.torque_cutoff = given.torque_cutoff or COMPARISON_CUTOFF
     if len(folders) == 1:
         progress(f"read {folders[0]}")
         _do(read_case(folders[0]), given.output, given, progress)
@@ -72,6 +74,7 @@ def parser() -> argparse.ArgumentParser:
     found.add_argument("--validate", **runs, help="runs that are only predicted")
     found.add_argument("--slow", **runs, help="runs at constant low speeds")
     add_payload_arguments(found)
+    add_filters(found, f"from the data; for case folders {COMPARISON_CUTOFF:g}, the filter of their format")
     add_output(found, "FOLDER", Path("exidyn-diagnosis"))
     add_json(found)
     found.add_argument(
@@ -123,11 +126,12 @@ def _try(folder: Path, given: argparse.Namespace, progress: Progress) -> bool:
 def _do(case: Case, output: Path, given: argparse.Namespace, progress: Progress) -> Diagnosis:
     """Diagnose one case, print and write what came out."""
     progress(f"ask {len(case.runs)} runs of {case.name}")
-    diagnosis = diagnose(case.model, case.runs, case.name)
+    filtering = filtering_of(given)
+    diagnosis = diagnose(case.model, case.runs, case.name, filtering=filtering)
     if given.answer:
         add_answer(diagnosis, given.answer)
     simulated = None if given.quick else _simulated(diagnosis, case, progress)
-    fit = None if given.quick else _fit(diagnosis, case, progress)
+    fit = None if given.quick else _fit(diagnosis, case, filtering, progress)
     written = write_diagnosis(diagnosis, simulated, fit, output)
     text = json_text(whole(diagnosis, simulated, str(output)))
     hand_over(summary(diagnosis, simulated, str(output)), text, given.json)
@@ -147,11 +151,11 @@ def _simulated(diagnosis: Diagnosis, case: Case, progress: Progress) -> Forward 
         return None
 
 
-def _fit(diagnosis: Diagnosis, case: Case, progress: Progress) -> Fit | None:
+def _fit(diagnosis: Diagnosis, case: Case, filtering: Filtering, progress: Progress) -> Fit | None:
     """The model with what was found, identified again; None where the runs cannot carry that."""
     progress("identify the model again with what was found")
     try:
-        return refit(diagnosis, case.runs)
+        return refit(diagnosis, case.runs, filtering=filtering)
     except ExidynError as error:
         progress(f"no fit.json: {error}")
         return None

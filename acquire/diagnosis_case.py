@@ -1,4 +1,4 @@
-"""What `exidyn diagnose` is given: a robot as believed, and runs with what each is for."""
+"""What `exidyn diagnose` is given: a nominal robot, and runs with what each is for."""
 
 import argparse
 from collections.abc import Sequence
@@ -19,12 +19,17 @@ ROLE = "identify"
 """What a run is for that does not say so."""
 
 
+COMPARISON_CUTOFF = 25.0
+"""Low-pass of the comparison of case folders [Hz], a part of their format: residuals of different programs
+are comparable only behind the same filter."""
+
+
 class Case(NamedTuple):
     """One robot and its runs.
 
     Attributes:
         name: Of the case; of the robot where it has none.
-        model: As believed.
+        model: Nominal.
         runs: What each is for, and its recording.
     """
 

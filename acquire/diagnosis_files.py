@@ -1,18 +1,21 @@
 """The files of a diagnosis: tables, pages, models to tell apart, and answers of many cases."""
 
-import json
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from exidyn.identify.diagnosis import Diagnosis
 from exidyn.identify.diagnosis.answer import answer
 from exidyn.identify.diagnosis.forward import Forward
+from exidyn.identify.diagnosis.naming import effect_words
 from exidyn.identify.diagnosis.report import report_html
 from exidyn.identify.diagnosis.report.told import whole
-from exidyn.identify.diagnosis.rivals import FOUND, found_model, rivals
+from exidyn.identify.diagnosis.rivals import FOUND, found_model, left_out, rivals
 from exidyn.identify.errors import NotAFile
 from exidyn.identify.fit import Fit
 from exidyn.identify.fit_file import write_fit
+from exidyn.identify.json_file import read_json
+from exidyn.identify.model import Model
 from exidyn.identify.robot_text import model_text
 
 from .json_output import json_text, write_whole
@@ -28,8 +31,9 @@ def write_diagnosis(
         "diagnosis.json": json_text(whole(diagnosis, simulated, str(folder))),
         "report.html": report_html(diagnosis, simulated, str(folder)),
     }
-    if any(finding.alternatives for finding in diagnosis.findings) and (model := found_model(diagnosis)):
-        texts |= {FOUND: model_text(model)} | {one.file: model_text(one.model) for one in rivals(diagnosis)}
+    if (model := found_model(diagnosis)) is not None:
+        texts[FOUND] = _model_file(model, left_out(diagnosis))
+        texts |= {one.file: _model_file(one.model, one.left_out) for one in rivals(diagnosis)}
     for name, text in texts.items():
         (folder / name).write_text(text, encoding="utf-8")
     if diagnosis.evidence is not None:
@@ -38,6 +42,13 @@ def write_diagnosis(
         write_fit(fit, folder / "fit.json")
     others = {NAME: diagnosis.evidence, "fit.json": fit}
     return [folder / name for name in (*texts, *(name for name, one in others.items() if one is not None))]
+
+
+def _model_file(model: Model, absent: Sequence[str]) -> str:
+    """A robot.toml that says first which findings it does not hold."""
+    lacking = ", ".join(effect_words(one) for one in absent)
+    head = f"# Found, and no part of this model, which cannot hold it: {lacking}.\n" if absent else ""
+    return head + model_text(model)
 
 
 def read_answers(path: Path) -> dict[str, Any]:
@@ -49,9 +60,9 @@ def read_answers(path: Path) -> dict[str, Any]:
     if not path.exists():
         return {}
     try:
-        answers = json.loads(path.read_text(encoding="utf-8"))
-    except ValueError as error:
-        raise NotAFile(f"--answer {path} exists and is not JSON: {error}") from error
+        answers = read_json(path)
+    except NotAFile as error:
+        raise NotAFile(f"--answer exists, and {error}") from error
     if not isinstance(answers, dict):
         raise NotAFile(f"--answer {path} exists and is no table of cases")
     return answers

@@ -52,7 +52,7 @@ def run(arguments: Sequence[str], progress: Callable[[str], None]) -> Fit:
         held_out,
         model=model,
         estimator=ESTIMATORS[given.estimator] if given.estimator else None,
-        filtering=Filtering(None, given.position_cutoff, given.torque_cutoff, given.standstill),
+        filtering=filtering_of(given),
         drop=not given.keep_all,
         fitted_shapes=given.shapes,
         progress=progress,
@@ -97,7 +97,7 @@ def parser() -> argparse.ArgumentParser:
         metavar="EFFECT",
         help="effects whose shapes are fitted as well, joint by joint, such as coulomb_friction",
     )
-    _add_filters(found)
+    add_filters(found)
     add_output(found, "FOLDER", Path("exidyn-fit"))
     add_json(found)
     found.add_argument("--view", action="store_true", help="show measured and predicted in Rerun's viewer")
@@ -105,13 +105,27 @@ def parser() -> argparse.ArgumentParser:
     return found
 
 
-def _add_filters(found: argparse.ArgumentParser) -> None:
+def add_filters(found: argparse.ArgumentParser, torque_default: str = "from the data") -> None:
+    """Add the cut-offs and the speed of standstill.
+
+    Args:
+        found: To what.
+        torque_default: Where torque is compared up to if nothing is said, in words.
+    """
+    usual, defaults = "from the data", {"--torque-cutoff": torque_default}
     for name, unit, meaning in (
         ("--position-cutoff", "HZ", "low-pass of positions before differentiation"),
         ("--torque-cutoff", "HZ", "up to where torque is compared"),
         ("--standstill", "RAD/S", "speed below which a joint sticks"),
     ):
-        found.add_argument(name, type=positive, metavar=unit, help=f"{meaning}; default: from the data")
+        found.add_argument(
+            name, type=positive, metavar=unit, help=f"{meaning}; default: {defaults.get(name, usual)}"
+        )
+
+
+def filtering_of(given: argparse.Namespace) -> Filtering:
+    """What was said of filters."""
+    return Filtering(None, given.position_cutoff, given.torque_cutoff, given.standstill)
 
 
 def _recordings(given: argparse.Namespace, model: Model | None) -> tuple[list[Recording], list[Recording]]:

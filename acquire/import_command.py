@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from exidyn.identify.errors import RecordingError
+from exidyn.identify.errors import RecordingError, listed
 from exidyn.identify.importers import IMPORTERS, import_source, kind_of
 from exidyn.identify.importers.align import aligned
 from exidyn.identify.mcap_file import read_recording, write_recording
@@ -19,7 +19,7 @@ from exidyn.identify.units import BEFORE_GEAR
 from .arguments import add_output, add_robot, command_parser, positive, whole
 from .identify_command import make_folder
 from .info_command import payload_words, warning_lines
-from .json_output import add_json, hand_over, json_text, require_json
+from .json_output import add_json, hand_over, json_text, require_file, require_json
 from .recording_table import recording_table
 
 EXAMPLES = (
@@ -52,10 +52,14 @@ def main(arguments: Sequence[str]) -> int:
     recordings = import_source(given.source, model, given.kind, **options)
     if not recordings:
         raise RecordingError(f"{given.source}: there is no run in it")
-    make_folder(given.output)
+    single = given.output.suffix == ".mcap"
+    if single:
+        _require_single(given.output, recordings, given.source)
+    else:
+        make_folder(given.output)
     written: dict[Path, Recording] = {}
     for recording in recordings if run is None else [aligned(recording, run) for recording in recordings]:
-        path = _free_path(given.output, recording, set(written))
+        path = given.output if single else _free_path(given.output, recording, set(written))
         written[path] = recording
         write_recording(recording, path)
         print("".join(line + "\n" for line in warning_lines(recording)), end="", file=sys.stderr)
@@ -76,7 +80,7 @@ def parser() -> argparse.ArgumentParser:
     found.add_argument("source", type=Path, metavar="SOURCE", help="file or folder")
     add_robot(found, "for all but case folders and --align, which bring theirs")
     found.add_argument("--kind", choices=IMPORTERS, metavar="KIND", help=f"one of {', '.join(IMPORTERS)}")
-    add_output(found, "FOLDER", Path(), "default: this folder")
+    add_output(found, "FOLDER", Path(), "or FILE.mcap for one run; default: this folder")
     add_json(found)
     _add_units(found)
     found.add_argument(
@@ -135,6 +139,22 @@ def _options(given: argparse.Namespace) -> dict[str, Any]:
     options["motor_side"] = True if given.motor_side == [] else given.motor_side
     options["columns"] = dict(given.columns) if given.columns else None
     return {name: value for name, value in options.items() if value is not None and value is not False}
+
+
+def _require_single(path: Path, recordings: Sequence[Recording], source: Path) -> None:
+    """Make sure that one file can take what was imported.
+
+    Raises:
+        RecordingError: There are several runs.
+        OSError: The file cannot be written; names the option.
+    """
+    if len(recordings) > 1:
+        names = [recording.name for recording in recordings]
+        raise RecordingError(
+            f"{source} holds {len(recordings)} runs ({listed(names)}), and --output {path} is one file. "
+            f"Name a folder: --output {path.with_suffix('')}"
+        )
+    require_file(path, "--output", [source])
 
 
 def _free_path(folder: Path, recording: Recording, taken: set[Path]) -> Path:

@@ -2,6 +2,7 @@
 
 import sys
 
+from .progress_process import CLEAR
 from .run.pipe_sink import PipeSink, SinkFailed
 
 PROCESS = "exidyn.acquire.progress_process"
@@ -22,6 +23,11 @@ class Progress(PipeSink):
     def close(self, patience: float = FINISH) -> None:
         """Wait until the line is gone."""
         super().close(patience)
+
+
+def say(text: str) -> None:
+    """Print to standard error, over the line where there is one."""
+    print(f"{CLEAR if sys.stderr.isatty() else ''}{text}", file=sys.stderr, flush=True)
 
 
 def start_progress(seconds: float) -> list[Progress]:

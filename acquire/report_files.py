@@ -1,6 +1,5 @@
 """What `exidyn report` is given: which kind each file is, and what is read of it."""
 
-import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -9,9 +8,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from exidyn.identify.comparison import Comparison, Mismatch, Regions
 from exidyn.identify.diagnosis.report.told import Told, from_table
-from exidyn.identify.errors import NotAFile
+from exidyn.identify.errors import ExidynError, NotAFile
 from exidyn.identify.importers import kind_of
 from exidyn.identify.joined import Compared
+from exidyn.identify.json_file import read_json
 
 from .traces_file import NAME, Traces, read_traces
 
@@ -98,10 +98,7 @@ def read_table(path: Path) -> dict[str, Any]:
     Raises:
         NotAFile: It is none.
     """
-    try:
-        table = json.loads(path.read_text(encoding="utf-8"))
-    except ValueError as error:
-        raise NotAFile(f"{path} is not JSON, or was cut off: {error}") from error
+    table = read_json(path)
     if not isinstance(table, dict):
         raise NotAFile(f"{path} is of no kind that a report is made of. Valid: {VALID}")
     return table
@@ -122,7 +119,9 @@ def read_told(path: Path) -> tuple[Told, Traces | None]:
         if any(len(one.explained) != len(table["findings"]) for one in traces.traces):
             raise NotAFile(f"{samples} is of another diagnosis than {path}; diagnose again")
         return replace(from_table(table, traces.traces, traces.simulated), noise=traces.noise), traces
-    except (KeyError, TypeError, ValueError, AttributeError) as error:
+    except ExidynError:
+        raise
+    except (LookupError, TypeError, ValueError, AttributeError, ArithmeticError) as error:
         raise _damaged(path, error) from error
 
 
@@ -144,14 +143,16 @@ def read_compared(path: Path) -> Compared:
             mismatches=tuple(_mismatches(table["mismatch"])),
         )
         return Compared(comparison, tuple(table["verdict"]))
-    except (KeyError, TypeError, ValueError, AttributeError) as error:
+    except ExidynError:
+        raise
+    except (LookupError, TypeError, ValueError, AttributeError, ArithmeticError) as error:
         raise _damaged(path, error) from error
 
 
 def _of_format(path: Path, key: str) -> dict[str, Any]:
     table = read_table(path)
-    if table[key] != FORMAT:
-        raise NotAFile(f"{path} has format {table[key]}; this version reads {FORMAT}; update exidyn")
+    if table.get(key) != FORMAT:
+        raise NotAFile(f"{path} has format {table.get(key)}; this version reads {FORMAT}; update exidyn")
     return table
 
 

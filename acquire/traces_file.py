@@ -1,6 +1,5 @@
 """traces.npz: the samples behind a diagnosis, for those who look at it later."""
 
-import zipfile
 from dataclasses import fields
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -8,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from exidyn.identify.diagnosis.forward import Forward
 from exidyn.identify.diagnosis.trace import Evidence, Trace
-from exidyn.identify.errors import NotAFile
+from exidyn.identify.errors import ExidynError, NotAFile
 from exidyn.identify.model import Model
 from exidyn.identify.robot_file import model_text, parse_model
 
@@ -62,7 +61,9 @@ def read_traces(path: Path) -> Traces:
             )
             simulated = Forward(**_values(file, Forward, SIMULATED)) if SIMULATED in keys else None
             return Traces(parse_model(str(file["model"])), file["noise"], traces, simulated)
-    except (KeyError, ValueError, EOFError, zipfile.BadZipFile) as error:
+    except ExidynError:
+        raise
+    except Exception as error:  # whatever the libraries of zip, zlib and numpy stumble over
         raise NotAFile(f"{path} is no file of traces, or was cut off: {error}") from error
 
 
@@ -76,7 +77,8 @@ def _arrays(one: Trace | Forward, key: str) -> dict[str, np.ndarray]:
         elif name in (*WORDS, *EXACT):
             arrays[f"{key}.{name}"] = np.asarray(value)
         else:
-            arrays[f"{key}.{name}"] = value.astype(np.float32)
+            with np.errstate(over="ignore"):  # a simulation that diverged leaves single precision too
+                arrays[f"{key}.{name}"] = value.astype(np.float32)
     return arrays
 
 

@@ -19,6 +19,7 @@ from .base_parameters import BaseParameters
 from .errors import ExidynError, NotAFile
 from .estimators import Estimate
 from .fit import Agreement, Fit, Scores, Unclear
+from .json_file import read_json
 from .prepare import Filtering
 from .robot_file import model_text, parse_model
 
@@ -47,12 +48,7 @@ def read_fit(path: Path | str) -> Fit:
     Raises:
         NotAFile: Missing, cut off, no fit, or of a later format.
     """
-    try:
-        table = json.loads(Path(path).read_text(encoding="utf-8"))
-    except OSError as error:
-        raise NotAFile(f"{path} cannot be read: {error.strerror}") from error
-    except ValueError as error:
-        raise NotAFile(f"{path} is not JSON, or was cut off: {error}") from error
+    table = read_json(Path(path))
     if not isinstance(table, dict) or "exidyn_fit" not in table:
         raise NotAFile(f"{path} is no fit of exidyn: it has no key 'exidyn_fit'")
     if table["exidyn_fit"] != FORMAT:
@@ -61,9 +57,9 @@ def read_fit(path: Path | str) -> Fit:
         return _fit(table)
     except KeyError as error:
         raise NotAFile(f"{path}: key {error} is missing") from error
-    except (TypeError, ValueError, IndexError) as error:
-        if isinstance(error, ExidynError):
-            raise
+    except ExidynError as error:
+        raise NotAFile(f"{path}: {error}") from error
+    except (TypeError, ValueError, IndexError, AttributeError, ArithmeticError) as error:
         raise NotAFile(f"{path} is damaged: {error}") from error
 
 

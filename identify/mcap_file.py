@@ -20,7 +20,7 @@ from .mcap_streams import Stream, of_any_length, pose_messages, ticks, write_mer
 from .mcap_topics import TRANSFORMS, Topic, nanoseconds, topic_of, topics_of
 from .mcap_writer import CHUNK, EPOCH, FORMAT, Head, RecordingWriter
 from .recording import EFFORT, KnownPayload, Recording, Signal
-from .recording_checks import check
+from .recording_checks import check_recorded
 from .robot_file import parse_model
 from .stale_samples import without_stale
 
@@ -91,11 +91,13 @@ def _transforms(recording: Recording) -> tuple[Topic, np.ndarray, np.ndarray]:
 
 
 def read_recording(path: Path | str) -> Recording:
-    """Read a recording, as far as a file that was cut off goes.
+    """Read a recording, as far as a file that was cut off goes, whatever was recorded.
+
+    What cannot be in it, such as a joint at 90 rad, is among its warnings; see `recording_checks`.
 
     Raises:
         NotAFile: Not a recording, or not even its robot can be read.
-        RecordingError: What is in it cannot be a recording; see `recording_checks.check`.
+        RecordingError: Of a format that this version does not read.
     """
     contents = read_contents(Path(path))
     head = _read_head(contents, Path(path))
@@ -113,7 +115,7 @@ def read_recording(path: Path | str) -> Recording:
         outcome=contents.metadata.get("outcome", {}),
         warnings=head.warnings,
     )
-    return check(without_stale(recording.doubted(*_losses(contents, head, signals))))
+    return check_recorded(without_stale(recording.doubted(*_losses(contents, head, signals))))
 
 
 def _read_head(contents: Contents, path: Path) -> Head:
@@ -127,12 +129,16 @@ def _read_head(contents: Contents, path: Path) -> Head:
         raise RecordingError(f"{path} has format {record.get('format')}; this version reads {FORMAT}")
     try:
         return _parse_head(record, contents)
-    except (KeyError, TypeError, ValueError) as error:
+    except (KeyError, TypeError, ValueError, AttributeError, ArithmeticError, RecursionError) as error:
         raise NotAFile(f"{path}: what explains it is damaged: {error}") from error
 
 
 def _parse_head(record: Mapping[str, str], contents: Contents) -> Head:
     payload: Any = json.loads(record["payload"])
+    epoch, samples = int(record["epoch_ns"]), json.loads(record["samples"])
+    for key, value in {"epoch_ns": epoch, **samples}.items():
+        if not 0 <= int(value) < 2**63:
+            raise ValueError(f"{key} is {value}; expected a whole number of 63 bits")
     trajectory = contents.attachments.get("trajectory")
     known = tuple((name, value) for name, value in payload["known"]) if payload else ()
     return Head(
@@ -141,10 +147,10 @@ def _parse_head(record: Mapping[str, str], contents: Contents) -> Head:
         payload=KnownPayload(payload["name"], known) if payload else None,
         trajectory=trajectory.data.decode() if trajectory else "",
         settings=contents.metadata.get("settings", {}),
-        warnings=tuple(json.loads(record["warnings"])),
-        epoch=int(record["epoch_ns"]),
-        host_clock=json.loads(record["host_clock"]),
-        samples=json.loads(record["samples"]),
+        warnings=tuple(str(warning) for warning in json.loads(record["warnings"])),
+        epoch=epoch,
+        host_clock=bool(json.loads(record["host_clock"])),
+        samples={name: int(count) for name, count in samples.items()},
     )
 
 

@@ -22,6 +22,9 @@ NAME = "exidyn."
 LEVELS = {"stop": cdr.ERROR, "fault": cdr.ERROR, "warning": cdr.WARN, "late": cdr.WARN}
 """How serious an event is, by its kind; all others only inform."""
 
+MOST = 1e9
+"""Number in the timing of a cycle, at most: seconds late, cycles missed; what is above is damage."""
+
 
 def timing_topic(stages: Sequence[str]) -> Topic:
     """/timing, with the names of the stages."""
@@ -53,6 +56,7 @@ def read_timing(contents: Contents, epoch: int) -> Timing | None:
     time = (rows["publish_time"].astype(np.int64) - epoch) / 1e9
     stages = contents.channels[number].metadata.get("stages", "")
     data = np.nan_to_num(rows["body"]["data"], nan=0.0, posinf=0.0, neginf=0.0)
+    data[np.abs(data) > MOST] = 0.0
     lateness, skipped, stage = data.T
     return Timing(time, lateness, skipped, stage, tuple(stages.split(",")) if stages else ())
 

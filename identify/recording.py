@@ -48,7 +48,8 @@ class Signal:
     values: np.ndarray
 
     def __post_init__(self) -> None:
-        time = np.array(np.rint(np.asarray(self.time, float) * 1e9) / 1e9)
+        with np.errstate(over="ignore", invalid="ignore"):  # what is no number is found by the checks
+            time = np.array(np.rint(np.asarray(self.time, float) * 1e9) / 1e9)
         values = np.array(self.values, float)
         if time.ndim != 1 or values.ndim != 2 or len(time) != len(values):
             raise WrongShape(
@@ -74,6 +75,8 @@ class Signal:
         """Samples a second [Hz]: of the median period, or of all where gaps or jitter make that another."""
         if not self.period:
             return 0.0
+        if self.time[-1] <= self.time[0]:
+            return 1.0 / self.period
         mean = (len(self) - 1) / float(self.time[-1] - self.time[0])
         return mean if abs(mean * self.period - 1.0) > RATE_AGREES else 1.0 / self.period
 
@@ -116,6 +119,8 @@ class Recording:
         timing: How the cycles of the control loop went; None if that was not recorded.
         outcome: How the run ended, by name; empty if nobody said.
         warnings: Doubts about this recording, in sentences.
+        recorded: Whether it is read from a file of exidyn's own. What cannot be in it is evidence of what
+            went wrong, and doubted; in other people's files it is a wrong unit, and refused.
     """
 
     name: str
@@ -129,6 +134,7 @@ class Recording:
     timing: Timing | None = None
     outcome: Mapping[str, str] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
+    recorded: bool = False
 
     def __post_init__(self) -> None:
         self._check_names()

@@ -61,6 +61,7 @@ class Robot:
         drive_gain: Joint torque per motor current, signed, shape (n,) [N m/A].
         drive_gain_tolerance: Relative standard deviation of the drive gains [-].
         inertial_tolerance: Relative standard deviation of the nominal inertias [-].
+        inertias_stated: Whether somebody said that they are known so well; a bare URDF does not.
         gear_ratio: Motor turns per joint turn, shape (n,) [-].
         coupling: Motor velocity over gear ratio = coupling @ joint velocity, the paper's (22) with
             unit diagonal, shape (n, n) [-].
@@ -73,6 +74,7 @@ class Robot:
     drive_gain: np.ndarray = field(default_factory=_unsaid)
     drive_gain_tolerance: float = 0.1
     inertial_tolerance: float = 0.1
+    inertias_stated: bool = True
     gear_ratio: np.ndarray = field(default_factory=_unsaid)
     coupling: np.ndarray = field(default_factory=_unsaid)
     flange: pin.SE3 = field(default_factory=pin.SE3.Identity)

@@ -62,7 +62,7 @@ def read_model(source: str | Path) -> Model:
         return parse_model(text, path.parent, str(path))
     kinematics = parse_urdf(text, str(path))
     limits = kinematics.limits or Limits.none(kinematics.model.nv)
-    robot = Robot(path.stem, kinematics.model, limits, flange=kinematics.flange)
+    robot = Robot(path.stem, kinematics.model, limits, flange=kinematics.flange, inertias_stated=False)
     return Model(robot, tuple(EFFECTS[name]() for name in (RIGID_BODY, *USUAL_EFFECTS)))
 
 
@@ -109,7 +109,8 @@ def _robot(table: Mapping[str, Any], kinematics: Kinematics) -> Robot:
         check_keys(table["flange"], PLACEMENT_KEYS, "[flange]")
         flange = read_placement(table["flange"], "[flange]")
     known = _drive(table.get("drive", {}), model.nv)
-    if "inertial_tolerance" in table:
+    known["inertias_stated"] = "inertial_tolerance" in table
+    if known["inertias_stated"]:
         known["inertial_tolerance"] = number(table["inertial_tolerance"], "inertial_tolerance", 0.0)
     turns = np.array([joint.revolute for joint in joints_of(model)])
     limits = _limits(table.get("limits", {}), kinematics.limits or Limits.none(model.nv), turns)

@@ -26,8 +26,9 @@ def model_text(model: Model) -> str:
         "format": FORMAT,
         "name": robot.name,
         "gravity": robot.gravity,
-        "inertial_tolerance": robot.inertial_tolerance,
     }
+    if robot.inertias_stated:
+        head["inertial_tolerance"] = robot.inertial_tolerance
     if not any(EFFECTS[RIGID_BODY] is type(effect) for effect in model.effects):
         head["rigid_body"] = False
     blocks = [lines(head), _limits(robot)]

@@ -1,5 +1,6 @@
 """Read values out of a parsed TOML table; a `RobotError` says which key, what was found and what fits."""
 
+import re
 import tomllib
 from collections.abc import Collection, Mapping
 from pathlib import Path
@@ -9,6 +10,14 @@ import numpy as np
 
 from .errors import RobotError, UnknownKey
 
+WHOLE = 2**63
+"""Whole numbers of TOML are below this, and at least minus this."""
+LARGEST = 1e100
+"""Size of a number, at most: the product of three is still a number, and nothing of an arm comes near it."""
+DEEPEST = 30
+"""Tables within tables of a dotted key. Our files have three; beyond thousands the parser takes minutes."""
+DOTTED = re.compile(rf"(?<![\w-])(?:[\w-]++[ \t]*+\.[ \t]*+){{{DEEPEST}}}")
+
 
 def parse_toml(text: str, where: str) -> dict[str, Any]:
     """Parsed TOML.
@@ -16,10 +25,30 @@ def parse_toml(text: str, where: str) -> dict[str, Any]:
     Raises:
         RobotError: The text is not TOML; the message holds the line.
     """
+    if DOTTED.search(text):
+        raise RobotError(f"{where}: not TOML that anybody writes: a key of more than {DEEPEST} tables")
     try:
-        return tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
+        table = tomllib.loads(text)
+    except RecursionError:
+        raise RobotError(
+            f"{where}: not TOML that anybody writes: lists or tables nested too deeply"
+        ) from None
+    except ValueError as error:  # of numbers with thousands of digits it is not a TOMLDecodeError
         raise RobotError(f"{where}: not TOML: {error}") from error
+    _check_whole_numbers(table, where)
+    return table
+
+
+def _check_whole_numbers(value: object, where: str) -> None:
+    """TOML's whole numbers have 64 bits; the parser of Python takes any, and its floats do not."""
+    if isinstance(value, Mapping):
+        for key, item in value.items():
+            _check_whole_numbers(item, f"{where}: {key}")
+    elif isinstance(value, list):
+        for place, item in enumerate(value):
+            _check_whole_numbers(item, f"{where}[{place}]")
+    elif isinstance(value, int) and not -WHOLE <= value < WHOLE:
+        raise RobotError(f"{where}: a whole number of more than 64 bits; expected one from -2^63 to 2^63 - 1")
 
 
 def read_text(path: Path) -> str:
@@ -54,6 +83,8 @@ def string(value: object, where: str, empty: bool = False) -> str:
     """A text that is not empty, unless it may be."""
     if not isinstance(value, str) or not (value or empty):
         raise RobotError(f"{where}: expected a text in quotes; found {value!r}")
+    if "\0" in value:
+        raise RobotError(f"{where}: {value!r} has a character of code 0, which no name or path can have")
     return value
 
 
@@ -72,6 +103,8 @@ def number(value: object, where: str, low: float = -np.inf, infinite: bool = Fal
         raise RobotError(f"{where}: expected a {'' if infinite else 'finite '}number; found {value}")
     if value < low:
         raise RobotError(f"{where}: {value} is less than {low:g}")
+    if LARGEST < abs(value) < np.inf:
+        raise RobotError(f"{where}: {value} is no number of an arm; it is at most {LARGEST:g} in size")
     return float(value)
 
 

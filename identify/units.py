@@ -89,5 +89,7 @@ def _changed(recording: Recording, factors: dict[str, np.ndarray]) -> Recording:
             # A diagonal matrix must not spread the NaN of one joint to all.
             diagonal = factor if factor.ndim == 1 else np.diag(factor)
             plain = factor.ndim == 1 or np.array_equal(factor, np.diag(diagonal))
-            signals[name] = Signal(old.time, old.values * diagonal if plain else old.values @ factor.T)
+            with np.errstate(over="ignore", invalid="ignore"):  # what is no number is found by the checks
+                values = old.values * diagonal if plain else old.values @ factor.T
+            signals[name] = Signal(old.time, values)
     return replace(recording, signals=signals)

@@ -8,15 +8,23 @@ from xml.etree.ElementTree import Element
 import numpy as np
 import pinocchio as pin
 
-from .errors import BrokenTree
+from .errors import BrokenTree, listed
 from .kinematics import INERTIA_PLACES, Kinematics, rigid_inertia
 from .robot import Limits
+from .toml_fields import LARGEST
 
 MOVING = ("revolute", "continuous", "prismatic")
 FLANGES = ("flange", "tool0", "tool_flange", "ee_link", "end_effector", "tcp", "link_ee")
 """Names (or ends of names) of links that people hang payloads on, the likeliest first."""
+NUMBERED = (
+    "xyz", "rpy", "value", "ixx", "ixy", "ixz", "iyy", "iyz", "izz", "lower", "upper", "velocity", "effort",
+)  # fmt: skip
+"""Attributes that hold numbers."""
 FAR = 1e300
 """A limit that urdfdom can read and no joint reaches; it knows no infinity."""
+
+DEEPEST = 100
+"""Elements within elements; parsers that call themselves for each level end at thousands."""
 
 
 def parse_urdf(text: str, where: str = "URDF") -> Kinematics:
@@ -48,12 +56,21 @@ def _parse(text: str, where: str) -> Element:
         root = ElementTree.fromstring(text)
     except (ElementTree.ParseError, ValueError) as error:
         raise BrokenTree(f"{where}: not well-formed XML: {error}") from error
+    _check_depth(root, where)
     if root.tag != "robot":
         raise BrokenTree(f"{where}: the outermost element is <{root.tag}>, expected <robot>")
     macro = next((e.tag for e in root.iter() if "xacro" in str(e.tag)), None)
     if macro is not None:
         raise BrokenTree(f"{where}: contains xacro macros; expand it first (xacro robot.xacro > robot.urdf)")
     return root
+
+
+def _check_depth(root: Element, where: str) -> None:
+    level, depth = [root], 0
+    while level:
+        level, depth = [inner for element in level for inner in element], depth + 1
+        if depth > DEEPEST:
+            raise BrokenTree(f"{where}: elements within elements, more than {DEEPEST} deep; URDF has 5")
 
 
 def _check_names(root: Element, where: str) -> None:
@@ -63,7 +80,7 @@ def _check_names(root: Element, where: str) -> None:
             raise BrokenTree(f"{where}: a {kind} has no name")
         twice = [name for name, count in Counter(names).items() if count > 1]
         if twice:
-            raise BrokenTree(f"{where}: {kind} name used twice: {', '.join(twice)}")
+            raise BrokenTree(f"{where}: {kind} name used twice: {listed(twice)}")
     if not root.findall("link"):
         raise BrokenTree(f"{where}: there is no link")
 
@@ -83,7 +100,7 @@ def _check_tree(root: Element, where: str) -> None:
             if _end(joint, side) not in links:
                 raise BrokenTree(
                     f"{where}: joint '{name}' has {side} link '{_end(joint, side)}', which does "
-                    f"not exist. Links: {', '.join(links)}"
+                    f"not exist. Links: {listed(links, _end(joint, side))}"
                 )
         child = _end(joint, "child")
         if child in parent:
@@ -93,7 +110,7 @@ def _check_tree(root: Element, where: str) -> None:
         _check_reaches_root(link, parent, where)
     roots = [link for link in links if link not in parent]
     if len(roots) > 1:
-        raise BrokenTree(f"{where}: {len(roots)} roots, expected one: {', '.join(roots)}")
+        raise BrokenTree(f"{where}: {len(roots)} roots, expected one: {listed(roots)}")
 
 
 def _check_reaches_root(link: str, parent: dict[str, str], where: str) -> None:
@@ -109,7 +126,7 @@ def _check_reaches_root(link: str, parent: dict[str, str], where: str) -> None:
 
 def _check_numbers(element: Element, where: str) -> None:
     """Every number a number, and masses not negative."""
-    for key in ("xyz", "rpy", "value", "ixx", "ixy", "ixz", "iyy", "iyz", "izz", "lower", "upper", "effort"):
+    for key in NUMBERED:
         text = element.get(key)
         if text is None or element.tag not in ("origin", "axis", "mass", "inertia", "limit"):
             continue
@@ -118,7 +135,8 @@ def _check_numbers(element: Element, where: str) -> None:
         except ValueError:
             values = []
         expected = 3 if key in ("xyz", "rpy") else 1
-        if len(values) != expected or not np.all(np.isfinite(values)):
+        known = np.isfinite(values) if element.tag == "limit" else np.abs(values) <= LARGEST
+        if len(values) != expected or not np.all(known):
             raise BrokenTree(f'{where}: <{element.tag} {key}="{text}">: expected {expected} finite number(s)')
         if element.tag == "mass" and values[0] < 0:
             raise BrokenTree(f"{where}: mass {text} kg; a mass is at least 0")

@@ -10,6 +10,7 @@ from exidyn.acquire.command_line import REFUSED, main
 from exidyn.identify.recording import KnownPayload, Recording, Signal
 from exidyn.identify.robot_file import model_text
 
+from .parser_files import write_case
 from .two_joint_files import loaded, of_another_arm, run, write
 
 RUN = run("run")
@@ -257,3 +258,20 @@ def test_what_does_not_exist_is_named(folder, capsys):
 def test_an_option_that_an_importer_does_not_have_is_refused(folder, capsys):
     [path] = write(folder, RUN)
     assert "unknown key 'degrees'" in refused(["import", path, "--degrees"], capsys)
+
+
+def test_an_output_with_the_ending_of_a_recording_is_a_file(folder, capsys):
+    assert main([*table(folder), "-o", "one.mcap"]) == 0
+    assert (folder / "one.mcap").is_file()
+    assert "one.mcap: two joints" in capsys.readouterr().out
+    assert main(["info", "one.mcap"]) == 0
+
+
+def test_several_runs_in_one_file_are_refused(folder, capsys):
+    write_case(folder / "case")
+    said = refused(["import", "case", "-o", "one.mcap"], capsys)
+    assert said.startswith(
+        "exidyn: case holds 2 runs (small/run, small/again), and --output one.mcap is one "
+    )
+    assert said.endswith("Name a folder: --output one")
+    assert not (folder / "one.mcap").exists()

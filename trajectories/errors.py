@@ -14,7 +14,7 @@ ExidynError
 
 from collections.abc import Iterable
 
-from exidyn.identify.errors import ExidynError
+from exidyn.identify.errors import ExidynError, listed
 
 
 class TrajectoryError(ExidynError, ValueError):
@@ -53,4 +53,4 @@ class UnknownChoice(TrajectoryError, LookupError):
     """A criterion, family or format that there is not; the message lists the valid ones."""
 
     def __init__(self, kind: str, name: str, valid: Iterable[str]) -> None:
-        super().__init__(f"there is no {kind} called '{name}'. Valid: {', '.join(sorted(valid))}")
+        super().__init__(f"there is no {kind} called '{name}'. Valid: {listed(sorted(valid), name)}")

@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
+from exidyn.identify.diagnosis.measures import SLIDING, TURNING
 from exidyn.identify.diagnosis.trace import Trace
 from exidyn.identify.link_frames import link_frames
 from exidyn.identify.view_arm import arm_view
@@ -13,7 +14,7 @@ from exidyn.identify.view_parts import TIMELINE, send
 from ..live.live_arm import GREY, LiveArm
 from ..live.live_log import COLOURS
 from ..traces_file import Traces
-from .diagnosis_words import parameters_markdown, residuals_markdown, verdict_markdown
+from .diagnosis_words import budget_markdown, parameters_markdown, residuals_markdown, verdict_markdown
 from .moments import lasting
 from .screen import View
 from .suspects import Suspect, suspects
@@ -32,7 +33,12 @@ COLUMNS = rrb.TextLogColumns(
     timeline_columns=[rrb.encodings.TimelineColumn(TIMELINE, visible=True)], text_log_columns=["body"]
 )
 """Of the list of moments: the time, on which one clicks to go there, and the words."""
-TEXTS = {"verdict": verdict_markdown, "parameters": parameters_markdown, "residuals": residuals_markdown}
+TEXTS = {
+    "budget": budget_markdown,
+    "verdict": verdict_markdown,
+    "parameters": parameters_markdown,
+    "residuals": residuals_markdown,
+}
 
 
 def diagnosis_view(table: dict[str, Any], traces: Traces | None) -> View:
@@ -56,6 +62,7 @@ def diagnosis_view(table: dict[str, Any], traces: Traces | None) -> View:
     found = rrb.Vertical(
         rrb.TextDocumentView(origin="texts/verdict", name="verdict"),
         rrb.Tabs(
+            rrb.TextDocumentView(origin="texts/budget", name="where the misfit goes"),
             rrb.TextDocumentView(origin="texts/parameters", name="parameters"),
             rrb.TextDocumentView(origin="texts/residuals", name="residuals held out"),
             active_tab=0,
@@ -73,9 +80,11 @@ def _tab(table: dict[str, Any], traces: Traces, trace: Trace, known: list[Suspec
     """Plots on the left, the arm and the list of moments on the right."""
     views: list[rrb.View | rrb.Container] = []
     for suspect in known[:MOST]:
-        title = f"{suspect.name}: residual of {table['joints'][suspect.joint]} [N m]"
+        unit = TURNING if traces.model.robot.revolute[suspect.joint] else SLIDING
+        title = f"{suspect.name}: residual of {table['joints'][suspect.joint]} [{unit}]"
         views.append(_plot(trace, suspect.name, title, legend=not views))
-    every = [_plot(trace, which, f"every joint, {which}, over noise", True) for which in ("after", "before")]
+    scale = "over noise" if table.get("noise_measured_at_rest", True) else "[N m] or [N]"
+    every = [_plot(trace, which, f"every joint, {which}, {scale}", True) for which in ("after", "before")]
     views += [rrb.Tabs(*every, active_tab=0)] if known else every[::-1]
     arm = arm_view(traces.model, _arm(trace))
     beside: rrb.View | rrb.Container = arm
@@ -108,21 +117,23 @@ def _log_run(
     stream: rr.RecordingStream, table: dict[str, Any], traces: Traces, trace: Trace, known: list[Suspect]
 ) -> None:
     """Everything about one run."""
+    measured = bool(table.get("noise_measured_at_rest", True))
     colours = [COLOURS[joint % len(COLOURS)] for joint in range(len(traces.noise))]
     for which in ("before", "after"):
         entity = _entity(trace, "residuals", which)
         lines = rr.SeriesLines(names=list(table["joints"]), colors=colours, widths=1.2)
         stream.log(entity, lines, static=True)
-        over_noise = getattr(trace, which) / traces.noise
-        send(stream, entity, trace.time, lasting(trace.time, over_noise, trace.weight))
+        level = traces.noise if measured else np.ones(len(traces.noise))
+        shown = getattr(trace, which) / level
+        send(stream, entity, trace.time, lasting(trace.time, shown, trace.weight))
     LiveArm(stream, traces.model, colours, _arm(trace)).move(trace.time, trace.position)
     for suspect in known:
-        _log_residual(stream, trace, suspect, float(traces.noise[suspect.joint]))
-        _log_moments(stream, traces, trace, suspect)
+        _log_residual(stream, trace, suspect, float(traces.noise[suspect.joint]) if measured else None)
+        _log_moments(stream, traces, trace, suspect, measured)
 
 
-def _log_residual(stream: rr.RecordingStream, trace: Trace, suspect: Suspect, noise: float) -> None:
-    """What is left of a joint before a finding and after, the noise beside it."""
+def _log_residual(stream: rr.RecordingStream, trace: Trace, suspect: Suspect, noise: float | None) -> None:
+    """What is left of a joint before a finding and after, the noise beside it where it was measured."""
     slides = trace.weight[:, suspect.joint] > 0
     with_it = trace.after[:, suspect.joint]
     # a line on a line hides it: the wider ones are drawn first, by their names
@@ -131,19 +142,25 @@ def _log_residual(stream: rr.RecordingStream, trace: Trace, suspect: Suspect, no
         entity = _entity(trace, "residuals", suspect.name, name)
         stream.log(entity, rr.SeriesLines(names=name[2:], colors=colour, widths=width), static=True)
         send(stream, entity, trace.time, np.where(slides, values, np.nan))
+    if noise is None:
+        return
     entity = _entity(trace, "residuals", suspect.name, "3 noise")
     stream.log(entity, rr.SeriesLines(names=["noise", "noise"], colors=[FAINT] * 2, widths=1.0), static=True)
     send(stream, entity, trace.time[[0, -1]], np.array([[noise, -noise]] * 2))
 
 
-def _log_moments(stream: rr.RecordingStream, traces: Traces, trace: Trace, suspect: Suspect) -> None:
+def _log_moments(
+    stream: rr.RecordingStream, traces: Traces, trace: Trace, suspect: Suspect, measured: bool
+) -> None:
     """When it shows: a bar below its residual, rows of text, and a ball on the joint."""
     found = suspect.moments(trace, traces.noise)
+    noise = 0.0 if measured else float(traces.noise[suspect.joint])
     ball, radius = _log_ball(stream, traces, trace, suspect)
     _resize(stream, ball, float(trace.time[0]), 0.0)
     for moment in found:
         _resize(stream, ball, moment.begin, radius)
-        row = rr.TextLog(suspect.said(moment, trace, traces.model.robot), color=suspect.colour)
+        words = suspect.said(moment, trace, traces.model.robot, noise)
+        row = rr.TextLog(words, color=suspect.colour)
         stream.log(_entity(trace, "moments", suspect.name), row)
         _resize(stream, ball, moment.end, 0.0)
     bar = _entity(trace, "residuals", suspect.name, "4 moments")

@@ -2,9 +2,12 @@
 
 from typing import Any
 
+import numpy as np
+from exidyn.identify.diagnosis.measures import TURNING
+from exidyn.identify.diagnosis.misfit import from_table, lumped, percents, sentences
+from exidyn.identify.diagnosis.naming import joint_words, named
+from exidyn.identify.diagnosis.numbers import value_of
 from exidyn.identify.diagnosis.quantities import with_interval
-from exidyn.identify.diagnosis.sentences import joint_words
-from exidyn.identify.diagnosis.words import named
 from exidyn.identify.text_table import digits
 
 
@@ -15,42 +18,59 @@ def verdict_markdown(table: dict[str, Any]) -> str:
 
 def parameters_markdown(table: dict[str, Any]) -> str:
     """What was found, with intervals, and what it might be instead."""
-    if not table["findings"]:
+    every = [*table["findings"], *table.get("undecided", ())]
+    if not every:
         return "Nothing was found that has parameters."
     lines = []
-    for finding in table["findings"]:
+    for finding in every:
         lines += [f"## {finding_name(table, finding)}", f"{finding['sentence']}.", ""]
         lines += ["| parameter | value ± 95 % | unit |", "|---|---|---|"]
         for name, quantity in finding["parameters"].items():
-            value, std = (_number(quantity[key]) for key in ("value", "std"))
+            value, std = (value_of(quantity[key]) for key in ("value", "std"))
             unit = "" if quantity["unit"] == "1" else quantity["unit"]
             lines.append(f"| {name} | {with_interval(value, std)} | {unit} |")
         lines += ["", f"Probability {100 * finding['probability']:.4g} %.", ""]
         lines += [
-            f"- not excluded: {finding_name(table, other)}, {100 * _number(other['probability']):.2g} %"
+            f"- not excluded: {finding_name(table, other)}, {100 * value_of(other['probability']):.2g} %"
             for other in finding["alternatives"]
         ]
         lines.append("")
     return "\n".join(lines)
 
 
+def budget_markdown(table: dict[str, Any]) -> str:
+    """Where the misfit goes, joint by joint."""
+    if not table.get("budget"):
+        return "This diagnosis came without a budget."
+    found = lumped(from_table(table["budget"], table["joints"]))
+    whole = percents(np.array([part.shares for part in found.parts]))
+    lines = [f"| | {' | '.join(found.joints)} |", f"|---|{'---|' * len(found.joints)}"]
+    for name, values in (("before", found.before), ("after", found.after)):
+        cells = [f"{digits(value)} {unit}" for value, unit in zip(values, found.units, strict=True)]
+        lines.append(f"| misfit {name} | {' | '.join(cells)} |")
+    for part, own in zip(found.parts, whole, strict=True):
+        lines.append(f"| {part.name} | {' | '.join(f'{value} %' for value in own)} |")
+    return "\n".join([*lines, "", *(f"- {line}" for line in sentences(found))])
+
+
 def residuals_markdown(table: dict[str, Any]) -> str:
-    """Held-out residual of every joint over its noise, before and after."""
+    """Held-out residual of every joint before and after, over noise as well where that was measured."""
     if not table.get("noise"):
         return "No run was held out."
-    lines = ["| joint | noise [N m] | before / noise | after / noise |", "|---|---|---|---|"]
+    over = table.get("noise_measured_at_rest", True)
+    head = ["joint", "before", "after", *(["noise", "before / noise", "after / noise"] if over else [])]
+    lines = [f"| {' | '.join(head)} |", f"|{'---|' * len(head)}"]
     rows = zip(table["noise"], table["torque_rms_before"], table["torque_rms_after"], strict=True)
+    units = table.get("torque_units", [TURNING] * len(table["joints"]))
     for joint, row in enumerate(rows):
-        noise, before, after = map(_number, row)
-        name = joint_words(joint, table["joints"])
-        lines.append(f"| {name} | {digits(noise)} | {before / noise:.3g} | {after / noise:.3g} |")
+        noise, before, after = map(value_of, row)
+        cells = [joint_words(joint, table["joints"])]
+        cells += [f"{digits(value)} {units[joint]}" for value in (before, after, noise)[: 3 if over else 2]]
+        cells += [f"{before / noise:.3g}", f"{after / noise:.3g}"] if over else []
+        lines.append(f"| {' | '.join(cells)} |")
     return "\n".join(lines)
 
 
 def finding_name(table: dict[str, Any], finding: dict[str, Any]) -> str:
     """An effect and where it acts: Load dependent friction of joint 3."""
     return named(finding["effect"], [joint - 1 for joint in finding["joints"]], table["joints"])
-
-
-def _number(value: float | None) -> float:
-    return float("nan") if value is None else float(value)

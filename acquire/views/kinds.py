@@ -1,14 +1,14 @@
 """Kinds: what a file is, and how it is shown."""
 
-import json
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from exidyn.identify.errors import NotAFile
+from exidyn.identify.errors import ExidynError, NotAFile
 from exidyn.identify.fit_file import read_fit
 from exidyn.identify.importers import import_source
+from exidyn.identify.json_file import read_json
 from exidyn.identify.model import Model
 from exidyn.identify.recording import Recording
 
@@ -57,10 +57,7 @@ def _table(path: Path) -> dict[str, Any]:
     Raises:
         NotAFile: It is none.
     """
-    try:
-        table = json.loads(path.read_text(encoding="utf-8"))
-    except ValueError as error:
-        raise NotAFile(f"{path} is not JSON, or was cut off: {error}") from error
+    table = read_json(path)
     if not isinstance(table, dict):
         raise NotAFile(f"{path} is neither a fit nor a diagnosis")
     return table
@@ -85,9 +82,11 @@ def _diagnosis_view(table: dict[str, Any], path: Path) -> View:
         if traces is not None and any(len(one.explained) != len(table["findings"]) for one in traces.traces):
             raise NotAFile(f"{samples} is of another diagnosis than {path}; diagnose again")
         return diagnosis_view(table, None if traces is None else _by_names(traces))
+    except ExidynError:
+        raise
     except KeyError as error:
         raise NotAFile(f"{path}: key {error} is missing") from error
-    except (TypeError, AttributeError, IndexError) as error:
+    except (TypeError, ValueError, AttributeError, IndexError, ArithmeticError) as error:
         raise NotAFile(f"{path} is damaged: {error}") from error
 
 

@@ -3,7 +3,8 @@
 from typing import Any, NamedTuple
 
 import numpy as np
-from exidyn.identify.diagnosis.sentences import joint_words, lower
+from exidyn.identify.diagnosis.measures import SLIDING, TURNING
+from exidyn.identify.diagnosis.naming import effect_words, joint_words, lower
 from exidyn.identify.diagnosis.trace import Trace
 from exidyn.identify.robot import Robot
 from exidyn.identify.view_parts import JOINTS
@@ -49,22 +50,33 @@ class Suspect(NamedTuple):
         """When it shows most."""
         return moments(trace.time, self.torque(trace) / noise[self.joint])
 
-    def said(self, moment: Moment, trace: Trace, robot: Robot) -> str:
-        """A moment in words: how much, and where the joint was on the average and how fast."""
+    def said(self, moment: Moment, trace: Trace, robot: Robot, noise: float = 0.0) -> str:
+        """A moment in words: how much, and where the joint was on the average and how fast.
+
+        Args:
+            moment: When.
+            trace: Of the run.
+            robot: Whose joint it is.
+            noise: Its scale, where that was not measured and the torque itself is said [N m]; else zero.
+        """
         within = (trace.time >= moment.begin) & (trace.time <= moment.end)
         position = float(np.mean(trace.position[within, self.joint]))
         speed = float(np.mean(np.abs(trace.velocity[within, self.joint])))
         unit = "rad" if robot.revolute[self.joint] else "m"
         when = f"{moment.begin:.1f} to {moment.end:.1f} s"
         where = f"{position:.2f} {unit}, {speed:.2f} {unit}/s"
-        return f"{when}  {self.short}: {moment.over_noise:.2g} x noise at {where}"
+        size = f"{moment.over_noise:.2g} x noise"
+        if noise:
+            measure = TURNING if robot.revolute[self.joint] else SLIDING
+            size = f"{moment.over_noise * noise:.2g} {measure}"
+        return f"{when}  {self.short}: {size} at {where}"
 
 
 def suspects(table: dict[str, Any], traces: Traces) -> list[Suspect]:
     """Those of a diagnosis, the tables of whose file are given: findings first."""
     found = [
-        (finding_name(table, one), one["effect"].replace("_", " "), _telling(traces, place), place)
-        for place, one in enumerate(table["findings"])
+        (finding_name(table, one), effect_words(one["effect"]), _telling(traces, place), place)
+        for place, one in enumerate([*table["findings"], *table.get("undecided", ())])
     ]
     left = [
         (f"Left on {lower(joint_words(one['joint'] - 1, table['joints']))}", "left", one["joint"] - 1, None)

@@ -57,6 +57,11 @@ def kind_of(source: Path) -> str:
         NotAFile: None does; the message names what lies one level below and can be imported.
     """
     kind = _kind(source)
+    if kind is None and source.name.endswith(".mcap.part"):
+        raise NotAFile(
+            f"{source} was left unfinished by a recorder that crashed or still writes. Make a whole "
+            f"recording of it: exidyn recover {source}"
+        )
     if kind is None:
         raise NotAFile(
             f"{source} is nothing that can be imported{_below(source)}. Known are: CSV (.csv, .csv.gz), a "

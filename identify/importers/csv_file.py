@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..errors import NotAFile, NotFinite, RecordingError, WrongShape
+from ..errors import NotAFile, NotFinite, RecordingError, WrongShape, listed
 from ..model import Model
 from ..recording import SIGNALS, KnownPayload, Recording, Signal
 from ..recording_checks import check
@@ -123,8 +123,8 @@ def _places(source: Path, robot: Robot, header: list[str], columns: Columns) -> 
     time = next((header.index(str(column)) for column in times if column in header), None)
     if time is None:
         raise WrongShape(
-            f"{source}: no column of time ({', '.join(map(str, times))}) among {', '.join(header)}; name it "
-            'by --columns time=NAME (columns={"time": NAME})'
+            f"{source}: no column of time ({', '.join(map(str, times))}) among {listed(header, 't')}; name "
+            'it by --columns time=NAME (columns={"time": NAME})'
         )
     found: list[tuple[str, list[int]]] = [("time", [time])]
     for signal in SIGNALS:
@@ -164,7 +164,7 @@ def _refuse_missing(
     missing = [choices[0] for choices, place in zip(names, where, strict=True) if place < 0]
     if missing:
         raise WrongShape(
-            f"{source}: no column {', '.join(missing)} for {signal}. Columns: {', '.join(header)}; "
+            f"{source}: no column {listed(missing)} for {signal}. Columns: {listed(header, missing[0])}; "
             f"name others by --columns {signal}=NAME,NAME,... (columns={{...}})"
         )
 

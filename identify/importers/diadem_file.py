@@ -14,6 +14,11 @@ from ..errors import NotAFile, RecordingError
 
 TYPES = {"REAL64": "<f8", "REAL32": "<f4", "INT32": "<i4", "INT16": "<i2", "WORD16": "<u2", "WORD32": "<u4"}
 
+LARGEST = 1e15
+"""Numbers of a header are below this: above it, a double is no longer exact to the tenth."""
+MOST = 10_000_000
+"""Samples of a channel, at most: nearly three hours at 1 kHz, and a trace lasts minutes."""
+
 
 @dataclass(frozen=True)
 class DiademChannel:
@@ -91,13 +96,28 @@ def _implicit(header: dict[str, str]) -> bool:
 def _number(path: Path, header: dict[str, str], code: str, default: float) -> float:
     text = header.get(code, "")
     try:
-        return float(text) if text else default
-    except ValueError as error:
-        raise RecordingError(f"{path}: channel {header['200']}: {code} is '{text}', not a number") from error
+        value = float(text) if text else default
+    except ValueError:
+        value = np.nan
+    if not abs(value) < LARGEST:
+        raise RecordingError(
+            f"{path}: channel {header['200']}: {code} is '{text}', not a number below {LARGEST:g}"
+        )
+    return value
+
+
+def _whole(path: Path, header: dict[str, str], code: str, default: int) -> int:
+    """A number of samples or of a column."""
+    value = _number(path, header, code, default)
+    if not 0 <= value <= MOST or value != int(value):
+        raise RecordingError(
+            f"{path}: channel {header['200']}: {code} is {value:g}; expected a whole number from 0 to {MOST}"
+        )
+    return int(value)
 
 
 def _ramp(path: Path, header: dict[str, str]) -> np.ndarray:
-    return np.arange(int(_number(path, header, "220", 0)), dtype=float)
+    return np.arange(_whole(path, header, "220", 0), dtype=float)
 
 
 def _stored(path: Path, header: dict[str, str], width: int, warnings: list[str]) -> np.ndarray:
@@ -107,9 +127,9 @@ def _stored(path: Path, header: dict[str, str], width: int, warnings: list[str])
     if kind not in TYPES:
         raise RecordingError(f"{path}: channel {header['200']} is {kind}. Read are {', '.join(TYPES)}")
     raw = np.fromfile(data, TYPES[kind])  # leaves out a number that is cut in the middle
-    count, place = int(_number(path, header, "220", 0)), int(_number(path, header, "221", 1)) - 1
+    count, place = _whole(path, header, "220", 0), _whole(path, header, "221", 1) - 1
     layout = header.get("213", "BLOCK").upper()
-    if layout == "CHANNEL":
+    if layout == "CHANNEL" and place >= 0:
         values = raw[place : place + count]
     elif 0 <= place < width:
         values = raw[: len(raw) // width * width].reshape(-1, width)[:count, place]

@@ -23,6 +23,9 @@ from ..trajectory import Trajectory
 FAMILY = "family"
 """Key of the family's name."""
 
+AXES = 3
+"""Axes of an array, at most: time, joint and coefficient."""
+
 Reader = Callable[[object, str], Any]
 
 
@@ -135,11 +138,13 @@ def _list(value: object, where: str) -> list:
     return value
 
 
-def array(value: object, where: str) -> np.ndarray:
-    """Nested lists of finite numbers of which all rows are equally long."""
+def array(value: object, where: str, axes: int = AXES) -> np.ndarray:
+    """Nested lists of finite numbers, of `axes` levels at most, of which all rows are equally long."""
     if not isinstance(value, list):
         return np.asarray(number(value, where))
-    parts = [array(item, f"{where}[{place}]") for place, item in enumerate(value)]
+    if not axes:
+        raise NotATrajectory(f"{where}: lists within lists, more than {AXES} deep")
+    parts = [array(item, f"{where}[{place}]", axes - 1) for place, item in enumerate(value)]
     for place, part in enumerate(parts):
         if part.shape != parts[0].shape:
             raise NotATrajectory(
