@@ -6,8 +6,8 @@ from typing import Any, get_type_hints
 
 import numpy as np
 
-from .effects import EFFECTS, Belief, Effect
-from .errors import ExidynError, RobotError, UnknownJoint
+from .effects import EFFECTS, Belief, Effect, load_installed
+from .errors import ExidynError, RobotError, UnknownJoint, listed
 from .robot import Robot
 from .toml_fields import boolean, check_keys, number, numbers, string
 
@@ -31,7 +31,9 @@ def read_effects(
 
     Raises:
         RobotError: A row is wrong; the message says which key, what was found and what fits.
+        EffectError: An installed package has an effect that cannot be loaded.
     """
+    load_installed()
     effects: list[Effect] = []
     stated: dict[str, Belief] = {}
     for row in rows:
@@ -57,7 +59,10 @@ def _effect(row: Mapping[str, Any], robot: Robot) -> tuple[Effect, list[str]]:
     """The row's effect and the names of its parameters."""
     name = string(row.get("name"), "[[effect]] name")
     if name not in EFFECTS:
-        raise RobotError(f"[[effect]]: there is no effect '{name}'. Effects: {', '.join(sorted(EFFECTS))}")
+        raise RobotError(
+            f"[[effect]]: there is no effect '{name}'. Effects: {listed(sorted(EFFECTS), name)} "
+            "(docs/effects.md)"
+        )
     kind, where = EFFECTS[name], f"effect {name}"
     known = {key_of(f): f for f in fields(kind)}
     check_keys(row, (*ROW_KEYS, *known), where)

@@ -4,6 +4,7 @@ ExidynError
 ├── RobotError          the description of the robot is wrong
 │   ├── UnknownKey      a key in a robot file that nobody reads
 │   ├── UnknownJoint    a joint the robot does not have
+│   ├── EffectError     an effect of an installed package that cannot be used
 │   └── BrokenTree      kinematics that are not one tree of one-degree-of-freedom joints
 ├── RecordingError      a recording cannot be what it claims to be
 │   ├── WrongShape      columns or rows that do not fit the robot
@@ -18,9 +19,45 @@ ExidynError
     └── NeedsPayload    drive gains asked for without a known payload
 """
 
+import difflib
+from collections.abc import Iterable
+
+LONGEST = 290
+"""Characters of a message: with the command's name before it, at most 300 are printed."""
+HEAD = 200
+"""Of those, how many are the beginning of a message that was longer; what to try stands at its end."""
+LISTED = 200
+"""Characters of a list of valid names, so that there is room for what is wrong."""
+
 
 class ExidynError(Exception):
-    """Base of every error raised on purpose; its text is meant for the user."""
+    """Base of every error raised on purpose; its text, one line of bounded length, is meant for the user."""
+
+    def __init__(self, *arguments: object) -> None:
+        super().__init__(*(shortened(one) if isinstance(one, str) else one for one in arguments))
+
+
+def shortened(text: str) -> str:
+    """A message in one line of at most `LONGEST` characters, without what a terminal would not print."""
+    line = " ".join(text.split())
+    line = "".join(one if one.isprintable() else repr(one)[1:-1] for one in line)
+    if len(line) <= LONGEST:
+        return line
+    return f"{line[:HEAD]} ... {line[HEAD + 5 - LONGEST :]}"
+
+
+def listed(names: Iterable[str], like: str = "") -> str:
+    """Names with commas; if they are too many, those most like a given one, and how many more there are."""
+    every = list(names)
+    if len(", ".join(every)) <= LISTED:
+        return ", ".join(every) or "none"
+    near = difflib.get_close_matches(like, every, n=len(every), cutoff=0.0)
+    shown: list[str] = []
+    for name in near:
+        if len(", ".join([*shown, name])) > LISTED:
+            break
+        shown.append(name)
+    return f"{', '.join(shown)} and {len(every) - len(shown)} more" if shown else f"{len(every)} names"
 
 
 class RobotError(ExidynError, ValueError):
@@ -31,7 +68,7 @@ class UnknownKey(RobotError):
     """A key that nobody reads; the message lists the valid ones."""
 
     def __init__(self, key: str, where: str, valid: "list[str] | tuple[str, ...]") -> None:
-        super().__init__(f"{where}: unknown key '{key}'. Valid keys: {', '.join(sorted(valid)) or 'none'}")
+        super().__init__(f"{where}: unknown key '{key}'. Valid keys: {listed(sorted(valid), key)}")
 
 
 class UnknownJoint(RobotError, LookupError):
@@ -39,7 +76,11 @@ class UnknownJoint(RobotError, LookupError):
 
     def __init__(self, joint: object, robot: str, valid: "list[str] | tuple[str, ...]") -> None:
         said = f"has no joint '{joint}'" if isinstance(joint, str) else f"{joint!r}: joints are given by name"
-        super().__init__(f"{robot} {said}. Valid joints: {', '.join(valid)}")
+        super().__init__(f"{robot} {said}. Valid joints: {listed(valid, str(joint))}")
+
+
+class EffectError(RobotError):
+    """An effect of an installed package that cannot be used; names the package."""
 
 
 class BrokenTree(RobotError):

@@ -56,7 +56,8 @@ def link_poses(kinematics: pin.Model, position: np.ndarray) -> np.ndarray:
 
 
 def _about(axis: np.ndarray, angle: np.ndarray) -> np.ndarray:
-    return np.concatenate([axis * np.sin(angle / 2), np.cos(angle / 2)], axis=1)
+    with np.errstate(invalid="ignore"):  # a joint that is at no number, as recorded, points nowhere
+        return np.concatenate([axis * np.sin(angle / 2), np.cos(angle / 2)], axis=1)
 
 
 def _times(left: np.ndarray, right: np.ndarray) -> np.ndarray:

@@ -21,25 +21,27 @@ def find_mesh(name: str, urdf: Path, package_dirs: Iterable[str | Path], where: 
         where: Who asks, for the error.
 
     Raises:
-        RobotError: It is in none of the folders, which the message lists.
+        RobotError: It is in none of the folders, which the message lists; those around the URDF in a word.
     """
     for prefix in IN_PACKAGES:
         if name.startswith(prefix):
             package, _, rest = name.removeprefix(prefix).partition("/")
-            return _find(name, _package_roots(urdf, package_dirs), package, rest, where)
+            return _find(name, urdf, _package_roots(urdf, package_dirs), package, rest, where)
     for prefix in IN_FILES:
         name = name.removeprefix(prefix)
-    return _find(name, [urdf.parent, *map(Path, package_dirs)], "", name, where)
+    return _find(name, urdf, [urdf.parent, *map(Path, package_dirs)], "", name, where)
 
 
-def _find(name: str, folders: list[Path], package: str, rest: str, where: str) -> Path:
+def _find(name: str, urdf: Path, folders: list[Path], package: str, rest: str, where: str) -> Path:
     for folder in folders:
         if (folder / package / rest).is_file():
             return folder / package / rest
         # a package checked out under another name, or given itself
         if package and _is_package(folder, package) and (folder / rest).is_file():
             return folder / rest
-    looked = ", ".join(str(folder) for folder in folders)
+    around = urdf.resolve().parents
+    others = [str(folder) for folder in folders if folder.resolve() not in around]
+    looked = ", ".join([*others, "the folders around the URDF" if package else "the URDF's own"])
     hint = "set ROS_PACKAGE_PATH" if package else "put it beside the URDF"
     raise RobotError(
         f"{where}: mesh '{name}' is not there. Looked in: {looked}. "

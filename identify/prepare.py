@@ -57,6 +57,8 @@ class Prepared:
         encoder_noise: Standard deviation of the measured position's white noise, shape (n,) [rad].
         commanded: Motion that was commanded, filtered alike; None if it was not recorded.
         known: What is known of the payload carried: (parameter, value) pairs.
+        link_position: Positions behind the gears, unfiltered, shape (t, n) [rad]; NaN where a joint has no
+            second encoder, None if none was recorded.
     """
 
     name: str
@@ -72,6 +74,7 @@ class Prepared:
     encoder_noise: np.ndarray
     commanded: Motion | None = None
     known: tuple[tuple[str, float], ...] = ()
+    link_position: np.ndarray | None = None
 
     @property
     def decimated_current(self) -> np.ndarray:
@@ -196,6 +199,7 @@ def prepare(recording: Recording, filtering: Filtering = Filtering()) -> Prepare
         encoder_noise=np.sqrt(0.5 * even.rate * cutoffs.spectra(even.position, even.rate)[2]),
         commanded=_commanded(even, cutoff, motion, inside),
         known=recording.payload.known if recording.payload else (),
+        link_position=even.signal("link_position")[inside] if "link_position" in recording.signals else None,
     )
 
 

@@ -56,6 +56,8 @@ svg .thin { stroke-width: 0.9px; }
 svg .cloud { stroke: var(--residual); stroke-opacity: 0.22; stroke-width: 2.6px; }
 svg .cloudafter { stroke: var(--predicted); stroke-opacity: 0.22; stroke-width: 2.6px; }
 svg .barbefore { fill: var(--residual); } svg .barafter { fill: var(--predicted); }
+svg .moment { fill: var(--measured); fill-opacity: 0.3; stroke: none; }
+svg .momentkey { stroke: var(--measured); stroke-opacity: 0.4; stroke-width: 9px; }
 svg .heat { fill: var(--residual); } svg .one { stroke: var(--ink); stroke-width: 1; stroke-dasharray: 3 3; }
 svg .name { font-size: 12px; }
 .grid + .scroll { margin-top: 14px; } ul.verdict + .grid { margin-top: 14px; }

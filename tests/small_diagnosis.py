@@ -1,10 +1,12 @@
-"""A two-joint arm with a spring at its elbow that nobody believes in, and what is said of it."""
+"""A two-joint arm with a spring at its elbow that its nominal model lacks, and what is said of it."""
 
 from dataclasses import replace
 from functools import cache
+from types import SimpleNamespace
 
 import numpy as np
-from exidyn.identify.diagnosis import Diagnosis, diagnose
+from exidyn.identify.diagnosis import Alternative, Diagnosis, diagnose
+from exidyn.identify.diagnosis.candidates import CANDIDATES
 from exidyn.identify.effects import Belief, JointSpring
 from exidyn.identify.model import Model
 from exidyn.identify.recording import Recording
@@ -15,6 +17,8 @@ from . import two_joints
 
 STIFFNESS = 12.0
 """Of the spring [N m/rad]."""
+GEARS = np.array([100.0, 80.0])
+"""With a ratio of one, a ripple of the motor is a wave along the joint, and looks like a spring."""
 PLANT = two_joints.model(JointSpring(("elbow",)))
 TRUE = {"Fv1": 3.0, "Fv2": 1.5, "Fc1": 4.0, "Fc2": 2.0, "Off1": 1.0, "Off2": -0.5}
 ROLES = ("identify", "identify", "validate")
@@ -24,12 +28,12 @@ def believed() -> Model:
     """Without the spring; friction as a guess, within a fifth."""
     model = two_joints.model()
     stated = {name: Belief(0.95 * TRUE[name], 0.2 * TRUE[name]) for name in ("Fv1", "Fv2", "Fc1", "Fc2")}
-    robot = replace(model.robot, inertial_tolerance=0.02, drive_gain_tolerance=0.02)
+    robot = replace(model.robot, inertial_tolerance=0.02, drive_gain_tolerance=0.02, gear_ratio=GEARS)
     return replace(model, robot=robot, stated=stated)
 
 
 def recording(role: str, seed: int, spring: float = STIFFNESS, length: float = 16.0) -> Recording:
-    path = random_fourier(two_joints.arm().limits, length, period=2.0, seed=seed)
+    path = random_fourier(two_joints.arm().limits, length, period=4.0, seed=seed)
     values = TRUE | {"Ks2": spring}
     given = np.array([values.get(n, b) for n, b in zip(PLANT.names, PLANT.believed_values, strict=True)])
     motion = path.at(np.arange(0.0, length, 0.004))
@@ -46,3 +50,14 @@ def recordings(spring: float = STIFFNESS) -> list[Recording]:
 def diagnosis(spring: float = STIFFNESS) -> Diagnosis:
     runs = [(run.settings["role"], run) for run in recordings(spring)]
     return diagnose(believed(), runs, "small")
+
+
+def instead(effect: str, joint: int | None, probability: float = 0.2) -> Alternative:
+    """What a finding might be instead, with coefficients of one."""
+    candidate = next(one for one in CANDIDATES[effect](believed()) if joint is None or one.joints == (joint,))
+    answer = SimpleNamespace(
+        candidate=candidate,
+        values=np.ones(len(candidate.names)),
+        columns=SimpleNamespace(joints=np.arange(2)),
+    )
+    return Alternative(effect, candidate.joints, probability, answer)

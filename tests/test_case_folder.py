@@ -86,7 +86,7 @@ def test_a_case_that_is_none(tmp_path):
     with pytest.raises(NotAFile, match="format is 7; this version reads 1"):
         import_source(tmp_path)
     (tmp_path / "case.toml").write_text("[case\n")
-    with pytest.raises(NotAFile, match="is not TOML"):
+    with pytest.raises(NotAFile, match="case.toml: not TOML"):
         import_source(tmp_path)
     (tmp_path / "case.toml").write_text("[case]\nformat = 1\n")
     with pytest.raises(RecordingError, match="key 'robot' is missing"):

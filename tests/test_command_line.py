@@ -4,6 +4,7 @@ import json
 import re
 import subprocess
 import sys
+import tomllib
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -290,3 +291,12 @@ def test_shapes_are_fitted_where_asked(files, tmp_path, capsys):
     assert all(1e-4 <= value < 0.02 for value in found)
     assert main([*command, "stribeck_friction"]) == REFUSED
     assert "stribeck_friction" in capsys.readouterr().err
+
+
+def test_every_folder_with_python_files_is_packaged():
+    """A package that is missing there is missing in what is installed."""
+    root = Path(__file__).parents[1]
+    listed = tomllib.loads((root / "pyproject.toml").read_text())["tool"]["setuptools"]["packages"]
+    tops = ("acquire", "drivers", "identify", "trajectories")
+    found = {path.parent.relative_to(root) for top in tops for path in (root / top).rglob("*.py")}
+    assert {"exidyn." + ".".join(folder.parts) for folder in found} <= set(listed)

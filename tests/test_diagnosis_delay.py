@@ -31,5 +31,5 @@ def test_currents_that_come_late_or_early_are_a_delay_of_all_drives(seconds):
     [finding] = diagnose(believed(), runs, "late").findings
     assert (finding.effect, finding.joints) == ("time_delay", ())
     delay = finding.parameters["delay"]
-    assert delay.value == pytest.approx(seconds, abs=5e-4)
-    assert CLOCKS < delay.std < 2 * CLOCKS  # whatever rows tell, clocks may be as wrong as that
+    assert delay.value == pytest.approx(seconds, abs=3e-4)
+    assert abs(delay.value - seconds) < CLOCKS + 3 * delay.std  # clocks may be as wrong as that

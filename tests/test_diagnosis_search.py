@@ -1,137 +1,296 @@
-"""What a search takes for found, for the same thing twice, and for confirmed."""
+"""What a search names on a two-joint arm, and what it takes to be named."""
 
-from types import SimpleNamespace
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from exidyn.identify.diagnosis.candidate import Candidate, Thinned
-from exidyn.identify.diagnosis.confirmed import _stands
-from exidyn.identify.diagnosis.formulas import told_apart
-from exidyn.identify.diagnosis.found import CREDIBLE, Found, competing, judged
-from exidyn.identify.diagnosis.hypothesis import Hypothesis, strange
-from exidyn.identify.diagnosis.remainder import excess
-from exidyn.identify.diagnosis.solution import CERTAIN, Share, marginal
+from exidyn.identify.diagnosis.candidates import contact, measurement
+from exidyn.identify.diagnosis.diagnose import diagnose
+from exidyn.identify.diagnosis.evidence import places_of
+from exidyn.identify.diagnosis.found import CREDIBLE, judged, log_prior, odds_of
+from exidyn.identify.diagnosis.nuisances import CLOCK, torque_rate
+from exidyn.identify.diagnosis.once import moments
+from exidyn.identify.diagnosis.question import Answer, ask, better, competing
+from exidyn.identify.diagnosis.search import _by_hypothesis
+from exidyn.identify.diagnosis.shape import refined, with_shape
+from exidyn.identify.diagnosis.shape_doubt import deviations
+from exidyn.identify.effects import JointSpring, LoadDependentFriction, NonlinearViscousFriction
+from exidyn.identify.recording import Signal
 
-COUNT = 150
+from . import two_joints
+from .small_diagnosis import believed
+from .small_search import names, record, scene, searched
+
+SPRING, SOFT = JointSpring(("elbow",)), {"Ks2": 6.0}
+BLOCKS = 20
 
 
-def hypothesis(effect, joints, evidence, rows=None, mean=0.0, value=1.0):
-    candidate = Candidate(effect, joints, lambda run: run, ("size",), ("N m",), (-np.inf,))
+def answer(gains, effect="something", joints=(0,), rows=None, held_out=0, **more):
+    """With a gain (n,) on each joint, spread over all blocks evenly."""
     acting = np.array(joints if rows is None else rows)
-    columns = Thinned(acting, np.ones((4, len(acting), 1)), np.array([0.1]), np.array([mean]))
-    return Hypothesis(candidate, columns, np.array([value]), evidence, evidence)
+    candidate = Candidate(effect, tuple(joints), lambda run: run, ("size",), ("N m",), (-np.inf,), **more)
+    columns = Thinned(acting, np.ones((BLOCKS, len(acting), 1)), np.ones(1), np.zeros(1))
+    whole = np.ones((BLOCKS, len(gains)))
+    along = np.linspace(90.0, 110.0, BLOCKS)
+    return Answer(
+        candidate, columns, np.ones(1), np.ones(1, bool), whole, whole, along, np.full(BLOCKS, 100.0),
+        whole * np.array(gains) / BLOCKS, fitted=np.arange(BLOCKS) < BLOCKS - held_out,
+    )  # fmt: skip
 
 
-def found(effect, joints, evidence, **more):
-    return Found(hypothesis(effect, joints, evidence, **more), (), evidence)
+def sizes(found):
+    """Values and deviations of each finding's first coefficient."""
+    spread = deviations(found)
+    return [
+        (found.prediction.values[places_of(found, place)][0], spread[place][0][0])
+        for place in range(len(found.found))
+    ]
 
 
-def names(every):
-    return [(one.hypothesis.candidate.effect, one.hypothesis.candidate.joints) for one in every]
+def test_one_effect_that_is_missing_is_named_first_with_its_size():
+    found = searched(record([SPRING], SOFT))
+    assert names(found) == [("joint_spring", (1,))]
+    assert found.single[0].candidate.effect == "joint_spring"
+    assert found.found[0].probability > CREDIBLE
+    [(value, std)] = sizes(found)
+    assert abs(value - 6.0) < 3 * std < 0.2
 
 
-def test_nothing_is_found_that_is_one_of_many_hypotheses_by_chance():
-    assert judged([], COUNT) is None
-    assert judged([hypothesis("backlash", (1,), 6.0)], COUNT) is None
-    sure = judged([hypothesis("backlash", (1,), 30.0)], COUNT)
-    assert sure is not None
-    assert sure.probability > CREDIBLE
+def test_two_effects_at_once_are_both_named():
+    found = searched(record([SPRING, LoadDependentFriction(("shoulder",))], SOFT | {"mu1": 0.08}))
+    assert set(names(found)) == {("joint_spring", (1,)), ("load_dependent_friction", (0,))}
+    truth = {"joint_spring": 6.0, "load_dependent_friction": 0.08}
+    for one, (value, std) in zip(found.found, sizes(found), strict=True):
+        assert abs(value - truth[one.answer.candidate.effect]) < 3 * std < 0.1 * value
+
+
+def test_nothing_is_named_where_nothing_is_missing():
+    found = searched(record())
+    assert names(found) == []
+    assert all(odds_of(one, sum(found.scene.tried.values())) < 1.0 for one in found.single)
+
+
+def test_what_the_runs_held_out_do_not_have_is_not_named():
+    assert names(searched(record([SPRING], SOFT, only="identify"))) == []
+    assert names(searched(record([SPRING], SOFT, only="validate"))) == []
+
+
+FORCE = np.array([25.0, 0.0, -15.0])
+
+
+def pushed(role, motion, current):
+    """The current of a run held out in which something pushes for a second."""
+    if role != "validate":
+        return current
+    push = contact.share(motion.time, 3.0, 1.0)
+    return (
+        current
+        - np.einsum("tnk,k->tn", contact.jacobian(believed(), motion), FORCE)
+        * push[:, None]
+        / two_joints.GAIN
+    )
+
+
+def test_a_push_in_the_run_held_out_is_a_contact_and_a_moment():
+    runs = record(change=pushed)
+    found = searched(runs)
+    assert names(found) == [("contact_event", ())]
+    assert found.found[0].once
+    told = found.found[0].answer.candidate.told
+    assert told["start"][0] == pytest.approx(3.0, abs=0.3)
+    at = scene(runs)
+    [moment] = moments(at, at.prediction([]))
+    assert (moment.run, moment.joints) == ("validate2", (0, 1))
+    assert moment.start < 3.5 < moment.end
+    assert moment.force == pytest.approx(np.linalg.norm(FORCE), rel=0.35)
+    assert moment.direction @ FORCE / np.linalg.norm(FORCE) > 0.98
+
+
+def late(seconds, joints):
+    """Currents of some drives that are recorded later."""
+
+    def change(role, motion, current):
+        moved = [np.interp(motion.time - seconds, motion.time, column) for column in current.T]
+        return np.where(np.isin(np.arange(current.shape[1]), joints), np.stack(moved, axis=1), current)
+
+    return change
+
+
+def test_a_delay_is_that_of_all_drives_only_where_every_joint_has_it():
+    found = searched(record(change=late(0.006, (1,))))
+    assert names(found) == [("time_delay", (1,))]
+    [(value, std)] = sizes(found)
+    assert abs(value - 0.006) < 3 * std < 1e-3
+
+
+def test_clocks_and_delays_have_the_sign_of_what_comes_late():
+    at = scene(record(change=late(0.004, (0, 1))))
+    prediction = at.prediction([])
+    values = dict(zip(prediction.rows.names, prediction.values, strict=True))
+    # What all clocks and a drive's own tell is a sum.
+    assert values[CLOCK] > 0.0
+    assert values[CLOCK] + values[f"{CLOCK}1"] == pytest.approx(0.004, rel=0.2)
+    run = at.runs[0]
+    for candidate in measurement.delays(at.model):
+        if not candidate.shape:
+            column = candidate.columns(run)[:, :, 0]
+            acting = list(candidate.rows or (0, 1))
+            np.testing.assert_allclose(column[:, acting], -torque_rate(run)[:, acting])
+        elif abs(candidate.shape["delay"]) < 0.005:
+            column, tick = candidate.columns(run)[:, :, 0], round(candidate.shape["delay"] / 0.004)
+            torque = run.prepared.gain * run.prepared.current
+            # Beyond the ends of a run nothing was recorded.
+            inner = slice(5, -5)
+            np.testing.assert_allclose(column[inner], (torque - np.roll(torque, -tick, axis=0))[inner])
+
+
+def test_a_torque_that_was_recorded_has_no_gain():
+    runs = [(role, as_torque(run)) for role, run in record(roles=("identify", "validate"))]
+    at = scene(runs)
+    assert {"joint_spring", "encoder_offset", "time_delay"} <= set(at.tried)
+    assert not {"drive_gain", "drive_gain_saturation"} & set(at.tried)
+    assert not any(name.startswith("gain") for name in at.rows.names)
+    assert {"drive_gain", "drive_gain_saturation"} <= set(scene(record(roles=("identify",))).tried)
+
+
+def as_torque(run):
+    current = run.signals["current"]
+    signals = {name: signal for name, signal in run.signals.items() if name != "current"}
+    return replace(run, signals={**signals, "torque": Signal(current.time, current.values * two_joints.GAIN)})
+
+
+def test_inertias_that_nobody_stated_may_be_anything_and_others_no_more_than_their_tolerance():
+    stated = believed()
+    unstated = replace(stated, robot=replace(stated.robot, inertias_stated=False))
+    values = dict(zip(stated.names, stated.believed_values, strict=True))
+    heavier = {name: 1.3 * values[name] for name in ("M2", "MX2", "MZ2", "YY2")}
+    found = searched(record(values=heavier))
+    # On the last link both are the same body.
+    assert set(names(found)) <= {("payload", ()), ("link_inertia", (1,))}
+    [one] = found.found
+    assert {one.answer.candidate.effect, *(other.candidate.effect for other, _ in one.others)} >= {
+        "payload",
+        "link_inertia",
+    }
+    places = places_of(found, 0)
+    mass = found.prediction.values[places[0]]
+    assert mass == pytest.approx(0.3 * values["M2"], rel=0.1)
+    assert names(searched(record(values=heavier, model=unstated), unstated)) == []
+
+
+def test_a_drive_gain_beyond_its_tolerance_is_named_and_one_within_is_not():
+    def stronger(share):
+        return record(change=lambda role, motion, current: current / np.array([1.0, 1.0 + share]))
+
+    found = searched(stronger(0.15))
+    assert names(found) == [("drive_gain", (1,))]
+    [finding] = diagnose(believed(), stronger(0.15), "gain").findings
+    number = finding.parameters["share"]
+    assert number.value == pytest.approx(0.15, abs=0.02)
+    assert names(searched(stronger(0.02))) == []
+
+
+@pytest.mark.parametrize("seconds", [0.012, -0.008])
+def test_a_delay_is_as_long_as_it_is(seconds):
+    found = searched(record(change=late(seconds, (0, 1))))
+    assert names(found) == [("time_delay", ())]
+    assert found.found[0].answer.candidate.shape["delay"] == pytest.approx(seconds, abs=2.5e-4)
+
+
+# What it takes to be named.
+
+
+def test_of_all_hypotheses_together_one_is_as_likely_as_nothing():
+    one = answer([6.0])
+    assert judged([one], total=1.0) is not None
+    assert judged([one], total=150.0) is None  # e^6 is 400: by chance one of 150 does as well
+    assert judged([answer([10.0])], total=150.0) is not None
+    assert log_prior(one, 150.0) == pytest.approx(-np.log(150.0))
+    rare = answer([9.0], prior=0.01)
+    assert judged([rare], total=150.0) is None
+    assert odds_of(answer([9.0]), 150.0) - odds_of(rare, 150.0) == pytest.approx(np.log(100.0))
+
+
+def test_what_acts_on_the_whole_arm_is_seen_by_more_than_one_joint():
+    alone, both = (
+        answer([60.0, 1.0, 0.5], joints=(), rows=(0, 1, 2)),
+        answer([30.0, 30.0, 1.0], joints=(), rows=(0, 1, 2)),
+    )
+    assert odds_of(alone, 10.0) == pytest.approx(1.5)
+    assert judged([alone], 10.0) is None
+    assert judged([both], 10.0) is not None
+    assert judged([answer([60.0, 1.0, 0.5], joints=(0,))], 10.0) is not None
+
+
+def test_what_acts_on_every_joint_may_be_lacking_on_none():
+    common = {"joints": (), "rows": (0, 1, 2), "everywhere": True}
+    assert judged([answer([30.0, 30.0, 3.0], **common)], 10.0) is not None
+    assert judged([answer([30.0, 30.0, -3.0], **common)], 10.0) is None
+
+
+def test_runs_held_out_exclude_what_they_speak_against():
+    one = answer([60.0], held_out=4)
+    assert judged([one], 10.0) is not None
+    gains = one.gains.copy()
+    gains[-4:] = -1.0
+    against = replace(one, gains=gains)
+    assert against.gain > 40.0
+    assert against.held_out == pytest.approx(-4.0)
+    assert judged([against], 10.0) is None
+
+
+def test_what_a_few_blocks_say_alone_is_not_credible():
+    one = answer([60.0])
+    size, along = np.full(BLOCKS, 0.01), 3.0 * np.random.default_rng(0).normal(size=BLOCKS)
+    size[3] = along[3] = 100.0
+    alone = replace(one, size=size, along=along)
+    assert alone.amplitude[1] > 5.0  # by many blocks that would be certain
+    assert alone.amplitude[2] < 1.01
+    assert judged([one], 10.0) is not None
+    assert judged([alone], 10.0) is None
+
+
+def test_a_shape_costs_how_much_better_it_is_than_a_shape_taken_blindly():
+    gains = [20.0, 12.0, 3.0, -5.0]
+    shapes = [answer([gain], shape={"speed": float(k)}) for k, gain in enumerate(gains)]
+    [best] = _by_hypothesis(shapes)
+    assert best.candidate.shape["speed"] == 0.0
+    assert best.gain == pytest.approx(np.log(np.mean(np.exp(gains))))
+    # Shapes that predict alike cost nothing.
+    [any_of_them] = _by_hypothesis([answer([20.0])] * 4)
+    assert any_of_them.gain == pytest.approx(20.0)
 
 
 def test_alternatives_are_what_explains_the_same_joint():
-    rivals = [hypothesis("stribeck_friction", (2,), 29.0), hypothesis("viscous_friction", (4,), 29.5)]
-    one = judged([hypothesis("hysteresis", (2,), 30.0), *rivals], COUNT)
-    assert one is not None
-    assert [other.candidate.effect for other, _ in one.not_excluded] == ["stribeck_friction"]
-    assert one.probability == pytest.approx(1 / (1 + np.exp(-1.0)), abs=1e-6)
+    rivals = [answer([29.0, 0.0], "stribeck_friction"), answer([0.0, 29.5], "viscous_friction", (1,))]
+    one = judged([answer([30.0, 0.0], "hysteresis"), *rivals], 10.0)
+    assert [other.candidate.effect for other, _ in one.others] == ["stribeck_friction"]
+    assert competing(one.answer, rivals[0])
+    assert not competing(one.answer, rivals[1])
+    assert one.probability == pytest.approx(1 / (1 + np.exp(-1.0)), rel=0.01)
+    assert one.not_excluded[0][1] == pytest.approx(1 - one.probability, rel=0.01)
 
 
-def test_an_alternative_that_is_credible_beside_a_finding_is_the_next_finding():
-    rival = hypothesis("stribeck_friction", (2,), 29.0)
-    one = judged([hypothesis("joint_spring", (2,), 30.0), rival], COUNT)
-    assert one is not None
-    assert one.not_excluded
-    assert not one.beside([hypothesis("stribeck_friction", (2,), 28.0)], COUNT).not_excluded
-    assert one.beside([hypothesis("stribeck_friction", (2,), 0.0)], COUNT).not_excluded
+def test_what_predicts_alike_is_told_apart_by_what_its_shape_cost():
+    dear, cheap = replace(answer([33.0]), cost=3.0), answer([33.0], "something_else")
+    assert better(cheap, dear) == pytest.approx(3.0)
+    assert better(dear, cheap, prior=1.0) == pytest.approx(-2.0)
+    assert judged([cheap, dear], 10.0).probability == pytest.approx(1 / (1 + np.exp(-3.0)), rel=1e-3)
 
 
-def test_small_friction_beside_a_great_one_is_its_formulas_error():
-    great, small = found("stribeck_friction", (3,), 400.0), found("nonlinear_viscous_friction", (3,), 15.0)
-    assert names(told_apart([small, great])) == [("stribeck_friction", (3,))]
-    elsewhere = found("nonlinear_viscous_friction", (2,), 15.0)
-    assert len(told_apart([elsewhere, great])) == 2
-    comparable = found("nonlinear_viscous_friction", (3,), 90.0)
-    assert len(told_apart([comparable, great])) == 2
-    another_kind = found("spring_balancer", (3,), 15.0)
-    assert len(told_apart([another_kind, great])) == 2
-
-
-def test_what_a_floating_link_shakes_elsewhere_is_no_finding():
-    play = found("backlash", (0,), 9000.0, rows=(0, 1, 2))
-    assert names(told_apart([play, found("time_delay", (2,), 60.0)])) == [("backlash", (0,))]
-    assert len(told_apart([play, found("time_delay", (2,), 200.0)])) == 2
-
-
-def test_competing_is_a_matter_of_joints():
-    assert competing(hypothesis("a", (), 1.0, rows=(0, 1, 2)), hypothesis("b", (2,), 1.0))
-    assert not competing(hypothesis("a", (1,), 1.0), hypothesis("b", (2,), 1.0))
-
-
-@pytest.mark.parametrize(
-    ("evidence", "gain", "stands"),
-    [
-        (12.0, -6.0, True),  # so little may be lost by chance
-        (12.0, -25.0, False),
-        (100.0, -6.0, False),  # so much should have been gained
-        (100.0, 3.0, True),
-        (12.0, np.nan, True),  # nothing held out
-    ],
-)
-def test_runs_held_out_may_speak_against_a_finding(evidence, gain, stands):
-    one = Found(hypothesis("drive_gain", (1,), evidence), (), evidence - np.log(COUNT))
-    assert bool(_stands(one, gain, expected=2.0 * evidence * 0.33)) == stands
-
-
-def test_coefficient_far_from_what_physics_says_is_another_effects():
-    clip = hypothesis("current_clipping", (1,), 50.0, mean=1.0)
-    assert not strange(clip.columns, np.array([1.2]))
-    assert strange(clip.columns, np.array([0.45]))
-
-
-def test_marginal_probability_is_that_of_a_normal_distribution():
-    rng = np.random.default_rng(2)
-    columns, std, scale = rng.normal(size=(40, 3)), np.array([0.5, 1.0, 2.0]), 0.3
-    rows = rng.normal(size=40)
-    acting = np.arange(3)
-    share = Share.of(columns / scale, rows / scale, 40 * np.log(scale), acting, 3)
-    _, probability = marginal([share], 1 / std**2, np.zeros(3))
-    covariance = scale**2 * np.eye(40) + (columns * std**2) @ columns.T
-    exact = -0.5 * rows @ np.linalg.solve(covariance, rows) - 0.5 * np.linalg.slogdet(covariance)[1]
-    assert probability == pytest.approx(exact, rel=1e-8)
-
-
-def test_a_detail_at_its_limit_stays_there_and_the_effect_remains():
-    candidate = Candidate("backlash", (0,), lambda run: run, ("share", "compliance"), ("1", "1"), (0.0, 0.0))
-    columns = Thinned(np.array([0]), np.ones((4, 1, 2)), np.array([0.15, 1e-5]), np.array([1.0, 0.0]))
-    one = Hypothesis(candidate, columns, np.array([0.98, 0.0]), 4000.0, 4000.0)
-    share, compliance = one.found_std
-    assert share > 0.9
-    assert compliance == CERTAIN
-
-
-@pytest.mark.parametrize(("over", "left"), [(1.5, 0.0), (3.0, 8.0)])
-def test_power_is_in_excess_only_where_drives_that_move_are_not_as_noisy(over, left):
-    rows = SimpleNamespace(weight=np.ones((100, 1)))
-    solution = SimpleNamespace(residual=np.full((100, 1), over * 0.2), rows=rows)
-    assert excess(solution, 0, 0.2) == pytest.approx(left * 0.2**2)
-
-
-def test_a_joint_has_one_spring_and_a_drive_one_end():
-    spring = found("joint_spring", (3,), 260.0)
-    assert names(told_apart([spring, found("spring_balancer", (3,), 54.0)])) == [("joint_spring", (3,))]
-    assert len(told_apart([spring, found("spring_balancer", (2,), 54.0)])) == 2
-    end = found("drive_gain_saturation", (3,), 780.0)
-    trace = found("position_dependent_friction", (3,), 18.0)
-    assert names(told_apart([end, trace])) == [("drive_gain_saturation", (3,))]
-    sag = found("supply_sag", (), 280.0, rows=(0, 1, 2, 3))
-    assert names(told_apart([sag, found("drive_gain_saturation", (3,), 14.0)])) == [("supply_sag", ())]
+def test_a_shape_costs_how_many_are_told_apart_within_its_bounds():
+    at = scene(record([NonlinearViscousFriction(("elbow",), 1.7)], {"Fn2": 1.5}))
+    prediction = at.prediction([])
+    [whole] = [pair for pair in at.asked if pair[0].key == ("nonlinear_viscous_friction", (1,), "")][2:3]
+    [start] = ask(prediction, [whole])
+    best = refined(prediction, start, at.runs)
+    at_best, bounds = best.candidate.shape["exponent"], best.candidate.bounds["exponent"]
+    # The integral of the likelihood over the exponent, over its bounds, by many shapes.
+    grid = np.linspace(at_best - 0.1, at_best + 0.1, 41)
+    gains = [with_shape(prediction, best, at.runs, {"exponent": value}).gain for value in grid]
+    mean = np.trapezoid(np.exp(np.array(gains) - best.gain), np.log(grid))
+    mean /= np.log(bounds.high / bounds.low)
+    # To a factor of three: the width is that of a parabola through a few shapes.
+    assert best.cost == pytest.approx(-np.log(mean), abs=np.log(3.0) + 0.1)
+    assert best.cost > np.log(20.0)

@@ -7,6 +7,7 @@ import pinocchio as pin
 import pytest
 from exidyn.identify.diagnosis.candidates import backlash, contact, elastic
 from exidyn.identify.diagnosis.driven import Driven
+from exidyn.identify.diagnosis.found import CERTAIN_ODDS
 from exidyn.identify.diagnosis.tangent import carrying, tangent
 from exidyn.identify.diagnosis.twisted import bent, loose
 from exidyn.identify.filters import Decimation
@@ -131,28 +132,42 @@ def test_a_force_on_the_flange_does_the_work_that_its_torques_do():
     np.testing.assert_allclose(velocity, (places[1] - places[0]) / 2e-6, atol=1e-8)
 
 
-def test_a_touch_is_found_where_it_was():
-    """Among all windows of a run whose residual is white noise and a force for half a second."""
+def windows(push, white=0.5, seed=3):
+    """All windows of a run whose residual is white noise and a force for half a second."""
     model, rate = two_joints.model(), 50.0
     motion = two_joints.motion(1000, rate=rate)
-    random = np.random.default_rng(3)
-    touch = contact.Touch(0, "run", motion.time[400], 0.5)
-    pushed = contact.jacobian(model, motion) @ np.array([30.0, 0.0, -10.0])
-    residual = 0.5 * random.normal(size=pushed.shape) - pushed * touch.share(motion.time)[:, None]
-    whole = slice(0, 1000)
-    whitening = SimpleNamespace(
-        valid=np.ones((1000, 2), bool), filters=np.ones((2, 1)), scale=np.full(2, 0.5)
-    )
-    solution = SimpleNamespace(
-        rows=SimpleNamespace(runs=(whole,)), whitening=whitening, left=list(residual.T / 0.5)
+    start, reach = motion.time[400], contact.jacobian(model, motion)
+    torque = (reach @ np.array(push)) * contact.share(motion.time, start, 0.6)[:, None]
+    residual = white * np.random.default_rng(seed).normal(size=torque.shape) - torque
+    prediction = SimpleNamespace(
+        rows=SimpleNamespace(runs=(slice(0, 1000),), weight=np.ones((1000, 2))),
+        weighting=SimpleNamespace(independent=np.ones(2), variance=np.full(2, white**2)),
+        residual=residual,
     )
     decimation = SimpleNamespace(centres=np.arange, stride=1)
     prepared = SimpleNamespace(name="run", decimation=decimation)
     run = SimpleNamespace(prepared=prepared, motion=motion, rows=1000, torque=residual)
-    found = list(contact.touches(model, solution, [run], [contact.Reach.of(model, run)]))
-    assert abs(found[0].shape["start"] + 0.5 * found[0].shape["duration"] - touch.start - 0.25) < 0.1
-    assert found[0].among > len(found)
-    columns = found[0].columns(run)
-    assert not np.any(columns[motion.time < found[0].shape["start"]])
-    force = np.linalg.lstsq(columns.reshape(-1, 3), residual.ravel(), rcond=None)[0]
-    assert force[[0, 2]] == pytest.approx([30.0, -10.0], rel=0.35)
+    return model, run, start, list(contact.contacts(model, prediction, [run]))
+
+
+def test_a_contact_is_found_where_it_was():
+    model, run, start, every = windows([30.0, 0.0, -10.0])
+    best = max(every, key=lambda one: one.gain)
+    assert abs(best.start + 0.5 * best.duration - start - 0.3) < 0.1
+    assert best.among > 200
+    assert best.gain > 20.0
+    assert best.without_one > 5.0
+    assert best.force[[0, 2]] == pytest.approx([30.0, -10.0], rel=0.35)
+    columns = contact.candidate(model, best).columns(run)
+    assert not np.any(columns[run.motion.time < best.start])
+    exact = (
+        -contact.jacobian(model, run.motion)
+        * contact.share(run.motion.time, best.start, best.duration)[:, None, None]
+    )
+    np.testing.assert_allclose(columns, exact)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_no_contact_is_found_in_noise(seed):
+    *_, every = windows([0.0, 0.0, 0.0], seed=seed)
+    assert max(one.gain for one in every) < CERTAIN_ODDS

@@ -23,6 +23,7 @@ from exidyn.identify.errors import FitError, RobotError
 from exidyn.identify.estimators.consistent import pseudo_inertia
 from exidyn.identify.export import FORMATS, Portable
 from exidyn.identify.export.bodies import parameters, possible
+from exidyn.identify.export.unsaid import unsaid
 from exidyn.identify.fit import agreement
 from exidyn.identify.identified import identified
 from exidyn.identify.model import Model
@@ -169,6 +170,13 @@ def test_what_mujoco_does_not_reproduce_is_said(key):
     assert all("up to" in sentence for sentence in told)
 
 
+def test_a_spring_that_stiffens_is_left_out_and_said():
+    model = full(six_axis(), JointSpring(("joint2",), stiffening=True))
+    portable = Portable.of(model)
+    assert not np.any(portable.joints.stiffness)
+    assert any(line.startswith("joint_spring: up to") for line in unsaid(portable, ()))
+
+
 def test_urdf_says_what_it_lacks():
     missing = "\n".join(FORMATS["urdf"].leaves_out(Portable.of(full(six_axis(), StribeckFriction()))))
     for words in (
@@ -257,6 +265,17 @@ def test_possible_bodies_are_left_alone():
     np.testing.assert_allclose(parameters(pseudo_inertia(values)), values)
     moved = possible(values - np.array([5.0, 0, 0, 5.0, 0, 5.0, 0, 0, 0, 0]), 10.0)
     assert np.linalg.eigvalsh(pseudo_inertia(moved))[0] > 0
+
+
+@pytest.mark.parametrize("ulps", [-8, -1, 1, 8])
+def test_a_body_that_was_moved_is_possible_to_the_last_bit(ulps):
+    """As another processor rounds: the largest parameter and the body itself, a little more or less."""
+    random = np.random.default_rng(3)
+    for impossible in (np.zeros(10), -np.ones(10), *random.normal(size=(50, 10))):
+        moved = possible(impossible, 10.0)
+        assert possible(moved, 10.0) is moved
+        nearly = moved * (1 + ulps * np.finfo(float).eps)
+        assert possible(nearly, 10.0 * (1 - ulps * np.finfo(float).eps)) is nearly
 
 
 def test_an_identified_model_predicts_what_the_fit_does():

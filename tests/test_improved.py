@@ -17,6 +17,7 @@ from exidyn.identify.diagnosis.refit import earlier, model_to_fit, refit
 from exidyn.identify.diagnosis.rivals import found_model, rivals
 from exidyn.identify.diagnosis.trace import Evidence
 from exidyn.identify.effects import Belief, JointSpring, Payload, SpringBalancer
+from exidyn.identify.prepare import Filtering
 from exidyn.identify.recording import Signal
 from exidyn.identify.robot_file import parse_model
 from exidyn.identify.robot_text import model_text
@@ -33,7 +34,9 @@ BETWEEN = {"joint_elasticity": gears, "backlash": plays}
 def run() -> Driven:
     short = recording("identify", 0, length=6.0)
     warm = Signal(short.signals["position"].time, 25.0 + short.signals["position"].values)
-    return Driven.of(believed(), replace(short, signals={**short.signals, "temperature": warm}), "identify")
+    return Driven.of(
+        believed(), replace(short, signals={**short.signals, "temperature": warm}), "identify", Filtering()
+    )
 
 
 def evidence() -> Evidence:
@@ -75,7 +78,7 @@ def test_an_encoders_zero_is_that_of_the_springs_on_its_joint_too(joint):
     model = believed() + balancer + JointSpring(("elbow",))
     stated = {**model.stated, **{name: Belief(value, 1.0) for name, value in springs.items()}}
     model = replace(model, stated=stated)
-    here = Driven.of(model, recording("identify", 0, length=6.0), "identify")
+    here = Driven.of(model, recording("identify", 0, length=6.0), "identify", Filtering())
     candidate = [*CANDIDATES["encoder_offset"](model)][joint]
     values = model.believed_values
     before = replace(evidence(), model=model, before=values, after=values)

@@ -120,8 +120,8 @@ def test_links_lead_to_parts_that_are_there_once(page):
 def test_the_verdict_says_what_is_identified_missing_and_simulated(page):
     said = page.words.partition("What was identified")[2].partition("What was recorded")[0]
     assert "Physics is missing on elbow" in said
-    assert "Joint 2 (elbow) is held by a spring" in said
-    assert "it is none of what exidyn knows: joint 1 (shoulder) keeps 1.60 × its noise" in said
+    assert "Joint 2 (elbow) has a spring that the model does not have" in said
+    assert "it is none of the effects that exidyn knows: joint 1 (shoulder) keeps" in said
     assert "sim beside real: current differs by more than noise on 1 joint; elbow most" in said
     assert "better beside real: no joint's current differs by more than noise" in said
 
@@ -201,7 +201,7 @@ def test_a_diagnosis_alone_brings_runs_and_robot_and_one_without_samples_only_wo
     page = Page(page_of(tmp_path, tmp_path, "diagnosis.json"))
     assert "traces.npz does not lie beside diagnosis.json" in page.words
     assert "robot-joints" not in headings(page)
-    assert "Joint 2 (elbow) is held by a spring" in page.words
+    assert "Joint 2 (elbow) has a spring that the model does not have" in page.words
 
 
 def test_believed_values_predict_as_the_believed_model_does():

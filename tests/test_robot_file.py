@@ -307,7 +307,7 @@ WRONG = [
     (
         TWO + "[[effect]]\nname = 'stiction'",
         RobotError,
-        "no effect 'stiction'.*coulomb_friction.*spring_balancer",
+        r"no effect 'stiction'. Effects: .*coulomb_friction.* and \d+ more \(docs/effects.md\)",
     ),
     (TWO + "[[effect]]\nvalues = [1]", RobotError, "effect.. name: expected a text"),
     (TWO + "[[effect]]\nname = [1]", RobotError, "effect.. name: expected a text"),

@@ -307,12 +307,12 @@ def test_a_mesh_is_found_and_taken_as_its_hull(tmp_path, monkeypatch, name, mesh
 
 
 def test_a_mesh_that_is_not_there_is_named_with_the_folders_searched(tmp_path, monkeypatch):
-    monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path / "ros1"))
-    urdf = with_mesh(tmp_path / "urdf", MISSING)
+    monkeypatch.chdir(tmp_path)  # whose name may be so long that the message is shortened
+    monkeypatch.setenv("ROS_PACKAGE_PATH", "ros1")
+    urdf = with_mesh(Path("urdf"), MISSING)
     with pytest.raises(RobotError, match="link 'arm': mesh 'package://my_arm/meshes/none.stl'") as caught:
-        read_geometry(urdf, [tmp_path / "given"])
-    for folder in ("given", "urdf", "ros1"):
-        assert str(tmp_path / folder) in str(caught.value)
+        read_geometry(urdf, ["given"])
+    assert "Looked in: given, ros1, the folders around the URDF. Give" in str(caught.value)
 
 
 def test_a_file_that_is_no_mesh_is_named(tmp_path):

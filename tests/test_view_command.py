@@ -166,7 +166,7 @@ def test_what_has_no_name_is_shown_on_its_joint(diagnosed):
 def test_words_have_the_numbers_of_the_diagnosis(diagnosed, files):
     texts = {
         name: diagnosed[f"/texts/{name}", "TextDocument:text"][0].to_pylist()[0][0]
-        for name in ("verdict", "parameters", "residuals")
+        for name in ("budget", "verdict", "parameters", "residuals")
     }
     table = json.loads((files / "diagnosis.json").read_text())
     assert all(line in texts["verdict"] for line in table["verdict"])
@@ -175,6 +175,8 @@ def test_words_have_the_numbers_of_the_diagnosis(diagnosed, files):
     assert told is not None
     assert float(told[1]) == pytest.approx(spring.value, abs=0.5 * spring.std)
     assert float(told[2]) == pytest.approx(1.96 * spring.std, rel=0.3)
+    shares = [line for line in texts["budget"].splitlines() if line.startswith("| ") and "%" in line]
+    assert sum(int(line.split("|")[3].removesuffix("% ")) for line in shares) == 100
     row = next(line for line in texts["residuals"].splitlines() if "elbow" in line)
     ratio = small().improvement.before[1] / small().improvement.noise[1]
     assert f"| {ratio:.3g} |" in row
@@ -259,8 +261,8 @@ def test_what_cannot_be_shown_is_said_in_one_line(names, said, files, tmp_path, 
     [
         # position, tracking error, velocity, current, residual, arm, events, what is inside
         ("run.mcap", 8),
-        # of each of three runs: two findings, every joint before and after, arm, moments; and three texts
-        ("diagnosis.json", 3 * 6 + 3),
+        # of each of three runs: two findings, every joint before and after, arm, moments; and four texts
+        ("diagnosis.json", 3 * 6 + 4),
     ],
 )
 def test_window_shows_every_view_without_complaint(name, count, files, monkeypatch):

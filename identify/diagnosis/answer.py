@@ -2,18 +2,26 @@
 
 from typing import Any
 
-import numpy as np
-
 from .candidates.unlisted import UNLISTED
-from .finding import Alternative, Diagnosis, Finding
+from .changes_words import as_table as changes_table
+from .finding import Alternative, Diagnosis, Finding, Remainder
+from .measures import by_kind, noise_measured, slides, torque_units
+from .misfit import as_table, misfit
+from .moments_words import as_table as moments_table
+from .numbers import number, numbers
 from .sentences import sentence
-from .words import verdict
+from .undecided_words import undecided_sentence
+from .words import left_on, verdict
 
 
 def answer(diagnosis: Diagnosis) -> dict[str, Any]:
-    """One case of an answer file, in the words of the vocabulary; joints count from 1."""
+    """One case of an answer file, in the words of the vocabulary; joints count from 1.
+
+    What is undecided is answered with the most probable name, and its confidence says so.
+    """
+    every = (*diagnosis.findings, *diagnosis.undecided)
     return {
-        "findings": [_named(finding) for finding in diagnosis.findings if finding.listed],
+        "findings": [_named(finding) for finding in every if finding.listed],
         "unexplained": diagnosis.unexplained,
         **_residuals(diagnosis),
         "seconds": round(diagnosis.seconds, 2),
@@ -21,10 +29,13 @@ def answer(diagnosis: Diagnosis) -> dict[str, Any]:
 
 
 def _named(finding: Finding) -> dict[str, Any]:
+    every: list[Finding | Alternative] = [finding]
+    every += [one for one in finding.alternatives if one.effect not in UNLISTED]
+    first, *rest = sorted(every, key=lambda one: -one.probability)
     return {
-        **_place(finding),
-        "confidence": finding.probability,
-        "alternatives": [_place(one) for one in finding.alternatives if one.effect not in UNLISTED],
+        **_place(first),
+        "confidence": first.probability,
+        "alternatives": [_place(one) for one in rest],
     }
 
 
@@ -38,34 +49,54 @@ def _residuals(diagnosis: Diagnosis) -> dict[str, Any]:
     if found is None:
         return {}
     return {
-        "torque_rms_before": _numbers(found.before),
-        "torque_rms_after": _numbers(found.after),
+        "torque_rms_before": numbers(found.before),
+        "torque_rms_after": numbers(found.after),
         "torque_rms_filter_hz": found.band,
     }
 
 
 def plain(diagnosis: Diagnosis) -> dict[str, Any]:
     """All of a diagnosis but its samples, for diagnosis.json; what is no number is null."""
-    found = diagnosis.improvement
+    diagnosis = by_kind(diagnosis)
+    found, budget = diagnosis.improvement, misfit(diagnosis)
     return {
         "exidyn_diagnosis": 1,
         "name": diagnosis.name,
         "joints": list(diagnosis.joints),
+        "torque_units": list(torque_units(diagnosis)),
+        "budget": None if budget is None else as_table(budget),
         "verdict": verdict(diagnosis),
         **answer(diagnosis),
         "findings": [_whole(finding, diagnosis) for finding in diagnosis.findings],
-        "remainders": [one._asdict() | {"joint": one.joint + 1} for one in diagnosis.remainders],
-        "noise": None if found is None else _numbers(found.noise),
+        "undecided": [_open(finding, diagnosis) for finding in diagnosis.undecided],
+        "remainders": [_remainder(one, diagnosis) for one in diagnosis.remainders],
+        "moments": moments_table(diagnosis.moments),
+        "changes": changes_table(diagnosis.changes),
+        "noise": None if found is None else numbers(found.noise),
+        "noise_measured_at_rest": noise_measured(diagnosis),
         "runs": list(diagnosis.runs),
         "held_out": [] if found is None else list(found.runs),
         "doubts": list(diagnosis.doubts),
     }
 
 
+def _remainder(one: Remainder, diagnosis: Diagnosis) -> dict[str, Any]:
+    return one._asdict() | {
+        "joint": one.joint + 1,
+        "over_noise": number(one.over_noise),
+        "left": left_on(one, diagnosis),
+    }
+
+
+def _open(finding: Finding, diagnosis: Diagnosis) -> dict[str, Any]:
+    said = undecided_sentence(finding, diagnosis.joints).removesuffix(".")
+    return _whole(finding, diagnosis) | {"sentence": said}
+
+
 def _whole(finding: Finding, diagnosis: Diagnosis) -> dict[str, Any]:
     return {
         **_place(finding),
-        "sentence": sentence(finding, diagnosis.joints),
+        "sentence": sentence(finding, diagnosis.joints, slides(diagnosis, finding)),
         "probability": finding.probability,
         "parameters": {
             name: {"value": number(value), "std": number(std), "unit": unit}
@@ -74,15 +105,6 @@ def _whole(finding: Finding, diagnosis: Diagnosis) -> dict[str, Any]:
         "alternatives": [
             _place(other) | {"probability": number(other.probability)} for other in finding.alternatives
         ],
-        "torque_rms": _numbers(finding.torque),
+        "torque_rms": numbers(finding.torque),
         "held_out": number(finding.held_out),
     }
-
-
-def number(value: float) -> float | None:
-    """A number that JSON has; NaN and infinity are none."""
-    return float(value) if np.isfinite(value) else None
-
-
-def _numbers(values: np.ndarray) -> list[float | None]:
-    return [number(value) for value in values]

@@ -52,8 +52,12 @@ class Candidate:
         expected: Each coefficient and how far it may be from that, where physics says how large they are.
         among: Number of shapes of which it is the choice of a quick look, where not all of them are weighed.
         prior: How much likelier it is than others before the data [-].
+        most: Largest coefficient, either way, for which its columns are right.
+        everywhere: Whether every joint has to be predicted better with it.
+        kind: What sets it apart from others of its effect on its joints, as frequencies of ripple.
         told: What follows from the shape, in words that people use: name -> value and unit.
         told_as: How its coefficients are told.
+        known: Standard deviations of what was measured otherwise, by name.
     """
 
     effect: str
@@ -72,13 +76,17 @@ class Candidate:
     expected: tuple[tuple[float, float], ...] | None = None
     among: int = 1
     prior: float = 1.0
+    most: float = np.inf
+    everywhere: bool = False
+    kind: str = ""
     told: Mapping[str, tuple[float, str]] = field(default_factory=dict)
     told_as: Told = as_fitted
+    known: Mapping[str, float] = field(default_factory=dict)
 
     @property
-    def key(self) -> tuple[str, tuple[int, ...]]:
+    def key(self) -> tuple[str, tuple[int, ...], str]:
         """What it is and where; shapes of one key are one hypothesis."""
-        return self.effect, self.joints
+        return self.effect, self.joints, self.kind
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,36 +1,47 @@
-"""Diagnose: from a believed model and its runs to findings, what is left, and what was gained."""
+"""Diagnose: from a nominal model and its runs to findings, what is left, and what was gained."""
 
 import time
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
 from ..identification import with_payloads
 from ..model import Model
+from ..prepare import Filtering
 from ..recording import Recording
-from .candidate import UNNAMED
-from .confirmed import confirmed, gained, unaccounted
+from .budget import budget
+from .changes import changes
 from .driven import Driven
-from .evidence import evidence
-from .finding import Alternative, Diagnosis, Finding, Improvement, Quantity
+from .evidence import Residuals, evidence, places_of
+from .finding import Alternative, Diagnosis, Finding, Improvement
 from .found import Found
-from .held_out import HeldOut, columns_of
-from .hypothesis import Hypothesis
-from .remainder import asked, greatest, remainders
+from .named_quantities import quantities
+from .once import moments
+from .remainder import discrepancies, remainders, rms
 from .runs import HELD_OUT, usable
+from .scene import Scene
 from .search import Searched, search
-from .shape_doubt import Doubt
-from .shape_doubt import doubts as shape_doubts
+from .shape_doubt import deviations
+
+UNSTATED = 100.0
+"""Relative standard deviation of inertias that nobody stated [-]: flat, and still a number."""
 
 
-def diagnose(model: Model, recordings: Sequence[tuple[str, Recording]], name: str = "") -> Diagnosis:
+def diagnose(
+    model: Model,
+    recordings: Sequence[tuple[str, Recording]],
+    name: str = "",
+    filtering: Filtering = Filtering(),  # noqa: B008
+) -> Diagnosis:
     """Say which physics a model leaves out.
 
     Args:
-        model: As believed, with its tolerances.
-        recordings: Role and recording of each run; those of role "validate" are not fitted.
+        model: Nominal, with its tolerances; what nobody stated is fitted freely.
+        recordings: Role and recording of each run; those of role "validate" are only predicted.
         name: Of the case; the robot's by default.
+        filtering: Filters; chosen from the data where it says nothing.
 
     Raises:
         DifferentRobot: A run of another robot.
@@ -38,38 +49,44 @@ def diagnose(model: Model, recordings: Sequence[tuple[str, Recording]], name: st
     """
     # Thousands of small systems: threads of linear algebra would wait for one another.
     with threadpool_limits(limits=1):
-        return _diagnosed(model, recordings, name)
+        return _diagnosed(model, recordings, name, filtering)
 
 
-def _diagnosed(model: Model, recordings: Sequence[tuple[str, Recording]], name: str) -> Diagnosis:
+def _diagnosed(
+    model: Model, recordings: Sequence[tuple[str, Recording]], name: str, filtering: Filtering
+) -> Diagnosis:
     began = time.monotonic()
-    model = with_payloads(model, [recording for _, recording in recordings])
-    every, doubts = usable(model, recordings)
-    fitted = [run for run in every if run.role != HELD_OUT]
-    found = search(model, fitted)
-    apart = [run for run in every if run.role == HELD_OUT]
-    noise = noise_floor(found.runs)
-    features = asked(model, found.runs)
-    found = confirmed(model, found, apart, features, noise)
-    held_out = HeldOut.of(model, found, apart)
-    gains = gained(found, held_out)
-    left = unaccounted(found, greatest(found.solution, features, noise), held_out)
-    rate = 1.0 / float(np.median(np.diff(found.runs[0].prepared.decimated_time)))
+    model = nominal(with_payloads(model, [recording for _, recording in recordings]))
+    runs, warnings = usable(model, recordings, filtering)
+    found = search(Scene.of(model, runs)).ordered()
+    fitted, apart = found.scene.fitted, found.scene.held_out
+    noise, rested = noise_floor(fitted), fitted[0].prepared.noise_source == "rest"
+    residuals = Residuals.of(found)
+    left = discrepancies(found.scene, found.prediction)
+    every, named = _findings(found), sum(one.named for one in found.found)
     return Diagnosis(
         name=name or model.robot.name,
         joints=model.robot.joints,
-        findings=tuple(
-            _finding(found, place, gain, doubt)
-            for place, (gain, doubt) in enumerate(zip(gains, shape_doubts(found), strict=True))
-        ),
-        remainders=tuple(remainders(found.solution, left, rate, noise)),
-        improvement=_improvement(found, held_out, apart, noise),
+        findings=tuple(every[:named]),
+        undecided=tuple(every[named:]),
+        remainders=tuple(remainders(found.prediction, left, noise, rested)),
+        improvement=_improvement(found, residuals, apart, noise),
         runs=tuple(run.prepared.name for run in fitted),
-        doubts=tuple(doubts),
-        evidence=evidence(model, found, apart, held_out, noise),
+        doubts=tuple(warnings),
+        evidence=evidence(found, residuals, noise),
         seconds=time.monotonic() - began,
         tried=found.scene.tried,
+        budget=budget(found.scene, found.found, left, noise if rested else np.zeros_like(noise)),
+        changes=tuple(changes(found.scene, found.single)),
+        moments=tuple(moments(found.scene, found.prediction)),
     )
+
+
+def nominal(model: Model) -> Model:
+    """The model with inertias that may be anything, unless somebody stated how well they are known."""
+    if model.robot.inertias_stated:
+        return model
+    return replace(model, robot=replace(model.robot, inertial_tolerance=UNSTATED))
 
 
 def noise_floor(runs: Sequence[Driven]) -> np.ndarray:
@@ -78,52 +95,42 @@ def noise_floor(runs: Sequence[Driven]) -> np.ndarray:
     return np.sqrt(np.mean(squares, axis=0))
 
 
-def _finding(found: Searched, place: int, gain: float, doubt: Doubt) -> Finding:
+def _findings(found: Searched) -> list[Finding]:
+    spread = deviations(found)
+    return [_finding(found, place, spread[place]) for place in range(len(found.found))]
+
+
+def _finding(found: Searched, place: int, spread: tuple[np.ndarray, dict[str, float]]) -> Finding:
     one: Found = found.found[place]
-    hypothesis: Hypothesis = one.hypothesis
-    candidate, own = hypothesis.candidate, columns_of(found, place)
-    values = found.solution.values[own]
-    numbers = {
-        name: Quantity(float(value), float(deviation), unit)
-        for name, value, deviation, unit in zip(
-            candidate.names, *candidate.told_as(values, doubt.values), candidate.units, strict=True
-        )
-        if not name.startswith(UNNAMED)
-    }
-    shapes = {
-        name: Quantity(
-            value,
-            doubt.shape.get(name, float("nan")),
-            candidate.bounds[name].unit if name in candidate.bounds else "1",
-        )
-        for name, value in candidate.shape.items()
-        if name != "reversal"
-    } | {
-        name: Quantity(value, doubt.shape.get(name, float("nan")), unit)
-        for name, (value, unit) in candidate.told.items()
-    }
-    torque = np.zeros(found.rows.difference.shape[1])
-    torque[hypothesis.columns.joints] = np.sqrt(np.mean((hypothesis.columns.values @ values) ** 2, axis=0))
+    answer, values = one.answer, found.prediction.values[places_of(found, place)]
+    candidate = answer.candidate
+    torque = np.zeros(found.prediction.joints)
+    torque[answer.columns.joints] = np.sqrt(np.mean((answer.columns.values @ values) ** 2, axis=0))
+    held_out = answer.gains[~found.scene.blocks.fitted]
     return Finding(
         candidate.effect,
         candidate.joints,
-        numbers | shapes,
-        one.probability,
-        tuple(
-            Alternative(other.candidate.effect, other.candidate.joints, p, other)
-            for other, p in one.not_excluded
-        ),
+        quantities(candidate, values, *spread),
+        one.certainty,
+        tuple(Alternative(a.candidate.effect, a.candidate.joints, p, a) for a, p in one.elsewhere),
         torque,
-        gain,
+        2.0 * float(held_out.sum()) if len(held_out) else float("nan"),
         candidate,
     )
 
 
 def _improvement(
-    found: Searched, held_out: HeldOut | None, runs: Sequence[Driven], noise: np.ndarray
+    found: Searched, residuals: Residuals, runs: Sequence[Driven], noise: np.ndarray
 ) -> Improvement | None:
-    if held_out is None:
+    if not runs:
         return None
-    before, after = held_out.residuals(found)
+    rows = np.concatenate([np.arange(own.stop - own.start) + own.start for own in _held_out(found)])
+    weight = found.scene.base.weight[rows]
+    before, after = (rms(one[rows], weight) for one in (residuals.before, residuals.after))
     band = min(run.prepared.decimation.cutoff for run in runs)
     return Improvement(tuple(run.prepared.name for run in runs), before, after, noise, band)
+
+
+def _held_out(found: Searched) -> list[slice]:
+    pairs = zip(found.prediction.rows.runs, found.scene.runs, strict=True)
+    return [rows for rows, run in pairs if run.role == HELD_OUT]

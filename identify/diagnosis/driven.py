@@ -13,10 +13,6 @@ from ..prepare import Filtering, Prepared, prepare
 from ..recording import Recording
 from .tangent import Tangent, carrying, tangent
 
-BAND = 25.0
-"""Cut-off of torque and columns [Hz]: above the highest motion that arms are asked for, below the drives' own
-bandwidth, where currents say more of the controller than of the arm."""
-FILTERING = Filtering(torque_cutoff=BAND)
 SMOOTH = 4.0
 """Samples a period of that cut-off which hold products of motions: twice what their band needs."""
 CHUNK = 2000
@@ -44,7 +40,7 @@ class Driven:
     peak: np.ndarray | None = None
 
     @classmethod
-    def of(cls, model: Model, recording: Recording, role: str, filtering: Filtering = FILTERING) -> "Driven":
+    def of(cls, model: Model, recording: Recording, role: str, filtering: Filtering) -> "Driven":
         """Prepare a recording; the torque is that of the believed model.
 
         Raises:
@@ -100,7 +96,7 @@ class Driven:
     @cached_property
     def coarse(self) -> "Driven":
         """The same at a lower rate, for what is no more abrupt than the motion."""
-        decimation = self.prepared.decimation.thinned(SMOOTH * BAND)
+        decimation = self.prepared.decimation.thinned(SMOOTH * self.prepared.decimation.cutoff)
         step = decimation.step
         prepared = replace(self.prepared, decimation=decimation)
         coarse = replace(self, prepared=prepared, motion=self.motion[::step], torque=self.torque[::step])

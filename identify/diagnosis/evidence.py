@@ -1,32 +1,58 @@
 """Evidence: traces of all runs out of what a search has come to."""
 
-from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from ..model import Model
-from .driven import Driven, slices
-from .held_out import HeldOut, at_its_word
+from .driven import Driven
+from .nuisances import CLOCK
+from .prediction import CERTAIN, factored, solve
 from .rows import Rows
 from .search import Searched
 from .trace import Evidence, Trace
 
+FREE = ("Fv", "Fc", "Off", "reversal", CLOCK)
+"""Unknowns that are fitted even where the model is taken at its word: friction and offsets are guesses."""
 
-def evidence(
-    model: Model, found: Searched, runs: Sequence[Driven], held_out: HeldOut | None, noise: np.ndarray
-) -> Evidence:
-    """What the answer rests on.
+
+@dataclass(frozen=True, eq=False)
+class Residuals:
+    """What is left of the torque of all runs, shape (r, n) each [N m].
+
+    Attributes:
+        before: By the model at its word, friction, offsets and what nobody stated fitted.
+        after: With everything that was found.
+        explained: Torque of each finding, shape (f, r, n) [N m].
+    """
+
+    before: np.ndarray
+    after: np.ndarray
+    explained: np.ndarray
+
+    @classmethod
+    def of(cls, found: Searched) -> "Residuals":
+        """Of a search."""
+        rows, values = found.prediction.rows, found.prediction.values
+        before = rows.difference - rows.columns @ at_its_word(found)
+        return cls(before, found.prediction.residual, explained(found, rows, values))
+
+
+def evidence(found: Searched, residuals: Residuals, noise: np.ndarray) -> Evidence:
+    """What the answer rests on, runs held out first.
 
     Args:
-        model: As believed, with the payloads of the runs.
         found: Result of the search.
-        runs: Those held out.
-        held_out: Their rows; None without any.
+        residuals: Of all its rows.
         noise: Noise floor of each joint's torque, shape (n,) [N m].
     """
-    word, fitted = at_its_word(found), found.solution.values
-    own = [] if held_out is None else _traces(model, found, runs, held_out.rows, word)
-    count = len(model.names)
+    model, word, fitted = found.scene.model, at_its_word(found), found.prediction.values
+    runs, count = found.scene.runs, len(model.names)
+    traces = [
+        _trace(model, run, residuals, rows, found.scene.base.weight[rows])
+        for run, rows in zip(runs, found.prediction.rows.runs, strict=True)
+    ]
+    fitted_runs = len(found.scene.fitted)
     return Evidence(
         model=model,
         before=model.believed_values + word[:count],
@@ -34,55 +60,50 @@ def evidence(
         gain_before=_gains(found, word),
         gain_after=_gains(found, fitted),
         noise=noise,
-        traces=(*own, *_traces(model, found, found.runs, found.rows, word)),
-        filtering=found.runs[0].filtering,
+        traces=(*traces[fitted_runs:], *traces[:fitted_runs]),
+        filtering=runs[0].filtering,
     )
+
+
+def at_its_word(found: Searched) -> np.ndarray:
+    """Unknowns (b,) of a model at its word, without any finding; what nobody stated is fitted."""
+    prediction, rows = found.believed, found.believed.rows
+    free = np.array([name.startswith(FREE) for name in rows.names])
+    if not found.scene.model.robot.inertias_stated:
+        free[: len(found.scene.model.names)] = True
+    held = ~free & np.isfinite(rows.std)
+    matrix, right = prediction.normal
+    precision = np.where(held, CERTAIN**-2.0, 0.0)
+    word = solve(factored(matrix + np.diag(precision)), right + precision * rows.mean)
+    return np.append(word, np.zeros(len(found.prediction.rows.names) - len(word)))
+
+
+def places_of(found: Searched, place: int) -> np.ndarray:
+    """Places of a finding's coefficients among all unknowns."""
+    counts = [len(one.answer.values) for one in found.found]
+    start = len(found.prediction.rows.names) - sum(counts[place:])
+    return np.arange(start, start + counts[place])
+
+
+def explained(found: Searched, rows: Rows, values: np.ndarray) -> np.ndarray:
+    """Torque of each finding by unknowns (b,), shape (f, r, n) [N m]."""
+    own = [places_of(found, place) for place in range(len(found.found))]
+    parts = [rows.columns[:, :, places] @ values[places] for places in own]
+    return np.array(parts).reshape(len(parts), *rows.difference.shape)
 
 
 def _gains(found: Searched, values: np.ndarray) -> np.ndarray:
     """Drive gains out of the shares by which they are off, among all unknowns (b,)."""
-    believed = found.runs[0].prepared.gain
-    places = dict(zip(found.rows.names, values, strict=True))
+    believed = found.scene.runs[0].prepared.gain
+    places = dict(zip(found.prediction.rows.names, values, strict=True))
     return believed * (
         1.0 + np.array([places.get(f"gain{joint + 1}", 0.0) for joint in range(len(believed))])
     )
 
 
-def _traces(
-    model: Model, found: Searched, runs: Sequence[Driven], rows: Rows, word: np.ndarray
-) -> list[Trace]:
-    before = rows.difference - rows.columns @ word
-    after = rows.difference - rows.columns @ found.solution.values
-    explained = _explained(found, rows)
-    return [
-        _trace(model, run, before[own], after[own], explained[:, own], rows.weight[own])
-        for run, own in zip(runs, slices(runs), strict=True)
-    ]
-
-
-def _explained(found: Searched, rows: Rows) -> np.ndarray:
-    """Torque of each finding, shape (f, r, n) [N m]; their columns are the last."""
-    counts = [len(one.hypothesis.candidate.names) for one in found.found]
-    values = found.solution.values
-    stops = len(values) - sum(counts) + np.cumsum(counts, dtype=int)
-    parts = [
-        rows.columns[:, :, stop - count : stop] @ values[stop - count : stop]
-        for stop, count in zip(stops, counts, strict=True)
-    ]
-    return np.array(parts).reshape(len(parts), *rows.difference.shape)
-
-
-def _trace(
-    model: Model,
-    run: Driven,
-    before: np.ndarray,
-    after: np.ndarray,
-    explained: np.ndarray,
-    weight: np.ndarray,
-) -> Trace:
-    prepared, robot = run.prepared, model.robot
-    motion = run.motion
-    places = prepared.decimation.centres(len(motion))
+def _trace(model: Model, run: Driven, left: Residuals, rows: slice, weight: np.ndarray) -> Trace:
+    prepared, robot, motion = run.prepared, model.robot, run.motion
+    places = prepared.decimation.centres(len(motion))[: run.rows]
     return Trace(
         name=prepared.name,
         role=run.role,
@@ -93,9 +114,9 @@ def _trace(
         load=motion.load[places],
         temperature=motion.temperature[places],
         motor_angle=motion.position[places] @ robot.coupling.T * robot.gear_ratio,
-        measured=prepared.gain * prepared.decimated_current,
-        before=before,
-        after=after,
-        explained=explained,
+        measured=prepared.gain * prepared.decimated_current[: run.rows],
+        before=left.before[rows],
+        after=left.after[rows],
+        explained=left.explained[:, rows],
         weight=weight,
     )

@@ -8,7 +8,7 @@ import numpy as np
 
 from .candidate import Candidate
 from .candidates.unlisted import UNLISTED
-from .hypothesis import Hypothesis
+from .question import Answer
 from .trace import Evidence
 
 
@@ -27,13 +27,13 @@ class Alternative(NamedTuple):
         effect: Name in the vocabulary.
         joints: Where, from 0.
         probability: That it is this instead.
-        hypothesis: What was asked, and its coefficients.
+        answer: What was asked, and its coefficients.
     """
 
     effect: str
     joints: tuple[int, ...]
     probability: float
-    hypothesis: Hypothesis | None = None
+    answer: Answer | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,6 +83,77 @@ class Remainder(NamedTuple):
     depends_on: str
 
 
+class Share(NamedTuple):
+    """One part of the budget.
+
+    Attributes:
+        finding: Place of the finding whose share it is, undecided ones behind the others; None for what has
+            no name.
+        kind: What it goes with, or that it is noise; empty for a finding.
+        shares: Of the misfit's power on each joint, shape (n,) [-].
+    """
+
+    finding: int | None
+    kind: str
+    shares: np.ndarray
+
+
+class Budget(NamedTuple):
+    """Where the misfit of the nominal model goes.
+
+    Attributes:
+        before: Misfit of the model fitted without any finding, root mean square, shape (n,) [N m].
+        after: With all findings, likewise.
+        shares: Their sum is one on every joint.
+        held_out: Whether it is of runs held out; else of blocks of fitted runs, each predicted by the others.
+    """
+
+    before: np.ndarray
+    after: np.ndarray
+    shares: tuple[Share, ...]
+    held_out: bool
+
+
+class Change(NamedTuple):
+    """What one candidate alone would change.
+
+    Attributes:
+        effect: Its name.
+        joints: Where it acts, from 0.
+        joint: The joint that gains most.
+        change: Of that joint's squared prediction error, relative [-]; below zero it is less.
+        std: Its standard deviation over blocks.
+        gain: Logarithm of how much more probable all blocks are.
+    """
+
+    effect: str
+    joints: tuple[int, ...]
+    joint: int
+    change: float
+    std: float
+    gain: float
+
+
+class Moment(NamedTuple):
+    """A time at which a run differs from the model as at no other.
+
+    Attributes:
+        run: Its name.
+        start: By the run's time [s].
+        end: [s].
+        joints: That see it, from 0.
+        direction: Of the force on the flange that explains most of it, in the base's axes, shape (3,) [-].
+        force: Its size [N].
+    """
+
+    run: str
+    start: float
+    end: float
+    joints: tuple[int, ...]
+    direction: np.ndarray
+    force: float
+
+
 @dataclass(frozen=True, eq=False)
 class Improvement:
     """Torque residuals of runs that were not used for fitting, root mean squares, each (n,) [N m].
@@ -117,6 +188,10 @@ class Diagnosis:
         seconds: How long it took [s].
         tried: Effects that these runs can be asked for, with how many hypotheses there were of each.
         evidence: What it rests on, for pictures and simulation.
+        undecided: What is there and has no certain name, each with what it might be.
+        budget: Where the misfit goes; None for a diagnosis made without.
+        changes: What each candidate alone would change.
+        moments: Times at which a run differs from the model as at no other.
     """
 
     name: str
@@ -129,8 +204,12 @@ class Diagnosis:
     seconds: float = 0.0
     tried: Mapping[str, int] = field(default_factory=dict)
     evidence: Evidence | None = None
+    undecided: tuple[Finding, ...] = ()
+    budget: Budget | None = None
+    changes: tuple[Change, ...] = ()
+    moments: tuple[Moment, ...] = ()
 
     @property
     def unexplained(self) -> bool:
         """Whether something is missing that has no name here."""
-        return bool(self.remainders) or not all(finding.listed for finding in self.findings)
+        return bool(self.remainders or self.undecided) or not all(one.listed for one in self.findings)

@@ -32,8 +32,8 @@ class Forward:
     Attributes:
         run: Its name.
         time: Shape (r,) [s].
-        measured: Torque by currents and believed gains, shape (r, n) [N m].
-        torque_before: Of the arm as it is believed, shape (r, n) [N m].
+        measured: Torque by currents and nominal gains, shape (r, n) [N m].
+        torque_before: Of the nominal arm, shape (r, n) [N m].
         torque_after: Of the arm with what was found, shape (r, n) [N m].
         weight: 0 where a joint sticks, else 1, shape (r, n).
         missed: Root mean square of what simulated motors miss of the measured motion, shape (n,) [rad].
@@ -52,12 +52,18 @@ class Forward:
     @property
     def before(self) -> np.ndarray:
         """Root mean square of the difference to the recording, shape (n,) [N m]."""
-        return rms(self.measured - self.torque_before, self.weight)
+        return _difference(self.measured - self.torque_before, self.weight)
 
     @property
     def after(self) -> np.ndarray:
         """The same with what was found, shape (n,) [N m]."""
-        return rms(self.measured - self.torque_after, self.weight)
+        return _difference(self.measured - self.torque_after, self.weight)
+
+
+def _difference(values: np.ndarray, weight: np.ndarray) -> np.ndarray:
+    """Root mean square, shape (n,); infinite or no number where a simulation has diverged."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        return rms(values, weight)
 
 
 def forward(diagnosis: Diagnosis, recording: Recording) -> Forward | None:
@@ -73,9 +79,13 @@ def forward(diagnosis: Diagnosis, recording: Recording) -> Forward | None:
     if (known := diagnosis.evidence) is None:
         return None
     run = Driven.of(known.model, recording, "", known.filtering)
-    arms = as_believed(known), as_found(known, diagnosis.findings)
-    (before, _), (after, missed) = (_simulated(arm, run) for arm in arms)
-    wrong = [place for place in arms[1].left_out if diagnosis.findings[place].effect in MEASURED_WRONG]
+    # Parameters were fitted beside undecided findings too.
+    findings = (*diagnosis.findings, *diagnosis.undecided)
+    arms = as_believed(known), as_found(known, findings)
+    # An arm that diverges ends in infinity; what follows is no number, and said to be none.
+    with np.errstate(over="ignore", invalid="ignore"):
+        (before, _), (after, missed) = (_simulated(arm, run) for arm in arms)
+    wrong = [place for place in arms[1].left_out if findings[place].effect in MEASURED_WRONG]
     for trace in known.traces:
         if trace.name == recording.name:
             after = after + trace.explained[wrong].sum(axis=0)
@@ -88,8 +98,8 @@ def forward(diagnosis: Diagnosis, recording: Recording) -> Forward | None:
         torque_before=before,
         torque_after=after,
         weight=run.prepared.weight * (time > run.motion.time[0] + SETTLED)[:, None],
-        missed=np.sqrt(np.mean(missed**2, axis=0)),
-        left_out=tuple(diagnosis.findings[place].effect for place in left_out),
+        missed=_difference(missed, np.ones_like(missed)),
+        left_out=tuple(findings[place].effect for place in left_out),
     )
 
 

@@ -20,6 +20,8 @@ REVERSAL_STD = 0.5
 PRESLIDING = (5e-5, 2e-4, 6e-4)
 """Displacements over which dry friction may build up [rad]: surfaces bend before they slide, as far as some
 thousandths of a gear's radius. What takes longer is a property of the gear and has a name."""
+UNKNOWN_GAIN = 1.0
+"""Share by which a drive gain that nobody stated may be another, beside those of the other drives [-]."""
 CLOCK = "clock"
 """How the unknown is called by which all drives' clocks are wrong; each drive's own has its number behind."""
 CLOCKS = 2.5e-4
@@ -27,18 +29,19 @@ CLOCKS = 2.5e-4
 drive's own loop, at 4 kHz or more; what comes later in a cycle of 2 ms than it should is a delay."""
 
 
-def with_nuisances(rows: Rows, model: Model, runs: Sequence[Driven]) -> Rows:
-    """The rows with low-speed friction, drive gains and clocks as unknowns too."""
-    for names, columns, std in (reversals(model, runs, dry(model)), _gains(model, runs), _clock(model, runs)):
+def with_nuisances(rows: Rows, model: Model, runs: Sequence[Driven], values: np.ndarray) -> Rows:
+    """The rows with low-speed friction, drive gains and clocks as unknowns too; values (p,) are a fit's."""
+    turning = reversals(model, runs, dry(model, values))
+    for names, columns, std in (turning, _gains(model, runs), _clock(model, runs)):
         rows = rows.plus(names, columns, std)
     return rows
 
 
-def dry(model: Model) -> dict[int, float]:
-    """Dry friction that is believed, joint -> [N m]."""
-    friction, robot = dict(zip(model.names, model.believed_values, strict=True)), model.robot
+def dry(model: Model, values: np.ndarray) -> dict[int, float]:
+    """Coulomb friction among parameters (p,), joint -> [N m]."""
+    friction, robot = dict(zip(model.names, values, strict=True)), model.robot
     joints = {j for e in model.effects if isinstance(e, CoulombFriction) for j in e.columns(robot)}
-    return {joint: float(friction[f"Fc{joint + 1}"]) for joint in sorted(joints)}
+    return {joint: abs(float(friction[f"Fc{joint + 1}"])) for joint in sorted(joints)}
 
 
 def reversals(
@@ -84,7 +87,8 @@ def _gains(model: Model, runs: Sequence[Driven]) -> tuple[list[str], np.ndarray,
     torque = np.concatenate([run.thinned(run.torque) for run in runs])
     names = [f"gain{joint + 1}" for joint in range(model.robot.dof)]
     columns = -torque[:, :, None] * np.eye(model.robot.dof)
-    return names, columns, np.full(len(names), model.robot.drive_gain_tolerance)
+    unknown = bool(np.all(model.robot.drive_gain == 1.0))
+    return names, columns, np.full(len(names), UNKNOWN_GAIN if unknown else model.robot.drive_gain_tolerance)
 
 
 def _clock(model: Model, runs: Sequence[Driven]) -> tuple[list[str], np.ndarray, np.ndarray]:

@@ -18,6 +18,10 @@ SCALES: dict[str, tuple[float, str]] = {
 """Name of a unit for people -> how many of it are one of SI, and how it is written."""
 
 
+FINEST = 6
+"""Places behind the point from which on numbers are written with powers of ten."""
+
+
 class Said(Quantity):
     """A quantity that writes itself in a sentence.
 
@@ -32,6 +36,7 @@ class Said(Quantity):
         words = spec.split()
         value = abs(self.value) if "size" in words else self.value
         scale, unit = next((SCALES[word] for word in words if word in SCALES), (1.0, self.unit))
+        unit = "mm" if (unit, self.unit) == ("mrad", "m") else unit  # of a joint that slides
         text = with_interval(scale * value, scale * self.std)
         return text if "bare" in words or unit in ("", "1") else f"{text} {unit}".replace(" °", "°")
 
@@ -44,6 +49,8 @@ def with_interval(value: float, std: float) -> str:
     # Two digits where the first is 1: 0.12 rounded to 0.1 would be off by a fifth.
     size = int(np.floor(np.log10(half)))
     places = (1 if half / 10.0**size < 2.0 else 0) - size
+    if places > FINEST:
+        return f"{value:.2g} ± {half:.1g}"
     # An interval far below the value says no more than four digits of it.
     places = min(places, 3 - int(np.floor(np.log10(abs(value) or half))))
     half = max(round(half, places), 10.0**-places)

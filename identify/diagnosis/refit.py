@@ -8,9 +8,11 @@ import numpy as np
 from ..fit import Fit
 from ..identification import identify
 from ..model import Model
+from ..prepare import Filtering
 from ..recording import EFFORT, Recording, Signal
 from .finding import Diagnosis, Finding
 from .improved import as_found
+from .measures import by_kind, slides
 from .runs import HELD_OUT
 from .sentences import sentence
 
@@ -22,6 +24,7 @@ def refit(
     diagnosis: Diagnosis,
     recordings: Sequence[tuple[str, Recording]],
     progress: Callable[[str], None] = lambda _: None,
+    filtering: Filtering = Filtering(),  # noqa: B008
 ) -> Fit | None:
     """Identify the model again with what was found; None for a diagnosis without evidence.
 
@@ -31,6 +34,7 @@ def refit(
         diagnosis: With its evidence.
         recordings: Role and recording of each run.
         progress: Called with a sentence at each stage.
+        filtering: Filters; chosen from the data where it says nothing.
 
     Raises:
         ExidynError: The runs cannot carry a fit.
@@ -44,18 +48,19 @@ def refit(
         [run for role, run in used if role != HELD_OUT],
         [run for role, run in used if role == HELD_OUT],
         model=model_to_fit(diagnosis),
+        filtering=filtering,
         progress=progress,
     )
     doubts = [
-        f"{sentence(finding, diagnosis.joints)}: {_why(finding)}"
-        for place, finding in enumerate(diagnosis.findings)
+        f"{sentence(finding, diagnosis.joints, slides(diagnosis, finding))}: {_why(finding)}"
+        for place, finding in enumerate(by_kind(diagnosis).findings)
         if finding.effect in (*TRANSMISSION, "time_delay") or place in left_out
     ]
     return replace(fit, doubts=(*doubts, *fit.doubts))
 
 
 def model_to_fit(diagnosis: Diagnosis) -> Model:
-    """The believed model with the effects found, and gains by what was found of them."""
+    """The nominal model with the effects found, and gains by what was found of them."""
     assert diagnosis.evidence is not None
     evidence = diagnosis.evidence
     arm = as_found(evidence, diagnosis.findings)

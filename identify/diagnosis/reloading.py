@@ -11,8 +11,7 @@ import numpy as np
 from ..model import Model
 from .candidate import Candidate, Thinned
 from .driven import Driven
-from .hypothesis import Hypothesis
-from .solution import Solution
+from .question import Answer
 
 LOADED = (
     "joint_elasticity", "backlash", "load_dependent_friction", "drive_gain", "drive_gain_saturation",
@@ -46,18 +45,16 @@ class Known:
     peak: np.ndarray | None = None
 
     @classmethod
-    def after(cls, model: Model, solution: Solution, found: Sequence[Hypothesis] = ()) -> "Known":
-        """From a solution whose last unknowns are what was found."""
+    def after(cls, model: Model, unknowns: np.ndarray, found: Sequence[Answer] = ()) -> "Known":
+        """From unknowns (b,) the last of which are what was found."""
         count = sum(len(one.values) for one in found)
-        own = np.split(
-            solution.values[len(solution.values) - count :], np.cumsum([len(f.values) for f in found])
-        )
+        own = np.split(unknowns[len(unknowns) - count :], np.cumsum([len(one.values) for one in found]))
         carried = [
             (one.candidate, values)
             for one, values in zip(found, own, strict=False)
             if one.candidate.effect in CARRIED
         ]
-        values = model.believed_values + solution.values[: len(model.names)]
+        values = model.believed_values + unknowns[: len(model.names)]
         return cls(model, values, not found, tuple(carried))
 
     def of(self, runs: Sequence[Driven]) -> "Known":

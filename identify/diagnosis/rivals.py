@@ -12,6 +12,8 @@ from .finding import Alternative, Diagnosis, Finding, Quantity
 from .improved import Arm, as_found
 from .trace import Evidence
 
+TRANSMISSION = ("joint_elasticity", "backlash")
+"""Effects between motor and link."""
 FOUND = "found.toml"
 """File of the model with all findings."""
 
@@ -20,45 +22,79 @@ class Rival(NamedTuple):
     """A model with one finding replaced by what it might be instead.
 
     Attributes:
-        finding: Place of the finding.
+        finding: Its place, undecided ones behind the others.
         alternative: Its place among the alternatives of that finding.
         file: Under which it is written.
-        model: With what it might be, and its values.
+        model: With what it might be, and its values; without either where a model cannot hold it.
+        left_out: What no model holds, by name in the vocabulary.
     """
 
     finding: int
     alternative: int
     file: str
     model: Model
+    left_out: tuple[str, ...]
+
+
+class Improved(NamedTuple):
+    """A model with findings.
+
+    Attributes:
+        model: With the values found.
+        left_out: Places of findings that it does not hold.
+    """
+
+    model: Model
+    left_out: tuple[int, ...]
 
 
 def found_model(diagnosis: Diagnosis) -> Model | None:
-    """The model with all findings, and their values as beliefs; None where no model can hold them."""
-    return None if diagnosis.evidence is None else _model(diagnosis.evidence, diagnosis.findings)
+    """The model with all findings that a model can hold; None for a diagnosis without evidence.
+
+    Undecided ones are in it by the name under which they were fitted.
+    """
+    return None if diagnosis.evidence is None else _model(diagnosis.evidence, _every(diagnosis)).model
+
+
+def left_out(diagnosis: Diagnosis) -> tuple[str, ...]:
+    """What the model with all findings does not hold, by name in the vocabulary."""
+    if diagnosis.evidence is None:
+        return ()
+    every = _every(diagnosis)
+    return tuple(every[place].effect for place in _model(diagnosis.evidence, every).left_out)
 
 
 def rivals(diagnosis: Diagnosis) -> list[Rival]:
-    """One for each alternative that a model can hold, if what was found is a model too."""
-    if diagnosis.evidence is None or found_model(diagnosis) is None:
+    """One for each alternative, but where neither it nor the finding is anything that a model can hold."""
+    if diagnosis.evidence is None:
         return []
-    found: list[Rival] = []
-    for place, finding in enumerate(diagnosis.findings):
+    every, found = _every(diagnosis), list[Rival]()
+    lost = _model(diagnosis.evidence, every).left_out
+    for place, finding in enumerate(every):
         for other, alternative in enumerate(finding.alternatives):
-            instead = list(diagnosis.findings)
+            instead = list(every)
             instead[place] = as_finding(alternative)
-            if (model := _model(diagnosis.evidence, instead)) is not None:
-                found.append(Rival(place, other, f"instead-{len(found) + 1}.toml", model))
+            improved = _model(diagnosis.evidence, instead)
+            if place in lost and place in improved.left_out:
+                continue
+            absent = tuple(instead[lacking].effect for lacking in improved.left_out)
+            file = f"instead-{len(found) + 1}.toml"
+            found.append(Rival(place, other, file, improved.model, absent))
     return found
+
+
+def _every(diagnosis: Diagnosis) -> tuple[Finding, ...]:
+    return (*diagnosis.findings, *diagnosis.undecided)
 
 
 def as_finding(alternative: Alternative) -> Finding:
     """The alternative as if it had been found."""
-    hypothesis = alternative.hypothesis
-    assert hypothesis is not None
-    candidate = hypothesis.candidate
+    answer = alternative.answer
+    assert answer is not None
+    candidate = answer.candidate
     parameters = {
         name: Quantity(float(value), np.nan, unit)
-        for name, value, unit in zip(candidate.names, hypothesis.values, candidate.units, strict=True)
+        for name, value, unit in zip(candidate.names, answer.values, candidate.units, strict=True)
     }
     shape = {name: Quantity(value, np.nan, "") for name, value in candidate.shape.items()}
     return Finding(
@@ -67,19 +103,23 @@ def as_finding(alternative: Alternative) -> Finding:
         parameters=shape | parameters,
         probability=alternative.probability,
         alternatives=(),
-        torque=np.zeros(len(hypothesis.columns.joints)),
+        torque=np.zeros(len(answer.columns.joints)),
         held_out=np.nan,
         candidate=candidate,
     )
 
 
-def _model(evidence: Evidence, findings: Sequence[Finding]) -> Model | None:
-    arm = as_found(evidence, findings)
-    return None if arm.left_out or len(arm.transmission.elastic) else believing(arm)
+def _model(evidence: Evidence, findings: Sequence[Finding]) -> Improved:
+    """A model has rigid gears: play and elasticity are no part of it, and neither is what a sensor does."""
+    soft = [place for place, one in enumerate(findings) if one.effect in TRANSMISSION]
+    rigid = [place for place in range(len(findings)) if place not in soft]
+    arm = as_found(evidence, [findings[place] for place in rigid])
+    lost = sorted([*soft, *(rigid[place] for place in arm.left_out)])
+    return Improved(believing(arm), tuple(lost))
 
 
 def believing(arm: Arm) -> Model:
-    """The arm's model, in which its values and gains are what is believed, with the deviations of before."""
+    """The arm's model with its values and gains as nominal ones, and the deviations of before."""
     std = [belief.std for belief in arm.model.beliefs]
     stated = {
         name: Belief(value, deviation)

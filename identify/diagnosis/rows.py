@@ -51,12 +51,6 @@ class Rows:
             mean=np.concatenate([self.mean, np.zeros(len(std)) if mean is None else mean]),
         )
 
-    def relaxed(self, places: Sequence[int], std: np.ndarray) -> "Rows":
-        """The same with some unknowns believed to be that far from zero."""
-        wider, mean = self.std.copy(), self.mean.copy()
-        wider[list(places)], mean[list(places)] = std, 0.0
-        return replace(self, std=wider, mean=mean)
-
 
 def model_rows(model: Model, runs: Sequence[Driven]) -> Rows:
     """Rows whose unknowns are the deviations of the model's parameters from their beliefs."""

@@ -9,20 +9,26 @@ from ..errors import DifferentRobot, RecordingError
 from ..excitation_doubts import excitation_doubts
 from ..identification import common_filtering, of_these_joints
 from ..model import Model
+from ..prepare import Filtering
 from ..recording import Recording
 from ..recording_checks import check, check_alive
-from .driven import FILTERING, Driven
+from .driven import Driven
 
 HELD_OUT = "validate"
 """Role of the runs that are not fitted."""
 
 
-def usable(model: Model, recordings: Sequence[tuple[str, Recording]]) -> tuple[list[Driven], list[str]]:
+def usable(
+    model: Model,
+    recordings: Sequence[tuple[str, Recording]],
+    filtering: Filtering = Filtering(),  # noqa: B008
+) -> tuple[list[Driven], list[str]]:
     """The runs that can be filtered and compared, and doubts about these and the others.
 
     Args:
         model: As believed, with the payloads of the runs.
         recordings: Role and recording of each run.
+        filtering: Filters; chosen from the data where it says nothing.
 
     Raises:
         DifferentRobot: A run of another robot.
@@ -34,7 +40,7 @@ def usable(model: Model, recordings: Sequence[tuple[str, Recording]]) -> tuple[l
     for role, recording in recordings:
         try:
             checked = check_alive(check(replace(recording, model=model)))
-            common_filtering([checked], FILTERING)
+            common_filtering([checked], filtering)
             sound.append((role, checked))
             doubts += [f"{recording.name}: {doubt}" for doubt in checked.warnings]
         except DifferentRobot:
@@ -48,7 +54,7 @@ def usable(model: Model, recordings: Sequence[tuple[str, Recording]]) -> tuple[l
     sound = [pair for pair, own in zip(sound, measures, strict=True) if own == measures[0]]
     # Noise of one colour takes rows of one rate.
     fitted_ones = [recording for role, recording in sound if role != HELD_OUT]
-    filtering = common_filtering(fitted_ones, FILTERING) if fitted_ones else FILTERING
+    filtering = common_filtering(fitted_ones, filtering) if fitted_ones else filtering
     runs: list[Driven] = []
     for role, recording in sound:
         try:

@@ -1,24 +1,24 @@
-"""Scene: what a search looks at, and what is credible in it beside what was found."""
+"""Scene: what a search looks at: the runs, their rows and blocks, and all that is asked of them."""
 
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from ..model import Model
+from .blocks import Blocks
 from .candidate import Candidate, Thinned
 from .candidates import candidates
-from .candidates.contact import Reach, touches
 from .driven import Driven
-from .found import Found
-from .hypothesis import Hypothesis
 from .nuisances import with_nuisances
-from .ranking import ranked
+from .prediction import Prediction
+from .question import Answer
 from .reloading import UNSETTLING, Known, alike, anew
 from .rows import Rows, model_rows
-from .solution import Solution
-from .solving import solved, with_found
+from .runs import HELD_OUT
 
-Asked = Sequence[tuple[Candidate, Thinned]]
+Asked = list[tuple[Candidate, Thinned]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,72 +27,83 @@ class Scene:
 
     Attributes:
         model: As believed.
-        runs: Those that may be fitted, with the load that gears transmit as far as it is known.
-        rows: Of these runs, with nuisances and without findings.
-        asked: All hypotheses that do not depend on what is left.
-        reaches: Of a force on the flange, in each run.
+        runs: Those that are fitted, then those that are only predicted, with the load that gears transmit.
+        blocks: Pieces of them.
         base: Rows with the model's own unknowns alone.
+        rows: The same with nuisances.
+        asked: All candidates that do not depend on what is left.
         known: What makes the torque and the load of any run.
     """
 
     model: Model
     runs: tuple[Driven, ...]
+    blocks: Blocks
+    base: Rows
     rows: Rows
     asked: Asked
-    reaches: tuple[Reach, ...]
-    base: Rows
     known: Known
 
     @classmethod
     def of(cls, model: Model, runs: Sequence[Driven]) -> "Scene":
         """With the load of a first fit."""
-        base = model_rows(model, runs)
-        known = Known.after(model, solved(base)).of(runs)
-        runs = tuple(known.on(run) for run in runs)
-        asked = [(candidate, Thinned.of(candidate, runs)) for candidate in candidates(model)]
-        reaches = tuple(Reach.of(model, run) for run in runs)
-        return cls(model, runs, with_nuisances(base, model, runs), asked, reaches, base, known)
+        runs = sorted(runs, key=lambda run: run.role == HELD_OUT)
+        blocks, base = Blocks.of(runs, HELD_OUT), model_rows(model, runs)
+        fitted = [run for run in runs if run.role != HELD_OUT]
+        first = _predicted(base, blocks, runs)
+        values = model.believed_values + first.values[: len(model.names)]
+        known = Known(model, values).of(fitted)
+        loaded = tuple(known.on(run) for run in runs)
+        asked = [(candidate, Thinned.of(candidate, loaded)) for candidate in candidates(model)]
+        asked = [pair for pair in asked if not pair[1].empty]
+        return cls(model, loaded, blocks, base, with_nuisances(base, model, loaded, values), asked, known)
 
     @property
-    def count(self) -> int:
-        """Number of hypotheses; a touch of the arm, which may be any time, is one."""
-        return len({candidate.key for candidate, _ in self.asked}) + 1
+    def fitted(self) -> tuple[Driven, ...]:
+        """Runs that are fitted."""
+        return tuple(run for run in self.runs if run.role != HELD_OUT)
+
+    @property
+    def held_out(self) -> tuple[Driven, ...]:
+        """Runs that are only predicted."""
+        return tuple(run for run in self.runs if run.role == HELD_OUT)
 
     @property
     def tried(self) -> dict[str, int]:
         """Effects that these runs can be asked for, with how many hypotheses there are of each."""
-        keys = {candidate.key for candidate, columns in self.asked if not columns.empty}
-        return dict(Counter(effect for effect, _ in keys)) | {"contact_event": 1}
+        return dict(Counter(effect for effect, *_ in {candidate.key for candidate, _ in self.asked}))
 
-    def solution(self, found: Sequence[Found]) -> Solution:
+    def prediction(self, found: Sequence[Answer]) -> Prediction:
         """With the columns of what was found."""
-        pairs = [(one.hypothesis, one.hypothesis.columns) for one in found]
-        return solved(with_found(self.rows, pairs))
+        return _predicted(with_found(self.rows, found), self.blocks, self.runs)
 
-    def ranked(self, found: Sequence[Found]) -> list[Hypothesis]:
-        """What else there may be, the most credible first."""
-        taken = {one.hypothesis.candidate.key for one in found}
-        solution = self.solution(found)
-        windows = touches(self.model, solution, self.runs, self.reaches)
-        touched = [(one, Thinned.of(one, self.runs)) for one in windows]
-        return ranked(
-            solution, [one for one in [*self.asked, *touched] if one[0].key not in taken], self.runs
-        )
+    def without(self, aside: np.ndarray) -> "Scene":
+        """The same where some rows (r,) are fitted no more, and not predicted either."""
+        weight = self.rows.weight * ~aside[:, None]
+        return replace(self, rows=replace(self.rows, weight=weight))
 
-    def bearing(self, found: Sequence[Found]) -> tuple["Scene", list[Found]]:
+    def bearing(self, found: Sequence[Answer]) -> "tuple[Scene, list[Answer]]":
         """The same, and the findings, with the load that gears transmit beside what was found."""
-        unsettled = any(one.hypothesis.candidate.effect in UNSETTLING for one in found)
+        unsettled = any(one.candidate.effect in UNSETTLING for one in found)
         if not unsettled and self.known.first:
             return self, list(found)
-        hypotheses = [one.hypothesis for one in found]
-        known = Known.after(self.model, self.solution(found), hypotheses).of(self.runs)
+        known = Known.after(self.model, self.prediction(found).values, found).of(self.fitted)
         runs = tuple(known.on(run) for run in self.runs)
         if alike(self.runs, runs):
             return self, list(found)
-        fresh = [
-            one._replace(hypothesis=replace(old, columns=anew(old.candidate, old.columns, runs)))
-            for one, old in zip(found, hypotheses, strict=True)
-        ]
+        fresh = [replace(one, columns=anew(one.candidate, one.columns, runs)) for one in found]
         asked = [(candidate, anew(candidate, columns, runs)) for candidate, columns in self.asked]
-        rows = with_nuisances(self.base, self.model, runs)
+        rows = with_nuisances(self.base, self.model, runs, known.values)
+        rows = replace(rows, weight=self.rows.weight)
         return replace(self, runs=runs, rows=rows, asked=asked, known=known), fresh
+
+
+def with_found(rows: Rows, found: Sequence[Answer]) -> Rows:
+    """Rows with the columns of what was found."""
+    for one in found:
+        names = [f"{one.candidate.effect} {name}" for name in one.candidate.names]
+        rows = rows.plus(names, one.columns.everywhere(rows.difference.shape[1]), one.std, one.mean)
+    return rows
+
+
+def _predicted(rows: Rows, blocks: Blocks, runs: Sequence[Driven]) -> Prediction:
+    return Prediction.of(rows, blocks, runs[0].prepared.decimation.output_rate)

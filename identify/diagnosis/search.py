@@ -5,22 +5,29 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..model import Model
-from .driven import Driven
-from .formulas import told_apart
-from .found import Found, competing, judged
-from .hypothesis import Hypothesis
-from .on_time import on_time
-from .rows import Rows
+from .candidate import Thinned
+from .candidates.ripples import ripples
+from .found import CERTAIN_ODDS, Found, judged, log_prior
+from .link_encoders import measured_gears
+from .once import only_once
+from .prediction import Prediction
+from .question import Answer, ask, colouring, levelled
 from .scene import Scene
-from .solution import Solution
+from .shape import refined
 
-TURNS = 12
-"""Times that something is taken in, at most: what came in may go out again for something better."""
-MOST = 6
-"""Effects that are looked for; an arm with more than that needs another belief, not a diagnosis."""
-BETTER = np.log(20.0)
-"""Logarithm of the odds at which a finding gives way to another that explains the same."""
+TURNS = 16
+"""Times that something is added, at most: what came in may go out again for something better."""
+COLOURED = 14
+"""Hypotheses whose answers are weighed with the colour of what they leave."""
+REFINE = 3
+"""Hypotheses whose shape is refined before the best is chosen."""
+MATERIAL = 0.01
+"""Share of what the nominal model misses on a joint that an effect explains there at least [-]: no formula of
+friction or gears is right to better than a tenth, which of the greatest effect leaves a hundredth."""
+WORSE = 1.02
+"""Residual of a joint held out, over that without any finding, which is no harm yet: noise does that [-]."""
+NEAR = 0.5
+"""Share of the foremost gain below which no finer shape makes a hypothesis the foremost [-]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,69 +35,129 @@ class Searched:
     """What a search has come to.
 
     Attributes:
-        scene: The runs that were fitted, and what was asked.
-        solution: With columns for everything that was found, at the end of its rows.
+        scene: The runs, and what was asked.
         found: In the order of their columns, the greatest first.
-        believed: Solution without any of them.
-        next: The best of what was not credible any more.
+        prediction: With columns for everything that was found, at the end of its rows.
+        believed: Prediction without any of them.
+        single: Answers of all hypotheses, each beside nothing else, the most probable first.
     """
 
     scene: Scene
-    solution: Solution
     found: tuple[Found, ...]
-    believed: Solution
-    next: tuple[Hypothesis, ...]
+    prediction: Prediction
+    believed: Prediction
+    single: tuple[Answer, ...]
 
-    @property
-    def runs(self) -> tuple[Driven, ...]:
-        """Those that were fitted."""
-        return self.scene.runs
-
-    @property
-    def rows(self) -> Rows:
-        """With columns for everything that was found."""
-        return self.solution.rows
-
-    def keeping(self, places: Sequence[int]) -> "Searched":
-        """With some of the findings only."""
-        scene, found = self.scene.bearing([self.found[place] for place in places])
-        return replace(self, scene=scene, solution=scene.solution(found), found=tuple(found))
+    def ordered(self) -> "Searched":
+        """The same with those findings first that are certain enough to be named."""
+        found = sorted(self.found, key=lambda one: not one.named)
+        return replace(self, found=tuple(found), prediction=self.scene.prediction(_answers(found)))
 
 
-def search(model: Model, runs: Sequence[Driven]) -> Searched:
-    """Find what the model leaves out.
-
-    Args:
-        model: As believed, with its tolerances and with the payloads of the runs.
-        runs: Those that may be fitted.
-    """
-    scene, found = Scene.of(model, runs), list[Found]()
+def search(scene: Scene) -> Searched:
+    """Find what the model leaves out."""
+    found = measured_gears(scene)
+    believed, single = scene.prediction([]), list[Answer]()
+    out: set[object] = set()
     for _ in range(TURNS):
-        best = scene.ranked(found)
-        found = [one.beside(best, scene.count) for one in found]
-        one = judged(best, scene.count)
-        if one is None or len(found) == MOST:
+        scene, found = only_once(scene, found)
+        best = ranked(scene, found)
+        single = single or best
+        open_ = [one for one in best if one.candidate.key not in out and _material(one, believed)]
+        one = judged(open_, total_prior(best, scene))
+        if one is None:
             break
-        found = on_time(scene, _settled(scene, [*found, one]))
-        scene, found = scene.bearing(found)
-    scene, found = scene.bearing(told_apart(found))
-    final = scene.solution(found)
-    return Searched(scene, final, tuple(found), scene.solution([]), tuple(best[:3]))
+        before = {other.answer.candidate.key for other in (*found, one)}
+        scene, found = _settled(scene, [*found, one])
+        # What went out once is not asked for again: it would come and go.
+        out |= before - {other.answer.candidate.key for other in found}
+    found = _never_worse(scene, found)
+    return Searched(scene, tuple(found), scene.prediction(_answers(found)), believed, tuple(single))
 
 
-def _settled(scene: Scene, found: list[Found]) -> list[Found]:
-    """Findings that are each still the best, and still needed, beside the one that came last."""
-    for one in found[:-1]:
-        if not competing(one.hypothesis, found[-1].hypothesis):
-            continue
+def _material(one: Answer, believed: Prediction) -> bool:
+    """Whether an effect matters beside what the nominal model misses on the joint that shows it best."""
+    joint = int(np.argmax(one.by_joint))
+    less = float((one.predicted - one.errors)[:, joint].sum())
+    return less > MATERIAL * float(believed.errors[:, joint].sum()) or one.relief > CERTAIN_ODDS
+
+
+def _never_worse(scene: Scene, found: list[Found]) -> list[Found]:
+    """Findings with which no joint of the runs held out is predicted worse than without any.
+
+    The least credible one that acts on a joint which is, and does not show elsewhere, goes.
+    """
+    which = ~scene.blocks.fitted
+    without = scene.prediction([])
+    while found and np.any(which):
+        now = scene.prediction(_answers(found))
+        worse = now.power(now.errors, which) > WORSE**2 * without.power(without.errors, which)
+        acting = [one for one in found if not one.once and np.any(worse[one.answer.columns.joints])]
+        if not acting:
+            break
+        least = min(acting, key=lambda one: one.odds)
+        found = [one for one in found if one is not least]
+    return found
+
+
+def total_prior(best: Sequence[Answer], scene: Scene) -> float:
+    """Sum of the prior weights of all hypotheses."""
+    by_key = {candidate.key: candidate.prior for candidate, _ in scene.asked}
+    return float(sum((by_key | {one.candidate.key: one.candidate.prior for one in best}).values()))
+
+
+def ranked(scene: Scene, found: Sequence[Found]) -> list[Answer]:
+    """One answer for each hypothesis beside what was found, the most probable first."""
+    taken = {one.answer.candidate.key for one in found}
+    prediction = scene.prediction(_answers(found))
+    asked = [pair for pair in scene.asked if pair[0].key not in taken]
+    waves = ripples(scene.model, prediction, scene.runs)
+    asked += [(one, Thinned.of(one, scene.runs)) for one in waves if one.key not in taken]
+    best = _by_hypothesis(ask(prediction, asked))
+    foremost = levelled(prediction, best[:COLOURED])
+    foremost.sort(key=lambda one: -one.gain)
+    for place, one in enumerate(foremost[:REFINE]):
+        if one.candidate.bounds and one.gain > NEAR * foremost[0].gain > 0.0:
+            foremost[place] = refined(prediction, one, scene.runs)
+    return sorted([*foremost, *best[COLOURED:]], key=lambda one: -one.gain)
+
+
+def _by_hypothesis(answers: Sequence[Answer]) -> list[Answer]:
+    """The best shape of each, at the cost of having chosen it, the most probable first."""
+    groups: dict[object, list[Answer]] = {}
+    for one in answers:
+        groups.setdefault(one.candidate.key, []).append(one)
+    found = []
+    for group in groups.values():
+        best = max(group, key=lambda one: one.gain)
+        gains = [one.gain for one in group]
+        mean = float(np.logaddexp.reduce(gains) - np.log(len(gains)))
+        found.append(replace(best, cost=best.cost + best.gain - mean))
+    return sorted(found, key=lambda one: -one.gain)
+
+
+def _answers(found: Sequence[Found]) -> list[Answer]:
+    return [one.answer for one in found]
+
+
+def _settled(scene: Scene, found: list[Found]) -> tuple[Scene, list[Found]]:
+    """Findings that are each still needed beside the one that came last, at the load they leave."""
+    scene, answers = scene.bearing(_answers(found))
+    found = [one._replace(answer=answer) for one, answer in zip(found, answers, strict=True)]
+    for one in [one for one in found[:-1] if not one.once]:
         others = [other for other in found if other is not one]
-        best = [h for h in scene.ranked(others) if competing(h, one.hypothesis)]
-        again = judged(best, scene.count)
-        if again is None:
+        again = again_beside(scene, one.answer, _answers(others))
+        if again is None or again.gain + log_prior(again, len(scene.tried)) < CERTAIN_ODDS:
             found = others
             continue
-        own = [h for h in best if h.candidate.key == one.hypothesis.candidate.key]
-        if own and best[0].evidence - own[0].evidence < BETTER:
-            again = judged([own[0], *(h for h in best if h is not own[0])], scene.count) or again
-        found = [again if other is one else other for other in found]
-    return found
+        # Beside others a coefficient may have come to a limit of physics, or left it.
+        bounded = replace(one.answer, values=again.values, free=again.free)
+        found = [other._replace(answer=bounded) if other is one else other for other in found]
+    return scene, found
+
+
+def again_beside(scene: Scene, answer: Answer, others: Sequence[Answer]) -> Answer | None:
+    """The answer of the same candidate beside some others; None where physics excludes it there."""
+    prediction = scene.prediction(others)
+    again = ask(prediction, [(answer.candidate, answer.columns)])
+    return replace(colouring(prediction, again[0]), cost=answer.cost) if again else None

@@ -12,58 +12,62 @@ import numpy as np
 
 from ..verdict import NORMAL_95
 from .finding import Finding
+from .measures import SLIDING, TURNING
+from .naming import joint_words as joint_words
+from .naming import lower as lower
 from .quantities import Said, length, said
 
 SENTENCES: dict[str, str] = {
     "link_inertia": "Link {number} is not the body that the model has: {M:size} {M:heavier|lighter}"
     "[, first moments off by {shift} kg m]",
-    "payload": "Something hangs on the flange that nobody told of: {M}"
+    "payload": "The flange carries a payload that the model does not have: {M}"
     "[, its centre of mass at {centre} mm in the flange's frame]"
-    "[, but its mass is hardly seen, first moments are: {moments} kg m in the flange's frame]",
+    "[, but these runs hardly determine its mass; its first moments are {moments} kg m in the flange's "
+    "frame]",
     "rotor_inertia": "{joint} has a rotor inertia {Ia:size} {Ia:larger|smaller} than in the model",
     "base_tilt": "The base is not level: it leans by {lean:deg}"
     "[ (gravity has {tilt_x:deg} along x and {tilt_y:deg} along y)]",
     "viscous_friction": "{joint} has a viscous friction {Fv:size} {Fv:higher|lower} than in the model",
     "coulomb_friction": "{joint} has a Coulomb friction {Fc:size} {Fc:higher|lower} than in the model",
-    "friction_asymmetry": "{joint} rubs harder {more:forwards|backwards}: "
-    "friction is {more:size} above the mean of both directions{speed}",
-    "stribeck_friction": "{joint} rubs harder at low speed: friction rises by {Fs} towards standstill"
+    "friction_asymmetry": "{joint} has asymmetric friction: {more:forwards|backwards} "
+    "it is {more:size} above the mean of both directions{speed}",
+    "stribeck_friction": "{joint} has Stribeck friction: friction rises by {Fs} towards standstill"
     "[, most of which is gone at {fade}]",
-    "load_dependent_friction": "{joint} rubs harder under load: "
-    "Coulomb friction grows by {mu} N m per N m carried",
-    "nonlinear_viscous_friction": "{joint} has a friction that does not grow in proportion to speed: "
-    "{Fn} at 1 rad/s[, with the power {exponent:bare} of speed]",
-    "temperature_dependent_friction": "{joint} rubs {warm:harder|less} as it warms up: "
-    "viscous friction changes by {Fvt:bare} N m s/rad[ and Coulomb friction by {Fct:bare} N m] per kelvin",
-    "position_dependent_friction": "{joint} rubs harder in some positions than in others: "
-    "friction waves by {wave}[, {harmonic:bare} times in a turn of the joint]",
-    "hysteresis": "{joint} does not turn its friction at once: "
-    "{Fh} of it builds up[ over some {presliding:mrad}] after each reversal",
-    "spring_balancer": "{joint} is helped by a spring along the arm that the model does not have"
-    "[: it gives {rms} N m, root mean square]",
-    "joint_spring": "{joint} is held by a spring, as cables and hoses are[: {spring}][, at ease at {ease}]"
-    "[: it gives {stiffer} N m, root mean square, and stiffens as it stretches]",
+    "load_dependent_friction": "{joint} has load-dependent friction: "
+    "Coulomb friction grows by {mu} {effort} per {effort} that the gear transmits",
+    "nonlinear_viscous_friction": "{joint} has nonlinear viscous friction: "
+    "{Fn} at {one}[, growing with speed to the power {exponent:bare}]",
+    "temperature_dependent_friction": "{joint} has friction that {warm:rises|falls} with temperature: "
+    "viscous friction changes by {Fvt}[ and Coulomb friction by {Fct}]",
+    "position_dependent_friction": "{joint} has position-dependent friction: it varies by {wave}[, {pace}]",
+    "hysteresis": "{joint} has friction with hysteresis: "
+    "{Fh} of it builds up[ over about {presliding:mrad}] after each reversal",
+    "spring_balancer": "{joint} has a spring balancer along the arm that the model does not have"
+    "[: it gives {rms} {effort}, root mean square]",
+    "joint_spring": "{joint} has a spring that the model does not have, as cables and hoses make"
+    "[: {spring}][, relaxed at {ease}]"
+    "[: it gives {stiffer} {effort}, root mean square, and stiffens as it stretches]",
     "drive_gain": "{joint} has a drive that gives {share:size %} {share:more|less} torque per current "
-    "than believed",
-    "drive_gain_saturation": "{joint} has a motor that gives less and less torque per current"
-    "[ from {knee:%} of its largest torque on]",
-    "current_offset": "{joint} shows a constant {Off} that no motion explains",
-    "torque_ripple": "{joint} has a torque that waves with the turn of its motor"
-    "[, {harmonic:bare} times in each]: by {wave}",
-    "current_clipping": "{joint} has a recorded current that ends[ at {level:%} of its largest torque] "
-    "while the torque goes on",
-    "kinematic_coupling": "{joint} and {other} share a motor: "
-    "the one of either also turns with the other[, {ratio:bare} times as far]",
-    "joint_elasticity": "{joint} has a gear that gives way[: {stiffness}][, resonant at {resonance}]",
-    "backlash": "{joint} has a gear with play[: {gap:mrad}]",
-    "encoder_offset": "{joint} stands {zero:size mrad} {zero:beyond|short of} where its encoder says",
+    "than its nominal gain",
+    "drive_gain_saturation": "{joint} has a drive gain that falls at high torque"
+    "[, from {knee:%} of the largest torque on]",
+    "current_offset": "{joint} has a constant offset of {Off}",
+    "torque_ripple": "{joint} has torque ripple[, {harmonic:bare} times per turn of its motor]: {wave}",
+    "current_clipping": "{joint} has a recorded current that is clipped[ at {level:%} of its largest torque] "
+    "while the torque goes on rising",
+    "kinematic_coupling": "{joint} and {other} are kinematically coupled: "
+    "the motor of either also turns with the other[, {ratio:bare} times as far]",
+    "joint_elasticity": "{joint} has an elastic gear[: {stiffness}][, resonant at {resonance}]",
+    "backlash": "{joint} has backlash in its gear[: {gap:mrad}]",
+    "encoder_offset": "{joint} has an encoder offset: "
+    "it stands {zero:size mrad} {zero:beyond|short of} its reading",
     "time_delay": "{late} {delay:size ms} {delay:later|earlier} than the positions recorded with it",
-    "contact_event": "The arm touched something[ at {start}][ for {duration}]",
-    "hose_spring": "Something pulls the flange towards a place, as hoses and dress packs do[: {stiffness}]",
-    "supply_sag": "All drives need more current the more power the arm draws: the supply gives way"
+    "contact_event": "The arm was in contact with something[ at {start}][ for {duration}]",
+    "hose_spring": "A spring pulls the flange towards one point, as hoses and dress packs do[: {stiffness}]",
+    "supply_sag": "The supply voltage sags: all drives need more current the more power the arm draws"
     "[, by {droop}]",
-    "current_crosstalk": "{joint} shows a share {leak:size %} of the current of joint {other_joint:bare}",
-    "neighbour_friction": "{joint} rubs harder or less by where joint {other_joint:bare} stands",
+    "current_crosstalk": "{joint} reads {leak:size %} of the current of joint {other_joint:bare} as well",
+    "neighbour_friction": "{joint} has friction that depends on the position of joint {other_joint:bare}",
 }
 """Name, in the vocabulary or outside -> how it is said, without a full stop."""
 
@@ -125,25 +129,19 @@ WAVES = ("Rcos", "Rsin", "Fcos", "Fsin")
 """Beginnings of names of waves along a turn."""
 
 
-def sentence(finding: Finding, joints: Sequence[str]) -> str:
+def sentence(finding: Finding, joints: Sequence[str], sliding: bool = False) -> str:
     """What the finding says, without a full stop.
 
     Args:
         finding: Of any effect; one that is not in the table is said by its name.
         joints: Names of the robot's joints.
+        sliding: Whether its joints slide.
     """
     known = said(finding)
-    known |= _derived(finding, known) | _places(finding, joints)
+    known |= _derived(finding, known) | _places(finding, joints) | _units(known, sliding)
     pattern = SENTENCES.get(finding.effect, f"{{joint}}: {finding.effect.replace('_', ' ')}")
     whole = OPTIONAL.sub(lambda part: _filled(part[1], known), pattern)
     return _filled(whole, known) or f"{known['joint']}: {finding.effect.replace('_', ' ')}"
-
-
-def joint_words(joint: int, joints: Sequence[str]) -> str:
-    """Its number, with its name behind where that does not end in the number."""
-    numbered = f"Joint {joint + 1}"
-    ending = re.search(r"\d+$", joints[joint])
-    return numbered if ending and int(ending[0]) == joint + 1 else f"{numbered} ({joints[joint]})"
 
 
 def _filled(pattern: str, known: Mapping[str, Any]) -> str:
@@ -161,9 +159,16 @@ def _places(finding: Finding, joints: Sequence[str]) -> dict[str, str]:
     return {"joint": words[0], "other": lower(words[-1]), "late": late, "number": number}
 
 
-def lower(words: str) -> str:
-    """The words inside a sentence."""
-    return words[:1].lower() + words[1:]
+def _units(known: Mapping[str, Any], sliding: bool) -> dict[str, str]:
+    """What depends on how the joint moves, and stands in no parameter's unit."""
+    if not sliding:
+        pace = (
+            {"pace": f"{known['harmonic']:bare} times per turn of the joint"} if "harmonic" in known else {}
+        )
+        return {"effort": TURNING, "one": "1 rad/s"} | pace
+    # Waves of the position in metres, as if it were an angle.
+    pace = {"pace": f"every {2 * np.pi / known['harmonic'].value:.3g} m"} if "harmonic" in known else {}
+    return {"effort": SLIDING, "one": "1 m/s"} | pace
 
 
 def _derived(finding: Finding, known: Mapping[str, Any]) -> dict[str, Any]:
@@ -177,7 +182,7 @@ def _derived(finding: Finding, known: Mapping[str, Any]) -> dict[str, Any]:
     if {"M", "MX", "MY", "MZ"} <= set(known):
         found |= _body(known["M"], [known[f"M{axis}"] for axis in "XYZ"])
     if "Fa" in known:
-        found |= {"more": _together(known, "Fa", "Fva"), "speed": " at 1 rad/s" if "Fva" in known else ""}
+        found |= {"more": _together(known, "Fa", "Fva"), "speed": _at_one(known) if "Fva" in known else ""}
     if "sag" in known:
         found["droop"] = Said(1e5 * known["sag"].value, 1e5 * known["sag"].std, "% per kW")
     if "Fvt" in known:
@@ -196,11 +201,15 @@ def _together(known: Mapping[str, Said], dry: str, viscous: str) -> Said:
     """Dry and viscous friction at 1 rad/s."""
     parts = [known[name] for name in (dry, viscous) if name in known]
     std = float(np.linalg.norm([part.std for part in parts]))
-    return Said(sum(part.value for part in parts), std, "N m")
+    return Said(sum(part.value for part in parts), std, known[dry].unit)
+
+
+def _at_one(known: Mapping[str, Said]) -> str:
+    return f" at 1 {'rad' if known['Fa'].unit == TURNING else 'm'}/s"
 
 
 def _body(mass: Said, moments: Sequence[Said]) -> dict[str, str]:
-    """Where a body has its mass; only its moments where the mass itself is not told from zero."""
+    """Where a body has its mass; only its moments where the mass itself is not distinguished from zero."""
     values = np.array([moment.value for moment in moments])
     shift = "({:.3g}, {:.3g}, {:.3g})".format(*values)
     if not mass.value > NORMAL_95 * mass.std:

@@ -1,55 +1,42 @@
-"""Shape doubt: how far the numbers of findings may be off, those of their shapes with them.
+"""Deviations of findings: how far their numbers may be off, those of their shapes with them.
 
 A shape was chosen as the best of many; nearby ones do almost as well, with other coefficients. To first order
 a little more of a shape's number is a further column, and a coefficient's deviation is that beside all such
-columns.
+columns, by how all of them change when blocks are left out.
 """
 
 from collections.abc import Mapping
-from typing import NamedTuple
 
 import numpy as np
 
 from .candidate import Candidate, Thinned
-from .held_out import columns_of
+from .evidence import places_of
 from .nuisances import CLOCK
+from .prediction import Prediction
 from .search import Searched
-from .solution import Solution
 
 STEP = 0.02
 """Of the difference that gives a column, share of a number or of its bounds [-]."""
 
 
-class Doubt(NamedTuple):
-    """Standard deviations.
-
-    Attributes:
-        values: Of a finding's coefficients, shape (p,).
-        shape: Of the numbers of its shape, and of what is told instead of them, by name.
-    """
-
-    values: np.ndarray
-    shape: Mapping[str, float]
-
-
-def doubts(found: Searched) -> list[Doubt]:
-    """Of all findings."""
-    every = [
-        (place, name) for place, one in enumerate(found.found) for name in one.hypothesis.candidate.bounds
-    ]
-    count, rows = len(found.rows.names), found.rows
+def deviations(found: Searched) -> list[tuple[np.ndarray, dict[str, float]]]:
+    """Standard deviations of each finding: of its coefficients (p,), and of its shape by name."""
+    every = [(place, name) for place, one in enumerate(found.found) for name in one.answer.candidate.bounds]
+    prediction = found.prediction
+    count, rows = len(prediction.rows.names), prediction.rows
     if every:
         columns = np.stack([_more(found, place, name) for place, name in every], axis=2)
-        bounds = [found.found[place].hypothesis.candidate.bounds[name] for place, name in every]
+        bounds = [found.found[place].answer.candidate.bounds[name] for place, name in every]
         # Anywhere within its bounds is as likely beforehand.
         spread = np.array([(one.high - one.low) / np.sqrt(12.0) for one in bounds])
         rows = rows.plus([name for _, name in every], columns, spread)
-    std = np.sqrt(np.diag(Solution(rows, found.solution.whitening).covariance))
+        prediction = Prediction.of(rows, prediction.blocks, prediction.rate)
+    std = np.sqrt(np.diag(prediction.covariance))
     shapes: list[dict[str, float]] = [{} for _ in found.found]
     for (place, name), deviation in zip(every, std[count:], strict=True):
         shapes[place][name] = float(deviation)
     return [
-        Doubt(std[columns_of(found, place)], shape | _told(found.found[place].hypothesis.candidate, shape))
+        (std[places_of(found, place)], shape | _told(found.found[place].answer.candidate, shape))
         for place, shape in enumerate(shapes)
     ]
 
@@ -73,15 +60,17 @@ def _shaped(candidate: Candidate, name: str, more: float) -> Candidate:
 
 def _more(found: Searched, place: int, name: str) -> np.ndarray:
     """Torque by a little more of one number of a finding's shape, shape (r, n) [N m per its unit]."""
-    hypothesis = found.found[place].hypothesis
-    if np.all(hypothesis.columns.whole):
+    answer, rows = found.found[place].answer, found.prediction.rows
+    if np.all(answer.columns.whole):
         # A delay moves noise too, which says nothing of it: what does is what says how late a clock is.
-        return found.rows.columns[:, :, found.rows.names.index(CLOCK)]
-    candidate, values = hypothesis.candidate, found.solution.values[columns_of(found, place)]
+        return rows.columns[:, :, rows.names.index(CLOCK)]
+    candidate, values = answer.candidate, found.prediction.values[places_of(found, place)]
     at, bounds = candidate.shape[name], candidate.bounds[name]
     step = STEP * min(abs(at) or np.inf, bounds.high - bounds.low)
     low, high = max(-step, bounds.low - at), min(step, bounds.high - at)
-    torques = [Thinned.of(_shaped(candidate, name, more), found.runs).values @ values for more in (low, high)]
-    whole = np.zeros(found.rows.difference.shape)
-    whole[:, hypothesis.columns.joints] = (torques[1] - torques[0]) / (high - low)
+    torques = [
+        Thinned.of(_shaped(candidate, name, more), found.scene.runs).values @ values for more in (low, high)
+    ]
+    whole = np.zeros(rows.difference.shape)
+    whole[:, answer.columns.joints] = (torques[1] - torques[0]) / (high - low)
     return whole

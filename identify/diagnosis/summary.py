@@ -5,11 +5,22 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..text_table import WIDTH, at_point, digits, paragraph, table
+from .changes_words import lines as changes_lines
 from .finding import Diagnosis, Finding
 from .forward import Forward
+from .measures import by_kind, noise_measured, torque_units
+from .misfit import lines as misfit_lines
+from .misfit import misfit
+from .moments_words import direction, span
+from .naming import joint_words, lower, named
 from .quantities import with_interval
-from .sentences import joint_words
-from .words import named, verdict
+from .words import verdict
+
+HELD_OUT = (
+    "held out: twice the logarithm of how many times more probable the runs that were not fitted are with "
+    "it; above about ten it is unlikely to be chance."
+)
+DIVERGED = "A simulation diverged; its numbers are missing (-, and null in diagnosis.json)."
 
 
 def summary(diagnosis: Diagnosis, forward: Forward | None = None, folder: str = "") -> str:
@@ -20,12 +31,24 @@ def summary(diagnosis: Diagnosis, forward: Forward | None = None, folder: str = 
         forward: How simulations of a run compare with it; None if there are none.
         folder: Where models of findings and rivals are written; empty if they are not.
     """
+    diagnosis = by_kind(diagnosis)
     title = f"What the model of {diagnosis.name} leaves out"
+    parts = [[title.center(WIDTH).rstrip(), "=" * WIDTH]]
+    if (found := misfit(diagnosis)) is not None:
+        parts[0] += _part("Where the misfit goes", misfit_lines(found))
     bullets = [line for said in verdict(diagnosis, folder) for line in paragraph(said, "  ", "- ")]
-    parts = [[title.center(WIDTH).rstrip(), "=" * WIDTH, *bullets]]
+    parts.append(_part("Verdict", bullets))
     if diagnosis.findings:
-        parts.append(_part("Findings", _findings(diagnosis)))
-    parts.append(_part("Residual by joint, root mean square", _joints(diagnosis, forward)))
+        parts.append(_part("Findings", _findings(diagnosis, diagnosis.findings)))
+    if diagnosis.undecided:
+        parts.append(
+            _part("Undecided: there, without a certain name", _findings(diagnosis, diagnosis.undecided))
+        )
+    if diagnosis.moments:
+        parts.append(_part("When a run differs as at no other time", _moments(diagnosis)))
+    if changes := changes_lines(diagnosis):
+        parts.append(_part("What each candidate alone would change", changes))
+    parts.append(_part("Residual held out by joint, root mean square", _joints(diagnosis, forward)))
     parts.append(_part("Runs", _runs(diagnosis)))
     return "\n\n".join("\n".join(part) for part in parts) + "\n" + "=" * WIDTH
 
@@ -34,20 +57,35 @@ def _part(title: str, lines: Sequence[str]) -> list[str]:
     return [title, "-" * WIDTH, *lines]
 
 
-def _findings(diagnosis: Diagnosis) -> list[str]:
+def _findings(diagnosis: Diagnosis, shown: Sequence[Finding]) -> list[str]:
     head = ["effect", "where", "parameter", "value +- 95 %", "unit", "probability", "held out"]
     rows: list[list[str]] = []
-    for finding in diagnosis.findings:
+    for finding in shown:
         rows += _rows(finding, diagnosis.joints)
     lines = table(head, rows, left=(0, 1, 2, 3, 4))
-    for finding in diagnosis.findings:
+    for finding in shown:
+        what_is = lower(named(finding.effect, finding.joints, diagnosis.joints))
         for other in finding.alternatives:
             what = named(other.effect, other.joints, diagnosis.joints)
-            lines += paragraph(f"{what}, {100 * other.probability:.2g} %", "    ", "not excluded: ")
-    return lines + paragraph(
-        "held out: by how much the sum of squares of white residuals falls on runs that were not fitted; "
-        "from about ten on it is no chance."
-    )
+            lines += paragraph(
+                f"{what}, {100 * other.probability:.2g} %", "    ", f"not excluded in place of {what_is}: "
+            )
+    return lines + paragraph(HELD_OUT)
+
+
+def _moments(diagnosis: Diagnosis) -> list[str]:
+    head = ["run", "time", "joints", "force on the flange", "direction in the base's axes"]
+    rows = [
+        [
+            one.run,
+            span(one),
+            ", ".join(str(j + 1) for j in one.joints),
+            f"{digits(one.force)} N",
+            direction(one),
+        ]
+        for one in diagnosis.moments
+    ]
+    return [*table(head, rows, left=(0, 1, 2)), "The force is the one that explains most of the difference."]
 
 
 def _rows(finding: Finding, joints: Sequence[str]) -> list[list[str]]:
@@ -63,18 +101,25 @@ def _rows(finding: Finding, joints: Sequence[str]) -> list[list[str]]:
 
 
 def _joints(diagnosis: Diagnosis, forward: Forward | None) -> list[str]:
-    """Before and after over the noise floor, by inverse dynamics and in simulation."""
+    """Before and after by inverse dynamics and in simulation; over noise where that was measured."""
     found = diagnosis.improvement
     if found is None:
         return ["No run was held out."]
-    columns = [found.noise, found.before, found.after, found.before / found.noise, found.after / found.noise]
-    head = ["joint", "noise N m", "before", "after", "before/noise", "after/noise"]
+    units = torque_units(diagnosis)
+    columns, head = [found.before, found.after], ["before", "after"]
+    if noise_measured(diagnosis):
+        columns = [found.noise, *columns, found.before / found.noise, found.after / found.noise]
+        head = ["noise", *head, "before/noise", "after/noise"]
     if forward is not None:
         columns += [forward.before, forward.after]
         head += ["simulated before", "simulated after"]
     names = [joint_words(joint, diagnosis.joints) for joint in range(len(diagnosis.joints))]
     cells = [at_point([digits(value) for value in np.asarray(column)]) for column in columns]
-    return table(head, [list(row) for row in zip(names, *cells, strict=True)])
+    rows = [list(row) for row in zip(names, units, *cells, strict=True)]
+    lines = table(["joint", "unit", *head], rows, left=(0, 1))
+    if forward is not None and not np.all(np.isfinite([forward.before, forward.after])):
+        lines += paragraph(DIVERGED)
+    return lines
 
 
 def _runs(diagnosis: Diagnosis) -> list[str]:

@@ -6,7 +6,6 @@ import numpy as np
 
 from ..model import Model
 from ..prepare import Filtering
-from .driven import FILTERING
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,4 +67,4 @@ class Evidence:
     gain_after: np.ndarray
     noise: np.ndarray
     traces: tuple[Trace, ...]
-    filtering: Filtering = FILTERING
+    filtering: Filtering = Filtering()  # noqa: RUF009

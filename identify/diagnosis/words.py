@@ -8,42 +8,74 @@ from ..verdict import TO_NOISE
 from .candidates import CANDIDATES
 from .finding import Alternative, Diagnosis, Finding, Remainder
 from .found import EXCLUDED
+from .measures import by_kind, noise_measured, slides, torque_units
+from .moments_words import sentence as moment_sentence
+from .naming import capital, effect_words, joined, joint_words, lower
+from .naming import named as named
 from .remainder import MATERIAL
 from .rivals import FOUND, Rival, rivals
-from .sentences import LIKE, SETTLED, joint_words, lower, sentence
+from .sentences import LIKE, SETTLED, sentence
+from .undecided_words import undecided_sentence
 
 
 def verdict(diagnosis: Diagnosis, folder: str = "") -> list[str]:
-    """Sentences for people: what is missing, or that nothing is; then certainty, then doubts.
+    """Sentences for people: what is missing, or that nothing is; then certainty, then limits of the data.
 
     Args:
         diagnosis: What was found.
         folder: Where the models of the findings and their rivals are written; empty if they are not.
     """
+    diagnosis = by_kind(diagnosis)
     files = rivals(diagnosis) if folder else []
+    count = len(diagnosis.findings)
+    of = [[one for one in files if one.finding == place] for place in range(count + len(diagnosis.undecided))]
     headlines = [headline(diagnosis, finding) for finding in diagnosis.findings]
-    details = [
-        _detail(diagnosis, place, [one for one in files if one.finding == place], folder)
-        for place in range(len(diagnosis.findings))
+    details = [_detail(diagnosis, place, of[place], folder) for place in range(count)]
+    open_ = [
+        undecided_sentence(one, diagnosis.joints, _telling_run(one, of[count + place], folder))
+        for place, one in enumerate(diagnosis.undecided)
     ]
-    if not diagnosis.findings and not diagnosis.remainders:
+    if explained(diagnosis):
         headlines = [_nothing(diagnosis)]
-    lines = [*headlines, *_unexplained(diagnosis), *details, _left(diagnosis), *map(_full, diagnosis.doubts)]
-    return [line for line in lines if line]
+    moments = [moment_sentence(one) for one in diagnosis.moments]
+    lines = [*headlines, *open_, *_unexplained(diagnosis), *moments, *details, _left(diagnosis)]
+    return [line for line in (*lines, *map(_full, diagnosis.doubts)) if line]
+
+
+def explained(diagnosis: Diagnosis) -> bool:
+    """Whether nothing is missing: no finding, with a certain name or not, no remainder and no moment."""
+    return not (diagnosis.findings or diagnosis.undecided or diagnosis.remainders or diagnosis.moments)
 
 
 def headline(diagnosis: Diagnosis, finding: Finding) -> str:
-    """What is missing, and what the runs held out say of it."""
-    said = f"{sentence(finding, diagnosis.joints)}."
-    if diagnosis.improvement is None:
-        return said
+    """What is missing, how much of the misfit it explains, and what the runs held out say of it."""
+    said = f"{sentence(finding, diagnosis.joints, slides(diagnosis, finding))}."
     joint = telling_joint(diagnosis, finding)
-    before, after = (
-        float(rms[joint] / diagnosis.improvement.noise[joint])
-        for rms in (diagnosis.improvement.before, diagnosis.improvement.after)
-    )
+    parts = [said, _share(diagnosis, finding, joint), _held_out_residual(diagnosis, joint)]
+    return " ".join(part for part in parts if part)
+
+
+def _share(diagnosis: Diagnosis, finding: Finding, joint: int) -> str:
+    """Its part of the budget on the joint on which it is seen best."""
+    if diagnosis.budget is None:
+        return ""
+    place = next(place for place, one in enumerate(diagnosis.findings) if one is finding)
+    [share] = [one.shares[joint] for one in diagnosis.budget.shares if one.finding == place] or [np.nan]
+    if not np.isfinite(share):
+        return ""
     where = lower(joint_words(joint, diagnosis.joints))
-    return f"{said} Held-out residual of {where}: {before:.3g} -> {after:.3g} x noise."
+    return f"It explains {100 * share:.2g} % of what the model misses on {where}."
+
+
+def _held_out_residual(diagnosis: Diagnosis, joint: int) -> str:
+    found = diagnosis.improvement
+    if found is None:
+        return ""
+    unit = torque_units(diagnosis)[joint]
+    where = lower(joint_words(joint, diagnosis.joints))
+    before, after, noise = (float(one[joint]) for one in (found.before, found.after, found.noise))
+    ratio = f" ({before / noise:.3g} -> {after / noise:.3g} x noise)" if noise_measured(diagnosis) else ""
+    return f"Held-out residual of {where}: {before:.3g} -> {after:.3g} {unit}{ratio}."
 
 
 def telling_joint(diagnosis: Diagnosis, finding: Finding) -> int:
@@ -56,9 +88,18 @@ def telling_joint(diagnosis: Diagnosis, finding: Finding) -> int:
 
 
 def _nothing(diagnosis: Diagnosis) -> str:
-    if diagnosis.improvement is None:
+    found = diagnosis.improvement
+    if found is None:
         return "Nothing is missing, as far as runs can tell that the parameters were fitted to."
-    ratio = diagnosis.improvement.after / diagnosis.improvement.noise
+    unknown = (
+        "Nothing was found to be missing: what is left on runs held out goes with nothing that was recorded"
+    )
+    if not noise_measured(diagnosis):
+        worst = int(np.argmax(found.after / found.noise))
+        left = f"{found.after[worst]:.3g} {torque_units(diagnosis)[worst]}"
+        where = lower(joint_words(worst, diagnosis.joints))
+        return f"{unknown}. It is {left} on {where}; noise was not measured at rest, so that it may be noise."
+    ratio = found.after / found.noise
     worst = int(np.argmax(ratio))
     where = f"{lower(joint_words(worst, diagnosis.joints))} with {ratio[worst]:.2f} x noise"
     if ratio[worst] <= TO_NOISE:
@@ -66,37 +107,46 @@ def _nothing(diagnosis: Diagnosis) -> str:
             "Nothing is missing. With its parameters moved within their tolerances the model explains every "
             f"joint to its noise on runs held out; the worst is {where}."
         )
-    return (
-        "Nothing is missing that would show: what is left on runs held out goes with nothing that exidyn "
-        f"knows or looks for. But it is more than noise; the worst is {where}."
-    )
+    return f"{unknown}. But it is more than noise; the worst is {where}."
 
 
 def _unexplained(diagnosis: Diagnosis) -> list[str]:
     if not diagnosis.remainders:
         return []
-    more = "Something more is missing" if diagnosis.findings else "Something is missing"
-    places = "; ".join(_place(one, diagnosis.joints) for one in diagnosis.remainders)
-    return [f"{more}, and it is none of what exidyn knows: {places}."]
+    more = (
+        "Something more is missing" if diagnosis.findings or diagnosis.undecided else "Something is missing"
+    )
+    places = "; ".join(_place(one, diagnosis) for one in diagnosis.remainders)
+    return [f"{more}, and it is none of the effects that exidyn knows: {places}."]
 
 
-def _place(remainder: Remainder, joints: Sequence[str]) -> str:
-    where = lower(joint_words(remainder.joint, joints))
-    left = f"{remainder.over_noise:.2f} x its noise"
-    return f"{where} keeps {left}, and what is left goes with {remainder.depends_on}"
+def _place(remainder: Remainder, diagnosis: Diagnosis) -> str:
+    where = lower(joint_words(remainder.joint, diagnosis.joints))
+    return f"{where} keeps {left_on(remainder, diagnosis)}, and what is left goes with {remainder.depends_on}"
+
+
+def left_on(remainder: Remainder, diagnosis: Diagnosis) -> str:
+    """How much is left on a joint, with its unit; as a multiple of noise besides where that was measured."""
+    joint, known = remainder.joint, diagnosis.evidence or diagnosis.improvement
+    noise = float(known.noise[joint]) if known is not None else float("nan")
+    size = remainder.over_noise * noise if diagnosis.budget is None else float(diagnosis.budget.after[joint])
+    if not np.isfinite(size):
+        return f"{remainder.over_noise:.2f} x its noise"
+    said = f"{size:.3g} {torque_units(diagnosis)[joint]}"
+    return f"{said} ({size / noise:.2f} x its noise)" if noise_measured(diagnosis) else said
 
 
 def _left(diagnosis: Diagnosis) -> str:
     """Joints that keep more than noise and are not spoken of otherwise."""
-    if diagnosis.improvement is None or not (diagnosis.findings or diagnosis.remainders):
+    if diagnosis.improvement is None or explained(diagnosis) or not noise_measured(diagnosis):
         return ""
     ratio = diagnosis.improvement.after / diagnosis.improvement.noise
-    told = {one.joint for one in diagnosis.remainders}
-    joints = [joint for joint in range(len(ratio)) if ratio[joint] > TO_NOISE and joint not in told]
+    named_ = {one.joint for one in diagnosis.remainders}
+    joints = [joint for joint in range(len(ratio)) if ratio[joint] > TO_NOISE and joint not in named_]
     if not joints:
         return ""
     places = joined([f"{lower(joint_words(j, diagnosis.joints))} ({ratio[j]:.2f} x noise)" for j in joints])
-    return f"More than noise is left on {places}; it goes with nothing that exidyn knows or looks for."
+    return f"More than noise is left on {places}; it goes with nothing that was recorded."
 
 
 def _detail(diagnosis: Diagnosis, place: int, files: Sequence[Rival], folder: str) -> str:
@@ -110,43 +160,36 @@ def _detail(diagnosis: Diagnosis, place: int, files: Sequence[Rival], folder: st
     return " ".join(part for part in parts if part)
 
 
-def named(effect: str, joints: Sequence[int], names: Sequence[str]) -> str:
-    """An effect and where it acts: Load dependent friction of joint 3."""
-    where = " and ".join(
-        f"link {joint + 1}" if effect == "link_inertia" else lower(joint_words(joint, names))
-        for joint in joints
-    )
-    return _capital(effect.replace("_", " ")) + (f" of {where}" if where else "")
-
-
 def _probability(probability: float) -> str:
     return "probability above 99.9 %" if probability > 0.999 else f"probability {100 * probability:.3g} %"
 
 
 def _small(diagnosis: Diagnosis, finding: Finding) -> str:
     """Said of what is there and hardly matters."""
-    if diagnosis.improvement is None:
+    if diagnosis.improvement is None or not noise_measured(diagnosis):
         return ""
     share = float(np.max(finding.torque / diagnosis.improvement.noise))
     if share >= MATERIAL:
         return ""
-    return f"It is real and small, {share:.2f} x noise: a model without it does nearly as well."
+    return f"It is small, {share:.2f} x noise: a model without it does nearly as well."
 
 
 def _held_out(finding: Finding) -> str:
     if np.isnan(finding.held_out) or finding.held_out > 0.0:
         return ""
-    return "Runs held out do not bear it out: they are predicted no better with it."
+    return "Runs held out do not confirm it: they are predicted no better with it."
 
 
 def _excluded(diagnosis: Diagnosis, finding: Finding) -> str:
     """What it is taken for most easily, and is not."""
-    present = {one.effect for one in finding.alternatives} | {one.effect for one in diagnosis.findings}
+    here = (*diagnosis.findings, *diagnosis.undecided)
+    present = {one.effect for one in finding.alternatives} | {one.effect for one in here}
+    present |= {other.effect for one in diagnosis.undecided for other in one.alternatives}
     asked = diagnosis.tried or CANDIDATES
     names = [name for name in LIKE.get(finding.effect, ()) if name in asked and name not in present]
     if not names:
         return ""
-    said = ", ".join(name.replace("_", " ") for name in names)
+    said = ", ".join(effect_words(name) for name in names)
     return f"Excluded, below {100 * EXCLUDED:.0f} %: {said}."
 
 
@@ -157,24 +200,23 @@ def _open(diagnosis: Diagnosis, finding: Finding, files: Sequence[Rival], folder
     others = joined([_alternative(one, diagnosis.joints) for one in finding.alternatives])
     said = f"Not excluded: {others}."
     if files:
-        return f"{said} Tell them apart: exidyn excite {folder}/{FOUND} --against {folder}/{files[0].file}"
-    settled = SETTLED.get(finding.effect) or SETTLED.get(finding.alternatives[0].effect)
+        return f"{said} To tell them apart: {_telling_run(finding, files, folder)}"
+    settled = _telling_run(finding, files, folder)
     return f"{said} What would settle it: {settled}." if settled else said
+
+
+def _telling_run(finding: Finding, files: Sequence[Rival], folder: str) -> str:
+    """The command that plans the run which would settle it, or that run in words; empty if none is known."""
+    if files:
+        return f"exidyn excite {folder}/{FOUND} --against {folder}/{files[0].file}"
+    other = finding.alternatives[0].effect if finding.alternatives else ""
+    return SETTLED.get(finding.effect) or SETTLED.get(other) or ""
 
 
 def _alternative(one: Alternative, joints: Sequence[str]) -> str:
     return f"{lower(named(one.effect, one.joints, joints))} ({100 * one.probability:.2g} %)"
 
 
-def joined(words: Sequence[str]) -> str:
-    """One sentence part out of several: a, b and c."""
-    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"
-
-
-def _capital(words: str) -> str:
-    return words[:1].upper() + words[1:]
-
-
 def _full(words: str) -> str:
     """The words as a sentence."""
-    return _capital(words) + ("" if words.endswith((".", "!", "?")) else ".")
+    return capital(words) + ("" if words.endswith((".", "!", "?")) else ".")

@@ -5,6 +5,7 @@ from .current_offset import CurrentOffset
 from .effect import Belief, Effect, JointEffect, MotionGradient, Parameter, Shape, shape
 from .friction_asymmetry import FrictionAsymmetry
 from .hysteresis import Hysteresis
+from .installed import installed
 from .joint_spring import JointSpring
 from .kinematic_coupling import KinematicCoupling
 from .load_dependent_friction import LoadDependentFriction
@@ -39,6 +40,18 @@ EFFECTS: dict[str, type[Effect]] = {
     "kinematic_coupling": KinematicCoupling,
 }
 
+
+def load_installed() -> None:
+    """Add the effects of installed packages to `EFFECTS`; the table stays as it is where there are none.
+
+    Not when this package is imported: theirs import it.
+
+    Raises:
+        EffectError: One of them cannot be loaded.
+    """
+    EFFECTS.update(installed(EFFECTS))
+
+
 __all__ = [
     "EFFECTS",
     "Belief",
@@ -48,6 +61,7 @@ __all__ = [
     "Parameter",
     "Shape",
     "known_parameters",
+    "load_installed",
     "shape",
     *sorted(effect.__name__ for effect in EFFECTS.values()),
 ]

@@ -106,8 +106,8 @@ def known_parameters(
         inertia: xx, xy, xz, yy, yz, zz about the centre of mass, in the flange's axes [kg m^2].
 
     Raises:
-        RobotError: A mass that is not positive, an inertia without the centre of mass it is about, or
-            what is no number.
+        RobotError: A mass that is not positive, an inertia without the centre of mass it is about or that
+            no body has, or what is no number.
     """
     if not 0.0 < mass < np.inf:
         raise RobotError(f"payload: mass is {mass} kg; it must be above 0 and finite")
@@ -120,6 +120,9 @@ def known_parameters(
         return (("M", float(mass)),)
     xx, xy, xz, yy, yz, zz = (0.0,) * 6 if inertia is None else (float(value) for value in inertia)
     about_com = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-    values = inertial_parameters(pin.Inertia(float(mass), np.asarray(com, float), about_com))
+    try:
+        values = inertial_parameters(pin.Inertia(float(mass), np.asarray(com, float), about_com))
+    except (RuntimeError, ValueError) as error:
+        raise RobotError(f"payload: no body has the inertia {about_com.tolist()}: {error}") from error
     names = INERTIAL[6:] if inertia is None else INERTIAL
     return tuple((name, float(values[INERTIAL.index(name)])) for name in names)

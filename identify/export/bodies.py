@@ -13,6 +13,11 @@ NOTHING = 1e-6
 EXTENT = 1e-3
 """Root mean square distance of the mass from its centre, in each direction, at least [m]; what is identified
 under physical consistency has as much."""
+ENOUGH = 0.5
+"""Share of the least mass and of the least moment that is left alone. What was moved to the least is computed
+again with rounding, which differs between processors: cancellation about the centre of mass leaves about
+machine precision times the largest moment, a billionth of the least moment of usual links. Half is far from
+that, and a body with half the least is still one that simulators accept."""
 
 
 def possible(values: np.ndarray, largest: float) -> np.ndarray:
@@ -26,12 +31,12 @@ def possible(values: np.ndarray, largest: float) -> np.ndarray:
         largest: Of all parameters of the arm's bodies.
     """
     pseudo, nothing = pseudo_inertia(values), NOTHING * largest
-    if pseudo[3, 3] < nothing:
+    if pseudo[3, 3] < ENOUGH * nothing:
         pseudo = np.diag([0.0, 0.0, 0.0, nothing])
     around = np.outer(pseudo[:3, 3], pseudo[:3, 3]) / pseudo[3, 3]
     moments, axes = np.linalg.eigh(pseudo[:3, :3] - around)
     least = EXTENT**2 * pseudo[3, 3]
-    if values[9] >= nothing and moments[0] >= 0.5 * least:  # half: what was moved before is not moved again
+    if values[9] >= ENOUGH * nothing and moments[0] >= ENOUGH * least:
         return values
     pseudo[:3, :3] = (axes * np.maximum(moments, least)) @ axes.T + around
     return parameters(pseudo)

@@ -88,7 +88,8 @@ class Portable:
         model, remarks = _solid(model, payload)
         joints, balancers, left = Joints.none(model.robot.dof), [], []
         for effect, own in shares(model):
-            if type(effect) in WORDS:
+            stiffens = isinstance(effect, JointSpring) and effect.stiffening
+            if type(effect) in WORDS and not stiffens:
                 WORDS[type(effect)](joints, model.robot, effect, own)
             elif isinstance(effect, SpringBalancer):
                 balancers.append((effect, float(own[0]), float(own[1])))

@@ -23,7 +23,7 @@ def joined_html(material: Material) -> str:
         for place, fitted in enumerate(material.fits)
     ]
     chapters = [
-        Chapter("robot", "Robot and belief", robot_sections(material.model) if material.model else ""),
+        Chapter("robot", "Nominal robot", robot_sections(material.model) if material.model else ""),
         Chapter("runs", "Runs", runs_sections(material)),
         *(chapter for improved, chapter in fits if not improved),
         Chapter("diagnosis", "Diagnosis", _diagnosis(material)),

@@ -1,4 +1,4 @@
-"""Before and after: how much better the arm is foretold with what was identified and what was found."""
+"""Before and after: how much better the arm is predicted with what was identified and what was found."""
 
 from collections.abc import Sequence
 
@@ -28,7 +28,8 @@ def _identified(fitted: Fitted, place: int) -> str:
     names = tuple(run.run for run in runs)
     found = Improvement(names, before, after, noise, fitted.fit.filtering.torque_cutoff or np.nan)
     note = (
-        "Before: the robot as it was described, with its drive gains; what nobody stated counts as zero. "
+        "Before: the robot as it was described, with its drive gains; what that does not state counts as "
+        "zero. "
         "After: the same model with the values identified. Each is judged by the torque that its own drive "
         "gains make of the currents, over the noise floor."
     )
@@ -36,7 +37,7 @@ def _identified(fitted: Fitted, place: int) -> str:
     picture = bars(found, fitted.fit.model.robot.joints)
     return section(
         f"values{place or ''}",
-        "Believed and identified values",
+        "Nominal and identified values",
         paragraph(note),
         f'<div class="grid two">{figure("Residual over noise", remark, picture)}</div>',
     )

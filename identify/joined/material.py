@@ -17,7 +17,7 @@ class Run(NamedTuple):
 
     Attributes:
         name: Of the run.
-        role: What it was for, in words; empty if nobody said.
+        role: What it was for, in words; empty if nothing says so.
         payload: What hung on the flange, in words; empty if that is not known.
         rate: Samples a second [Hz].
         time: Of positions, shape (t,) [s].
@@ -46,7 +46,7 @@ class Fitted(NamedTuple):
     Attributes:
         title: Plain text.
         fit: With what it predicts of the runs, if they are at hand.
-        believed: The same model with the values believed before the data; None where that is not known.
+        believed: The same model with its nominal values, from before the data; None where they are not known.
         improved: Whether its model has what a diagnosis found.
     """
 
@@ -69,7 +69,7 @@ class Material:
 
     Attributes:
         joints: Names, the same in all that follows.
-        model: The robot as it was believed to be; None if nothing says so.
+        model: The nominal robot; None if nothing says so.
         runs: That were recorded.
         fits: In the order in which they were given, improved ones last.
         diagnosis: What the model leaves out; None if that was not asked.

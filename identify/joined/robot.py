@@ -1,4 +1,4 @@
-"""The robot of a joined report as it was believed to be before the runs."""
+"""The nominal robot of a joined report: as it was described before the runs."""
 
 import re
 from collections.abc import Sequence
@@ -14,7 +14,7 @@ from ..robot import Robot
 NUMBERED = re.compile(r"(.*?)(\d+)")
 """A parameter of one joint: its letters, and the joint from 1."""
 OPEN = "open"
-"""Said of what nobody believes anything about."""
+"""Said of what has no nominal value."""
 
 
 def robot_sections(model: Model) -> str:
@@ -22,11 +22,11 @@ def robot_sections(model: Model) -> str:
     robot = model.robot
     note = (
         f"{robot.name} as it was described before anything was measured: where every parameter starts from. "
-        "± is one standard deviation of the belief; a dash: nobody said."
+        "± is one standard deviation of the prior; a dash: not stated."
     )
     links = (
-        f"Inertias are believed to {100 * robot.inertial_tolerance:g} %; centres of mass are in the frames "
-        "of their links."
+        f"Inertias have a prior standard deviation of {100 * robot.inertial_tolerance:g} %; centres of mass "
+        "are in the frames of their links."
     )
     return (
         section("joints", "Joints", paragraph(note), _joints(robot))
@@ -51,7 +51,7 @@ def _joints(robot: Robot) -> str:
 
 
 def _gain(robot: Robot, joint: int) -> str:
-    """The believed drive gain; a dash where the robot's description has none."""
+    """The nominal drive gain; a dash where the robot's description has none."""
     if np.all(robot.drive_gain == 1.0):
         return NAMELESS
     gain = float(robot.drive_gain[joint])
@@ -86,12 +86,12 @@ def _effects(model: Model) -> str:
             rows.append([first, escape(what), unit(measure), *cells])
             first = ""
     if not rows:
-        return paragraph("None: the arm is believed to consist of rigid links only.")
+        return paragraph("None: the nominal arm consists of rigid links only.")
     return table(["effect", "parameter", "unit", *model.robot.joints], rows, words=(1, 2))
 
 
 def _rows(effect: Effect, robot: Robot, beliefs: dict[str, Belief]) -> list[tuple[str, str, list[str]]]:
-    """Letters, unit and beliefs, each below its joint; all of which nothing is believed share a row."""
+    """Letters, unit and priors, each below its joint; all that are not stated share a row."""
     rows: dict[str, tuple[str, list[str]]] = {}
     if known := [f"{name} {value:g}" for name, value in getattr(effect, "known", ())]:
         rows[f"known: {', '.join(known)}"] = "", [""] * robot.dof

@@ -37,9 +37,7 @@ def compared_line(one: Compared) -> str:
     title = f"{found.simulated} beside {found.recorded}"
     over = effort.rms / effort.noise
     if not np.any(np.isfinite(over)):
-        return (
-            f"{title}: how large the noise is cannot be told, so that nothing is said of {effort.quantity}."
-        )
+        return f"{title}: how large the noise is is not known, so that nothing is said of {effort.quantity}."
     many, worst = int(np.count_nonzero(over > MISSING)), int(np.nanargmax(over))
     most = f"{found.joints[worst]} most, by {over[worst]:.3g} x noise"
     if not many:

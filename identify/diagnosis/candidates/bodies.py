@@ -8,6 +8,7 @@ import numpy as np
 import pinocchio as pin
 
 from ...effects import Payload, RigidBody
+from ...effects.rigid_body import inertial_beliefs
 from ...model import Model
 from ..candidate import Candidate
 from ..driven import Driven
@@ -17,6 +18,8 @@ SIZE = 0.2
 """How far from its frame the mass of a body is expected to be [m]; evidence depends on its logarithm."""
 LEANING = 0.02
 """How far a base that was set up level may lean [rad]: a degree."""
+LIGHTEST = 1e-3
+"""Mass by which any link may be off [kg]."""
 PARTS = ("M", "MX", "MY", "MZ", "XX", "XY", "XZ", "YY", "YZ", "ZZ")
 UNITS = ("kg", *("kg m",) * 3, *("kg m^2",) * 6)
 PROPORTION = (1.0, *(SIZE,) * 3, *(SIZE**2,) * 6)
@@ -37,8 +40,11 @@ def payloads(model: Model) -> Iterator[Candidate]:
 
 def links(model: Model) -> Iterator[Candidate]:
     """One link that is heavier, lighter or elsewhere than its tolerance allows."""
+    if not any(isinstance(effect, RigidBody) for effect in model.effects):
+        return
     robot, body = model.robot, RigidBody()
     own = [parameter.name for parameter in body.parameters(robot)]
+    believed = dict(zip(model.names, model.believed_values, strict=True))
 
     @cache
     def regressor(run: Driven) -> np.ndarray:
@@ -50,10 +56,20 @@ def links(model: Model) -> Iterator[Candidate]:
         def columns(run: Driven, kept: list[int] = kept) -> np.ndarray:
             return on_motors(robot, regressor(run)[:, :, kept])
 
-        names, lower = tuple(f"{part}{link + 1}" for part in PARTS), (-np.inf,) * 10
+        # A link may be lighter, but by no more than it weighs.
+        weight = max(float(believed[f"M{link + 1}"]), 0.0)
+        names, lower = tuple(f"{part}{link + 1}" for part in PARTS), (-weight, *(-np.inf,) * 9)
         yield Candidate(
-            "link_inertia", (link,), columns, names, UNITS, lower, smooth=True, proportion=PROPORTION
-        )
+            "link_inertia", (link,), columns, names, UNITS, lower, smooth=True, proportion=PROPORTION,
+            expected=_as_heavy(robot.kinematics.inertias[link + 1]),
+        )  # fmt: skip
+
+
+def _as_heavy(body: pin.Inertia) -> tuple[tuple[float, float], ...]:
+    """How far a link's parameters may be off: about as much as it has, and never less than a gram's worth."""
+    believed = inertial_beliefs(body, 1.0)
+    least = LIGHTEST * np.array(PROPORTION)
+    return tuple((0.0, max(believed[part].std, float(own))) for part, own in zip(PARTS, least, strict=True))
 
 
 def tilts(model: Model) -> Iterator[Candidate]:

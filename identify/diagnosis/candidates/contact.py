@@ -1,169 +1,151 @@
-"""Candidates that happen once: something touches the arm for a while.
+"""Contact: something pushes the arm for a while.
 
-A force f on the flange, in the base's axes, asks -J'(q) f of the motors. There is a window for every tenth of
-a second of every run, so that only those are weighed in which the residual stands out; they count as one of
-all.
+A force f on the flange, in the base's axes, asks -J'(q) f of the motors. It happens once, so that no other
+block predicts it: a window of a run has a contact where a force explains far more of what is left than forces
+at all other times do.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
-from typing import NamedTuple
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import pinocchio as pin
-from scipy import signal
 
-from ...effects import Shape
 from ...model import Model
 from ...motion import Motion
 from ..candidate import Candidate
 from ..driven import Driven
-from ..solution import Solution
+from ..prediction import Prediction
 
 DURATIONS = (0.3, 0.6, 1.0)
-"""Of a touch [s]; each within half of the next is refined."""
+"""Of a contact [s]."""
 PARTS = 4
 """Starts that are tried in a duration."""
 ENDS = 1.0
-"""At the beginning and at the end of a run in which no touch is looked for [s]: where an arm starts and
-stops, friction that is not quite as believed looks like a push."""
-STANDING_OUT = 2.0
-"""How much more a touch has to explain than a force at any other time; what stands out less is a model that
-is wrong here and there."""
-WEIGHED = 8
-"""Windows that are weighed."""
+"""At the beginning and at the end of a run in which no contact is looked for [s]: where an arm starts and
+stops, friction that is not quite as modelled looks like a push."""
 FORCE = 0.1
 """How large a force is expected to be, share of the arm's weight [-]."""
+USUAL = 90.0
+"""Percentage of all windows that have no contact: what forces explain there is how wrong the model is."""
+APART = 2.0
+"""Time from a contact on which a window says what is usual [s]: longer than any contact."""
 
 
-class Touch(NamedTuple):
-    """When something touches the arm: number and name of the run, start and duration [s]."""
+@dataclass(frozen=True, eq=False)
+class Contact:
+    """A window of a run, and the force that explains most of what is left in it.
+
+    Attributes:
+        run: Its number among the runs.
+        name: Of the run.
+        start: Of the window, by the run's time [s].
+        duration: [s].
+        force: On the flange, in the base's axes, shape (3,) [N].
+        gains: Logarithm of how much more probable the force makes each joint's rows, shape (n,).
+        among: Number of windows.
+    """
 
     run: int
     name: str
     start: float
     duration: float
+    force: np.ndarray
+    gains: np.ndarray
+    among: int
 
-    def share(self, time: np.ndarray) -> np.ndarray:
-        """Of the force, at times (t,) [s]: soon there, soon gone."""
-        since = np.clip((time - self.start) / self.duration, 0.0, 1.0)
-        return np.sqrt(np.sin(np.pi * since))
+    @property
+    def gain(self) -> float:
+        """Logarithm of the probability gained, less what choosing the window cost."""
+        return float(self.gains.sum() - np.log(self.among))
 
-
-class Reach(NamedTuple):
-    """What a force on the flange asks of the motors at the rows of a run.
-
-    Attributes:
-        time: Of the rows, shape (r,) [s].
-        pushed: Shape (r, n, 3) [N m/N].
-    """
-
-    time: np.ndarray
-    pushed: np.ndarray
-
-    @classmethod
-    def of(cls, model: Model, run: Driven) -> "Reach":
-        """Of a run, as its rows are compared."""
-        centres = run.prepared.decimation.centres(len(run.motion))[: run.rows]
-        motion = run.motion[centres[0] : centres[-1] + 1 : run.prepared.decimation.stride]
-        pushed = np.einsum("ij,tjk->tik", model.robot.to_motors, jacobian(model, motion))
-        return cls(motion.time, pushed)
+    @property
+    def without_one(self) -> float:
+        """The same without the joint that gains most: what one joint alone feels is its own affair."""
+        return self.gain - float(self.gains.max())
 
 
-def touches(
-    model: Model, solution: Solution, runs: Sequence[Driven], reaches: Sequence[Reach]
-) -> Iterator[Candidate]:
-    """Windows in which a force explains most of what is left, if they stand out among all others."""
-    scored = [
-        pair
-        for number, (run, reach) in enumerate(zip(runs, reaches, strict=True))
-        for pair in _scored(model, solution, run, reach, number)
-    ]
-    scored.sort(key=lambda pair: -pair[1])
-    if not scored:
-        return
-    first, score = scored[0]
-    elsewhere = max((other for touch, other in scored if not _near(touch, first)), default=0.0)
-    if score < STANDING_OUT * elsewhere:
-        return
-    for touch, _ in scored[:WEIGHED]:
-        yield _touch(model, touch, len(scored))
+def share(time: np.ndarray, start: float, duration: float) -> np.ndarray:
+    """Of the largest force, at times (t,) [s]: soon there, soon gone."""
+    since = np.clip((time - start) / duration, 0.0, 1.0)
+    return np.sqrt(np.sin(np.pi * since))
 
 
-def _near(one: Touch, other: Touch) -> bool:
-    """Whether two windows are of the same touch, or of one that follows it at once."""
-    middles = one.start + 0.5 * one.duration, other.start + 0.5 * other.duration
-    return one.run == other.run and abs(middles[0] - middles[1]) < 2.0 * max(DURATIONS)
-
-
-def _touch(model: Model, touch: Touch, among: int) -> Candidate:
-    def columns(run: Driven) -> np.ndarray:
-        found = np.zeros((*run.torque.shape, 3))
-        if run.prepared.name != touch.name:
-            return found
-        within = _within(run.motion.time, touch)
-        pushed = jacobian(model, run.motion[within]) * touch.share(run.motion.time[within])[:, None, None]
-        found[within] = -np.einsum("ij,tjk->tik", model.robot.to_motors, pushed)
-        return found
-
-    def reshaped(given: Mapping[str, float]) -> Candidate:
-        return _touch(model, touch._replace(start=given["start"], duration=given["duration"]), among)
-
-    return Candidate(
-        "contact_event",
-        (),
-        columns,
-        ("force_x", "force_y", "force_z"),
-        ("N", "N", "N"),
-        (-np.inf,) * 3,
-        {"run": float(touch.run), "start": touch.start, "duration": touch.duration},
-        {
-            "start": Shape("s", touch.start - 0.5 * touch.duration, touch.start + 0.5 * touch.duration),
-            "duration": Shape("s", touch.duration / 1.8, touch.duration * 1.8),
-        },
-        reshaped,
-        expected=((0.0, _force(model)),) * 3,
-        among=among,
-    )
-
-
-def _scored(
-    model: Model, solution: Solution, run: Driven, reach: Reach, number: int
-) -> list[tuple[Touch, float]]:
-    """Windows of one run, and about how much likelier a force in each makes what is left there.
-
-    Every window's score takes three sums of products with what is left; against a short push the unknowns
-    of the model are taken as known.
-    """
-    rows, times, pushed = solution.rows.runs[number], reach.time, reach.pushed
-    left, gains = _left(solution, rows)
-    slope = -np.einsum("tjk,tj->tk", pushed, left)
-    curvature = np.einsum("tjk,tj,tjl->tkl", pushed, gains, pushed)
+def contacts(model: Model, prediction: Prediction, runs: Sequence[Driven]) -> list[Contact]:
+    """All windows of all runs, with how much a force explains in each beyond what is usual elsewhere."""
+    information = prediction.weighting.independent / prediction.weighting.variance
+    windows = []
+    for number, (run, rows) in enumerate(zip(runs, prediction.rows.runs, strict=True)):
+        weight = prediction.rows.weight[rows] * information
+        windows += _scanned(model, run, prediction.residual[rows], weight, number)
+    every = np.array([gains.sum() for *_, gains in windows])
+    times = np.array([(number, start + 0.5 * duration) for number, start, duration, *_ in windows])
     found = []
-    for duration in DURATIONS:
-        for start in np.arange(times[0] + ENDS, times[-1] - ENDS - duration, duration / PARTS):
-            touch = Touch(number, run.prepared.name, float(start), duration)
-            within = _within(times, touch)
-            share = touch.share(times[within])
-            one = np.einsum("t,tk->k", share, slope[within])
-            two = np.einsum("t,tkl->kl", share**2, curvature[within])
-            two += np.eye(3) / _force(model) ** 2
-            found.append((touch, float(0.5 * one @ np.linalg.solve(two, one))))
+    for place in np.argsort(-every):
+        number, start, duration, force, gains = windows[place]
+        same = (times[:, 0] == number) & (np.abs(times[:, 1] - times[place, 1]) < APART)
+        level, scale = _usual(every[~same])
+        beyond = gains * max(every[place] - level, 0.0) / max(every[place], 1e-300) / scale
+        name = runs[number].prepared.name
+        found.append(Contact(number, name, start, duration, force, beyond, len(windows)))
+        if found[-1].gain < 0.0:
+            break  # no other can stand out more
     return found
 
 
-def _left(solution: Solution, rows: slice) -> tuple[np.ndarray, np.ndarray]:
-    """What is left as slow columns see it, and how much a slow column of one weighs, each (r, n)."""
-    whitening = solution.whitening
-    valid = whitening.valid[rows]
-    left, gains = np.zeros(valid.shape), np.zeros(valid.shape)
-    for joint in range(valid.shape[1]):
-        taps, scale = whitening.filters[joint], whitening.scale[joint]
-        white = np.zeros(whitening.valid.shape[0])
-        white[whitening.valid[:, joint]] = solution.left[joint]
-        # The transpose of the filter: each sample tells of those before it.
-        left[:, joint] = valid[:, joint] * signal.lfilter(taps, 1.0, white[rows][::-1])[::-1] / scale
-        gains[:, joint] = valid[:, joint] * (np.sum(taps) / scale) ** 2
-    return left, gains
+def _usual(gains: np.ndarray) -> tuple[float, float]:
+    """Level that most windows stay below, and the mean by which the others exceed it: one for white noise."""
+    if not len(gains):
+        return 0.0, 1.0
+    level = float(np.percentile(gains, USUAL))
+    above = gains[gains > level]
+    return level, max(1.0, float(np.mean(above - level)) if len(above) else 1.0)
+
+
+def _scanned(
+    model: Model, run: Driven, left: np.ndarray, weight: np.ndarray, number: int
+) -> list[tuple[int, float, float, np.ndarray, np.ndarray]]:
+    """Windows of one run: number, start, duration, force (3,), and what it explains of each joint (n,)."""
+    time, pushed = reach(model, run)
+    found = []
+    for duration in DURATIONS:
+        for start in np.arange(time[0] + ENDS, time[-1] - ENDS - duration, duration / PARTS):
+            first, last = np.searchsorted(time, [start, start + duration])
+            own = slice(int(first), int(last))
+            columns = -pushed[own] * share(time[own], start, duration)[:, None, None]
+            slope = np.einsum("tnk,tn->k", columns, weight[own] * left[own])
+            matrix = np.einsum("tnk,tn,tnl->kl", columns, weight[own], columns)
+            force = np.linalg.solve(matrix + np.eye(3) / _usual_force(model) ** 2, slope)
+            torque = columns @ force
+            gains = np.sum(weight[own] * (left[own] * torque - 0.5 * torque**2), axis=0)
+            found.append((number, float(start), duration, force, gains))
+    return found
+
+
+def reach(model: Model, run: Driven) -> tuple[np.ndarray, np.ndarray]:
+    """Times of a run's rows (r,) [s], and what a force on the flange asks of the motors (r, n, 3) [N m/N]."""
+    centres = run.prepared.decimation.centres(len(run.motion))[: run.rows]
+    motion = run.motion[centres[0] : centres[-1] + 1 : run.prepared.decimation.stride]
+    return motion.time, np.einsum("ij,tjk->tik", model.robot.to_motors, jacobian(model, motion))
+
+
+def candidate(model: Model, contact: Contact) -> Candidate:
+    """The contact as columns."""
+    timing = {"start": contact.start, "duration": contact.duration}
+
+    def columns(run: Driven) -> np.ndarray:
+        found = np.zeros((*run.torque.shape, 3))
+        if run.prepared.name == contact.name:
+            own = share(run.motion.time, contact.start, contact.duration)
+            pushed = jacobian(model, run.motion)
+            found = -np.einsum("ij,tjk->tik", model.robot.to_motors, pushed * own[:, None, None])
+        return found
+
+    return Candidate(
+        "contact_event", (), columns, ("fx", "fy", "fz"), ("N", "N", "N"), (-np.inf,) * 3,
+        kind=f"{contact.name} at {contact.start:.2f} s",
+        told={name: (value, "s") for name, value in timing.items()},
+    )  # fmt: skip
 
 
 def jacobian(model: Model, motion: Motion) -> np.ndarray:
@@ -181,15 +163,7 @@ def jacobian(model: Model, motion: Motion) -> np.ndarray:
     return found
 
 
-def _force(model: Model) -> float:
+def _usual_force(model: Model) -> float:
     """How large a force is expected to be [N]."""
-    return (
-        FORCE
-        * float(np.linalg.norm(model.robot.kinematics.gravity.linear))
-        * sum(body.mass for body in model.robot.kinematics.inertias)
-    )
-
-
-def _within(time: np.ndarray, touch: Touch) -> slice:
-    first, last = np.searchsorted(time, [touch.start, touch.start + touch.duration])
-    return slice(int(first), int(last))
+    gravity = float(np.linalg.norm(model.robot.kinematics.gravity.linear)) or 9.81
+    return FORCE * gravity * max(sum(body.mass for body in model.robot.kinematics.inertias), 1.0)

@@ -8,6 +8,7 @@ swing.
 """
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 
 import numpy as np
 import pinocchio as pin
@@ -70,6 +71,14 @@ def _gear(model: Model, joint: int, inertia: float, resonance: float, ratio: flo
         expected=((1.0, SCATTER),),
         told={"stiffness": (stiffness, "N m/rad")},
     )
+
+
+def of_stiffness(model: Model, joint: int, stiffness: float, std: float) -> Candidate:
+    """The gear of a stiffness that was measured [N m/rad], with its deviation."""
+    inertia = max(float(link_size(model)[0][joint]), 1e-9)
+    resonance = float(np.sqrt(stiffness / inertia) / (2 * np.pi))
+    gear = _gear(model, joint, inertia, resonance, RATIO)
+    return replace(gear, bounds={}, told={"stiffness": (stiffness, "N m/rad")}, known={"stiffness": std})
 
 
 def bending(model: Model, run: Driven, joint: int, gear: tuple[float, float]) -> np.ndarray:

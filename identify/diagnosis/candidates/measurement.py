@@ -4,8 +4,10 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 from ...effects import JointSpring, Shape, SpringBalancer
+from ...errors import NotRecorded
 from ...model import Model
 from ..candidate import UNNAMED, Candidate
 from ..driven import Driven
@@ -22,6 +24,8 @@ APART = 1.5
 """From one delay that is tried to the next [-]."""
 DELAYS = tuple(sign * 4e-3 * APART**step for sign in (-1.0, 1.0) for step in range(6))
 """Delays of cycles of a fieldbus [s], up to 30 ms; what is shorter is in proportion to the torque's rate."""
+LINEAR = 4e-3
+"""Delay up to which a torque changes in proportion to its rate [s]: the least that is tried whole."""
 WHOLE = 1e-6
 """By how much a torque that comes later may be more or less than all of it [-]: not at all."""
 OWN_CLOCK = ((0.0, 5e-3),)
@@ -39,11 +43,22 @@ def gains(model: Model) -> Iterator[Candidate]:
     for joint in range(model.robot.dof):
 
         def columns(run: Driven, joint: int = joint) -> np.ndarray:
+            _require_current(run)
             return on_joint(run, joint, -run.torque[:, joint])
 
         yield Candidate(
             "drive_gain", (joint,), columns, ("share",), ("1",), (-np.inf,), rows=(joint,), told_as=_of_gain
         )
+
+
+def _require_current(run: Driven) -> None:
+    """Raise where torque was recorded, which has no gain.
+
+    Raises:
+        NotRecorded: It was.
+    """
+    if run.prepared.measures != "current":
+        raise NotRecorded("current was not recorded")
 
 
 def _of_gain(lacking: np.ndarray, std: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -60,6 +75,7 @@ def saturations(model: Model) -> Iterator[Candidate]:
 
 def _saturation(joint: int, knee: float) -> Candidate:
     def columns(run: Driven) -> np.ndarray:
+        _require_current(run)
         torque = run.torque[:, joint]
         most = run.most[joint]
         beyond = np.maximum(np.abs(torque) - knee * most, 0.0)
@@ -107,8 +123,11 @@ def delays(model: Model) -> Iterator[Candidate]:
     def all_drives(run: Driven) -> np.ndarray:
         return -torque_rate(run)[:, :, None]
 
-    yield Candidate("time_delay", (), all_drives, ("delay",), ("s",), (-np.inf,), expected=OWN_CLOCK)
-    for joint in range(model.robot.dof):
+    yield Candidate(
+        "time_delay", (), all_drives, ("delay",), ("s",), (-np.inf,), expected=OWN_CLOCK, everywhere=True,
+        most=LINEAR,
+    )  # fmt: skip
+    for joint in range(model.robot.dof) if model.robot.dof > 1 else ():
 
         def columns(run: Driven, joint: int = joint) -> np.ndarray:
             return on_joint(run, joint, -torque_rate(run)[:, joint])
@@ -129,8 +148,9 @@ def _delay(delay: float) -> Candidate:
 
     def columns(run: Driven) -> np.ndarray:
         time, recorded = run.motion.time, run.prepared.gain * run.prepared.current
-        later = [np.interp(time + delay, time, torque) for torque in recorded.T]
-        return (recorded - np.stack(later, axis=1))[:, :, None]
+        # Between samples a straight line would take noise away, which speaks for any delay but whole samples.
+        later = CubicSpline(time, recorded)(np.clip(time + delay, time[0], time[-1]))
+        return (recorded - later)[:, :, None]
 
     def reshaped(given: Mapping[str, float]) -> Candidate:
         return _delay(given["delay"])
@@ -139,6 +159,7 @@ def _delay(delay: float) -> Candidate:
     return Candidate(
         "time_delay", (), columns, (UNNAMED,), ("1",), (0.0,), {"delay": delay},
         {"delay": Shape("s", nearer, farther)}, reshaped, expected=((1.0, WHOLE),),
+        everywhere=True,
     )  # fmt: skip
 
 

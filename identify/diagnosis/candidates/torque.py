@@ -1,12 +1,12 @@
 """Candidates that are effects of the model's own kind: friction, springs, ripple, rotors, coupling."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import fields, replace
+from dataclasses import MISSING, fields, replace
 from typing import Any
 
 import numpy as np
 
-from ...effects import EFFECTS, Effect, KinematicCoupling, Shape, SpringBalancer
+from ...effects import EFFECTS, Effect, JointEffect, KinematicCoupling, Shape, SpringBalancer
 from ...model import Model
 from ..candidate import UNNAMED, Candidate
 from ..driven import Driven
@@ -34,12 +34,12 @@ WEIGHTLESS = 0.01
 """How likely a balancer is at most on a joint that carries no weight, beside one that carries most [-]."""
 LIMITS = {"presliding": Shape("rad", 1e-3, 5e-2)}
 """Narrower bounds than an effect's own: less presliding is a nuisance."""
-ON_EACH_JOINT = (
-    "rotor_inertia", "viscous_friction", "friction_asymmetry", "stribeck_friction",
-    "load_dependent_friction", "nonlinear_viscous_friction", "temperature_dependent_friction",
-    "position_dependent_friction", "hysteresis", "joint_spring", "current_offset", "torque_ripple",
-)  # fmt: skip
-"""Effects that act on one joint alone."""
+
+
+def on_single_joints(kind: type[Effect]) -> bool:
+    """Whether an effect can be asked for on each joint in turn: as it is where nobody says more of it."""
+    given = all(f.default is not MISSING or f.default_factory is not MISSING for f in fields(kind))
+    return issubclass(kind, JointEffect) and given
 
 
 def on_each_joint(model: Model, name: str) -> Iterator[Candidate]:
@@ -51,7 +51,7 @@ def on_each_joint(model: Model, name: str) -> Iterator[Candidate]:
 
 def dry_frictions(model: Model) -> Iterator[Candidate]:
     """Dry friction of each joint; where the model has none, it turns its sign in some way or other."""
-    believed = dry(model)
+    believed = dry(model, model.believed_values)
     for joint, candidate in enumerate(on_each_joint(model, "coulomb_friction")):
         yield candidate if joint in believed else _turning(model, joint, candidate)
 

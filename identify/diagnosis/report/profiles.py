@@ -5,12 +5,14 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..measures import in_unit
 from ..trace import Trace
 
 BINS = 28
 """Across a profile: each then has some hundred rows of a run of half a minute."""
 FEWEST = 8
 """Rows from which on the mean of a bin is drawn."""
+MOTOR = "angle of the motor"
 
 
 class Axis(NamedTuple):
@@ -26,19 +28,26 @@ class Axis(NamedTuple):
     values: Callable[[Trace, int], np.ndarray]
     braking: bool = False
 
+    def title(self, turns: bool) -> str:
+        """The label with the unit of a joint that turns or slides; motors turn either way."""
+        words, _, rest = self.label.partition(" [")
+        if turns or words == MOTOR:
+            return self.label
+        return f"{words} [{in_unit(rest.removesuffix(']'), False)}]"
+
 
 AXES: dict[str, Axis] = {
     "velocity": Axis("velocity [rad/s]", lambda trace, j: trace.velocity[:, j]),
     "speed": Axis("speed [rad/s]", lambda trace, j: np.abs(trace.velocity[:, j]), True),
     "position": Axis("position [rad]", lambda trace, j: trace.position[:, j]),
     "where it brakes": Axis("position [rad]", lambda trace, j: trace.position[:, j], True),
-    "load": Axis("load, believed [N m]", lambda trace, j: trace.load[:, j]),
+    "load": Axis("nominal load [N m]", lambda trace, j: trace.load[:, j]),
     "size of the load": Axis("size of the load [N m]", lambda trace, j: np.abs(trace.load[:, j]), True),
     "torque": Axis("torque [N m]", lambda trace, j: trace.measured[:, j]),
     "acceleration": Axis("acceleration [rad/s²]", lambda trace, j: trace.acceleration[:, j]),
     "temperature": Axis("temperature [°C]", lambda trace, j: trace.temperature[:, j], True),
     "time": Axis("time [s]", lambda trace, j: trace.time),
-    "motor angle": Axis("angle of the motor [rad]", lambda trace, j: trace.motor_angle[:, j] % (2 * np.pi)),
+    "motor angle": Axis(f"{MOTOR} [rad]", lambda trace, j: trace.motor_angle[:, j] % (2 * np.pi)),
 }
 """Name -> what it is."""
 

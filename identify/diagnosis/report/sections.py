@@ -8,8 +8,10 @@ import numpy as np
 
 from ...report_html import figure, listing, number, paragraph, section, table, unit
 from ...verdict import NORMAL_95
-from ..sentences import joint_words
-from ..words import named
+from ..measures import SLIDING, TURNING
+from ..naming import effect_words, joint_words, named
+from .budget_section import budget_section
+from .candidates_section import changes_section, moments_section
 from .plots import (
     bars,
     forward_bars,
@@ -21,7 +23,7 @@ from .plots import (
     where_and_when,
 )
 from .profiles import AXES, TELLING, USUAL
-from .told import Named, Told
+from .told import Named, Simulated, Told
 
 Section = Callable[[Told], str]
 WITHOUT = "This diagnosis came without the samples of its runs, so that there is nothing to draw."
@@ -43,31 +45,45 @@ def improvement(diagnosis: Told) -> str:
     if diagnosis.improvement is None:
         return ""
     words = ", ".join(diagnosis.improvement.runs)
-    remark = f"before: the model at its word, friction and offsets fitted; {words}"
-    picture = bars(diagnosis.improvement, _names(diagnosis))
-    return _grid(figure("Held-out residual over noise", remark, picture), *_map(diagnosis))
+    remark = f"before: nominal values, friction and offsets fitted; {words}"
+    over = " over noise" if diagnosis.over_noise else ""
+    picture = bars(diagnosis.improvement, _names(diagnosis), _units(diagnosis))
+    return _grid(figure(f"Held-out residual{over}", remark, picture), *_map(diagnosis))
+
+
+def _units(diagnosis: Told) -> tuple[str, ...]:
+    """Units of bars; none where they are over noise."""
+    return () if diagnosis.over_noise else diagnosis.units
+
+
+def _noise(diagnosis: Told, joint: int) -> float | None:
+    """Noise floor of a joint; None where it was not measured."""
+    return float(diagnosis.noise[joint]) if diagnosis.over_noise and len(diagnosis.noise) else None
 
 
 def _map(diagnosis: Told) -> list[str]:
     """Where and when a run held out is not explained, before and after."""
     if not diagnosis.traces:
         return []
-    trace, noise = diagnosis.judged[0], diagnosis.noise
+    trace = diagnosis.judged[0]
+    level, what = diagnosis.noise, "noise"
+    if not diagnosis.over_noise:
+        squares = np.sum(trace.after**2 * trace.weight, axis=0) / np.maximum(trace.weight.sum(axis=0), 1.0)
+        level, what = np.maximum(np.sqrt(squares), 1e-300), "the joint's root mean square after"
     maps = [
-        f"<h3>{which}</h3>{where_and_when(trace, noise, _names(diagnosis), which)}"
+        f"<h3>{which}</h3>{where_and_when(trace, level, _names(diagnosis), which)}"
         for which in ("before", "after")
     ]
-    return [
-        figure("Where and when", f"{trace.name}; white is noise, full colour four times noise", "".join(maps))
-    ]
+    remark = f"{trace.name}; white is {what}, full colour four times that"
+    return [figure("Where and when", remark, "".join(maps))]
 
 
 def findings_table(diagnosis: Told) -> str:
-    """A row a parameter; nothing without findings."""
+    """A row a parameter, undecided findings last; nothing without findings."""
     rows: list[list[str]] = []
-    for finding in diagnosis.findings:
+    for finding in (*diagnosis.findings, *diagnosis.undecided):
         where = ", ".join(diagnosis.joints[joint] for joint in finding.joints) or "arm"
-        first = [escape(finding.effect.replace("_", " ")), escape(where)]
+        first = [escape(effect_words(finding.effect)), escape(where)]
         last = [f"{number(100 * finding.probability)} %", number(finding.held_out, 3)]
         for name, (value, std, measure) in finding.parameters.items():
             half = number(NORMAL_95 * std, 2)
@@ -78,23 +94,37 @@ def findings_table(diagnosis: Told) -> str:
     return table(head, rows, words=(1, 2, 5)) if rows else ""
 
 
+NOTE = (
+    "Residual torque of the joint on which the effect shows best, all else as fitted: before is without "
+    "this effect alone, after is with it. Dots are rows and lines means of bins; where the two lines part, "
+    "the effect accounts for the difference. Over time and frequency a run is shown that was not fitted, if "
+    "there is one."
+)
+
+
 def findings_section(diagnosis: Told) -> str:
     """Pictures of every finding."""
     if not diagnosis.findings:
         return ""
+    content = [_finding(diagnosis, one, place) for place, one in enumerate(diagnosis.findings)]
+    return section("findings", "Findings", paragraph(NOTE if diagnosis.traces else WITHOUT), *content)
+
+
+def undecided_section(diagnosis: Told) -> str:
+    """Pictures of what is there and has no certain name, as the one that was fitted has it."""
+    if not diagnosis.undecided:
+        return ""
+    count = len(diagnosis.findings)
+    content = [_finding(diagnosis, one, count + place) for place, one in enumerate(diagnosis.undecided)]
     note = (
-        "Residual torque of the joint on which the effect shows best, all else as fitted: before is without "
-        "this effect alone, after is with it. Dots are rows and lines means of bins; where the line of "
-        "before leaves the noise and that of after does not, the effect accounts for it. Over time and "
-        "frequency a run is shown that was not fitted, if there is one."
+        "Each is there; which effect it is, these runs do not say. Pictures are of the one that was fitted."
     )
-    content = [_finding(diagnosis, place) for place in range(len(diagnosis.findings))]
-    return section("findings", "Findings", paragraph(note if diagnosis.traces else WITHOUT), *content)
+    return section("undecided", "Undecided", paragraph(note if diagnosis.traces else WITHOUT), *content)
 
 
-def _finding(diagnosis: Told, place: int) -> str:
-    finding = diagnosis.findings[place]
-    words = _arrows(paragraph(finding.headline, "") + paragraph(finding.certainty, ""))
+def _finding(diagnosis: Told, finding: Named, place: int) -> str:
+    words = _arrows(paragraph(finding.headline, ""))
+    words += _arrows(paragraph(finding.certainty, "")) if finding.certainty else ""
     axes = TELLING.get(finding.effect, USUAL[:2])
     figures = _figures(without(diagnosis, place), diagnosis.telling_joint(finding), axes)
     return f"<h3>{escape(finding.name)}</h3>{words}{figures}{_alternatives(diagnosis, finding)}"
@@ -111,17 +141,19 @@ def _figures(diagnosis: Told, joint: int, axes: Sequence[str]) -> str:
     if not diagnosis.traces:
         return ""
     traces, shown = diagnosis.traces, diagnosis.judged[0]
-    noise, name = float(diagnosis.noise[joint]), joint_words(joint, diagnosis.joints)
+    noise, name = _noise(diagnosis, joint), joint_words(joint, diagnosis.joints)
+    unit = diagnosis.units[joint]
     figures = []
     for axis in axes:
         drawn = (shown,) if axis == "time" else traces
-        if picture := profile_plot(drawn, joint, AXES[axis], noise):
+        if picture := profile_plot(drawn, joint, AXES[axis], noise, unit):
             remark = "all runs" if len(drawn) > 1 else drawn[0].name
             figures.append(figure(f"{name} over {axis}", remark, picture))
-    figures.append(figure(f"{name} over time", shown.name, time_plot(shown, joint, noise)))
-    figures.append(figure(f"{name} over frequency", shown.name, spectrum_plot(shown, joint)))
+    over_time = time_plot(shown, joint, noise, unit, diagnosis.moments)
+    figures.append(figure(f"{name} over time", shown.name, over_time))
+    figures.append(figure(f"{name} over frequency", shown.name, spectrum_plot(shown, joint, unit)))
     for what, motor in (("its own turn", False), ("its motor's turn", True)):
-        figures.append(figure(f"{name} over {what}", "all runs", orders_plot(traces, joint, motor)))
+        figures.append(figure(f"{name} over {what}", "all runs", orders_plot(traces, joint, motor, unit)))
     return _grid(*figures, kind="three")
 
 
@@ -142,8 +174,8 @@ def unexplained_section(diagnosis: Told) -> str:
     content = []
     for one in diagnosis.remainders:
         said = (
-            f"{joint_words(one.joint, diagnosis.joints)} keeps {one.over_noise:.2f} x noise, and what is "
-            f"left goes with {one.depends_on} (probability {100 * one.probability:.4g} %)."
+            f"{joint_words(one.joint, diagnosis.joints)} keeps {one.size}, and what is left goes with "
+            f"{one.depends_on} (probability {100 * one.probability:.4g} %)."
         )
         content.append(paragraph(said, ""))
         content.append(_figures(diagnosis, one.joint, USUAL))
@@ -154,23 +186,40 @@ def forward_section(diagnosis: Told) -> str:
     """The arm in simulation, before and after."""
     if (found := diagnosis.simulated) is None:
         return ""
-    noise = diagnosis.noise if len(diagnosis.noise) else found.after
     note = (
         f"{found.run}, simulated in closed loop: an arm with drives of its own follows the recorded "
         "motion, and the torque of its motors is compared with the recorded one."
     )
-    remark = "simulated less recorded torque, root mean square over noise"
-    figures = [figure("All joints", remark, forward_bars(found, noise, _names(diagnosis)))]
+    noise = diagnosis.noise if len(diagnosis.noise) else np.ones(len(diagnosis.joints))
+    units = _units(diagnosis) if len(diagnosis.noise) else diagnosis.units
+    remark = f"simulated less recorded torque, root mean square{'' if units else ' over noise'}"
+    figures = [figure("All joints", remark, forward_bars(found, noise, _names(diagnosis), units))]
+    if not np.all(np.isfinite([found.before, found.after])):
+        note += " It diverged: where it did, there is no number."
     if (samples := found.samples) is not None:
         missed = 1e3 * float(np.max(samples.missed))
-        note += f" Its motors miss the recorded positions by {missed:.2g} mrad at most, root mean square."
-        gained = int(np.argmax((found.before**2 - found.after**2) / noise**2))
-        figures.append(
-            figure(joint_words(gained, diagnosis.joints), found.run, forward_plot(samples, gained))
-        )
+        if np.isfinite(missed):
+            note += f" Its motors miss the recorded positions by {missed:.2g} {_small(diagnosis)} at most, "
+            note += "root mean square."
+        gained = _gained(found, noise)
+        drawn = forward_plot(samples, gained, diagnosis.units[gained])
+        figures.append(figure(joint_words(gained, diagnosis.joints), found.run, drawn))
     if found.left_out:
-        note += f" Not simulated: {', '.join(one.replace('_', ' ') for one in found.left_out)}."
+        note += f" Not simulated: {', '.join(effect_words(one) for one in found.left_out)}."
     return section("simulation", "Simulation", paragraph(note), _grid(*figures))
+
+
+def _gained(found: Simulated, noise: np.ndarray) -> int:
+    """The joint that gains most; where a simulation diverged there is no gain."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        gains = (found.before**2 - found.after**2) / noise**2
+    return int(np.argmax(np.nan_to_num(gains, nan=-np.inf)))
+
+
+def _small(diagnosis: Told) -> str:
+    """Unit of a thousandth of a joint's way."""
+    kinds = [name for name, unit in (("mrad", TURNING), ("mm", SLIDING)) if unit in diagnosis.units]
+    return " or ".join(kinds)
 
 
 def where_section(diagnosis: Told) -> str:
@@ -179,22 +228,22 @@ def where_section(diagnosis: Told) -> str:
         return ""
     content = []
     for joint, name in enumerate(_names(diagnosis)):
-        noise = float(diagnosis.noise[joint])
+        noise, unit = _noise(diagnosis, joint), diagnosis.units[joint]
         figures = [
-            figure(f"over {axis}", "", profile_plot(diagnosis.traces, joint, AXES[axis], noise))
+            figure(f"over {axis}", "", profile_plot(diagnosis.traces, joint, AXES[axis], noise, unit))
             for axis in ("velocity", "position", "load")
         ]
         content.append(f"<h3>{escape(name)}</h3>{_grid(*figures, kind='three')}")
-    note = "Residual of every joint, all runs: flat lines within the noise are a joint that is explained."
+    note = "Residual of every joint, all runs: lines that are flat are a joint that is explained."
     return section("joints", "Every joint", paragraph(note), *content)
 
 
 def data_section(diagnosis: Told) -> str:
-    """Runs, and what they do not tell."""
+    """Runs, and what limits them."""
     held_out = ", ".join(diagnosis.improvement.runs) if diagnosis.improvement else "none"
     words = f"Fitted: {', '.join(diagnosis.runs)}; held out: {held_out}."
-    doubts = diagnosis.doubts or ("Nothing about the recordings gives rise to doubt.",)
-    return section("data", "Runs and doubts", paragraph(words), listing(doubts))
+    doubts = diagnosis.doubts or ("Nothing about the recordings limits the result.",)
+    return section("data", "Runs and what limits them", paragraph(words), listing(doubts))
 
 
 def _names(diagnosis: Told) -> list[str]:
@@ -209,15 +258,18 @@ def _grid(*figures: str, kind: str = "two") -> str:
     return f'<div class="grid {kind}">{"".join(figures)}</div>'
 
 
+BELOW: tuple[Section, ...] = (findings_section, undecided_section, unexplained_section, moments_section)
+
 SECTIONS: tuple[Section, ...] = (
+    budget_section,
     verdict_section,
-    findings_section,
-    unexplained_section,
+    *BELOW,
+    changes_section,
     forward_section,
     where_section,
     data_section,
 )
 """Of a page of its own."""
 
-DETAILS = (findings_section, unexplained_section, where_section, data_section)
+DETAILS = (budget_section, *BELOW, changes_section, where_section, data_section)
 """Of a page on which others say the verdict, and what was gained."""

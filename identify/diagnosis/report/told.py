@@ -7,10 +7,17 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..answer import plain
-from ..finding import Alternative, Diagnosis, Improvement, Quantity, Remainder
+from ..changes_words import from_table as changes_of
+from ..finding import Alternative, Change, Diagnosis, Improvement, Moment, Quantity
 from ..forward import Forward
+from ..measures import TURNING
+from ..misfit import Misfit
+from ..misfit import from_table as misfit_of
+from ..moments_words import from_table as moments_of
+from ..naming import named
+from ..numbers import array_of, numbers, value_of
 from ..trace import Trace
-from ..words import named, verdict
+from ..words import verdict
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,8 +28,8 @@ class Named:
         effect: Name in the vocabulary.
         joints: Where it acts, from 0; empty where it has no joint.
         name: The two in words.
-        headline: What is missing, and what was gained.
-        certainty: How surely it is this, what it might be instead, and what would tell.
+        headline: What is missing, and what was gained; of an undecided one, what it may be.
+        certainty: How surely it is this, what it might be instead, and what would tell; empty if undecided.
         parameters: Coefficients and shape by name.
         probability: That it is there, and is this.
         alternatives: What the data do not exclude.
@@ -40,6 +47,22 @@ class Named:
     alternatives: tuple[Alternative, ...]
     torque: np.ndarray
     held_out: float
+
+
+class Left(NamedTuple):
+    """What no finding accounts for, on one joint.
+
+    Attributes:
+        joint: From 0.
+        probability: That it is there.
+        depends_on: What it goes with.
+        size: How much it is, in words with its unit.
+    """
+
+    joint: int
+    probability: float
+    depends_on: str
+    size: str
 
 
 class Simulated(NamedTuple):
@@ -66,6 +89,10 @@ class Told:
 
     Attributes:
         verdict: Sentences, the most important first.
+        misfit: Where it goes; None for a diagnosis without.
+        undecided: What is there and has no certain name.
+        units: Of each joint's torque.
+        over_noise: Whether noise was measured at rest, so that numbers may be given as multiples of it.
         noise: Noise floor of each joint's torque behind the filter, shape (n,) [N m]; empty if not known.
         traces: Runs held out first; none if the samples were not kept.
         simulated: None if nothing was simulated.
@@ -74,8 +101,14 @@ class Told:
     name: str
     joints: tuple[str, ...]
     verdict: tuple[str, ...]
+    misfit: Misfit | None
     findings: tuple[Named, ...]
-    remainders: tuple[Remainder, ...]
+    undecided: tuple[Named, ...]
+    remainders: tuple[Left, ...]
+    moments: tuple[Moment, ...]
+    changes: tuple[Change, ...]
+    units: tuple[str, ...]
+    over_noise: bool
     improvement: Improvement | None
     runs: tuple[str, ...]
     doubts: tuple[str, ...]
@@ -112,8 +145,9 @@ def whole(diagnosis: Diagnosis, forward: Forward | None = None, folder: str = ""
     return table | {
         "simulated": {
             "run": forward.run,
-            "torque_rms_before": [float(value) for value in forward.before],
-            "torque_rms_after": [float(value) for value in forward.after],
+            # A simulation that diverges has none.
+            "torque_rms_before": numbers(forward.before),
+            "torque_rms_after": numbers(forward.after),
             "left_out": list(forward.left_out),
         }
     }
@@ -134,14 +168,20 @@ def from_table(
     Raises:
         KeyError: Something is missing.
     """
-    noise = _array(table["noise"] or [])
+    noise = array_of(table["noise"] or [])
     simulated = table.get("simulated")
     return Told(
         name=table["name"],
         joints=tuple(table["joints"]),
         verdict=tuple(table["verdict"]),
-        findings=tuple(_named(finding, table) for finding in table["findings"]),
-        remainders=tuple(Remainder(**{**one, "joint": one["joint"] - 1}) for one in table["remainders"]),
+        misfit=misfit_of(budget, table["joints"]) if (budget := table.get("budget")) else None,
+        findings=tuple(_found(finding, table) for finding in table["findings"]),
+        undecided=tuple(_undecided(finding, table) for finding in table.get("undecided", ())),
+        remainders=tuple(_left(one) for one in table["remainders"]),
+        moments=moments_of(table.get("moments", ())),
+        changes=changes_of(table.get("changes", ())),
+        units=tuple(table.get("torque_units", [TURNING] * len(table["joints"]))),
+        over_noise=bool(table.get("noise_measured_at_rest", True)),
         improvement=_improvement(table, noise) if len(noise) else None,
         runs=tuple(table["runs"]),
         doubts=tuple(table["doubts"]),
@@ -152,26 +192,40 @@ def from_table(
     )
 
 
+def _found(finding: Mapping[str, Any], table: Mapping[str, Any]) -> Named:
+    one = _named(finding, table)
+    return replace(one, certainty=_line(table, f"{one.name}: "))
+
+
+def _undecided(finding: Mapping[str, Any], table: Mapping[str, Any]) -> Named:
+    return replace(_named(finding, table), headline=_line(table, finding["sentence"]))
+
+
+def _left(one: Mapping[str, Any]) -> Left:
+    """Of a remainder; older files say it over noise only."""
+    size = one.get("left") or f"{value_of(one['over_noise']):.2f} x noise"
+    return Left(one["joint"] - 1, float(one["probability"]), one["depends_on"], size)
+
+
 def _named(finding: Mapping[str, Any], table: Mapping[str, Any]) -> Named:
     joints = tuple(joint - 1 for joint in finding["joints"])
-    name = named(finding["effect"], joints, table["joints"])
     return Named(
         effect=finding["effect"],
         joints=joints,
-        name=name,
+        name=named(finding["effect"], joints, table["joints"]),
         headline=_line(table, f"{finding['sentence']}."),
-        certainty=_line(table, f"{name}: "),
+        certainty="",
         parameters={
-            key: Quantity(_number(one["value"]), _number(one["std"]), one["unit"])
+            key: Quantity(value_of(one["value"]), value_of(one["std"]), one["unit"])
             for key, one in finding["parameters"].items()
         },
         probability=float(finding["probability"]),
         alternatives=tuple(
-            Alternative(one["effect"], tuple(j - 1 for j in one["joints"]), _number(one["probability"]))
+            Alternative(one["effect"], tuple(j - 1 for j in one["joints"]), value_of(one["probability"]))
             for one in finding["alternatives"]
         ),
-        torque=_array(finding["torque_rms"]),
-        held_out=_number(finding["held_out"]),
+        torque=array_of(finding["torque_rms"]),
+        held_out=value_of(finding["held_out"]),
     )
 
 
@@ -181,19 +235,10 @@ def _line(table: Mapping[str, Any], beginning: str) -> str:
 
 
 def _improvement(table: Mapping[str, Any], noise: np.ndarray) -> Improvement:
-    before, after = (_array(table[f"torque_rms_{which}"]) for which in ("before", "after"))
+    before, after = (array_of(table[f"torque_rms_{which}"]) for which in ("before", "after"))
     return Improvement(tuple(table["held_out"]), before, after, noise, float(table["torque_rms_filter_hz"]))
 
 
 def _simulated(table: Mapping[str, Any], forward: Forward | None) -> Simulated:
-    before, after = (_array(table[f"torque_rms_{which}"]) for which in ("before", "after"))
+    before, after = (array_of(table[f"torque_rms_{which}"]) for which in ("before", "after"))
     return Simulated(table["run"], before, after, tuple(table["left_out"]), forward)
-
-
-def _array(values: Sequence[float | None]) -> np.ndarray:
-    return np.array([_number(value) for value in values])
-
-
-def _number(value: float | None) -> float:
-    """A number; JSON has none for infinity, nor for what is no number."""
-    return float("nan") if value is None else float(value)

@@ -1,0 +1,107 @@
+"""How probable the errors of predicted blocks are, whatever their noise.
+
+What a model leaves is coloured and of another size in every block. So a block counts for as many independent
+rows as the colour of the residual leaves it, and its error follows Student's t: blocks share one variance,
+each is off from it by a factor of its own.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy import stats
+
+FREEDOM = 4.0
+"""Degrees of freedom of a block's variance about the common one: it is within a factor of three, mostly."""
+TURNS = 30
+"""Of the search for the common variance, by which it is right to a thousandth."""
+FORGOTTEN = 0.05
+"""Autocorrelation at which a residual has forgotten [-]; what follows is noise of the estimate."""
+MEMORY = 2.0
+"""Time over which autocorrelation is looked at [s]."""
+
+
+def log_probability(errors: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """Logarithm of the probability of each block's squared error, at the likeliest variance of each joint.
+
+    Args:
+        errors: Sums of squares over independent rows, shape (..., k, n) [(N m)^2].
+        rows: Number of independent rows, shape (k, n).
+
+    Returns:
+        Shape (..., k, n), without constants that all models of the same rows have.
+    """
+    total = np.maximum(rows.sum(axis=0), 1e-12)
+    variance = np.sum(errors, axis=-2) / total + 1e-30
+    for _ in range(TURNS):
+        share = (rows + FREEDOM) / (FREEDOM + errors / variance[..., None, :])
+        variance = np.sum(share * errors, axis=-2) / total + 1e-30
+    scale = variance[..., None, :]
+    tail = 0.5 * (rows + FREEDOM) * np.log1p(errors / (FREEDOM * scale))
+    return -0.5 * rows * np.log(scale) - tail
+
+
+def trust(errors: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """Weight of each block in a fit, shape (k, n): one of usual error has one, a strange one less."""
+    variance = np.sum(errors, axis=0) / np.maximum(rows.sum(axis=0), 1e-12) + 1e-30
+    weight = (rows + FREEDOM) / (FREEDOM + errors / variance)
+    usual = np.array(
+        [np.median(w[r > 0]) if np.any(r > 0) else 1.0 for w, r in zip(weight.T, rows.T, strict=True)]
+    )
+    return np.where(rows > 0, weight / usual, 1.0)
+
+
+def trusted(errors: np.ndarray, rows: float) -> np.ndarray:
+    """Weight of blocks of so many independent rows by their errors over the variance, none above one."""
+    return np.minimum((rows + FREEDOM) / (FREEDOM + errors), 1.0)
+
+
+def independent_share(
+    residual: np.ndarray, runs: Sequence[slice], rate: float, effect: np.ndarray | None = None
+) -> np.ndarray:
+    """Independent rows over all rows of each joint, shape (n,), for a sum of products of effect and residual.
+
+    Its variance is that of white noise times one and twice the sum of the products of both autocorrelations
+    (Bartlett's formula): what is fast is seen through what is slow.
+
+    Args:
+        residual: Shape (r, n), zero where a row does not count.
+        runs: Rows of each run.
+        rate: Of rows [Hz].
+        effect: Likewise; as slow as the residual where it is zero everywhere, or not given.
+    """
+    own = autocorrelation(residual, runs, rate)
+    other = (
+        own if effect is None else np.where(np.any(effect, axis=0), autocorrelation(effect, runs, rate), own)
+    )
+    found = np.ones(residual.shape[1])
+    for joint, (one, two) in enumerate(zip(own.T, other.T, strict=True)):
+        below = np.flatnonzero(one < FORGOTTEN)
+        stop = below[0] if len(below) else len(one)
+        found[joint] = 1.0 / max(1.0 + 2.0 * float(one[1:stop] @ two[1:stop]), 1.0)
+    return found
+
+
+def autocorrelation(values: np.ndarray, runs: Sequence[slice], rate: float) -> np.ndarray:
+    """Of columns (r, n) within runs, for lags from zero on, shape (l, n)."""
+    longest = max(rows.stop - rows.start for rows in runs)
+    count = max(min(longest // 4, int(MEMORY * rate)), 1)
+    products = np.zeros((count, values.shape[1]))
+    for rows in runs:
+        own = values[rows]
+        power = np.abs(np.fft.rfft(own, 2 * len(own), axis=0)) ** 2
+        lags = np.fft.irfft(power, axis=0)[: min(count, len(own))]
+        products[: len(lags)] += lags
+    return products / np.maximum(products[0], 1e-300)
+
+
+def log_odds(t: float, freedom: float) -> float:
+    """Logarithm of the odds that a mean is above zero, by its t over so many degrees of freedom."""
+    return float(stats.t.logcdf(t, freedom) - stats.t.logsf(t, freedom))
+
+
+def strain(apart: np.ndarray) -> float:
+    """Logarithm of the probability that unknowns lose which are so many standard deviations from beliefs.
+
+    A belief is one row, and may be wrong as a block may be strange.
+    """
+    return 0.5 * (FREEDOM + 1.0) * float(np.sum(np.log1p(apart**2 / FREEDOM)))

@@ -1,0 +1,92 @@
+"""Candidates that are waves along a joint's turn, of whatever number a turn: searched for, not listed."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from ...effects import EFFECTS, Shape
+from ...model import Model
+from ..candidate import Candidate
+from ..driven import Driven
+from ..prediction import Prediction
+from .torque import of_effect
+
+NAME = "torque_ripple"
+LOWEST = 1.5
+"""Waves in the joint's own range from which on they are told from a spring or an offset [-]."""
+SLOW = 10.0
+"""Percentage of the samples that are slow enough to see the highest frequency within the filter's band."""
+PEAKS = 3
+"""Frequencies of each joint that are asked for in a turn of the search."""
+FINE = 4
+"""Frequencies on the grid for each that the range of a joint can tell apart."""
+LONGEST = 2_000_000
+"""Steps of position that a joint's range is cut into, at most; some megabytes."""
+
+
+def ripples(model: Model, prediction: Prediction, runs: Sequence[Driven]) -> Iterator[Candidate]:
+    """The waves along each joint's turn in which most of what is left stands out."""
+    position, velocity = (_at_rows(runs, name) for name in ("position", "velocity"))
+    cutoff = min(run.prepared.decimation.cutoff for run in runs)
+    left = prediction.residual * prediction.rows.weight
+    turns = np.abs(model.robot.gear_ratio)
+    for joint, name in enumerate(model.robot.joints):
+        moves = prediction.rows.weight[:, joint] > 0
+        if not np.any(moves):
+            continue
+        fastest = 2 * np.pi * cutoff / max(float(np.percentile(np.abs(velocity[moves, joint]), SLOW)), 1e-9)
+        for waves, among in _peaks(position[:, joint], left[:, joint], fastest):
+            harmonic, step = waves / turns[joint], fastest / among / turns[joint]
+            effect = EFFECTS[NAME](joints=(name,), harmonic=harmonic)  # type: ignore[call-arg]
+            bounds = {"harmonic": Shape("1", harmonic - step, harmonic + step)}
+            kind = f"wave {round(harmonic / step)}"
+            yield replace(of_effect(model, NAME, effect), among=among, bounds=bounds, kind=kind)
+
+
+def _peaks(position: np.ndarray, left: np.ndarray, fastest: float) -> Iterator[tuple[float, int]]:
+    """Waves a turn at which a residual (r,) over position (r,) has most power, and among how many.
+
+    Args:
+        position: [rad].
+        left: [N m].
+        fastest: Waves a turn beyond which the filter has taken the torque away [-].
+    """
+    apart = position - position.min()
+    span = float(apart.max())
+    step = np.pi / fastest / 2
+    count = int(span / step) + 2
+    if span <= 0.0 or count > LONGEST:
+        return
+    size = 1 << int(np.ceil(np.log2(FINE * count)))
+    sums = np.bincount(np.minimum((apart / step).astype(int), count - 1), left, size)
+    power = np.abs(np.fft.rfft(sums)) ** 2
+    waves = 2 * np.pi * np.arange(len(power)) / (size * step)
+    width = 2 * np.pi / span
+    power[(waves < LOWEST * max(width, 1.0)) | (waves > fastest)] = 0.0
+    power = _over_their_level(power, waves)
+    for _ in range(PEAKS):
+        peak = int(np.argmax(power))
+        if power[peak] <= 0.0:
+            return
+        yield float(waves[peak]), max(int(fastest / width), 1)
+        power[np.abs(waves - waves[peak]) < 1.5 * width] = 0.0
+
+
+def _over_their_level(power: np.ndarray, waves: np.ndarray) -> np.ndarray:
+    """Powers over the median of their octave, so that no end of the spectrum outshines the other."""
+    octave = np.floor(np.log2(np.maximum(waves, 1e-9))).astype(int)
+    found = np.zeros_like(power)
+    for number in np.unique(octave[power > 0.0]):
+        own = (octave == number) & (power > 0.0)
+        found[own] = power[own] / np.median(power[own])
+    return found
+
+
+def _at_rows(runs: Sequence[Driven], name: str) -> np.ndarray:
+    """A quantity of the motion at the rows of all runs, shape (r, n)."""
+    pieces = []
+    for run in runs:
+        centres = run.prepared.decimation.centres(len(run.motion))[: run.rows]
+        pieces.append(getattr(run.motion, name)[centres])
+    return np.concatenate(pieces)

@@ -1,0 +1,46 @@
+"""Naming: joints and effects in words."""
+
+import re
+from collections.abc import Sequence
+
+
+def joint_words(joint: int, joints: Sequence[str]) -> str:
+    """Its number, with its name behind where that does not end in the number."""
+    numbered = f"Joint {joint + 1}"
+    ending = re.search(r"\d+$", joints[joint])
+    return numbered if ending and int(ending[0]) == joint + 1 else f"{numbered} ({joints[joint]})"
+
+
+PEOPLE = ("Stribeck", "Coulomb")
+"""Whose names effects bear."""
+
+
+def effect_words(effect: str) -> str:
+    """An effect's name in words, inside a sentence: load-dependent friction."""
+    words = effect.replace("_dependent_", "-dependent ").replace("_", " ")
+    person = next((name for name in PEOPLE if words.startswith(name.lower())), "")
+    return person + words[len(person) :]
+
+
+def lower(words: str) -> str:
+    """The words inside a sentence."""
+    return words if words.startswith(PEOPLE) else words[:1].lower() + words[1:]
+
+
+def capital(words: str) -> str:
+    """The words at the beginning of a sentence."""
+    return words[:1].upper() + words[1:]
+
+
+def named(effect: str, joints: Sequence[int], names: Sequence[str]) -> str:
+    """An effect and where it acts: Load-dependent friction of joint 3."""
+    where = " and ".join(
+        f"link {joint + 1}" if effect == "link_inertia" else lower(joint_words(joint, names))
+        for joint in joints
+    )
+    return capital(effect_words(effect)) + (f" of {where}" if where else "")
+
+
+def joined(words: Sequence[str], last: str = "and") -> str:
+    """One sentence part out of several: a, b and c."""
+    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} {last} {words[-1]}"

@@ -1,0 +1,75 @@
+"""A two-joint arm that has more than its model, and what a search says of it."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+from exidyn.identify.diagnosis.diagnose import nominal
+from exidyn.identify.diagnosis.runs import usable
+from exidyn.identify.diagnosis.scene import Scene
+from exidyn.identify.diagnosis.search import Searched, search
+from exidyn.identify.effects import Effect
+from exidyn.identify.model import Model
+from exidyn.identify.motion import Motion
+from exidyn.identify.recording import Recording, Signal
+from exidyn.identify.simulate import simulate
+from exidyn.trajectories.random_fourier import random_fourier
+
+from . import two_joints
+from .small_diagnosis import TRUE, believed
+
+LENGTHS = {"identify": 16.0, "validate": 8.0}
+ROLES = ("identify", "identify", "validate")
+TICK = 0.004
+
+Change = Callable[[str, Motion, np.ndarray], np.ndarray]
+"""Role, motion and current (t, n) [A] of a run -> its current."""
+
+
+def record(
+    effects: Sequence[Effect] = (),
+    values: Mapping[str, float] | None = None,
+    roles: Sequence[str] = ROLES,
+    model: Model | None = None,
+    change: Change | None = None,
+    only: str = "",
+) -> list[tuple[str, Recording]]:
+    """Runs of an arm with further effects, whose parameters are given by name.
+
+    Args:
+        effects: What the arm has and the model has not.
+        values: Their parameters, or others than the arm's.
+        roles: One a run.
+        model: What is believed.
+        change: Of what was recorded.
+        only: Role of the runs in which the effects are there; all by default.
+    """
+    model = believed() if model is None else model
+    runs = []
+    for seed, role in enumerate(roles):
+        own = effects if only in ("", role) else ()
+        plant = replace(model, effects=(*model.effects, *own))
+        given = TRUE | dict(values or {})
+        true = np.array([given.get(n, b) for n, b in zip(plant.names, plant.believed_values, strict=True)])
+        path = random_fourier(model.robot.limits, LENGTHS[role], period=5.0, seed=seed)
+        motion = path.at(np.arange(0.0, LENGTHS[role], TICK))
+        made = simulate(plant, true, two_joints.GAIN, motion, model, name=f"{role}{seed}", seed=seed)
+        if change is not None:
+            current = made.signals["current"]
+            now = change(role, motion, current.values)
+            made = replace(made, signals={**made.signals, "current": Signal(current.time, now)})
+        runs.append((role, replace(made, settings={**made.settings, "role": role})))
+    return runs
+
+
+def scene(runs: Sequence[tuple[str, Recording]], model: Model | None = None) -> Scene:
+    model = nominal(believed() if model is None else model)
+    return Scene.of(model, usable(model, runs)[0])
+
+
+def searched(runs: Sequence[tuple[str, Recording]], model: Model | None = None) -> Searched:
+    return search(scene(runs, model))
+
+
+def names(found: Searched) -> list[tuple[str, tuple[int, ...]]]:
+    return [(one.answer.candidate.effect, one.answer.candidate.joints) for one in found.found]
