@@ -11,12 +11,17 @@ import numpy as np
 
 def options(description: str, parts: Collection[str] = ()) -> argparse.Namespace:
     """Command line of a benchmark: --quick and --json FILE; --only PART where it has parts."""
-    parser = argparse.ArgumentParser(description=description)
-    parser.add_argument("--quick", action="store_true", help="the same work in small, under a minute")
-    parser.add_argument("--json", type=Path, metavar="FILE", help="write the figures to FILE")
+    return parser(description, parts).parse_args()
+
+
+def parser(description: str, parts: Collection[str] = ()) -> argparse.ArgumentParser:
+    """The same, for a benchmark that takes more."""
+    found = argparse.ArgumentParser(description=description)
+    found.add_argument("--quick", action="store_true", help="the same work in small, under a minute")
+    found.add_argument("--json", type=Path, metavar="FILE", help="write the figures to FILE")
     if parts:
-        parser.add_argument("--only", nargs="+", choices=list(parts), metavar="PART", help=", ".join(parts))
-    return parser.parse_args()
+        found.add_argument("--only", nargs="+", choices=list(parts), metavar="PART", help=", ".join(parts))
+    return found
 
 
 def show(title: str, header: Sequence[str], rows: Sequence[Sequence[Any]]) -> None:

@@ -18,14 +18,17 @@ def product(folder: Path, simulate: bool = False) -> dict[str, Any]:
         folder: Of the case.
         simulate: Whether the run held out is simulated too, as believed and with what was found.
     """
+    from exidyn.acquire.diagnosis_case import COMPARISON_CUTOFF
     from exidyn.identify.diagnosis import diagnose
     from exidyn.identify.diagnosis.answer import answer
     from exidyn.identify.diagnosis.forward import forward
     from exidyn.identify.errors import ExidynError
     from exidyn.identify.importers import import_source
+    from exidyn.identify.prepare import Filtering
 
     runs = import_source(folder)
-    diagnosis = diagnose(runs[0].model, [(run.settings["role"], run) for run in runs])
+    roles = [(run.settings["role"], run) for run in runs]
+    diagnosis = diagnose(runs[0].model, roles, filtering=Filtering(torque_cutoff=COMPARISON_CUTOFF))
     said: dict[str, Any] = answer(diagnosis)
     if not simulate or not said["findings"]:
         return said

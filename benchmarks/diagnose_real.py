@@ -1,80 +1,161 @@
-"""Real arms with real physics taken out of the belief: is it named, and what is found with all there?
+"""Real arms with a plain prior: which of the effects that are known to be there are named, and what else is.
 
-The belief is a fit to some runs, with tolerances; other runs, of other days where there are any, are
-diagnosed, and further ones held out. What is found with nothing taken out is what the plain model of
-friction leaves of a real gear: it is listed with what it is on each set of runs, and is not counted as new
-where something was taken out.
+The prior is a bare description: no friction values, inertias not stated, except where somebody weighed them.
+Default filters. What is known of each set, and how, is in `diagnose_real_known.py`; on controls every name is
+wrong. Each set is diagnosed again with what was named in its model: none of it may be named twice.
 """
 
 import os
-from collections.abc import Iterator
-from concurrent.futures import ProcessPoolExecutor
-from itertools import product
-from multiprocessing import get_context
+from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
-os.environ.setdefault("OMP_NUM_THREADS", "1")  # before numpy: one thread a process, and two processes
+os.environ.setdefault("OMP_NUM_THREADS", "1")  # before numpy: times are those of one core
 
-from common import options, save
-from diagnose_real_answer import Question, ask, belief
-from diagnose_real_arms import ARMS, Asked, Loaded, parts
-from diagnose_real_belief import scatter
-from diagnose_real_tables import bodies_table, nothing_table, scatter_table, taken_table
-from real_data import FOLDER, UR10E
+import numpy as np
+from common import parser, save, show
+from diagnose_real_answer import answer
+from diagnose_real_sets import CASES, FOLDER
+from exidyn.identify.diagnosis.found import NAMED
+from proof_page import write_pages
 
-PROCESSES = 2
-QUICK = (("kr300", "rotor_inertia", 4), ("panda", "coulomb_friction", 3))
-"""What is taken out where there is little time: arm, effect, joint from 0."""
-
-
-def questions() -> Iterator[Question]:
-    """An arm after the other: with payloads hidden, with nothing taken out, with each term taken out."""
-    for key, arm in ARMS.items():
-        for body in arm.bodies:
-            yield hidden(key, body)
-        for asked in arm.asked:
-            yield Question(key, asked, known=arm.known)
-        for effect, joint in product(arm.terms, range(arm.data.model().robot.dof)):
-            yield Question(key, arm.asked[0], effect, joint, arm.known)
+WORSE = 1.02
+"""Residual held out, after over before, from which a joint counts as worse: less is chance."""
 
 
-def few_questions() -> Iterator[Question]:
-    """One of each kind, the longest first; a third of a run for the payload."""
-    body = ARMS["ur10e"].bodies[0]
-    [name] = body.asked.fitted
-    yield hidden("ur10e", body._replace(asked=Asked(parts(name, 1), parts(name, 2))))
-    for key, effect, joint in QUICK:
-        yield Question(key, ARMS[key].asked[0], effect, joint, ARMS[key].known)
+def score(answers: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    """The figures: of the sets that count."""
+    counted = [one for one in answers if CASES[one["case"]].counted]
+    known = [known for one in counted for known in one["known"] if known["counted"]]
+    verdicts = [name["verdict"] for one in counted for name in one["named"]]
+    return {
+        "known": len(known),
+        "known_named": sum(one["named"] for one in known),
+        "known_named_percent": 100.0 * sum(one["named"] for one in known) / max(len(known), 1),
+        "sizes_off": sum(one.get("right") is False for one in known),
+        "false_names": verdicts.count("false")
+        + sum(len(one["again"]["same"]) for one in counted if one["again"]),
+        "false_names_not_counted": sum(
+            n["verdict"] == "false" for one in answers if one not in counted for n in one["named"]
+        ),
+        "unverified": verdicts.count("unverified"),
+        "named_otherwise": sum(n["instead"] >= NAMED for one in counted for n in one["undecided"]),
+        "worse_held_out": sum(len(worse(one)) for one in counted),
+        "seconds": max((one["seconds"] for one in counted), default=0.0),
+        "process_seconds": max((one["process_seconds"] for one in counted), default=0.0),
+    }
 
 
-def hidden(key: str, body: Loaded) -> Question:
-    """Of runs with a payload that the belief does not know of."""
-    return Question(key, body.asked, "payload", -1, body.known, body.mass, body.drawn)
+WORDS = {
+    (True, True): "named",
+    (True, None): "named",
+    (True, False): "named, SIZE OFF",
+    (False, None): "MISSED",
+}
+"""Whether a known effect is named, and whether its size is right -> in a table."""
 
 
-def scattered(key: str) -> dict[str, Any]:
-    """How far fits to single runs of an arm differ; to those that are diagnosed too where few were fitted."""
-    arm = ARMS[key]
-    names = dict.fromkeys([*arm.believed, *(name for asked in arm.asked for name in asked.fitted)])
-    return scatter(arm, belief(key, arm.known), list(names))
+def worse(one: dict[str, Any]) -> list[int]:
+    """Joints, from 0, whose residual held out is larger after than before."""
+    if not one["improvement"]:
+        return []
+    before, after = (np.array(one["improvement"][key]) for key in ("before", "after"))
+    return np.flatnonzero(after > WORSE * before).tolist()
+
+
+def known_table(answers: Sequence[dict[str, Any]]) -> None:
+    """Each known effect: whether it is named, with what probability and size."""
+    rows = []
+    for one in answers:
+        for known in one["known"]:
+            if not known["counted"] and not known["named"]:
+                continue
+            row = [one["case"], known["effect"], known["joints"], known["how"], known["size"]]
+            row += [WORDS[known["named"], known.get("right")], known.get("probability", np.nan)]
+            rows.append(
+                [*row, known.get("found", known.get("near", "")), "" if known["counted"] else "not counted"]
+            )
+    header = [
+        "set",
+        "effect",
+        "joints",
+        "known by",
+        "known size",
+        "",
+        "probability",
+        "found, or how near",
+        "",
+    ]
+    show("Known effects", header, rows)
+
+
+def names_table(answers: Sequence[dict[str, Any]]) -> None:
+    """Every other name, and what is named twice."""
+    rows = []
+    for one in answers:
+        count = "" if CASES[one["case"]].counted else "not counted"
+        for name in (*one["named"], *one["undecided"]):
+            if name["verdict"] != "known":
+                row = [one["case"], name["verdict"], name["effect"], name["joints"], name["probability"]]
+                rows.append([*row, name["size"], name["why"], count])
+        for name in one["again"]["same"] if one["again"] else ():
+            rows.append([one["case"], "false", name, "", np.nan, "", "it is in the model already", count])
+    header = ["set", "verdict", "effect", "joints", "probability", "size", "why, or what else", ""]
+    show("Other names", header, rows)
+
+
+def gains_table(answers: Sequence[dict[str, Any]]) -> None:
+    """Held-out residual after over before, per joint, and the time that it took."""
+    most = max(one["joints"] for one in answers)
+    rows = []
+    for one in answers:
+        found = one["improvement"] or {"before": [np.nan] * one["joints"], "after": [np.nan] * one["joints"]}
+        ratio = np.array(found["after"]) / np.array(found["before"])
+        times = [one["band"] or np.nan, one["seconds"], one["process_seconds"], one["data_seconds"]]
+        rows.append([one["case"], *ratio, *[np.nan] * (most - len(ratio)), *times])
+    header = ["set", *(f"J{j + 1}" for j in range(most)), "band Hz", "wall s", "process s", "data s"]
+    show("Residual held out, after over before; band; time of the diagnosis and of its data", header, rows)
+
+
+def budget_table(one: dict[str, Any]) -> None:
+    """Where the misfit goes, per joint [%]."""
+    if not one["budget"]:
+        return
+    shares = [[s["what"], *(100 * np.array(s["shares"]))] for s in one["budget"]["shares"]]
+    rows = [row for row in shares if max(row[1:]) >= 0.5]
+    header = [f"{one['case']}: budget %", *(f"J{j + 1}" for j in range(one["joints"]))]
+    show("", header, [[row[0], *np.round(row[1:])] for row in rows])
 
 
 def main() -> None:
-    chosen = options(__doc__.splitlines()[0])
-    if not (FOLDER / UR10E.urdf).exists():
-        print(f"no recordings in {FOLDER}; set EXIDYN_DATA to their folder")
+    options = parser(__doc__.splitlines()[0], CASES)
+    options.add_argument("--pages", type=Path, metavar="FILE.md", help="write the page of proof to FILE.md")
+    chosen = options.parse_args()
+    keys = chosen.only or [key for key, case in CASES.items() if case.quick or not chosen.quick]
+    absent = [key for key in keys if not (FOLDER / CASES[key].folder).is_dir()]
+    if absent:
+        print(f"left out: {', '.join(absent)}: no recordings in {FOLDER}; set EXIDYN_DATA to their folder")
+    answers = [answer(key, again=not chosen.quick) for key in keys if key not in absent]
+    if not answers:
         return
-    results: dict[str, Any] = {}
-    with ProcessPoolExecutor(PROCESSES, mp_context=get_context("spawn")) as pool:
-        said = list(pool.map(ask, few_questions() if chosen.quick else questions()))
-        spread = {} if chosen.quick else dict(zip(ARMS, pool.map(scattered, ARMS), strict=True))
-    results |= bodies_table([one for one in said if one.question.effect == "payload"])
-    nothing = [one for one in said if not one.question.effect]
-    results |= nothing_table(nothing)
-    results |= taken_table([one for one in said if one.question.joint >= 0], nothing)
-    if spread:
-        results |= scatter_table(spread)
-    save(chosen.json, results)
+    report(answers)
+    figures = score(answers)
+    save(chosen.json, figures | {"sets": answers})
+    if chosen.pages:
+        write_pages(chosen.pages, figures, answers)
+
+
+def report(answers: Sequence[dict[str, Any]]) -> None:
+    """All tables, and the score."""
+    known_table(answers)
+    names_table(answers)
+    gains_table(answers)
+    for one in answers:
+        budget_table(one)
+        if one["open_loop"]:
+            rows = [[model, *errors.values()] for model, errors in one["open_loop"].items()]
+            show("EMPS: position from recorded force, rms error [mm]", ["model", "train", "held out"], rows)
+    show("Score", ["figure", "value"], [[name, value] for name, value in score(answers).items()])
 
 
 if __name__ == "__main__":

@@ -1,166 +1,235 @@
-"""What diagnosis says of a real arm when something it is known to have is taken out of the belief."""
+"""One diagnosis of a real arm, and how its names compare with what is known of that arm."""
 
-from functools import cache
-from typing import NamedTuple
+import time
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
 
 import numpy as np
-from diagnose_real_arms import ARMS, Asked
-from diagnose_real_belief import NAMES, believe, without
+from diagnose_real_known import TURN, Known, numbers
+from diagnose_real_sets import CASES, FOLDER, Case
 from exidyn.identify.diagnosis.diagnose import diagnose
-from exidyn.identify.diagnosis.finding import Diagnosis
-from exidyn.identify.diagnosis.runs import HELD_OUT
+from exidyn.identify.diagnosis.finding import Diagnosis, Finding
+from exidyn.identify.diagnosis.improved import Arm, with_finding
 from exidyn.identify.model import Model
+from exidyn.identify.plant import Transmission
+from proof_open_loop import open_loop
 
-AKIN = {
-    "coulomb_friction": ("hysteresis", "stribeck_friction", "nonlinear_viscous_friction"),
-    "viscous_friction": ("nonlinear_viscous_friction",),
-    "rotor_inertia": ("link_inertia",),
-    "payload": ("link_inertia",),
-}
-"""What is right as well: dry friction that bends before it slides or fades with speed, friction that grows
-with a lower power of speed, as that of real gears does; a link that is heavier by what a rotor, or a body on
-the flange, would be."""
-
-PARTS = {"coulomb_friction": ("coulomb_friction", "hysteresis")}
-"""Dry friction that slides and dry friction that bends first are parts of one whole."""
+STATES = 256
+"""Places in one turn of the motor over which ripple is drawn: seven of a period of the 36th harmonic."""
 
 
-class Question(NamedTuple):
-    """A belief with something taken out, and the runs to be asked.
-
-    Attributes:
-        arm: Key of `ARMS`.
-        asked: Runs.
-        effect: What is taken out; empty for nothing.
-        joint: Where, from 0; -1 for a payload.
-        known: Run and mass [kg] of the body that gave the drive gains.
-        mass: Of the payload that is hidden [kg].
-        drawn: Whether the links are believed to be as drawn.
-    """
-
-    arm: str
-    asked: Asked
-    effect: str = ""
-    joint: int = -1
-    known: tuple[str, float] | None = None
-    mass: float = float("nan")
-    drawn: bool = False
-
-    @property
-    def place(self) -> tuple[str, tuple[int, ...]]:
-        """Effect and joints, as a finding has them."""
-        return self.effect, () if self.joint < 0 else (self.joint,)
-
-
-class Named(NamedTuple):
+@dataclass(frozen=True)
+class Named:
     """One finding.
 
     Attributes:
         effect: Name in the vocabulary.
-        joints: From 0.
+        joints: Names of where it acts.
         probability: Stated.
-        value: Of its first parameter.
-        std: Of that.
-        unit: Of both.
-        instead: What is not excluded.
+        size: Its numbers, in words.
+        verdict: "known", "false" or "unverified"; "undecided" where it was not named.
+        why: Why it is false; what it might be instead where it is undecided.
+        instead: Probability of the most credible other name where it is undecided.
     """
 
     effect: str
-    joints: tuple[int, ...]
+    joints: str
     probability: float
-    value: float
-    std: float
-    unit: str
-    instead: tuple[tuple[str, tuple[int, ...]], ...]
+    size: str
+    verdict: str
+    why: str = ""
+    instead: float = 0.0
 
 
-class Answer(NamedTuple):
-    """What was said.
+def answer(key: str, again: bool = True) -> dict[str, Any]:
+    """Diagnose a set; with its own findings put into the model, once more.
 
-    Attributes:
-        question: To which.
-        findings: In order.
-        unexplained: Joints of which it is said that something is left, from 0.
-        before: Held-out residual over noise, without the findings, shape (n,).
-        after: With them, shape (n,).
-        truth: Value that the belief had of what was taken out; the mass of a payload [kg].
-        seconds: That it took.
+    Returns:
+        What is printed, written as JSON and drawn.
     """
-
-    question: Question
-    findings: tuple[Named, ...]
-    unexplained: tuple[int, ...]
-    before: np.ndarray
-    after: np.ndarray
-    truth: float
-    seconds: float
-
-    @property
-    def right(self) -> Named | None:
-        """The finding that names what was taken out."""
-        same = [one for one in self.findings if (one.effect, one.joints) == self.question.place]
-        return same[0] if same else None
-
-    @property
-    def near(self) -> Named | None:
-        """A finding that is right as well, the one named first."""
-        alike = AKIN.get(self.question.effect, ())
-        place = (self.question.joint % len(self.before),)  # a payload is on the last link
-        found = [one for one in self.findings if one.effect in alike and one.joints == place]
-        return found[0] if found else None
-
-    @property
-    def value(self) -> float:
-        """How much of what was taken out was found; NaN for none of it."""
-        effects, joints = PARTS.get(self.question.effect, (self.question.effect,)), self.question.place[1]
-        parts = [one.value for one in self.findings if one.effect in effects and one.joints == joints]
-        return sum(parts) if parts else float("nan")
-
-    @property
-    def said(self) -> str:
-        """How it was named."""
-        if self.right:
-            return "named"
-        return f"as {self.near.effect}" if self.near else "missed"
-
-    def others(self) -> list[Named]:
-        """Findings that are neither."""
-        return [one for one in self.findings if one not in (self.right, self.near)]
+    case = CASES[key]
+    model, runs = case.ask()
+    clock, used = time.monotonic(), time.process_time()
+    found = diagnose(model, runs, key, case.filtering)
+    clock, used = time.monotonic() - clock, time.process_time() - used
+    more = repeated(case, model, runs, found) if again and found.findings else None
+    return {
+        "case": key,
+        "known": [compared(known, found) for known in case.known],
+        "named": [asdict(named(case, one)) for one in found.findings],
+        "undecided": [asdict(undecided(one)) for one in found.undecided],
+        "again": more,
+        "left": [
+            f"J{one.joint + 1} {one.over_noise:.1f} x noise, goes with {one.depends_on}"
+            for one in found.remainders
+        ],
+        "moments": [
+            f"{m.run} {m.start:.1f} s, {joints_words(m.joints)}, {m.force:.3g} N" for m in found.moments
+        ],
+        "band": found.improvement.band if found.improvement else None,
+        "improvement": improvement(found),
+        "budget": budget(found),
+        "doubts": list(found.doubts),
+        "seconds": clock,
+        "process_seconds": used,
+        "data_seconds": sum(run.duration for _, run in runs),
+        "joints": len(found.joints),
+        "over_a_turn": over_a_turn(found) if case.folder.startswith("odrive") else None,
+        "open_loop": open_loop(found, runs) if key == "emps" else None,
+    }
 
 
-@cache
-def belief(arm: str, known: tuple[str, float] | None, as_drawn: bool = False) -> Model:
-    """The belief of an arm, made once a process."""
-    return believe(ARMS[arm], known, as_drawn)
+def compared(known: Known, found: Diagnosis) -> dict[str, Any]:
+    """A known effect and the finding that is it, or how near one came."""
+    told = {name: getattr(known, name) for name in ("effect", "how", "size", "counted")}
+    one, told = known.is_in(found.findings), told | {"joints": joints_words(known.joints)}
+    if one is None:
+        return told | {"named": False, "near": near(known, found)}
+    return told | {
+        "named": True,
+        "found": size(one),
+        "probability": one.probability,
+        "right": known.right(one),
+    }
 
 
-def ask(question: Question) -> Answer:
-    """Take something out of a belief and diagnose."""
-    arm, model = ARMS[question.arm], belief(question.arm, question.known, question.drawn)
-    hidden = question.effect if question.joint >= 0 else ""  # what nobody told of needs no taking out
-    model = without(model, hidden, question.joint)
-    runs = [("identify", run) for run in arm.runs(question.asked.fitted, model)]
-    runs += [(HELD_OUT, run) for run in arm.runs(question.asked.held_out, model)]
-    found = diagnose(model, runs, question.arm)
-    truth = model.stated[f"{NAMES[hidden]}{question.joint + 1}"].value if hidden else question.mass
-    return answered(question, found, truth)
+def named(case: Case, one: Finding) -> Named:
+    """A finding and whether it is known to be there, known not to be, or neither."""
+    verdict, why = "unverified", ""
+    if any(known.is_in([one]) for known in case.known):
+        verdict = "known"
+    elif case.control:
+        verdict, why = "false", "nothing is missing on this set"
+    elif one.effect in case.absent:
+        verdict, why = "false", case.absent[one.effect]
+    return Named(one.effect, joints_words(one.joints), one.probability, size(one), verdict, why)
 
 
-def answered(question: Question, found: Diagnosis, truth: float) -> Answer:
-    """The part of a diagnosis that is scored."""
-    assert found.improvement is not None
-    noise = found.improvement.noise
-    named = []
-    for one in found.findings:
-        value, std, unit = next(iter(one.parameters.values()))
-        instead = tuple((other.effect, other.joints) for other in one.alternatives)
-        named.append(Named(one.effect, one.joints, one.probability, value, std, unit, instead))
-    return Answer(
-        question,
-        tuple(named),
-        tuple(one.joint for one in found.remainders),
-        found.improvement.before / noise,
-        found.improvement.after / noise,
-        truth,
-        found.seconds,
+def undecided(one: Finding) -> Named:
+    """A finding without a certain name."""
+    others = [f"{o.effect} {joints_words(o.joints)} {o.probability:.2f}" for o in one.alternatives[:3]]
+    instead = max((other.probability for other in one.alternatives), default=0.0)
+    why = ", ".join(others)
+    return Named(one.effect, joints_words(one.joints), one.probability, size(one), "undecided", why, instead)
+
+
+def near(known: Known, found: Diagnosis) -> str:
+    """How near an effect that is not named was to it: undecided, or what its kind alone would change."""
+    for one in found.undecided:
+        for other in (one, *one.alternatives):
+            if (other.effect, other.joints) == (known.effect, known.joints):
+                return f"undecided, probability {other.probability:.2f}"
+    for one in found.changes:
+        if (one.effect, one.joints) == (known.effect, known.joints):
+            change = f"power {100 * one.change:+.0f} ± {100 * one.std:.0f} % at J{one.joint + 1}"
+            return f"alone, {change}, gain {one.gain:.1f}"
+    return "not among what alone would change most"
+
+
+def size(one: Finding) -> str:
+    """Coefficients and shape of a finding with one standard deviation."""
+    units = {name: q.unit for name, q in one.parameters.items()} | DERIVED
+    return ", ".join(
+        f"{name} {value:.4g}"
+        + (f" ± {std:.2g}" if np.isfinite(std) else "")
+        + (f" {units[name]}" if units[name] != "1" else "")
+        for name, (value, std) in numbers(one).items()
+        if name in units
     )
+
+
+DERIVED = {"amplitude": "N m", "gear stiffness": "N m/rad", "harmonic": "1"}
+"""Units of numbers that follow from others."""
+
+
+def joints_words(joints: Sequence[int]) -> str:
+    """J2 J3; a dash for the whole arm."""
+    return " ".join(f"J{joint + 1}" for joint in joints) or "-"
+
+
+def repeated(case: Case, model: Model, runs: Any, found: Diagnosis) -> dict[str, Any]:
+    """What is named with the findings in the model, and which of that was in it already."""
+    arm = Arm(
+        model, np.zeros(len(model.names)), np.ones(model.robot.dof), Transmission.rigid(model.robot.dof)
+    )
+    held, kept = arm, []
+    for one in found.findings:
+        more = with_finding(held, one) if one.candidate.instance is not None else None
+        held, kept = (held, kept) if more is None else (more, [*kept, one])
+    if not kept:
+        return {"held": [], "same": [], "named": []}
+    second = diagnose(held.model, runs, case.title, case.filtering)
+    same = [one for one in second.findings if any(alike(one, before) for before in kept)]
+    return {
+        "held": [words(one) for one in kept],
+        "same": [words(one) for one in same],
+        "named": [words(one) for one in second.findings],
+    }
+
+
+def words(one: Finding) -> str:
+    """A finding in one line."""
+    return f"{one.effect} {joints_words(one.joints)}, {one.probability:.3f}: {size(one)}"
+
+
+def alike(one: Finding, other: Finding) -> bool:
+    """Whether two findings are the same thing."""
+    if (one.effect, one.joints) != (other.effect, other.joints):
+        return False
+    if one.effect != "torque_ripple":
+        return True
+    orders = [numbers(ripple)["harmonic"][0] for ripple in (one, other)]
+    return abs(orders[0] - orders[1]) < TURN
+
+
+def improvement(found: Diagnosis) -> dict[str, Any] | None:
+    """Residual of runs held out per joint [N m]."""
+    if found.improvement is None:
+        return None
+    before, after, noise = found.improvement.before, found.improvement.after, found.improvement.noise
+    return {"before": before.tolist(), "after": after.tolist(), "noise": noise.tolist()}
+
+
+def budget(found: Diagnosis) -> dict[str, Any] | None:
+    """Shares of the misfit per joint, by words."""
+    if found.budget is None:
+        return None
+    every = (*found.findings, *found.undecided)
+    shares = []
+    for one in found.budget.shares:
+        what = one.kind or f"{every[one.finding].effect} {joints_words(every[one.finding].joints)}"
+        part = (
+            "kind" if one.finding is None else "named" if one.finding < len(found.findings) else "undecided"
+        )
+        shares.append({"what": what, "part": part, "shares": one.shares.tolist()})
+    return {"before": found.budget.before.tolist(), "after": found.budget.after.tolist(), "shares": shares}
+
+
+def over_a_turn(found: Diagnosis) -> dict[str, Any]:
+    """What the model leaves over one turn of the motor, what is explained of it, and the independent map [A].
+
+    Also the share of samples in which harmonic 7 is slower than the end of the band that is compared.
+    """
+    assert found.evidence is not None
+    ratio, angle, left, told = found.evidence.model.robot.gear_ratio[0], [], [], []
+    for trace in found.evidence.traces:
+        angle.append(np.mod(trace.motor_angle[:, 0], 2 * np.pi))
+        left.append(trace.before[:, 0])
+        told.append(trace.explained[: len(found.findings), :, 0].sum(axis=0))
+    place = (np.concatenate(angle) * STATES / (2 * np.pi)).astype(int) % STATES
+    count = np.maximum(np.bincount(place, minlength=STATES), 1)
+    mean = [np.bincount(place, np.concatenate(one), STATES) / count for one in (left, told)]
+    table = np.loadtxt(FOLDER / "odrive_spin_slow/cogging_map_truth.csv", delimiter=",", skiprows=1)
+    grid = (np.arange(STATES) + 0.5) * 2 * np.pi / STATES
+    known = np.interp(grid, table[:, 0], table[:, 1], period=2 * np.pi)
+    rows = {
+        "left": mean[0] - mean[0].mean(),
+        "explained": mean[1] - mean[1].mean(),
+        "map": known - known.mean(),
+    }
+    speed = np.concatenate([trace.velocity[:, 0] for trace in found.evidence.traces])
+    assert found.improvement is not None
+    seventh = 7 * np.abs(speed) * ratio / (2 * np.pi)
+    seen = float(np.mean(seventh < found.improvement.band))
+    return {"angle": grid.tolist(), "seen": seen} | {name: values.tolist() for name, values in rows.items()}

@@ -1,0 +1,201 @@
+"""What the real recordings are known to have, how that is known, and what their sources exclude."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from exidyn.identify.diagnosis.finding import Finding
+
+Range = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Known:
+    """One effect that a set is known to have.
+
+    Attributes:
+        effect: Name in the vocabulary.
+        joints: Where, from 0.
+        how: It is known.
+        size: In words.
+        sizes: Number of a finding -> lowest and highest known value.
+        shape: Number of a finding -> where it has to be for the finding to be this effect.
+        first: Whether the first finding of that effect has to be this one.
+        counted: Whether it is one of those that are counted.
+    """
+
+    effect: str
+    joints: tuple[int, ...]
+    how: str
+    size: str
+    sizes: Mapping[str, Range] = field(default_factory=dict)
+    shape: Mapping[str, Range] = field(default_factory=dict)
+    first: bool = False
+    counted: bool = True
+
+    def is_in(self, findings: Sequence[Finding]) -> Finding | None:
+        """The finding that is this effect."""
+        alike = [one for one in findings if (one.effect, one.joints) == (self.effect, self.joints)]
+        fitting = [one for one in alike[: 1 if self.first else None] if inside(one, self.shape, 0.0)]
+        return fitting[0] if fitting else None
+
+    def right(self, one: Finding) -> bool | None:
+        """Whether its known numbers are within two standard deviations of the finding's; None without any."""
+        return inside(one, self.sizes, 2.0) if self.sizes else None
+
+
+def inside(one: Finding, ranges: Mapping[str, Range], deviations: float) -> bool:
+    """Whether numbers of a finding, within so many standard deviations, are where they have to be."""
+    found = numbers(one)
+    spare = {name: deviations * np.nan_to_num(found[name][1]) for name in ranges if name in found}
+    return set(spare) == set(ranges) and all(
+        low - spare[name] <= found[name][0] <= high + spare[name] for name, (low, high) in ranges.items()
+    )
+
+
+def numbers(one: Finding) -> dict[str, tuple[float, float]]:
+    """Value and standard deviation of a finding's numbers, and of those that follow from them.
+
+    A ripple is its strongest harmonic, with two coefficients and one amplitude; of an elastic gear that
+    explains more than the whole of its torque, the stiffness is that much smaller.
+    """
+    found = {name: (float(q.value), float(q.std)) for name, q in one.parameters.items()}
+    if one.effect == "torque_ripple":
+        cosines = {float(name[4:].split("_")[0]): name for name in found if name.startswith("Rcos")}
+        waves = {n: np.array([found[name], found[f"Rsin{name[4:]}"]]) for n, name in cosines.items()}
+        order = max(waves, key=lambda n: float(np.hypot(*waves[n][:, 0])))
+        found["amplitude"] = float(np.hypot(*waves[order][:, 0])), float(waves[order][:, 1].max())
+        found.setdefault("harmonic", (order, float("nan")))
+    if one.effect == "kinematic_coupling":  # told of either joint, which is the same where the ratio is 1
+        found |= {f"{name[:2]} of both": pair for name, pair in found.items() if "_" in name}
+    if {"stiffness", "share"} <= set(found):
+        (stiffness, off), (share, also) = found["stiffness"], found["share"]
+        value = stiffness / share
+        found["gear stiffness"] = value, abs(value) * float(np.hypot(off / stiffness, also / share))
+    return found
+
+
+INDEX = "index of the recordings"
+FITS = "least squares with and without it, held out"
+TURN = 0.5
+"""Ripples nearer than this are one [cycles a turn]: over one turn of a joint they cannot be told apart."""
+
+
+def about(value: float, spare: float = 0.0) -> Range:
+    """A known number and by how much it may be off."""
+    return value - spare, value + spare
+
+
+def rubs_under_load(joint: int, how: str = INDEX, size: str = "no size known") -> Known:
+    return Known("load_dependent_friction", (joint,), how, size)
+
+
+def sublinear(joint: int, how: str = INDEX, size: str = "exponent below 1") -> Known:
+    return Known("nonlinear_viscous_friction", (joint,), how, size, shape={"exponent": (0.0, 1.0)})
+
+
+def ripple(joint: int, order: float, size: float, how: str, unit: str, spare: float = 0.0) -> Known:
+    words, shape = f"harmonic {order:g}, {size:g} {unit}", {"harmonic": about(order, TURN)}
+    return Known("torque_ripple", (joint,), how, words, {"amplitude": about(size, spare)}, shape)
+
+
+def uncounted(*known: Known) -> tuple[Known, ...]:
+    return tuple(replace(one, counted=False) for one in known)
+
+
+MAP = {14: 0.349, 28: 0.560, 36: 0.290, 12: 0.263, 84: 0.118, 56: 0.079, 21: 0.075}
+"""Harmonics of the motor's cogging besides the 7th, and their amplitude [A], by a map of 2048 angles."""
+SCATTER = 0.02
+"""By which repeated maps differ [-]."""
+COGGING = replace(
+    ripple(0, 7, 0.862, "compensation switched off; independent map", "A", SCATTER * 0.862), first=True
+)
+GEARS = tuple(
+    Known(
+        "joint_elasticity",
+        (joint,),
+        "second encoder behind the gear",
+        f"{size:g}e6 N m/rad",
+        # 60 % of what the encoders differ by goes with torque: the slope is no better known than to a third
+        {"gear stiffness": (size * 0.67e6, size * 1.33e6)},
+    )
+    for joint, size in enumerate((2.7, 4.8, 3.4))
+)
+COUPLING = {"Ia of both": about(0.00964), "Fv of both": about(0.616), "Fc of both": about(1.95)}
+DELAY = "delay that fits best, scanned", "voltage 15 to 20 ms early", {"delay": (-0.02, -0.015)}
+
+KNOWN: dict[str, tuple[Known, ...]] = {
+    "odrive": (
+        COGGING,
+        *uncounted(*(ripple(0, n, size, "independent map", "A", SCATTER * size) for n, size in MAP.items())),
+    ),
+    "emps": (
+        Known(
+            "friction_asymmetry",
+            (0,),
+            "second model of its authors; least squares",
+            "drag 36.7 N s/m lower forward, higher backward",
+            {"Fva1": about(-36.7)},
+        ),
+    ),
+    "tx40": (
+        Known(
+            "kinematic_coupling",
+            (4, 5),
+            "gears of the wrist; published",
+            "Ia 0.00964 kg m², Fv 0.616 N m s/rad, Fc 1.95 N m, ratio 1",
+            COUPLING,
+        ),
+        rubs_under_load(2, FITS, "residual 25 to 28 % less"),
+        sublinear(0, FITS, "exponent below 1; residual 19 to 32 % less"),
+        ripple(3, 30.65, 0.5, FITS, "N m", 0.05),
+    ),
+    "panda": (),
+    "kr300": (*GEARS, sublinear(5)),
+    "kr300_drawn": (
+        Known("spring_balancer", (1,), "gas counterbalance; published law", "gas law, arms of 0.2 and 0.8 m"),
+        *uncounted(*GEARS, sublinear(5)),
+    ),
+    "ur10e": (rubs_under_load(1), rubs_under_load(2), sublinear(0)),
+    "ur10e_loaded": (
+        Known("payload", (), "weighed", "2.805 kg", {"M": about(2.805)}),
+        *uncounted(rubs_under_load(1), rubs_under_load(2), sublinear(0)),
+    ),
+    "kscale": (
+        Known(
+            "load_dependent_friction",
+            (0,),
+            "eight weighed masses and lengths",
+            "0.22 ± 0.04; 0.28 to 0.32 without the delay",
+            {"mu1": about(0.22, 0.04)},
+        ),
+        *uncounted(Known("time_delay", (0,), *DELAY), Known("time_delay", (), *DELAY)),
+    ),
+}
+"""Set -> what it has. Sixteen are counted: the motor's cogging, one of the EMPS, four of the TX40, four of
+the KR300 and its balancer, three of the UR10e and its load, one of the servo."""
+
+UNTOLD = "nothing of the kind in the source's account"
+STILL = dict.fromkeys(("contact_event", "time_delay", "base_tilt", "payload"), UNTOLD)
+"""What would have to be told of an experiment, and is not; effect -> why it is false unless said below."""
+TORQUE = STILL | {"drive_gain": "its torque was recorded, not its current"}
+
+ABSENT: dict[str, Mapping[str, str]] = {
+    "odrive": TORQUE
+    | {
+        "drive_gain": "its gain is 1 by definition",
+        "encoder_offset": "its axis is vertical",
+        "backlash": "it has no gear",
+        "joint_elasticity": "it has no gear",
+    },
+    "emps": TORQUE | {"encoder_offset": "it is level"},
+    "tx40": TORQUE | {"encoder_offset": "the source converts its angles"},
+    "panda": TORQUE,
+    "kr300": {effect: why for effect, why in TORQUE.items() if effect != "payload"},
+    "kr300_drawn": {effect: why for effect, why in TORQUE.items() if effect != "payload"},
+    "ur10e": STILL,
+    "ur10e_loaded": {effect: why for effect, why in STILL.items() if effect != "payload"},
+    "kscale": {effect: why for effect, why in STILL.items() if effect != "time_delay"}
+    | {"encoder_offset": "zero hangs down"},
+}
+"""Set -> what it cannot have."""
