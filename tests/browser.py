@@ -18,6 +18,10 @@ FLAGS = (
 )  # fmt: skip
 
 
+class Refused(Exception):
+    """The browser answers a command with an error."""
+
+
 class Browser:
     """One page of it."""
 
@@ -36,9 +40,16 @@ class Browser:
         )
         self.call("Page.navigate", url=address)
 
-    def picture(self):
-        """PNG of what the page shows."""
-        return base64.b64decode(self.call("Page.captureScreenshot")["data"])
+    def picture(self, seconds=60.0):
+        """PNG of what the page shows. While a page is replaced by the next one there is none: asked again."""
+        end = time.monotonic() + seconds
+        while True:
+            try:
+                return base64.b64decode(self.call("Page.captureScreenshot")["data"])
+            except Refused:
+                if time.monotonic() > end:
+                    raise
+                time.sleep(0.2)
 
     def call(self, method, **parameters):
         self._number += 1
@@ -49,7 +60,8 @@ class Browser:
         while True:
             answer = json.loads(self._line())
             if answer.get("id") == self._number:
-                assert "error" not in answer, answer["error"]
+                if "error" in answer:
+                    raise Refused(f"{method}: {answer['error']}")
                 return answer["result"]
 
     def _line(self):

@@ -99,9 +99,9 @@ def log_odds(t: float, freedom: float) -> float:
     return float(stats.t.logcdf(t, freedom) - stats.t.logsf(t, freedom))
 
 
-def strain(apart: np.ndarray) -> float:
+def strain(apart: np.ndarray | float) -> float:
     """Logarithm of the probability that unknowns lose which are so many standard deviations from beliefs.
 
     A belief is one row, and may be wrong as a block may be strange.
     """
-    return 0.5 * (FREEDOM + 1.0) * float(np.sum(np.log1p(apart**2 / FREEDOM)))
+    return 0.5 * (FREEDOM + 1.0) * float(np.sum(np.log1p(np.square(apart) / FREEDOM)))

@@ -10,8 +10,10 @@ from ..errors import NotRecorded
 from .driven import Driven
 
 SIZE = 0.1
-"""How large an effect is expected to be, share of the joint's usual torque [-]; evidence depends on its
-logarithm only."""
+"""How large an effect is expected to be, share of the joint's usual torque [-]: models that leave it out are
+right in the main."""
+WEIGHT = 1.0
+"""The same of what carries the weight of the arm, or is carried by it [-]."""
 
 KNOWN = 0.01
 """Share by which a coefficient may be wrong that is known by definition, and not by what was measured [-]."""
@@ -49,6 +51,9 @@ class Candidate:
         rows: Joints whose motors it gives torque to; None where that may be all.
         smooth: Whether its torque is no more abrupt than the motion.
         proportion: How large its coefficients are expected to be beside the first, where physics says so.
+        led: How many of its coefficients are such that it is not there without any of them.
+        cancels: Whether its coefficients may be far larger than what they give together, as a pretension.
+        size: How large it is expected to be, share of the joint's usual torque [-].
         expected: Each coefficient and how far it may be from that, where physics says how large they are.
         among: Number of shapes of which it is the choice of a quick look, where not all of them are weighed.
         prior: How much likelier it is than others before the data [-].
@@ -73,6 +78,9 @@ class Candidate:
     rows: tuple[int, ...] | None = None
     smooth: bool = False
     proportion: tuple[float, ...] | None = None
+    cancels: bool = False
+    size: float = SIZE
+    led: int = 0
     expected: tuple[tuple[float, float], ...] | None = None
     among: int = 1
     prior: float = 1.0
@@ -98,12 +106,14 @@ class Thinned:
         values: Shape (r, k, p).
         std: How large each coefficient is expected to be, shape (p,).
         mean: About what, shape (p,); zero where nothing says how large an effect is.
+        usual: Root mean square of the torque of its joints, shape (k,) [N m]; None where it is no torque.
     """
 
     joints: np.ndarray
     values: np.ndarray
     std: np.ndarray
     mean: np.ndarray
+    usual: np.ndarray | None = None
 
     @classmethod
     def of(cls, candidate: Candidate, runs: Sequence[Driven]) -> "Thinned":
@@ -125,7 +135,7 @@ class Thinned:
         if candidate.proportion is not None:
             together = np.array(candidate.proportion)
             std = SIZE / max(float(np.max(share * together)), 1e-12) * together
-        return cls(joints, values, std, np.zeros(len(std)))
+        return cls(joints, values, std, np.zeros(len(std)), usual)
 
     @property
     def whole(self) -> np.ndarray:

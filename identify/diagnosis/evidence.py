@@ -6,14 +6,9 @@ import numpy as np
 
 from ..model import Model
 from .driven import Driven
-from .nuisances import CLOCK
-from .prediction import CERTAIN, factored, solve
 from .rows import Rows
 from .search import Searched
 from .trace import Evidence, Trace
-
-FREE = ("Fv", "Fc", "Off", "reversal", CLOCK)
-"""Unknowns that are fitted even where the model is taken at its word: friction and offsets are guesses."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,14 +62,7 @@ def evidence(found: Searched, residuals: Residuals, noise: np.ndarray) -> Eviden
 
 def at_its_word(found: Searched) -> np.ndarray:
     """Unknowns (b,) of a model at its word, without any finding; what nobody stated is fitted."""
-    prediction, rows = found.believed, found.believed.rows
-    free = np.array([name.startswith(FREE) for name in rows.names])
-    if not found.scene.model.robot.inertias_stated:
-        free[: len(found.scene.model.names)] = True
-    held = ~free & np.isfinite(rows.std)
-    matrix, right = prediction.normal
-    precision = np.where(held, CERTAIN**-2.0, 0.0)
-    word = solve(factored(matrix + np.diag(precision)), right + precision * rows.mean)
+    word = found.scene.at_its_word(found.believed)
     return np.append(word, np.zeros(len(found.prediction.rows.names) - len(word)))
 
 

@@ -7,6 +7,9 @@ import numpy as np
 from .candidate import UNNAMED, Candidate
 from .finding import Quantity
 
+ROUNDING = 1e-6
+"""Of a solution, over its standard deviation [-]."""
+
 
 def quantities(
     candidate: Candidate, values: np.ndarray, std: np.ndarray, shape: Mapping[str, float]
@@ -19,14 +22,18 @@ def quantities(
         std: Their standard deviations, shape (p,).
         shape: Those of the numbers of its shape, and of what follows from it, by name.
     """
+    # What is held at a limit is there to the rounding of the solution.
+    within = np.where(
+        np.abs(values - candidate.lower) < ROUNDING * std.max(initial=0.0), candidate.lower, values
+    )
     numbers = {
         name: Quantity(float(value), float(deviation), unit)
         for name, value, deviation, unit in zip(
-            candidate.names, *candidate.told_as(values, std), candidate.units, strict=True
+            candidate.names, *candidate.told_as(within, std), candidate.units, strict=True
         )
         if not name.startswith(UNNAMED)
     }
-    shape = {**candidate.known, **shape}
+    shape = {**shape, **candidate.known}
     units = {name: bounds.unit for name, bounds in candidate.bounds.items()}
     return (
         numbers

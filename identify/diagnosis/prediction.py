@@ -119,6 +119,12 @@ class Prediction:
         return [factored(self.normal[0] - gram) for gram in self._whole[0]]
 
     @cached_property
+    def limited_std(self) -> np.ndarray:
+        """Standard deviations of the unknowns that physics limits, shape (l,)."""
+        places = self.rows.limited
+        return np.sqrt(np.diag(solve(self.factor, np.eye(len(self.rows.std))[:, places])[places]))
+
+    @cached_property
     def left_out(self) -> np.ndarray:
         """Unknowns by all blocks but each, shape (k, b)."""
         right = self.normal[1] - self._whole[1]

@@ -109,14 +109,17 @@ LINEAR = 0.03
 """Share by which a torque may be wrong all over [-]: current sensors are linear to a few per cent."""
 SEEN = 1.0
 """Logarithm of the probability gained from which on a joint counts as seeing an effect."""
+USUAL = 10.0
+"""How far a coefficient may be, over what is expected of it: alone it gives the joint's usual torque."""
 WIDE = 1000.0
-"""How far a coefficient may be, over what is expected of it: a hundred times a joint's usual torque, since
-parts of one effect may cancel, as those of a spring and its pretension do."""
+"""The same where coefficients cancel, as those of a spring and its pretension do."""
 
 
 def prior_std(candidate: Candidate, columns: Thinned) -> np.ndarray:
     """How far each coefficient may be from its mean, shape (p,): flat where physics does not say."""
-    return columns.std if candidate.expected is not None else WIDE * columns.std
+    if candidate.expected is not None:
+        return columns.std
+    return (WIDE if candidate.cancels else USUAL) * columns.std
 
 
 @dataclass(frozen=True, eq=False)
@@ -202,7 +205,12 @@ def _answers(prediction: Prediction, alike: Sequence[tuple[Candidate, Thinned]])
     matrix = products.weighted.sum(axis=0) - mixed.T @ apart
     right = products.torque.sum(axis=0) - mixed.T @ prediction.values
     fitted = [
-        _fitted(matrix[np.ix_(own, own)], right[own], candidate, columns)
+        _beside_limits(
+            prediction,
+            apart[:, own],
+            matrix[np.ix_(own, own)],
+            _fitted(matrix[np.ix_(own, own)], right[own], candidate, columns),
+        )
         for (candidate, columns), own in zip(alike, products.places, strict=True)
     ]
     errors, along, size = _predicted(prediction, products, fitted)
@@ -212,7 +220,9 @@ def _answers(prediction: Prediction, alike: Sequence[tuple[Candidate, Thinned]])
         Answer(
             candidate, columns, one.values, one.free, prediction.errors, errors[i], along[i], size[i],
             gains[i], _cost(candidate), share,
-            prediction.blocks.fitted, _relief(prediction, apart[:, products.places[i]], one, candidate),
+            prediction.blocks.fitted,
+            _relief(prediction, apart[:, products.places[i]], one, candidate)
+            - _surprise(prediction, errors[i], candidate, columns),
         )
         for i, ((candidate, columns), one) in enumerate(zip(alike, fitted, strict=True))
         if one is not None
@@ -223,6 +233,15 @@ def _cost(candidate: Candidate) -> float:
     """Logarithm of the number of shapes; with one sign only, half as many values may be."""
     signs = sum(limit == 0.0 for limit in candidate.lower)
     return float(np.log(candidate.among) - np.log(2.0) * signs)
+
+
+def _surprise(prediction: Prediction, errors: np.ndarray, candidate: Candidate, columns: Thinned) -> float:
+    """By how much less probable an effect is for the torque that it explains, where no number is expected."""
+    if candidate.expected is not None or columns.usual is None:
+        return 0.0
+    explained = prediction.power(prediction.errors) - prediction.power(errors)
+    torque = np.sqrt(np.maximum(explained[columns.joints], 0.0))
+    return strain(np.max(torque / np.maximum(columns.usual, 1e-300)) / candidate.size)
 
 
 def _relief(prediction: Prediction, apart: np.ndarray, one: _Fitted, candidate: Candidate) -> float:
@@ -254,11 +273,35 @@ def _fitted(matrix: np.ndarray, right: np.ndarray, candidate: Candidate, columns
     known = columns.mean != 0.0
     strange = np.abs(values - columns.mean)[known] > STRANGE * columns.std[known]
     strange = np.append(strange, np.abs(values) > candidate.most)
-    # Where the others are in proportion to the first, there is nothing without it.
-    led = candidate.proportion is not None and not free[0]
+    led = candidate.led > 0 and not np.any(free[: candidate.led])
     if led or not np.any(free) or np.any(strange) or not np.all(np.isfinite(values)):
         return None
     return _Fitted(values, free, precision, columns.mean)
+
+
+def _beside_limits(
+    prediction: Prediction, apart: np.ndarray, matrix: np.ndarray, one: _Fitted | None
+) -> _Fitted | None:
+    """The coefficients; None where something else would have to be beyond its limit of physics beside them.
+
+    A friction that needs the viscous friction to be negative is not that friction.
+
+    Args:
+        prediction: Without it.
+        apart: By how much less the other unknowns are per unit of each coefficient, shape (b, p).
+        matrix: Normal matrix of the coefficients beside the others, shape (p, p).
+        one: The coefficients.
+    """
+    places = prediction.rows.limited
+    if one is None or not len(places):
+        return one
+    lower, before = prediction.rows.lower[places], prediction.values[places]
+    after = before - apart[places] @ one.values
+    free = matrix[np.ix_(one.free, one.free)] + np.diag(one.precision[one.free])
+    moved = apart[np.ix_(places, one.free)]
+    own = np.sum(moved * np.linalg.solve(free, moved.T).T, axis=1)
+    std = np.sqrt(prediction.limited_std**2 + np.maximum(own, 0.0))
+    return None if np.any(after < np.minimum(lower, before) - STRANGE * std) else one
 
 
 def _solved(matrix: np.ndarray, right: np.ndarray, values: np.ndarray, free: np.ndarray) -> np.ndarray:

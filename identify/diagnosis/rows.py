@@ -7,6 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from ..base_parameters import BaseParameters
+from ..effects import JointEffect, RotorInertia
 from ..equations import decimated_regressor
 from ..model import Model
 from .driven import Driven, slices
@@ -24,6 +25,7 @@ class Rows:
         names: Of the unknowns.
         std: How far each unknown may be from its mean, infinite where nothing is believed, shape (b,).
         mean: What each is believed to be, zero but for what was found and is known to be whole, shape (b,).
+        lower: Smallest value that physics allows each, shape (b,); none where it is None.
     """
 
     runs: tuple[slice, ...]
@@ -33,22 +35,38 @@ class Rows:
     names: tuple[str, ...]
     std: np.ndarray
     mean: np.ndarray
+    lower: np.ndarray | None = None
 
     @cached_property
     def acting(self) -> list[np.ndarray]:
         """Unknowns that give torque to each joint, (a,); most give none to most."""
         return [np.flatnonzero(np.any(own, axis=0)) for own in self.columns.transpose(1, 0, 2)]
 
+    @property
+    def limited(self) -> np.ndarray:
+        """Places of the unknowns that physics limits."""
+        return np.flatnonzero(np.isfinite(self._lower))
+
+    @property
+    def _lower(self) -> np.ndarray:
+        return np.full(len(self.names), -np.inf) if self.lower is None else self.lower
+
     def plus(
-        self, names: Sequence[str], columns: np.ndarray, std: np.ndarray, mean: np.ndarray | None = None
+        self,
+        names: Sequence[str],
+        columns: np.ndarray,
+        std: np.ndarray,
+        mean: np.ndarray | None = None,
+        lower: Sequence[float] | None = None,
     ) -> "Rows":
-        """The same with more unknowns: columns (r, n, p), and how far they may be (p,) from a mean (p,)."""
+        """The same with more unknowns: columns (r, n, p), deviations (p,) from a mean (p,), and limits."""
         return replace(
             self,
             columns=np.concatenate([self.columns, columns], axis=2),
             names=(*self.names, *names),
             std=np.concatenate([self.std, std]),
             mean=np.concatenate([self.mean, np.zeros(len(std)) if mean is None else mean]),
+            lower=np.append(self._lower, np.full(len(std), -np.inf) if lower is None else lower),
         )
 
 
@@ -71,4 +89,14 @@ def model_rows(model: Model, runs: Sequence[Driven]) -> Rows:
         tuple(model.names),
         np.array([belief.std for belief in model.beliefs]),
         np.zeros(len(model.names)),
+        _limits(model) - believed,
     )
+
+
+def _limits(model: Model) -> np.ndarray:
+    """Smallest value of each parameter, shape (p,); none of bodies and rotors, which share their inertia."""
+    found: list[float] = []
+    for effect in model.effects:
+        own = isinstance(effect, JointEffect) and not isinstance(effect, RotorInertia)
+        found += [one.minimum if own else -np.inf for one in effect.parameters(model.robot)]
+    return np.array(found)

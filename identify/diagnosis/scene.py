@@ -11,14 +11,16 @@ from .blocks import Blocks
 from .candidate import Candidate, Thinned
 from .candidates import candidates
 from .driven import Driven
-from .nuisances import with_nuisances
-from .prediction import Prediction
+from .nuisances import CLOCK, with_nuisances
+from .prediction import CERTAIN, Prediction, factored, solve
 from .question import Answer
 from .reloading import UNSETTLING, Known, alike, anew
 from .rows import Rows, model_rows
 from .runs import HELD_OUT
 
 Asked = list[tuple[Candidate, Thinned]]
+FREE = ("Fv", "Fc", "Off", "reversal", CLOCK)
+"""Unknowns that are fitted even where the model is taken at its word: friction and offsets are guesses."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,6 +57,7 @@ class Scene:
         loaded = tuple(known.on(run) for run in runs)
         asked = [(candidate, Thinned.of(candidate, loaded)) for candidate in candidates(model)]
         asked = [pair for pair in asked if not pair[1].empty]
+        base = model_rows(model, loaded)  # friction that the model has goes with the load as well
         return cls(model, loaded, blocks, base, with_nuisances(base, model, loaded, values), asked, known)
 
     @property
@@ -75,6 +78,17 @@ class Scene:
     def prediction(self, found: Sequence[Answer]) -> Prediction:
         """With the columns of what was found."""
         return _predicted(with_found(self.rows, found), self.blocks, self.runs)
+
+    def at_its_word(self, believed: Prediction) -> np.ndarray:
+        """Unknowns (b,) of the model at its word, without findings; what nobody stated is fitted."""
+        rows = believed.rows
+        free = np.array([name.startswith(FREE) for name in rows.names])
+        if not self.model.robot.inertias_stated:
+            free[: len(self.model.names)] = True
+        held = ~free & np.isfinite(rows.std)
+        matrix, right = believed.normal
+        precision = np.where(held, CERTAIN**-2.0, 0.0)
+        return solve(factored(matrix + np.diag(precision)), right + precision * rows.mean)
 
     def without(self, aside: np.ndarray) -> "Scene":
         """The same where some rows (r,) are fitted no more, and not predicted either."""
@@ -101,7 +115,8 @@ def with_found(rows: Rows, found: Sequence[Answer]) -> Rows:
     """Rows with the columns of what was found."""
     for one in found:
         names = [f"{one.candidate.effect} {name}" for name in one.candidate.names]
-        rows = rows.plus(names, one.columns.everywhere(rows.difference.shape[1]), one.std, one.mean)
+        columns = one.columns.everywhere(rows.difference.shape[1])
+        rows = rows.plus(names, columns, one.std, one.mean, one.candidate.lower)
     return rows
 
 

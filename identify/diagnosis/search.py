@@ -59,19 +59,20 @@ def search(scene: Scene) -> Searched:
     found = measured_gears(scene)
     believed, single = scene.prediction([]), list[Answer]()
     out: set[object] = set()
+    total = 1.0
     for _ in range(TURNS):
         scene, found = only_once(scene, found)
         best = ranked(scene, found)
-        single = single or best
+        single, total = single or best, total_prior(best, scene)
         open_ = [one for one in best if one.candidate.key not in out and _material(one, believed)]
-        one = judged(open_, total_prior(best, scene))
+        one = judged(open_, total)
         if one is None:
             break
         before = {other.answer.candidate.key for other in (*found, one)}
         scene, found = _settled(scene, [*found, one])
         # What went out once is not asked for again: it would come and go.
         out |= before - {other.answer.candidate.key for other in found}
-    found = _never_worse(scene, found)
+    found = _never_worse(scene, _beside_all(scene, found, total), believed)
     return Searched(scene, tuple(found), scene.prediction(_answers(found)), believed, tuple(single))
 
 
@@ -82,21 +83,52 @@ def _material(one: Answer, believed: Prediction) -> bool:
     return less > MATERIAL * float(believed.errors[:, joint].sum()) or one.relief > CERTAIN_ODDS
 
 
-def _never_worse(scene: Scene, found: list[Found]) -> list[Found]:
+def _never_worse(scene: Scene, found: list[Found], believed: Prediction) -> list[Found]:
     """Findings with which no joint of the runs held out is predicted worse than without any.
 
-    The least credible one that acts on a joint which is, and does not show elsewhere, goes.
+    One goes if the joint that is predicted worst gains by that more than any other loses; the least credible
+    first. What none of them is to blame for stays as it is.
     """
     which = ~scene.blocks.fitted
-    without = scene.prediction([])
-    while found and np.any(which):
-        now = scene.prediction(_answers(found))
-        worse = now.power(now.errors, which) > WORSE**2 * without.power(without.errors, which)
-        acting = [one for one in found if not one.once and np.any(worse[one.answer.columns.joints])]
-        if not acting:
+    if not np.any(which):
+        return found
+    word = believed.sums.errors(np.tile(scene.at_its_word(believed), (len(which), 1)))
+    least = np.minimum(believed.power(believed.errors, which), believed.power(word, which))
+
+    def held_out(some: Sequence[Found]) -> np.ndarray:
+        now = scene.prediction(_answers(some))
+        return now.power(now.errors, which) / least
+
+    while np.max(now := held_out(found), initial=0.0) > WORSE**2:
+        going, kept = None, found
+        for one in sorted((one for one in found if not one.once), key=lambda one: one.certainty):
+            others = [other for other in found if other is not one]
+            without = held_out(others)
+            gained = float(np.max(now) / np.max(without))
+            if gained > max(WORSE, float(np.max(without / now))) and (
+                going is None or gained > going * WORSE
+            ):
+                going, kept = gained, others
+        if going is None:
             break
-        least = min(acting, key=lambda one: one.odds)
-        found = [one for one in found if one is not least]
+        found = kept
+    return found
+
+
+def _beside_all(scene: Scene, found: list[Found], total: float) -> list[Found]:
+    """Findings each compared anew with what else it may be, beside all that was found after it too."""
+    for place, one in enumerate(found):
+        others = [other for other in found if other is not one]
+        keys = {other.answer.candidate.key for other in others}
+        rivals = [answer for answer, _ in one.not_excluded if answer.candidate.key not in keys]
+        if one.once or not one.others:
+            continue
+        prediction = scene.prediction(_answers(others))
+        costs = {rival.candidate.key: rival.cost for rival in (one.answer, *rivals)}
+        asked = [(rival.candidate, rival.columns) for rival in (one.answer, *rivals)]
+        again = [replace(answer, cost=costs[answer.candidate.key]) for answer in ask(prediction, asked)]
+        again = sorted(levelled(prediction, again), key=lambda answer: -answer.gain)
+        found = [*found[:place], judged(again, total) or one, *found[place + 1 :]]
     return found
 
 

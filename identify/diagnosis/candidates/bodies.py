@@ -10,7 +10,7 @@ import pinocchio as pin
 from ...effects import Payload, RigidBody
 from ...effects.rigid_body import inertial_beliefs
 from ...model import Model
-from ..candidate import Candidate
+from ..candidate import WEIGHT, Candidate
 from ..driven import Driven
 from .motors import on_motors
 
@@ -35,7 +35,19 @@ def payloads(model: Model) -> Iterator[Candidate]:
         return on_motors(robot, body.regressor(robot, replace(run.motion, payload="unknown"))[:, :, kept])
 
     lower = (0.0, *(-np.inf,) * 9)
-    yield Candidate("payload", (), columns, PARTS, UNITS, lower, smooth=True, proportion=PROPORTION)
+    yield Candidate(
+        "payload",
+        (),
+        columns,
+        PARTS,
+        UNITS,
+        lower,
+        smooth=True,
+        proportion=PROPORTION,
+        led=1,
+        cancels=True,
+        size=WEIGHT,
+    )
 
 
 def links(model: Model) -> Iterator[Candidate]:
@@ -60,7 +72,7 @@ def links(model: Model) -> Iterator[Candidate]:
         weight = max(float(believed[f"M{link + 1}"]), 0.0)
         names, lower = tuple(f"{part}{link + 1}" for part in PARTS), (-weight, *(-np.inf,) * 9)
         yield Candidate(
-            "link_inertia", (link,), columns, names, UNITS, lower, smooth=True, proportion=PROPORTION,
+            "link_inertia", (link,), columns, names, UNITS, lower, smooth=True, proportion=PROPORTION, led=1,
             expected=_as_heavy(robot.kinematics.inertias[link + 1]),
         )  # fmt: skip
 

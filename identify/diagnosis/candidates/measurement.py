@@ -115,9 +115,10 @@ def _clip(joint: int, level: float) -> Candidate:
 
 
 def delays(model: Model) -> Iterator[Candidate]:
-    """Currents that are recorded later than positions, or earlier, of one drive or of all.
+    """Currents that are recorded later than positions, or earlier, of all drives.
 
-    Little is in proportion to how fast torque changes; much is another torque.
+    Little is in proportion to how fast torque changes; much is another torque. One controller reads all
+    drives, so that a delay of one alone is no delay; by how much their clocks differ is a nuisance.
     """
 
     def all_drives(run: Driven) -> np.ndarray:
@@ -127,14 +128,6 @@ def delays(model: Model) -> Iterator[Candidate]:
         "time_delay", (), all_drives, ("delay",), ("s",), (-np.inf,), expected=OWN_CLOCK, everywhere=True,
         most=LINEAR,
     )  # fmt: skip
-    for joint in range(model.robot.dof) if model.robot.dof > 1 else ():
-
-        def columns(run: Driven, joint: int = joint) -> np.ndarray:
-            return on_joint(run, joint, -torque_rate(run)[:, joint])
-
-        yield Candidate(
-            "time_delay", (joint,), columns, ("delay",), ("s",), (-np.inf,), rows=(joint,), expected=OWN_CLOCK
-        )
     for delay in DELAYS:
         yield _delay(delay)
 

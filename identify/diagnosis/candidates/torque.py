@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from ...effects import EFFECTS, Effect, JointEffect, KinematicCoupling, Shape, SpringBalancer
+from ...effects import EFFECTS, Effect, JointEffect, JointSpring, KinematicCoupling, Shape, SpringBalancer
 from ...model import Model
-from ..candidate import UNNAMED, Candidate
+from ..candidate import UNNAMED, WEIGHT, Candidate
 from ..driven import Driven
 from ..nuisances import PRESLIDING, REVERSAL_STD, REVERSALS, dry, turning
 from .elastic import link_size
@@ -69,6 +69,7 @@ def _turning(model: Model, joint: int, candidate: Candidate) -> Candidate:
         units=(*candidate.units, *("N m",) * count),
         lower=(*candidate.lower, *(-np.inf,) * count),
         proportion=(1.0, *(REVERSAL_STD,) * count),
+        led=1,
     )
 
 
@@ -78,8 +79,27 @@ def couplings(model: Model) -> Iterator[Candidate]:
     for first, second in zip(joints[:-1], joints[1:], strict=True):
         for pair in ((first, second), (second, first)):
             for ratio in RATIOS:
-                effect = KinematicCoupling(*pair, ratio=ratio)
-                yield of_effect(model, "kinematic_coupling", effect)
+                yield _coupling(model, KinematicCoupling(*pair, ratio=ratio))
+
+
+def _coupling(model: Model, effect: KinematicCoupling) -> Candidate:
+    """With inertia and drag of the shared motor, not without both; products with the ratio have its sign."""
+    one, signs = of_effect(model, "kinematic_coupling", effect), np.array([*[np.sign(effect.ratio)] * 2, 1.0])
+
+    def reshaped(given: Mapping[str, Any]) -> Candidate:
+        return _coupling(model, replace(effect, **given))
+
+    def products(values: np.ndarray, std: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        return signs * values, std
+
+    return replace(
+        one,
+        columns=lambda run: one.columns(run) * signs,
+        lower=(0.0, 0.0, 0.0),
+        led=2,
+        reshaped=reshaped,
+        told_as=products,
+    )
 
 
 def balancers(model: Model) -> Iterator[Candidate]:
@@ -104,7 +124,7 @@ def _balancer(model: Model, effect: SpringBalancer, share: float) -> Candidate:
         return _balancer(model, replace(effect, **given), share)
 
     bounds = {name: one.bounds[name] for name in ("d22", "phi")}
-    return replace(one, bounds=bounds, reshaped=reshaped, prior=one.prior * share)
+    return replace(one, bounds=bounds, reshaped=reshaped, prior=one.prior * share, size=WEIGHT)
 
 
 def of_effect(model: Model, name: str, effect: Effect) -> Candidate:
@@ -133,6 +153,7 @@ def of_effect(model: Model, name: str, effect: Effect) -> Candidate:
         reshaped=reshaped,
         instance=effect,
         prior=_prior(model, parameters),
+        cancels=isinstance(effect, (SpringBalancer, JointSpring)),
         rows=None if coupled(robot) else _joints(effect, model),
         smooth=effect.smooth,
     )

@@ -41,6 +41,7 @@ def hoses(model: Model) -> Iterator[Candidate]:
         Candidate(
             "hose_spring", (), columns, names, ("N/m", "N", "N", "N"), lower, smooth=True,
             proportion=(1.0, REACH, REACH, REACH),
+            led=1,
         )
     )  # fmt: skip
 
