@@ -10,11 +10,8 @@ from ..errors import NotRecorded
 from .driven import Driven
 
 SIZE = 0.1
-"""How large an effect is expected to be, share of the joint's usual torque [-]: models that leave it out are
-right in the main."""
-WEIGHT = 1.0
-"""The same of what carries the weight of the arm, or is carried by it [-]."""
-
+"""How large an effect is expected to be, share of the joint's usual torque [-]; evidence depends on its
+logarithm only."""
 KNOWN = 0.01
 """Share by which a coefficient may be wrong that is known by definition, and not by what was measured [-]."""
 UNNAMED = "unnamed"
@@ -53,7 +50,7 @@ class Candidate:
         proportion: How large its coefficients are expected to be beside the first, where physics says so.
         led: How many of its coefficients are such that it is not there without any of them.
         cancels: Whether its coefficients may be far larger than what they give together, as a pretension.
-        size: How large it is expected to be, share of the joint's usual torque [-].
+        size: How large its torque is, share of the joint's usual one [-], where its cause says so.
         expected: Each coefficient and how far it may be from that, where physics says how large they are.
         among: Number of shapes of which it is the choice of a quick look, where not all of them are weighed.
         prior: How much likelier it is than others before the data [-].
@@ -79,7 +76,7 @@ class Candidate:
     smooth: bool = False
     proportion: tuple[float, ...] | None = None
     cancels: bool = False
-    size: float = SIZE
+    size: float = np.inf
     led: int = 0
     expected: tuple[tuple[float, float], ...] | None = None
     among: int = 1

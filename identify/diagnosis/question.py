@@ -236,8 +236,8 @@ def _cost(candidate: Candidate) -> float:
 
 
 def _surprise(prediction: Prediction, errors: np.ndarray, candidate: Candidate, columns: Thinned) -> float:
-    """By how much less probable an effect is for the torque that it explains, where no number is expected."""
-    if candidate.expected is not None or columns.usual is None:
+    """By how much less probable an effect is for its torque, where its cause says how large that is."""
+    if np.isinf(candidate.size) or columns.usual is None:
         return 0.0
     explained = prediction.power(prediction.errors) - prediction.power(errors)
     torque = np.sqrt(np.maximum(explained[columns.joints], 0.0))

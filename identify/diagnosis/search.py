@@ -150,7 +150,8 @@ def ranked(scene: Scene, found: Sequence[Found]) -> list[Answer]:
     foremost.sort(key=lambda one: -one.gain)
     for place, one in enumerate(foremost[:REFINE]):
         if one.candidate.bounds and one.gain > NEAR * foremost[0].gain > 0.0:
-            foremost[place] = refined(prediction, one, scene.runs)
+            grid = [pair for pair in asked if pair[0].key == one.candidate.key]
+            foremost[place] = refined(prediction, one, scene.runs, grid if one.candidate.among == 1 else ())
     return sorted([*foremost, *best[COLOURED:]], key=lambda one: -one.gain)
 
 

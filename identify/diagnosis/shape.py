@@ -23,11 +23,18 @@ REFINED = 8
 """Evaluations that the search of one number takes: of its grid's step to some per cent."""
 
 
-def refined(prediction: Prediction, answer: Answer, runs: Sequence[Driven]) -> Answer:
+def refined(
+    prediction: Prediction,
+    answer: Answer,
+    runs: Sequence[Driven],
+    grid: Sequence[tuple[Candidate, Thinned]] = (),
+) -> Answer:
     """The answer in its best shape between the neighbours on its grid.
 
     It costs as much as the grid, or as the number of shapes that blocks tell apart within the bounds. The
     nearer it comes, the more rows of what it leaves are independent, and the finer shapes are told apart.
+    That number is too large where the numbers of a shape stand in for one another; by how much the shapes of
+    the grid do worse on average is then the lower of the two.
     """
     best, choices = answer, dict.fromkeys(answer.candidate.bounds, 0.0)
     for _ in range(SWEEPS):
@@ -41,7 +48,17 @@ def refined(prediction: Prediction, answer: Answer, runs: Sequence[Driven]) -> A
         best = _together(prediction, colouring(prediction, best), runs)
     assert answer.independent is not None
     best = weighed(prediction, best, answer.independent)
-    return replace(best, cost=max(best.cost, float(np.log(best.candidate.among)) + sum(choices.values())))
+    cost = max(best.cost, float(np.log(best.candidate.among)) + sum(choices.values()))
+    return replace(best, cost=min(cost, _over_grid(prediction, best, grid)))
+
+
+def _over_grid(prediction: Prediction, best: Answer, grid: Sequence[tuple[Candidate, Thinned]]) -> float:
+    """By how much the mean probability of a grid's shapes is less than that of the best, on a logarithm."""
+    assert best.independent is not None
+    every = [weighed(prediction, one, best.independent) for one in ask(prediction, grid)]
+    gains = [one.gain + one.cost for one in every]
+    mean = np.logaddexp.reduce(gains) - np.log(len(grid)) if gains else -np.inf
+    return float(best.gain + best.cost - mean)
 
 
 def _along(prediction: Prediction, start: Answer, runs: Sequence[Driven], name: str) -> tuple[Answer, float]:

@@ -10,7 +10,7 @@ import pinocchio as pin
 from ...effects import Payload, RigidBody
 from ...effects.rigid_body import inertial_beliefs
 from ...model import Model
-from ..candidate import WEIGHT, Candidate
+from ..candidate import Candidate
 from ..driven import Driven
 from .motors import on_motors
 
@@ -46,7 +46,6 @@ def payloads(model: Model) -> Iterator[Candidate]:
         proportion=PROPORTION,
         led=1,
         cancels=True,
-        size=WEIGHT,
     )
 
 

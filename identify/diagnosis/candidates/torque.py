@@ -8,7 +8,7 @@ import numpy as np
 
 from ...effects import EFFECTS, Effect, JointEffect, JointSpring, KinematicCoupling, Shape, SpringBalancer
 from ...model import Model
-from ..candidate import UNNAMED, WEIGHT, Candidate
+from ..candidate import UNNAMED, Candidate
 from ..driven import Driven
 from ..nuisances import PRESLIDING, REVERSAL_STD, REVERSALS, dry, turning
 from .elastic import link_size
@@ -30,6 +30,8 @@ RATIOS = (-2.0, -1.0, -0.5, 0.5, 1.0, 2.0)
 """Turns of a motor with its neighbour for one with its own joint that are tried [-]."""
 FORGOTTEN = 5.0
 """How much likelier a model lacks what it has on other joints than what it has nowhere [-]."""
+CABLE = 0.1
+"""Torque of a hose or a cable, share of a joint's usual one [-]; what carries weight is a balancer."""
 WEIGHTLESS = 0.01
 """How likely a balancer is at most on a joint that carries no weight, beside one that carries most [-]."""
 LIMITS = {"presliding": Shape("rad", 1e-3, 5e-2)}
@@ -124,7 +126,7 @@ def _balancer(model: Model, effect: SpringBalancer, share: float) -> Candidate:
         return _balancer(model, replace(effect, **given), share)
 
     bounds = {name: one.bounds[name] for name in ("d22", "phi")}
-    return replace(one, bounds=bounds, reshaped=reshaped, prior=one.prior * share, size=WEIGHT)
+    return replace(one, bounds=bounds, reshaped=reshaped, prior=one.prior * share)
 
 
 def of_effect(model: Model, name: str, effect: Effect) -> Candidate:
@@ -154,6 +156,7 @@ def of_effect(model: Model, name: str, effect: Effect) -> Candidate:
         instance=effect,
         prior=_prior(model, parameters),
         cancels=isinstance(effect, (SpringBalancer, JointSpring)),
+        size=CABLE if isinstance(effect, JointSpring) else np.inf,
         rows=None if coupled(robot) else _joints(effect, model),
         smooth=effect.smooth,
     )
