@@ -113,6 +113,11 @@ def _torque(model: Model, motion: Motion, values: np.ndarray, transmitted: bool)
     return np.concatenate(pieces)
 
 
+def gear_torque(model: Model, motion: Motion, values: np.ndarray) -> np.ndarray:
+    """Torque that the gears transmit, by parameters (p,), shape (t, n) [N m]."""
+    return _torque(model, motion, values, transmitted=True)
+
+
 def slices(runs: Sequence[Driven]) -> tuple[slice, ...]:
     """Rows of each run when they are stacked."""
     stops = np.cumsum([0, *(run.rows for run in runs)])

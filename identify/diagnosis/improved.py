@@ -148,8 +148,12 @@ def _tilt(arm: Arm, finding: Finding) -> Arm:
     robot = arm.model.robot
     kinematics = robot.kinematics.copy()
     field = np.array(kinematics.gravity.linear)
-    lean = np.array([finding.parameters["tilt_x"].value, finding.parameters["tilt_y"].value, 0.0])
-    kinematics.gravity = pin.Motion(field + np.linalg.norm(field) * lean, np.zeros(3))
+    known, size = {name: one.value for name, one in finding.parameters.items()}, float(np.linalg.norm(field))
+    if "tilt_x" in known:
+        turned = field + size * np.array([known["tilt_x"], known["tilt_y"], 0.0])
+    else:
+        turned = size * np.array([known[f"gravity_{axis}"] for axis in "xyz"])
+    kinematics.gravity = pin.Motion(turned, np.zeros(3))
     return _on(arm, replace(robot, kinematics=kinematics))
 
 

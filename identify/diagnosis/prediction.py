@@ -125,6 +125,11 @@ class Prediction:
         return np.sqrt(np.diag(solve(self.factor, np.eye(len(self.rows.std))[:, places])[places]))
 
     @cached_property
+    def limited_size(self) -> np.ndarray:
+        """Torque per unit of the same, root mean square over all rows, shape (l,)."""
+        return rms_torque(self.rows.columns[:, :, self.rows.limited])
+
+    @cached_property
     def left_out(self) -> np.ndarray:
         """Unknowns by all blocks but each, shape (k, b)."""
         right = self.normal[1] - self._whole[1]
@@ -172,6 +177,11 @@ class Prediction:
     def independent_of(self, torque: np.ndarray) -> np.ndarray:
         """Independent rows over all rows for further torque (r, n) that is explained, shape (n,)."""
         return self._independent(self.leaving(torque), torque)
+
+
+def rms_torque(columns: np.ndarray) -> np.ndarray:
+    """Root mean square over rows, all joints together, of columns (r, n, p), shape (p,)."""
+    return np.asarray(np.sqrt(np.einsum("rnp,rnp->p", columns, columns) / max(len(columns), 1)))
 
 
 def factored(matrix: np.ndarray) -> Factor:

@@ -9,10 +9,13 @@ import numpy as np
 
 from .block_likelihood import log_odds, strain, trusted
 from .candidate import Candidate, Thinned
-from .prediction import CERTAIN, Prediction, solve
+from .prediction import CERTAIN, Prediction, rms_torque, solve
 
 STRANGE = 4.0
 """Standard deviations from what physics expects at which something is not that effect: one in 16 000."""
+
+FORMULA = 0.1
+"""Error of a formula of friction or gears, share of its torque [-]: none is right to better than a tenth."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -209,6 +212,7 @@ def _answers(prediction: Prediction, alike: Sequence[tuple[Candidate, Thinned]])
             prediction,
             apart[:, own],
             matrix[np.ix_(own, own)],
+            columns,
             _fitted(matrix[np.ix_(own, own)], right[own], candidate, columns),
         )
         for (candidate, columns), own in zip(alike, products.places, strict=True)
@@ -280,16 +284,18 @@ def _fitted(matrix: np.ndarray, right: np.ndarray, candidate: Candidate, columns
 
 
 def _beside_limits(
-    prediction: Prediction, apart: np.ndarray, matrix: np.ndarray, one: _Fitted | None
+    prediction: Prediction, apart: np.ndarray, matrix: np.ndarray, columns: Thinned, one: _Fitted | None
 ) -> _Fitted | None:
     """The coefficients; None where something else would have to be beyond its limit of physics beside them.
 
-    A friction that needs the viscous friction to be negative is not that friction.
+    A friction that needs the viscous friction to be negative is not that friction; by a tenth of its own
+    torque it may, since no formula is better.
 
     Args:
         prediction: Without it.
         apart: By how much less the other unknowns are per unit of each coefficient, shape (b, p).
         matrix: Normal matrix of the coefficients beside the others, shape (p, p).
+        columns: Of the coefficients.
         one: The coefficients.
     """
     places = prediction.rows.limited
@@ -301,7 +307,9 @@ def _beside_limits(
     moved = apart[np.ix_(places, one.free)]
     own = np.sum(moved * np.linalg.solve(free, moved.T).T, axis=1)
     std = np.sqrt(prediction.limited_std**2 + np.maximum(own, 0.0))
-    return None if np.any(after < np.minimum(lower, before) - STRANGE * std) else one
+    torque = float(rms_torque((columns.values @ one.values)[:, :, None])[0])
+    spare = STRANGE * std + FORMULA * torque / np.maximum(prediction.limited_size, 1e-300)
+    return None if np.any(after < np.minimum(lower, before) - spare) else one
 
 
 def _solved(matrix: np.ndarray, right: np.ndarray, values: np.ndarray, free: np.ndarray) -> np.ndarray:

@@ -9,9 +9,10 @@ from .candidate import Thinned
 from .candidates.ripples import ripples
 from .found import CERTAIN_ODDS, Found, judged, log_prior
 from .link_encoders import measured_gears
+from .mounting import mounted_otherwise
 from .once import only_once
 from .prediction import Prediction
-from .question import Answer, ask, colouring, levelled
+from .question import FORMULA, Answer, ask, colouring, levelled
 from .scene import Scene
 from .shape import refined
 
@@ -21,9 +22,9 @@ COLOURED = 14
 """Hypotheses whose answers are weighed with the colour of what they leave."""
 REFINE = 3
 """Hypotheses whose shape is refined before the best is chosen."""
-MATERIAL = 0.01
-"""Share of what the nominal model misses on a joint that an effect explains there at least [-]: no formula of
-friction or gears is right to better than a tenth, which of the greatest effect leaves a hundredth."""
+MATERIAL = FORMULA**2
+"""Share of what the nominal model misses on a joint that an effect explains there at least [-]: as much as
+the formula of the greatest effect may leave."""
 WORSE = 1.02
 """Residual of a joint held out, over that without any finding, which is no harm yet: noise does that [-]."""
 NEAR = 0.5
@@ -56,7 +57,9 @@ class Searched:
 
 def search(scene: Scene) -> Searched:
     """Find what the model leaves out."""
-    found = measured_gears(scene)
+    found = [*measured_gears(scene), *mounted_otherwise(scene)]
+    scene, answers = scene.bearing(_answers(found))
+    found = [one._replace(answer=answer) for one, answer in zip(found, answers, strict=True)]
     believed, single = scene.prediction([]), list[Answer]()
     out: set[object] = set()
     total = 1.0
@@ -86,8 +89,8 @@ def _material(one: Answer, believed: Prediction) -> bool:
 def _never_worse(scene: Scene, found: list[Found], believed: Prediction) -> list[Found]:
     """Findings with which no joint of the runs held out is predicted worse than without any.
 
-    One goes if the joint that is predicted worst gains by that more than any other loses; the least credible
-    first. What none of them is to blame for stays as it is.
+    One goes if the joint that is predicted worst gains by that, and more than any other loses where it has a
+    name; the least credible first. What none of them is to blame for stays as it is.
     """
     which = ~scene.blocks.fitted
     if not np.any(which):
@@ -105,9 +108,8 @@ def _never_worse(scene: Scene, found: list[Found], believed: Prediction) -> list
             others = [other for other in found if other is not one]
             without = held_out(others)
             gained = float(np.max(now) / np.max(without))
-            if gained > max(WORSE, float(np.max(without / now))) and (
-                going is None or gained > going * WORSE
-            ):
+            lost = float(np.max(without / now)) if one.named else 1.0
+            if gained > max(WORSE, lost) and (going is None or gained > going * WORSE):
                 going, kept = gained, others
         if going is None:
             break

@@ -26,7 +26,8 @@ SENTENCES: dict[str, str] = {
     "frame]",
     "rotor_inertia": "{joint} has a rotor inertia {Ia:size} {Ia:larger|smaller} than in the model",
     "base_tilt": "The base is not level: it leans by {lean:deg}"
-    "[ (gravity has {tilt_x:deg} along x and {tilt_y:deg} along y)]",
+    "[ (gravity has {tilt_x:deg} along x and {tilt_y:deg} along y)]"
+    "[ (gravity points along {gravity_x:bare}, {gravity_y:bare}, {gravity_z:bare} of the base frame)]",
     "viscous_friction": "{joint} has a viscous friction {Fv:size} {Fv:higher|lower} than in the model",
     "coulomb_friction": "{joint} has a Coulomb friction {Fc:size} {Fc:higher|lower} than in the model",
     "friction_asymmetry": "{joint} has asymmetric friction: {more:forwards|backwards} "
@@ -178,7 +179,7 @@ def _derived(finding: Finding, known: Mapping[str, Any]) -> dict[str, Any]:
     if waves:
         found["wave"] = length(finding.parameters, *waves)
     if "tilt_x" in known and "tilt_y" in known:
-        found["lean"] = length(known, "tilt_x", "tilt_y")
+        found |= {} if "lean" in found else {"lean": length(known, "tilt_x", "tilt_y")}
     if {"M", "MX", "MY", "MZ"} <= set(known):
         found |= _body(known["M"], [known[f"M{axis}"] for axis in "XYZ"])
     if "Fa" in known:

@@ -1,6 +1,6 @@
 """Candidates that are bodies, or gravity: payload, links, a base that is not level."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import cache
 
@@ -85,15 +85,18 @@ def _as_heavy(body: pin.Inertia) -> tuple[tuple[float, float], ...]:
 
 def tilts(model: Model) -> Iterator[Candidate]:
     """A base that leans: gravity has a part along its x and y axes."""
-    robot = model.robot
 
     def columns(run: Driven) -> np.ndarray:
-        sides = [_gravity(model, run, axis) for axis in (0, 1)]
-        return np.stack([side @ robot.to_motors.T for side in sides], axis=2)
+        return gravity_columns(model, run, (0, 1))
 
     names, lower = ("tilt_x", "tilt_y"), (-np.inf, -np.inf)
     believed = ((0.0, LEANING),) * 2
     yield Candidate("base_tilt", (), columns, names, ("rad", "rad"), lower, smooth=True, expected=believed)
+
+
+def gravity_columns(model: Model, run: Driven, axes: Sequence[int]) -> np.ndarray:
+    """Torque of the motors by gravity along some axes of the base, shape (t, n, a) [N m]."""
+    return on_motors(model.robot, np.stack([_gravity(model, run, axis) for axis in axes], axis=2))
 
 
 def _gravity(model: Model, run: Driven, axis: int) -> np.ndarray:

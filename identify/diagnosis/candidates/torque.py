@@ -19,7 +19,7 @@ MULTIPLES = 6
 GRIDS: dict[str, tuple[dict[str, Any], ...]] = {
     "stribeck_friction": tuple({"fade": speed} for speed in (0.02, 0.05, 0.12, 0.3)),
     "hysteresis": tuple({"presliding": way} for way in (1.5e-3, 4e-3, 1e-2, 2.5e-2)),
-    "nonlinear_viscous_friction": tuple({"exponent": power} for power in (0.5, 1.5, 2.0, 3.0)),
+    "nonlinear_viscous_friction": tuple({"exponent": power} for power in (0.5, 0.8, 1.5, 2.0, 3.0)),
     "torque_ripple": (*({"harmonic": float(k)} for k in (1, 2, 3, 4, 6)), {"count": MULTIPLES}),
     "position_dependent_friction": (*({"harmonic": float(k)} for k in (1, 2, 3)), {"count": MULTIPLES}),
     "friction_asymmetry": ({}, {"viscous": True}),
