@@ -118,10 +118,9 @@ def late(seconds, joints):
 
 
 def test_a_delay_is_that_of_all_drives_only_where_every_joint_has_it():
-    found = searched(record(change=late(0.006, (1,))))
-    assert names(found) == [("time_delay", (1,))]
-    [(value, std)] = sizes(found)
-    assert abs(value - 0.006) < 3 * std < 1e-3
+    assert "time_delay" not in dict(names(searched(record(change=late(0.006, (1,))))))
+    found = searched(record(change=late(0.006, (0, 1))))
+    assert names(found) == [("time_delay", ())]
 
 
 def test_clocks_and_delays_have_the_sign_of_what_comes_late():

@@ -147,10 +147,15 @@ class Prediction:
 
     @cached_property
     def covariance(self) -> np.ndarray:
-        """Of the unknowns by how they change when blocks are left out (the jackknife's), shape (b, b)."""
+        """Of the unknowns, shape (b, b).
+
+        By how they change when blocks are left out (the jackknife's), and when what was believed is wrong by
+        as much as was stated.
+        """
         own = self.left_out[self.blocks.fitted]
         apart = own - own.mean(axis=0)
-        return (len(own) - 1.0) / len(own) * apart.T @ apart
+        believed = solve(self.factor, np.diag(np.sqrt(self.precision)))
+        return (len(own) - 1.0) / len(own) * apart.T @ apart + believed @ believed.T
 
     def power(self, errors: np.ndarray, which: np.ndarray | None = None) -> np.ndarray:
         """Mean square of predicted errors (..., k, n) of some blocks (k,), shape (..., n) [(N m)^2]."""

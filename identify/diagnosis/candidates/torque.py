@@ -32,8 +32,10 @@ FORGOTTEN = 5.0
 """How much likelier a model lacks what it has on other joints than what it has nowhere [-]."""
 CABLE = 0.1
 """Torque of a hose or a cable, share of a joint's usual one [-]; what carries weight is a balancer."""
-WEIGHTLESS = 0.01
-"""How likely a balancer is at most on a joint that carries no weight, beside one that carries most [-]."""
+BALANCED = 0.05
+"""Weight that a joint carries over the most that one does, from which on somebody may balance it [-]."""
+WEIGHTLESS = 1e-4
+"""How likely a balancer is on any other joint, beside one on the joint that carries most [-]."""
 LIMITS = {"presliding": Shape("rad", 1e-3, 5e-2)}
 """Narrower bounds than an effect's own: less presliding is a nuisance."""
 
@@ -115,7 +117,7 @@ def balancers(model: Model) -> Iterator[Candidate]:
         for ratio in (0.15, 0.3, 0.6):
             for angle in np.arange(-3, 4) * np.pi / 4:
                 effect = SpringBalancer(joint, d21=1.0, d22=ratio, phi=float(angle))
-                yield _balancer(model, effect, max(float(share), WEIGHTLESS))
+                yield _balancer(model, effect, float(share) if share > BALANCED else WEIGHTLESS)
 
 
 def _balancer(model: Model, effect: SpringBalancer, share: float) -> Candidate:
