@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 from exidyn.identify.diagnosis.block_likelihood import independent_share, log_probability, trust
+from exidyn.identify.diagnosis.comparison import colouring, levelled
 from exidyn.identify.diagnosis.found import CERTAIN_ODDS, CREDIBLE, odds_of
-from exidyn.identify.diagnosis.question import ask, colouring, levelled
+from exidyn.identify.diagnosis.question import ask
 
 from .small_rows import RATE, asked, blocks, predicted, remembering, rows
 

@@ -5,9 +5,10 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from exidyn.identify.diagnosis.block_answer import prior_std
 from exidyn.identify.diagnosis.block_likelihood import trusted
 from exidyn.identify.diagnosis.blocks import FEWEST, MOST, SHORTEST, Blocks
-from exidyn.identify.diagnosis.question import ask, prior_std
+from exidyn.identify.diagnosis.question import ask
 
 from .small_rows import asked, blocks, predicted, rows
 

@@ -4,14 +4,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from exidyn.identify.diagnosis.block_answer import Answer
 from exidyn.identify.diagnosis.candidate import Candidate, Thinned
 from exidyn.identify.diagnosis.candidates import contact, measurement
+from exidyn.identify.diagnosis.comparison import better, competing
 from exidyn.identify.diagnosis.diagnose import diagnose
 from exidyn.identify.diagnosis.evidence import places_of
 from exidyn.identify.diagnosis.found import CREDIBLE, judged, log_prior, odds_of
 from exidyn.identify.diagnosis.nuisances import CLOCK, torque_rate
 from exidyn.identify.diagnosis.once import moments
-from exidyn.identify.diagnosis.question import Answer, ask, better, competing
+from exidyn.identify.diagnosis.question import ask
 from exidyn.identify.diagnosis.search import _by_hypothesis
 from exidyn.identify.diagnosis.shape import refined, with_shape
 from exidyn.identify.diagnosis.shape_doubt import deviations

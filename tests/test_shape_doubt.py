@@ -5,9 +5,9 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from exidyn.identify.diagnosis.block_answer import Answer
 from exidyn.identify.diagnosis.candidate import Candidate, Thinned
 from exidyn.identify.diagnosis.found import Found
-from exidyn.identify.diagnosis.question import Answer
 from exidyn.identify.diagnosis.shape_doubt import deviations
 from exidyn.identify.effects import Shape
 from scipy import optimize

@@ -4,9 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .block_answer import Answer
 from .finding import Budget, Share
 from .found import Found
-from .question import Answer
 from .scene import Scene
 
 NOISE, OTHER = "sensor noise", "nothing that was recorded"

@@ -4,8 +4,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from .block_answer import Answer
 from .finding import Change
-from .question import Answer
 from .scene import Scene
 
 MOST = 20

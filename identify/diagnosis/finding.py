@@ -6,9 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .block_answer import Answer
 from .candidate import Candidate
 from .candidates.unlisted import UNLISTED
-from .question import Answer
 from .trace import Evidence
 
 

@@ -5,8 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .block_answer import Answer
 from .candidate import Candidate
-from .question import SEEN, Answer, better, competing
+from .comparison import SEEN, better, competing
 
 CREDIBLE = 0.95
 """Probability from which on something is taken to be there, and below which it is taken out again."""

@@ -13,13 +13,15 @@ from dataclasses import replace
 import numpy as np
 
 from ..effects.smooth_sign import smooth_sign
+from .block_answer import Answer
 from .blocks import period
 from .candidate import Candidate, Thinned
 from .candidates.elastic import of_stiffness
+from .comparison import colouring
 from .driven import Driven
 from .found import CERTAIN_ODDS, Found, odds_of
 from .prediction import Prediction
-from .question import Answer, ask, colouring
+from .question import ask
 from .rows import Rows
 from .scene import Scene
 

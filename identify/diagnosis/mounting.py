@@ -15,13 +15,16 @@ from scipy import optimize
 from scipy.spatial.transform import Rotation
 
 from ..model import Model
+from .block_answer import Answer
 from .candidate import UNNAMED, Candidate, Thinned
+from .candidate_fit import STRANGE
 from .candidates.bodies import LEANING, gravity_columns
 from .candidates.motors import on_motors
+from .comparison import colouring
 from .driven import Driven, gear_torque
 from .found import CERTAIN_ODDS, Found, log_prior
 from .prediction import Prediction
-from .question import STRANGE, Answer, ask, colouring
+from .question import ask
 from .rows import Rows, model_rows
 from .scene import Scene
 

@@ -2,12 +2,12 @@
 
 import numpy as np
 
+from .block_answer import Answer
 from .candidate import Thinned
 from .candidates.contact import Contact, candidate, contacts
 from .finding import Moment
 from .found import CERTAIN_ODDS, Found
 from .prediction import Prediction
-from .question import Answer
 from .scene import Scene
 
 FEW = 3

@@ -9,9 +9,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..model import Model
+from .block_answer import Answer
 from .candidate import Candidate, Thinned
 from .driven import Driven
-from .question import Answer
 
 LOADED = (
     "joint_elasticity", "backlash", "load_dependent_friction", "drive_gain", "drive_gain_saturation",

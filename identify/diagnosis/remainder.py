@@ -5,12 +5,14 @@ from collections.abc import Iterator
 import numpy as np
 from scipy import ndimage
 
+from .block_answer import Answer
 from .candidate import Thinned
+from .comparison import colouring
 from .discrepancy import KINDS, features
 from .finding import Remainder
 from .found import odds_of
 from .prediction import Prediction
-from .question import Answer, ask, colouring
+from .question import ask
 from .scene import Scene
 
 CREDIBLE = 0.99

@@ -45,10 +45,11 @@ class Rows:
     @property
     def limited(self) -> np.ndarray:
         """Places of the unknowns that physics limits."""
-        return np.flatnonzero(np.isfinite(self._lower))
+        return np.flatnonzero(np.isfinite(self.least))
 
     @property
-    def _lower(self) -> np.ndarray:
+    def least(self) -> np.ndarray:
+        """Smallest value of each, shape (b,); minus infinity without a limit."""
         return np.full(len(self.names), -np.inf) if self.lower is None else self.lower
 
     def plus(
@@ -66,7 +67,7 @@ class Rows:
             names=(*self.names, *names),
             std=np.concatenate([self.std, std]),
             mean=np.concatenate([self.mean, np.zeros(len(std)) if mean is None else mean]),
-            lower=np.append(self._lower, np.full(len(std), -np.inf) if lower is None else lower),
+            lower=np.append(self.least, np.full(len(std), -np.inf) if lower is None else lower),
         )
 
 

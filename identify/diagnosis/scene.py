@@ -7,13 +7,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..model import Model
+from .block_answer import Answer
 from .blocks import Blocks
 from .candidate import Candidate, Thinned
 from .candidates import candidates
 from .driven import Driven
 from .nuisances import CLOCK, with_nuisances
 from .prediction import CERTAIN, Prediction, factored, solve
-from .question import Answer
 from .reloading import UNSETTLING, Known, alike, anew
 from .rows import Rows, model_rows
 from .runs import HELD_OUT

@@ -5,14 +5,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from .block_answer import Answer
 from .candidate import Thinned
+from .candidate_fit import FORMULA
 from .candidates.ripples import ripples
+from .comparison import colouring, levelled
 from .found import CERTAIN_ODDS, Found, judged, log_prior
 from .link_encoders import measured_gears
 from .mounting import mounted_otherwise
 from .once import only_once
 from .prediction import Prediction
-from .question import FORMULA, Answer, ask, colouring, levelled
+from .question import ask
 from .scene import Scene
 from .shape import refined
 

@@ -6,10 +6,12 @@ from dataclasses import replace
 import numpy as np
 from scipy import optimize
 
+from .block_answer import Answer
 from .candidate import Candidate, Thinned
+from .comparison import colouring, weighed
 from .driven import Driven
 from .prediction import Prediction
-from .question import Answer, ask, colouring, weighed
+from .question import ask
 
 APART = 0.5
 """Loss of the logarithm of the probability at which two shapes are one standard deviation apart."""
