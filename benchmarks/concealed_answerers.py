@@ -1,22 +1,27 @@
 """Who answers concealed cases: the product, simulating or not, and two that show what the scores mean."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from concealed_truth import told_truth
+
+if TYPE_CHECKING:
+    from exidyn.identify.model import Model
 
 Answerer = Callable[[Path], dict[str, Any]]
 """From the folder of a case to its answer; it can be sent to another process."""
 
 
-def product(folder: Path, simulate: bool = False) -> dict[str, Any]:
+def product(folder: Path, simulate: bool = False, values: bool = True) -> dict[str, Any]:
     """What exidyn says; it is given the folder of the case and nothing else.
 
     Args:
         folder: Of the case.
         simulate: Whether the run held out is simulated too, as believed and with what was found.
+        values: Whether the values that the case states of inertias and friction are used.
     """
     from exidyn.acquire.diagnosis_case import COMPARISON_CUTOFF
     from exidyn.identify.diagnosis import diagnose
@@ -28,7 +33,8 @@ def product(folder: Path, simulate: bool = False) -> dict[str, Any]:
 
     runs = import_source(folder)
     roles = [(run.settings["role"], run) for run in runs]
-    diagnosis = diagnose(runs[0].model, roles, filtering=Filtering(torque_cutoff=COMPARISON_CUTOFF))
+    model = runs[0].model if values else without_values(runs[0].model)
+    diagnosis = diagnose(model, roles, filtering=Filtering(torque_cutoff=COMPARISON_CUTOFF))
     said: dict[str, Any] = answer(diagnosis)
     if not simulate or not said["findings"]:
         return said
@@ -42,6 +48,11 @@ def product(folder: Path, simulate: bool = False) -> dict[str, Any]:
         "simulated_before": simulated.before.tolist(),
         "simulated_after": simulated.after.tolist(),
     }
+
+
+def without_values(model: "Model") -> "Model":
+    """A model of which nobody states inertias, friction or offsets."""
+    return replace(model, stated={}, robot=replace(model.robot, inertias_stated=False))
 
 
 def silent(folder: Path) -> dict[str, Any]:
@@ -68,13 +79,14 @@ def oracle(folder: Path, truths: Path) -> dict[str, Any]:
 
 
 def answerer(name: str, truths: Path) -> Answerer:
-    """By name: product, simulating, silent or oracle."""
+    """By name: product, bare, simulating, silent or oracle."""
     return {
         "product": product,
+        "bare": partial(product, values=False),
         "simulating": partial(product, simulate=True),
         "silent": silent,
         "oracle": partial(oracle, truths=truths),
     }[name]
 
 
-NAMES = ("product", "simulating", "silent", "oracle")
+NAMES = ("product", "bare", "simulating", "silent", "oracle")

@@ -97,7 +97,9 @@ def test_models_to_tell_apart_are_written_where_the_words_say(tmp_path, monkeypa
 def test_the_model_found_is_written_without_alternatives_and_says_what_it_cannot_hold(tmp_path):
     other = instead("time_delay", None)
     late = replace(diagnosis(), findings=(as_finding(other),), undecided=(), budget=None)
-    for one, lacking in ((diagnosis(), False), (late, True)):
+    [spring] = diagnosis().findings
+    sure = replace(diagnosis(), findings=(replace(spring, alternatives=()),))
+    for one, lacking in ((sure, False), (late, True)):
         written = write_diagnosis(replace(one, changes=()), None, None, tmp_path)
         assert tmp_path / "found.toml" in written
         assert tmp_path / "instead-1.toml" not in written
