@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from ..base_parameters import BaseParameters
-from ..effects import JointEffect, RotorInertia
+from ..effects import Belief, JointEffect, RotorInertia
 from ..equations import decimated_regressor
 from ..model import Model
 from .driven import Driven, slices
@@ -71,14 +71,21 @@ class Rows:
         )
 
 
-def model_rows(model: Model, runs: Sequence[Driven]) -> Rows:
-    """Rows whose unknowns are the deviations of the model's parameters from their beliefs."""
+def model_rows(model: Model, runs: Sequence[Driven], values: np.ndarray | None = None) -> Rows:
+    """Rows whose unknowns are the deviations of the model's parameters from their beliefs.
+
+    Args:
+        model: With its beliefs.
+        runs: Of which rows are made.
+        values: Parameters (p,) that give the load by which gears rub; those believed by default.
+    """
+    carrying = model if values is None else _believing(model, values)
     believed, every = model.believed_values, np.arange(len(model.names))
     # Beliefs make the system regular, so that no base parameters are needed.
     base = BaseParameters(tuple(model.parameters), every, np.eye(len(every)), (1.0, 0.0))
     columns, difference = [], []
     for run in runs:
-        regressor, known = decimated_regressor(model, base, run.prepared, run.motion)
+        regressor, known = decimated_regressor(carrying, base, run.prepared, run.motion)
         measured = run.prepared.gain * run.prepared.decimated_current
         columns.append(regressor)
         difference.append(measured - known - regressor @ believed)
@@ -92,6 +99,11 @@ def model_rows(model: Model, runs: Sequence[Driven]) -> Rows:
         np.zeros(len(model.names)),
         _limits(model) - believed,
     )
+
+
+def _believing(model: Model, values: np.ndarray) -> Model:
+    beliefs = {name: Belief(float(value)) for name, value in zip(model.names, values, strict=True)}
+    return replace(model, stated=beliefs)
 
 
 def _limits(model: Model) -> np.ndarray:

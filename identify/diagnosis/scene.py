@@ -57,7 +57,7 @@ class Scene:
         loaded = tuple(known.on(run) for run in runs)
         asked = [(candidate, Thinned.of(candidate, loaded)) for candidate in candidates(model)]
         asked = [pair for pair in asked if not pair[1].empty]
-        base = model_rows(model, loaded)  # friction that the model has goes with the load as well
+        base = _rows(model, loaded, values, base)
         return cls(model, loaded, blocks, base, with_nuisances(base, model, loaded, values), asked, known)
 
     @property
@@ -106,9 +106,15 @@ class Scene:
             return self, list(found)
         fresh = [replace(one, columns=anew(one.candidate, one.columns, runs)) for one in found]
         asked = [(candidate, anew(candidate, columns, runs)) for candidate, columns in self.asked]
-        rows = with_nuisances(self.base, self.model, runs, known.values)
+        base = _rows(self.model, runs, known.values, self.base)
+        rows = with_nuisances(base, self.model, runs, known.values)
         rows = replace(rows, weight=self.rows.weight)
-        return replace(self, runs=runs, rows=rows, asked=asked, known=known), fresh
+        return replace(self, runs=runs, base=base, rows=rows, asked=asked, known=known), fresh
+
+
+def _rows(model: Model, runs: Sequence[Driven], values: np.ndarray, before: Rows) -> Rows:
+    """Rows at the load by some parameters (p,); those before where no friction of the model goes with it."""
+    return model_rows(model, runs, values) if any(one.needs_load for one in model.effects) else before
 
 
 def with_found(rows: Rows, found: Sequence[Answer]) -> Rows:

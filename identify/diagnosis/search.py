@@ -74,12 +74,28 @@ def search(scene: Scene) -> Searched:
         one = judged(open_, total)
         if one is None:
             break
-        before = {other.answer.candidate.key for other in (*found, one)}
-        scene, found = _settled(scene, [*found, one])
+        settled, stay = _settled(scene, [*found, one])
+        gone = _keys([*found, one]) - _keys(stay)
+        if gone and _less_probable(settled, stay, found):
+            out.add(one.answer.candidate.key)  # it takes out what explains more
+            continue
+        scene, found = settled, stay
         # What went out once is not asked for again: it would come and go.
-        out |= before - {other.answer.candidate.key for other in found}
+        out |= gone
     found = _never_worse(scene, _beside_all(scene, found, total), believed)
     return Searched(scene, tuple(found), scene.prediction(_answers(found)), believed, tuple(single))
+
+
+def _keys(found: Sequence[Found]) -> set[object]:
+    return {one.answer.candidate.key for one in found}
+
+
+def _less_probable(scene: Scene, some: Sequence[Found], others: Sequence[Found]) -> bool:
+    """Whether blocks are less probable with some findings than with others."""
+    one, other = (scene.prediction(_answers(found)) for found in (some, others))
+    independent = other.weighting.independent
+    gain = one.log_probability(one.errors, independent) - other.log_probability(other.errors, independent)
+    return float(gain.sum()) < 0.0
 
 
 def _material(one: Answer, believed: Prediction) -> bool:
