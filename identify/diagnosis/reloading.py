@@ -80,8 +80,9 @@ def alike(before: Sequence[Driven], after: Sequence[Driven]) -> bool:
 
 
 def anew(candidate: Candidate, columns: Thinned, runs: Sequence[Driven]) -> Thinned:
-    """Columns of a candidate over runs whose load has changed."""
-    return Thinned.of(candidate, runs) if candidate.effect in LOADED else columns
+    """Columns of a candidate over runs whose load has changed; those of a measured gear are zero at any."""
+    changed = candidate.effect in LOADED and bool(np.any(columns.values))
+    return Thinned.of(candidate, runs) if changed else columns
 
 
 def _on_joints(model: Model, torque: np.ndarray) -> np.ndarray:
