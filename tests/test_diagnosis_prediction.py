@@ -144,6 +144,19 @@ def test_what_would_have_to_be_below_its_limit_is_no_answer():
     assert ask(prediction, [(replace(candidate, lower=(0.0,)), flipped)]) == []
 
 
+@pytest.mark.parametrize(("beside", "possible"), [(-0.5, False), (-0.05, True), (0.5, True)])
+def test_what_needs_an_unknown_below_its_limit_by_more_than_a_tenth_of_itself_is_no_answer(beside, possible):
+    random = np.random.default_rng(3)
+    known, apart = random.normal(size=(2, 240, 1, 1))
+    torque = (beside + 1.0) * known + apart + 0.01 * random.normal(size=known.shape)
+    given = rows(torque[:, :, 0], known, np.array([np.inf]))
+    pair = asked(known + apart, (0,))
+    [free] = ask(predicted(given, blocks([30] * 8)), [pair])
+    assert free.values[0] == pytest.approx(1.0, abs=0.01)
+    limited = ask(predicted(replace(given, lower=np.zeros(1)), blocks([30] * 8)), [pair])
+    assert bool(limited) == possible
+
+
 def test_what_is_far_from_what_physics_expects_is_no_answer():
     given, pieces, random = system(9)
     given, (candidate, thinned) = question("one joint", given, random)
