@@ -119,11 +119,16 @@ def _rows(model: Model, runs: Sequence[Driven], values: np.ndarray, before: Rows
 
 def with_found(rows: Rows, found: Sequence[Answer]) -> Rows:
     """Rows with the columns of what was found."""
-    for one in found:
-        names = [f"{one.candidate.effect} {name}" for name in one.candidate.names]
-        columns = one.columns.everywhere(rows.difference.shape[1])
-        rows = rows.plus(names, columns, one.std, one.mean, one.candidate.lower)
-    return rows
+    if not found:
+        return rows
+    joints = rows.difference.shape[1]
+    return rows.plus(
+        [f"{one.candidate.effect} {name}" for one in found for name in one.candidate.names],
+        np.concatenate([one.columns.everywhere(joints) for one in found], axis=2),
+        np.concatenate([one.std for one in found]),
+        np.concatenate([one.mean for one in found]),
+        np.concatenate([one.candidate.lower for one in found]),
+    )
 
 
 def _predicted(rows: Rows, blocks: Blocks, runs: Sequence[Driven]) -> Prediction:
