@@ -72,9 +72,11 @@ def beside_limits(
     moved = apart[np.ix_(places, one.free)]
     own = np.sum(moved * np.linalg.solve(free, moved.T).T, axis=1)
     std = np.sqrt(prediction.limited_std**2 + np.maximum(own, 0.0))
+    below = np.minimum(lower, before) - STRANGE * std - after
+    if not np.any(below > 0.0):
+        return one
     torque = float(rms_torque((columns.values @ one.values)[:, :, None])[0])
-    spare = STRANGE * std + FORMULA * torque / np.maximum(prediction.limited_size, 1e-300)
-    return None if np.any(after < np.minimum(lower, before) - spare) else one
+    return None if np.any(below > FORMULA * torque / np.maximum(prediction.limited_size, 1e-300)) else one
 
 
 def solved(matrix: np.ndarray, right: np.ndarray, values: np.ndarray, free: np.ndarray) -> np.ndarray:

@@ -127,7 +127,7 @@ def with_found(rows: Rows, found: Sequence[Answer]) -> Rows:
         np.concatenate([one.columns.everywhere(joints) for one in found], axis=2),
         np.concatenate([one.std for one in found]),
         np.concatenate([one.mean for one in found]),
-        np.concatenate([one.candidate.lower for one in found]),
+        [limit for one in found for limit in one.candidate.lower],
     )
 
 
