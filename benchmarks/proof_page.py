@@ -186,8 +186,8 @@ def motor_section(given: dict[str, Answer], picture: Callable[[str, str, str], s
 
 {picture("cogging", "Current over one turn of the motor, and the independent map", turn_picture(drawn))}
 {" ".join(seventh_words(one) for one in alike)}
-Where the ripple is named in both states they differ by its amplitude, and not by its absence; other names explain
-a part of it.
+Where the ripple is named in both states they differ by its amplitude, and not by its absence; other names
+explain a part of it.
 
 {table(head, rows)}
 {band_words(given[MOTOR[1]])}
