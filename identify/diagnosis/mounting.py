@@ -16,6 +16,7 @@ from scipy.spatial.transform import Rotation
 
 from ..model import Model
 from .block_answer import Answer
+from .blocks import period
 from .candidate import UNNAMED, Candidate, Thinned
 from .candidate_fit import STRANGE
 from .candidates.bodies import LEANING, gravity_columns
@@ -126,7 +127,7 @@ class _Fields:
         rows: Rows = self.scene.rows
         own = np.concatenate([columns, rows.columns[:, :, columns.shape[2] :]], axis=2)
         rows = replace(rows, columns=own, difference=difference)
-        return Prediction.of(rows, self.scene.blocks, self.scene.prediction([]).rate)
+        return Prediction.of(rows, self.scene.blocks, 1.0 / period(self.scene.runs[0]))
 
     def log_probability(self, direction: np.ndarray) -> float:
         """Of all blocks, each predicted by the others."""
