@@ -147,7 +147,7 @@ def windows(push, white=0.5, seed=3):
     decimation = SimpleNamespace(centres=np.arange, stride=1)
     prepared = SimpleNamespace(name="run", decimation=decimation)
     run = SimpleNamespace(prepared=prepared, motion=motion, rows=1000, torque=residual)
-    return model, run, start, list(contact.contacts(model, prediction, [run]))
+    return model, run, start, list(contact.contacts(model, prediction, [run], [contact.Reach.of(model, run)]))
 
 
 def test_a_contact_is_found_where_it_was():

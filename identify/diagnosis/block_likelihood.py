@@ -50,7 +50,7 @@ def trust(errors: np.ndarray, rows: np.ndarray) -> np.ndarray:
     return np.where(rows > 0, weight / usual, 1.0)
 
 
-def trusted(errors: np.ndarray, rows: float) -> np.ndarray:
+def trusted(errors: np.ndarray, rows: np.ndarray) -> np.ndarray:
     """Weight of blocks of so many independent rows by their errors over the variance, none above one."""
     return np.minimum((rows + FREEDOM) / (FREEDOM + errors), 1.0)
 

@@ -33,7 +33,7 @@ def fitted(matrix: np.ndarray, right: np.ndarray, candidate: Candidate, columns:
     matrix, right = matrix + np.diag(precision), right + precision * columns.mean
     free, values = np.ones(len(lower), bool), np.zeros(len(lower))
     while np.any(free):
-        values[free] = solved(matrix, right, values, free)
+        values = solved(matrix, right, values, free)
         below = free & (values < lower)
         if not np.any(below):
             break
@@ -80,10 +80,12 @@ def beside_limits(
 
 
 def solved(matrix: np.ndarray, right: np.ndarray, values: np.ndarray, free: np.ndarray) -> np.ndarray:
-    """The free unknowns of a small system, the others being what they are."""
-    if len(free) == 1:
-        return right / np.maximum(matrix[0], 1e-300)
+    """Unknowns of small systems (..., p, p), (..., p): some of them free (p,), the others at their values."""
     held = np.where(free, 0.0, values)
-    size = np.sqrt(np.maximum(np.diag(matrix)[free], 1e-300))
-    scaled = matrix[np.ix_(free, free)] / np.outer(size, size) + 1e-10 * np.eye(int(free.sum()))
-    return np.linalg.solve(scaled, (right - matrix @ held)[free] / size) / size
+    right = np.where(free, right - matrix @ held, 0.0)
+    size = np.sqrt(np.maximum(np.diagonal(matrix, axis1=-2, axis2=-1), 1e-300))
+    scaled = np.where(
+        np.outer(free, free), matrix / (size[..., :, None] * size[..., None, :]), np.eye(len(free))
+    )
+    scaled = scaled + 1e-10 * np.eye(len(free))
+    return np.where(free, np.linalg.solve(scaled, (right / size)[..., None])[..., 0] / size, held)

@@ -36,7 +36,7 @@ def _contact(scene: Scene, prediction: Prediction) -> tuple[Scene, Found] | None
 
     At least two joints feel it: what one joint alone feels is its own affair.
     """
-    best = next(iter(contacts(scene.model, prediction, scene.runs)), None)
+    best = next(iter(contacts(scene.model, prediction, scene.runs, scene.reaches)), None)
     if best is None:
         return None
     prior = np.log(len(scene.tried))
@@ -50,7 +50,7 @@ def _contact(scene: Scene, prediction: Prediction) -> tuple[Scene, Found] | None
 
 def moments(scene: Scene, prediction: Prediction) -> list[Moment]:
     """Windows of all runs in which a force explains far more than at other times, the greatest first."""
-    every = contacts(scene.model, prediction, scene.runs)
+    every = contacts(scene.model, prediction, scene.runs, scene.reaches)
     found: list[Contact] = []
     for one in every:
         if one.gain < CERTAIN_ODDS or len(found) == MOST:

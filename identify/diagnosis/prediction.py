@@ -62,14 +62,15 @@ class Prediction:
     weighting: Weighting
 
     @classmethod
-    def of(cls, rows: Rows, blocks: Blocks, rate: float) -> "Prediction":
-        """With noise and trust as the rows themselves tell them."""
+    def of(cls, rows: Rows, blocks: Blocks, rate: float, near: Weighting | None = None) -> "Prediction":
+        """With noise and trust as the rows themselves tell them, searched from those of a like model on."""
         sums = BlockSums.of(rows, blocks)
         fitted, counts = blocks.fitted[:, None].astype(float), sums.counts
-        square = np.array([[float(y @ y) for y in block] for block in sums.torque])
         total = np.maximum((counts * fitted).sum(axis=0), 1.0)
-        weighting = Weighting(
-            (square * fitted).sum(axis=0) / total + 1e-30, fitted + 0.0 * counts, np.ones(counts.shape[1])
+        weighting = near or Weighting(
+            (sums.square * fitted).sum(axis=0) / total + 1e-30,
+            fitted + 0.0 * counts,
+            np.ones(counts.shape[1]),
         )
         for turn in range(TURNS):
             now = cls(rows, blocks, rate, sums, weighting)
@@ -78,8 +79,9 @@ class Prediction:
             # Runs that are only predicted say nothing of what others are worth.
             independent = now._independent(now.residual * fitted[blocks.number])
             trusted = trust(independent * now.errors * fitted, independent * counts * fitted) * fitted
-            weighting = Weighting(variance, trusted if turn else weighting.trust, independent)
-            if settled and turn:
+            first = turn == 0 and near is None
+            weighting = Weighting(variance, weighting.trust if first else trusted, independent)
+            if settled and not first:
                 break
         return cls(rows, blocks, rate, sums, weighting)
 
@@ -134,6 +136,15 @@ class Prediction:
         """Unknowns by all blocks but each, shape (k, b)."""
         right = self.normal[1] - self._whole[1]
         return np.array([solve(factor, own) for factor, own in zip(self.factors, right, strict=True)])
+
+    @cached_property
+    def slopes(self) -> list[np.ndarray]:
+        """Products of columns and what the others' prediction leaves of each block, [n] of (k, a)."""
+        sums, values = self.sums, self.left_out
+        return [
+            right - np.einsum("kab,kb->ka", gram, values[:, acting])
+            for gram, right, acting in zip(sums.gram, sums.right, sums.acting, strict=True)
+        ]
 
     @cached_property
     def errors(self) -> np.ndarray:

@@ -5,28 +5,29 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .block_sums import by_block
 from .candidate import Thinned
 from .prediction import Prediction
 
 
 @dataclass(frozen=True, eq=False)
 class Products:
-    """Products of candidates' columns, all of the same joints, with themselves and with the prediction's.
+    """Products of i candidates' columns, p each, all of the same joints, over each block.
 
     Attributes:
         joints: Those they give torque to, shape (m,).
-        places: Columns of each candidate among all c of them.
-        own: Columns with each other, of each block and joint, shape (k, m, c, c).
-        parts: With the prediction's columns (a, c) and with the torque (c,) of each block and joint.
-        mixed: With the prediction's, of each block, all joints weighted, shape (k, b, c).
-        torque: With what is to be explained, likewise, shape (k, c).
-        weighted: `own` over all joints, weighted, shape (k, c, c).
+        own: Columns of each candidate with each other, shape (k, m, i, p, p).
+        parts: With the prediction's columns, of each joint, [m] of (k, a, i, p).
+        by_torque: With what is to be explained, of each joint, shape (k, m, i, p).
+        mixed: With the prediction's, all joints weighted, shape (k, b, i, p).
+        torque: With what is to be explained, likewise, shape (k, i, p).
+        weighted: `own` over all joints, weighted, shape (k, i, p, p).
     """
 
     joints: np.ndarray
-    places: list[np.ndarray]
     own: np.ndarray
-    parts: list[list[tuple[np.ndarray, np.ndarray]]]
+    parts: list[np.ndarray]
+    by_torque: np.ndarray
     mixed: np.ndarray
     torque: np.ndarray
     weighted: np.ndarray
@@ -34,26 +35,38 @@ class Products:
     @classmethod
     def of(cls, prediction: Prediction, every: Sequence[Thinned]) -> "Products":
         """Over all blocks."""
-        sums, weight, joints = prediction.sums, prediction.weighting.weight, every[0].joints
-        stops = np.cumsum([0, *(one.values.shape[2] for one in every)])
-        values = np.concatenate([one.values for one in every], axis=2)
-        values = values * prediction.rows.weight[:, joints, None]
-        blocks, count = prediction.blocks.rows, values.shape[2]
-        pieces = [values[rows].transpose(1, 0, 2) for rows in blocks]
-        own = np.stack([piece.transpose(0, 2, 1) @ piece for piece in pieces])
-        mixed, torque = (
-            np.zeros((len(blocks), len(prediction.rows.std), count)),
-            np.zeros((len(blocks), count)),
+        sums, joints, pieces = prediction.sums, every[0].joints, prediction.blocks.rows
+        values = [np.stack([one.values[:, place] for one in every], axis=1) for place in range(len(joints))]
+        values = [
+            own * prediction.rows.weight[:, joint, None, None]
+            for own, joint in zip(values, joints, strict=True)
+        ]
+        shape = (len(pieces), -1, len(every), every[0].values.shape[2])
+        flat = [own.reshape(len(own), -1) for own in values]
+        parts = [
+            by_block(pieces, sums.columns[joint], own).reshape(shape)
+            for joint, own in zip(joints, flat, strict=True)
+        ]
+        own = np.stack([_with_itself(pieces, one) for one in values], axis=1)
+        by_torque = np.stack(
+            [
+                by_block(pieces, one, sums.torque[joint]).reshape(shape[0], *shape[2:])
+                for joint, one in zip(joints, flat, strict=True)
+            ],
+            axis=1,
         )
-        parts: list[list[tuple[np.ndarray, np.ndarray]]] = []
-        for block, piece in enumerate(pieces):
-            parts.append([])
-            for one, joint in zip(piece, joints, strict=True):
-                by_columns = sums.columns[block][joint].T @ one
-                by_torque = one.T @ sums.torque[block][joint]
-                parts[-1].append((by_columns, by_torque))
-                mixed[block][sums.acting[joint]] += weight[block, joint] * by_columns
-                torque[block] += weight[block, joint] * by_torque
-        weighted = np.einsum("km,kmpq->kpq", weight[:, joints], own)
-        places = [np.arange(a, b) for a, b in zip(stops[:-1], stops[1:], strict=True)]
-        return cls(joints, places, own, parts, mixed, torque, weighted)
+        weight = prediction.weighting.weight[:, joints]
+        mixed = np.zeros((shape[0], len(prediction.rows.std), *shape[2:]))
+        for place, joint in enumerate(joints):
+            mixed[:, sums.acting[joint]] += weight[:, place, None, None, None] * parts[place]
+        torque = np.einsum("km,kmip->kip", weight, by_torque)
+        return cls(joints, own, parts, by_torque, mixed, torque, np.einsum("km,kmipq->kipq", weight, own))
+
+
+def _with_itself(pieces: Sequence[slice], values: np.ndarray) -> np.ndarray:
+    """Products of columns (r, i, p) of each candidate, shape (k, i, p, p)."""
+    found = []
+    for piece in pieces:
+        own = values[piece].transpose(1, 2, 0)
+        found.append(own @ own.transpose(0, 2, 1))
+    return np.stack(found)

@@ -8,7 +8,7 @@ from .block_answer import Answer
 from .block_likelihood import strain, trusted
 from .candidate import Candidate, Thinned
 from .candidate_fit import Fitted, beside_limits, fitted, solved
-from .prediction import CERTAIN, Prediction, solve
+from .prediction import CERTAIN, Factor, Prediction, solve
 from .products import Products
 
 TOGETHER = 48
@@ -17,32 +17,29 @@ TOGETHER = 48
 
 def ask(prediction: Prediction, asked: Iterable[tuple[Candidate, Thinned]]) -> list[Answer]:
     """Answers of all blocks, each left out in turn, without those that physics excludes."""
-    by_joints: dict[tuple[int, ...], list[tuple[Candidate, Thinned]]] = {}
+    groups: dict[tuple[int, ...], list[tuple[Candidate, Thinned]]] = {}
     for pair in asked:
-        by_joints.setdefault(tuple(pair[1].joints), []).append(pair)
+        groups.setdefault((pair[1].values.shape[2], *pair[1].joints), []).append(pair)
     return [
         answer
-        for alike in by_joints.values()
+        for alike in groups.values()
         for start in range(0, len(alike), TOGETHER)
         for answer in _answers(prediction, alike[start : start + TOGETHER])
     ]
 
 
 def _answers(prediction: Prediction, alike: Sequence[tuple[Candidate, Thinned]]) -> list[Answer]:
+    """Of candidates of the same joints and as many columns each."""
     products = Products.of(prediction, [columns for _, columns in alike])
     mixed = products.mixed.sum(axis=0)
-    apart = solve(prediction.factor, mixed)
-    matrix = products.weighted.sum(axis=0) - mixed.T @ apart
-    right = products.torque.sum(axis=0) - mixed.T @ prediction.values
+    apart = _solved(prediction.factor, mixed)
+    matrix = products.weighted.sum(axis=0) - np.einsum("bip,biq->ipq", mixed, apart)
+    right = products.torque.sum(axis=0) - np.einsum("bip,b->ip", mixed, prediction.values)
     fits = [
         beside_limits(
-            prediction,
-            apart[:, own],
-            matrix[np.ix_(own, own)],
-            columns,
-            fitted(matrix[np.ix_(own, own)], right[own], candidate, columns),
+            prediction, apart[:, i], matrix[i], columns, fitted(matrix[i], right[i], candidate, columns)
         )
-        for (candidate, columns), own in zip(alike, products.places, strict=True)
+        for i, (candidate, columns) in enumerate(alike)
     ]
     errors, along, size = _predicted(prediction, products, fits)
     share = prediction.weighting.independent
@@ -52,12 +49,17 @@ def _answers(prediction: Prediction, alike: Sequence[tuple[Candidate, Thinned]])
             candidate, columns, one.values, one.free, prediction.errors, errors[i], along[i], size[i],
             gains[i], _cost(candidate), share,
             prediction.blocks.fitted,
-            _relief(prediction, apart[:, products.places[i]], one, candidate)
+            _relief(prediction, apart[:, i], one, candidate)
             - _surprise(prediction, errors[i], candidate, columns),
         )
         for i, ((candidate, columns), one) in enumerate(zip(alike, fits, strict=True))
         if one is not None
     ]  # fmt: skip
+
+
+def _solved(factor: Factor, right: np.ndarray) -> np.ndarray:
+    """Solutions for right-hand sides (b, i, p)."""
+    return solve(factor, right.reshape(len(right), -1)).reshape(right.shape)
 
 
 def _cost(candidate: Candidate) -> float:
@@ -87,50 +89,49 @@ def _relief(prediction: Prediction, apart: np.ndarray, one: Fitted, candidate: C
 
 
 def _predicted(
-    prediction: Prediction, products: Products, fitted: Sequence[Fitted | None]
+    prediction: Prediction, products: Products, fits: Sequence[Fitted | None]
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Errors of blocks (i, k, n), their residuals along each effect (i, k), and its squares (i, k)."""
     sums, noise = prediction.sums, 1.0 / prediction.weighting.variance
-    errors = np.repeat(prediction.errors[None], len(fitted), axis=0)
+    share = prediction.weighting.independent
+    coefficients, change = _without(prediction, products, fits)
+    errors = np.repeat(prediction.errors[:, None], len(fits), axis=1)
     along, size = np.zeros(errors.shape[:2]), np.zeros(errors.shape[:2])
-    whole, torque = products.mixed.sum(axis=0), products.torque.sum(axis=0)
-    matrix, share = products.weighted.sum(axis=0), prediction.weighting.independent
-    rows = share * sums.counts
-    for block in range(errors.shape[1]):
-        mixed, base = whole - products.mixed[block], prediction.left_out[block]
-        apart = solve(prediction.factors[block], mixed)
-        own = matrix - products.weighted[block] - mixed.T @ apart
-        coefficients = _without(own, torque - products.torque[block] - mixed.T @ base, products, fitted)
-        change = apart @ coefficients  # of the other unknowns, downwards
-        for joint in range(errors.shape[2]):
-            acting = sums.acting[joint]
-            gram, moved, here = sums.gram[block][joint], change[acting], base[acting]
-            linear = -moved.T @ (sums.right[block][joint] - gram @ here)
-            square = np.sum(moved * (gram @ moved), axis=0)
-            for place in np.flatnonzero(products.joints == joint):
-                one, two = products.parts[block][place]
-                linear += coefficients.T @ (two - one.T @ here)
-                square += np.sum(
-                    coefficients * (products.own[block, place] @ coefficients - 2.0 * one.T @ moved), axis=0
-                )
-            errors[:, block, joint] = np.maximum(errors[:, block, joint] - 2.0 * linear + square, 1e-12)
-            # A block that was predicted from motions too unlike its own says as little of the effect.
-            sound = trusted(share[joint] * noise[joint] * errors[:, block, joint], rows[block, joint])
-            along[:, block] += sound * noise[joint] * linear
-            size[:, block] += sound * noise[joint] * square
-    return errors, along, size
+    places = {int(joint): place for place, joint in enumerate(products.joints)}
+    for joint, acting in enumerate(sums.acting):
+        moved = change[:, acting]
+        linear = -np.einsum("kai,ka->ki", moved, prediction.slopes[joint])
+        square = np.sum(moved * (sums.gram[joint] @ moved), axis=1)
+        if joint in places:
+            by_columns, own = products.parts[places[joint]], products.own[:, places[joint]]
+            here = prediction.left_out[:, acting]
+            left = products.by_torque[:, places[joint]] - np.einsum("kaip,ka->kip", by_columns, here)
+            linear += np.sum(coefficients * left, axis=2)
+            square += np.einsum("kip,kipq,kiq->ki", coefficients, own, coefficients, optimize=True)
+            square -= 2.0 * np.einsum("kip,kaip,kai->ki", coefficients, by_columns, moved, optimize=True)
+        errors[:, :, joint] = np.maximum(errors[:, :, joint] - 2.0 * linear + square, 1e-12)
+        # A block that was predicted from motions too unlike its own says as little of the effect.
+        rows = share[joint] * sums.counts[:, joint, None]
+        sound = noise[joint] * trusted(share[joint] * noise[joint] * errors[:, :, joint], rows)
+        along += sound * linear
+        size += sound * square
+    return errors.transpose(1, 0, 2), along.T, size.T
 
 
 def _without(
-    matrix: np.ndarray, right: np.ndarray, products: Products, fitted: Sequence[Fitted | None]
-) -> np.ndarray:
-    """Coefficients of every candidate by the blocks that are not left out, in its own columns, (c, i)."""
-    found = np.zeros((len(right), len(fitted)))
-    for place, (own, one) in enumerate(zip(products.places, fitted, strict=True)):
-        if one is None:
-            continue
-        values = np.where(one.free, 0.0, one.values)
-        whole = matrix[np.ix_(own, own)] + np.diag(one.precision)
-        values[one.free] = solved(whole, right[own] + one.precision * one.mean, values, one.free)
-        found[own, place] = values
-    return found
+    prediction: Prediction, products: Products, fits: Sequence[Fitted | None]
+) -> tuple[np.ndarray, np.ndarray]:
+    """What the other blocks say: coefficients (k, i, p), and by how much less the unknowns are, (k, b, i)."""
+    mixed = products.mixed.sum(axis=0) - products.mixed
+    apart = np.stack([_solved(one, own) for one, own in zip(prediction.factors, mixed, strict=True)])
+    matrix = products.weighted.sum(axis=0) - products.weighted
+    matrix -= np.einsum("kbip,kbiq->kipq", mixed, apart, optimize=True)
+    right = products.torque.sum(axis=0) - products.torque
+    right -= np.einsum("kbip,kb->kip", mixed, prediction.left_out)
+    found = np.zeros(right.shape)
+    for place, one in enumerate(fits):
+        if one is not None:
+            whole = matrix[:, place] + np.diag(one.precision)
+            beside = right[:, place] + one.precision * one.mean
+            found[:, place] = solved(whole, beside, one.values, one.free)
+    return found, np.einsum("kbip,kip->kbi", apart, found)

@@ -11,6 +11,7 @@ from .block_answer import Answer
 from .blocks import Blocks
 from .candidate import Candidate, Thinned
 from .candidates import candidates
+from .candidates.contact import Reach
 from .driven import Driven
 from .nuisances import CLOCK, with_nuisances
 from .prediction import CERTAIN, Prediction, factored, solve
@@ -35,6 +36,7 @@ class Scene:
         rows: The same with nuisances.
         asked: All candidates that do not depend on what is left.
         known: What makes the torque and the load of any run.
+        reaches: What a force on the flange asks of the motors of each run.
     """
 
     model: Model
@@ -44,6 +46,7 @@ class Scene:
     rows: Rows
     asked: Asked
     known: Known
+    reaches: tuple[Reach, ...]
 
     @classmethod
     def of(cls, model: Model, runs: Sequence[Driven]) -> "Scene":
@@ -58,7 +61,9 @@ class Scene:
         asked = [(candidate, Thinned.of(candidate, loaded)) for candidate in candidates(model)]
         asked = [pair for pair in asked if not pair[1].empty]
         base = _rows(model, loaded, values, base)
-        return cls(model, loaded, blocks, base, with_nuisances(base, model, loaded, values), asked, known)
+        rows = with_nuisances(base, model, loaded, values)
+        reaches = tuple(Reach.of(model, run) for run in loaded)
+        return cls(model, loaded, blocks, base, rows, asked, known, reaches)
 
     @property
     def fitted(self) -> tuple[Driven, ...]:
@@ -75,9 +80,9 @@ class Scene:
         """Effects that these runs can be asked for, with how many hypotheses there are of each."""
         return dict(Counter(effect for effect, *_ in {candidate.key for candidate, _ in self.asked}))
 
-    def prediction(self, found: Sequence[Answer]) -> Prediction:
-        """With the columns of what was found."""
-        return _predicted(with_found(self.rows, found), self.blocks, self.runs)
+    def prediction(self, found: Sequence[Answer], near: Prediction | None = None) -> Prediction:
+        """With the columns of what was found, its noise searched from that of a like prediction on."""
+        return _predicted(with_found(self.rows, found), self.blocks, self.runs, near)
 
     def at_its_word(self, believed: Prediction) -> np.ndarray:
         """Unknowns (b,) of the model at its word, without findings; what nobody stated is fitted."""
@@ -131,5 +136,8 @@ def with_found(rows: Rows, found: Sequence[Answer]) -> Rows:
     )
 
 
-def _predicted(rows: Rows, blocks: Blocks, runs: Sequence[Driven]) -> Prediction:
-    return Prediction.of(rows, blocks, runs[0].prepared.decimation.output_rate)
+def _predicted(
+    rows: Rows, blocks: Blocks, runs: Sequence[Driven], near: Prediction | None = None
+) -> Prediction:
+    rate, weighting = runs[0].prepared.decimation.output_rate, near.weighting if near else None
+    return Prediction.of(rows, blocks, rate, weighting)

@@ -198,9 +198,10 @@ def _settled(scene: Scene, found: list[Found]) -> tuple[Scene, list[Found]]:
     """Findings that are each still needed beside the one that came last, at the load they leave."""
     scene, answers = scene.bearing(_answers(found))
     found = [one._replace(answer=answer) for one, answer in zip(found, answers, strict=True)]
+    whole = scene.prediction(_answers(found))
     for one in [one for one in found[:-1] if not one.once]:
         others = [other for other in found if other is not one]
-        again = again_beside(scene, one.answer, _answers(others))
+        again = again_beside(scene, one.answer, _answers(others), whole)
         if again is None or again.gain + log_prior(again, len(scene.tried)) < CERTAIN_ODDS:
             found = others
             continue
@@ -210,8 +211,8 @@ def _settled(scene: Scene, found: list[Found]) -> tuple[Scene, list[Found]]:
     return scene, found
 
 
-def again_beside(scene: Scene, answer: Answer, others: Sequence[Answer]) -> Answer | None:
+def again_beside(scene: Scene, answer: Answer, others: Sequence[Answer], near: Prediction) -> Answer | None:
     """The answer of the same candidate beside some others; None where physics excludes it there."""
-    prediction = scene.prediction(others)
+    prediction = scene.prediction(others, near)
     again = ask(prediction, [(answer.candidate, answer.columns)])
     return replace(colouring(prediction, again[0]), cost=answer.cost) if again else None

@@ -34,9 +34,16 @@ class TorqueRipple(JointEffect):
         ]
 
     def regressor(self, robot: Robot, motion: Motion) -> np.ndarray:
+        own = np.isin(np.arange(robot.dof), self.columns(robot))
         angle = self.harmonic * robot.gear_ratio * (motion.position @ robot.coupling.T)
-        waves = [wave(k * angle) for k in range(1, self.count + 1) for wave in (np.cos, np.sin)]
+        waves = [
+            wave(k * angle, out=np.zeros_like(angle), where=own)
+            for k in range(1, self.count + 1)
+            for wave in (np.cos, np.sin)
+        ]
         on_motors = self.on_joints(robot, *waves)
+        if np.array_equal(robot.coupling, np.eye(robot.dof)):
+            return on_motors
         return np.einsum("mj,tmp->tjp", robot.coupling, on_motors)
 
     def motion_gradient(

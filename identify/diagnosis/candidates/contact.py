@@ -5,8 +5,9 @@ block predicts it: a window of a run has a contact where a force explains far mo
 at all other times do.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import pinocchio as pin
@@ -21,6 +22,8 @@ DURATIONS = (0.3, 0.6, 1.0)
 """Of a contact [s]."""
 PARTS = 4
 """Starts that are tried in a duration."""
+TOGETHER = 1000
+"""Windows that are solved side by side: some tens of megabytes."""
 ENDS = 1.0
 """At the beginning and at the end of a run in which no contact is looked for [s]: where an arm starts and
 stops, friction that is not quite as modelled looks like a push."""
@@ -65,21 +68,53 @@ class Contact:
         return self.gain - float(self.gains.max())
 
 
-def share(time: np.ndarray, start: float, duration: float) -> np.ndarray:
+def share(time: np.ndarray, start: float | np.ndarray, duration: float) -> np.ndarray:
     """Of the largest force, at times (t,) [s]: soon there, soon gone."""
     since = np.clip((time - start) / duration, 0.0, 1.0)
     return np.sqrt(np.sin(np.pi * since))
 
 
-def contacts(model: Model, prediction: Prediction, runs: Sequence[Driven]) -> list[Contact]:
+class Reach(NamedTuple):
+    """What a force on the flange asks of the motors of one run.
+
+    Attributes:
+        time: Of its rows, shape (r,) [s].
+        torque: Shape (r, n, 3) [N m/N].
+    """
+
+    time: np.ndarray
+    torque: np.ndarray
+
+    @classmethod
+    def of(cls, model: Model, run: Driven) -> "Reach":
+        """Of the rows of a run."""
+        centres = run.prepared.decimation.centres(len(run.motion))[: run.rows]
+        motion = run.motion[centres[0] : centres[-1] + 1 : run.prepared.decimation.stride]
+        return cls(motion.time, -np.einsum("ij,tjk->tik", model.robot.to_motors, jacobian(model, motion)))
+
+
+class Window(NamedTuple):
+    """A piece of a run, the force that explains most of it, shape (3,) [N], and what it gains, (n,)."""
+
+    run: int
+    start: float
+    duration: float
+    force: np.ndarray
+    gains: np.ndarray
+
+
+def contacts(
+    model: Model, prediction: Prediction, runs: Sequence[Driven], reaches: Sequence[Reach]
+) -> list[Contact]:
     """All windows of all runs, with how much a force explains in each beyond what is usual elsewhere."""
     information = prediction.weighting.independent / prediction.weighting.variance
-    windows = []
-    for number, (run, rows) in enumerate(zip(runs, prediction.rows.runs, strict=True)):
+    stiffness = _usual_force(model) ** -2.0
+    windows: list[Window] = []
+    for number, (reach, rows) in enumerate(zip(reaches, prediction.rows.runs, strict=True)):
         weight = prediction.rows.weight[rows] * information
-        windows += _scanned(model, run, prediction.residual[rows], weight, number)
-    every = np.array([gains.sum() for *_, gains in windows])
-    times = np.array([(number, start + 0.5 * duration) for number, start, duration, *_ in windows])
+        windows += _scanned(reach, prediction.residual[rows], weight, number, stiffness)
+    every = np.array([one.gains.sum() for one in windows])
+    times = np.array([(one.run, one.start + 0.5 * one.duration) for one in windows])
     found = []
     for place in np.argsort(-every):
         number, start, duration, force, gains = windows[place]
@@ -103,30 +138,49 @@ def _usual(gains: np.ndarray) -> tuple[float, float]:
 
 
 def _scanned(
-    model: Model, run: Driven, left: np.ndarray, weight: np.ndarray, number: int
-) -> list[tuple[int, float, float, np.ndarray, np.ndarray]]:
-    """Windows of one run: number, start, duration, force (3,), and what it explains of each joint (n,)."""
-    time, pushed = reach(model, run)
-    found = []
+    reach: Reach, left: np.ndarray, weight: np.ndarray, number: int, stiffness: float
+) -> Iterator[Window]:
+    """Windows of one run.
+
+    Args:
+        reach: Of the run.
+        left: What the fit leaves of it, shape (r, n) [N m].
+        weight: Information of each row, shape (r, n) [1/(N m)^2].
+        number: Of the run.
+        stiffness: Inverse square of the expected force [1/N^2].
+    """
+    first, last = reach.time[0] + ENDS, reach.time[-1] - ENDS
     for duration in DURATIONS:
-        for start in np.arange(time[0] + ENDS, time[-1] - ENDS - duration, duration / PARTS):
-            first, last = np.searchsorted(time, [start, start + duration])
-            own = slice(int(first), int(last))
-            columns = -pushed[own] * share(time[own], start, duration)[:, None, None]
-            slope = np.einsum("tnk,tn->k", columns, weight[own] * left[own])
-            matrix = np.einsum("tnk,tn,tnl->kl", columns, weight[own], columns)
-            force = np.linalg.solve(matrix + np.eye(3) / _usual_force(model) ** 2, slope)
-            torque = columns @ force
-            gains = np.sum(weight[own] * (left[own] * torque - 0.5 * torque**2), axis=0)
-            found.append((number, float(start), duration, force, gains))
-    return found
+        starts = np.arange(first, last - duration, duration / PARTS)
+        for some in np.array_split(starts, len(starts) // TOGETHER + 1):
+            yield from _pushed(reach, left, weight, number, stiffness, some, duration)
 
 
-def reach(model: Model, run: Driven) -> tuple[np.ndarray, np.ndarray]:
-    """Times of a run's rows (r,) [s], and what a force on the flange asks of the motors (r, n, 3) [N m/N]."""
-    centres = run.prepared.decimation.centres(len(run.motion))[: run.rows]
-    motion = run.motion[centres[0] : centres[-1] + 1 : run.prepared.decimation.stride]
-    return motion.time, np.einsum("ij,tjk->tik", model.robot.to_motors, jacobian(model, motion))
+def _pushed(
+    reach: Reach, left: np.ndarray, weight: np.ndarray, number: int, stiffness: float,
+    starts: np.ndarray, duration: float,
+) -> Iterator[Window]:  # fmt: skip
+    """Windows of one duration [s] that begin at some times (w,) [s], solved side by side."""
+    if not len(starts):
+        return
+    rows = np.searchsorted(reach.time, starts)[:, None] + np.arange(_rows(reach.time, duration))
+    rows = np.minimum(rows, len(reach.time) - 1)
+    own = share(reach.time[rows], starts[:, None], duration)
+    columns = reach.torque[rows] * own[:, :, None, None]
+    weighted = columns * weight[rows][:, :, :, None]
+    slope = np.einsum("wrnk,wrn->wk", weighted, left[rows])
+    flat, wide = (one.reshape(len(rows), -1, 3) for one in (columns, weighted))
+    matrix = flat.transpose(0, 2, 1) @ wide + stiffness * np.eye(3)
+    forces = np.linalg.solve(matrix, slope[:, :, None])[:, :, 0]
+    torque = np.einsum("wrnk,wk->wrn", columns, forces)
+    gains = np.sum(weight[rows] * (left[rows] * torque - 0.5 * torque**2), axis=1)
+    for start, force, gain in zip(starts, forces, gains, strict=True):
+        yield Window(number, float(start), duration, force, gain)
+
+
+def _rows(time: np.ndarray, duration: float) -> int:
+    """Rows that a duration [s] takes, at most."""
+    return int(np.ceil(duration / float(np.median(np.diff(time))))) + 1
 
 
 def candidate(model: Model, contact: Contact) -> Candidate:
@@ -154,13 +208,14 @@ def jacobian(model: Model, motion: Motion) -> np.ndarray:
     kinematics, last = robot.kinematics, robot.kinematics.njoints - 1
     data = kinematics.createData()
     found = np.empty((*motion.position.shape, 3))
+    places = np.empty((len(found), 3))
+    turns = np.empty(found.shape)
     for row, position in enumerate(motion.position):
         whole = pin.computeJointJacobians(kinematics, data, position)
-        frame = data.oMi[last]
-        place = frame.act(robot.flange.translation)
-        # Columns are twists about the base's origin: the velocity there, and the turn.
-        found[row] = (whole[:3] + np.cross(whole[3:], place, axis=0)).T
-    return found
+        places[row] = data.oMi[last].act(robot.flange.translation)
+        found[row], turns[row] = whole[:3].T, whole[3:].T
+    # Columns are twists about the base's origin: the velocity there, and the turn.
+    return found + np.cross(turns, places[:, None])
 
 
 def _usual_force(model: Model) -> float:
