@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 from exidyn.identify.diagnosis import Alternative, Diagnosis, diagnose
-from exidyn.identify.diagnosis.candidates import CANDIDATES
+from exidyn.identify.diagnosis.candidates import hypotheses
 from exidyn.identify.effects import Belief, JointSpring
 from exidyn.identify.model import Model
 from exidyn.identify.recording import Recording
@@ -54,7 +54,7 @@ def diagnosis(spring: float = STIFFNESS) -> Diagnosis:
 
 def instead(effect: str, joint: int | None, probability: float = 0.2) -> Alternative:
     """What a finding might be instead, with coefficients of one."""
-    candidate = next(one for one in CANDIDATES[effect](believed()) if joint is None or one.joints == (joint,))
+    candidate = next(one for one in hypotheses(effect, believed()) if joint is None or one.joints == (joint,))
     answer = SimpleNamespace(
         candidate=candidate,
         values=np.ones(len(candidate.names)),

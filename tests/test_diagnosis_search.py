@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from exidyn.identify.diagnosis.block_answer import Answer
 from exidyn.identify.diagnosis.candidate import Candidate, Thinned
-from exidyn.identify.diagnosis.candidates import contact, measurement
+from exidyn.identify.diagnosis.candidates import contact_event, hypotheses
 from exidyn.identify.diagnosis.comparison import better, competing
 from exidyn.identify.diagnosis.diagnose import diagnose
 from exidyn.identify.diagnosis.evidence import places_of
@@ -85,10 +85,10 @@ def pushed(role, motion, current):
     """The current of a run held out in which something pushes for a second."""
     if role != "validate":
         return current
-    push = contact.share(motion.time, 3.0, 1.0)
+    push = contact_event.share(motion.time, 3.0, 1.0)
     return (
         current
-        - np.einsum("tnk,k->tn", contact.jacobian(believed(), motion), FORCE)
+        - np.einsum("tnk,k->tn", contact_event.jacobian(believed(), motion), FORCE)
         * push[:, None]
         / two_joints.GAIN
     )
@@ -133,7 +133,7 @@ def test_clocks_and_delays_have_the_sign_of_what_comes_late():
     assert values[CLOCK] > 0.0
     assert values[CLOCK] + values[f"{CLOCK}1"] == pytest.approx(0.004, rel=0.2)
     run = at.runs[0]
-    for candidate in measurement.delays(at.model):
+    for candidate in hypotheses("time_delay", at.model):
         if not candidate.shape:
             column = candidate.columns(run)[:, :, 0]
             acting = list(candidate.rows or (0, 1))

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pinocchio as pin
 import pytest
-from exidyn.identify.diagnosis.candidates import backlash, contact, elastic
+from exidyn.identify.diagnosis.candidates import backlash, contact_event, joint_elasticity
 from exidyn.identify.diagnosis.driven import Driven
 from exidyn.identify.diagnosis.found import CERTAIN_ODDS
 from exidyn.identify.diagnosis.tangent import carrying, tangent
@@ -101,11 +101,11 @@ def test_elasticity_and_play_are_told_apart():
     soft = recorded(LINK * (2 * np.pi * 12.0) ** 2, 0.0, 0.02)
     worn = recorded(LINK * (2 * np.pi * 60.0) ** 2, 3e-3, 0.02)
     for model, driven, torque in (soft, worn):
-        elastic_share, spring = best(elastic.gears(model), driven, torque)
+        elastic_share, spring = best(joint_elasticity.gears(model), driven, torque)
         loose_share, gap = best(backlash.plays(model), driven, torque)
         if torque is soft[2]:
             assert elastic_share > 0.9 > 0.5 > loose_share
-            assert spring.shape["resonance"] == pytest.approx(12.0, rel=elastic.STEP - 1.0)
+            assert spring.shape["resonance"] == pytest.approx(12.0, rel=joint_elasticity.STEP - 1.0)
         else:
             assert loose_share > 0.8 > 0.5 > elastic_share
             assert gap.shape["gap"] == pytest.approx(3e-3, rel=0.25)
@@ -113,7 +113,7 @@ def test_elasticity_and_play_are_told_apart():
 
 def test_the_stiffness_says_how_large_the_effect_is():
     model, driven, torque = recorded(LINK * (2 * np.pi * 12.0) ** 2, 0.0, 0.02)
-    near = next(one for one in elastic.gears(model) if one.shape["resonance"] > 11.0)
+    near = next(one for one in joint_elasticity.gears(model) if one.shape["resonance"] > 11.0)
     right = near.reshaped({"resonance": 12.0, "damping_ratio": 0.01})
     column = right.columns(driven)[:, 0, 0]
     assert column @ torque / (column @ column) == pytest.approx(1.0, abs=0.05)
@@ -128,7 +128,7 @@ def test_a_force_on_the_flange_does_the_work_that_its_torques_do():
         data = robot.kinematics.createData()
         pin.forwardKinematics(robot.kinematics, data, motion.position[2] + ahead * speed)
         places.append(data.oMi[2].act(robot.flange.translation))
-    velocity = speed @ contact.jacobian(model, motion)[2]
+    velocity = speed @ contact_event.jacobian(model, motion)[2]
     np.testing.assert_allclose(velocity, (places[1] - places[0]) / 2e-6, atol=1e-8)
 
 
@@ -136,8 +136,8 @@ def windows(push, white=0.5, seed=3):
     """All windows of a run whose residual is white noise and a force for half a second."""
     model, rate = two_joints.model(), 50.0
     motion = two_joints.motion(1000, rate=rate)
-    start, reach = motion.time[400], contact.jacobian(model, motion)
-    torque = (reach @ np.array(push)) * contact.share(motion.time, start, 0.6)[:, None]
+    start, reach = motion.time[400], contact_event.jacobian(model, motion)
+    torque = (reach @ np.array(push)) * contact_event.share(motion.time, start, 0.6)[:, None]
     residual = white * np.random.default_rng(seed).normal(size=torque.shape) - torque
     prediction = SimpleNamespace(
         rows=SimpleNamespace(runs=(slice(0, 1000),), weight=np.ones((1000, 2))),
@@ -147,7 +147,12 @@ def windows(push, white=0.5, seed=3):
     decimation = SimpleNamespace(centres=np.arange, stride=1)
     prepared = SimpleNamespace(name="run", decimation=decimation)
     run = SimpleNamespace(prepared=prepared, motion=motion, rows=1000, torque=residual)
-    return model, run, start, list(contact.contacts(model, prediction, [run], [contact.Reach.of(model, run)]))
+    return (
+        model,
+        run,
+        start,
+        list(contact_event.contacts(model, prediction, [run], [contact_event.Reach.of(model, run)])),
+    )
 
 
 def test_a_contact_is_found_where_it_was():
@@ -158,11 +163,11 @@ def test_a_contact_is_found_where_it_was():
     assert best.gain > 20.0
     assert best.without_one > 5.0
     assert best.force[[0, 2]] == pytest.approx([30.0, -10.0], rel=0.35)
-    columns = contact.candidate(model, best).columns(run)
+    columns = contact_event.candidate(model, best).columns(run)
     assert not np.any(columns[run.motion.time < best.start])
     exact = (
-        -contact.jacobian(model, run.motion)
-        * contact.share(run.motion.time, best.start, best.duration)[:, None, None]
+        -contact_event.jacobian(model, run.motion)
+        * contact_event.share(run.motion.time, best.start, best.duration)[:, None, None]
     )
     np.testing.assert_allclose(columns, exact)
 

@@ -3,8 +3,8 @@
 from typing import Any, NamedTuple
 
 import numpy as np
-from exidyn.identify.diagnosis.measures import SLIDING, TURNING
 from exidyn.identify.diagnosis.naming import effect_words, joint_words, lower
+from exidyn.identify.diagnosis.quantities import SLIDING, TURNING
 from exidyn.identify.diagnosis.trace import Trace
 from exidyn.identify.robot import Robot
 from exidyn.identify.view_parts import JOINTS

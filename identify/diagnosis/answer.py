@@ -2,7 +2,6 @@
 
 from typing import Any
 
-from .candidates.unlisted import UNLISTED
 from .changes_words import as_table as changes_table
 from .finding import Alternative, Diagnosis, Finding, Remainder
 from .measures import by_kind, noise_measured, slides, torque_units
@@ -30,7 +29,7 @@ def answer(diagnosis: Diagnosis) -> dict[str, Any]:
 
 def _named(finding: Finding) -> dict[str, Any]:
     every: list[Finding | Alternative] = [finding]
-    every += [one for one in finding.alternatives if one.effect not in UNLISTED]
+    every += [one for one in finding.alternatives if one.listed]
     first, *rest = sorted(every, key=lambda one: -one.probability)
     return {
         **_place(first),

@@ -60,6 +60,10 @@ class Candidate:
         told: What follows from the shape, in words that people use: name -> value and unit.
         told_as: How its coefficients are told.
         known: Standard deviations of what was measured otherwise, by name.
+        loaded: Whether its columns depend on the torque of the motors, or on the load of the gears.
+        carried: Whether gears transmit its torque.
+        reloads: Whether the torque of all motors is fitted anew beside it, carried or not.
+        listed: Whether the vocabulary has a name for it.
     """
 
     effect: str
@@ -87,6 +91,10 @@ class Candidate:
     told: Mapping[str, tuple[float, str]] = field(default_factory=dict)
     told_as: Told = as_fitted
     known: Mapping[str, float] = field(default_factory=dict)
+    loaded: bool = False
+    carried: bool = False
+    reloads: bool = False
+    listed: bool = True
 
     @property
     def key(self) -> tuple[str, tuple[int, ...], str]:

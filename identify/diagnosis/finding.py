@@ -8,7 +8,6 @@ import numpy as np
 
 from .block_answer import Answer
 from .candidate import Candidate
-from .candidates.unlisted import UNLISTED
 from .trace import Evidence
 
 
@@ -34,6 +33,11 @@ class Alternative(NamedTuple):
     joints: tuple[int, ...]
     probability: float
     answer: Answer | None = None
+
+    @property
+    def listed(self) -> bool:
+        """Whether the vocabulary has a name for it."""
+        return self.answer is None or self.answer.candidate.listed
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,7 +68,7 @@ class Finding:
     @property
     def listed(self) -> bool:
         """Whether the vocabulary has a name for it."""
-        return self.effect not in UNLISTED
+        return self.candidate.listed
 
 
 class Remainder(NamedTuple):

@@ -11,9 +11,11 @@ import numpy as np
 from ..plant import DriveControl, Plant, Thermal
 from ..plant.typical import typical_size
 from ..recording import Recording
+from .arm import Arm
+from .candidates import kind_of
 from .driven import Driven
 from .finding import Diagnosis
-from .improved import Arm, as_believed, as_found
+from .improved import as_believed, as_found
 from .remainder import rms
 
 BANDWIDTH = 150.0
@@ -21,8 +23,6 @@ BANDWIDTH = 150.0
 those of the motion and not of these loops."""
 SETTLED = 0.5
 """Time that a simulation, which begins at rest, takes to follow a run that does not [s]."""
-MEASURED_WRONG = ("time_delay", "drive_gain_saturation", "current_clipping")
-"""Effects that change what is recorded of the arm and nothing in it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,7 +85,7 @@ def forward(diagnosis: Diagnosis, recording: Recording) -> Forward | None:
     # An arm that diverges ends in infinity; what follows is no number, and said to be none.
     with np.errstate(over="ignore", invalid="ignore"):
         (before, _), (after, missed) = (_simulated(arm, run) for arm in arms)
-    wrong = [place for place in arms[1].left_out if findings[place].effect in MEASURED_WRONG]
+    wrong = [place for place in arms[1].left_out if kind_of(findings[place].effect).sensor]
     for trace in known.traces:
         if trace.name == recording.name:
             after = after + trace.explained[wrong].sum(axis=0)

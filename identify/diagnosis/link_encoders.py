@@ -16,7 +16,7 @@ from ..effects.smooth_sign import smooth_sign
 from .block_answer import Answer
 from .blocks import period
 from .candidate import Candidate, Thinned
-from .candidates.elastic import of_stiffness
+from .candidates.joint_elasticity import of_stiffness
 from .comparison import colouring
 from .driven import Driven
 from .found import CERTAIN_ODDS, Found, odds_of

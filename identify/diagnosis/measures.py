@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 
 from .budget import NOISE
+from .candidates import kind_of
 from .finding import Diagnosis, Finding
+from .quantities import SLIDING, TURNING
 
-TURNING, SLIDING = "N m", "N"
-"""Of what a joint's drive gives."""
 LINEAR = {
     "N m": "N",
     "N m/K": "N/K",
@@ -24,8 +24,6 @@ LINEAR = {
     "rad/(N m)": "m/N",
 }
 """Unit of a joint that turns -> the same of a joint that slides."""
-OF_BODIES = ("link_inertia", "payload", "base_tilt", "contact_event", "hose_spring", "spring_balancer")
-"""Effects whose units are a body's, or the base's, and do not depend on how a joint moves."""
 
 
 def revolute(diagnosis: Diagnosis) -> np.ndarray:
@@ -57,7 +55,7 @@ def by_kind(diagnosis: Diagnosis) -> Diagnosis:
 def slides(diagnosis: Diagnosis, finding: Finding) -> bool:
     """Whether a finding is stated in the units of joints that slide."""
     on = list(finding.joints)
-    return finding.effect not in OF_BODIES and bool(on) and not np.any(revolute(diagnosis)[on])
+    return not kind_of(finding.effect).of_body and bool(on) and not np.any(revolute(diagnosis)[on])
 
 
 def _stated(diagnosis: Diagnosis, finding: Finding) -> Finding:

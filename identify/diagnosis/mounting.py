@@ -19,8 +19,9 @@ from .block_answer import Answer
 from .blocks import period
 from .candidate import UNNAMED, Candidate, Thinned
 from .candidate_fit import STRANGE
-from .candidates.bodies import LEANING, gravity_columns
-from .candidates.motors import on_motors
+from .candidates.base_tilt import LEANING
+from .candidates.parts.gravity import gravity_columns
+from .candidates.parts.motors import on_motors
 from .comparison import colouring
 from .driven import Driven, gear_torque
 from .found import CERTAIN_ODDS, Found, log_prior

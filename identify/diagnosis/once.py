@@ -4,7 +4,7 @@ import numpy as np
 
 from .block_answer import Answer
 from .candidate import Thinned
-from .candidates.contact import Contact, candidate, contacts
+from .candidates.contact_event import Contact, candidate, contacts
 from .finding import Moment
 from .found import CERTAIN_ODDS, Found
 from .prediction import Prediction

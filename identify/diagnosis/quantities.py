@@ -8,6 +8,8 @@ import numpy as np
 from ..verdict import NORMAL_95
 from .finding import Finding, Quantity
 
+TURNING, SLIDING = "N m", "N"
+"""Of what a joint's drive gives."""
 SCALES: dict[str, tuple[float, str]] = {
     "%": (100.0, "%"),
     "deg": (180.0 / np.pi, "°"),
@@ -71,6 +73,13 @@ def length(quantities: Mapping[str, Quantity], *names: str) -> Said:
     size = float(np.sqrt(sum(part.value**2 for part in parts)))
     variance = sum((part.value * part.std) ** 2 for part in parts) / max(size, 1e-300) ** 2
     return Said(size, float(np.sqrt(variance)), parts[0].unit)
+
+
+def together(known: Mapping[str, Quantity], dry: str, viscous: str) -> Said:
+    """Dry and viscous friction at 1 rad/s."""
+    parts = [known[name] for name in (dry, viscous) if name in known]
+    std = float(np.linalg.norm([part.std for part in parts]))
+    return Said(sum(part.value for part in parts), std, known[dry].unit)
 
 
 def _plain(name: str) -> str:

@@ -10,14 +10,12 @@ from ..identification import identify
 from ..model import Model
 from ..prepare import Filtering
 from ..recording import EFFORT, Recording, Signal
+from .candidates import kind_of
 from .finding import Diagnosis, Finding
 from .improved import as_found
 from .measures import by_kind, slides
 from .runs import HELD_OUT
 from .sentences import sentence
-
-TRANSMISSION = ("joint_elasticity", "backlash")
-"""Effects that a simulation has between motor and link, and a fit does not."""
 
 
 def refit(
@@ -54,7 +52,7 @@ def refit(
     doubts = [
         f"{sentence(finding, diagnosis.joints, slides(diagnosis, finding))}: {_why(finding)}"
         for place, finding in enumerate(by_kind(diagnosis).findings)
-        if finding.effect in (*TRANSMISSION, "time_delay") or place in left_out
+        if kind_of(finding.effect).gear or finding in delays or place in left_out
     ]
     return replace(fit, doubts=(*doubts, *fit.doubts))
 
@@ -95,6 +93,6 @@ def _moved(signal: Signal, joints: Sequence[int], seconds: float) -> Signal:
 def _why(finding: Finding) -> str:
     if finding.effect == "time_delay":
         return "currents were moved back by that before they were fitted"
-    if finding.effect in TRANSMISSION:
+    if kind_of(finding.effect).gear:
         return "a fit has rigid gears, so that this is no part of it"
     return "no part of this fit, which is of the arm and not of how it was measured"

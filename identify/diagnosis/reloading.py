@@ -13,15 +13,6 @@ from .block_answer import Answer
 from .candidate import Candidate, Thinned
 from .driven import Driven
 
-LOADED = (
-    "joint_elasticity", "backlash", "load_dependent_friction", "drive_gain", "drive_gain_saturation",
-    "current_clipping", "time_delay",
-)  # fmt: skip
-"""Effects that depend on the load, or on the torque of the motors."""
-CARRIED = ("payload", "link_inertia", "base_tilt", "encoder_offset", "spring_balancer", "joint_spring")
-"""Effects whose torque gears transmit."""
-UNSETTLING = (*CARRIED, "time_delay", "drive_gain")
-"""Effects beside which the torque of all motors is fitted anew."""
 ALIKE = 2e-3
 """Change of a load over the load [-] that moves no link: its play is crossed some milliseconds sooner."""
 
@@ -50,9 +41,7 @@ class Known:
         count = sum(len(one.values) for one in found)
         own = np.split(unknowns[len(unknowns) - count :], np.cumsum([len(one.values) for one in found]))
         carried = [
-            (one.candidate, values)
-            for one, values in zip(found, own, strict=False)
-            if one.candidate.effect in CARRIED
+            (one.candidate, values) for one, values in zip(found, own, strict=False) if one.candidate.carried
         ]
         values = model.believed_values + unknowns[: len(model.names)]
         return cls(model, values, not found, tuple(carried))
@@ -81,7 +70,7 @@ def alike(before: Sequence[Driven], after: Sequence[Driven]) -> bool:
 
 def anew(candidate: Candidate, columns: Thinned, runs: Sequence[Driven]) -> Thinned:
     """Columns of a candidate over runs whose load has changed; those of a measured gear are zero at any."""
-    changed = candidate.effect in LOADED and bool(np.any(columns.values))
+    changed = candidate.loaded and bool(np.any(columns.values))
     return Thinned.of(candidate, runs) if changed else columns
 
 

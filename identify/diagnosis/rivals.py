@@ -8,12 +8,12 @@ import numpy as np
 
 from ..effects import Belief
 from ..model import Model
+from .arm import Arm
+from .candidates import kind_of
 from .finding import Alternative, Diagnosis, Finding, Quantity
-from .improved import Arm, as_found
+from .improved import as_found
 from .trace import Evidence
 
-TRANSMISSION = ("joint_elasticity", "backlash")
-"""Effects between motor and link."""
 FOUND = "found.toml"
 """File of the model with all findings."""
 
@@ -111,7 +111,7 @@ def as_finding(alternative: Alternative) -> Finding:
 
 def _model(evidence: Evidence, findings: Sequence[Finding]) -> Improved:
     """A model has rigid gears: play and elasticity are no part of it, and neither is what a sensor does."""
-    soft = [place for place, one in enumerate(findings) if one.effect in TRANSMISSION]
+    soft = [place for place, one in enumerate(findings) if kind_of(one.effect).gear]
     rigid = [place for place in range(len(findings)) if place not in soft]
     arm = as_found(evidence, [findings[place] for place in rigid])
     lost = sorted([*soft, *(rigid[place] for place in arm.left_out)])

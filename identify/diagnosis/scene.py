@@ -11,11 +11,11 @@ from .block_answer import Answer
 from .blocks import Blocks
 from .candidate import Candidate, Thinned
 from .candidates import candidates
-from .candidates.contact import Reach
+from .candidates.contact_event import Reach
 from .driven import Driven
 from .nuisances import CLOCK, with_nuisances
 from .prediction import CERTAIN, Prediction, factored, solve
-from .reloading import UNSETTLING, Known, alike, anew
+from .reloading import Known, alike, anew
 from .rows import Rows, model_rows
 from .runs import HELD_OUT
 
@@ -102,7 +102,7 @@ class Scene:
 
     def bearing(self, found: Sequence[Answer]) -> "tuple[Scene, list[Answer]]":
         """The same, and the findings, with the load that gears transmit beside what was found."""
-        unsettled = any(one.candidate.effect in UNSETTLING for one in found)
+        unsettled = any(one.candidate.carried or one.candidate.reloads for one in found)
         if not unsettled and self.known.first:
             return self, list(found)
         known = Known.after(self.model, self.prediction(found).values, found).of(self.fitted)

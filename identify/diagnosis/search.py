@@ -8,7 +8,7 @@ import numpy as np
 from .block_answer import Answer
 from .candidate import Thinned
 from .candidate_fit import FORMULA
-from .candidates.ripples import ripples
+from .candidates import kinds
 from .comparison import colouring, levelled
 from .found import CERTAIN_ODDS, Found, judged, log_prior
 from .link_encoders import measured_gears
@@ -164,8 +164,9 @@ def ranked(scene: Scene, found: Sequence[Found]) -> list[Answer]:
     taken = {one.answer.candidate.key for one in found}
     prediction = scene.prediction(_answers(found))
     asked = [pair for pair in scene.asked if pair[0].key not in taken]
-    waves = ripples(scene.model, prediction, scene.runs)
-    asked += [(one, Thinned.of(one, scene.runs)) for one in waves if one.key not in taken]
+    for kind in kinds().values():
+        rest = kind.ask_of_rest(scene.model, prediction, scene.runs) if kind.ask_of_rest else ()
+        asked += [(one, Thinned.of(one, scene.runs)) for one in rest if one.key not in taken]
     best = _by_hypothesis(ask(prediction, asked))
     foremost = levelled(prediction, best[:COLOURED])
     foremost.sort(key=lambda one: -one.gain)

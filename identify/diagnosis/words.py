@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..verdict import TO_NOISE
-from .candidates import CANDIDATES
+from .candidates import kind_of, kinds
 from .finding import Alternative, Diagnosis, Finding, Remainder
 from .found import EXCLUDED
 from .measures import by_kind, noise_measured, slides, torque_units
@@ -14,7 +14,7 @@ from .naming import capital, effect_words, joined, joint_words, lower
 from .naming import named as named
 from .remainder import MATERIAL
 from .rivals import FOUND, Rival, rivals
-from .sentences import LIKE, SETTLED, sentence
+from .sentences import sentence
 from .undecided_words import undecided_sentence
 
 
@@ -185,8 +185,8 @@ def _excluded(diagnosis: Diagnosis, finding: Finding) -> str:
     here = (*diagnosis.findings, *diagnosis.undecided)
     present = {one.effect for one in finding.alternatives} | {one.effect for one in here}
     present |= {other.effect for one in diagnosis.undecided for other in one.alternatives}
-    asked = diagnosis.tried or CANDIDATES
-    names = [name for name in LIKE.get(finding.effect, ()) if name in asked and name not in present]
+    asked, similar = diagnosis.tried or kinds(), kind_of(finding.effect).mistaken_for
+    names = [name for name in similar if name in asked and name not in present]
     if not names:
         return ""
     said = ", ".join(effect_words(name) for name in names)
@@ -210,7 +210,7 @@ def _telling_run(finding: Finding, files: Sequence[Rival], folder: str) -> str:
     if files:
         return f"exidyn excite {folder}/{FOUND} --against {folder}/{files[0].file}"
     other = finding.alternatives[0].effect if finding.alternatives else ""
-    return SETTLED.get(finding.effect) or SETTLED.get(other) or ""
+    return kind_of(finding.effect).settled_by or kind_of(other).settled_by
 
 
 def _alternative(one: Alternative, joints: Sequence[str]) -> str:

@@ -1,57 +1,111 @@
-"""The vocabulary: what may be missing, and how each is asked for.
+"""The vocabulary: what may be missing, one file each.
 
-An effect that acts on single joints needs no line here: whatever is in `EFFECTS` is asked for on each joint.
+A file NAME.py holds everything about the effect of that name: hypotheses, shapes, priors, its sentence, what
+it is mistaken for and which run settles it. An effect without a file is asked for on each joint, if it acts
+on single joints: whatever is in `EFFECTS`.
 """
 
-from collections.abc import Callable, Iterator
-from functools import partial
+from collections.abc import Iterator
 
 from ...effects import EFFECTS, load_installed
 from ...model import Model
 from ..candidate import Candidate
-from . import backlash, bodies, elastic, measurement, torque
-from .unlisted import UNLISTED
+from ..kind import Kind
+from . import (
+    backlash,
+    base_tilt,
+    contact_event,
+    coulomb_friction,
+    current_clipping,
+    current_crosstalk,
+    current_offset,
+    drive_gain,
+    drive_gain_saturation,
+    encoder_offset,
+    friction_asymmetry,
+    hose_spring,
+    hysteresis,
+    joint_elasticity,
+    joint_spring,
+    kinematic_coupling,
+    link_inertia,
+    load_dependent_friction,
+    neighbour_friction,
+    nonlinear_viscous_friction,
+    payload,
+    position_dependent_friction,
+    rotor_inertia,
+    spring_balancer,
+    stribeck_friction,
+    supply_sag,
+    temperature_dependent_friction,
+    time_delay,
+    torque_ripple,
+    viscous_friction,
+)
+from .parts.of_effect import on_each_joint, on_single_joints
 
-Ask = Callable[[Model], Iterator[Candidate]]
-
-OWN: dict[str, Ask] = {
-    "link_inertia": bodies.links,
-    "payload": bodies.payloads,
-    "base_tilt": bodies.tilts,
-    "coulomb_friction": torque.dry_frictions,
-    "spring_balancer": torque.balancers,
-    "kinematic_coupling": torque.couplings,
-    "drive_gain": measurement.gains,
-    "drive_gain_saturation": measurement.saturations,
-    "current_clipping": measurement.clips,
-    "joint_elasticity": elastic.gears,
-    "backlash": backlash.plays,
-    "encoder_offset": measurement.encoder_zeros,
-    "time_delay": measurement.delays,
+KINDS: dict[str, Kind] = {
+    module.__name__.rpartition(".")[2]: module.KIND
+    for module in (
+        backlash,
+        base_tilt,
+        contact_event,
+        coulomb_friction,
+        current_clipping,
+        current_crosstalk,
+        current_offset,
+        drive_gain,
+        drive_gain_saturation,
+        encoder_offset,
+        friction_asymmetry,
+        hose_spring,
+        hysteresis,
+        joint_elasticity,
+        joint_spring,
+        kinematic_coupling,
+        link_inertia,
+        load_dependent_friction,
+        neighbour_friction,
+        nonlinear_viscous_friction,
+        payload,
+        position_dependent_friction,
+        rotor_inertia,
+        spring_balancer,
+        stribeck_friction,
+        supply_sag,
+        temperature_dependent_friction,
+        time_delay,
+        torque_ripple,
+        viscous_friction,
+    )
 }
-"""Name in the vocabulary -> its hypotheses for a model, every joint and shape, where it has its own way."""
+"""Name -> what is known of it; also of what has no name in the vocabulary."""
 
 
-def vocabulary() -> dict[str, Ask]:
-    """The same of every name: those of `OWN`, and all effects that act on single joints.
+def kind_of(effect: str) -> Kind:
+    """What is known of an effect; nothing in particular of one without a file."""
+    return KINDS.get(effect, Kind())
+
+
+def kinds() -> dict[str, Kind]:
+    """Of everything that is asked for, effects of installed packages included.
 
     Raises:
         EffectError: An installed package has an effect that cannot be loaded.
     """
     load_installed()
-    return _every()
+    single = [name for name, effect in EFFECTS.items() if on_single_joints(effect)]
+    return KINDS | {name: kind_of(name) for name in single}
 
 
-def _every() -> dict[str, Ask]:
-    single = [name for name, kind in EFFECTS.items() if torque.on_single_joints(kind) and name not in OWN]
-    return OWN | {name: partial(torque.on_each_joint, name=name) for name in single}
-
-
-CANDIDATES = _every()
-"""The vocabulary without effects of installed packages."""
+def hypotheses(effect: str, model: Model) -> Iterator[Candidate]:
+    """Of one effect, every joint and shape."""
+    kind = kind_of(effect)
+    return on_each_joint(model, effect, kind) if kind.ask is None else kind.ask(model)
 
 
 def candidates(model: Model) -> Iterator[Candidate]:
     """All hypotheses, also of what has no name in the vocabulary."""
-    for ask in (*vocabulary().values(), *UNLISTED.values()):
-        yield from ask(model)
+    for effect in kinds():
+        yield from hypotheses(effect, model)

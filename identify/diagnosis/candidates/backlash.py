@@ -1,4 +1,4 @@
-"""Candidates that are gears with play: while teeth change sides, a link floats and no motor carries it."""
+"""Backlash: while the teeth of a gear change sides, its link floats and no motor carries it."""
 
 from collections.abc import Callable, Iterator
 from functools import lru_cache
@@ -8,10 +8,14 @@ import numpy as np
 
 from ...effects import Shape
 from ...model import Model
+from ...plant.typical import typical_size
+from ..arm import Arm
 from ..candidate import Candidate
 from ..driven import Driven
+from ..finding import Finding
+from ..kind import Kind
 from ..twisted import loose
-from .elastic import bending, link_size
+from .parts.gears import bending, link_size
 
 STEP = 1.5
 """From one width to the next that is tried [-]."""
@@ -105,4 +109,25 @@ def _play(gear: Gear, play: Play) -> Candidate:
         },
         lambda given: _play(gear, Play(**given)),
         expected=((1.0, SCATTER), (0.0, 1.0 / gear.stiffness)),
+        loaded=True,
     )
+
+
+def _held(arm: Arm, finding: Finding) -> Arm:
+    """A gear with play, and teeth that spring back."""
+    joint, known = finding.joints[0], finding.parameters
+    angular = 2 * np.pi * TEETH
+    inertia = float(typical_size(arm.model)[0][joint])
+    damping = 2 * known["damping_ratio"].value * inertia * angular
+    return arm.with_gear(joint, inertia * angular**2, damping, known["gap"].value)
+
+
+KIND = Kind(
+    sentence="{joint} has backlash in its gear[: {gap:mrad}]",
+    drawn_against=("load", "acceleration"),
+    ask=plays,
+    held=_held,
+    gear=True,
+    mistaken_for=("joint_elasticity", "hysteresis"),
+    settled_by="a swept sine (exidyn excite --kind chirp)",
+)

@@ -9,7 +9,7 @@ from ...svg import Panel, legend, picture, text
 from ...svg_scale import Span
 from ..finding import Improvement, Moment
 from ..forward import Forward
-from ..measures import TURNING
+from ..quantities import TURNING
 from ..trace import Trace
 from .profiles import Axis, Profile, orders, profile, spectrum
 from .told import Simulated

@@ -51,40 +51,6 @@ AXES: dict[str, Axis] = {
 }
 """Name -> what it is."""
 
-TELLING: dict[str, tuple[str, ...]] = {
-    "link_inertia": ("position", "acceleration"),
-    "payload": ("position", "acceleration"),
-    "rotor_inertia": ("acceleration", "velocity"),
-    "base_tilt": ("position", "load"),
-    "viscous_friction": ("velocity", "speed"),
-    "coulomb_friction": ("velocity", "speed"),
-    "friction_asymmetry": ("velocity", "position"),
-    "stribeck_friction": ("speed", "velocity"),
-    "load_dependent_friction": ("size of the load", "velocity"),
-    "nonlinear_viscous_friction": ("speed", "velocity"),
-    "temperature_dependent_friction": ("temperature", "time"),
-    "position_dependent_friction": ("where it brakes", "velocity"),
-    "hysteresis": ("velocity", "position"),
-    "spring_balancer": ("position", "load"),
-    "joint_spring": ("position", "load"),
-    "drive_gain": ("torque", "load"),
-    "drive_gain_saturation": ("torque", "velocity"),
-    "current_offset": ("position", "velocity"),
-    "torque_ripple": ("motor angle", "position"),
-    "current_clipping": ("torque", "time"),
-    "kinematic_coupling": ("velocity", "acceleration"),
-    "joint_elasticity": ("acceleration", "load"),
-    "backlash": ("load", "acceleration"),
-    "encoder_offset": ("position", "load"),
-    "time_delay": ("acceleration", "velocity"),
-    "contact_event": ("time", "position"),
-    "hose_spring": ("position", "load"),
-    "supply_sag": ("torque", "speed"),
-    "current_crosstalk": ("time", "torque"),
-    "neighbour_friction": ("time", "velocity"),
-}
-"""Name, in the vocabulary or outside -> what its residual shows most against, two each."""
-
 USUAL = ("velocity", "position", "load", "acceleration", "time", "motor angle")
 """What a residual without a name is drawn against."""
 

@@ -8,8 +8,9 @@ import numpy as np
 
 from ...report_html import figure, listing, number, paragraph, section, table, unit
 from ...verdict import NORMAL_95
-from ..measures import SLIDING, TURNING
+from ..candidates import kind_of
 from ..naming import effect_words, joint_words, named
+from ..quantities import SLIDING, TURNING
 from .budget_section import budget_section
 from .candidates_section import changes_section, moments_section
 from .plots import (
@@ -22,7 +23,7 @@ from .plots import (
     time_plot,
     where_and_when,
 )
-from .profiles import AXES, TELLING, USUAL
+from .profiles import AXES, USUAL
 from .told import Named, Simulated, Told
 
 Section = Callable[[Told], str]
@@ -125,7 +126,7 @@ def undecided_section(diagnosis: Told) -> str:
 def _finding(diagnosis: Told, finding: Named, place: int) -> str:
     words = _arrows(paragraph(finding.headline, ""))
     words += _arrows(paragraph(finding.certainty, "")) if finding.certainty else ""
-    axes = TELLING.get(finding.effect, USUAL[:2])
+    axes = kind_of(finding.effect).drawn_against or USUAL[:2]
     figures = _figures(without(diagnosis, place), diagnosis.telling_joint(finding), axes)
     return f"<h3>{escape(finding.name)}</h3>{words}{figures}{_alternatives(diagnosis, finding)}"
 

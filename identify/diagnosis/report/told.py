@@ -10,12 +10,12 @@ from ..answer import plain
 from ..changes_words import from_table as changes_of
 from ..finding import Alternative, Change, Diagnosis, Improvement, Moment, Quantity
 from ..forward import Forward
-from ..measures import TURNING
 from ..misfit import Misfit
 from ..misfit import from_table as misfit_of
 from ..moments_words import from_table as moments_of
 from ..naming import named
 from ..numbers import array_of, numbers, value_of
+from ..quantities import TURNING
 from ..trace import Trace
 from ..words import verdict
 

@@ -1,4 +1,4 @@
-"""Candidates that are waves along a joint's turn, of whatever number a turn: searched for, not listed."""
+"""Torque ripple: waves along a turn of the motor, of low numbers, or of any that what is left shows."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -9,8 +9,10 @@ from ...effects import EFFECTS, Shape
 from ...model import Model
 from ..candidate import Candidate
 from ..driven import Driven
+from ..kind import Kind
 from ..prediction import Prediction
-from .torque import of_effect
+from .parts.of_effect import of_effect
+from .parts.waves import MULTIPLES, amplitude
 
 NAME = "torque_ripple"
 LOWEST = 1.5
@@ -41,7 +43,9 @@ def ripples(model: Model, prediction: Prediction, runs: Sequence[Driven]) -> Ite
             effect = EFFECTS[NAME](joints=(name,), harmonic=harmonic)  # type: ignore[call-arg]
             bounds = {"harmonic": Shape("1", harmonic - step, harmonic + step)}
             kind = f"wave {round(harmonic / step)}"
-            yield replace(of_effect(model, NAME, effect), among=among, bounds=bounds, kind=kind)
+            yield replace(
+                of_effect(model, NAME, effect, KIND, (joint,)), among=among, bounds=bounds, kind=kind
+            )
 
 
 def _peaks(position: np.ndarray, left: np.ndarray, fastest: float) -> Iterator[tuple[float, int]]:
@@ -90,3 +94,13 @@ def _at_rows(runs: Sequence[Driven], name: str) -> np.ndarray:
         centres = run.prepared.decimation.centres(len(run.motion))[: run.rows]
         pieces.append(getattr(run.motion, name)[centres])
     return np.concatenate(pieces)
+
+
+KIND = Kind(
+    sentence="{joint} has torque ripple[, {harmonic:bare} times per turn of its motor]: {wave}",
+    drawn_against=("motor angle", "position"),
+    ask_of_rest=ripples,
+    shapes=(*({"harmonic": float(k)} for k in (1, 2, 3, 4, 6)), {"count": MULTIPLES}),
+    derived=amplitude,
+    mistaken_for=("position_dependent_friction", "joint_elasticity"),
+)

@@ -1,4 +1,4 @@
-"""Contact: something pushes the arm for a while.
+"""Contact event: something pushes the arm for a while.
 
 A force f on the flange, in the base's axes, asks -J'(q) f of the motors. It happens once, so that no other
 block predicts it: a window of a run has a contact where a force explains far more of what is left than forces
@@ -16,6 +16,7 @@ from ...model import Model
 from ...motion import Motion
 from ..candidate import Candidate
 from ..driven import Driven
+from ..kind import Kind
 from ..prediction import Prediction
 
 DURATIONS = (0.3, 0.6, 1.0)
@@ -222,3 +223,16 @@ def _usual_force(model: Model) -> float:
     """How large a force is expected to be [N]."""
     gravity = float(np.linalg.norm(model.robot.kinematics.gravity.linear)) or 9.81
     return FORCE * gravity * max(sum(body.mass for body in model.robot.kinematics.inertias), 1.0)
+
+
+def _searched_for(model: Model) -> Iterator[Candidate]:
+    """None beforehand: where and when it happens is searched for (`once.py`)."""
+    return iter(())
+
+
+KIND = Kind(
+    sentence="The arm was in contact with something[ at {start}][ for {duration}]",
+    drawn_against=("time", "position"),
+    ask=_searched_for,
+    of_body=True,
+)

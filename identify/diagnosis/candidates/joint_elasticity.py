@@ -1,4 +1,4 @@
-"""Candidates that are gears which give way: the link lags behind its motor, and swings on its gear.
+"""Joint elasticity: a gear that gives way, on which its link lags behind the motor, and swings.
 
 With motors where their encoders say, every link but one follows its motor, and that one leads or lags by a
 twist whose equation is row j of the arm's: M_jj twist'' + d twist' + (K + dtau_j/dq_j) twist = load_j. What
@@ -11,14 +11,15 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 import numpy as np
-import pinocchio as pin
 
 from ...effects import Shape
 from ...model import Model
+from ..arm import Arm
 from ..candidate import Candidate
 from ..driven import Driven
-from ..tangent import carrying
-from ..twisted import bent
+from ..finding import Finding
+from ..kind import Kind
+from .parts.gears import bending, link_size
 
 STEP = 1.3
 """From one resonance to the next that is tried [-]."""
@@ -33,8 +34,6 @@ SCATTER = 0.1
 inertia and damping are wrong."""
 LEAST = 0.5
 """Coefficient below which what fits is something else that swings [-]."""
-POSES = 64
-"""Over which the inertia of a link is averaged."""
 
 
 def gears(model: Model) -> Iterator[Candidate]:
@@ -70,6 +69,7 @@ def _gear(model: Model, joint: int, inertia: float, resonance: float, ratio: flo
         reshaped,
         expected=((1.0, SCATTER),),
         told={"stiffness": (stiffness, "N m/rad")},
+        loaded=True,
     )
 
 
@@ -81,30 +81,20 @@ def of_stiffness(model: Model, joint: int, stiffness: float, std: float) -> Cand
     return replace(gear, bounds={}, told={"stiffness": (stiffness, "N m/rad")}, known={"stiffness": std})
 
 
-def bending(model: Model, run: Driven, joint: int, gear: tuple[float, float]) -> np.ndarray:
-    """Torque of the motors beyond that of a rigid gear, shape (t, n) [N m].
-
-    Args:
-        model: For which joints motors turn.
-        run: The motion, and the load.
-        joint: The elastic one.
-        gear: Its stiffness [N m/rad] and damping [N m s/rad].
-    """
-    weight, drag, inertia = run.tangent.own(joint)
-    step = float(np.median(np.diff(run.motion.time)))
-    twist = bent(inertia, gear[1] + drag, gear[0] + weight, run.motion.load[:, joint], step)
-    return -run.tangent.torque(joint, *twist) @ model.robot.to_motors.T
+def _held(arm: Arm, finding: Finding) -> Arm:
+    """A gear that gives way; the more of the effect was found, the softer it is."""
+    known = {name: quantity.value for name, quantity in finding.parameters.items()}
+    stiffness = known["stiffness"] / max(known["share"], 0.1)
+    damping = 2 * known["damping_ratio"] * stiffness / (2 * np.pi * known["resonance"])
+    return arm.with_gear(finding.joints[0], stiffness, damping, 0.0)
 
 
-def link_size(model: Model) -> tuple[np.ndarray, np.ndarray]:
-    """Inertia [kg m^2] and load [N m] of each joint, its rotor apart, means over poses, each (n,).
-
-    The load is that of gravity and of 1 rad/s^2.
-    """
-    kinematics = carrying(model, model.believed_values, "")
-    data, limits = kinematics.createData(), model.robot.limits
-    lower, upper = np.maximum(limits.position_lower, -np.pi), np.minimum(limits.position_upper, np.pi)
-    poses = np.random.default_rng(0).uniform(lower, upper, (POSES, model.robot.dof))
-    inertia = np.mean([np.diagonal(pin.crba(kinematics, data, pose)) for pose in poses], axis=0)
-    weights = [pin.computeGeneralizedGravity(kinematics, data, pose) for pose in poses]
-    return inertia, np.mean(np.abs(weights), axis=0) + inertia
+KIND = Kind(
+    sentence="{joint} has an elastic gear[: {stiffness}][, resonant at {resonance}]",
+    drawn_against=("acceleration", "load"),
+    ask=gears,
+    held=_held,
+    gear=True,
+    mistaken_for=("backlash", "time_delay", "rotor_inertia"),
+    settled_by="a swept sine (exidyn excite --kind chirp)",
+)

@@ -1,0 +1,57 @@
+"""Spring balancer: a spring along a link that carries part of the arm's weight."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from ...effects import Effect, SpringBalancer
+from ...model import Model
+from ..candidate import Candidate
+from ..finding import Finding
+from ..kind import Kind
+from .parts.gears import link_size
+from .parts.of_effect import of_effect
+
+BALANCED = 0.05
+"""Weight that a joint carries over the most that one does, from which on somebody may balance it [-]."""
+WEIGHTLESS = 1e-4
+"""How likely a balancer is on any other joint, beside one on the joint that carries most [-]."""
+
+
+def balancers(model: Model) -> Iterator[Candidate]:
+    """Springs along a link; only the ratio of the lengths and the angle shape their torque.
+
+    Nobody balances what weighs nothing: how likely one is goes with the weight that a joint carries.
+    """
+    inertia, load = link_size(model)
+    weight = load - inertia
+    for joint, share in enumerate(weight / max(float(np.max(weight)), 1e-9)):
+        likely = float(share) if share > BALANCED else WEIGHTLESS
+
+        def also(candidate: Candidate, effect: Effect, likely: float = likely) -> Candidate:
+            # Lengths are in proportion to the longer one, which torque does not show.
+            bounds = {name: candidate.bounds[name] for name in ("d22", "phi")}
+            return replace(candidate, bounds=bounds, prior=candidate.prior * likely, cancels=True)
+
+        for ratio in (0.15, 0.3, 0.6):
+            for angle in np.arange(-3, 4) * np.pi / 4:
+                effect = SpringBalancer(model.robot.joints[joint], d21=1.0, d22=ratio, phi=float(angle))
+                yield of_effect(model, "spring_balancer", effect, KIND, (joint,), also)
+
+
+def _derived(finding: Finding, known: Mapping[str, Any]) -> dict[str, Any]:
+    return {"rms": f"{np.max(finding.torque, initial=0.0):.3g}"}
+
+
+KIND = Kind(
+    sentence="{joint} has a spring balancer along the arm that the model does not have[: it gives {rms} "
+    "{effort}, root mean square]",
+    drawn_against=("position", "load"),
+    ask=balancers,
+    derived=_derived,
+    of_body=True,
+    mistaken_for=("link_inertia", "joint_spring"),
+    settled_by="the base at another tilt: no motion of the joints tells a spring from a weight well",
+)

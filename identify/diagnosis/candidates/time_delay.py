@@ -1,0 +1,76 @@
+"""Time delay: currents that are recorded later than positions, or earlier, of all drives."""
+
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from ...effects import Shape
+from ...model import Model
+from ..candidate import UNNAMED, Candidate
+from ..driven import Driven
+from ..kind import Kind
+from ..nuisances import torque_rate
+
+APART = 1.5
+"""From one delay that is tried to the next [-]."""
+DELAYS = tuple(sign * 4e-3 * APART**step for sign in (-1.0, 1.0) for step in range(6))
+"""Delays of cycles of a fieldbus [s], up to 30 ms; what is shorter is in proportion to the torque's rate."""
+LINEAR = 4e-3
+"""Delay up to which a torque changes in proportion to its rate [s]: the least that is tried whole."""
+WHOLE = 1e-6
+"""By how much a torque that comes later may be more or less than all of it [-]: not at all."""
+OWN_CLOCK = ((0.0, 5e-3),)
+"""By how much a clock may be wrong otherwise [s]: a telegram or two of the slowest fieldbus."""
+
+
+def delays(model: Model) -> Iterator[Candidate]:
+    """Little delay is in proportion to how fast torque changes; much is another torque.
+
+    One controller reads all drives, so that a delay of one alone is no delay; by how much their clocks
+    differ is a nuisance.
+    """
+
+    def all_drives(run: Driven) -> np.ndarray:
+        return -torque_rate(run)[:, :, None]
+
+    yield Candidate(
+        "time_delay", (), all_drives, ("delay",), ("s",), (-np.inf,), expected=OWN_CLOCK, everywhere=True,
+        most=LINEAR, loaded=True, reloads=True,
+    )  # fmt: skip
+    for delay in DELAYS:
+        yield _delay(delay)
+
+
+def _delay(delay: float) -> Candidate:
+    """All drives' torque as it was recorded, less what is recorded later by the delay.
+
+    To take that away moves the recording to where it belongs, its noise with it. Nothing but the whole of it
+    does so: of a part of it, the part would count that takes away noise.
+    """
+
+    def columns(run: Driven) -> np.ndarray:
+        time, recorded = run.motion.time, run.prepared.gain * run.prepared.current
+        # Between samples a straight line would take noise away, which speaks for any delay but whole samples.
+        later = CubicSpline(time, recorded)(np.clip(time + delay, time[0], time[-1]))
+        return (recorded - later)[:, :, None]
+
+    def reshaped(given: Mapping[str, float]) -> Candidate:
+        return _delay(given["delay"])
+
+    nearer, farther = sorted((delay / APART, delay * APART))
+    return Candidate(
+        "time_delay", (), columns, (UNNAMED,), ("1",), (0.0,), {"delay": delay},
+        {"delay": Shape("s", nearer, farther)}, reshaped, expected=((1.0, WHOLE),),
+        everywhere=True, loaded=True, reloads=True,
+    )  # fmt: skip
+
+
+KIND = Kind(
+    sentence="{late} {delay:size ms} {delay:later|earlier} than the positions recorded with it",
+    drawn_against=("acceleration", "velocity"),
+    ask=delays,
+    sensor=True,
+    mistaken_for=("joint_elasticity", "viscous_friction"),
+    settled_by="a swept sine (exidyn excite --kind chirp)",
+)
