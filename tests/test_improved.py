@@ -62,7 +62,9 @@ def found(candidate: Candidate, value: float = SMALL) -> Finding:
     HELD,
 )
 def test_a_model_gives_the_torque_that_the_search_found(effect):
-    for candidate in [*hypotheses(effect, believed())][-2:]:
+    # A link that stands elsewhere is no part of any model.
+    asked = [one for one in hypotheses(effect, believed()) if "moved" not in one.shape]
+    for candidate in asked[-2:]:
         one = found(candidate)
         before, after = as_believed(evidence()), as_found(evidence(), [one])
         assert after.left_out == ()

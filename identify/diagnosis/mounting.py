@@ -24,16 +24,16 @@ from .candidates.parts.gravity import gravity_columns
 from .candidates.parts.motors import on_motors
 from .comparison import colouring
 from .driven import Driven, gear_torque
-from .found import CERTAIN_ODDS, Found, log_prior
+from .found import CERTAIN_ODDS
 from .prediction import Prediction
 from .question import ask
 from .rows import Rows, model_rows
-from .scene import Scene
+from .scene import Asked, Scene
 
 FAR = STRANGE * LEANING
 """Angle from which on a base does not lean, but is mounted otherwise [rad]: 5 degrees."""
-DIRECTIONS = float(np.log(4.0 / LEANING**2))
-"""Logarithm of the number of directions of gravity that are told apart beforehand, a degree apart."""
+DIRECTIONS = round(4.0 / LEANING**2)
+"""Directions of gravity that are told apart beforehand, a degree apart."""
 WHOLE = 1e-6
 """By how much the torque of turned gravity may be more or less than all of it [-]: not at all."""
 EVALUATIONS = 40
@@ -46,10 +46,9 @@ some moments of the first link do not show there."""
 RINGS = tuple(angle * np.eye(2) for angle in (NEARER, FARTHER))
 
 
-def mounted_otherwise(scene: Scene) -> list[Found]:
-    """A base that leans far, if the blocks say so; nothing otherwise."""
-    prediction = scene.prediction([])
-    rough = _rough(scene, prediction)
+def mounted_otherwise(scene: Scene) -> Asked:
+    """A base that leans far, if the blocks say that it may; nothing otherwise."""
+    rough = _rough(scene, scene.prediction([]))
     if rough is None:
         return []
     fields = _Fields.of(scene)
@@ -61,10 +60,7 @@ def mounted_otherwise(scene: Scene) -> list[Found]:
         return []
     values = fields.prediction(direction).values[: len(scene.model.names)]
     candidate = _candidate(scene.model, direction, scene.model.believed_values + values, std)
-    answers = ask(prediction, [(candidate, Thinned.of(candidate, scene.runs))])
-    found = [replace(colouring(prediction, one), cost=DIRECTIONS) for one in answers]
-    odds = [one.gain + log_prior(one, len(scene.tried)) for one in found]
-    return [Found(one, own) for one, own in zip(found, odds, strict=True) if own > CERTAIN_ODDS]
+    return [(candidate, Thinned.of(candidate, scene.runs))]
 
 
 def _rough(scene: Scene, prediction: Prediction) -> np.ndarray | None:
@@ -163,7 +159,7 @@ def _candidate(model: Model, direction: np.ndarray, values: np.ndarray, std: flo
     told["lean"] = _angle(direction, _unit(model.robot.gravity)), "rad"
     return Candidate(
         "base_tilt", (), columns, (UNNAMED,), ("1",), (0.0,), smooth=True, expected=((1.0, WHOLE),),
-        told=told, known=dict.fromkeys(told, std),
+        told=told, known=dict.fromkeys(told, std), among=DIRECTIONS, carried=True,
     )  # fmt: skip
 
 

@@ -60,9 +60,8 @@ class Searched:
 
 def search(scene: Scene) -> Searched:
     """Find what the model leaves out."""
-    found = [*measured_gears(scene), *mounted_otherwise(scene)]
-    scene, answers = scene.bearing(_answers(found))
-    found = [one._replace(answer=answer) for one, answer in zip(found, answers, strict=True)]
+    found = list(measured_gears(scene))
+    scene = replace(scene, asked=[*scene.asked, *mounted_otherwise(scene)])
     believed, single = scene.prediction([]), list[Answer]()
     out: set[object] = set()
     total = 1.0
@@ -137,20 +136,30 @@ def _never_worse(scene: Scene, found: list[Found], believed: Prediction) -> list
 
 
 def _beside_all(scene: Scene, found: list[Found], total: float) -> list[Found]:
-    """Findings each compared anew with what else it may be, beside all that was found after it too."""
+    """Findings each in its best shape, and compared anew with what else it may be, beside all others."""
+    whole = scene.prediction(_answers(found))
     for place, one in enumerate(found):
+        if one.once or not (one.others or one.answer.candidate.bounds):
+            continue
         others = [other for other in found if other is not one]
+        prediction = scene.prediction(_answers(others), whole)
+        first = _in_shape(scene, prediction, one.answer)
         keys = {other.answer.candidate.key for other in others}
         rivals = [answer for answer, _ in one.not_excluded if answer.candidate.key not in keys]
-        if one.once or not one.others:
-            continue
-        prediction = scene.prediction(_answers(others))
-        costs = {rival.candidate.key: rival.cost for rival in (one.answer, *rivals)}
-        asked = [(rival.candidate, rival.columns) for rival in (one.answer, *rivals)]
+        costs = {rival.candidate.key: rival.cost for rival in (first, *rivals)}
+        asked = [(rival.candidate, rival.columns) for rival in (first, *rivals)]
         again = [replace(answer, cost=costs[answer.candidate.key]) for answer in ask(prediction, asked)]
         again = sorted(levelled(prediction, again), key=lambda answer: -answer.gain)
         found = [*found[:place], judged(again, total) or one, *found[place + 1 :]]
     return found
+
+
+def _in_shape(scene: Scene, prediction: Prediction, answer: Answer) -> Answer:
+    """The answer refined in shape beside everything else; it was chosen at the cost that it has."""
+    again = ask(prediction, [(answer.candidate, answer.columns)])
+    if not answer.candidate.bounds or not again:
+        return answer
+    return replace(refined(prediction, replace(again[0], cost=answer.cost), scene.runs), cost=answer.cost)
 
 
 def total_prior(best: Sequence[Answer], scene: Scene) -> float:

@@ -1,30 +1,46 @@
-"""Kinematic coupling: a motor that also turns with a neighbour of its joint."""
+"""Kinematic coupling: a motor that also turns with a neighbour of its joint.
 
-from collections.abc import Iterator
+Where a controller takes that into account, positions are those of the joints, and only inertia and friction
+of the motor reach both. Where it does not, the position recorded is that of the motor: the link stands
+elsewhere, and its torque pulls at both motors. With motor angles u = C q that is C^-T tau(C^-1 u) in place of
+tau(u).
+"""
+
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
+import pinocchio as pin
 
-from ...effects import Effect, KinematicCoupling
+from ...effects import Effect, KinematicCoupling, Shape
 from ...model import Model
-from ..candidate import Candidate
+from ..candidate import UNNAMED, Candidate
 from ..driven import Driven
+from ..finding import Finding
 from ..kind import Kind
+from .parts.motors import on_motors
 from .parts.of_effect import of_effect
 
 RATIOS = (-2.0, -1.0, -0.5, 0.5, 1.0, 2.0)
 """Turns of a motor with its neighbour for one with its own joint that are tried [-]."""
+MOVED = (-1.0, -0.5, 0.5, 1.0)
+"""The same where links stand elsewhere: belts and bevel gears."""
+SCATTER = 0.1
+"""Of the coefficient around 1, since the ratio says how large the effect is [-]: bodies are as wrong."""
 
 
 def couplings(model: Model) -> Iterator[Candidate]:
     """Motors that also turn with the next joint, one way or the other."""
     joints = range(model.robot.dof)
     for first, second in zip(joints[:-1], joints[1:], strict=True):
-        for pair in ((first, second), (second, first)):
+        for motor, other in ((first, second), (second, first)):
+            names = (model.robot.joints[motor], model.robot.joints[other])
             for ratio in RATIOS:
-                motor, other = (model.robot.joints[joint] for joint in pair)
-                effect = KinematicCoupling(motor, other, ratio=ratio)
+                effect = KinematicCoupling(*names, ratio=ratio)
                 yield of_effect(model, "kinematic_coupling", effect, KIND, (first, second), _one_motor)
+            for ratio in MOVED:
+                yield _elsewhere(model, motor, other, ratio)
 
 
 def _one_motor(candidate: Candidate, effect: Effect) -> Candidate:
@@ -41,10 +57,44 @@ def _one_motor(candidate: Candidate, effect: Effect) -> Candidate:
     return replace(candidate, columns=columns, lower=(0.0, 0.0, 0.0), led=2, told_as=products)
 
 
+def _elsewhere(model: Model, motor: int, other: int, ratio: float) -> Candidate:
+    """Links that stand where the joints are, and positions that are those of the motors."""
+    back = np.eye(model.robot.dof)
+    back[motor, other] = -ratio
+
+    def columns(run: Driven) -> np.ndarray:
+        more = links(run, back) @ back - links(run, np.eye(len(back)))
+        return on_motors(model.robot, more[:, :, None])
+
+    def reshaped(given: Mapping[str, float]) -> Candidate:
+        return _elsewhere(model, motor, other, given["ratio"])
+
+    bounds = {"ratio": Shape("1", ratio - 0.5, ratio + 0.5)}
+    return Candidate(
+        "kinematic_coupling", (min(motor, other), max(motor, other)), columns, (UNNAMED,), ("1",), (0.0,),
+        {"ratio": ratio, "moved": motor + 1.0}, bounds, reshaped, smooth=True, expected=((1.0, SCATTER),),
+        carried=True,
+    )  # fmt: skip
+
+
+def links(run: Driven, back: np.ndarray) -> np.ndarray:
+    """Torque of the nominal bodies, shape (t, n) [N m], where joints are the motors' angles times (n, n)."""
+    data, motion = run.bodies.createData(), run.motion
+    states = (one @ back.T for one in (motion.position, motion.velocity, motion.acceleration))
+    return np.array([pin.rnea(run.bodies, data, *state) for state in zip(*states, strict=True)])
+
+
+def _derived(finding: Finding, known: Mapping[str, Any]) -> dict[str, Any]:
+    """Which link stands elsewhere."""
+    return {"link": f"{known['moved'].value:.0f}"} if "moved" in known else {}
+
+
 KIND = Kind(
     sentence="{joint} and {other} are kinematically coupled: the motor of either also turns with the "
-    "other[, {ratio:bare} times as far]",
+    "other[, {ratio:bare} times as far][; the recorded position of joint {link} is that of its motor, and "
+    "the link stands elsewhere]",
     drawn_against=("velocity", "acceleration"),
     ask=couplings,
+    derived=_derived,
     mistaken_for=("rotor_inertia", "viscous_friction"),
 )
