@@ -3,6 +3,7 @@
 from typing import Any
 
 import numpy as np
+
 from exidyn.identify.comparison import NAMES, Comparison, Mismatch, Regions
 from exidyn.identify.text_table import WIDTH, at_point, digits, paragraph, table
 from exidyn.identify.verdict import MISSING

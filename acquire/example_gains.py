@@ -4,6 +4,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+
 from exidyn.identify.fit import Fit
 from exidyn.identify.fit_file import read_fit
 from exidyn.identify.model import Model

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+
 from exidyn.identify.effects import SpringBalancer
 from exidyn.identify.model import Model
 from exidyn.identify.motion import Motion

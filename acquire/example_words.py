@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+
 from exidyn.identify.text_table import WIDTH, at_point, digits, paragraph, table
 from exidyn.identify.verdict import NORMAL_95
 

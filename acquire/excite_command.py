@@ -7,6 +7,7 @@ from itertools import permutations
 from pathlib import Path
 
 import numpy as np
+
 from exidyn.identify.effects import known_parameters
 from exidyn.identify.errors import RobotError
 from exidyn.identify.excitation_doubts import WORST

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+
 from exidyn.identify.effects import EFFECTS
 from exidyn.identify.importers import import_source
 from exidyn.identify.recording import SIGNALS, Recording

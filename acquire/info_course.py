@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 
 import numpy as np
+
 from exidyn.identify.recording import Recording
 from exidyn.identify.run_log import Event, Timing
 from exidyn.identify.text_table import paragraph

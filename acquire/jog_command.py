@@ -8,6 +8,7 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
+
 from exidyn.drivers import Driver, Info, Sample
 from exidyn.identify.effects import Payload
 from exidyn.identify.errors import UnknownJoint

@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+
 from exidyn.identify.robot import Robot
 from exidyn.identify.text_table import digits, paragraph, table
 

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+
 from exidyn.drivers import Arm
 from exidyn.identify.robot import Robot
 

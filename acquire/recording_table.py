@@ -3,6 +3,7 @@
 from typing import Any
 
 import numpy as np
+
 from exidyn.identify.effects import EFFECTS
 from exidyn.identify.recording import SIGNALS, Recording, Signal
 from exidyn.identify.run_log import Timing

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+
 from exidyn.identify.comparison import Comparison, Mismatch, Regions
 from exidyn.identify.diagnosis.report.told import Told, from_table
 from exidyn.identify.errors import ExidynError, NotAFile

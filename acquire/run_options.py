@@ -3,6 +3,7 @@
 import argparse
 
 import numpy as np
+
 from exidyn.identify.effects import known_parameters
 from exidyn.identify.errors import NeedsPayload
 from exidyn.identify.recording import KnownPayload

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+
 from exidyn.identify.effects import Payload, known_parameters
 from exidyn.identify.errors import NeedsPayload, RobotError
 from exidyn.identify.follow import follow

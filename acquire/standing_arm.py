@@ -3,6 +3,7 @@
 from collections.abc import Callable
 
 import numpy as np
+
 from exidyn.drivers.driver import Plant
 from exidyn.identify.model import Model
 from exidyn.identify.plant import typical_plant

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+
 from exidyn.identify.diagnosis.forward import Forward
 from exidyn.identify.diagnosis.trace import Evidence, Trace
 from exidyn.identify.errors import ExidynError, NotAFile

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TextIO
 
 import numpy as np
+
 from exidyn.drivers import Arm, Driver, Info, create, driver_class
 from exidyn.drivers.errors import BadSettings
 from exidyn.identify.robot_file import read_model

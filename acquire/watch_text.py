@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+
 from exidyn.drivers import Info
 from exidyn.identify.text_table import table
 

@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+
 from exidyn.identify.diagnosis.finding import Finding
 
 Range = tuple[float, float]

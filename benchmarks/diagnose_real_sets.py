@@ -6,6 +6,8 @@ from functools import partial
 from typing import Any
 
 from diagnose_real_known import ABSENT, KNOWN, Known, uncounted
+from real_data import FOLDER, KR300, LOADED, PANDA, UR10E, DataSet
+
 from exidyn.identify.diagnosis.runs import HELD_OUT
 from exidyn.identify.effects import known_parameters
 from exidyn.identify.identification import identify
@@ -15,7 +17,6 @@ from exidyn.identify.model import Model
 from exidyn.identify.prepare import Filtering
 from exidyn.identify.recording import KnownPayload, Recording
 from exidyn.identify.robot_file import read_model
-from real_data import FOLDER, KR300, LOADED, PANDA, UR10E, DataSet
 
 Runs = list[tuple[str, Recording]]
 Ask = Callable[[], tuple[Model, Runs]]

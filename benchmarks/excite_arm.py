@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pinocchio as pin
+
 from exidyn.identify.base_parameters import BaseParameters, base_parameters
 from exidyn.identify.effects import RigidBody
 from exidyn.identify.model import Model

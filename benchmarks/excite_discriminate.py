@@ -18,6 +18,7 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")  # before numpy
 
 import numpy as np
 from common import options, save, show
+
 from exidyn.identify.effects import JointSpring, NonlinearViscousFriction, SpringBalancer, StribeckFriction
 from exidyn.identify.model import Model
 from exidyn.identify.motion import Motion

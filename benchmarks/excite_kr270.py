@@ -10,6 +10,8 @@ from typing import Any
 
 import numpy as np
 from common import show
+from kr270 import MASS, believed, equations_of, gain_error, plant
+
 from exidyn.identify.effects import known_parameters
 from exidyn.identify.estimators import ESTIMATORS
 from exidyn.identify.motion import Motion
@@ -19,7 +21,6 @@ from exidyn.identify.simulate import Sensors, exact_current, simulate
 from exidyn.trajectories.planning import plan
 from exidyn.trajectories.random_fourier import random_fourier
 from exidyn.trajectories.wishes import Wishes
-from kr270 import MASS, believed, equations_of, gain_error, plant
 
 TICK = 0.002
 NAMES = [f"gain {joint + 1}" for joint in range(6)] + ["K_r", "K_0"]

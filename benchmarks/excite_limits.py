@@ -15,6 +15,7 @@ from multiprocessing import get_context
 import numpy as np
 import pinocchio as pin
 from common import show
+
 from exidyn.identify.effects import RigidBody
 from exidyn.identify.model import Model
 from exidyn.identify.robot import Limits

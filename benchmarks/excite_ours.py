@@ -7,6 +7,7 @@ import numpy as np
 from common import show
 from excite_arm import RATE, Arm, States
 from excite_peers import DURATION, HARMONICS, Best, Clock, PeerResult
+
 from exidyn.identify.geometry import read_geometry
 from exidyn.identify.robot import Limits
 from exidyn.trajectories.clearances.self_collision import SelfCollision

@@ -15,6 +15,7 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")  # before numpy: one thread a proc
 
 import numpy as np
 from common import options, save, show
+
 from exidyn.identify.base_parameters import base_parameters
 from exidyn.identify.effects import Payload, known_parameters
 from exidyn.identify.equations import Equations, assemble

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 from common import options, save, show
+
 from exidyn.identify.estimators import posterior
 from exidyn.identify.fit import Fit
 from exidyn.identify.identification import identify

@@ -5,6 +5,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+
 from exidyn.identify.diagnosis.finding import Diagnosis
 from exidyn.identify.diagnosis.improved import Arm, as_believed, as_found
 from exidyn.identify.diagnosis.runs import HELD_OUT

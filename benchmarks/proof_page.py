@@ -6,8 +6,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from diagnose_real_sets import CASES
-from exidyn.identify.diagnosis.found import NAMED
 from proof_pictures import budget_picture, turn_picture
+
+from exidyn.identify.diagnosis.found import NAMED
 
 Answer = dict[str, Any]
 

@@ -3,6 +3,7 @@
 from typing import Any
 
 import numpy as np
+
 from exidyn.identify.svg import Panel, legend, text
 from exidyn.identify.svg_scale import Span
 

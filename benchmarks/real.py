@@ -23,10 +23,11 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")  # before numpy: one thread a proc
 
 import numpy as np
 from common import options, save, show
-from exidyn.identify.model import Model
 from real_choice import LAWS, Compared, choose, in_words
 from real_data import FOLDER, KR300, PANDA, UR10E, DataSet
 from real_payload import payloads
+
+from exidyn.identify.model import Model
 
 TOLERANCES = (None, 3.0, 1.0, 0.3, 0.1)
 """Relative standard deviations of the drawn inertias as prior; None for no prior."""

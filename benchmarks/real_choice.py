@@ -7,6 +7,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from common import show
+from real_data import DataSet, thirds
+
 from exidyn.identify.effects import EFFECTS
 from exidyn.identify.equations import Equations, assemble
 from exidyn.identify.estimators import Estimator, bayesian, weighted
@@ -16,7 +18,6 @@ from exidyn.identify.identification import identify
 from exidyn.identify.model import Model
 from exidyn.identify.prepare import filtered, prepare
 from exidyn.identify.recording import Recording
-from real_data import DataSet, thirds
 
 LAWS = ("coulomb_friction", "hysteresis")
 """Dry friction that turns over a velocity, or over a displacement: one size and one shape a joint each."""

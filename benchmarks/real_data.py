@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+
 from exidyn.identify.importers import import_source
 from exidyn.identify.model import Model
 from exidyn.identify.prepare import Filtering

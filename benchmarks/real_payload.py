@@ -6,13 +6,14 @@ from typing import Any
 
 import numpy as np
 from common import show
+from real_data import DE_LUCA, LOADED, REPOSITORY, DataSet
+
 from exidyn.identify.effects import EFFECTS, Belief
 from exidyn.identify.estimators import weighted
 from exidyn.identify.fit import Fit
 from exidyn.identify.identification import identify
 from exidyn.identify.model import Model
 from exidyn.identify.recording import KnownPayload, Recording
-from real_data import DE_LUCA, LOADED, REPOSITORY, DataSet
 
 KNOWN, UNKNOWN = "K", "U"
 QUICK_RUNS = 2

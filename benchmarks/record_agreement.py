@@ -7,12 +7,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from common import show
-from exidyn.identify import Fit, identify, read_recording
 from record_controllers import NoBus, controller
 from record_drivers import PATIENT
 from record_lockstep import lockstep
 from record_motion import MODEL, job
 from record_run import run
+
+from exidyn.identify import Fit, identify, read_recording
 
 DRIVERS = ("mock", "kuka_rsi", "canopen_402", "can_mit", "dynamixel", "feetech")
 QUICK_DRIVERS = ("mock", "canopen_402")

@@ -10,15 +10,16 @@ from typing import Any, NamedTuple
 sys.path.append(str(Path(__file__).parents[1] / "tests" / "peers"))
 
 from can_arm import canopen_settings, mit_settings
+from peer_process import NoBus as NoBus
+from peer_process import Peer
+from record_motion import MODEL, ROBOT, START
+from servo_units import dynamixel_settings, feetech_settings
+
 from exidyn.acquire.controllers import make_driver
 from exidyn.drivers import Driver
 from exidyn.drivers.rsi.config import standard_config
 from exidyn.drivers.rsi.config_text import config_text
 from exidyn.identify.plant import typical_plant
-from peer_process import NoBus as NoBus
-from peer_process import Peer
-from record_motion import MODEL, ROBOT, START
-from servo_units import dynamixel_settings, feetech_settings
 
 PRIORITY = 70
 """Of the peers, below the loop: a controller has a processor of its own, and these share ours."""

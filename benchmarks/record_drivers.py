@@ -8,12 +8,13 @@ from typing import Any
 
 import numpy as np
 from common import show
-from exidyn.acquire.run.watch import WatchLimits
 from record_controllers import CONTROLLERS, NoBus, controller
 from record_floor import Floor, floor
 from record_krc import echo, timeouts, told
 from record_motion import job
 from record_run import Ran, cpu_time, run
+
+from exidyn.acquire.run.watch import WatchLimits
 
 HEADER = [
     "driver", "cycle ms", "cycles", "missed", "floor's", "late p50 us", "p99 us", "max us", "floor p50 us",

@@ -5,10 +5,11 @@ from typing import Any
 
 import numpy as np
 from common import show
-from exidyn.drivers import StopLevel
 from record_escalation_arm import heavy, light
 from record_escalation_cases import CASES, RESTS, WITHIN, Case
 from record_escalation_run import Ran, ran
+
+from exidyn.drivers import StopLevel
 
 LETTERS = {StopLevel.BRAKE: "B", StopLevel.QUICK: "Q", StopLevel.OFF: "O"}
 

@@ -4,10 +4,11 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
+from record_motion import JOINTS, MODEL, START
+
 from exidyn.drivers.driver import Plant
 from exidyn.identify.plant import Plant as PlantWithMass
 from exidyn.identify.plant.typical import typical_parts
-from record_motion import JOINTS, MODEL, START
 
 COARSE = 1.5e-3
 """Step of a serial servo's encoder, and standard deviation of its noise [rad]."""

@@ -5,6 +5,10 @@ from functools import cache
 from typing import NamedTuple
 
 import numpy as np
+from record_escalation_arm import heavy, light
+from record_escalation_cases import Case
+from record_motion import LIMITS, MODEL, START
+
 from exidyn.acquire.controllers import make_driver
 from exidyn.acquire.run.frames import EVENT, SAMPLE, Event, Unframed, read_cycle, read_event
 from exidyn.acquire.run.perform import Job, perform
@@ -14,9 +18,6 @@ from exidyn.drivers import Driver, StopLevel
 from exidyn.drivers.driver import Plant
 from exidyn.trajectories.limits.moves import move
 from exidyn.trajectories.trajectory import State, Trajectory
-from record_escalation_arm import heavy, light
-from record_escalation_cases import Case
-from record_motion import LIMITS, MODEL, START
 
 CYCLE = 0.008
 """Between those of CAN and of servos [s]."""

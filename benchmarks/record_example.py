@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 from common import show
+
 from exidyn.acquire.example_arm import BODY
 from exidyn.identify import Fit, read_fit
 from exidyn.identify.robot_file import read_model

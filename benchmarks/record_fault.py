@@ -6,6 +6,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
+from record_controllers import Peer, controller
+from record_motion import job
+from record_run import Ran, run
+
 from exidyn.acquire.run.frames import SAMPLE, Unframed, read_cycle
 from exidyn.acquire.run.perform import Job
 from exidyn.acquire.run.player import RUNNING
@@ -15,9 +19,6 @@ from exidyn.drivers import DriverError
 from exidyn.identify.errors import ExidynError
 from exidyn.identify.mcap_file import read_recording
 from exidyn.identify.recording import Recording
-from record_controllers import Peer, controller
-from record_motion import job
-from record_run import Ran, run
 
 SECONDS = 4.0
 """Of the motion that a fault hits."""

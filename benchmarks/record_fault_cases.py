@@ -7,9 +7,6 @@ from dataclasses import replace
 from threading import Timer
 
 import numpy as np
-from exidyn.acquire.run.perform import Job
-from exidyn.drivers import StopLevel
-from exidyn.trajectories.families.phases import Phases
 from record_controllers import Peer
 from record_fault import Action, Fault
 from record_fault_checks import (
@@ -27,6 +24,10 @@ from record_fault_checks import (
     time_goes_on,
 )
 from record_motion import START, job
+
+from exidyn.acquire.run.perform import Job
+from exidyn.drivers import StopLevel
+from exidyn.trajectories.families.phases import Phases
 
 BRAKE, QUICK = StopLevel.BRAKE, StopLevel.QUICK
 ALWAYS = (all_recorded, no_jump, time_goes_on)

@@ -1,9 +1,10 @@
 """What must be so after a fault, each as a check that says in words what is not."""
 
 import numpy as np
+from record_fault import Check, Seen
+
 from exidyn.drivers import StopLevel
 from exidyn.identify.recording import Recording
-from record_fault import Check, Seen
 
 SOON = 1.0
 """An arm that stops is at rest within this time [s]; twice what a jerk-limited stop from full speed takes."""

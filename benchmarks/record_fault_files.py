@@ -17,6 +17,12 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
+from record_controllers import controller
+from record_fault import SECONDS, Check, Row, Seen, Trigger, of_interest
+from record_fault_checks import all_recorded, comes_to_rest, goes_on, no_jump, stops, tells
+from record_motion import MODEL, ROBOT, TICK, job, motion
+from record_run import run
+
 from exidyn.acquire import command_line
 from exidyn.acquire.live.live_view import Targets, start_view
 from exidyn.acquire.run.before import checked
@@ -29,11 +35,6 @@ from exidyn.identify.errors import ExidynError
 from exidyn.identify.mcap_file import read_recording
 from exidyn.trajectories.plans.plan import Plan
 from exidyn.trajectories.plans.plan_file import read_plan, write_plan
-from record_controllers import controller
-from record_fault import SECONDS, Check, Row, Seen, Trigger, of_interest
-from record_fault_checks import all_recorded, comes_to_rest, goes_on, no_jump, stops, tells
-from record_motion import MODEL, ROBOT, TICK, job, motion
-from record_run import run
 
 ROOM = 300_000
 """Bytes that a small file system has beyond what the recorder keeps back: some two seconds of a run."""

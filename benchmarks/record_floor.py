@@ -15,6 +15,7 @@ from pathlib import Path
 from shutil import which
 
 import numpy as np
+
 from exidyn.acquire.run.realtime import PRIORITY, realtime
 
 MOST = 1_000_000

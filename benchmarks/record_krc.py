@@ -7,8 +7,9 @@ import time
 from pathlib import Path
 from typing import Any
 
-from exidyn.acquire.run.realtime import realtime
 from record_controllers import Peer, krc, rsi_config
+
+from exidyn.acquire.run.realtime import realtime
 
 ANSWER = (
     b'<Sen Type="ImFree"><AK A1="0" A2="0" A3="0" A4="0" A5="0" A6="0"/><Stop>0</Stop><IPOC>%s</IPOC></Sen>'

@@ -3,6 +3,7 @@
 from functools import cache
 
 import numpy as np
+
 from exidyn.acquire.run.perform import Job
 from exidyn.identify.robot_file import read_model
 from exidyn.trajectories.families.fourier import Fourier

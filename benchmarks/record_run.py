@@ -7,6 +7,8 @@ from contextlib import ExitStack, closing
 from pathlib import Path
 from typing import NamedTuple
 
+from record_motion import MODEL
+
 from exidyn.acquire import run_summary
 from exidyn.acquire.run.frames import END, text_frame
 from exidyn.acquire.run.perform import Job, Outcome, perform
@@ -17,7 +19,6 @@ from exidyn.acquire.run.run_head import RunHead
 from exidyn.acquire.run.sink import Sink
 from exidyn.acquire.run.stop import Stop
 from exidyn.drivers import Driver, Info, Sample
-from record_motion import MODEL
 
 
 class Ran(NamedTuple):

@@ -22,6 +22,7 @@ os.environ["OMP_NUM_THREADS"] = "1"
 import numpy as np
 from busy import busy
 from common import options, save, show
+
 from exidyn.acquire.run.disk_file import DiskFile
 from exidyn.acquire.run.frames import END, read_cycle, sample_frame, text_frame
 from exidyn.acquire.run.pipe_sink import PipeSink

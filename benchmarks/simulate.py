@@ -13,13 +13,14 @@ os.environ["OMP_NUM_THREADS"] = "1"  # before numpy: one thread on both sides
 
 import numpy as np
 from common import options, save, show
+from simulate_runs import Run, bare, motion_of, ours, theirs
+from simulate_torques import round_trips
+
 from exidyn.identify.export import FORMATS, Portable
 from exidyn.identify.motion import Motion
 from exidyn.identify.plant import compiled, steps
 from exidyn.identify.plant.typical import typical_parts
 from exidyn.identify.robot_file import read_model
-from simulate_runs import Run, bare, motion_of, ours, theirs
-from simulate_torques import round_trips
 
 FINE = 2.5e-4
 """Step of MuJoCo to agree with [s]: its loop is closed once a step, and so lags behind by half of one."""

@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import mujoco
 import numpy as np
+
 from exidyn.identify.export.mjcf import STEP
 from exidyn.identify.follow import follow
 from exidyn.identify.model import Model

@@ -4,6 +4,8 @@ import mujoco
 import numpy as np
 import pinocchio as pin
 from common import show
+from simulate_runs import motion_of
+
 from exidyn.identify.export import FORMATS, Portable
 from exidyn.identify.fit import Fit
 from exidyn.identify.identification import identify
@@ -11,7 +13,6 @@ from exidyn.identify.identified import identified
 from exidyn.identify.motion import Motion
 from exidyn.identify.robot_file import parse_model, read_model
 from exidyn.identify.simulate import simulate
-from simulate_runs import motion_of
 
 SLIDING = 10.0
 """Velocities over that of the reversal, above which dry friction has turned wholly."""

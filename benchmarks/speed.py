@@ -19,6 +19,9 @@ os.environ["OMP_NUM_THREADS"] = "1"  # before numpy: one thread on both sides
 
 import numpy as np
 from common import options, save, show
+from figaroh_peer import FigarohArm, Settings, why_absent
+from floor import regressor_floor
+
 from exidyn.identify.estimators import weighted
 from exidyn.identify.fit import Fit
 from exidyn.identify.identification import identify
@@ -28,8 +31,6 @@ from exidyn.identify.prepare import Filtering
 from exidyn.identify.recording import Recording, Signal
 from exidyn.identify.robot_file import read_model, urdf_text
 from exidyn.trajectories.random_fourier import random_fourier
-from figaroh_peer import FigarohArm, Settings, why_absent
-from floor import regressor_floor
 
 NOISE = np.array([1.0, 1.0, 0.6, 0.3, 0.3, 0.15])
 """Torque noise of each joint [N m]."""

@@ -4,6 +4,7 @@ from contextlib import contextmanager
 
 import numpy as np
 import pytest
+
 from exidyn.drivers import Arm, Command, create
 
 from .peers.can_arm import ObedientArm, canopen_settings, mit_settings

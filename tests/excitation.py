@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+
 from exidyn.identify.effects import CoulombFriction, CurrentOffset, RigidBody, ViscousFriction
 from exidyn.identify.model import Model
 from exidyn.trajectories.limits.usable_limits import usable

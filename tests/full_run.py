@@ -2,6 +2,7 @@
 
 import numpy as np
 import pinocchio as pin
+
 from exidyn.identify.effects import CoulombFriction, RigidBody
 from exidyn.identify.mcap_topics import nanoseconds
 from exidyn.identify.model import Model

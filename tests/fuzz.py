@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+
 from exidyn.drivers.errors import DriverError
 from exidyn.identify.errors import ExidynError
 

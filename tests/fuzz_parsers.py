@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+
 from exidyn.acquire.controllers import make_driver, read_controller
 from exidyn.acquire.diagnosis_files import read_answers
 from exidyn.acquire.info_command import describe

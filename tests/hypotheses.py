@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+
 from exidyn.identify.effects import (
     CoulombFriction,
     CurrentOffset,

@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+
 from exidyn.acquire.run.frames import END, Event, event_frame, sample_frame, text_frame
 from exidyn.acquire.run.run_head import RunHead
 from exidyn.drivers import Command, Sample

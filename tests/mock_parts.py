@@ -1,6 +1,7 @@
 """A mock of a small arm, and what is asked of it."""
 
 import numpy as np
+
 from exidyn.drivers import Arm, Command, create
 from exidyn.identify.plant import typical_plant
 

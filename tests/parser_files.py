@@ -13,6 +13,8 @@ from types import MappingProxyType
 from typing import Any
 
 import numpy as np
+from mcap.writer import CompressionType, Writer
+
 from exidyn.acquire.diagnosis_files import write_diagnosis
 from exidyn.identify.fit_file import fit_text
 from exidyn.identify.mcap_file import write_recording
@@ -21,7 +23,6 @@ from exidyn.identify.recording import Recording, Signal
 from exidyn.identify.robot_file import builtin_names, model_text
 from exidyn.identify.run_log import Event, Timing
 from exidyn.trajectories.plans.plan_text import plan_text
-from mcap.writer import CompressionType, Writer
 
 from . import plans, small_diagnosis, small_fit
 from .two_joint_files import run

@@ -1,6 +1,7 @@
 """Plans of two joints: a sample of every family, and a known plan of the two-joint arm."""
 
 import numpy as np
+
 from exidyn.trajectories.families.chirp import Chirp
 from exidyn.trajectories.families.fourier import Fourier
 from exidyn.trajectories.families.phases import Phases

@@ -3,6 +3,7 @@
 import time
 
 import numpy as np
+
 from exidyn.acquire.run.frames import END, Event, event_frame, sample_frame, text_frame
 from exidyn.acquire.run.recorder import start_recorder
 from exidyn.acquire.run.run_head import RunHead

@@ -5,6 +5,7 @@ from functools import cache
 from html.parser import HTMLParser
 
 import numpy as np
+
 from exidyn.identify.fit import Fit
 from exidyn.identify.identification import identify
 

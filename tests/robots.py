@@ -2,6 +2,7 @@
 
 import numpy as np
 import pinocchio as pin
+
 from exidyn.identify.motion import Motion
 from exidyn.identify.robot import Robot
 

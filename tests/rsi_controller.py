@@ -7,6 +7,7 @@ import threading
 from contextlib import contextmanager
 
 import numpy as np
+
 from exidyn.drivers import Arm, Command, create
 from exidyn.drivers.rsi.config import standard_config
 from exidyn.drivers.rsi.config_text import config_text

@@ -1,6 +1,7 @@
 """What tests of the loop need: the cobot, a motion, and a controller whose arm follows at once."""
 
 import numpy as np
+
 from exidyn.acquire.run.frames import EVENT, SAMPLE, Unframed, read_cycle
 from exidyn.acquire.run.perform import Job
 from exidyn.acquire.run.watch import WatchLimits

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 import pytest
+
 from exidyn.identify.effects import RigidBody
 from exidyn.identify.model import Model
 from exidyn.identify.robot import Robot

@@ -4,6 +4,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
+
 from exidyn.drivers import Arm, Command, create
 
 from .peers.peer_process import Peer

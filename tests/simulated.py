@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pinocchio as pin
+
 from exidyn.identify.effects import Belief, RigidBody, RotorInertia
 from exidyn.identify.model import Model
 from exidyn.identify.motion import Motion

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+
 from exidyn.trajectories.trajectory import Extremes, Range, States, Trajectory
 
 

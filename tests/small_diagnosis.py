@@ -5,6 +5,7 @@ from functools import cache
 from types import SimpleNamespace
 
 import numpy as np
+
 from exidyn.identify.diagnosis import Alternative, Diagnosis, diagnose
 from exidyn.identify.diagnosis.candidates import hypotheses
 from exidyn.identify.effects import Belief, JointSpring

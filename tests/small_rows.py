@@ -3,11 +3,12 @@
 from collections.abc import Sequence
 
 import numpy as np
+from scipy import signal
+
 from exidyn.identify.diagnosis.blocks import Blocks
 from exidyn.identify.diagnosis.candidate import Candidate, Thinned
 from exidyn.identify.diagnosis.prediction import Prediction
 from exidyn.identify.diagnosis.rows import Rows
-from scipy import signal
 
 RATE = 100.0
 """Of the rows [Hz]."""

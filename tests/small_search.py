@@ -4,6 +4,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
+
 from exidyn.identify.diagnosis.diagnose import nominal
 from exidyn.identify.diagnosis.runs import usable
 from exidyn.identify.diagnosis.scene import Scene

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
 from exidyn.acquire.command_line import main
 from exidyn.identify.errors import DifferentRobot, RecordingError
 from exidyn.identify.importers import import_source

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 from exidyn.acquire.command_line import REFUSED, main
 from exidyn.identify.recording import KnownPayload, Recording, Signal
 from exidyn.identify.robot_file import model_text

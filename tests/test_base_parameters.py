@@ -3,6 +3,7 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 import pytest
+
 from exidyn.identify import robots
 from exidyn.identify.base_parameters import base_parameters, from_columns, rich_motion
 from exidyn.identify.effects import (

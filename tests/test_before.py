@@ -2,6 +2,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
 from exidyn.acquire.run.before import checked
 from exidyn.acquire.run.errors import NotAllowed
 from exidyn.identify.effects import known_parameters

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from exidyn.identify.diagnosis.block_likelihood import independent_share, log_probability, trust
 from exidyn.identify.diagnosis.comparison import colouring, levelled
 from exidyn.identify.diagnosis.found import CERTAIN_ODDS, CREDIBLE, odds_of

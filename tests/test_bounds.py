@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
 from exidyn.identify.effects import Belief, LoadDependentFriction, Payload, known_parameters
 from exidyn.identify.robot import Limits
 from exidyn.trajectories.clearances.region import Region, box

@@ -7,6 +7,7 @@ from pathlib import Path
 import can
 import numpy as np
 import pytest
+
 from exidyn.drivers import can_bus, create
 from exidyn.drivers.can_bus import CanBus, read_options
 from exidyn.drivers.can_load import bus_load, frame_bits, require_room

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from exidyn.drivers import Command, StopLevel, create
 from exidyn.drivers.errors import BadSettings, LinkLost, NotReady
 

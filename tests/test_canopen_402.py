@@ -4,6 +4,7 @@ import can
 import canopen
 import numpy as np
 import pytest
+
 from exidyn.drivers import StopLevel, create, explain
 from exidyn.drivers.errors import BadSettings, LinkLost, NotReady
 

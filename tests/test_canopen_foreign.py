@@ -6,6 +6,7 @@ import can
 import canopen
 import numpy as np
 import pytest
+
 from exidyn.drivers import create
 from exidyn.drivers.errors import NotReady
 

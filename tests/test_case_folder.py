@@ -3,6 +3,7 @@
 import numpy as np
 import pinocchio as pin
 import pytest
+
 from exidyn.identify.errors import NotAFile, RecordingError
 from exidyn.identify.importers import import_source
 from exidyn.identify.importers.case_folder import believed_model

@@ -2,6 +2,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
+
 from exidyn.trajectories.errors import BadLimits
 from exidyn.trajectories.families.fourier import Fourier
 from exidyn.trajectories.families.phases import Phases

@@ -4,6 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.stats import norm
+
 from exidyn.identify.effects import (
     JointSpring,
     NonlinearViscousFriction,
@@ -11,7 +13,6 @@ from exidyn.identify.effects import (
     StribeckFriction,
 )
 from exidyn.trajectories.discrimination.separation import probability, separation, separation_for
-from scipy.stats import norm
 
 from .hypotheses import OBSERVATION, hypothesis, motion, refitted, stacked
 

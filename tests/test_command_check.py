@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+
 from exidyn.acquire.run.command_check import CommandCheck
 from exidyn.drivers import Command
 

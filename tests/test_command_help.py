@@ -10,6 +10,7 @@ import sys
 from pathlib import Path
 
 import pytest
+
 from exidyn.acquire.command_line import COMMANDS, command_module, main
 from exidyn.acquire.completion_command import SHELLS, whole_parser
 from exidyn.acquire.exit_codes import MEANINGS, NOBODY_READS

@@ -5,6 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.interpolate import CubicSpline
+
 from exidyn.acquire.command_line import REFUSED, main
 from exidyn.identify.comparison import compare
 from exidyn.identify.effects import JointSpring
@@ -14,7 +16,6 @@ from exidyn.identify.model import Model
 from exidyn.identify.recording import KnownPayload, Recording, Signal
 from exidyn.identify.robot_file import model_text, read_model
 from exidyn.identify.simulate import simulate
-from scipy.interpolate import CubicSpline
 
 from . import two_joints
 from .two_joint_files import of_another_arm, write

@@ -10,6 +10,7 @@ from types import SimpleNamespace
 import numpy as np
 import pinocchio as pin
 import pytest
+
 from exidyn.identify.importers import import_source
 
 os.environ["NUMBA_DISABLE_JIT"] = "1"  # small arms and short runs do not pay for compiling

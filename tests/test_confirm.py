@@ -1,6 +1,7 @@
 import io
 
 import pytest
+
 from exidyn.acquire.confirm import UNATTENDED, confirm
 from exidyn.acquire.run.errors import NotAllowed, NotConfirmed
 

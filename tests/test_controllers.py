@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+
 from exidyn.acquire.controllers import read_controller
 from exidyn.drivers.errors import BadSettings
 

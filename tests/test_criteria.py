@@ -4,6 +4,7 @@ from functools import partial
 
 import numpy as np
 import pytest
+
 from exidyn.trajectories.search.criteria import CRITERIA, Focus, average, condition, volume, worst
 
 from .excitation import along

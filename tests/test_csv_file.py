@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from exidyn.identify.errors import BadTime, BadUnit, NotAFile, NotFinite, RecordingError, WrongShape
 from exidyn.identify.importers import import_source
 from exidyn.identify.mcap_file import read_recording, write_recording

@@ -2,12 +2,13 @@
 
 import numpy as np
 import pytest
+from mcap.reader import make_reader
+from mcap.writer import CompressionType, Writer
+
 from exidyn.identify.errors import ExidynError, NotAFile, RecordingError
 from exidyn.identify.mcap_file import read_recording, write_recording
 from exidyn.identify.mcap_topics import nanoseconds, topics_of
 from exidyn.identify.mcap_writer import EPOCH, Head, RecordingWriter
-from mcap.reader import make_reader
-from mcap.writer import CompressionType, Writer
 
 from .full_run import SAMPLES, model, recording
 

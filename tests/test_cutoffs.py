@@ -1,5 +1,7 @@
 import numpy as np
 import pytest
+from scipy import signal
+
 from exidyn.identify.cutoffs import (
     LOWEST,
     accelerations,
@@ -10,7 +12,6 @@ from exidyn.identify.cutoffs import (
     spectra,
     torque_cutoff,
 )
-from scipy import signal
 
 from .two_joints import GAIN, model
 

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
 from exidyn.acquire import diagnose_command
 from exidyn.acquire.command_line import REFUSED, main
 from exidyn.acquire.diagnosis_case import COMPARISON_CUTOFF

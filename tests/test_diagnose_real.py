@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 from exidyn.identify.diagnosis.candidate import Candidate
 from exidyn.identify.diagnosis.diagnose import diagnose
 from exidyn.identify.diagnosis.finding import Finding, Quantity

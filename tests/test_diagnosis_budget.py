@@ -4,6 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+
 from exidyn.identify.diagnosis.budget import NOISE, OTHER, budget
 from exidyn.identify.diagnosis.changes import changes
 from exidyn.identify.diagnosis.diagnose import diagnose, noise_floor

@@ -3,6 +3,7 @@
 import numpy as np
 import pinocchio as pin
 import pytest
+
 from exidyn.identify.diagnosis.candidates import hypotheses
 from exidyn.identify.diagnosis.diagnose import diagnose
 from exidyn.identify.diagnosis.sentences import sentence

@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import pytest
+
 from exidyn.identify.diagnosis import diagnose
 from exidyn.identify.diagnosis.nuisances import CLOCKS
 from exidyn.identify.diagnosis.refit import earlier

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
 from exidyn.identify.diagnosis.scene import Scene
 from exidyn.identify.diagnosis.search import search
 from exidyn.identify.effects import JointSpring

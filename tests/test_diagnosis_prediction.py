@@ -5,6 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+
 from exidyn.identify.diagnosis.block_answer import prior_std
 from exidyn.identify.diagnosis.block_likelihood import trusted
 from exidyn.identify.diagnosis.blocks import FEWEST, MOST, SHORTEST, Blocks

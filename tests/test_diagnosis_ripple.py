@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
 from exidyn.identify.diagnosis.candidates.torque_ripple import _peaks, ripples
 from exidyn.identify.diagnosis.evidence import places_of
 from exidyn.identify.diagnosis.runs import usable

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
 from exidyn.identify.diagnosis.block_answer import Answer
 from exidyn.identify.diagnosis.candidate import Candidate, Thinned
 from exidyn.identify.diagnosis.candidates import contact_event, hypotheses

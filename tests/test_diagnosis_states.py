@@ -5,6 +5,8 @@ from types import SimpleNamespace
 import numpy as np
 import pinocchio as pin
 import pytest
+from scipy import signal
+
 from exidyn.identify.diagnosis.candidates import backlash, contact_event, joint_elasticity
 from exidyn.identify.diagnosis.driven import Driven
 from exidyn.identify.diagnosis.found import CERTAIN_ODDS
@@ -12,7 +14,6 @@ from exidyn.identify.diagnosis.tangent import carrying, tangent
 from exidyn.identify.diagnosis.twisted import bent, loose
 from exidyn.identify.filters import Decimation
 from exidyn.identify.plant import Plant, Transmission
-from scipy import signal
 
 from . import two_joints
 from .simulated import LEVER, MASS, ROTOR, follow, pendulum, pendulum_values, stiff

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pinocchio as pin
 import pytest
+
 from exidyn.identify.diagnosis.candidates.base_tilt import tilts
 from exidyn.identify.diagnosis.diagnose import diagnose
 from exidyn.identify.diagnosis.improved import as_found

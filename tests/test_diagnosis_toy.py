@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
+
 from exidyn.identify.diagnosis.candidates import candidates
 from exidyn.identify.diagnosis.diagnose import diagnose
 from exidyn.identify.effect_rows import read_effects

@@ -4,6 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+
 from exidyn.identify.diagnosis.candidates import candidates, hypotheses
 from exidyn.identify.diagnosis.candidates.hose_spring import flange_places
 from exidyn.identify.diagnosis.driven import Driven

@@ -6,6 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+
 from exidyn.identify.diagnosis import Alternative, Diagnosis, Finding, Improvement, Quantity, Remainder
 from exidyn.identify.diagnosis.answer import answer, plain
 from exidyn.identify.diagnosis.budget import NOISE as NOISE_SHARE

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import pytest
+
 from exidyn.drivers import DRIVERS, Arm, Command, DriverError, Sample, StopLevel, create
 from exidyn.identify.plant import typical_plant
 

@@ -2,6 +2,7 @@ import tomllib
 from dataclasses import dataclass
 
 import pytest
+
 from exidyn.drivers import DRIVERS, driver_class, explain
 from exidyn.drivers.errors import BadSettings, UnknownDriver
 from exidyn.drivers.settings import read_settings, setting, template

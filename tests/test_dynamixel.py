@@ -5,6 +5,7 @@ import time
 
 import numpy as np
 import pytest
+
 from exidyn.drivers import Command, StopLevel, create
 from exidyn.drivers.dynamixel_models import MODELS, joins_answers
 from exidyn.drivers.dynamixel_registers import RETURN_DELAY

@@ -4,6 +4,7 @@ from dataclasses import MISSING, fields, replace
 
 import numpy as np
 import pytest
+
 from exidyn.identify.effects import EFFECTS, Effect, JointEffect
 from exidyn.identify.errors import UnknownJoint
 from exidyn.identify.model import Model

@@ -2,6 +2,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
 from exidyn.identify import equations as module
 from exidyn.identify.base_parameters import base_parameters
 from exidyn.identify.effects import CoulombFriction, Payload, RigidBody, RotorInertia

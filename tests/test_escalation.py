@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 from exidyn.acquire.run.escalation import (
     RULES,
     Sight,

@@ -1,8 +1,9 @@
 import numpy as np
 import pytest
+from scipy import stats
+
 from exidyn.identify.essential import unsupported
 from exidyn.identify.estimators import Estimate
-from scipy import stats
 
 
 def estimate(values, covariance):

@@ -2,6 +2,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy import optimize
+
 from exidyn.identify.errors import FitError, NeedsPayload, NotExcited
 from exidyn.identify.estimators import (
     ESTIMATORS,
@@ -21,7 +23,6 @@ from exidyn.identify.estimators.compressed import Compressed, solve
 from exidyn.identify.estimators.consistent import pseudo_inertia, square, triangle
 from exidyn.identify.estimators.covariance import sandwich
 from exidyn.identify.estimators.least_squares import residual, weighted_noise
-from scipy import optimize
 
 from .two_joints import GAIN, coloured, equations, white
 
@@ -176,8 +177,9 @@ def test_each_run_counts_with_its_own_noise():
 
 
 def test_gram_with_known_colour_is_the_double_sum():
-    from exidyn.identify.estimators.covariance import _coloured_gram
     from scipy import signal
+
+    from exidyn.identify.estimators.covariance import _coloured_gram
 
     from .test_noise import exact_autocovariance
 

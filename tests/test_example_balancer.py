@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
 from exidyn.acquire import example_balancer
 from exidyn.acquire.command_line import REFUSED, main
 from exidyn.acquire.example_result import Result

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
 from exidyn.identify.robot import Limits, Robot
 from exidyn.trajectories.clearances.region import Region, box
 from exidyn.trajectories.errors import BadLimits, Infeasible

@@ -8,6 +8,7 @@ import time
 
 import numpy as np
 import pytest
+
 from exidyn.acquire.command_line import REFUSED, main
 from exidyn.identify.fit_file import write_fit
 from exidyn.identify.robot_file import model_text

@@ -7,6 +7,7 @@ import mujoco
 import numpy as np
 import pinocchio as pin
 import pytest
+
 from exidyn.identify.effects import (
     EFFECTS,
     CoulombFriction,

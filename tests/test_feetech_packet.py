@@ -1,6 +1,7 @@
 import random
 
 import pytest
+
 from exidyn.drivers import feetech_packet as packets
 from exidyn.drivers.servo_packet import Status
 

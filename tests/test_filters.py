@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+
 from exidyn.identify.filters import Decimation, differentiate, low_pass, uniform
 
 RATE = 500.0

@@ -6,6 +6,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+
 from exidyn.identify.errors import DifferentRobot, RecordingError
 from exidyn.identify.fit import Fit
 from exidyn.identify.fit_doubts import FACTOR, far_gains, impossible_values, repeated_runs

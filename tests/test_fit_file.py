@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
 from exidyn.identify.effects import CoulombFriction, RigidBody
 from exidyn.identify.errors import NotAFile
 from exidyn.identify.estimators import consistent

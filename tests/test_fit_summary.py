@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
 from exidyn.identify.fit import Unclear
 from exidyn.identify.fit_file import read_fit, write_fit
 from exidyn.identify.fit_summary import pooled, summary

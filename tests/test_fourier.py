@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
 from exidyn.trajectories.errors import BadLimits, OutsideTrajectory
 from exidyn.trajectories.families.fourier import Fourier
 

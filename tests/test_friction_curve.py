@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
 from exidyn.identify.base_parameters import base_parameters
 from exidyn.identify.effects import Hysteresis, LoadDependentFriction, StribeckFriction
 from exidyn.identify.friction_curve import friction_curve

@@ -3,6 +3,7 @@
 import warnings
 
 import pytest
+
 from exidyn.drivers.errors import BadSettings
 from exidyn.identify.errors import BrokenTree, ExidynError, RecordingError, RobotError, listed
 from exidyn.identify.importers import import_source

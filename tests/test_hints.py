@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+
 from exidyn.identify.base_parameters import base_parameters
 from exidyn.identify.effects import RigidBody, RotorInertia, ViscousFriction
 from exidyn.identify.estimators import Estimate

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from exidyn.identify.errors import ExidynError, NotAFile, UnknownKey
 from exidyn.identify.importers import IMPORTERS, import_source
 from exidyn.identify.mcap_file import write_recording

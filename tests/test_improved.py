@@ -5,6 +5,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+
 from exidyn.identify.diagnosis import Finding, Quantity
 from exidyn.identify.diagnosis.arm_bodies import inertial_values, pseudo_inertia
 from exidyn.identify.diagnosis.candidate import Candidate

@@ -9,6 +9,7 @@ from functools import partial
 import numpy as np
 import pinocchio as pin
 import pytest
+
 from exidyn.acquire import jog_command, run_options
 from exidyn.acquire.command_line import REFUSED, STOPPED, main
 from exidyn.acquire.confirm import UNATTENDED

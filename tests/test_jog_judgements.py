@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
 from exidyn.acquire.jog.believed import flange_way, torque_at_rest
 from exidyn.acquire.jog.judgements import Verdict, judge
 from exidyn.acquire.jog.kept import Course

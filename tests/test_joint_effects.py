@@ -5,6 +5,7 @@ from math import cos, exp, pi, sin, tanh
 
 import numpy as np
 import pytest
+
 from exidyn.identify.effects import (
     CoulombFriction,
     CurrentOffset,

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
 from exidyn.acquire.command_line import REFUSED, main
 from exidyn.identify.effects import Belief, JointSpring
 from exidyn.identify.robot_file import model_text

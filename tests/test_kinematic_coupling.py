@@ -2,6 +2,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
 from exidyn.identify.effects import CoulombFriction, KinematicCoupling, RotorInertia, ViscousFriction
 from exidyn.identify.errors import RobotError, UnknownJoint
 from exidyn.identify.model import Model

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from exidyn.drivers.rsi.config import AXES, standard_config
 from exidyn.drivers.rsi.telegram import Answer
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from exidyn.acquire.run.perform import perform
 from exidyn.drivers import StopLevel
 from exidyn.drivers.rsi.probe import BOUND

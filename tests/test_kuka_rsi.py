@@ -8,6 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+
 from exidyn.drivers import Command, StopLevel
 from exidyn.drivers.errors import BadSettings, LinkLost, NotReady
 

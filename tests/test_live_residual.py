@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
 from exidyn.acquire.live.residual import LiveResidual, Samples, Torques, joint_torque
 from exidyn.identify.effects import Belief, Hysteresis, Payload, RigidBody, known_parameters
 from exidyn.identify.model import Model

@@ -15,6 +15,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 import rerun_cli
+from PIL import Image
+from rerun.experimental import ViewerClient
+
 from exidyn.acquire.live.live_limits import finite_limits
 from exidyn.acquire.live.live_log import COLOURS, COLUMNS, RED, usual_cycle
 from exidyn.acquire.live.live_view import CannotShow, Targets, start_view
@@ -24,8 +27,6 @@ from exidyn.acquire.run.pipe_sink import SinkFailed
 from exidyn.acquire.run.run_head import RunHead
 from exidyn.identify.link_frames import link_frames, link_poses
 from exidyn.identify.robot_file import read_model
-from PIL import Image
-from rerun.experimental import ViewerClient
 
 from . import two_joints
 from .browser import headless_browser, wait_for

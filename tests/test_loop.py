@@ -3,6 +3,7 @@ from functools import partial
 
 import numpy as np
 import pytest
+
 from exidyn.acquire.controllers import make_driver
 from exidyn.acquire.run import perform as performing
 from exidyn.acquire.run.errors import RunError

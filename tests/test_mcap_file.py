@@ -5,11 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pinocchio as pin
 import pytest
+from mcap.reader import make_reader
+
 from exidyn.identify.link_frames import link_frames, link_poses
 from exidyn.identify.mcap_file import read_recording, write_recording
 from exidyn.identify.mcap_topics import nanoseconds
 from exidyn.identify.recording import Signal
-from mcap.reader import make_reader
 
 from .full_run import recording
 

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 import pytest
+
 from exidyn.identify.errors import BrokenTree, RobotError, UnknownKey
 from exidyn.identify.mdh import mdh_kinematics, parse_mdh
 from exidyn.identify.rigid_regressor import INERTIAL

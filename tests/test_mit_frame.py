@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from exidyn.drivers.mit_frame import (
     DAMIAO,
     KD,

@@ -3,6 +3,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
 from exidyn.drivers import Command, StopLevel, create
 from exidyn.drivers.errors import BadSettings, NotReady
 from exidyn.drivers.mock_clock import EPOCH, SteppedClock

@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+
 from exidyn.drivers import DriverError, StopLevel
 from exidyn.drivers.errors import LinkLost
 from exidyn.drivers.mock_faults import FAULTS, read_faults

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
 from exidyn.identify.effects import LoadDependentFriction, Payload, RigidBody, ViscousFriction
 from exidyn.identify.effects import known_parameters as known
 from exidyn.identify.model import Model

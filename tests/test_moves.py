@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import ruckig
+
 from exidyn.identify.robot import Limits
 from exidyn.trajectories.errors import BadLimits, Infeasible
 from exidyn.trajectories.limits.moves import brake, brake_reach, move

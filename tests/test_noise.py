@@ -1,8 +1,9 @@
 import numpy as np
 import pytest
+from scipy import signal
+
 from exidyn.identify.filters import Decimation
 from exidyn.identify.noise import autocovariance, noise_above, noise_at_rest, spectrum
-from scipy import signal
 
 from .two_joints import MIX, POLES, colour_covariance, coloured
 

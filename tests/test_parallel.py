@@ -9,6 +9,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
+
 from exidyn.trajectories.errors import TrajectoryError
 from exidyn.trajectories.search import parallel
 from exidyn.trajectories.search.parallel import run_all

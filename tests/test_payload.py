@@ -1,6 +1,7 @@
 import numpy as np
 import pinocchio as pin
 import pytest
+
 from exidyn.identify.effects import Payload, known_parameters
 from exidyn.identify.effects.rigid_body import inertial_parameters
 from exidyn.identify.errors import RobotError, UnknownKey

@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+
 from exidyn.trajectories.errors import BadLimits, OutsideTrajectory
 from exidyn.trajectories.families.phases import Phases
 from exidyn.trajectories.trajectory import State

@@ -4,6 +4,7 @@ import os
 import signal
 
 import pytest
+
 from exidyn.acquire.run import pipe_sink
 from exidyn.acquire.run.pipe_sink import PipeSink, SinkFailed
 from exidyn.acquire.run.realtime import realtime

@@ -5,6 +5,7 @@ from dataclasses import dataclass, fields, replace
 
 import numpy as np
 import pytest
+
 from exidyn.identify.robot import Limits
 from exidyn.trajectories.errors import NotATrajectory
 from exidyn.trajectories.families import FAMILIES

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
 from exidyn.identify.effects import Payload
 from exidyn.identify.robot import Limits
 from exidyn.trajectories.families.fourier import Fourier

@@ -6,6 +6,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 import rerun as rr
+
 from exidyn.identify.effects import Payload
 from exidyn.identify.link_frames import link_poses
 from exidyn.identify.robot import Limits

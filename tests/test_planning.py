@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
 from exidyn.identify.effects import Payload, known_parameters
 from exidyn.identify.errors import DifferentRobot
 from exidyn.identify.model import Model

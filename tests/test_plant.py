@@ -4,6 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.interpolate import make_interp_spline
+
 from exidyn.identify.effects import (
     EFFECTS,
     CoulombFriction,
@@ -19,7 +21,6 @@ from exidyn.identify.plant.typical import typical_parts
 from exidyn.identify.robot_file import read_model
 from exidyn.identify.simulate import exact_current
 from exidyn.trajectories.random_fourier import random_fourier
-from scipy.interpolate import make_interp_spline
 
 from .robots import six_axis, sliding
 from .simulated import GRAVITY, LEVER, MASS, ROTOR, follow, known, pendulum, pendulum_values, stiff

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
 from exidyn.identify.effects import EFFECTS, Hysteresis, Payload, RigidBody, known_parameters
 from exidyn.identify.effects.rigid_body import inertial_parameters
 from exidyn.identify.errors import WrongShape

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
 from exidyn.identify.effects import ViscousFriction
 from exidyn.identify.errors import RobotError
 from exidyn.identify.plant import Plant, Sensors, Thermal, Transmission, typical_plant

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
 from exidyn.identify.effects import EFFECTS
 from exidyn.identify.errors import RobotError
 from exidyn.identify.plant import DriveControl, Plant, Transmission, compiled, steps

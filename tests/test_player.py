@@ -1,4 +1,5 @@
 import numpy as np
+
 from exidyn.acquire.run.player import BRAKING, HOLDING, Player
 from exidyn.trajectories.families.phases import Phases
 from exidyn.trajectories.trajectory import State

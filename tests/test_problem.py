@@ -5,6 +5,7 @@ from functools import cache, partial
 
 import numpy as np
 import pytest
+
 from exidyn.identify.effects import (
     Belief,
     LoadDependentFriction,

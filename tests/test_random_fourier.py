@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+
 from exidyn.identify.robot import Limits
 from exidyn.trajectories.random_fourier import RampedFourier, random_fourier
 

@@ -3,6 +3,7 @@
 import can
 import numpy as np
 import pytest
+
 from exidyn.drivers import DRIVERS, create, driver_class
 from exidyn.drivers.errors import NotReady
 

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 from exidyn.identify.identification import identify
 from exidyn.identify.importers import import_source
 from exidyn.identify.robot_file import read_model

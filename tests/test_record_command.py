@@ -1,6 +1,7 @@
 """What `exidyn record` refuses, before anything is rehearsed, asked or written."""
 
 import pytest
+
 from exidyn.acquire.command_line import REFUSED, main
 from exidyn.acquire.confirm import UNATTENDED
 from exidyn.identify.mcap_file import read_recording

@@ -2,6 +2,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
 from exidyn.identify.prepare import prepare
 from exidyn.identify.recording import Signal
 from exidyn.identify.simulate import simulate

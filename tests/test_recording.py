@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pinocchio as pin
 import pytest
+
 from exidyn.identify.effects import RigidBody
 from exidyn.identify.errors import BadTime, BadUnit, NotFinite, RecordingError, UnknownKey, WrongShape
 from exidyn.identify.model import Model

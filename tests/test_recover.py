@@ -2,12 +2,13 @@
 
 import numpy as np
 import pytest
+from mcap.reader import make_reader
+
 from exidyn.acquire.command_line import REFUSED, main
 from exidyn.acquire.recover_command import LOST, target_of
 from exidyn.identify.errors import ExidynError
 from exidyn.identify.mcap_file import read_recording, write_recording
 from exidyn.identify.mcap_recover import recover
-from mcap.reader import make_reader
 
 from .recorded import cycle, end, event, head, record
 

@@ -1,6 +1,7 @@
 import numpy as np
 import pinocchio as pin
 import pytest
+
 from exidyn.identify.errors import RobotError
 from exidyn.identify.toml_fields import parse_toml
 from exidyn.trajectories.clearances.clearance import RESOLUTION

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
 from exidyn.identify.report import write_report
 from exidyn.identify.report_html import rounded
 

@@ -7,6 +7,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+
 from exidyn.acquire.command_line import REFUSED, main
 from exidyn.acquire.comparison_text import comparison_table
 from exidyn.acquire.diagnosis_files import write_diagnosis

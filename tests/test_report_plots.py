@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
 from exidyn.identify.report_plots import interval_bar, telling_stretch, torque_plot
 from exidyn.identify.svg import Panel, envelope, path
 from exidyn.identify.svg_scale import Span, label, ticks

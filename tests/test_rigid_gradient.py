@@ -1,6 +1,7 @@
 import numpy as np
 import pinocchio as pin
 import pytest
+
 from exidyn.identify.effects.rigid_body import inertial_parameters
 from exidyn.identify.rigid_gradient import body_gradient, rigid_gradient
 from exidyn.identify.rigid_regressor import body_regressor, rigid_regressor

@@ -1,6 +1,7 @@
 import numpy as np
 import pinocchio as pin
 import pytest
+
 from exidyn.identify.effects.rigid_body import inertial_parameters
 from exidyn.identify.rigid_regressor import INERTIAL, body_regressor, rigid_regressor
 from exidyn.identify.robot import Robot

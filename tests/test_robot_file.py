@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 import pytest
+
 from exidyn.identify.effect_rows import ROW_KEYS as EFFECT_KEYS
 from exidyn.identify.effect_rows import key_of
 from exidyn.identify.effects import (

@@ -3,6 +3,7 @@
 import numpy as np
 import pinocchio as pin
 import pytest
+
 from exidyn.identify.motion import Motion
 from exidyn.identify.rigid_regressor import INERTIAL
 from exidyn.identify.robot_file import builtin_names, read_model

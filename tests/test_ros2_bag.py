@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 from exidyn.identify.errors import ExidynError, NotAFile, RecordingError
 from exidyn.identify.importers import import_source, kind_of
 

@@ -1,6 +1,7 @@
 """RSI_EthernetConfig.xml, read and written."""
 
 import pytest
+
 from exidyn.drivers.errors import BadSettings
 from exidyn.drivers.rsi.config import Element, read_config, standard_config
 from exidyn.drivers.rsi.config_text import config_text

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from exidyn.drivers.rsi.link import Datagram
 from exidyn.drivers.rsi.probe import BOUND, SIZES, Probe
 from exidyn.drivers.rsi.session import Fresh

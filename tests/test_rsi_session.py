@@ -1,6 +1,7 @@
 """Which telegram is the next one."""
 
 import pytest
+
 from exidyn.drivers.rsi.link import Datagram
 from exidyn.drivers.rsi.session import JUMP, Session
 from exidyn.drivers.rsi.telegram import TelegramReader

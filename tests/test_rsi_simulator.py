@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from exidyn.acquire.run.perform import perform
 from exidyn.drivers.errors import NotReady
 

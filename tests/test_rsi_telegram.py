@@ -4,6 +4,7 @@ import random
 import xml.etree.ElementTree as ElementTree
 
 import pytest
+
 from exidyn.drivers.rsi.config import AXES, Element, standard_config
 from exidyn.drivers.rsi.telegram import LEARN, LONGEST, Answer, TelegramReader, decimals
 

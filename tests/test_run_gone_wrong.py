@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
 from exidyn.acquire.command_line import REFUSED, main
 from exidyn.identify.errors import BadTime, BadUnit, NotFinite
 from exidyn.identify.mcap_file import read_recording, write_recording

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
 from exidyn.identify import cdr
 from exidyn.identify.errors import WrongShape
 from exidyn.identify.mcap_file import read_recording, write_recording

@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 import pytest
+
 from exidyn.identify.errors import BrokenTree, RobotError
 from exidyn.identify.geometry import hull, read_geometry
 from exidyn.identify.robot_file import read_model

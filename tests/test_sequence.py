@@ -2,6 +2,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
 from exidyn.trajectories.errors import BadLimits, Infeasible, NotContinuous
 from exidyn.trajectories.families.fourier import Fourier
 from exidyn.trajectories.families.phases import Phases

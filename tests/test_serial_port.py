@@ -5,6 +5,7 @@ import threading
 import tty
 
 import pytest
+
 from exidyn.drivers.errors import BadSettings, LinkLost, NotReady
 from exidyn.drivers.serial_port import SerialPort, adapter_latency
 

@@ -1,4 +1,5 @@
 import pytest
+
 from exidyn.drivers.errors import BadSettings
 from exidyn.drivers.serial_rate import Traffic, require_rate, shortest_cycle
 

@@ -7,6 +7,7 @@ import dynamixel_sdk
 import pytest
 import scservo_sdk
 from dynamixel_easy_sdk.control_table import ControlTable
+
 from exidyn.drivers import dynamixel_packet, dynamixel_registers, feetech, feetech_packet
 from exidyn.drivers.dynamixel_models import MODELS
 from exidyn.drivers.servo_talk import LENGTHS

@@ -3,6 +3,7 @@
 import random
 
 import pytest
+
 from exidyn.drivers import feetech_packet as packets
 from exidyn.drivers.errors import LinkLost
 from exidyn.drivers.servo_bus import ServoBus

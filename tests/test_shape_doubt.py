@@ -5,12 +5,13 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy import optimize
+
 from exidyn.identify.diagnosis.block_answer import Answer
 from exidyn.identify.diagnosis.candidate import Candidate, Thinned
 from exidyn.identify.diagnosis.found import Found
 from exidyn.identify.diagnosis.shape_doubt import deviations
 from exidyn.identify.effects import Shape
-from scipy import optimize
 
 from .small_rows import blocks, predicted, rows
 

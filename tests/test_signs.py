@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
 from exidyn.acquire.run.escalation import Sign, State, escalate
 from exidyn.acquire.run.signs import Signs
 from exidyn.acquire.run.watch import WatchLimits

@@ -3,6 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pinocchio as pin
 import pytest
+
 from exidyn.identify.effects import LoadDependentFriction, Payload, RigidBody
 from exidyn.identify.model import Model
 from exidyn.identify.recording import KnownPayload

@@ -4,6 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.interpolate import make_interp_spline
+
 from exidyn.acquire.command_line import REFUSED, main
 from exidyn.identify.effects import Belief, Payload, RotorInertia, known_parameters
 from exidyn.identify.fit_file import write_fit
@@ -14,7 +16,6 @@ from exidyn.identify.robot_file import model_text, parse_model
 from exidyn.identify.simulate import exact_current
 from exidyn.trajectories.plans.plan import Plan
 from exidyn.trajectories.plans.plan_file import write_plan
-from scipy.interpolate import make_interp_spline
 
 from . import two_joints
 from .plans import fourier

@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+
 from exidyn.trajectories.errors import BadLimits
 from exidyn.trajectories.families.slowed import Slowed
 

@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+
 from exidyn.identify.effects import SpringBalancer
 
 from .robots import random_motion, six_axis

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
 from exidyn.identify.errors import NotFinite
 from exidyn.identify.identification import identify
 from exidyn.identify.mcap_file import read_recording, write_recording

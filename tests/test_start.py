@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+
 from exidyn.acquire.run.errors import CannotStart
 from exidyn.acquire.run.player import Player
 from exidyn.acquire.run.start import StartRules, gentle, plan_start

@@ -2,6 +2,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
 from exidyn.identify.effects import CoulombFriction, CurrentOffset, Hysteresis, RigidBody
 from exidyn.identify.model import Model
 from exidyn.identify.motion import Motion

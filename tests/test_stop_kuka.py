@@ -1,6 +1,7 @@
 """A KUKA controller that adds corrections instead of taking them: the brake holds one, and the arm runs."""
 
 import numpy as np
+
 from exidyn.acquire.controllers import make_driver
 from exidyn.acquire.run.perform import Job, perform
 from exidyn.acquire.run.watch import WatchLimits

@@ -2,6 +2,7 @@ import os
 import signal
 
 import pytest
+
 from exidyn.acquire.run.stop_requests import StopRequests
 from exidyn.drivers import StopLevel
 

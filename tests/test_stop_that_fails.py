@@ -5,6 +5,7 @@ from functools import partial
 
 import numpy as np
 import pytest
+
 from exidyn.acquire import run_summary
 from exidyn.acquire.controllers import make_driver
 from exidyn.acquire.run.loop import LISTEN_ON

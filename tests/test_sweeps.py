@@ -2,6 +2,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
 from exidyn.trajectories.clearances.self_collision import SelfCollision
 from exidyn.trajectories.errors import BadLimits, Infeasible
 from exidyn.trajectories.kinds.rests import clear_range

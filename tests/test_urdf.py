@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 from exidyn.identify.errors import BrokenTree
 from exidyn.identify.robot_file import read_model
 from exidyn.identify.urdf import parse_urdf

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
 from exidyn.identify.fit import Fit
 from exidyn.identify.verdict import joint_verdicts, surprises, verdict
 

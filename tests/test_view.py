@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import rerun as rr
+
 from exidyn.identify.link_frames import link_poses
 from exidyn.identify.verdict import verdict
 from exidyn.identify.view import CAPPED, blueprint, log_fit, open_rerun, save_rerun

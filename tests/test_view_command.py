@@ -12,6 +12,7 @@ from functools import cache, partial
 
 import numpy as np
 import pytest
+
 from exidyn.acquire.command_line import REFUSED, main
 from exidyn.acquire.diagnosis_files import write_diagnosis
 from exidyn.acquire.live import viewers

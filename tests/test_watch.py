@@ -9,6 +9,7 @@ import sys
 
 import numpy as np
 import pytest
+
 from exidyn.acquire.command_line import REFUSED, STOPPED, main
 from exidyn.acquire.joint_units import JointUnits
 from exidyn.acquire.run.listener import Listener, Reading

@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+
 from exidyn.identify.effects import Payload
 from exidyn.identify.mcap_file import write_recording
 from exidyn.identify.recording import KnownPayload, Recording

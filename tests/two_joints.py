@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pinocchio as pin
+
 from exidyn.identify.base_parameters import base_parameters
 from exidyn.identify.effects import CoulombFriction, CurrentOffset, Payload, RigidBody, ViscousFriction
 from exidyn.identify.equations import Equations

@@ -1,6 +1,7 @@
 """The goal of identifying a model: from beliefs alone, or from what an earlier fit knows."""
 
 import numpy as np
+
 from exidyn.identify.model import Model
 from exidyn.identify.robot import Limits
 

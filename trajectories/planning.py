@@ -4,6 +4,7 @@ from collections.abc import Callable
 from concurrent.futures import Executor
 
 import numpy as np
+
 from exidyn.identify.model import Model
 from exidyn.identify.robot import Limits
 

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+
 from exidyn.identify.motion import Motion
 from exidyn.identify.robot import Limits
 

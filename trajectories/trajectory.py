@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+
 from exidyn.identify.motion import Motion
 
 from .errors import OutsideTrajectory

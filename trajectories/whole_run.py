@@ -4,6 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
+
 from exidyn.identify.robot import Limits
 
 from .clearances.clearance import Clearance

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
+
 from exidyn.identify.fit import Fit
 from exidyn.identify.robot import Limits
 

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pinocchio as pin
+
 from exidyn.identify.model import Model
 from exidyn.identify.motion import Motion
 from exidyn.identify.robot import Robot

@@ -7,6 +7,7 @@ and back the first is the same and the second changes sign: they are the mean an
 from dataclasses import dataclass
 
 import numpy as np
+
 from exidyn.identify.model import Model
 
 from .kept import Course

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 import numpy as np
+
 from exidyn.identify.model import Model
 
 from .believed import torque_at_rest

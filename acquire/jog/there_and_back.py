@@ -3,6 +3,7 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
+
 from exidyn.identify.robot import Limits, Robot
 from exidyn.trajectories.families.phases import Phases
 from exidyn.trajectories.families.sequence import Sequence

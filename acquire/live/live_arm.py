@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 import rerun as rr
+
 from exidyn.identify.link_frames import link_frames, link_poses
 from exidyn.identify.model import Model
 from exidyn.identify.view_arm import arm_tree

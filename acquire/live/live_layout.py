@@ -2,6 +2,7 @@
 
 import rerun as rr
 import rerun.blueprint as rrb
+
 from exidyn.identify.model import Model
 from exidyn.identify.view_arm import arm_view
 from exidyn.identify.view_parts import TIMELINE

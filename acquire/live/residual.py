@@ -9,6 +9,7 @@ the moments at which friction turns do not hide what stays. So what is shown is 
 from typing import Any, NamedTuple
 
 import numpy as np
+
 from exidyn.identify.effects import Payload
 from exidyn.identify.model import Model
 from exidyn.identify.motion import Motion

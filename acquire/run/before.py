@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+
 from exidyn.identify.effects import Payload
 from exidyn.identify.model import Model
 from exidyn.identify.recording import KnownPayload

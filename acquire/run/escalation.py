@@ -17,6 +17,7 @@ from enum import Enum
 from typing import NamedTuple
 
 import numpy as np
+
 from exidyn.drivers import StopLevel
 
 from .frames import STAGES

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+
 from exidyn.drivers import Command, Sample
 
 HEAD, SAMPLE, EVENT, END = b"H", b"S", b"E", b"Z"

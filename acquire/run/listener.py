@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from threading import Event, Lock, Thread
 
 import numpy as np
+
 from exidyn.drivers import Driver, Sample
 
 ASK_STATES = 1.0

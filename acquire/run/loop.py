@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+
 from exidyn.drivers import Command, Driver, DriverError, Sample, StopLevel
 from exidyn.trajectories.trajectory import Trajectory
 

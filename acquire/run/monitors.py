@@ -7,6 +7,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Sequence
 
 import numpy as np
+
 from exidyn.drivers import Command, Sample, StopLevel
 
 from .stop import Stop

@@ -6,6 +6,7 @@ from threading import Thread
 from typing import TypeVar
 
 import numpy as np
+
 from exidyn.drivers import Driver, Info, Sample, StopLevel
 from exidyn.identify.errors import ExidynError
 from exidyn.identify.robot import Limits, Robot

@@ -3,6 +3,7 @@
 from typing import NamedTuple
 
 import numpy as np
+
 from exidyn.drivers import Command
 from exidyn.identify.robot import Limits
 from exidyn.trajectories.families.phases import Phases

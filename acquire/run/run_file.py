@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from typing import IO
 
 import numpy as np
+
 from exidyn.identify import run_log
 from exidyn.identify.mcap_run_log import EVENTS, event_message, timing_messages, timing_topic
 from exidyn.identify.mcap_streams import Stream, of_any_length, pose_messages, ticks, write_merged

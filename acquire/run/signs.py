@@ -4,6 +4,7 @@ from collections import deque
 from collections.abc import Sequence
 
 import numpy as np
+
 from exidyn.drivers import Command, Sample
 from exidyn.identify.robot import Limits
 

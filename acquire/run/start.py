@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+
 from exidyn.drivers import Info
 from exidyn.identify.robot import Limits
 from exidyn.trajectories.clearances.clearance import Clearance

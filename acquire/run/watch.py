@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+
 from exidyn.drivers import Command, Info, Sample
 from exidyn.identify.robot import Robot
 

@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
+
 from exidyn.identify.diagnosis.quantities import SLIDING, TURNING
 from exidyn.identify.diagnosis.trace import Trace
 from exidyn.identify.link_frames import link_frames

@@ -3,6 +3,7 @@
 from typing import Any
 
 import numpy as np
+
 from exidyn.identify.diagnosis.misfit import from_table, lumped, percents, sentences
 from exidyn.identify.diagnosis.naming import joint_words, named
 from exidyn.identify.diagnosis.numbers import value_of

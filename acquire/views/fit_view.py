@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
+
 from exidyn.identify.fit import Fit
 from exidyn.identify.predicted import predicted
 from exidyn.identify.recording import Recording

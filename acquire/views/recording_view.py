@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
+
 from exidyn.identify.recording import EFFORT, Recording, Signal
 from exidyn.identify.view_arm import arm_view
 from exidyn.identify.view_parts import TIMELINE, send

@@ -3,6 +3,7 @@
 from typing import Any, NamedTuple
 
 import numpy as np
+
 from exidyn.identify.diagnosis.naming import effect_words, joint_words, lower
 from exidyn.identify.diagnosis.quantities import SLIDING, TURNING
 from exidyn.identify.diagnosis.trace import Trace

@@ -1,6 +1,7 @@
 """The arm that the peers move: a simulated one, with drives and sensors."""
 
 import numpy as np
+
 from exidyn.identify.plant import Plant, typical_plant
 from exidyn.identify.robot_file import read_model
 

@@ -13,6 +13,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
+
 from exidyn.acquire.run.frames import END, Event, event_frame, sample_frame, text_frame
 from exidyn.acquire.run.recorder import start_recorder
 from exidyn.acquire.run.run_head import RunHead

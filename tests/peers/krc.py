@@ -19,6 +19,7 @@ import xml.etree.ElementTree as ElementTree
 from collections import Counter, deque
 
 import numpy as np
+
 from exidyn.identify.robot_file import read_model
 
 if __package__:

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 import numpy as np
+
 from exidyn.identify.robot import Robot
 
 from ..errors import Infeasible

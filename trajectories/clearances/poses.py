@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pinocchio as pin
+
 from exidyn.identify.newton_euler import Joint
 
 

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pinocchio as pin
+
 from exidyn.identify.errors import RobotError
 from exidyn.identify.newton_euler import joints_of
 from exidyn.identify.robot import Robot

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+
 from exidyn.identify.robot import Robot
 from exidyn.identify.toml_fields import check_keys, number, numbers, string, tables
 

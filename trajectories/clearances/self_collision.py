@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pinocchio as pin
+
 from exidyn.identify.newton_euler import Joint, joints_of
 from exidyn.identify.robot import Robot
 

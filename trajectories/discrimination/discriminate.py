@@ -11,11 +11,12 @@ from dataclasses import dataclass, field, replace
 from itertools import permutations
 
 import numpy as np
+from scipy.special import logsumexp
+
 from exidyn.identify.effects import MotionGradient
 from exidyn.identify.model import Model
 from exidyn.identify.motion import Motion
 from exidyn.identify.robot import Limits
-from scipy.special import logsumexp
 
 from ..errors import NotComparable
 from ..search.design_model import design_model

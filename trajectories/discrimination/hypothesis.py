@@ -4,6 +4,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
+
 from exidyn.identify.model import Model
 
 from ..errors import NotComparable

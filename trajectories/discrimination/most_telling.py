@@ -1,6 +1,7 @@
 """Most telling states: how far any motion could bring two hypotheses apart, whatever joins its states."""
 
 import numpy as np
+
 from exidyn.identify.motion import Motion
 from exidyn.identify.robot import Limits
 

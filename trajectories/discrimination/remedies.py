@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pinocchio as pin
+
 from exidyn.identify.effects import Belief, Effect, Parameter, Payload, known_parameters
 from exidyn.identify.model import Model
 from exidyn.identify.motion import Motion

@@ -31,11 +31,12 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
+from scipy.linalg import eigh
+from scipy.special import ndtr, ndtri
+
 from exidyn.identify.model import Model
 from exidyn.identify.motion import Motion
 from exidyn.identify.robot import Robot
-from scipy.linalg import eigh
-from scipy.special import ndtr, ndtri
 
 from .hypothesis import Hypothesis
 

@@ -5,6 +5,7 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
+
 from exidyn.identify.model import Model
 from exidyn.identify.robot import Limits
 

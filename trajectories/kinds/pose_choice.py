@@ -4,6 +4,7 @@ from collections.abc import Collection
 from dataclasses import replace
 
 import numpy as np
+
 from exidyn.identify.base_parameters import from_columns
 from exidyn.identify.model import Model
 from exidyn.identify.motion import Motion

@@ -3,6 +3,7 @@
 from collections.abc import Collection, Iterable
 
 import numpy as np
+
 from exidyn.identify.robot import Limits
 
 from ..clearances.clearance import Approach, Clearance

@@ -8,6 +8,7 @@ from collections.abc import Collection
 from dataclasses import replace
 
 import numpy as np
+
 from exidyn.identify.robot import Limits
 
 from ..clearances.clearance import Clearance

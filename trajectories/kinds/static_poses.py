@@ -10,6 +10,7 @@ from collections.abc import Collection
 from typing import NamedTuple
 
 import numpy as np
+
 from exidyn.identify.model import Model
 from exidyn.identify.robot import Limits
 

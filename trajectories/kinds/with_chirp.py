@@ -4,6 +4,7 @@ from collections.abc import Collection
 from typing import Any
 
 import numpy as np
+
 from exidyn.identify.robot import Limits
 
 from ..clearances.clearance import Clearance

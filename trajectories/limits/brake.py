@@ -15,6 +15,7 @@ The velocity changes sign at most once, in the first part, where it began negati
 from typing import NamedTuple
 
 import numpy as np
+
 from exidyn.identify.robot import Limits
 
 from ..trajectory import States

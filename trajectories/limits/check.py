@@ -4,6 +4,7 @@ from collections.abc import Callable, Collection, Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
+
 from exidyn.identify.robot import Limits
 
 from ..errors import BadLimits

@@ -9,6 +9,7 @@ import re
 
 import numpy as np
 import ruckig
+
 from exidyn.identify.robot import Limits
 
 from ..errors import BadLimits, Infeasible

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+
 from exidyn.identify.robot import Limits, Robot
 
 from ..errors import BadLimits, Infeasible

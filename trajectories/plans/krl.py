@@ -3,6 +3,7 @@
 import re
 
 import numpy as np
+
 from exidyn.identify.text_table import WIDTH
 
 from ..errors import BadLimits

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, fields
 from typing import Any
 
 import numpy as np
+
 from exidyn.identify.model import Model
 from exidyn.identify.robot import Limits, Robot
 from exidyn.identify.robot_text import model_text, moving_text

@@ -4,6 +4,7 @@ from dataclasses import fields, replace
 from typing import NamedTuple
 
 import numpy as np
+
 from exidyn.identify.effects import Payload
 from exidyn.identify.model import Model
 from exidyn.identify.robot import Limits

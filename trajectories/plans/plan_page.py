@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from html import escape
 
 import numpy as np
+
 from exidyn.identify.report_html import NAMELESS, figure, listing, paragraph, rounded, section, table
 from exidyn.identify.report_style import STYLE as REPORT_STYLE
 

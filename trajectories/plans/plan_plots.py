@@ -3,6 +3,7 @@
 from typing import NamedTuple
 
 import numpy as np
+
 from exidyn.identify.svg import COLUMNS, Panel, legend, picture, text
 from exidyn.identify.svg_scale import Span
 

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 import numpy as np
+
 from exidyn.identify.text_table import digits, paragraph, table
 
 from .plan import Plan

@@ -13,6 +13,7 @@ from types import NoneType, UnionType
 from typing import Any, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
+
 from exidyn.identify.toml_fields import boolean, check_keys, integer, number, string
 from exidyn.identify.toml_text import block
 

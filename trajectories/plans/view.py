@@ -8,6 +8,7 @@ import numpy as np
 import pinocchio as pin
 import rerun as rr
 import rerun.blueprint as rrb
+
 from exidyn.identify.model import Model
 from exidyn.identify.robot import Robot
 from exidyn.identify.view_arm import arm_tree, arm_view, log_arm

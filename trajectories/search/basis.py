@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+
 from exidyn.identify.effects import MotionGradient
 from exidyn.identify.motion import Motion
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+
 from exidyn.identify.robot import Limits
 
 from ..limits.brake import stopping_reach, stopping_reach_gradient

@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+
 from exidyn.identify.model import Model
 from exidyn.identify.robot import Limits
 

@@ -6,6 +6,7 @@ from concurrent.futures import Executor
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+
 from exidyn.identify.motion import Motion
 from exidyn.identify.robot import Limits
 

@@ -6,6 +6,7 @@ from functools import partial
 from typing import Protocol
 
 import numpy as np
+
 from exidyn.identify.base_parameters import rich_motion
 from exidyn.identify.model import Model
 from exidyn.identify.robot import Limits

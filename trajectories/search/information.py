@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+
 from exidyn.identify.base_parameters import BaseParameters, base_parameters
 from exidyn.identify.effects import MotionGradient
 from exidyn.identify.errors import RobotError

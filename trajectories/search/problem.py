@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
+
 from exidyn.identify.effects import MotionGradient
 from exidyn.identify.motion import Motion
 

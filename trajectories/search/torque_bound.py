@@ -4,6 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+
 from exidyn.identify.model import Model
 from exidyn.identify.motion import Motion
 

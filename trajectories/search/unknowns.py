@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+
 from exidyn.identify.effects import EFFECTS, Belief, Effect, MotionGradient, Parameter
 from exidyn.identify.effects.effect import differences
 from exidyn.identify.model import Model
