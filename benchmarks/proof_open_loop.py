@@ -21,14 +21,16 @@ PUBLISHED = {"M1": 95.1089, "Fv1": 203.5034, "Fc1": 20.3935, "Off1": -3.1648}
 def open_loop(found: Diagnosis, runs: Any) -> dict[str, dict[str, float]]:
     """Error of the position that recorded force gives, model -> run -> root mean square [mm]."""
     assert found.evidence is not None
-    plain, with_it = as_believed(found.evidence), as_found(found.evidence, found.findings)
+    plain = as_believed(found.evidence)
+    # Parameters were fitted beside undecided findings too.
+    with_it = as_found(found.evidence, (*found.findings, *found.undecided))
     values = np.array([PUBLISHED.get(name, 0.0) for name in plain.model.names])
     fitted = [run for role, run in runs if role != HELD_OUT]
     arms = {
         "published": replace(plain, values=values),
         "identified, as told": identified_arm(plain, fitted),
         "diagnosed, with findings": with_it,
-        "identified with findings": identified_arm(with_it, fitted),
+        "identified with what was named": identified_arm(as_found(found.evidence, found.findings), fitted),
     }
     return {name: {run.name: simulated(arm, run) for _, run in runs} for name, arm in arms.items()}
 

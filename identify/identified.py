@@ -15,7 +15,7 @@ from .base_parameters import BaseParameters
 from .effects import Belief, RigidBody
 from .effects.rigid_body import body_inertia
 from .errors import FitError
-from .estimators.consistent import Held, nearest_held
+from .estimators.consistent import Held, nearest_held, whitening
 from .fit import Fit
 from .model import Model
 from .robot import Robot
@@ -98,9 +98,8 @@ def _deviation(held: Held, covariance: np.ndarray, before: Sequence[float]) -> n
     """Standard deviation of each standard parameter after the data, shape (p,), given those before them."""
     size = np.sqrt(np.diag(covariance))
     size = np.where(size > 0.0, size, np.finfo(float).tiny)
-    seen = held.base.regrouping * held.tolerance / size[:, None]
-    precision = seen.T @ np.linalg.solve(covariance / np.outer(size, size), seen)
-    precision[np.diag_indices(len(precision))] += 1.0
+    seen = whitening(covariance, size) @ held.base.regrouping * held.tolerance
+    precision = seen.T @ seen + np.eye(seen.shape[1])
     left = cho_solve(cho_factor(precision), np.eye(len(precision)))
     share = np.sqrt(np.diag(left))
     # What neither the data nor anybody knows stays unknown.

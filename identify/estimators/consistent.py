@@ -26,6 +26,8 @@ from .least_squares import weighted
 MARGIN = 1e-6
 """Smallest eigenvalue of a pseudo-inertia over the largest of the ten parameters, so that simulators
 accept it."""
+ROUNDING = 1e-12
+"""Smallest eigenvalue of a correlation matrix: below, it is rounding."""
 
 
 def consistent(equations: Equations) -> Estimate:
@@ -108,11 +110,22 @@ def _data(held: Held, values: np.ndarray, covariance: np.ndarray) -> tuple[np.nd
     """Whitened rows (b, p) and right side (b,) that deviations from the belief should meet."""
     # Nobody knows a parameter to better than a millionth; noise-free data would overflow the solver.
     size = np.maximum(np.sqrt(np.diag(covariance)), 1e-6 * np.abs(values) + np.finfo(float).tiny)
-    scaled = covariance / np.outer(size, size)
-    scaled[np.diag_indices(len(size))] = 1.0
-    whiten = np.linalg.inv(np.linalg.cholesky(scaled)) / size
+    whiten = whitening(covariance, size)
     regrouping = held.base.regrouping
     return whiten @ regrouping, whiten @ (values - regrouping @ held.believed)
+
+
+def whitening(covariance: np.ndarray, size: np.ndarray) -> np.ndarray:
+    """Rows (b, b) that make unknowns of some covariance (b, b) and size (b,) independent, of deviation one.
+
+    Where the data tell little of some unknowns apart, their correlation is one to the last digit and beyond:
+    an eigenvalue below zero says up to which size the others are rounding.
+    """
+    scaled = covariance / np.outer(size, size)
+    scaled[np.diag_indices(len(size))] = 1.0
+    spread, axes = np.linalg.eigh(scaled)
+    spread = np.maximum(spread, max(ROUNDING, -2.0 * float(spread[0])))
+    return (axes / np.sqrt(spread)).T / size
 
 
 def _constraints(held: Held, standard: np.ndarray) -> tuple[np.ndarray, np.ndarray, list]:
