@@ -10,8 +10,8 @@ from types import ModuleType
 
 from exidyn.identify.errors import ExidynError
 
-from .arguments import CommandParser
-from .exit_codes import INTERRUPTED, NOBODY_READS, REFUSED, STOPPED, codes_help
+from .arguments.common import CommandParser
+from .arguments.exit_codes import INTERRUPTED, NOBODY_READS, REFUSED, STOPPED, codes_help
 
 COMMANDS: dict[str, str] = {
     "example": "simulate an arm, identify it, compare with the truth",
@@ -123,7 +123,7 @@ def _parser() -> argparse.ArgumentParser:
 
 def command_module(name: str) -> ModuleType:
     """The module of a command, with `parser` and `main`."""
-    return import_module(f"{__package__}.{name}_command")
+    return import_module(f"{__package__}.commands.{name}_command")
 
 
 if __name__ == "__main__":

@@ -23,13 +23,13 @@ def product(folder: Path, simulate: bool = False, values: bool = True) -> dict[s
         simulate: Whether the run held out is simulated too, as believed and with what was found.
         values: Whether the values that the case states of inertias and friction are used.
     """
-    from exidyn.acquire.diagnosis_case import COMPARISON_CUTOFF
+    from exidyn.acquire.files.diagnosis_case import COMPARISON_CUTOFF
     from exidyn.identify.diagnosis import diagnose
-    from exidyn.identify.diagnosis.answer import answer
-    from exidyn.identify.diagnosis.forward import forward
+    from exidyn.identify.diagnosis.improved.forward import forward
+    from exidyn.identify.diagnosis.words.answer import answer
     from exidyn.identify.errors import ExidynError
-    from exidyn.identify.importers import import_source
-    from exidyn.identify.prepare import Filtering
+    from exidyn.identify.preparation.prepare import Filtering
+    from exidyn.identify.recordings.importers import import_source
 
     runs = import_source(folder)
     roles = [(run.settings["role"], run) for run in runs]

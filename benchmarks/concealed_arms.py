@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from concealed_body import Body
 
-from exidyn.identify.robot_file import read_model
+from exidyn.identify.robot_files.robot_file import read_model
 
 EARTH = np.array([0.0, 0.0, -9.81])
 

@@ -18,7 +18,7 @@ from diagnose_real_answer import answer
 from diagnose_real_sets import CASES, FOLDER
 from proof_page import write_pages
 
-from exidyn.identify.diagnosis.found import NAMED
+from exidyn.identify.diagnosis.search.found import NAMED
 
 WORSE = 1.02
 """Residual held out, after over before, from which a joint counts as worse: less is chance."""

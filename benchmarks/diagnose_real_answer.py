@@ -11,10 +11,10 @@ from diagnose_real_sets import CASES, FOLDER, Case
 from proof_open_loop import open_loop
 
 from exidyn.identify.diagnosis.diagnose import diagnose
-from exidyn.identify.diagnosis.finding import Diagnosis, Finding
-from exidyn.identify.diagnosis.improved import Arm, with_finding
+from exidyn.identify.diagnosis.findings.finding import Diagnosis, Finding
+from exidyn.identify.diagnosis.improved.improved import Arm, with_finding
 from exidyn.identify.model import Model
-from exidyn.identify.plant import Transmission
+from exidyn.identify.simulation.plant import Transmission
 
 STATES = 256
 """Places in one turn of the motor over which ripple is drawn: seven of a period of the 36th harmonic."""

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from exidyn.identify.diagnosis.finding import Finding
+from exidyn.identify.diagnosis.findings.finding import Finding
 
 Range = tuple[float, float]
 

@@ -8,15 +8,15 @@ from typing import Any
 from diagnose_real_known import ABSENT, KNOWN, Known, uncounted
 from real_data import FOLDER, KR300, LOADED, PANDA, UR10E, DataSet
 
-from exidyn.identify.diagnosis.runs import HELD_OUT
+from exidyn.identify.diagnosis.runs.usable import HELD_OUT
 from exidyn.identify.effects import known_parameters
-from exidyn.identify.identification import identify
-from exidyn.identify.identified import identified
-from exidyn.identify.importers import import_source
+from exidyn.identify.fit.identification import identify
+from exidyn.identify.fit.identified import identified
 from exidyn.identify.model import Model
-from exidyn.identify.prepare import Filtering
-from exidyn.identify.recording import KnownPayload, Recording
-from exidyn.identify.robot_file import read_model
+from exidyn.identify.preparation.prepare import Filtering
+from exidyn.identify.recordings.importers import import_source
+from exidyn.identify.recordings.recording import KnownPayload, Recording
+from exidyn.identify.robot_files.robot_file import read_model
 
 Runs = list[tuple[str, Recording]]
 Ask = Callable[[], tuple[Model, Runs]]

@@ -15,12 +15,12 @@ from typing import NamedTuple
 import numpy as np
 import pinocchio as pin
 
-from exidyn.identify.base_parameters import BaseParameters, base_parameters
+from exidyn.identify.arm.motion import Motion
+from exidyn.identify.arm.robot import Limits
 from exidyn.identify.effects import RigidBody
+from exidyn.identify.fit.base_parameters import BaseParameters, base_parameters
 from exidyn.identify.model import Model
-from exidyn.identify.motion import Motion
-from exidyn.identify.robot import Limits
-from exidyn.identify.robot_file import read_model
+from exidyn.identify.robot_files.robot_file import read_model
 
 PACKAGE = "example-robot-data"
 MARGIN = 0.1

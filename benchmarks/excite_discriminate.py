@@ -19,11 +19,11 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")  # before numpy
 import numpy as np
 from common import options, save, show
 
+from exidyn.identify.arm.motion import Motion
+from exidyn.identify.arm.robot import Limits
 from exidyn.identify.effects import JointSpring, NonlinearViscousFriction, SpringBalancer, StribeckFriction
 from exidyn.identify.model import Model
-from exidyn.identify.motion import Motion
-from exidyn.identify.robot import Limits
-from exidyn.identify.robot_file import read_model
+from exidyn.identify.robot_files.robot_file import read_model
 from exidyn.identify.text_table import paragraph
 from exidyn.trajectories.discrimination.discriminate import Discriminate
 from exidyn.trajectories.discrimination.distinction import distinguish, sentences

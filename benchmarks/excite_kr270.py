@@ -12,12 +12,12 @@ import numpy as np
 from common import show
 from kr270 import MASS, believed, equations_of, gain_error, plant
 
+from exidyn.identify.arm.motion import Motion
 from exidyn.identify.effects import known_parameters
-from exidyn.identify.estimators import ESTIMATORS
-from exidyn.identify.motion import Motion
-from exidyn.identify.recording import KnownPayload, Recording
-from exidyn.identify.robot_file import read_model
-from exidyn.identify.simulate import Sensors, exact_current, simulate
+from exidyn.identify.fit.estimators import ESTIMATORS
+from exidyn.identify.recordings.recording import KnownPayload, Recording
+from exidyn.identify.robot_files.robot_file import read_model
+from exidyn.identify.simulation.simulate import Sensors, exact_current, simulate
 from exidyn.trajectories.planning import plan
 from exidyn.trajectories.random_fourier import random_fourier
 from exidyn.trajectories.wishes import Wishes

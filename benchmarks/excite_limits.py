@@ -16,10 +16,10 @@ import numpy as np
 import pinocchio as pin
 from common import show
 
+from exidyn.identify.arm.robot import Limits
 from exidyn.identify.effects import RigidBody
 from exidyn.identify.model import Model
-from exidyn.identify.robot import Limits
-from exidyn.identify.robot_file import read_model
+from exidyn.identify.robot_files.robot_file import read_model
 from exidyn.trajectories.clearances.region_rows import read_regions
 from exidyn.trajectories.errors import Infeasible
 from exidyn.trajectories.limits.check import check

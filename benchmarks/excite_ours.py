@@ -8,8 +8,8 @@ from common import show
 from excite_arm import RATE, Arm, States
 from excite_peers import DURATION, HARMONICS, Best, Clock, PeerResult
 
-from exidyn.identify.geometry import read_geometry
-from exidyn.identify.robot import Limits
+from exidyn.identify.arm.robot import Limits
+from exidyn.identify.robot_files.geometry import read_geometry
 from exidyn.trajectories.clearances.self_collision import SelfCollision
 from exidyn.trajectories.families.fourier import Fourier
 from exidyn.trajectories.search.excite import Setting, problem_of, random_start

@@ -16,16 +16,16 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")  # before numpy: one thread a proc
 import numpy as np
 from common import options, save, show
 
-from exidyn.identify.base_parameters import base_parameters
 from exidyn.identify.effects import Payload, known_parameters
-from exidyn.identify.equations import Equations, assemble
-from exidyn.identify.estimators import ESTIMATORS, Estimate
-from exidyn.identify.identification import common_filtering
+from exidyn.identify.fit.base_parameters import base_parameters
+from exidyn.identify.fit.equations import Equations, assemble
+from exidyn.identify.fit.estimators import ESTIMATORS, Estimate
+from exidyn.identify.fit.identification import common_filtering
 from exidyn.identify.model import Model
-from exidyn.identify.prepare import Filtering, prepare
-from exidyn.identify.recording import KnownPayload, Recording
-from exidyn.identify.robot_file import read_model
-from exidyn.identify.simulate import Sensors, simulate
+from exidyn.identify.preparation.prepare import Filtering, prepare
+from exidyn.identify.recordings.recording import KnownPayload, Recording
+from exidyn.identify.robot_files.robot_file import read_model
+from exidyn.identify.simulation.simulate import Sensors, simulate
 from exidyn.trajectories.random_fourier import random_fourier
 
 MASS = 175.0

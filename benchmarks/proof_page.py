@@ -8,7 +8,7 @@ import numpy as np
 from diagnose_real_sets import CASES
 from proof_pictures import budget_picture, turn_picture
 
-from exidyn.identify.diagnosis.found import NAMED
+from exidyn.identify.diagnosis.search.found import NAMED
 
 Answer = dict[str, Any]
 

@@ -4,8 +4,8 @@ from typing import Any
 
 import numpy as np
 
-from exidyn.identify.svg import Panel, legend, text
-from exidyn.identify.svg_scale import Span
+from exidyn.identify.pages.svg import Panel, legend, text
+from exidyn.identify.pages.svg_scale import Span
 
 STYLE = """
 text { font: 11px system-ui, "Segoe UI", "DejaVu Sans", sans-serif; fill: #1c1f23 }

@@ -10,14 +10,14 @@ from common import show
 from real_data import DataSet, thirds
 
 from exidyn.identify.effects import EFFECTS
-from exidyn.identify.equations import Equations, assemble
-from exidyn.identify.estimators import Estimator, bayesian, weighted
-from exidyn.identify.filters import low_pass
-from exidyn.identify.fit import Fit
-from exidyn.identify.identification import identify
+from exidyn.identify.fit.equations import Equations, assemble
+from exidyn.identify.fit.estimators import Estimator, bayesian, weighted
+from exidyn.identify.fit.fit import Fit
+from exidyn.identify.fit.identification import identify
 from exidyn.identify.model import Model
-from exidyn.identify.prepare import filtered, prepare
-from exidyn.identify.recording import Recording
+from exidyn.identify.preparation.filters import low_pass
+from exidyn.identify.preparation.prepare import filtered, prepare
+from exidyn.identify.recordings.recording import Recording
 
 LAWS = ("coulomb_friction", "hysteresis")
 """Dry friction that turns over a velocity, or over a displacement: one size and one shape a joint each."""

@@ -9,11 +9,11 @@ from common import show
 from real_data import DE_LUCA, LOADED, REPOSITORY, DataSet
 
 from exidyn.identify.effects import EFFECTS, Belief
-from exidyn.identify.estimators import weighted
-from exidyn.identify.fit import Fit
-from exidyn.identify.identification import identify
+from exidyn.identify.fit.estimators import weighted
+from exidyn.identify.fit.fit import Fit
+from exidyn.identify.fit.identification import identify
 from exidyn.identify.model import Model
-from exidyn.identify.recording import KnownPayload, Recording
+from exidyn.identify.recordings.recording import KnownPayload, Recording
 
 KNOWN, UNKNOWN = "K", "U"
 QUICK_RUNS = 2

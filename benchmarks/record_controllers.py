@@ -15,11 +15,11 @@ from peer_process import Peer
 from record_motion import MODEL, ROBOT, START
 from servo_units import dynamixel_settings, feetech_settings
 
-from exidyn.acquire.controllers import make_driver
+from exidyn.acquire.arguments.controllers import make_driver
 from exidyn.drivers import Driver
-from exidyn.drivers.rsi.config import standard_config
-from exidyn.drivers.rsi.config_text import config_text
-from exidyn.identify.plant import typical_plant
+from exidyn.drivers.kuka_rsi.config import standard_config
+from exidyn.drivers.kuka_rsi.config_text import config_text
+from exidyn.identify.simulation.plant import typical_plant
 
 PRIORITY = 70
 """Of the peers, below the loop: a controller has a processor of its own, and these share ours."""

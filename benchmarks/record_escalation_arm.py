@@ -7,8 +7,8 @@ import numpy as np
 from record_motion import JOINTS, MODEL, START
 
 from exidyn.drivers.driver import Plant
-from exidyn.identify.plant import Plant as PlantWithMass
-from exidyn.identify.plant.typical import typical_parts
+from exidyn.identify.simulation.plant import Plant as PlantWithMass
+from exidyn.identify.simulation.plant.typical import typical_parts
 
 COARSE = 1.5e-3
 """Step of a serial servo's encoder, and standard deviation of its noise [rad]."""

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 from common import show
 
-from exidyn.acquire.example_arm import BODY
+from exidyn.acquire.examples.example_arm import BODY
 from exidyn.identify import Fit, read_fit
-from exidyn.identify.robot_file import read_model
+from exidyn.identify.robot_files.robot_file import read_model
 
 INSIDE = 1.96
 """Deviation of 95 % of normal numbers [standard deviations]."""

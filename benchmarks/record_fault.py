@@ -17,8 +17,8 @@ from exidyn.acquire.run.recorder import part_of
 from exidyn.acquire.run.stop_requests import StopRequests
 from exidyn.drivers import DriverError
 from exidyn.identify.errors import ExidynError
-from exidyn.identify.mcap_file import read_recording
-from exidyn.identify.recording import Recording
+from exidyn.identify.recordings.mcap.mcap_file import read_recording
+from exidyn.identify.recordings.recording import Recording
 
 SECONDS = 4.0
 """Of the motion that a fault hits."""

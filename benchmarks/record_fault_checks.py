@@ -4,7 +4,7 @@ import numpy as np
 from record_fault import Check, Seen
 
 from exidyn.drivers import StopLevel
-from exidyn.identify.recording import Recording
+from exidyn.identify.recordings.recording import Recording
 
 SOON = 1.0
 """An arm that stops is at rest within this time [s]; twice what a jerk-limited stop from full speed takes."""

@@ -32,7 +32,7 @@ from exidyn.acquire.run.recorder import part_of
 from exidyn.acquire.run.sink import Sink
 from exidyn.drivers import StopLevel
 from exidyn.identify.errors import ExidynError
-from exidyn.identify.mcap_file import read_recording
+from exidyn.identify.recordings.mcap.mcap_file import read_recording
 from exidyn.trajectories.plans.plan import Plan
 from exidyn.trajectories.plans.plan_file import read_plan, write_plan
 

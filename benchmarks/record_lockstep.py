@@ -9,8 +9,12 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from unittest import mock
 
-from exidyn.drivers import can_driver, canopen_frames, host_clock, mit_motors, servo_driver
+from exidyn.drivers import host_clock
+from exidyn.drivers.can import can_driver
+from exidyn.drivers.can_mit import mit_motors
+from exidyn.drivers.canopen_402 import frames as canopen_frames
 from exidyn.drivers.host_clock import HostClock, Tick
+from exidyn.drivers.servo import servo_driver
 
 SLOWER = 3.0
 """Times that a cycle takes longer than it counts: peers answer in time."""

@@ -5,7 +5,7 @@ from functools import cache
 import numpy as np
 
 from exidyn.acquire.run.perform import Job
-from exidyn.identify.robot_file import read_model
+from exidyn.identify.robot_files.robot_file import read_model
 from exidyn.trajectories.families.fourier import Fourier
 from exidyn.trajectories.limits.usable_limits import Margins, usable
 from exidyn.trajectories.planning import plan

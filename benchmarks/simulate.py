@@ -16,11 +16,11 @@ from common import options, save, show
 from simulate_runs import Run, bare, motion_of, ours, theirs
 from simulate_torques import round_trips
 
+from exidyn.identify.arm.motion import Motion
 from exidyn.identify.export import FORMATS, Portable
-from exidyn.identify.motion import Motion
-from exidyn.identify.plant import compiled, steps
-from exidyn.identify.plant.typical import typical_parts
-from exidyn.identify.robot_file import read_model
+from exidyn.identify.robot_files.robot_file import read_model
+from exidyn.identify.simulation.plant import compiled, steps
+from exidyn.identify.simulation.plant.typical import typical_parts
 
 FINE = 2.5e-4
 """Step of MuJoCo to agree with [s]: its loop is closed once a step, and so lags behind by half of one."""

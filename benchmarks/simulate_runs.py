@@ -6,11 +6,11 @@ from typing import NamedTuple
 import mujoco
 import numpy as np
 
+from exidyn.identify.arm.motion import Motion
 from exidyn.identify.export.mjcf import STEP
-from exidyn.identify.follow import follow
 from exidyn.identify.model import Model
-from exidyn.identify.motion import Motion
-from exidyn.identify.plant import DriveControl, Plant
+from exidyn.identify.simulation.follow import follow
+from exidyn.identify.simulation.plant import DriveControl, Plant
 from exidyn.trajectories.random_fourier import random_fourier
 
 TICK = 0.002

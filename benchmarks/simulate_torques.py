@@ -6,13 +6,13 @@ import pinocchio as pin
 from common import show
 from simulate_runs import motion_of
 
+from exidyn.identify.arm.motion import Motion
 from exidyn.identify.export import FORMATS, Portable
-from exidyn.identify.fit import Fit
-from exidyn.identify.identification import identify
-from exidyn.identify.identified import identified
-from exidyn.identify.motion import Motion
-from exidyn.identify.robot_file import parse_model, read_model
-from exidyn.identify.simulate import simulate
+from exidyn.identify.fit.fit import Fit
+from exidyn.identify.fit.identification import identify
+from exidyn.identify.fit.identified import identified
+from exidyn.identify.robot_files.robot_file import parse_model, read_model
+from exidyn.identify.simulation.simulate import simulate
 
 SLIDING = 10.0
 """Velocities over that of the reversal, above which dry friction has turned wholly."""

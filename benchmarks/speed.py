@@ -22,14 +22,14 @@ from common import options, save, show
 from figaroh_peer import FigarohArm, Settings, why_absent
 from floor import regressor_floor
 
-from exidyn.identify.estimators import weighted
-from exidyn.identify.fit import Fit
-from exidyn.identify.identification import identify
+from exidyn.identify.arm.motion import Motion
+from exidyn.identify.fit.estimators import weighted
+from exidyn.identify.fit.fit import Fit
+from exidyn.identify.fit.identification import identify
 from exidyn.identify.model import Model
-from exidyn.identify.motion import Motion
-from exidyn.identify.prepare import Filtering
-from exidyn.identify.recording import Recording, Signal
-from exidyn.identify.robot_file import read_model, urdf_text
+from exidyn.identify.preparation.prepare import Filtering
+from exidyn.identify.recordings.recording import Recording, Signal
+from exidyn.identify.robot_files.robot_file import read_model, urdf_text
 from exidyn.trajectories.random_fourier import random_fourier
 
 NOISE = np.array([1.0, 1.0, 0.6, 0.3, 0.3, 0.15])

@@ -22,16 +22,16 @@ class Entry(NamedTuple):
 
 
 DRIVERS: dict[str, Entry] = {
-    "mock": Entry("mock:Mock", "a simulated arm with drives, encoders and noise; nothing moves"),
+    "mock": Entry("mock.driver:Mock", "a simulated arm with drives, encoders and noise; nothing moves"),
     "kuka_rsi": Entry(
-        "kuka_rsi:KukaRsi", "KUKA KRC2, KRC4, KRC5 by Robot Sensor Interface (UDP), 83 or 250 Hz"
+        "kuka_rsi.driver:KukaRsi", "KUKA KRC2, KRC4, KRC5 by Robot Sensor Interface (UDP), 83 or 250 Hz"
     ),
     "canopen_402": Entry(
-        "canopen_402:Canopen402", "CiA 402 drives on CAN, cyclic synchronous position, 500 Hz"
+        "canopen_402.driver:Canopen402", "CiA 402 drives on CAN, cyclic synchronous position, 500 Hz"
     ),
-    "can_mit": Entry("can_mit:CanMit", "motors with the MIT frame on CAN: Damiao, T-Motor AK"),
-    "dynamixel": Entry("dynamixel:Dynamixel", "Dynamixel servos, protocol 2.0, on a serial port"),
-    "feetech": Entry("feetech:Feetech", "Feetech STS and SMS servos on a serial port"),
+    "can_mit": Entry("can_mit.driver:CanMit", "motors with the MIT frame on CAN: Damiao, T-Motor AK"),
+    "dynamixel": Entry("dynamixel.driver:Dynamixel", "Dynamixel servos, protocol 2.0, on a serial port"),
+    "feetech": Entry("feetech.driver:Feetech", "Feetech STS and SMS servos on a serial port"),
 }
 
 

@@ -3,39 +3,51 @@
 The names below are imported when they are asked for, so that `exidyn --help` need not load Pinocchio.
 """
 
+import sys
 from importlib import import_module
+from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from .estimators import ESTIMATORS as ESTIMATORS
-    from .fit import Fit as Fit
-    from .fit_file import read_fit as read_fit
-    from .fit_file import write_fit as write_fit
-    from .fit_summary import summary as summary
-    from .identification import identify as identify
-    from .importers import import_source as import_source
-    from .mcap_file import read_recording as read_recording
-    from .mcap_file import write_recording as write_recording
+    from .fit.estimators import ESTIMATORS as ESTIMATORS
+    from .fit.fit import Fit as Fit
+    from .fit.fit_file import read_fit as read_fit
+    from .fit.fit_file import write_fit as write_fit
+    from .fit.identification import identify as identify
     from .model import Model as Model
-    from .prepare import Filtering as Filtering
-    from .report import write_report as write_report
-    from .robot_file import read_model as read_model
+    from .pages.fit.fit_summary import summary as summary
+    from .pages.fit.report import write_report as write_report
+    from .preparation.prepare import Filtering as Filtering
+    from .recordings.importers import import_source as import_source
+    from .recordings.mcap.mcap_file import read_recording as read_recording
+    from .recordings.mcap.mcap_file import write_recording as write_recording
+    from .robot_files.robot_file import read_model as read_model
 
 _PLACES = {
-    "ESTIMATORS": "estimators",
-    "Filtering": "prepare",
-    "Fit": "fit",
+    "ESTIMATORS": "fit.estimators",
+    "Filtering": "preparation.prepare",
+    "Fit": "fit.fit",
     "Model": "model",
-    "identify": "identification",
-    "import_source": "importers",
-    "read_fit": "fit_file",
-    "read_model": "robot_file",
-    "read_recording": "mcap_file",
-    "summary": "fit_summary",
-    "write_fit": "fit_file",
-    "write_recording": "mcap_file",
-    "write_report": "report",
+    "identify": "fit.identification",
+    "import_source": "recordings.importers",
+    "read_fit": "fit.fit_file",
+    "read_model": "robot_files.robot_file",
+    "read_recording": "recordings.mcap.mcap_file",
+    "summary": "pages.fit.fit_summary",
+    "write_fit": "fit.fit_file",
+    "write_recording": "recordings.mcap.mcap_file",
+    "write_report": "pages.fit.report",
 }
+
+
+class _Callable(ModuleType):
+    """This folder, and the function of its name: `exidyn.identify(log)` is what a notebook says."""
+
+    def __call__(self, *arguments: Any, **options: Any) -> Any:
+        return import_module("exidyn.api").identify(*arguments, **options)
+
+
+sys.modules[__name__].__class__ = _Callable
 
 
 def __getattr__(name: str) -> Any:

@@ -5,10 +5,10 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from .arm.motion import Motion
+from .arm.robot import Robot
 from .effects import Belief, Effect, MotionGradient, Parameter
 from .errors import RobotError
-from .motion import Motion
-from .robot import Robot
 
 
 @dataclass(frozen=True)

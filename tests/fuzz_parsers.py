@@ -7,19 +7,19 @@ from typing import NamedTuple
 
 import numpy as np
 
-from exidyn.acquire.controllers import make_driver, read_controller
-from exidyn.acquire.diagnosis_files import read_answers
-from exidyn.acquire.info_command import describe
-from exidyn.acquire.json_output import json_text
-from exidyn.acquire.recording_table import recording_table
-from exidyn.acquire.report_files import read_told
+from exidyn.acquire.arguments.controllers import make_driver, read_controller
+from exidyn.acquire.commands.info_command import describe
+from exidyn.acquire.files.diagnosis_files import read_answers
+from exidyn.acquire.files.report_files import read_told
+from exidyn.acquire.terminal.json_output import json_text
+from exidyn.acquire.terminal.recording_table import recording_table
 from exidyn.acquire.views.kinds import view_of
-from exidyn.drivers.rsi.config import read_config, standard_config
-from exidyn.drivers.rsi.config_text import config_text
-from exidyn.identify.fit_file import read_fit
-from exidyn.identify.importers import import_source
-from exidyn.identify.mcap_recover import recover
-from exidyn.identify.robot_file import read_model
+from exidyn.drivers.kuka_rsi.config import read_config, standard_config
+from exidyn.drivers.kuka_rsi.config_text import config_text
+from exidyn.identify.fit.fit_file import read_fit
+from exidyn.identify.recordings.importers import import_source
+from exidyn.identify.recordings.mcap.mcap_recover import recover
+from exidyn.identify.robot_files.robot_file import read_model
 from exidyn.trajectories.plans.plan_file import read_plan
 
 from . import parser_files, two_joints

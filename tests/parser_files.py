@@ -15,13 +15,13 @@ from typing import Any
 import numpy as np
 from mcap.writer import CompressionType, Writer
 
-from exidyn.acquire.diagnosis_files import write_diagnosis
-from exidyn.identify.fit_file import fit_text
-from exidyn.identify.mcap_file import write_recording
-from exidyn.identify.mcap_records import Contents, read_contents
-from exidyn.identify.recording import Recording, Signal
-from exidyn.identify.robot_file import builtin_names, model_text
-from exidyn.identify.run_log import Event, Timing
+from exidyn.acquire.files.diagnosis_files import write_diagnosis
+from exidyn.identify.fit.fit_file import fit_text
+from exidyn.identify.recordings.mcap.mcap_file import write_recording
+from exidyn.identify.recordings.mcap.mcap_records import Contents, read_contents
+from exidyn.identify.recordings.recording import Recording, Signal
+from exidyn.identify.recordings.run_log import Event, Timing
+from exidyn.identify.robot_files.robot_file import builtin_names, model_text
 from exidyn.trajectories.plans.plan_text import plan_text
 
 from . import plans, small_diagnosis, small_fit
@@ -175,7 +175,7 @@ def table() -> bytes:
 
 def robots() -> dict[str, Files]:
     """Robot files: spelled out, by modified DH, by a URDF beside them."""
-    robots = resources.files("exidyn.identify").joinpath("robots")
+    robots = resources.files("exidyn.identify.robot_files").joinpath("robots")
     built_in = {f"{name}.toml": robots.joinpath(f"{name}.toml").read_bytes() for name in builtin_names()}
     spelled = model_text(small_fit.fit().model).encode()
     beside = (

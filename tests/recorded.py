@@ -8,8 +8,8 @@ from exidyn.acquire.run.frames import END, Event, event_frame, sample_frame, tex
 from exidyn.acquire.run.recorder import start_recorder
 from exidyn.acquire.run.run_head import RunHead
 from exidyn.drivers import Command, Sample
-from exidyn.identify.recording import KnownPayload
-from exidyn.identify.robot_file import read_model
+from exidyn.identify.recordings.recording import KnownPayload
+from exidyn.identify.robot_files.robot_file import read_model
 
 MODEL = read_model("cobot")
 N = MODEL.robot.dof

@@ -6,8 +6,8 @@ from html.parser import HTMLParser
 
 import numpy as np
 
-from exidyn.identify.fit import Fit
-from exidyn.identify.identification import identify
+from exidyn.identify.fit.fit import Fit
+from exidyn.identify.fit.identification import identify
 
 from .test_identify import BODY, record
 

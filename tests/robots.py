@@ -3,8 +3,8 @@
 import numpy as np
 import pinocchio as pin
 
-from exidyn.identify.motion import Motion
-from exidyn.identify.robot import Robot
+from exidyn.identify.arm.motion import Motion
+from exidyn.identify.arm.robot import Robot
 
 
 def kinematics(joints="rrrrrr", parents=None, gravity=(0.0, 0.0, -9.81), seed=0):

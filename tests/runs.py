@@ -8,9 +8,9 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
+from exidyn.identify.arm.robot import Robot
 from exidyn.identify.effects import RigidBody
 from exidyn.identify.model import Model
-from exidyn.identify.robot import Robot
 
 BESIDE = Path(__file__).parents[2] / "shared"
 DATA = Path(os.environ.get("EXIDYN_DATA", BESIDE / "data"))

@@ -5,11 +5,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pinocchio as pin
 
+from exidyn.identify.arm.motion import Motion
+from exidyn.identify.arm.robot import Robot
 from exidyn.identify.effects import Belief, RigidBody, RotorInertia
 from exidyn.identify.model import Model
-from exidyn.identify.motion import Motion
-from exidyn.identify.plant import DriveControl, Measured, Plant
-from exidyn.identify.robot import Robot
+from exidyn.identify.simulation.plant import DriveControl, Measured, Plant
 
 GRAVITY = 9.81
 MASS, LEVER, ROTOR = 4.0, 0.5, 0.3

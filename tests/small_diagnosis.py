@@ -10,8 +10,8 @@ from exidyn.identify.diagnosis import Alternative, Diagnosis, diagnose
 from exidyn.identify.diagnosis.candidates import hypotheses
 from exidyn.identify.effects import Belief, JointSpring
 from exidyn.identify.model import Model
-from exidyn.identify.recording import Recording
-from exidyn.identify.simulate import simulate
+from exidyn.identify.recordings.recording import Recording
+from exidyn.identify.simulation.simulate import simulate
 from exidyn.trajectories.random_fourier import random_fourier
 
 from . import two_joints

@@ -4,10 +4,10 @@ from dataclasses import replace
 from functools import cache
 
 from exidyn.identify.effects import FrictionAsymmetry
-from exidyn.identify.fit import Fit
-from exidyn.identify.identification import identify
-from exidyn.identify.prepare import Prepared, prepare
-from exidyn.identify.recording import KnownPayload
+from exidyn.identify.fit.fit import Fit
+from exidyn.identify.fit.identification import identify
+from exidyn.identify.preparation.prepare import Prepared, prepare
+from exidyn.identify.recordings.recording import KnownPayload
 
 from . import two_joints
 from .two_joint_files import BELIEVED, loaded, run

@@ -5,15 +5,15 @@ from dataclasses import replace
 
 import numpy as np
 
+from exidyn.identify.arm.motion import Motion
 from exidyn.identify.diagnosis.diagnose import nominal
-from exidyn.identify.diagnosis.runs import usable
-from exidyn.identify.diagnosis.scene import Scene
-from exidyn.identify.diagnosis.search import Searched, search
+from exidyn.identify.diagnosis.runs.usable import usable
+from exidyn.identify.diagnosis.search.scene import Scene
+from exidyn.identify.diagnosis.search.search import Searched, search
 from exidyn.identify.effects import Effect
 from exidyn.identify.model import Model
-from exidyn.identify.motion import Motion
-from exidyn.identify.recording import Recording, Signal
-from exidyn.identify.simulate import simulate
+from exidyn.identify.recordings.recording import Recording, Signal
+from exidyn.identify.simulation.simulate import simulate
 from exidyn.trajectories.random_fourier import random_fourier
 
 from . import two_joints

@@ -7,11 +7,11 @@ import pytest
 
 from exidyn.acquire.command_line import main
 from exidyn.identify.errors import DifferentRobot, RecordingError
-from exidyn.identify.importers import import_source
-from exidyn.identify.importers.align import align, aligned
-from exidyn.identify.mcap_file import read_recording, write_recording
-from exidyn.identify.recording import KnownPayload, Recording, Signal
-from exidyn.identify.robot_file import read_model
+from exidyn.identify.recordings.importers import import_source
+from exidyn.identify.recordings.importers.align import align, aligned
+from exidyn.identify.recordings.mcap.mcap_file import read_recording, write_recording
+from exidyn.identify.recordings.recording import KnownPayload, Recording, Signal
+from exidyn.identify.robot_files.robot_file import read_model
 
 from .runs import DATA, model, needs_data
 from .test_kuka_trace import trace

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from exidyn.acquire.command_line import REFUSED, main
-from exidyn.identify.recording import KnownPayload, Recording, Signal
-from exidyn.identify.robot_file import model_text
+from exidyn.identify.recordings.recording import KnownPayload, Recording, Signal
+from exidyn.identify.robot_files.robot_file import model_text
 
 from .parser_files import write_case
 from .two_joint_files import loaded, of_another_arm, run, write

@@ -4,8 +4,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from exidyn.identify import robots
-from exidyn.identify.base_parameters import base_parameters, from_columns, rich_motion
+from exidyn.identify.arm.robot import Robot
 from exidyn.identify.effects import (
     CoulombFriction,
     CurrentOffset,
@@ -17,9 +16,10 @@ from exidyn.identify.effects import (
     ViscousFriction,
     known_parameters,
 )
+from exidyn.identify.fit.base_parameters import base_parameters, from_columns, rich_motion
 from exidyn.identify.model import Model
-from exidyn.identify.robot import Robot
-from exidyn.identify.robot_file import parse_model, read_model
+from exidyn.identify.robot_files import robots
+from exidyn.identify.robot_files.robot_file import parse_model, read_model
 
 from .robots import kinematics, random_motion, six_axis, sliding
 

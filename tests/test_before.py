@@ -6,8 +6,8 @@ import pytest
 from exidyn.acquire.run.before import checked
 from exidyn.acquire.run.errors import NotAllowed
 from exidyn.identify.effects import known_parameters
-from exidyn.identify.recording import KnownPayload
-from exidyn.identify.robot_file import read_model
+from exidyn.identify.recordings.recording import KnownPayload
+from exidyn.identify.robot_files.robot_file import read_model
 from exidyn.trajectories.plans.plan import Plan
 
 from .run_parts import LIMITS, MODEL, motion

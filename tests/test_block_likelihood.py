@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from exidyn.identify.diagnosis.block_likelihood import independent_share, log_probability, trust
-from exidyn.identify.diagnosis.comparison import colouring, levelled
-from exidyn.identify.diagnosis.found import CERTAIN_ODDS, CREDIBLE, odds_of
-from exidyn.identify.diagnosis.question import ask
+from exidyn.identify.diagnosis.blocks.block_likelihood import independent_share, log_probability, trust
+from exidyn.identify.diagnosis.questions.comparison import colouring, levelled
+from exidyn.identify.diagnosis.questions.question import ask
+from exidyn.identify.diagnosis.search.found import CERTAIN_ODDS, CREDIBLE, odds_of
 
 from .small_rows import RATE, asked, blocks, predicted, remembering, rows
 

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from exidyn.identify.arm.robot import Limits
 from exidyn.identify.effects import Belief, LoadDependentFriction, Payload, known_parameters
-from exidyn.identify.robot import Limits
 from exidyn.trajectories.clearances.region import Region, box
 from exidyn.trajectories.families.fourier import Fourier
 from exidyn.trajectories.limits.brake import stoppable

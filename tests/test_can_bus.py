@@ -8,14 +8,15 @@ import can
 import numpy as np
 import pytest
 
-from exidyn.drivers import can_bus, create
-from exidyn.drivers.can_bus import CanBus, read_options
-from exidyn.drivers.can_load import bus_load, frame_bits, require_room
-from exidyn.drivers.canopen_frames import Frames
-from exidyn.drivers.cia402 import Entry
+from exidyn.drivers import create
+from exidyn.drivers.can import can_bus
+from exidyn.drivers.can.can_bus import CanBus, read_options
+from exidyn.drivers.can.can_load import bus_load, frame_bits, require_room
+from exidyn.drivers.can_mit.mit_motors import MotorRound, Say
+from exidyn.drivers.can_mit.mit_settings import MitSettings
+from exidyn.drivers.canopen_402.cia402 import Entry
+from exidyn.drivers.canopen_402.frames import Frames
 from exidyn.drivers.errors import BadSettings, LinkLost
-from exidyn.drivers.mit_motors import MotorRound, Say
-from exidyn.drivers.mit_settings import MitSettings
 from exidyn.drivers.settings import read_settings
 
 from .can_peers import ARM

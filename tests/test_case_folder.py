@@ -4,11 +4,11 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
+from exidyn.identify.arm.motion import Motion
 from exidyn.identify.errors import NotAFile, RecordingError
-from exidyn.identify.importers import import_source
-from exidyn.identify.importers.case_folder import believed_model
-from exidyn.identify.mcap_file import read_recording, write_recording
-from exidyn.identify.motion import Motion
+from exidyn.identify.recordings.importers import import_source
+from exidyn.identify.recordings.importers.case_folder import believed_model
+from exidyn.identify.recordings.mcap.mcap_file import read_recording, write_recording
 
 from .runs import CASES, needs_cases
 

@@ -11,9 +11,9 @@ from pathlib import Path
 
 import pytest
 
+from exidyn.acquire.arguments.exit_codes import MEANINGS, NOBODY_READS
 from exidyn.acquire.command_line import COMMANDS, command_module, main
-from exidyn.acquire.completion_command import SHELLS, whole_parser
-from exidyn.acquire.exit_codes import MEANINGS, NOBODY_READS
+from exidyn.acquire.commands.completion_command import SHELLS, whole_parser
 
 ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]

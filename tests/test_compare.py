@@ -8,14 +8,14 @@ import pytest
 from scipy.interpolate import CubicSpline
 
 from exidyn.acquire.command_line import REFUSED, main
-from exidyn.identify.comparison import compare
 from exidyn.identify.effects import JointSpring
 from exidyn.identify.errors import DifferentRobot, RecordingError
-from exidyn.identify.mcap_file import write_recording
 from exidyn.identify.model import Model
-from exidyn.identify.recording import KnownPayload, Recording, Signal
-from exidyn.identify.robot_file import model_text, read_model
-from exidyn.identify.simulate import simulate
+from exidyn.identify.recordings.mcap.mcap_file import write_recording
+from exidyn.identify.recordings.recording import KnownPayload, Recording, Signal
+from exidyn.identify.robot_files.robot_file import model_text, read_model
+from exidyn.identify.simulation.comparison import compare
+from exidyn.identify.simulation.simulate import simulate
 
 from . import two_joints
 from .two_joint_files import of_another_arm, write
@@ -203,7 +203,7 @@ def test_motion_that_repeats_itself_is_a_doubt(tmp_path, capsys):
     ],
 )
 def test_what_is_wrong_is_said_in_one_line(arguments, said, files, tmp_path, capsys, monkeypatch):
-    from exidyn.acquire import compare_command
+    from exidyn.acquire.commands import compare_command
 
     read = compare_command.import_source
     monkeypatch.setattr(

@@ -11,7 +11,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from exidyn.identify.importers import import_source
+from exidyn.identify.recordings.importers import import_source
 
 os.environ["NUMBA_DISABLE_JIT"] = "1"  # small arms and short runs do not pay for compiling
 sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))

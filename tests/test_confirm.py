@@ -2,8 +2,8 @@ import io
 
 import pytest
 
-from exidyn.acquire.confirm import UNATTENDED, confirm
 from exidyn.acquire.run.errors import NotAllowed, NotConfirmed
+from exidyn.acquire.terminal.confirm import UNATTENDED, confirm
 
 
 def test_nobody_is_asked_for_a_simulation(monkeypatch):

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from exidyn.acquire.controllers import read_controller
+from exidyn.acquire.arguments.controllers import read_controller
 from exidyn.drivers.errors import BadSettings
 
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from exidyn.identify.estimators import bayesian, maximum_likelihood, ordinary, reweighted, weighted
+from exidyn.identify.fit.estimators import bayesian, maximum_likelihood, ordinary, reweighted, weighted
 
 from .two_joints import GAIN, coloured, equations
 

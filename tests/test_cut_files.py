@@ -6,9 +6,9 @@ from mcap.reader import make_reader
 from mcap.writer import CompressionType, Writer
 
 from exidyn.identify.errors import ExidynError, NotAFile, RecordingError
-from exidyn.identify.mcap_file import read_recording, write_recording
-from exidyn.identify.mcap_topics import nanoseconds, topics_of
-from exidyn.identify.mcap_writer import EPOCH, Head, RecordingWriter
+from exidyn.identify.recordings.mcap.mcap_file import read_recording, write_recording
+from exidyn.identify.recordings.mcap.mcap_topics import nanoseconds, topics_of
+from exidyn.identify.recordings.mcap.mcap_writer import EPOCH, Head, RecordingWriter
 
 from .full_run import SAMPLES, model, recording
 

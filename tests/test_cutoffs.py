@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy import signal
 
-from exidyn.identify.cutoffs import (
+from exidyn.identify.preparation.cutoffs import (
     LOWEST,
     accelerations,
     believed_inertia,

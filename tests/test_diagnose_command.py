@@ -7,22 +7,22 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from exidyn.acquire import diagnose_command
 from exidyn.acquire.command_line import REFUSED, main
-from exidyn.acquire.diagnosis_case import COMPARISON_CUTOFF
-from exidyn.acquire.diagnosis_files import add_answer, write_diagnosis
-from exidyn.acquire.report_files import read_told
+from exidyn.acquire.commands import diagnose_command
+from exidyn.acquire.files.diagnosis_case import COMPARISON_CUTOFF
+from exidyn.acquire.files.diagnosis_files import add_answer, write_diagnosis
+from exidyn.acquire.files.report_files import read_told
 from exidyn.identify.diagnosis import Quantity, Remainder
-from exidyn.identify.diagnosis.finding import Moment
-from exidyn.identify.diagnosis.report import report_html
-from exidyn.identify.diagnosis.rivals import as_finding
-from exidyn.identify.diagnosis.runs import usable
-from exidyn.identify.fit_file import read_fit
-from exidyn.identify.mcap_file import write_recording
-from exidyn.identify.prepare import Filtering
-from exidyn.identify.recording import Signal
-from exidyn.identify.robot_file import read_model
-from exidyn.identify.robot_text import model_text
+from exidyn.identify.diagnosis.findings.finding import Moment
+from exidyn.identify.diagnosis.improved.rivals import as_finding
+from exidyn.identify.diagnosis.runs.usable import usable
+from exidyn.identify.fit.fit_file import read_fit
+from exidyn.identify.pages.diagnosis import report_html
+from exidyn.identify.preparation.prepare import Filtering
+from exidyn.identify.recordings.mcap.mcap_file import write_recording
+from exidyn.identify.recordings.recording import Signal
+from exidyn.identify.robot_files.robot_file import read_model
+from exidyn.identify.robot_files.robot_text import model_text
 
 from .report_pages import Page
 from .small_diagnosis import believed, diagnosis, instead, recording, recordings

@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from exidyn.identify.diagnosis.candidate import Candidate
 from exidyn.identify.diagnosis.diagnose import diagnose
-from exidyn.identify.diagnosis.finding import Finding, Quantity
+from exidyn.identify.diagnosis.findings.finding import Finding, Quantity
+from exidyn.identify.diagnosis.questions.candidate import Candidate
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
 
@@ -132,7 +132,7 @@ def test_asymmetric_drag_of_the_emps():
 
 @needs_recordings
 def test_coupled_wrist_of_the_tx40(monkeypatch):
-    monkeypatch.setattr("exidyn.identify.diagnosis.search.TURNS", 3)  # its other three take longer
+    monkeypatch.setattr("exidyn.identify.diagnosis.search.search.TURNS", 3)  # its other three take longer
     case, found = diagnosed("tx40")
     coupling = next(known for known in case.known if known.effect == "kinematic_coupling")
     assert coupling.is_in(found.findings) is not None

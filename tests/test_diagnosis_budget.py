@@ -5,12 +5,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from exidyn.identify.diagnosis.budget import NOISE, OTHER, budget
-from exidyn.identify.diagnosis.changes import changes
 from exidyn.identify.diagnosis.diagnose import diagnose, noise_floor
-from exidyn.identify.diagnosis.found import Found
-from exidyn.identify.diagnosis.question import ask
-from exidyn.identify.diagnosis.remainder import discrepancies
+from exidyn.identify.diagnosis.questions.question import ask
+from exidyn.identify.diagnosis.results.budget import NOISE, OTHER, budget
+from exidyn.identify.diagnosis.results.changes import changes
+from exidyn.identify.diagnosis.results.remainder import discrepancies
+from exidyn.identify.diagnosis.search.found import Found
 from exidyn.identify.effects import JointSpring, LoadDependentFriction
 
 from .small_diagnosis import believed

@@ -6,7 +6,7 @@ import pytest
 
 from exidyn.identify.diagnosis.candidates import hypotheses
 from exidyn.identify.diagnosis.diagnose import diagnose
-from exidyn.identify.diagnosis.sentences import sentence
+from exidyn.identify.diagnosis.words.sentences import sentence
 
 from . import two_joints
 from .small_diagnosis import believed

@@ -5,9 +5,9 @@ from dataclasses import replace
 import pytest
 
 from exidyn.identify.diagnosis import diagnose
-from exidyn.identify.diagnosis.nuisances import CLOCKS
 from exidyn.identify.diagnosis.refit import earlier
-from exidyn.identify.recording import Recording
+from exidyn.identify.diagnosis.runs.nuisances import CLOCKS
+from exidyn.identify.recordings.recording import Recording
 
 from .small_diagnosis import believed, recordings
 

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from exidyn.identify.diagnosis.scene import Scene
-from exidyn.identify.diagnosis.search import search
+from exidyn.identify.diagnosis.search.scene import Scene
+from exidyn.identify.diagnosis.search.search import search
 from exidyn.identify.effects import JointSpring
 
 from .small_search import names, record, scene

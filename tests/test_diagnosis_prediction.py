@@ -6,10 +6,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from exidyn.identify.diagnosis.block_answer import prior_std
-from exidyn.identify.diagnosis.block_likelihood import trusted
-from exidyn.identify.diagnosis.blocks import FEWEST, MOST, SHORTEST, Blocks
-from exidyn.identify.diagnosis.question import ask
+from exidyn.identify.diagnosis.blocks.block_likelihood import trusted
+from exidyn.identify.diagnosis.blocks.blocks import FEWEST, MOST, SHORTEST, Blocks
+from exidyn.identify.diagnosis.questions.block_answer import prior_std
+from exidyn.identify.diagnosis.questions.question import ask
 
 from .small_rows import asked, blocks, predicted, rows
 

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from exidyn.identify.diagnosis.remainder import line
+from exidyn.identify.diagnosis.results.remainder import line
 
 
 def left(amplitude, rng, lined=(0, 1)):

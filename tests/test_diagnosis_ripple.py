@@ -5,15 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from exidyn.identify.arm.motion import Motion
 from exidyn.identify.diagnosis.candidates.torque_ripple import _peaks, ripples
-from exidyn.identify.diagnosis.evidence import places_of
-from exidyn.identify.diagnosis.runs import usable
-from exidyn.identify.diagnosis.scene import Scene
-from exidyn.identify.diagnosis.search import search
+from exidyn.identify.diagnosis.results.evidence import places_of
+from exidyn.identify.diagnosis.runs.usable import usable
+from exidyn.identify.diagnosis.search.scene import Scene
+from exidyn.identify.diagnosis.search.search import search
 from exidyn.identify.effects import TorqueRipple
-from exidyn.identify.motion import Motion
-from exidyn.identify.prepare import Filtering
-from exidyn.identify.simulate import Sensors, simulate
+from exidyn.identify.preparation.prepare import Filtering
+from exidyn.identify.simulation.simulate import Sensors, simulate
 
 from . import two_joints
 from .small_diagnosis import TRUE, believed

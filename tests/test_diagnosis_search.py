@@ -5,21 +5,21 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from exidyn.identify.diagnosis.block_answer import Answer
-from exidyn.identify.diagnosis.candidate import Candidate, Thinned
 from exidyn.identify.diagnosis.candidates import contact_event, hypotheses
-from exidyn.identify.diagnosis.comparison import better, competing
 from exidyn.identify.diagnosis.diagnose import diagnose
-from exidyn.identify.diagnosis.evidence import places_of
-from exidyn.identify.diagnosis.found import CREDIBLE, judged, log_prior, odds_of
-from exidyn.identify.diagnosis.nuisances import CLOCK, torque_rate
-from exidyn.identify.diagnosis.once import moments
-from exidyn.identify.diagnosis.question import ask
-from exidyn.identify.diagnosis.search import _by_hypothesis
-from exidyn.identify.diagnosis.shape import refined, with_shape
-from exidyn.identify.diagnosis.shape_doubt import deviations
+from exidyn.identify.diagnosis.questions.block_answer import Answer
+from exidyn.identify.diagnosis.questions.candidate import Candidate, Thinned
+from exidyn.identify.diagnosis.questions.comparison import better, competing
+from exidyn.identify.diagnosis.questions.question import ask
+from exidyn.identify.diagnosis.questions.shape import refined, with_shape
+from exidyn.identify.diagnosis.results.evidence import places_of
+from exidyn.identify.diagnosis.results.shape_doubt import deviations
+from exidyn.identify.diagnosis.runs.nuisances import CLOCK, torque_rate
+from exidyn.identify.diagnosis.search.found import CREDIBLE, judged, log_prior, odds_of
+from exidyn.identify.diagnosis.search.once import moments
+from exidyn.identify.diagnosis.search.search import _by_hypothesis
 from exidyn.identify.effects import JointSpring, LoadDependentFriction, NonlinearViscousFriction
-from exidyn.identify.recording import Signal
+from exidyn.identify.recordings.recording import Signal
 
 from . import two_joints
 from .small_diagnosis import believed

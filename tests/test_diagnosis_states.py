@@ -8,12 +8,12 @@ import pytest
 from scipy import signal
 
 from exidyn.identify.diagnosis.candidates import backlash, contact_event, joint_elasticity
-from exidyn.identify.diagnosis.driven import Driven
-from exidyn.identify.diagnosis.found import CERTAIN_ODDS
-from exidyn.identify.diagnosis.tangent import carrying, tangent
-from exidyn.identify.diagnosis.twisted import bent, loose
-from exidyn.identify.filters import Decimation
-from exidyn.identify.plant import Plant, Transmission
+from exidyn.identify.diagnosis.runs.driven import Driven
+from exidyn.identify.diagnosis.runs.tangent import carrying, tangent
+from exidyn.identify.diagnosis.runs.twisted import bent, loose
+from exidyn.identify.diagnosis.search.found import CERTAIN_ODDS
+from exidyn.identify.preparation.filters import Decimation
+from exidyn.identify.simulation.plant import Plant, Transmission
 
 from . import two_joints
 from .simulated import LEVER, MASS, ROTOR, follow, pendulum, pendulum_values, stiff

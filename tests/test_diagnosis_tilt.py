@@ -8,11 +8,11 @@ import pytest
 
 from exidyn.identify.diagnosis.candidates.base_tilt import tilts
 from exidyn.identify.diagnosis.diagnose import diagnose
-from exidyn.identify.diagnosis.improved import as_found
-from exidyn.identify.diagnosis.scene import Scene
-from exidyn.identify.diagnosis.sentences import sentence
+from exidyn.identify.diagnosis.improved.improved import as_found
+from exidyn.identify.diagnosis.search.scene import Scene
+from exidyn.identify.diagnosis.words.sentences import sentence
 from exidyn.identify.model import Model
-from exidyn.identify.recording import Recording
+from exidyn.identify.recordings.recording import Recording
 
 from .small_diagnosis import believed
 from .small_search import names, record, scene, searched

@@ -5,9 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
+from exidyn.identify.arm.motion import Motion
+from exidyn.identify.arm.robot import Robot
 from exidyn.identify.diagnosis.candidates import candidates
 from exidyn.identify.diagnosis.diagnose import diagnose
-from exidyn.identify.effect_rows import read_effects
 from exidyn.identify.effects import (
     EFFECTS,
     Effect,
@@ -18,8 +19,7 @@ from exidyn.identify.effects import (
     shape,
 )
 from exidyn.identify.errors import EffectError
-from exidyn.identify.motion import Motion
-from exidyn.identify.robot import Robot
+from exidyn.identify.robot_files.effect_rows import read_effects
 
 from . import two_joints
 from .small_diagnosis import believed

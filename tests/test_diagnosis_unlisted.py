@@ -7,8 +7,8 @@ import pytest
 
 from exidyn.identify.diagnosis.candidates import candidates, hypotheses
 from exidyn.identify.diagnosis.candidates.hose_spring import flange_places
-from exidyn.identify.diagnosis.driven import Driven
-from exidyn.identify.diagnosis.tangent import carrying
+from exidyn.identify.diagnosis.runs.driven import Driven
+from exidyn.identify.diagnosis.runs.tangent import carrying
 
 from . import two_joints
 

@@ -8,18 +8,18 @@ import numpy as np
 import pytest
 
 from exidyn.identify.diagnosis import Alternative, Diagnosis, Finding, Improvement, Quantity, Remainder
-from exidyn.identify.diagnosis.answer import answer, plain
-from exidyn.identify.diagnosis.budget import NOISE as NOISE_SHARE
-from exidyn.identify.diagnosis.budget import OTHER
-from exidyn.identify.diagnosis.candidate import Candidate
 from exidyn.identify.diagnosis.candidates import KINDS, hypotheses
-from exidyn.identify.diagnosis.finding import Budget, Change, Moment, Share
-from exidyn.identify.diagnosis.misfit import percents
-from exidyn.identify.diagnosis.quantities import Said, with_interval
-from exidyn.identify.diagnosis.report.profiles import AXES
-from exidyn.identify.diagnosis.sentences import sentence
-from exidyn.identify.diagnosis.summary import summary
-from exidyn.identify.diagnosis.words import verdict
+from exidyn.identify.diagnosis.findings.finding import Budget, Change, Moment, Share
+from exidyn.identify.diagnosis.findings.quantities import Said, with_interval
+from exidyn.identify.diagnosis.questions.candidate import Candidate
+from exidyn.identify.diagnosis.results.budget import NOISE as NOISE_SHARE
+from exidyn.identify.diagnosis.results.budget import OTHER
+from exidyn.identify.diagnosis.words.answer import answer, plain
+from exidyn.identify.diagnosis.words.misfit import percents
+from exidyn.identify.diagnosis.words.sentences import sentence
+from exidyn.identify.diagnosis.words.summary import summary
+from exidyn.identify.diagnosis.words.words import verdict
+from exidyn.identify.pages.diagnosis.profiles import AXES
 
 from . import two_joints
 

@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from exidyn.identify.arm.motion import Motion
 from exidyn.identify.effects import (
     JointSpring,
     SpringBalancer,
 )
-from exidyn.identify.motion import Motion
 from exidyn.trajectories.discrimination.discriminate import FLOOR, Discriminate, Separate
 from exidyn.trajectories.discrimination.hypothesis import Hypothesis
 from exidyn.trajectories.discrimination.separation import Observation, probability, separation

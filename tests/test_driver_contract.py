@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from exidyn.drivers import DRIVERS, Arm, Command, DriverError, Sample, StopLevel, create
-from exidyn.identify.plant import typical_plant
+from exidyn.identify.simulation.plant import typical_plant
 
 from . import rsi_controller, servo_parts
 from .can_peers import peer as can_peer

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from exidyn.drivers import Command, StopLevel, create
-from exidyn.drivers.dynamixel_models import MODELS, joins_answers
-from exidyn.drivers.dynamixel_registers import RETURN_DELAY
+from exidyn.drivers.dynamixel.models import MODELS, joins_answers
+from exidyn.drivers.dynamixel.registers import RETURN_DELAY
 from exidyn.drivers.errors import BadSettings, LinkLost, NotReady
 
 from .servo_parts import SETTINGS, arm, driver, fresh, hold, peer, servo, still, tell, until

@@ -5,11 +5,11 @@ from dataclasses import MISSING, fields, replace
 import numpy as np
 import pytest
 
+from exidyn.identify.arm.motion import Motion
+from exidyn.identify.arm.rigid_regressor import INERTIAL
 from exidyn.identify.effects import EFFECTS, Effect, JointEffect
 from exidyn.identify.errors import UnknownJoint
 from exidyn.identify.model import Model
-from exidyn.identify.motion import Motion
-from exidyn.identify.rigid_regressor import INERTIAL
 
 from .robots import random_motion, six_axis, sliding
 

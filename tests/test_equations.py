@@ -3,16 +3,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from exidyn.identify import equations as module
-from exidyn.identify.base_parameters import base_parameters
+from exidyn.identify.arm.robot import Limits
 from exidyn.identify.effects import CoulombFriction, Payload, RigidBody, RotorInertia
-from exidyn.identify.equations import assemble, decimated_regressor
 from exidyn.identify.errors import RecordingError
+from exidyn.identify.fit import equations as module
+from exidyn.identify.fit.base_parameters import base_parameters
+from exidyn.identify.fit.equations import assemble, decimated_regressor
 from exidyn.identify.model import Model
-from exidyn.identify.prepare import Filtering, prepare
-from exidyn.identify.recording import KnownPayload, Recording, Signal
-from exidyn.identify.robot import Limits
-from exidyn.identify.simulate import Sensors, simulate
+from exidyn.identify.preparation.prepare import Filtering, prepare
+from exidyn.identify.recordings.recording import KnownPayload, Recording, Signal
+from exidyn.identify.simulation.simulate import Sensors, simulate
 from exidyn.trajectories.random_fourier import random_fourier
 
 from .robots import six_axis

@@ -5,7 +5,7 @@ import pytest
 from scipy import optimize
 
 from exidyn.identify.errors import FitError, NeedsPayload, NotExcited
-from exidyn.identify.estimators import (
+from exidyn.identify.fit.estimators import (
     ESTIMATORS,
     bayesian,
     consistent,
@@ -18,11 +18,11 @@ from exidyn.identify.estimators import (
     total,
     weighted,
 )
-from exidyn.identify.estimators.bayesian import finite_tolerance, joined, prior
-from exidyn.identify.estimators.compressed import Compressed, solve
-from exidyn.identify.estimators.consistent import pseudo_inertia, square, triangle
-from exidyn.identify.estimators.covariance import sandwich
-from exidyn.identify.estimators.least_squares import residual, weighted_noise
+from exidyn.identify.fit.estimators.bayesian import finite_tolerance, joined, prior
+from exidyn.identify.fit.estimators.compressed import Compressed, solve
+from exidyn.identify.fit.estimators.consistent import pseudo_inertia, square, triangle
+from exidyn.identify.fit.estimators.covariance import sandwich
+from exidyn.identify.fit.estimators.least_squares import residual, weighted_noise
 
 from .two_joints import GAIN, coloured, equations, white
 
@@ -179,7 +179,7 @@ def test_each_run_counts_with_its_own_noise():
 def test_gram_with_known_colour_is_the_double_sum():
     from scipy import signal
 
-    from exidyn.identify.estimators.covariance import _coloured_gram
+    from exidyn.identify.fit.estimators.covariance import _coloured_gram
 
     from .test_noise import exact_autocovariance
 
@@ -222,7 +222,7 @@ def test_instrumental_covariance_is_that_of_its_instruments(exact):
 
 
 def test_segments_of_a_long_run_change_the_sandwich_little(monkeypatch):
-    from exidyn.identify.estimators import covariance
+    from exidyn.identify.fit.estimators import covariance
 
     system, truth = equations(rows=4000)
     random = np.random.default_rng(6)

@@ -6,12 +6,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from exidyn.acquire import example_balancer
 from exidyn.acquire.command_line import REFUSED, main
-from exidyn.acquire.example_result import Result
-from exidyn.acquire.example_steps import run
-from exidyn.acquire.example_words import words
-from exidyn.identify.robot_file import read_model
+from exidyn.acquire.examples import example_balancer
+from exidyn.acquire.examples.example_result import Result
+from exidyn.acquire.examples.example_steps import run
+from exidyn.acquire.examples.example_words import words
+from exidyn.identify.robot_files.robot_file import read_model
 from exidyn.trajectories.families.fourier import Fourier
 from exidyn.trajectories.limits.leads import with_leads
 from exidyn.trajectories.plans.plan import Plan

@@ -5,15 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from exidyn.identify.base_parameters import base_parameters
 from exidyn.identify.effects import Belief
 from exidyn.identify.errors import NotExcited
-from exidyn.identify.essential import unsupported
-from exidyn.identify.estimators import Estimate, weighted
-from exidyn.identify.excitation_doubts import SMALLEST, WORST, excitation_doubts
-from exidyn.identify.filters import Decimation
-from exidyn.identify.identification import believed_away_from_zero, solvable
-from exidyn.identify.noise import quantisation
+from exidyn.identify.fit.base_parameters import base_parameters
+from exidyn.identify.fit.essential import unsupported
+from exidyn.identify.fit.estimators import Estimate, weighted
+from exidyn.identify.fit.identification import believed_away_from_zero, solvable
+from exidyn.identify.fit.warnings.excitation_doubts import SMALLEST, WORST, excitation_doubts
+from exidyn.identify.preparation.filters import Decimation
+from exidyn.identify.preparation.noise import quantisation
 
 from . import two_joints
 from .small_fit import other_run

@@ -8,6 +8,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
+from exidyn.identify.arm.robot import Limits, Robot
 from exidyn.identify.effects import (
     EFFECTS,
     CoulombFriction,
@@ -21,15 +22,14 @@ from exidyn.identify.effects import (
     ViscousFriction,
 )
 from exidyn.identify.errors import FitError, RobotError
-from exidyn.identify.estimators.consistent import pseudo_inertia
 from exidyn.identify.export import FORMATS, Portable
 from exidyn.identify.export.bodies import parameters, possible
 from exidyn.identify.export.unsaid import unsaid
-from exidyn.identify.fit import agreement
-from exidyn.identify.identified import identified
+from exidyn.identify.fit.estimators.consistent import pseudo_inertia
+from exidyn.identify.fit.fit import agreement
+from exidyn.identify.fit.identified import identified
 from exidyn.identify.model import Model
-from exidyn.identify.robot import Limits, Robot
-from exidyn.identify.robot_file import parse_model
+from exidyn.identify.robot_files.robot_file import parse_model
 
 from .robots import random_motion, six_axis, sliding
 from .simulated import known
@@ -296,7 +296,7 @@ def kept_names():
 
 
 def parts(run):
-    from exidyn.identify.equations import decimated_regressor
+    from exidyn.identify.fit.equations import decimated_regressor
 
     return decimated_regressor(fit().model, fit().base, run, run.motion)
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from ruamel.yaml import YAML
 
-from exidyn.identify.robot import Limits
+from exidyn.identify.arm.robot import Limits
 from exidyn.trajectories.errors import BadLimits
 from exidyn.trajectories.plans.exports import EXPORTS, csv_text, krl_text, ros_text
 from exidyn.trajectories.plans.krl import KRL_AXES

@@ -5,7 +5,7 @@ import pytest
 
 from exidyn.drivers import Command, StopLevel, create
 from exidyn.drivers.errors import BadSettings, LinkLost, NotReady
-from exidyn.drivers.feetech import GOAL_VELOCITY
+from exidyn.drivers.feetech.driver import GOAL_VELOCITY
 
 from .servo_parts import SETTINGS, arm, driver, fresh, hold, peer, servo, still, tell, until
 

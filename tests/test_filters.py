@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from exidyn.identify.filters import Decimation, differentiate, low_pass, uniform
+from exidyn.identify.preparation.filters import Decimation, differentiate, low_pass, uniform
 
 RATE = 500.0
 

@@ -8,17 +8,17 @@ import numpy as np
 import pytest
 
 from exidyn.identify.errors import DifferentRobot, RecordingError
-from exidyn.identify.fit import Fit
-from exidyn.identify.fit_doubts import FACTOR, far_gains, impossible_values, repeated_runs
-from exidyn.identify.fit_file import fit_text, read_fit
-from exidyn.identify.fit_summary import summary
-from exidyn.identify.identification import identify
-from exidyn.identify.payload_centre import payload_centres
-from exidyn.identify.prepare import Filtering, choose
-from exidyn.identify.recording import KnownPayload, Recording, Signal
-from exidyn.identify.report import report_html
-from exidyn.identify.verdict import UNTESTED, joint_verdicts, verdict
-from exidyn.identify.view_text import parameters_markdown
+from exidyn.identify.fit.fit import Fit
+from exidyn.identify.fit.fit_file import fit_text, read_fit
+from exidyn.identify.fit.identification import identify
+from exidyn.identify.fit.payload_centre import payload_centres
+from exidyn.identify.fit.warnings.fit_doubts import FACTOR, far_gains, impossible_values, repeated_runs
+from exidyn.identify.fit.warnings.verdict import UNTESTED, joint_verdicts, verdict
+from exidyn.identify.pages.fit.fit_summary import summary
+from exidyn.identify.pages.fit.report import report_html
+from exidyn.identify.pages.views.view_text import parameters_markdown
+from exidyn.identify.preparation.prepare import Filtering, choose
+from exidyn.identify.recordings.recording import KnownPayload, Recording, Signal
 
 from . import two_joints
 from .small_fit import fit, plain_fit

@@ -8,9 +8,9 @@ import pytest
 
 from exidyn.identify.effects import CoulombFriction, RigidBody
 from exidyn.identify.errors import NotAFile
-from exidyn.identify.estimators import consistent
-from exidyn.identify.fit_file import FORMAT, fit_text, read_fit, write_fit
-from exidyn.identify.identification import identify
+from exidyn.identify.fit.estimators import consistent
+from exidyn.identify.fit.fit_file import FORMAT, fit_text, read_fit, write_fit
+from exidyn.identify.fit.identification import identify
 
 from .small_fit import fit, other_run, plain_fit
 from .two_joint_files import run

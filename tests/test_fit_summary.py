@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from exidyn.identify.fit import Unclear
-from exidyn.identify.fit_file import read_fit, write_fit
-from exidyn.identify.fit_summary import pooled, summary
-from exidyn.identify.identification import identify
-from exidyn.identify.recording import Signal
+from exidyn.identify.fit.fit import Unclear
+from exidyn.identify.fit.fit_file import read_fit, write_fit
+from exidyn.identify.fit.identification import identify
+from exidyn.identify.pages.fit.fit_summary import pooled, summary
+from exidyn.identify.recordings.recording import Signal
 from exidyn.identify.text_table import WIDTH, at_point, digits, paragraph, table
 
 from .small_fit import fit, plain_fit

@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from exidyn.identify.base_parameters import base_parameters
 from exidyn.identify.effects import Hysteresis, LoadDependentFriction, StribeckFriction
-from exidyn.identify.friction_curve import friction_curve
-from exidyn.identify.report_plots import velocity_grid
+from exidyn.identify.fit.base_parameters import base_parameters
+from exidyn.identify.pages.fit.friction_curve import friction_curve
+from exidyn.identify.pages.fit.report_plots import velocity_grid
 
 from .report_pages import known_fit
 from .two_joints import model

@@ -6,9 +6,9 @@ import pytest
 
 from exidyn.drivers.errors import BadSettings
 from exidyn.identify.errors import BrokenTree, ExidynError, RecordingError, RobotError, listed
-from exidyn.identify.importers import import_source
-from exidyn.identify.robot_file import read_model
-from exidyn.identify.urdf import parse_urdf
+from exidyn.identify.recordings.importers import import_source
+from exidyn.identify.robot_files.robot_file import read_model
+from exidyn.identify.robot_files.urdf import parse_urdf
 
 from . import fuzz, parser_files, two_joints
 from .fuzz_parsers import PARSERS, Parser

@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 
-from exidyn.identify.base_parameters import base_parameters
 from exidyn.identify.effects import RigidBody, RotorInertia, ViscousFriction
-from exidyn.identify.estimators import Estimate
-from exidyn.identify.hints import OPEN, unclear
+from exidyn.identify.fit.base_parameters import base_parameters
+from exidyn.identify.fit.estimators import Estimate
+from exidyn.identify.fit.warnings.hints import OPEN, unclear
 from exidyn.identify.model import Model
 
 from .two_joints import GAIN, arm

@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from exidyn.identify.base_parameters import base_parameters
 from exidyn.identify.effects import Payload
 from exidyn.identify.errors import (
     DifferentRobot,
@@ -15,11 +14,12 @@ from exidyn.identify.errors import (
     RecordingError,
     RobotError,
 )
-from exidyn.identify.estimators import ESTIMATORS, ordinary
-from exidyn.identify.identification import identify
-from exidyn.identify.prepare import Filtering, prepare
-from exidyn.identify.recording import KnownPayload, Recording, Signal
-from exidyn.identify.simulate import Sensors, simulate
+from exidyn.identify.fit.base_parameters import base_parameters
+from exidyn.identify.fit.estimators import ESTIMATORS, ordinary
+from exidyn.identify.fit.identification import identify
+from exidyn.identify.preparation.prepare import Filtering, prepare
+from exidyn.identify.recordings.recording import KnownPayload, Recording, Signal
+from exidyn.identify.simulation.simulate import Sensors, simulate
 
 from .robots import six_axis
 from .two_joints import GAIN, MASS, arm, model, trajectory, true_values
@@ -116,8 +116,8 @@ def test_value_by_name_with_and_without_the_r(fit):
 
 
 def test_condition_is_that_of_the_weighted_scaled_matrix(fit, runs):
-    from exidyn.identify.equations import assemble
-    from exidyn.identify.identification import pooled_noise
+    from exidyn.identify.fit.equations import assemble
+    from exidyn.identify.fit.identification import pooled_noise
 
     prepared = pooled_noise([prepare(run, fit.filtering) for run in runs])
     equations = assemble(fit.model, fit.base, prepared)

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from exidyn.identify.errors import ExidynError, NotAFile, UnknownKey
-from exidyn.identify.importers import IMPORTERS, import_source
-from exidyn.identify.mcap_file import write_recording
-from exidyn.identify.recording import Recording, Signal
+from exidyn.identify.recordings.importers import IMPORTERS, import_source
+from exidyn.identify.recordings.mcap.mcap_file import write_recording
+from exidyn.identify.recordings.recording import Recording, Signal
 
 from .runs import TIME, model, motion, noise, table
 

@@ -7,22 +7,22 @@ import numpy as np
 import pytest
 
 from exidyn.identify.diagnosis import Finding, Quantity
-from exidyn.identify.diagnosis.arm_bodies import inertial_values, pseudo_inertia
-from exidyn.identify.diagnosis.candidate import Candidate
 from exidyn.identify.diagnosis.candidates import KINDS, hypotheses
 from exidyn.identify.diagnosis.candidates.backlash import plays
 from exidyn.identify.diagnosis.candidates.joint_elasticity import gears
-from exidyn.identify.diagnosis.driven import Driven
-from exidyn.identify.diagnosis.forward import forward
-from exidyn.identify.diagnosis.improved import as_believed, as_found
+from exidyn.identify.diagnosis.findings.arm_bodies import inertial_values, pseudo_inertia
+from exidyn.identify.diagnosis.findings.trace import Evidence
+from exidyn.identify.diagnosis.improved.forward import forward
+from exidyn.identify.diagnosis.improved.improved import as_believed, as_found
+from exidyn.identify.diagnosis.improved.rivals import found_model, rivals
+from exidyn.identify.diagnosis.questions.candidate import Candidate
 from exidyn.identify.diagnosis.refit import earlier, model_to_fit, refit
-from exidyn.identify.diagnosis.rivals import found_model, rivals
-from exidyn.identify.diagnosis.trace import Evidence
+from exidyn.identify.diagnosis.runs.driven import Driven
 from exidyn.identify.effects import Belief, JointSpring, Payload, SpringBalancer
-from exidyn.identify.prepare import Filtering
-from exidyn.identify.recording import Signal
-from exidyn.identify.robot_file import parse_model
-from exidyn.identify.robot_text import model_text
+from exidyn.identify.preparation.prepare import Filtering
+from exidyn.identify.recordings.recording import Signal
+from exidyn.identify.robot_files.robot_file import parse_model
+from exidyn.identify.robot_files.robot_text import model_text
 
 from .small_diagnosis import STIFFNESS, believed, diagnosis, recording, recordings
 

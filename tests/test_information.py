@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from exidyn.identify.arm.robot import Robot
 from exidyn.identify.effects import Payload
 from exidyn.identify.effects import known_parameters as known
 from exidyn.identify.model import Model
-from exidyn.identify.robot import Robot
 from exidyn.trajectories.errors import NothingToIdentify
 from exidyn.trajectories.search.information import Experiment
 from exidyn.trajectories.search.unknowns import with_drive_gains

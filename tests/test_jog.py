@@ -10,16 +10,17 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from exidyn.acquire import jog_command, run_options
+from exidyn.acquire.arguments import run_options
+from exidyn.acquire.arguments.exit_codes import DONE, WRONG
 from exidyn.acquire.command_line import REFUSED, STOPPED, main
-from exidyn.acquire.confirm import UNATTENDED
-from exidyn.acquire.exit_codes import DONE, WRONG
+from exidyn.acquire.commands import jog_command
 from exidyn.acquire.jog.believed import flange_way
 from exidyn.acquire.jog.there_and_back import SHARE, TURN, Way, run_limits, there_and_back
+from exidyn.acquire.terminal.confirm import UNATTENDED
 from exidyn.identify.effects import CoulombFriction, RigidBody
-from exidyn.identify.mcap_file import read_recording
 from exidyn.identify.model import Model
-from exidyn.identify.robot_file import model_text, read_model
+from exidyn.identify.recordings.mcap.mcap_file import read_recording
+from exidyn.identify.robot_files.robot_file import model_text, read_model
 
 from . import rsi_controller
 from .commissioning_parts import (

@@ -9,7 +9,7 @@ from exidyn.acquire.jog.believed import flange_way, torque_at_rest
 from exidyn.acquire.jog.judgements import Verdict, judge
 from exidyn.acquire.jog.kept import Course
 from exidyn.acquire.jog.there_and_back import Way, run_limits, there_and_back
-from exidyn.identify.robot_file import read_model
+from exidyn.identify.robot_files.robot_file import read_model
 
 from .run_parts import MODEL, ROBOT
 

@@ -1,7 +1,7 @@
 import pinocchio as pin
 import pytest
 
-from exidyn.identify.robot import Robot
+from exidyn.identify.arm.robot import Robot
 from exidyn.trajectories.errors import BadLimits, Infeasible
 from exidyn.trajectories.joint_words import in_words_of, named
 

@@ -7,7 +7,7 @@ import pytest
 
 from exidyn.acquire.command_line import REFUSED, main
 from exidyn.identify.effects import Belief, JointSpring
-from exidyn.identify.robot_file import model_text
+from exidyn.identify.robot_files.robot_file import model_text
 from exidyn.trajectories.clearances.region import Region, box
 from exidyn.trajectories.kinds import KINDS
 from exidyn.trajectories.limits.check import check

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from exidyn.drivers.rsi.config import AXES, standard_config
-from exidyn.drivers.rsi.telegram import Answer
+from exidyn.drivers.kuka_rsi.config import AXES, standard_config
+from exidyn.drivers.kuka_rsi.telegram import Answer
 
 from .peers.krc_context import Context
 

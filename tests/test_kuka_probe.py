@@ -5,7 +5,7 @@ import pytest
 
 from exidyn.acquire.run.perform import perform
 from exidyn.drivers import StopLevel
-from exidyn.drivers.rsi.probe import BOUND
+from exidyn.drivers.kuka_rsi.probe import BOUND
 
 from .rsi_controller import START, by_hand, command, config_file, correction, counted, driver, running
 from .run_parts import PATIENT, Listening, job

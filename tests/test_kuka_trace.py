@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from exidyn.identify.errors import NotAFile, RecordingError, WrongShape
-from exidyn.identify.importers import import_source
+from exidyn.identify.recordings.importers import import_source
 
 from .runs import TIME, model, motion, noise
 

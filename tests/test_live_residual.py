@@ -8,9 +8,9 @@ import pytest
 from exidyn.acquire.live.residual import LiveResidual, Samples, Torques, joint_torque
 from exidyn.identify.effects import Belief, Hysteresis, Payload, RigidBody, known_parameters
 from exidyn.identify.model import Model
-from exidyn.identify.recording import KnownPayload
-from exidyn.identify.robot_file import read_model
-from exidyn.identify.simulate import Sensors, exact_current
+from exidyn.identify.recordings.recording import KnownPayload
+from exidyn.identify.robot_files.robot_file import read_model
+from exidyn.identify.simulation.simulate import Sensors, exact_current
 
 from .live_frames import SENSORS, measured
 from .robots import random_motion, six_axis

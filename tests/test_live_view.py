@@ -25,8 +25,8 @@ from exidyn.acquire.live.view_process import ABANDONED
 from exidyn.acquire.run.frames import EVENT, HEAD, SAMPLE, Cycle, text_frame
 from exidyn.acquire.run.pipe_sink import SinkFailed
 from exidyn.acquire.run.run_head import RunHead
-from exidyn.identify.link_frames import link_frames, link_poses
-from exidyn.identify.robot_file import read_model
+from exidyn.identify.arm.link_frames import link_frames, link_poses
+from exidyn.identify.robot_files.robot_file import read_model
 
 from . import two_joints
 from .browser import headless_browser, wait_for

@@ -4,7 +4,7 @@ from functools import partial
 import numpy as np
 import pytest
 
-from exidyn.acquire.controllers import make_driver
+from exidyn.acquire.arguments.controllers import make_driver
 from exidyn.acquire.run import perform as performing
 from exidyn.acquire.run.errors import RunError
 from exidyn.acquire.run.frames import HEAD, STAGES, text_frame
@@ -14,7 +14,7 @@ from exidyn.acquire.run.stop import Stop
 from exidyn.acquire.run.watch import WatchLimits
 from exidyn.drivers import StopLevel
 from exidyn.drivers.errors import LinkLost
-from exidyn.identify.plant import typical_plant
+from exidyn.identify.simulation.plant import typical_plant
 
 from .run_parts import CYCLE, LIMITS, MODEL, ROBOT, START, Following, Listening, job
 

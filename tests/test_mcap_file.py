@@ -7,10 +7,10 @@ import pinocchio as pin
 import pytest
 from mcap.reader import make_reader
 
-from exidyn.identify.link_frames import link_frames, link_poses
-from exidyn.identify.mcap_file import read_recording, write_recording
-from exidyn.identify.mcap_topics import nanoseconds
-from exidyn.identify.recording import Signal
+from exidyn.identify.arm.link_frames import link_frames, link_poses
+from exidyn.identify.recordings.mcap.mcap_file import read_recording, write_recording
+from exidyn.identify.recordings.mcap.mcap_topics import nanoseconds
+from exidyn.identify.recordings.recording import Signal
 
 from .full_run import recording
 

@@ -7,10 +7,10 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
+from exidyn.identify.arm.rigid_regressor import INERTIAL
 from exidyn.identify.errors import BrokenTree, RobotError, UnknownKey
-from exidyn.identify.mdh import mdh_kinematics, parse_mdh
-from exidyn.identify.rigid_regressor import INERTIAL
-from exidyn.identify.urdf import parse_urdf
+from exidyn.identify.robot_files.mdh import mdh_kinematics, parse_mdh
+from exidyn.identify.robot_files.urdf import parse_urdf
 
 CASES = Path(os.environ.get("EXIDYN_CASES", Path(__file__).parents[1] / "../shared/cases"))
 BODY = {

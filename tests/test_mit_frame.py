@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from exidyn.drivers.mit_frame import (
+from exidyn.drivers.can_mit.mit_frame import (
     DAMIAO,
     KD,
     KP,

@@ -6,11 +6,11 @@ import pytest
 
 from exidyn.drivers import Command, StopLevel, create
 from exidyn.drivers.errors import BadSettings, NotReady
-from exidyn.drivers.mock_clock import EPOCH, SteppedClock
-from exidyn.identify.identification import identify
-from exidyn.identify.plant import Plant
-from exidyn.identify.plant.typical import typical_parts
-from exidyn.identify.recording import Recording, Signal
+from exidyn.drivers.mock.clock import EPOCH, SteppedClock
+from exidyn.identify.fit.identification import identify
+from exidyn.identify.recordings.recording import Recording, Signal
+from exidyn.identify.simulation.plant import Plant
+from exidyn.identify.simulation.plant.typical import typical_parts
 
 from .mock_parts import CYCLE, STEPPED, arm, moving, opened, play
 from .peers.arm import make_plant

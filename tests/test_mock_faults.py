@@ -3,7 +3,7 @@ import pytest
 
 from exidyn.drivers import DriverError, StopLevel
 from exidyn.drivers.errors import LinkLost
-from exidyn.drivers.mock_faults import FAULTS, read_faults
+from exidyn.drivers.mock.faults import FAULTS, read_faults
 
 from .mock_parts import moving, opened, play
 

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 from scipy import signal
 
-from exidyn.identify.filters import Decimation
-from exidyn.identify.noise import autocovariance, noise_above, noise_at_rest, spectrum
+from exidyn.identify.preparation.filters import Decimation
+from exidyn.identify.preparation.noise import autocovariance, noise_above, noise_at_rest, spectrum
 
 from .two_joints import MIX, POLES, colour_covariance, coloured
 

@@ -9,7 +9,7 @@ from exidyn.acquire.run import pipe_sink
 from exidyn.acquire.run.pipe_sink import PipeSink, SinkFailed
 from exidyn.acquire.run.realtime import realtime
 from exidyn.acquire.run.recorder import part_of, start_recorder
-from exidyn.identify.mcap_file import read_recording
+from exidyn.identify.recordings.mcap.mcap_file import read_recording
 
 from .recorded import cycle, end, event, head
 

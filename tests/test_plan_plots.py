@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from exidyn.identify.arm.robot import Limits
 from exidyn.identify.effects import Payload
-from exidyn.identify.robot import Limits
 from exidyn.trajectories.families.fourier import Fourier
 from exidyn.trajectories.families.phases import Phases
 from exidyn.trajectories.plans.plan_check import believed_torque, violations

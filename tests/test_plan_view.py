@@ -7,9 +7,9 @@ import pinocchio as pin
 import pytest
 import rerun as rr
 
+from exidyn.identify.arm.link_frames import link_poses
+from exidyn.identify.arm.robot import Limits
 from exidyn.identify.effects import Payload
-from exidyn.identify.link_frames import link_poses
-from exidyn.identify.robot import Limits
 from exidyn.trajectories.plans import view
 from exidyn.trajectories.plans.plan_check import believed_torque
 from exidyn.trajectories.plans.plan_plots import plan_curves

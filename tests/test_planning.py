@@ -9,7 +9,7 @@ import pytest
 from exidyn.identify.effects import Payload, known_parameters
 from exidyn.identify.errors import DifferentRobot
 from exidyn.identify.model import Model
-from exidyn.identify.robot_file import read_model
+from exidyn.identify.robot_files.robot_file import read_model
 from exidyn.trajectories.after_fit import learned
 from exidyn.trajectories.errors import BadLimits, Infeasible, NothingToIdentify, UnknownChoice
 from exidyn.trajectories.families.fourier import Fourier

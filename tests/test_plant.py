@@ -16,10 +16,17 @@ from exidyn.identify.effects import (
 )
 from exidyn.identify.errors import RobotError, WrongShape
 from exidyn.identify.model import Model
-from exidyn.identify.plant import DriveControl, Integration, Measured, Plant, Sensors, typical_plant
-from exidyn.identify.plant.typical import typical_parts
-from exidyn.identify.robot_file import read_model
-from exidyn.identify.simulate import exact_current
+from exidyn.identify.robot_files.robot_file import read_model
+from exidyn.identify.simulation.plant import (
+    DriveControl,
+    Integration,
+    Measured,
+    Plant,
+    Sensors,
+    typical_plant,
+)
+from exidyn.identify.simulation.plant.typical import typical_parts
+from exidyn.identify.simulation.simulate import exact_current
 from exidyn.trajectories.random_fourier import random_fourier
 
 from .robots import six_axis, sliding

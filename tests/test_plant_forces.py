@@ -9,10 +9,10 @@ from exidyn.identify.effects import EFFECTS, Hysteresis, Payload, RigidBody, kno
 from exidyn.identify.effects.rigid_body import inertial_parameters
 from exidyn.identify.errors import WrongShape
 from exidyn.identify.model import Model
-from exidyn.identify.plant import Transmission
-from exidyn.identify.plant.arm_forces import ArmForces
-from exidyn.identify.plant.effect_sum import SHIFT, Joints
-from exidyn.identify.robot_file import read_model
+from exidyn.identify.robot_files.robot_file import read_model
+from exidyn.identify.simulation.plant import Transmission
+from exidyn.identify.simulation.plant.arm_forces import ArmForces
+from exidyn.identify.simulation.plant.effect_sum import SHIFT, Joints
 
 from .robots import body, random_motion, six_axis, sliding
 from .simulated import known

@@ -7,10 +7,10 @@ import pytest
 
 from exidyn.identify.effects import ViscousFriction
 from exidyn.identify.errors import RobotError
-from exidyn.identify.plant import Plant, Sensors, Thermal, Transmission, typical_plant
-from exidyn.identify.plant.sensors import Readings
-from exidyn.identify.plant.typical import typical_parts
-from exidyn.identify.robot_file import read_model
+from exidyn.identify.robot_files.robot_file import read_model
+from exidyn.identify.simulation.plant import Plant, Sensors, Thermal, Transmission, typical_plant
+from exidyn.identify.simulation.plant.sensors import Readings
+from exidyn.identify.simulation.plant.typical import typical_parts
 
 from .simulated import GRAVITY, LEVER, MASS, ROTOR, pendulum, pendulum_values, stiff
 

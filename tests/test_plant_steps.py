@@ -7,8 +7,8 @@ import pytest
 
 from exidyn.identify.effects import EFFECTS
 from exidyn.identify.errors import RobotError
-from exidyn.identify.plant import DriveControl, Plant, Transmission, compiled, steps
-from exidyn.identify.robot_file import read_model
+from exidyn.identify.robot_files.robot_file import read_model
+from exidyn.identify.simulation.plant import DriveControl, Plant, Transmission, compiled, steps
 
 from .robots import random_motion, six_axis
 from .test_effects import default

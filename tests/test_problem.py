@@ -15,7 +15,7 @@ from exidyn.identify.effects import (
     known_parameters,
 )
 from exidyn.identify.model import Model
-from exidyn.identify.robot_file import read_model
+from exidyn.identify.robot_files.robot_file import read_model
 from exidyn.trajectories.clearances.region import Region, box
 from exidyn.trajectories.families.fourier import Fourier
 from exidyn.trajectories.search.basis import Basis

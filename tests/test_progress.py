@@ -5,11 +5,11 @@ import pty
 import signal
 from contextlib import contextmanager
 
-from exidyn.acquire import progress
-from exidyn.acquire.progress import Progress, start_progress
-from exidyn.acquire.progress_process import CLEAR, Line
 from exidyn.acquire.run.frames import END, SAMPLE, text_frame
 from exidyn.acquire.run.player import APPROACHING, HOLDING, RUNNING
+from exidyn.acquire.terminal import progress
+from exidyn.acquire.terminal.progress import Progress, start_progress
+from exidyn.acquire.terminal.progress_process import CLEAR, Line
 
 from .recorded import cycle, end, head
 

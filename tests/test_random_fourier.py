@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from exidyn.identify.robot import Limits
+from exidyn.identify.arm.robot import Limits
 from exidyn.trajectories.random_fourier import RampedFourier, random_fourier
 
 from .two_joints import arm

@@ -3,9 +3,9 @@
 import pytest
 
 from exidyn.acquire.command_line import REFUSED, main
-from exidyn.acquire.confirm import UNATTENDED
-from exidyn.identify.mcap_file import read_recording
-from exidyn.identify.robot_file import model_text
+from exidyn.acquire.terminal.confirm import UNATTENDED
+from exidyn.identify.recordings.mcap.mcap_file import read_recording
+from exidyn.identify.robot_files.robot_file import model_text
 from exidyn.trajectories.plans.plan import Plan
 from exidyn.trajectories.plans.plan_file import write_plan
 

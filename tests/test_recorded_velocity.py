@@ -3,9 +3,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from exidyn.identify.prepare import prepare
-from exidyn.identify.recording import Signal
-from exidyn.identify.simulate import simulate
+from exidyn.identify.preparation.prepare import prepare
+from exidyn.identify.recordings.recording import Signal
+from exidyn.identify.simulation.simulate import simulate
 
 from . import two_joints
 

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from mcap.reader import make_reader
 
-from exidyn.acquire.info_command import describe
+from exidyn.acquire.commands.info_command import describe
 from exidyn.acquire.run.errors import RunError
 from exidyn.acquire.run.frames import EVENT, SAMPLE, STAGES, sample_frame, text_frame
 from exidyn.acquire.run.recorder import part_of, start_recorder
 from exidyn.drivers import Sample
-from exidyn.identify.mcap_file import read_recording
+from exidyn.identify.recordings.mcap.mcap_file import read_recording
 
 from .peers.recorder_kills import kill
 from .recorded import (

@@ -6,13 +6,13 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
+from exidyn.identify.arm.robot import Limits, Robot
 from exidyn.identify.effects import RigidBody
 from exidyn.identify.errors import BadTime, BadUnit, NotFinite, RecordingError, UnknownKey, WrongShape
 from exidyn.identify.model import Model
-from exidyn.identify.recording import KnownPayload, Recording, Signal
-from exidyn.identify.recording_checks import check
-from exidyn.identify.robot import Limits, Robot
-from exidyn.identify.units import joint_side, to_radians
+from exidyn.identify.recordings.recording import KnownPayload, Recording, Signal
+from exidyn.identify.recordings.recording_checks import check
+from exidyn.identify.recordings.units import joint_side, to_radians
 
 TIME = np.arange(1000) * 0.002
 

@@ -3,7 +3,7 @@ import pinocchio as pin
 import pytest
 
 from exidyn.identify.errors import RobotError
-from exidyn.identify.toml_fields import parse_toml
+from exidyn.identify.robot_files.toml_fields import parse_toml
 from exidyn.trajectories.clearances.clearance import RESOLUTION
 from exidyn.trajectories.clearances.configurations import clear_position, random_positions
 from exidyn.trajectories.clearances.region import HalfSpace, Region, box

@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from exidyn.identify.report import write_report
-from exidyn.identify.report_html import rounded
+from exidyn.identify.pages.fit.report import write_report
+from exidyn.identify.pages.report_html import rounded
 
 from .report_pages import Page, dots_of, known_fit, points_of
 

@@ -9,23 +9,23 @@ import numpy as np
 import pytest
 
 from exidyn.acquire.command_line import REFUSED, main
-from exidyn.acquire.comparison_text import comparison_table
-from exidyn.acquire.diagnosis_files import write_diagnosis
-from exidyn.acquire.json_output import json_text
-from exidyn.acquire.report_files import read_compared, read_told
-from exidyn.acquire.traces_file import NAME
-from exidyn.identify.comparison import compare
+from exidyn.acquire.files.diagnosis_files import write_diagnosis
+from exidyn.acquire.files.report_files import read_compared, read_told
+from exidyn.acquire.files.traces_file import NAME
+from exidyn.acquire.terminal.comparison_text import comparison_table
+from exidyn.acquire.terminal.json_output import json_text
 from exidyn.identify.diagnosis import Remainder
-from exidyn.identify.diagnosis.forward import Forward
-from exidyn.identify.diagnosis.report.sections import findings_table
-from exidyn.identify.diagnosis.report.told import told
+from exidyn.identify.diagnosis.improved.forward import Forward
 from exidyn.identify.effects import Payload
-from exidyn.identify.fit_file import read_fit, write_fit
-from exidyn.identify.identification import identify
-from exidyn.identify.mcap_file import write_recording
-from exidyn.identify.predicted import as_believed, predicted
-from exidyn.identify.prepare import prepare
-from exidyn.identify.recording import KnownPayload
+from exidyn.identify.fit.fit_file import read_fit, write_fit
+from exidyn.identify.fit.identification import identify
+from exidyn.identify.pages.diagnosis.sections import findings_table
+from exidyn.identify.pages.diagnosis.told import told
+from exidyn.identify.preparation.prepare import prepare
+from exidyn.identify.recordings.mcap.mcap_file import write_recording
+from exidyn.identify.recordings.recording import KnownPayload
+from exidyn.identify.simulation.comparison import compare
+from exidyn.identify.simulation.predicted import as_believed, predicted
 
 from .browser import headless_browser, wait_for
 from .report_pages import Page, known_fit

@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from exidyn.identify.report_plots import interval_bar, telling_stretch, torque_plot
-from exidyn.identify.svg import Panel, envelope, path
-from exidyn.identify.svg_scale import Span, label, ticks
+from exidyn.identify.pages.fit.report_plots import interval_bar, telling_stretch, torque_plot
+from exidyn.identify.pages.svg import Panel, envelope, path
+from exidyn.identify.pages.svg_scale import Span, label, ticks
 
 from .report_pages import Page, known_fit, points_of
 

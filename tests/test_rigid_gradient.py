@@ -2,10 +2,10 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
+from exidyn.identify.arm.rigid_gradient import body_gradient, rigid_gradient
+from exidyn.identify.arm.rigid_regressor import body_regressor, rigid_regressor
+from exidyn.identify.arm.robot import Robot
 from exidyn.identify.effects.rigid_body import inertial_parameters
-from exidyn.identify.rigid_gradient import body_gradient, rigid_gradient
-from exidyn.identify.rigid_regressor import body_regressor, rigid_regressor
-from exidyn.identify.robot import Robot
 
 from .robots import kinematics, placement, random_motion
 from .test_rigid_regressor import TREES

@@ -2,9 +2,9 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
+from exidyn.identify.arm.rigid_regressor import INERTIAL, body_regressor, rigid_regressor
+from exidyn.identify.arm.robot import Robot
 from exidyn.identify.effects.rigid_body import inertial_parameters
-from exidyn.identify.rigid_regressor import INERTIAL, body_regressor, rigid_regressor
-from exidyn.identify.robot import Robot
 
 from .robots import body, kinematics, placement, random_motion
 

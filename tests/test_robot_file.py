@@ -7,8 +7,9 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from exidyn.identify.effect_rows import ROW_KEYS as EFFECT_KEYS
-from exidyn.identify.effect_rows import key_of
+from exidyn.identify.arm.link_frames import link_frames
+from exidyn.identify.arm.motion import Motion
+from exidyn.identify.arm.robot import Limits, Robot
 from exidyn.identify.effects import (
     EFFECTS,
     Belief,
@@ -19,13 +20,12 @@ from exidyn.identify.effects import (
     ViscousFriction,
 )
 from exidyn.identify.errors import BrokenTree, RobotError, UnknownJoint, UnknownKey
-from exidyn.identify.kinematics import LINK_KEYS
-from exidyn.identify.link_frames import link_frames
-from exidyn.identify.mdh import ROW_KEYS as MDH_KEYS
 from exidyn.identify.model import Model
-from exidyn.identify.motion import Motion
-from exidyn.identify.robot import Limits, Robot
-from exidyn.identify.robot_file import (
+from exidyn.identify.robot_files.effect_rows import ROW_KEYS as EFFECT_KEYS
+from exidyn.identify.robot_files.effect_rows import key_of
+from exidyn.identify.robot_files.kinematics import LINK_KEYS
+from exidyn.identify.robot_files.mdh import ROW_KEYS as MDH_KEYS
+from exidyn.identify.robot_files.robot_file import (
     DRIVE_KEYS,
     KEYS,
     LIMIT_KEYS,
@@ -35,7 +35,7 @@ from exidyn.identify.robot_file import (
     read_model,
     urdf_text,
 )
-from exidyn.identify.urdf import parse_urdf
+from exidyn.identify.robot_files.urdf import parse_urdf
 
 DOCUMENT = Path(__file__).parents[1] / "docs" / "robot-toml.md"
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from exidyn.identify.errors import ExidynError, NotAFile, RecordingError
-from exidyn.identify.importers import import_source, kind_of
+from exidyn.identify.recordings.importers import import_source, kind_of
 
 from .runs import TIME, model, motion, noise
 

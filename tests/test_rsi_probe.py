@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from exidyn.drivers.rsi.link import Datagram
-from exidyn.drivers.rsi.probe import BOUND, SIZES, Probe
-from exidyn.drivers.rsi.session import Fresh
-from exidyn.drivers.rsi.telegram import TelegramReader
+from exidyn.drivers.kuka_rsi.link import Datagram
+from exidyn.drivers.kuka_rsi.probe import BOUND, SIZES, Probe
+from exidyn.drivers.kuka_rsi.session import Fresh
+from exidyn.drivers.kuka_rsi.telegram import TelegramReader
 
 from .rsi_controller import START, telegram
 

@@ -2,9 +2,9 @@
 
 import pytest
 
-from exidyn.drivers.rsi.link import Datagram
-from exidyn.drivers.rsi.session import JUMP, Session
-from exidyn.drivers.rsi.telegram import TelegramReader
+from exidyn.drivers.kuka_rsi.link import Datagram
+from exidyn.drivers.kuka_rsi.session import JUMP, Session
+from exidyn.drivers.kuka_rsi.telegram import TelegramReader
 
 from .rsi_controller import telegram
 

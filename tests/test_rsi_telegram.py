@@ -5,8 +5,8 @@ import xml.etree.ElementTree as ElementTree
 
 import pytest
 
-from exidyn.drivers.rsi.config import AXES, Element, standard_config
-from exidyn.drivers.rsi.telegram import LEARN, LONGEST, Answer, TelegramReader, decimals
+from exidyn.drivers.kuka_rsi.config import AXES, Element, standard_config
+from exidyn.drivers.kuka_rsi.telegram import LEARN, LONGEST, Answer, TelegramReader, decimals
 
 from .rsi_controller import START, telegram
 

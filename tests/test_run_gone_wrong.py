@@ -7,10 +7,10 @@ import pytest
 
 from exidyn.acquire.command_line import REFUSED, main
 from exidyn.identify.errors import BadTime, BadUnit, NotFinite
-from exidyn.identify.mcap_file import read_recording, write_recording
-from exidyn.identify.recording import Signal
-from exidyn.identify.recording_checks import check
-from exidyn.identify.robot_file import model_text
+from exidyn.identify.recordings.mcap.mcap_file import read_recording, write_recording
+from exidyn.identify.recordings.recording import Signal
+from exidyn.identify.recordings.recording_checks import check
+from exidyn.identify.robot_files.robot_file import model_text
 
 from .two_joint_files import run, write
 

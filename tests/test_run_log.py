@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from exidyn.identify import cdr
 from exidyn.identify.errors import WrongShape
-from exidyn.identify.mcap_file import read_recording, write_recording
-from exidyn.identify.run_log import Event, Timing
+from exidyn.identify.recordings.mcap import cdr
+from exidyn.identify.recordings.mcap.mcap_file import read_recording, write_recording
+from exidyn.identify.recordings.run_log import Event, Timing
 
 from .full_run import recording
 

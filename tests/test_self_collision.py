@@ -7,8 +7,8 @@ import pinocchio as pin
 import pytest
 
 from exidyn.identify.errors import BrokenTree, RobotError
-from exidyn.identify.geometry import hull, read_geometry
-from exidyn.identify.robot_file import read_model
+from exidyn.identify.robot_files.geometry import hull, read_geometry
+from exidyn.identify.robot_files.robot_file import read_model
 from exidyn.trajectories.clearances.clearance import RESOLUTION, Clearance, nearest
 from exidyn.trajectories.clearances.configurations import random_positions
 from exidyn.trajectories.clearances.self_collision import SelfCollision

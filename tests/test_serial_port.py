@@ -7,7 +7,7 @@ import tty
 import pytest
 
 from exidyn.drivers.errors import BadSettings, LinkLost, NotReady
-from exidyn.drivers.serial_port import SerialPort, adapter_latency
+from exidyn.drivers.servo.serial_port import SerialPort, adapter_latency
 
 
 @pytest.fixture
@@ -73,7 +73,7 @@ def test_a_port_that_is_not_there_is_said_with_those_that_are():
 def test_a_port_that_another_program_has_is_not_taken(line):
     _, name = line
     hold = (
-        "import sys, exidyn.drivers.serial_port as s\n"
+        "import sys, exidyn.drivers.servo.serial_port as s\n"
         f"port = s.SerialPort({name!r}, 1_000_000, 0.1)\nprint('held', flush=True)\nsys.stdin.read()"
     )
     with subprocess.Popen(

@@ -8,9 +8,12 @@ import pytest
 import scservo_sdk
 from dynamixel_easy_sdk.control_table import ControlTable
 
-from exidyn.drivers import dynamixel_packet, dynamixel_registers, feetech, feetech_packet
-from exidyn.drivers.dynamixel_models import MODELS
-from exidyn.drivers.servo_talk import LENGTHS
+from exidyn.drivers.dynamixel import packet as dynamixel_packet
+from exidyn.drivers.dynamixel import registers as dynamixel_registers
+from exidyn.drivers.dynamixel.models import MODELS
+from exidyn.drivers.feetech import driver as feetech
+from exidyn.drivers.feetech import packet as feetech_packet
+from exidyn.drivers.servo.servo_talk import LENGTHS
 
 from .servo_parts import JOINTS, peer, servo
 

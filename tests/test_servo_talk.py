@@ -4,10 +4,10 @@ import random
 
 import pytest
 
-from exidyn.drivers import feetech_packet as packets
 from exidyn.drivers.errors import LinkLost
-from exidyn.drivers.servo_bus import ServoBus
-from exidyn.drivers.servo_talk import LENGTHS, LOST, ServoTalk
+from exidyn.drivers.feetech import packet as packets
+from exidyn.drivers.servo.servo_bus import ServoBus
+from exidyn.drivers.servo.servo_talk import LENGTHS, LOST, ServoTalk
 
 READINGS = [packets.sync_read(56 - more, 2 + more, (1, 2, 3)) for more in range(LENGTHS)]
 GOALS = b"goals"

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from scipy import optimize
 
-from exidyn.identify.diagnosis.block_answer import Answer
-from exidyn.identify.diagnosis.candidate import Candidate, Thinned
-from exidyn.identify.diagnosis.found import Found
-from exidyn.identify.diagnosis.shape_doubt import deviations
+from exidyn.identify.diagnosis.questions.block_answer import Answer
+from exidyn.identify.diagnosis.questions.candidate import Candidate, Thinned
+from exidyn.identify.diagnosis.results.shape_doubt import deviations
+from exidyn.identify.diagnosis.search.found import Found
 from exidyn.identify.effects import Shape
 
 from .small_rows import blocks, predicted, rows

@@ -5,14 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from exidyn.identify.base_parameters import base_parameters
+from exidyn.identify.arm.motion import Motion
 from exidyn.identify.effects import CoulombFriction, Hysteresis
-from exidyn.identify.equations import assemble
 from exidyn.identify.errors import RobotError
-from exidyn.identify.estimators.compressed import Compressed
-from exidyn.identify.motion import Motion
-from exidyn.identify.prepare import Filtering, Prepared, filtered, prepare
-from exidyn.identify.shapes import fit_shapes
+from exidyn.identify.fit.base_parameters import base_parameters
+from exidyn.identify.fit.equations import assemble
+from exidyn.identify.fit.estimators.compressed import Compressed
+from exidyn.identify.fit.shapes import fit_shapes
+from exidyn.identify.preparation.prepare import Filtering, Prepared, filtered, prepare
 
 from .test_identify import record
 from .two_joints import model, true_values

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from exidyn.acquire.command_line import REFUSED, main
-from exidyn.identify.robot_file import model_text
+from exidyn.identify.robot_files.robot_file import model_text
 from exidyn.trajectories.plans.exports import EXPORTS
 from exidyn.trajectories.plans.plan import Plan
 from exidyn.trajectories.plans.plan_file import write_plan

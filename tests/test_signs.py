@@ -9,7 +9,7 @@ from exidyn.acquire.run.escalation import Sign, State, escalate
 from exidyn.acquire.run.signs import Signs
 from exidyn.acquire.run.watch import WatchLimits
 from exidyn.drivers import Command, Sample
-from exidyn.identify.robot import Limits
+from exidyn.identify.arm.robot import Limits
 
 JOINTS = ("one", "two")
 TWO = np.ones(2)

@@ -6,9 +6,9 @@ import pytest
 
 from exidyn.identify.effects import LoadDependentFriction, Payload, RigidBody
 from exidyn.identify.model import Model
-from exidyn.identify.recording import KnownPayload
-from exidyn.identify.recording_checks import check
-from exidyn.identify.simulate import Sensors, exact_current, simulate
+from exidyn.identify.recordings.recording import KnownPayload
+from exidyn.identify.recordings.recording_checks import check
+from exidyn.identify.simulation.simulate import Sensors, exact_current, simulate
 
 from .robots import random_motion, six_axis
 from .two_joints import GAIN, MASS, model, trajectory, true_values

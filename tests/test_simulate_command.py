@@ -8,12 +8,12 @@ from scipy.interpolate import make_interp_spline
 
 from exidyn.acquire.command_line import REFUSED, main
 from exidyn.identify.effects import Belief, Payload, RotorInertia, known_parameters
-from exidyn.identify.fit_file import write_fit
-from exidyn.identify.identified import identified
-from exidyn.identify.mcap_file import read_recording
+from exidyn.identify.fit.fit_file import write_fit
+from exidyn.identify.fit.identified import identified
 from exidyn.identify.model import Model
-from exidyn.identify.robot_file import model_text, parse_model
-from exidyn.identify.simulate import exact_current
+from exidyn.identify.recordings.mcap.mcap_file import read_recording
+from exidyn.identify.robot_files.robot_file import model_text, parse_model
+from exidyn.identify.simulation.simulate import exact_current
 from exidyn.trajectories.plans.plan import Plan
 from exidyn.trajectories.plans.plan_file import write_plan
 
@@ -93,7 +93,7 @@ def current_error(run, model):
 
 
 def run_motion(time, states, run):
-    from exidyn.identify.motion import Motion
+    from exidyn.identify.arm.motion import Motion
 
     return Motion.of(time, *states, payload=run.payload.name if run.payload else "")
 

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from exidyn.identify.errors import NotFinite
-from exidyn.identify.identification import identify
-from exidyn.identify.mcap_file import read_recording, write_recording
-from exidyn.identify.recording import Signal
-from exidyn.identify.recording_checks import check
-from exidyn.identify.simulate import simulate
-from exidyn.identify.stale_samples import without_stale
+from exidyn.identify.fit.identification import identify
+from exidyn.identify.recordings.mcap.mcap_file import read_recording, write_recording
+from exidyn.identify.recordings.recording import Signal
+from exidyn.identify.recordings.recording_checks import check
+from exidyn.identify.recordings.stale_samples import without_stale
+from exidyn.identify.simulation.simulate import simulate
 
 from . import two_joints
 

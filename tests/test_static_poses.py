@@ -3,9 +3,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from exidyn.identify.arm.motion import Motion
 from exidyn.identify.effects import CoulombFriction, CurrentOffset, Hysteresis, RigidBody
 from exidyn.identify.model import Model
-from exidyn.identify.motion import Motion
 from exidyn.trajectories.clearances.clearance import Clearance
 from exidyn.trajectories.clearances.configurations import random_positions
 from exidyn.trajectories.clearances.self_collision import SelfCollision

@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from exidyn.acquire.controllers import make_driver
+from exidyn.acquire.arguments.controllers import make_driver
 from exidyn.acquire.run.perform import Job, perform
 from exidyn.acquire.run.watch import WatchLimits
 from exidyn.drivers import StopLevel
-from exidyn.drivers.rsi.config import standard_config
-from exidyn.drivers.rsi.config_text import config_text
+from exidyn.drivers.kuka_rsi.config import standard_config
+from exidyn.drivers.kuka_rsi.config_text import config_text
 from exidyn.trajectories.limits.moves import move
 from exidyn.trajectories.trajectory import State
 

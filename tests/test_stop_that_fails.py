@@ -6,14 +6,14 @@ from functools import partial
 import numpy as np
 import pytest
 
-from exidyn.acquire import run_summary
-from exidyn.acquire.controllers import make_driver
+from exidyn.acquire.arguments.controllers import make_driver
 from exidyn.acquire.run.loop import LISTEN_ON
 from exidyn.acquire.run.perform import perform
 from exidyn.acquire.run.stop import Stop
+from exidyn.acquire.terminal import run_summary
 from exidyn.drivers import StopLevel
 from exidyn.drivers.errors import LinkLost
-from exidyn.identify.plant import typical_plant
+from exidyn.identify.simulation.plant import typical_plant
 
 from .run_parts import CYCLE, MODEL, ROBOT, START, Following, Listening, job
 

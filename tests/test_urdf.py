@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from exidyn.identify.errors import BrokenTree
-from exidyn.identify.robot_file import read_model
-from exidyn.identify.urdf import parse_urdf
+from exidyn.identify.robot_files.robot_file import read_model
+from exidyn.identify.robot_files.urdf import parse_urdf
 
 DATA = Path(os.environ.get("EXIDYN_DATA", Path(__file__).parents[1] / "../shared/data"))
 INERTIAL = '<inertial><mass value="2"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>'

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from exidyn.identify.fit import Fit
-from exidyn.identify.verdict import joint_verdicts, surprises, verdict
+from exidyn.identify.fit.fit import Fit
+from exidyn.identify.fit.warnings.verdict import joint_verdicts, surprises, verdict
 
 from .report_pages import known_fit
 

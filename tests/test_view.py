@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 import rerun as rr
 
-from exidyn.identify.link_frames import link_poses
-from exidyn.identify.verdict import verdict
-from exidyn.identify.view import CAPPED, blueprint, log_fit, open_rerun, save_rerun
+from exidyn.identify.arm.link_frames import link_poses
+from exidyn.identify.fit.warnings.verdict import verdict
+from exidyn.identify.pages.views.view import CAPPED, blueprint, log_fit, open_rerun, save_rerun
 
 from .report_pages import known_fit
 from .rerun_viewer import (
@@ -111,7 +111,7 @@ def test_run_without_positions_has_no_arm(fit, tmp_path):
 
 def test_viewer_is_opened_with_the_fit_on_this_machine_only(fit, monkeypatch):
     started = []
-    monkeypatch.setattr("exidyn.identify.view_parts.subprocess.Popen", started.append)
+    monkeypatch.setattr("exidyn.identify.pages.views.view_parts.subprocess.Popen", started.append)
     open_rerun(fit)
     ((*command, path),) = started
     assert command == [sys.executable, "-m", "rerun", "--bind", "127.0.0.1"]

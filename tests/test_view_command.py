@@ -14,19 +14,19 @@ import numpy as np
 import pytest
 
 from exidyn.acquire.command_line import REFUSED, main
-from exidyn.acquire.diagnosis_files import write_diagnosis
+from exidyn.acquire.files.diagnosis_files import write_diagnosis
+from exidyn.acquire.files.traces_file import NAME, read_traces
 from exidyn.acquire.live import viewers
 from exidyn.acquire.live.live_log import COLOURS
-from exidyn.acquire.traces_file import NAME, read_traces
 from exidyn.acquire.views.diagnosis_view import BEFORE
 from exidyn.acquire.views.kinds import view_of
 from exidyn.acquire.views.moments import MOST, lasting, moments
+from exidyn.identify.arm.link_frames import link_poses
 from exidyn.identify.diagnosis import Remainder
-from exidyn.identify.fit_file import read_fit, write_fit
-from exidyn.identify.link_frames import link_poses
-from exidyn.identify.mcap_file import read_recording
-from exidyn.identify.prepare import prepare
-from exidyn.identify.run_log import Event
+from exidyn.identify.fit.fit_file import read_fit, write_fit
+from exidyn.identify.preparation.prepare import prepare
+from exidyn.identify.recordings.mcap.mcap_file import read_recording
+from exidyn.identify.recordings.run_log import Event
 
 from .browser import headless_browser, wait_for
 from .report_pages import known_fit

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from exidyn.acquire.command_line import REFUSED, STOPPED, main
-from exidyn.acquire.joint_units import JointUnits
 from exidyn.acquire.run.listener import Listener, Reading
-from exidyn.acquire.watch_text import json_line, line, table_lines
+from exidyn.acquire.terminal.joint_units import JointUnits
+from exidyn.acquire.terminal.watch_text import json_line, line, table_lines
 from exidyn.drivers import Arm, Info
 from exidyn.drivers.errors import LinkLost
 

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 
 from exidyn.identify.effects import Payload
-from exidyn.identify.mcap_file import write_recording
-from exidyn.identify.recording import KnownPayload, Recording
-from exidyn.identify.simulate import simulate
+from exidyn.identify.recordings.mcap.mcap_file import write_recording
+from exidyn.identify.recordings.recording import KnownPayload, Recording
+from exidyn.identify.simulation.simulate import simulate
 
 from . import two_joints
 

@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pinocchio as pin
 
-from exidyn.identify.base_parameters import base_parameters
+from exidyn.identify.arm.robot import Limits, Robot
 from exidyn.identify.effects import CoulombFriction, CurrentOffset, Payload, RigidBody, ViscousFriction
-from exidyn.identify.equations import Equations
+from exidyn.identify.fit.base_parameters import base_parameters
+from exidyn.identify.fit.equations import Equations
 from exidyn.identify.model import Model
-from exidyn.identify.robot import Limits, Robot
 from exidyn.trajectories.random_fourier import random_fourier
 
 GAIN = np.array([-40.0, 25.0])

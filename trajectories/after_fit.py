@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 from scipy.linalg import block_diag
 
-from exidyn.identify.base_parameters import BaseParameters, rich_motion
 from exidyn.identify.effects import Belief, Payload
 from exidyn.identify.errors import DifferentRobot
-from exidyn.identify.fit import Fit
+from exidyn.identify.fit.base_parameters import BaseParameters, rich_motion
+from exidyn.identify.fit.fit import Fit
 from exidyn.identify.model import Model
 
 from .errors import NothingToIdentify

@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from exidyn.identify.arm.robot import Limits
 from exidyn.identify.model import Model
-from exidyn.identify.robot import Limits
 
 from .after_fit import after_fit
 from .errors import UnknownChoice

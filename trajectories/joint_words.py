@@ -4,7 +4,7 @@ import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from exidyn.identify.robot import Robot
+from exidyn.identify.arm.robot import Robot
 
 from .errors import BadLimits, Infeasible
 

@@ -5,8 +5,8 @@ from concurrent.futures import Executor
 
 import numpy as np
 
+from exidyn.identify.arm.robot import Limits
 from exidyn.identify.model import Model
-from exidyn.identify.robot import Limits
 
 from .families.fourier import Fourier
 from .identification_goal import identification_goal

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from exidyn.identify.motion import Motion
-from exidyn.identify.robot import Limits
+from exidyn.identify.arm.motion import Motion
+from exidyn.identify.arm.robot import Limits
 
 
 @dataclass(frozen=True)

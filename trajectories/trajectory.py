@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from exidyn.identify.motion import Motion
+from exidyn.identify.arm.motion import Motion
 
 from .errors import OutsideTrajectory
 

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
+from exidyn.identify.arm.motion import Motion
+from exidyn.identify.arm.robot import Robot
 from exidyn.identify.model import Model
-from exidyn.identify.motion import Motion
-from exidyn.identify.robot import Robot
 
 from .there_and_back import Way
 

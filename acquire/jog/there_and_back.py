@@ -4,15 +4,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from exidyn.identify.robot import Limits, Robot
+from exidyn.identify.arm.robot import Limits, Robot
 from exidyn.trajectories.families.phases import Phases
 from exidyn.trajectories.families.sequence import Sequence
 from exidyn.trajectories.limits.moves import move
 from exidyn.trajectories.limits.usable_limits import Margins, usable
 from exidyn.trajectories.trajectory import State, whole_ticks
 
-from ..joint_units import JointUnits
 from ..run.errors import CannotStart, NotAllowed
+from ..terminal.joint_units import JointUnits
 
 TURN, SLIDE = float(np.radians(2.0)), 0.01
 """Speed [rad/s], [m/s]. 2 degrees a second move the end of a 3 m arm at 105 mm/s, less than half of the 250

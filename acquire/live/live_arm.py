@@ -5,10 +5,10 @@ from collections.abc import Sequence
 import numpy as np
 import rerun as rr
 
-from exidyn.identify.link_frames import link_frames, link_poses
+from exidyn.identify.arm.link_frames import link_frames, link_poses
 from exidyn.identify.model import Model
-from exidyn.identify.view_arm import arm_tree
-from exidyn.identify.view_parts import TIMELINE
+from exidyn.identify.pages.views.view_arm import arm_tree
+from exidyn.identify.pages.views.view_parts import TIMELINE
 
 ARM = "arm"
 GREY = (140, 140, 140)

@@ -4,8 +4,8 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from exidyn.identify.model import Model
-from exidyn.identify.view_arm import arm_view
-from exidyn.identify.view_parts import TIMELINE
+from exidyn.identify.pages.views.view_arm import arm_view
+from exidyn.identify.pages.views.view_parts import TIMELINE
 
 from .live_arm import ARM
 

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from exidyn.identify.robot import Robot
+from exidyn.identify.arm.robot import Robot
 
 
 class DrawnLimits(NamedTuple):

@@ -6,7 +6,7 @@ from textwrap import wrap
 import numpy as np
 import rerun as rr
 
-from exidyn.identify.view_parts import JOINTS, TIMELINE, send
+from exidyn.identify.pages.views.view_parts import JOINTS, TIMELINE, send
 
 from ..run.frames import Cycle, Event
 from ..run.run_head import RunHead

@@ -10,10 +10,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from exidyn.identify.arm.motion import Motion
 from exidyn.identify.effects import Payload
 from exidyn.identify.model import Model
-from exidyn.identify.motion import Motion
-from exidyn.identify.recording import KnownPayload
+from exidyn.identify.recordings.recording import KnownPayload
 
 WINDOW = 0.04
 """Time that a quadratic spans [s]; a motion of 8 Hz keeps 90 % of its acceleration."""

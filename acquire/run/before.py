@@ -5,10 +5,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from exidyn.identify.arm.robot import Limits, Robot
 from exidyn.identify.effects import Payload
 from exidyn.identify.model import Model
-from exidyn.identify.recording import KnownPayload
-from exidyn.identify.robot import Limits, Robot
+from exidyn.identify.recordings.recording import KnownPayload
 from exidyn.trajectories.families.slowed import Slowed
 from exidyn.trajectories.limits.usable_limits import Margins, usable
 from exidyn.trajectories.plans.plan import Plan, model_differences, robot_differences

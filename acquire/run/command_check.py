@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from exidyn.drivers import Command, StopLevel
-from exidyn.identify.robot import Limits
+from exidyn.identify.arm.robot import Limits
 
 from .stop import Stop
 

@@ -8,8 +8,8 @@ from typing import TypeVar
 import numpy as np
 
 from exidyn.drivers import Driver, Info, Sample, StopLevel
+from exidyn.identify.arm.robot import Limits, Robot
 from exidyn.identify.errors import ExidynError
-from exidyn.identify.robot import Limits, Robot
 from exidyn.trajectories.families.phases import Phases
 from exidyn.trajectories.trajectory import Trajectory
 

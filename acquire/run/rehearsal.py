@@ -6,7 +6,7 @@ from typing import Any
 
 from exidyn.drivers import Arm, create
 from exidyn.identify.model import Model
-from exidyn.identify.plant import typical_plant
+from exidyn.identify.simulation.plant import typical_plant
 
 from .errors import NotAllowed
 from .perform import Job, Outcome, perform

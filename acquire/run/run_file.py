@@ -5,10 +5,16 @@ from typing import IO
 
 import numpy as np
 
-from exidyn.identify import run_log
-from exidyn.identify.mcap_run_log import EVENTS, event_message, timing_messages, timing_topic
-from exidyn.identify.mcap_streams import Stream, of_any_length, pose_messages, ticks, write_merged
-from exidyn.identify.mcap_topics import (
+from exidyn.identify.recordings import run_log
+from exidyn.identify.recordings.mcap.mcap_run_log import EVENTS, event_message, timing_messages, timing_topic
+from exidyn.identify.recordings.mcap.mcap_streams import (
+    Stream,
+    of_any_length,
+    pose_messages,
+    ticks,
+    write_merged,
+)
+from exidyn.identify.recordings.mcap.mcap_topics import (
     ARRAY,
     ARRAY_TOPICS,
     COMMAND_FIELDS,
@@ -17,8 +23,8 @@ from exidyn.identify.mcap_topics import (
     TRANSFORMS,
     Topic,
 )
-from exidyn.identify.mcap_writer import Head, RecordingWriter
-from exidyn.identify.recording import Signal
+from exidyn.identify.recordings.mcap.mcap_writer import Head, RecordingWriter
+from exidyn.identify.recordings.recording import Signal
 
 from .frames import ARRAYS, STAGES, Cycle, Event
 from .run_head import RunHead

@@ -5,8 +5,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 from exidyn.identify.model import Model
-from exidyn.identify.recording import KnownPayload
-from exidyn.identify.robot_file import model_text, parse_model
+from exidyn.identify.recordings.recording import KnownPayload
+from exidyn.identify.robot_files.robot_file import model_text, parse_model
 
 from .frames import HEAD, frame
 

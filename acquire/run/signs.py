@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from exidyn.drivers import Command, Sample
-from exidyn.identify.robot import Limits
+from exidyn.identify.arm.robot import Limits
 
 from .escalation import Sight, Sign, State, allowed_speed, overdue, watched
 from .monitors import Tracking

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from exidyn.drivers import Info
-from exidyn.identify.robot import Limits
+from exidyn.identify.arm.robot import Limits
 from exidyn.trajectories.clearances.clearance import Clearance
 from exidyn.trajectories.families.phases import Phases
 from exidyn.trajectories.trajectory import Trajectory

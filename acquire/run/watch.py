@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from exidyn.drivers import Command, Info, Sample
-from exidyn.identify.robot import Robot
+from exidyn.identify.arm.robot import Robot
 
 from .monitors import (
     Current,

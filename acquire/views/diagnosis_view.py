@@ -6,15 +6,15 @@ import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 
-from exidyn.identify.diagnosis.quantities import SLIDING, TURNING
-from exidyn.identify.diagnosis.trace import Trace
-from exidyn.identify.link_frames import link_frames
-from exidyn.identify.view_arm import arm_view
-from exidyn.identify.view_parts import TIMELINE, send
+from exidyn.identify.arm.link_frames import link_frames
+from exidyn.identify.diagnosis.findings.quantities import SLIDING, TURNING
+from exidyn.identify.diagnosis.findings.trace import Trace
+from exidyn.identify.pages.views.view_arm import arm_view
+from exidyn.identify.pages.views.view_parts import TIMELINE, send
 
+from ..files.traces_file import Traces
 from ..live.live_arm import GREY, LiveArm
 from ..live.live_log import COLOURS
-from ..traces_file import Traces
 from .diagnosis_words import budget_markdown, parameters_markdown, residuals_markdown, verdict_markdown
 from .moments import lasting
 from .screen import View

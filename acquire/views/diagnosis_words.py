@@ -4,10 +4,10 @@ from typing import Any
 
 import numpy as np
 
-from exidyn.identify.diagnosis.misfit import from_table, lumped, percents, sentences
-from exidyn.identify.diagnosis.naming import joint_words, named
-from exidyn.identify.diagnosis.numbers import value_of
-from exidyn.identify.diagnosis.quantities import TURNING, with_interval
+from exidyn.identify.diagnosis.findings.quantities import TURNING, with_interval
+from exidyn.identify.diagnosis.words.misfit import from_table, lumped, percents, sentences
+from exidyn.identify.diagnosis.words.naming import joint_words, named
+from exidyn.identify.diagnosis.words.numbers import value_of
 from exidyn.identify.text_table import digits
 
 

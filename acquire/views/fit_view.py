@@ -6,11 +6,11 @@ import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 
-from exidyn.identify.fit import Fit
-from exidyn.identify.predicted import predicted
-from exidyn.identify.recording import Recording
-from exidyn.identify.view import blueprint, log_fit
-from exidyn.identify.view_arm import arm_view
+from exidyn.identify.fit.fit import Fit
+from exidyn.identify.pages.views.view import blueprint, log_fit
+from exidyn.identify.pages.views.view_arm import arm_view
+from exidyn.identify.recordings.recording import Recording
+from exidyn.identify.simulation.predicted import predicted
 
 from ..live.live_arm import ARM, LiveArm
 from ..live.live_log import COLOURS

@@ -6,13 +6,13 @@ from pathlib import Path
 from typing import Any
 
 from exidyn.identify.errors import ExidynError, NotAFile
-from exidyn.identify.fit_file import read_fit
-from exidyn.identify.importers import import_source
-from exidyn.identify.json_file import read_json
+from exidyn.identify.fit.fit_file import read_fit
+from exidyn.identify.fit.json_file import read_json
 from exidyn.identify.model import Model
-from exidyn.identify.recording import Recording
+from exidyn.identify.recordings.importers import import_source
+from exidyn.identify.recordings.recording import Recording
 
-from ..traces_file import NAME, Traces, read_traces
+from ..files.traces_file import NAME, Traces, read_traces
 from .diagnosis_view import diagnosis_view
 from .fit_view import fit_view
 from .names import told_apart

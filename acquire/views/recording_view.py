@@ -6,11 +6,11 @@ import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 
-from exidyn.identify.recording import EFFORT, Recording, Signal
-from exidyn.identify.view_arm import arm_view
-from exidyn.identify.view_parts import TIMELINE, send
+from exidyn.identify.pages.views.view_arm import arm_view
+from exidyn.identify.pages.views.view_parts import TIMELINE, send
+from exidyn.identify.recordings.recording import EFFORT, Recording, Signal
 
-from ..info_command import describe
+from ..commands.info_command import describe
 from ..live.live_arm import GREY, LiveArm
 from ..live.live_layout import EVENT_COLUMNS
 from ..live.live_log import COLOURS, FAINT, FRAMES, log_event

@@ -4,13 +4,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from exidyn.identify.diagnosis.naming import effect_words, joint_words, lower
-from exidyn.identify.diagnosis.quantities import SLIDING, TURNING
-from exidyn.identify.diagnosis.trace import Trace
-from exidyn.identify.robot import Robot
-from exidyn.identify.view_parts import JOINTS
+from exidyn.identify.arm.robot import Robot
+from exidyn.identify.diagnosis.findings.quantities import SLIDING, TURNING
+from exidyn.identify.diagnosis.findings.trace import Trace
+from exidyn.identify.diagnosis.words.naming import effect_words, joint_words, lower
+from exidyn.identify.pages.views.view_parts import JOINTS
 
-from ..traces_file import Traces
+from ..files.traces_file import Traces
 from .diagnosis_words import finding_name
 from .moments import Moment, moments
 from .names import told_apart

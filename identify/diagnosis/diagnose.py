@@ -7,23 +7,23 @@ from dataclasses import replace
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from ..identification import with_payloads
+from ..fit.identification import with_payloads
 from ..model import Model
-from ..prepare import Filtering
-from ..recording import Recording
-from .budget import budget
-from .changes import changes
-from .driven import Driven
-from .evidence import Residuals, evidence, places_of
-from .finding import Alternative, Diagnosis, Finding, Improvement
-from .found import Found
-from .named_quantities import quantities
-from .once import moments
-from .remainder import discrepancies, remainders, rms
-from .runs import HELD_OUT, usable
-from .scene import Scene
-from .search import Searched, search
-from .shape_doubt import deviations
+from ..preparation.prepare import Filtering
+from ..recordings.recording import Recording
+from .findings.finding import Alternative, Diagnosis, Finding, Improvement
+from .findings.named_quantities import quantities
+from .results.budget import budget
+from .results.changes import changes
+from .results.evidence import Residuals, evidence, places_of
+from .results.remainder import discrepancies, remainders, rms
+from .results.shape_doubt import deviations
+from .runs.driven import Driven
+from .runs.usable import HELD_OUT, usable
+from .search.found import Found
+from .search.once import moments
+from .search.scene import Scene
+from .search.search import Searched, search
 
 UNSTATED = 100.0
 """Relative standard deviation of inertias that nobody stated [-]: flat, and still a number."""

@@ -5,17 +5,17 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..fit import Fit
-from ..identification import identify
+from ..fit.fit import Fit
+from ..fit.identification import identify
 from ..model import Model
-from ..prepare import Filtering
-from ..recording import EFFORT, Recording, Signal
+from ..preparation.prepare import Filtering
+from ..recordings.recording import EFFORT, Recording, Signal
 from .candidates import kind_of
-from .finding import Diagnosis, Finding
-from .improved import as_found
-from .measures import by_kind, slides
-from .runs import HELD_OUT
-from .sentences import sentence
+from .findings.finding import Diagnosis, Finding
+from .improved.improved import as_found
+from .runs.usable import HELD_OUT
+from .words.measures import by_kind, slides
+from .words.sentences import sentence
 
 
 def refit(

@@ -15,8 +15,8 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 import pinocchio as pin
 
-from ..motion import Motion
-from ..robot import Robot
+from ..arm.motion import Motion
+from ..arm.robot import Robot
 
 STEP = 1e-6
 """Of a central difference by position [rad] or velocity [rad/s]; its error is 1e-9 of what friction that

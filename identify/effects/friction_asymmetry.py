@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..motion import Motion
-from ..robot import Robot
+from ..arm.motion import Motion
+from ..arm.robot import Robot
 from .effect import JointEffect, Parameter, shape
 from .smooth_sign import smooth_sign, smooth_sign_by_reversal
 

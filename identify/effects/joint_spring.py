@@ -5,8 +5,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from ..motion import Motion
-from ..robot import Robot
+from ..arm.motion import Motion
+from ..arm.robot import Robot
 from .effect import JointEffect, Parameter
 
 

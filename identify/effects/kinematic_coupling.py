@@ -26,9 +26,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..arm.motion import Motion
+from ..arm.robot import Robot
 from ..errors import RobotError
-from ..motion import Motion
-from ..robot import Robot
 from .effect import Effect, Parameter, shape
 from .smooth_sign import smooth_sign, smooth_sign_by_reversal, smooth_sign_by_velocity
 

@@ -7,11 +7,11 @@ from typing import ClassVar
 import numpy as np
 import pinocchio as pin
 
+from ..arm.motion import Motion
+from ..arm.rigid_gradient import body_gradient
+from ..arm.rigid_regressor import INERTIAL, body_regressor
+from ..arm.robot import Robot
 from ..errors import RobotError, UnknownKey
-from ..motion import Motion
-from ..rigid_gradient import body_gradient
-from ..rigid_regressor import INERTIAL, body_regressor
-from ..robot import Robot
 from .effect import Effect, MotionGradient, Parameter
 from .rigid_body import UNITS, body_inertia, inertial_parameters, is_body
 

@@ -7,10 +7,10 @@ from typing import ClassVar
 import numpy as np
 import pinocchio as pin
 
-from ..motion import Motion
-from ..rigid_gradient import rigid_gradient
-from ..rigid_regressor import INERTIAL, rigid_regressor
-from ..robot import Robot
+from ..arm.motion import Motion
+from ..arm.rigid_gradient import rigid_gradient
+from ..arm.rigid_regressor import INERTIAL, rigid_regressor
+from ..arm.robot import Robot
 from .effect import Belief, Effect, MotionGradient, Parameter
 
 UNITS = dict.fromkeys(INERTIAL[:6], "kg m^2") | dict.fromkeys(INERTIAL[6:9], "kg m") | {"M": "kg"}

@@ -24,8 +24,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from ..motion import Motion
-from ..robot import Robot
+from ..arm.motion import Motion
+from ..arm.robot import Robot
 from .effect import Effect, MotionGradient, Parameter, shape
 
 SHORTEST = 1e-9

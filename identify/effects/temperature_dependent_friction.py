@@ -4,9 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..arm.motion import Motion
+from ..arm.robot import Robot
 from ..errors import NotRecorded
-from ..motion import Motion
-from ..robot import Robot
 from .effect import JointEffect, Parameter, shape
 from .smooth_sign import smooth_sign, smooth_sign_by_reversal
 

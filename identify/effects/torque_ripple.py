@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..motion import Motion
-from ..robot import Robot
+from ..arm.motion import Motion
+from ..arm.robot import Robot
 from .effect import Effect, JointEffect, MotionGradient, Parameter
 
 

@@ -6,7 +6,7 @@ so positive definite; that is the triangle inequality of the principal moments o
 
 import numpy as np
 
-from ..estimators.consistent import pseudo_inertia
+from ..fit.estimators.consistent import pseudo_inertia
 
 NOTHING = 1e-6
 """Least mass over the largest parameter of the arm's bodies: a link that is hardly there."""

@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from ..effect_rows import key_of
+from ..arm.link_frames import link_frames
+from ..arm.newton_euler import joints_of
+from ..arm.robot import Limits
 from ..effects import EFFECTS, Effect, RigidBody
-from ..link_frames import link_frames
 from ..model import Model
-from ..newton_euler import joints_of
-from ..robot import Limits
+from ..robot_files.effect_rows import key_of
 from .portable import Portable
 from .unsaid import WORDS as EVERY
 

@@ -16,10 +16,10 @@ from xml.etree.ElementTree import Element, SubElement
 import numpy as np
 import pinocchio as pin
 
+from ..arm.link_frames import link_frames
+from ..arm.newton_euler import Joint, joints_of
+from ..arm.robot import Robot
 from ..effects import SpringBalancer
-from ..link_frames import link_frames
-from ..newton_euler import Joint, joints_of
-from ..robot import Robot
 from .portable import Portable
 
 WORDS = ("gravity", "armature", "damping", "dry", "reversal", "stiffness", "constant", "balancers")

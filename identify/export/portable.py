@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..arm.robot import Robot
 from ..effects import (
     CoulombFriction,
     CurrentOffset,
@@ -19,9 +20,8 @@ from ..effects import (
 )
 from ..effects.rigid_body import inertial_parameters
 from ..errors import RobotError
-from ..identified import with_bodies
+from ..fit.identified import with_bodies
 from ..model import Model
-from ..robot import Robot
 from .bodies import possible
 
 

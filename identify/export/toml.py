@@ -1,6 +1,6 @@
 """robot.toml: everything, for exidyn itself."""
 
-from ..robot_text import model_text
+from ..robot_files.robot_text import model_text
 from .portable import Portable
 from .unsaid import WORDS as EVERY
 

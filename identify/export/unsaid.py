@@ -5,9 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..base_parameters import rich_motion
+from ..arm.motion import Motion
 from ..effects import EFFECTS
-from ..motion import Motion
+from ..fit.base_parameters import rich_motion
 from .portable import Portable
 
 EARTH = np.array([0.0, 0.0, -9.81])

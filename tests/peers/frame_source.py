@@ -19,7 +19,7 @@ from exidyn.acquire.run.recorder import start_recorder
 from exidyn.acquire.run.run_head import RunHead
 from exidyn.drivers import Command, Sample
 from exidyn.drivers.host_clock import HostClock, host_time
-from exidyn.identify.robot_file import read_model
+from exidyn.identify.robot_files.robot_file import read_model
 
 MODEL = read_model("cobot")
 N = MODEL.robot.dof

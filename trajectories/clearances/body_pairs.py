@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 import pinocchio as pin
 
+from exidyn.identify.arm.robot import Robot
 from exidyn.identify.errors import RobotError
-from exidyn.identify.robot import Robot
 
 from .configurations import random_positions
 

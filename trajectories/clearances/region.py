@@ -7,9 +7,9 @@ from typing import NamedTuple
 import numpy as np
 import pinocchio as pin
 
+from exidyn.identify.arm.newton_euler import joints_of
+from exidyn.identify.arm.robot import Robot
 from exidyn.identify.errors import RobotError
-from exidyn.identify.newton_euler import joints_of
-from exidyn.identify.robot import Robot
 
 from ..errors import BadLimits
 from .clearance import Clearance

@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from exidyn.identify.robot import Robot
-from exidyn.identify.toml_fields import check_keys, number, numbers, string, tables
+from exidyn.identify.arm.robot import Robot
+from exidyn.identify.robot_files.toml_fields import check_keys, number, numbers, string, tables
 
 from .region import FLANGE, HalfSpace, Region, box
 

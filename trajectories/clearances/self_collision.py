@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
-from exidyn.identify.newton_euler import Joint, joints_of
-from exidyn.identify.robot import Robot
+from exidyn.identify.arm.newton_euler import Joint, joints_of
+from exidyn.identify.arm.robot import Robot
 
 from .body_pairs import ExcludedPair, choose_pairs
 from .clearance import Clearance

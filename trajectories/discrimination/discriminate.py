@@ -13,10 +13,10 @@ from itertools import permutations
 import numpy as np
 from scipy.special import logsumexp
 
+from exidyn.identify.arm.motion import Motion
+from exidyn.identify.arm.robot import Limits
 from exidyn.identify.effects import MotionGradient
 from exidyn.identify.model import Model
-from exidyn.identify.motion import Motion
-from exidyn.identify.robot import Limits
 
 from ..errors import NotComparable
 from ..search.design_model import design_model

@@ -4,8 +4,8 @@ from collections.abc import Sequence
 from itertools import combinations
 from typing import NamedTuple
 
-from exidyn.identify.motion import Motion
-from exidyn.identify.robot import Limits
+from exidyn.identify.arm.motion import Motion
+from exidyn.identify.arm.robot import Limits
 
 from .discriminate import Discriminate, Pair
 from .most_telling import most_telling

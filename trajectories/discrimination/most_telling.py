@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from exidyn.identify.motion import Motion
-from exidyn.identify.robot import Limits
+from exidyn.identify.arm.motion import Motion
+from exidyn.identify.arm.robot import Limits
 
 from .hypothesis import Hypothesis
 from .separation import Observation, explain

@@ -11,10 +11,10 @@ from typing import NamedTuple
 import numpy as np
 import pinocchio as pin
 
+from exidyn.identify.arm.motion import Motion
+from exidyn.identify.arm.robot import Robot
 from exidyn.identify.effects import Belief, Effect, Parameter, Payload, known_parameters
 from exidyn.identify.model import Model
-from exidyn.identify.motion import Motion
-from exidyn.identify.robot import Robot
 
 from ..search.unknowns import DriveGains
 from .hypothesis import Hypothesis

@@ -34,9 +34,9 @@ import numpy as np
 from scipy.linalg import eigh
 from scipy.special import ndtr, ndtri
 
+from exidyn.identify.arm.motion import Motion
+from exidyn.identify.arm.robot import Robot
 from exidyn.identify.model import Model
-from exidyn.identify.motion import Motion
-from exidyn.identify.robot import Robot
 
 from .hypothesis import Hypothesis
 

@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from exidyn.identify.arm.robot import Limits
 from exidyn.identify.model import Model
-from exidyn.identify.robot import Limits
 
 from ..clearances.configurations import clear_position
 from ..planning import plan

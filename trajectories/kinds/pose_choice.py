@@ -5,10 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from exidyn.identify.base_parameters import from_columns
+from exidyn.identify.arm.motion import Motion
+from exidyn.identify.arm.robot import Limits
+from exidyn.identify.fit.base_parameters import from_columns
 from exidyn.identify.model import Model
-from exidyn.identify.motion import Motion
-from exidyn.identify.robot import Limits
 
 from ..clearances.clearance import Clearance
 from ..errors import Infeasible, NothingToIdentify

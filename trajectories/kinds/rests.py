@@ -4,7 +4,7 @@ from collections.abc import Collection, Iterable
 
 import numpy as np
 
-from exidyn.identify.robot import Limits
+from exidyn.identify.arm.robot import Limits
 
 from ..clearances.clearance import Approach, Clearance
 from ..errors import BadLimits, Infeasible

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from exidyn.identify.robot import Limits
+from exidyn.identify.arm.robot import Limits
 
 from ..errors import BadLimits
 from ..trajectory import Extremes, States, Trajectory

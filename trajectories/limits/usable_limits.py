@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from exidyn.identify.robot import Limits, Robot
+from exidyn.identify.arm.robot import Limits, Robot
 
 from ..errors import BadLimits, Infeasible
 

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from exidyn.identify.arm.robot import Limits, Robot
 from exidyn.identify.model import Model
-from exidyn.identify.robot import Limits, Robot
-from exidyn.identify.robot_text import model_text, moving_text
+from exidyn.identify.robot_files.robot_text import model_text, moving_text
 
 from ..errors import NotATrajectory
 from ..trajectory import Trajectory

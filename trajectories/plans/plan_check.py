@@ -5,9 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from exidyn.identify.arm.robot import Limits
 from exidyn.identify.effects import Payload
 from exidyn.identify.model import Model
-from exidyn.identify.robot import Limits
 
 from ..limits.check import Violation, check
 from ..limits.torque_peaks import torque_peaks

@@ -4,8 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from exidyn.identify.svg import COLUMNS, Panel, legend, picture, text
-from exidyn.identify.svg_scale import Span
+from exidyn.identify.pages.svg import COLUMNS, Panel, legend, picture, text
+from exidyn.identify.pages.svg_scale import Span
 
 from .plan import Plan
 from .plan_check import Torque

@@ -9,10 +9,18 @@ from dataclasses import MISSING, fields
 from functools import partial
 from typing import Any
 
+from exidyn.identify.arm.robot import Limits
 from exidyn.identify.errors import RobotError
-from exidyn.identify.robot import Limits
-from exidyn.identify.toml_fields import boolean, check_keys, integer, number, numbers, parse_toml, string
-from exidyn.identify.toml_text import block, lines
+from exidyn.identify.robot_files.toml_fields import (
+    boolean,
+    check_keys,
+    integer,
+    number,
+    numbers,
+    parse_toml,
+    string,
+)
+from exidyn.identify.robot_files.toml_text import block, lines
 
 from ..errors import NotATrajectory
 from .checksum import require_unchanged, sealed

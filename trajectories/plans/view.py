@@ -9,10 +9,10 @@ import pinocchio as pin
 import rerun as rr
 import rerun.blueprint as rrb
 
+from exidyn.identify.arm.robot import Robot
 from exidyn.identify.model import Model
-from exidyn.identify.robot import Robot
-from exidyn.identify.view_arm import arm_tree, arm_view, log_arm
-from exidyn.identify.view_parts import JOINTS, TIMELINE, WHITE, open_viewer, send
+from exidyn.identify.pages.views.view_arm import arm_tree, arm_view, log_arm
+from exidyn.identify.pages.views.view_parts import JOINTS, TIMELINE, WHITE, open_viewer, send
 
 from .plan import Plan
 from .plan_check import believed_torque, violations

@@ -9,8 +9,8 @@ from functools import cached_property
 
 import numpy as np
 
+from exidyn.identify.arm.motion import Motion
 from exidyn.identify.effects import MotionGradient
-from exidyn.identify.motion import Motion
 
 from ..families.fourier import Fourier
 from ..trajectory import States

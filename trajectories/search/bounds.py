@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from exidyn.identify.robot import Limits
+from exidyn.identify.arm.robot import Limits
 
 from ..limits.brake import stopping_reach, stopping_reach_gradient
 from ..trajectory import States

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from exidyn.identify.arm.robot import Limits
 from exidyn.identify.model import Model
-from exidyn.identify.robot import Limits
 
 
 def design_model(model: Model, limits: Limits, spacing: float) -> Model:

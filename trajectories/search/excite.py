@@ -7,8 +7,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from exidyn.identify.motion import Motion
-from exidyn.identify.robot import Limits
+from exidyn.identify.arm.motion import Motion
+from exidyn.identify.arm.robot import Limits
 
 from ..clearances.clearance import Clearance
 from ..clearances.configurations import clear_position

@@ -7,9 +7,9 @@ from typing import Protocol
 
 import numpy as np
 
-from exidyn.identify.base_parameters import rich_motion
+from exidyn.identify.arm.robot import Limits
+from exidyn.identify.fit.base_parameters import rich_motion
 from exidyn.identify.model import Model
-from exidyn.identify.robot import Limits
 
 from .criteria import Criterion, condition, name_of, volume
 from .design_model import design_model

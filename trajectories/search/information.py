@@ -5,11 +5,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from exidyn.identify.base_parameters import BaseParameters, base_parameters
+from exidyn.identify.arm.motion import Motion
 from exidyn.identify.effects import MotionGradient
 from exidyn.identify.errors import RobotError
+from exidyn.identify.fit.base_parameters import BaseParameters, base_parameters
 from exidyn.identify.model import Model
-from exidyn.identify.motion import Motion
 
 from ..errors import NothingToIdentify
 

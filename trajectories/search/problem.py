@@ -6,8 +6,8 @@ from typing import Protocol
 
 import numpy as np
 
+from exidyn.identify.arm.motion import Motion
 from exidyn.identify.effects import MotionGradient
-from exidyn.identify.motion import Motion
 
 from ..trajectory import States
 from .basis import Basis

@@ -5,8 +5,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from exidyn.identify.arm.motion import Motion
 from exidyn.identify.model import Model
-from exidyn.identify.motion import Motion
 
 from ..trajectory import States
 from .bounds import Bound, Margins

@@ -5,11 +5,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from exidyn.identify.arm.motion import Motion
+from exidyn.identify.arm.robot import Robot
 from exidyn.identify.effects import EFFECTS, Belief, Effect, MotionGradient, Parameter
 from exidyn.identify.effects.effect import differences
 from exidyn.identify.model import Model
-from exidyn.identify.motion import Motion
-from exidyn.identify.robot import Robot
 
 from ..errors import UnknownChoice
 

@@ -9,8 +9,8 @@ from collections.abc import Iterator
 
 from ...effects import EFFECTS, load_installed
 from ...model import Model
-from ..candidate import Candidate
-from ..kind import Kind
+from ..findings.kind import Kind
+from ..questions.candidate import Candidate
 from . import (
     backlash,
     base_tilt,

@@ -8,13 +8,13 @@ import numpy as np
 
 from ...effects import Shape
 from ...model import Model
-from ...plant.typical import typical_size
-from ..arm import Arm
-from ..candidate import Candidate
-from ..driven import Driven
-from ..finding import Finding
-from ..kind import Kind
-from ..twisted import loose
+from ...simulation.plant.typical import typical_size
+from ..findings.arm import Arm
+from ..findings.finding import Finding
+from ..findings.kind import Kind
+from ..questions.candidate import Candidate
+from ..runs.driven import Driven
+from ..runs.twisted import loose
 from .parts.gears import bending, link_size
 
 STEP = 1.5

@@ -8,12 +8,12 @@ import numpy as np
 import pinocchio as pin
 
 from ...model import Model
-from ..arm import Arm
-from ..candidate import Candidate
-from ..driven import Driven
-from ..finding import Finding
-from ..kind import Kind
-from ..quantities import length
+from ..findings.arm import Arm
+from ..findings.finding import Finding
+from ..findings.kind import Kind
+from ..findings.quantities import length
+from ..questions.candidate import Candidate
+from ..runs.driven import Driven
 from .parts.gravity import gravity_columns
 
 LEANING = 0.02

@@ -12,12 +12,12 @@ from typing import NamedTuple
 import numpy as np
 import pinocchio as pin
 
+from ...arm.motion import Motion
 from ...model import Model
-from ...motion import Motion
-from ..candidate import Candidate
-from ..driven import Driven
-from ..kind import Kind
-from ..prediction import Prediction
+from ..blocks.prediction import Prediction
+from ..findings.kind import Kind
+from ..questions.candidate import Candidate
+from ..runs.driven import Driven
 
 DURATIONS = (0.3, 0.6, 1.0)
 """Of a contact [s]."""

@@ -6,10 +6,10 @@ from dataclasses import replace
 import numpy as np
 
 from ...model import Model
-from ..candidate import UNNAMED, Candidate
-from ..driven import Driven
-from ..kind import Kind
-from ..nuisances import PRESLIDING, REVERSAL_STD, REVERSALS, dry, turning
+from ..findings.kind import Kind
+from ..questions.candidate import UNNAMED, Candidate
+from ..runs.driven import Driven
+from ..runs.nuisances import PRESLIDING, REVERSAL_STD, REVERSALS, dry, turning
 from .parts.motors import on_motors
 from .parts.of_effect import on_each_joint
 

@@ -5,9 +5,9 @@ from collections.abc import Iterator
 import numpy as np
 
 from ...model import Model
-from ..candidate import Candidate
-from ..driven import Driven
-from ..kind import Kind
+from ..findings.kind import Kind
+from ..questions.candidate import Candidate
+from ..runs.driven import Driven
 from .parts.rare import by_another
 
 

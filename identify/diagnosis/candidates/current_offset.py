@@ -1,6 +1,6 @@
 """A constant torque, or current."""
 
-from ..kind import Kind
+from ..findings.kind import Kind
 
 KIND = Kind(
     sentence="{joint} has a constant offset of {Off}",

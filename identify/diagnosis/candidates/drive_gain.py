@@ -6,11 +6,11 @@ from dataclasses import replace
 import numpy as np
 
 from ...model import Model
-from ..arm import Arm
-from ..candidate import Candidate
-from ..driven import Driven
-from ..finding import Finding
-from ..kind import Kind
+from ..findings.arm import Arm
+from ..findings.finding import Finding
+from ..findings.kind import Kind
+from ..questions.candidate import Candidate
+from ..runs.driven import Driven
 from .parts.motors import on_joint, require_current
 
 

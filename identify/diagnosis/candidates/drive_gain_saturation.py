@@ -6,9 +6,9 @@ import numpy as np
 
 from ...effects import Shape
 from ...model import Model
-from ..candidate import Candidate
-from ..driven import Driven
-from ..kind import Kind
+from ..findings.kind import Kind
+from ..questions.candidate import Candidate
+from ..runs.driven import Driven
 from .parts.motors import on_joint, require_current
 
 KNEES = (0.3, 0.5, 0.7)

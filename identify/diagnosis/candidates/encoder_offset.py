@@ -6,14 +6,14 @@ from dataclasses import replace
 import numpy as np
 import pinocchio as pin
 
+from ...arm.newton_euler import joints_of
 from ...effects import Effect, JointSpring, SpringBalancer
 from ...model import Model
-from ...newton_euler import joints_of
-from ..arm import Arm
-from ..candidate import Candidate
-from ..driven import Driven
-from ..finding import Finding
-from ..kind import Kind
+from ..findings.arm import Arm
+from ..findings.finding import Finding
+from ..findings.kind import Kind
+from ..questions.candidate import Candidate
+from ..runs.driven import Driven
 
 SPRINGS = (SpringBalancer, JointSpring)
 """Effects besides bodies whose torque goes with position."""

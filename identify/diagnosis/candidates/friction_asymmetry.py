@@ -3,9 +3,9 @@
 from collections.abc import Mapping
 from typing import Any
 
-from ..finding import Finding
-from ..kind import Kind
-from ..quantities import TURNING, together
+from ..findings.finding import Finding
+from ..findings.kind import Kind
+from ..findings.quantities import TURNING, together
 
 
 def _derived(finding: Finding, known: Mapping[str, Any]) -> dict[str, Any]:

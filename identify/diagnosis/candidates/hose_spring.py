@@ -6,9 +6,9 @@ import numpy as np
 import pinocchio as pin
 
 from ...model import Model
-from ..candidate import Candidate
-from ..driven import Driven
-from ..kind import Kind
+from ..findings.kind import Kind
+from ..questions.candidate import Candidate
+from ..runs.driven import Driven
 from .contact_event import jacobian
 from .parts.motors import on_motors
 from .parts.rare import rare

@@ -1,7 +1,7 @@
 """Hysteresis: friction that builds up over a displacement after each reversal."""
 
 from ...effects import Shape
-from ..kind import Kind
+from ..findings.kind import Kind
 
 KIND = Kind(
     sentence="{joint} has friction with hysteresis: {Fh} of it builds up[ over about {presliding:mrad}] "

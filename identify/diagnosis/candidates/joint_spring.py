@@ -8,10 +8,10 @@ import numpy as np
 
 from ...effects import Effect
 from ...model import Model
-from ..candidate import Candidate
-from ..finding import Finding
-from ..kind import Kind
-from ..quantities import Said
+from ..findings.finding import Finding
+from ..findings.kind import Kind
+from ..findings.quantities import Said
+from ..questions.candidate import Candidate
 from .parts.of_effect import on_each_joint
 
 CABLE = 0.1

@@ -15,10 +15,10 @@ import pinocchio as pin
 
 from ...effects import Effect, KinematicCoupling, Shape
 from ...model import Model
-from ..candidate import UNNAMED, Candidate
-from ..driven import Driven
-from ..finding import Finding
-from ..kind import Kind
+from ..findings.finding import Finding
+from ..findings.kind import Kind
+from ..questions.candidate import UNNAMED, Candidate
+from ..runs.driven import Driven
 from .parts.motors import on_motors
 from .parts.of_effect import of_effect
 

@@ -9,12 +9,12 @@ import pinocchio as pin
 from ...effects import RigidBody
 from ...effects.rigid_body import inertial_beliefs
 from ...model import Model
-from ..arm import Arm
-from ..arm_bodies import found_body, heavier
-from ..candidate import Candidate
-from ..driven import Driven
-from ..finding import Finding
-from ..kind import Kind
+from ..findings.arm import Arm
+from ..findings.arm_bodies import found_body, heavier
+from ..findings.finding import Finding
+from ..findings.kind import Kind
+from ..questions.candidate import Candidate
+from ..runs.driven import Driven
 from .parts.bodies import PARTS, PROPORTION, UNITS, centre
 from .parts.motors import on_motors
 

@@ -1,6 +1,6 @@
 """Load-dependent friction: dry friction that grows with what the gear transmits."""
 
-from ..kind import Kind
+from ..findings.kind import Kind
 
 KIND = Kind(
     sentence="{joint} has load-dependent friction: Coulomb friction grows by {mu} {effort} per {effort} "

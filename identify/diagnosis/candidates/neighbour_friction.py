@@ -6,9 +6,9 @@ import numpy as np
 
 from ...effects.smooth_sign import smooth_sign
 from ...model import Model
-from ..candidate import Candidate
-from ..driven import Driven
-from ..kind import Kind
+from ..findings.kind import Kind
+from ..questions.candidate import Candidate
+from ..runs.driven import Driven
 from .parts.rare import by_another
 
 SIGN = 0.003

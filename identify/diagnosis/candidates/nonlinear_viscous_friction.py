@@ -1,6 +1,6 @@
 """Nonlinear viscous friction: it grows with another power of speed than the first."""
 
-from ..kind import Kind
+from ..findings.kind import Kind
 
 KIND = Kind(
     sentence="{joint} has nonlinear viscous friction: {Fn} at {one}[, growing with speed to the power "

@@ -1,6 +1,6 @@
 """Position-dependent friction: dry friction that waves along a joint's turn."""
 
-from ..kind import Kind
+from ..findings.kind import Kind
 from .parts.waves import MULTIPLES, amplitude
 
 KIND = Kind(

@@ -1,6 +1,6 @@
 """Rotor inertia other than in the model."""
 
-from ..kind import Kind
+from ..findings.kind import Kind
 
 KIND = Kind(
     sentence="{joint} has a rotor inertia {Ia:size} {Ia:larger|smaller} than in the model",

@@ -8,9 +8,9 @@ import numpy as np
 
 from ...effects import Effect, SpringBalancer
 from ...model import Model
-from ..candidate import Candidate
-from ..finding import Finding
-from ..kind import Kind
+from ..findings.finding import Finding
+from ..findings.kind import Kind
+from ..questions.candidate import Candidate
 from .parts.gears import link_size
 from .parts.of_effect import of_effect
 

@@ -1,6 +1,6 @@
 """Stribeck friction: dry friction that rises towards standstill."""
 
-from ..kind import Kind
+from ..findings.kind import Kind
 
 KIND = Kind(
     sentence="{joint} has Stribeck friction: friction rises by {Fs} towards standstill[, most of which is "

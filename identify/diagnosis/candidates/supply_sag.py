@@ -6,11 +6,11 @@ from typing import Any
 import numpy as np
 
 from ...model import Model
-from ..candidate import Candidate
-from ..driven import Driven
-from ..finding import Finding
-from ..kind import Kind
-from ..quantities import Said
+from ..findings.finding import Finding
+from ..findings.kind import Kind
+from ..findings.quantities import Said
+from ..questions.candidate import Candidate
+from ..runs.driven import Driven
 from .parts.rare import rare
 
 

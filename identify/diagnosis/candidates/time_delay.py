@@ -7,10 +7,10 @@ from scipy.interpolate import CubicSpline
 
 from ...effects import Shape
 from ...model import Model
-from ..candidate import UNNAMED, Candidate
-from ..driven import Driven
-from ..kind import Kind
-from ..nuisances import torque_rate
+from ..findings.kind import Kind
+from ..questions.candidate import UNNAMED, Candidate
+from ..runs.driven import Driven
+from ..runs.nuisances import torque_rate
 
 APART = 1.5
 """From one delay that is tried to the next [-]."""

@@ -7,10 +7,10 @@ import numpy as np
 
 from ...effects import EFFECTS, Shape
 from ...model import Model
-from ..candidate import Candidate
-from ..driven import Driven
-from ..kind import Kind
-from ..prediction import Prediction
+from ..blocks.prediction import Prediction
+from ..findings.kind import Kind
+from ..questions.candidate import Candidate
+from ..runs.driven import Driven
 from .parts.of_effect import of_effect
 from .parts.waves import MULTIPLES, amplitude
 

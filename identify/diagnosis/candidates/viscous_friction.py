@@ -1,6 +1,6 @@
 """Viscous friction other than in the model."""
 
-from ..kind import Kind
+from ..findings.kind import Kind
 
 KIND = Kind(
     sentence="{joint} has a viscous friction {Fv:size} {Fv:higher|lower} than in the model",

@@ -5,9 +5,9 @@ from typing import Any
 
 import numpy as np
 
-from ....verdict import NORMAL_95
-from ...finding import Finding
-from ...quantities import Said
+from ....fit.warnings.verdict import NORMAL_95
+from ...findings.finding import Finding
+from ...findings.quantities import Said
 
 SIZE = 0.2
 """How far from its frame the mass of a body is expected to be [m]; evidence depends on its logarithm."""

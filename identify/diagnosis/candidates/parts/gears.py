@@ -9,9 +9,9 @@ import numpy as np
 import pinocchio as pin
 
 from ....model import Model
-from ...driven import Driven
-from ...tangent import carrying
-from ...twisted import bent
+from ...runs.driven import Driven
+from ...runs.tangent import carrying
+from ...runs.twisted import bent
 
 POSES = 64
 """Over which the inertia of a link is averaged."""

@@ -6,7 +6,7 @@ import numpy as np
 import pinocchio as pin
 
 from ....model import Model
-from ...driven import Driven
+from ...runs.driven import Driven
 from .motors import on_motors
 
 

@@ -2,9 +2,9 @@
 
 import numpy as np
 
+from ....arm.robot import Robot
 from ....errors import NotRecorded
-from ....robot import Robot
-from ...driven import Driven
+from ...runs.driven import Driven
 
 
 def coupled(robot: Robot) -> bool:

@@ -8,9 +8,9 @@ import numpy as np
 
 from ....effects import EFFECTS, Effect, JointEffect
 from ....model import Model
-from ...candidate import Candidate
-from ...driven import Driven
-from ...kind import Kind
+from ...findings.kind import Kind
+from ...questions.candidate import Candidate
+from ...runs.driven import Driven
 from .motors import coupled, on_motors
 
 FORGOTTEN = 5.0

@@ -11,8 +11,8 @@ from dataclasses import replace
 import numpy as np
 
 from ....model import Model
-from ...candidate import Candidate
-from ...driven import Driven
+from ...questions.candidate import Candidate
+from ...runs.driven import Driven
 from .motors import on_joint
 
 RARE = 0.3

@@ -3,8 +3,8 @@
 from collections.abc import Mapping
 from typing import Any
 
-from ...finding import Finding
-from ...quantities import length
+from ...findings.finding import Finding
+from ...findings.quantities import length
 
 MULTIPLES = 6
 """Of a wave along a turn that are asked for together; what is sharper has little torque in those beyond."""

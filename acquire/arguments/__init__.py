@@ -1,0 +1,5 @@
+"""Arguments that commands share.
+
+In: the command line.
+Out: settings, controllers, exit codes.
+"""

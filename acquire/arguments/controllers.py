@@ -1,0 +1,98 @@
+"""Which controller, and its settings: from a file, from the command line."""
+
+import argparse
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from exidyn.drivers import Arm, Driver, create
+from exidyn.drivers.driver import Plant
+from exidyn.drivers.errors import BadSettings
+from exidyn.identify.arm.robot import Robot
+from exidyn.identify.errors import RobotError
+from exidyn.identify.robot_files.toml_fields import parse_toml
+
+KEYS = {"driver": (str, 'a text, such as driver = "mock"'), "settings": (dict, "a table, [settings]")}
+"""What a controller file has: key -> its type, and that in words."""
+
+
+def add_controller(group: argparse._ActionsContainer) -> None:
+    """Add --driver, --controller and --set."""
+    group.add_argument("--driver", metavar="DRIVER", help="default: that of the controller file, or mock")
+    group.add_argument(
+        "--controller",
+        type=Path,
+        metavar="FILE",
+        help="driver and settings (.toml), as 'exidyn drivers DRIVER' prints",
+    )
+    group.add_argument(
+        "--set",
+        action="append",
+        default=[],
+        metavar="NAME=VALUE",
+        help="one setting, before those of the file; may be repeated",
+    )
+
+
+def read_controller(
+    path: Path | None, name: str | None, assignments: Sequence[str]
+) -> tuple[str, dict[str, Any]]:
+    """Name and settings of a driver.
+
+    Args:
+        path: Controller file; None for none.
+        name: On the command line, before that of the file; without either it is the mock.
+        assignments: "name=value" on the command line, before those of the file.
+
+    Raises:
+        BadSettings: A file that is none, or an assignment that is none.
+    """
+    table = _file(path) if path else {}
+    of_file = table.get("driver", "")
+    if name and of_file and name != of_file:
+        raise BadSettings(f"--driver {name}, but {path} is for {of_file}. Leave one of them out")
+    settings = dict(table.get("settings", {}))
+    for text in assignments:
+        key, equals, value = text.partition("=")
+        if not equals:
+            raise BadSettings(f"--set {text}: expected NAME=VALUE, such as --set cycle=0.004")
+        settings[key.strip()] = _value(value.strip())
+    return name or of_file or "mock", settings
+
+
+def _file(path: Path) -> Mapping[str, Any]:
+    try:
+        table = parse_toml(path.read_text(encoding="utf-8"), "not a controller file")
+    except (UnicodeDecodeError, RobotError) as error:
+        raise BadSettings(f"{path}: {error}") from error
+    unknown = [key for key in table if key not in KEYS]
+    if unknown:
+        raise BadSettings(
+            f"{path}: unknown key '{unknown[0]}'. Valid: {', '.join(KEYS)}; all that a driver is told stands "
+            "below [settings]"
+        )
+    for key, (kind, form) in KEYS.items():
+        if not isinstance(table.get(key, kind()), kind):
+            raise BadSettings(f"{path}: {key} is {table[key]!r}; expected {form}")
+    return table
+
+
+def _value(text: str) -> Any:
+    """As TOML has it; what is no TOML value is a text."""
+    try:
+        return parse_toml(f"value = {text}", "--set")["value"]
+    except RobotError:
+        return text
+
+
+def make_driver(
+    name: str, settings: Mapping[str, Any], robot: Robot, plant: Callable[[], Plant] | None = None
+) -> Driver:
+    """A driver that is not open yet.
+
+    Raises:
+        DriverError: An unknown driver, or settings that it cannot have.
+    """
+    limits = robot.limits
+    arm = Arm(robot.joints, limits.position_lower, limits.position_upper, limits.velocity, plant)
+    return create(name, settings, arm)

@@ -1,0 +1,61 @@
+"""Options of every command that moves an arm: what stops the run, and what hangs on the flange."""
+
+import argparse
+
+import numpy as np
+
+from exidyn.identify.effects import known_parameters
+from exidyn.identify.errors import NeedsPayload
+from exidyn.identify.recordings.recording import KnownPayload
+
+from ..run.errors import NotAllowed
+from ..run.watch import WatchLimits
+from .common import positive
+
+BODY = "L"
+"""What the unknown parameters of the payload are called after."""
+
+
+def add_stops(group: argparse._ArgumentGroup) -> None:
+    """Add --tracking, --current and --temperature."""
+    group.add_argument(
+        "--tracking", type=positive, default=2.0, metavar="DEG", help="away from the command; default: 2"
+    )
+    group.add_argument(
+        "--current",
+        type=positive,
+        nargs="+",
+        metavar="A",
+        help="one, or one a joint; default: by the torque limits",
+    )
+    group.add_argument("--temperature", type=positive, default=85.0, metavar="DEGC", help="default: 85")
+
+
+def stops_of(given: argparse.Namespace, joints: int) -> tuple[WatchLimits, np.ndarray | None]:
+    """Limits of the monitors, and the largest current of each joint, shape (n,) [A], where one is given.
+
+    Raises:
+        NotAllowed: Neither one current, nor one a joint.
+    """
+    watch = WatchLimits(tracking=float(np.radians(given.tracking)), temperature=given.temperature)
+    if not given.current:
+        return watch, None
+    if len(given.current) not in (1, joints):
+        raise NotAllowed(
+            f"--current has {len(given.current)} values; expected one, or one for each of the {joints} joints"
+        )
+    return watch, np.broadcast_to(np.array(given.current), (joints,))
+
+
+def body_of(given: argparse.Namespace) -> KnownPayload | None:
+    """The body on the flange that --mass, --com and --inertia describe; None without them.
+
+    Raises:
+        NeedsPayload: One of the others without --mass.
+    """
+    numbers = {n: getattr(given, n) for n in ("mass", "com", "inertia") if getattr(given, n) is not None}
+    if not numbers:
+        return None
+    if "mass" not in numbers:
+        raise NeedsPayload(f"{' and '.join(numbers)} given without --mass [kg]")
+    return KnownPayload(BODY, known_parameters(**numbers))

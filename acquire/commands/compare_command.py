@@ -1,0 +1,108 @@
+"""exidyn compare: a simulation and a recording in; where they differ, out."""
+
+import argparse
+import shlex
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from exidyn.identify.errors import RecordingError
+from exidyn.identify.model import Model
+from exidyn.identify.recordings.importers import import_source
+from exidyn.identify.recordings.importers.align import nearest
+from exidyn.identify.recordings.recording import Recording
+from exidyn.identify.robot_files.robot_file import model_text, read_model
+from exidyn.identify.simulation.comparison import Comparison, compare
+
+from ..arguments.common import add_robot, command_parser, number
+from ..terminal.comparison_text import comparison_table, comparison_text, differs
+from ..terminal.json_output import add_json, hand_over, json_text, require_json
+
+EXAMPLES = (
+    "exidyn compare sim.mcap real.mcap",
+    "exidyn compare mujoco.csv real.mcap --robot robot.toml --json compared.json",
+)
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Compare, print, write."""
+    given = parser().parse_args(arguments)
+    require_json(given.json)
+    model = read_model(given.robot) if given.robot else None
+    simulated, recorded = (_one(path, model) for path in (given.simulated, given.recorded))
+    if simulated.name == recorded.name:
+        simulated = replace(simulated, name=str(given.simulated))
+    found = _compared(simulated, recorded, given.offset)
+    go_on = _go_on(given, simulated, recorded)
+    page = [comparison_text(found)]
+    if differs(found):
+        page += ["which physics that is:", *(f"  {line}" for line in go_on)]
+    hand_over("\n".join(page), json_text(comparison_table(found, go_on)), given.json)
+    return 0
+
+
+def _compared(simulated: Recording, recorded: Recording, offset: float | None) -> Comparison:
+    """Both on one clock."""
+    if offset is not None:
+        return compare(simulated, recorded, offset)
+    alignment, again = nearest(simulated, recorded)
+    found = compare(simulated, recorded, alignment.offset)
+    if not again:
+        return found
+    doubt = (
+        f"both agree as well {again:.2f} s further, since the motion repeats itself; "
+        "state how far apart the clocks are with --offset"
+    )
+    return replace(found, doubts=(*found.doubts, doubt))
+
+
+def _one(path: Path, model: Model | None) -> Recording:
+    """The one recording at a path.
+
+    Raises:
+        RecordingError: There are several.
+    """
+    recordings = import_source(path, model)
+    if len(recordings) != 1:
+        names = ", ".join(recording.name for recording in recordings)
+        raise RecordingError(
+            f"{path} holds {len(recordings)} recordings: {names or 'none'}; bring the one that is meant into "
+            "a file of its own with exidyn import"
+        )
+    return recordings[0]
+
+
+def _go_on(given: argparse.Namespace, simulated: Recording, recorded: Recording) -> list[str]:
+    """Commands that diagnose the model of the simulation by the recording."""
+    real = shlex.quote(str(given.recorded))
+    if given.robot:
+        return [f"exidyn diagnose {shlex.quote(given.robot)} {real}"]
+    if model_text(simulated.model) == model_text(recorded.model):
+        return [f"exidyn diagnose {real}"]
+    model = shlex.quote(str(given.simulated.with_name(f"{given.simulated.stem}-model.toml")))
+    return [
+        f"exidyn export {shlex.quote(str(given.simulated))} --to toml -o {model}",
+        f"exidyn diagnose {model} {real}",
+    ]
+
+
+def parser() -> argparse.ArgumentParser:
+    """What `exidyn compare` takes."""
+    found = command_parser(
+        "compare",
+        "Lay a simulation beside a recording of the same motion: where they differ, and how far.",
+        EXAMPLES,
+    )
+    found.add_argument(
+        "simulated", type=Path, metavar="SIM", help="recording of any simulator (.mcap, .csv), or another run"
+    )
+    found.add_argument("recorded", type=Path, metavar="REAL", help="recording that is believed")
+    add_robot(found, "for tables, which do not say of which robot they are")
+    found.add_argument(
+        "--offset",
+        type=number,
+        metavar="S",
+        help="to add to the time of SIM; default: where the positions agree best",
+    )
+    add_json(found)
+    return found

@@ -1,0 +1,161 @@
+"""exidyn diagnose: a nominal robot and its recordings in; what the model leaves out, out."""
+
+import argparse
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+from exidyn.identify.diagnosis import Diagnosis, diagnose
+from exidyn.identify.diagnosis.improved.forward import Forward, forward
+from exidyn.identify.diagnosis.refit import refit
+from exidyn.identify.diagnosis.words.summary import summary
+from exidyn.identify.errors import ExidynError
+from exidyn.identify.fit.fit import Fit
+from exidyn.identify.pages.diagnosis.told import whole
+from exidyn.identify.preparation.prepare import Filtering
+
+from ..arguments.common import add_output, command_parser
+from ..arguments.exit_codes import DONE, REFUSED
+from ..files.diagnosis_case import COMPARISON_CUTOFF, Case, case_folders, read_case, recorded_case
+from ..files.diagnosis_files import add_answer, read_answers, write_diagnosis
+from ..files.payload_runs import add_payload_arguments
+from ..terminal.json_output import add_json, hand_over, json_text, require_json
+from .identify_command import add_filters, filtering_of, make_folder, stopwatch
+
+EXAMPLES = (
+    "exidyn diagnose robot.toml one.mcap --slow slow.mcap --validate other.mcap",
+    "exidyn diagnose robot.toml one.mcap --payload loaded.mcap --mass 4 --validate other.mcap",
+    "exidyn diagnose cases/c01 cases/c02 --answer answers.json",
+)
+NOTES = """Runs say themselves what they are for (identify, slow, payload, validate) where recorded so; what
+comes behind an option is for that. The more kinds of run, the more effects can be distinguished."""
+Progress = Callable[[str], None]
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Diagnose, print, write; every case for itself."""
+    given, progress = parser().parse_args(arguments), stopwatch()
+    require_json(given.json)
+    folders = case_folders(given.sources)
+    make_folder(given.output)
+    if given.answer:
+        read_answers(given.answer)  # before any work is done for it
+    if not folders:
+        progress("read the recordings")
+        _do(recorded_case(given), given.output, given, progress)
+        return 0
+    _require_no_runs(given)
+    given.torque_cutoff = given.torque_cutoff or COMPARISON_CUTOFF
+    if len(folders) == 1:
+        progress(f"read {folders[0]}")
+        _do(read_case(folders[0]), given.output, given, progress)
+        return 0
+    _require_no_json(given)
+    failed = [folder for folder in folders if not _try(folder, given, progress)]
+    return REFUSED if failed else DONE
+
+
+def parser() -> argparse.ArgumentParser:
+    """What `exidyn diagnose` takes."""
+    found = command_parser(
+        "diagnose",
+        "Say which physics a robot's model leaves out, and prove it on runs held out.",
+        EXAMPLES,
+        NOTES,
+    )
+    found.add_argument(
+        "sources",
+        nargs="+",
+        metavar="SOURCE",
+        help="robot.toml or .urdf and its runs (.mcap, .csv); or folders with case.toml, each a case",
+    )
+    runs: dict[str, Any] = {"nargs": "+", "type": Path, "default": [], "metavar": "RUN"}
+    found.add_argument("--validate", **runs, help="runs that are only predicted")
+    found.add_argument("--slow", **runs, help="runs at constant low speeds")
+    add_payload_arguments(found)
+    add_filters(found, f"from the data; for case folders {COMPARISON_CUTOFF:g}, the filter of their format")
+    add_output(found, "FOLDER", Path("exidyn-diagnosis"))
+    add_json(found)
+    found.add_argument(
+        "--answer", type=Path, metavar="FILE", help="JSON in which each case's findings are put, by its name"
+    )
+    found.add_argument(
+        "--quick", action="store_true", help="without simulation and without fit.json, which take a while"
+    )
+    return found
+
+
+def _require_no_runs(given: argparse.Namespace) -> None:
+    """Raise where runs are given beside a case, which has its own.
+
+    Raises:
+        ExidynError: Some are.
+    """
+    beside = [f"--{name}" for name in ("validate", "slow", "payload") if getattr(given, name)]
+    if beside:
+        raise ExidynError(
+            f"{' and '.join(beside)} beside a case folder, whose case.toml says which runs are which"
+        )
+
+
+def _require_no_json(given: argparse.Namespace) -> None:
+    """Raise where one JSON is asked for of several cases.
+
+    Raises:
+        ExidynError: It is.
+    """
+    if given.json:
+        raise ExidynError(
+            "--json takes one case; of several, each has its diagnosis.json below --output, and --answer "
+            "collects their findings"
+        )
+
+
+def _try(folder: Path, given: argparse.Namespace, progress: Progress) -> bool:
+    """Diagnose one case of several; whether that could be done."""
+    try:
+        progress(f"read {folder}")
+        _do(read_case(folder), given.output / folder.name, given, progress)
+    except ExidynError as error:
+        print(f"exidyn: {folder}: {' '.join(str(error).split())}", file=sys.stderr)
+        return False
+    return True
+
+
+def _do(case: Case, output: Path, given: argparse.Namespace, progress: Progress) -> Diagnosis:
+    """Diagnose one case, print and write what came out."""
+    progress(f"ask {len(case.runs)} runs of {case.name}")
+    filtering = filtering_of(given)
+    diagnosis = diagnose(case.model, case.runs, case.name, filtering=filtering)
+    if given.answer:
+        add_answer(diagnosis, given.answer)
+    simulated = None if given.quick else _simulated(diagnosis, case, progress)
+    fit = None if given.quick else _fit(diagnosis, case, filtering, progress)
+    written = write_diagnosis(diagnosis, simulated, fit, output)
+    text = json_text(whole(diagnosis, simulated, str(output)))
+    hand_over(summary(diagnosis, simulated, str(output)), text, given.json)
+    print("written: " + ", ".join(map(str, written)), file=sys.stderr)
+    return diagnosis
+
+
+def _simulated(diagnosis: Diagnosis, case: Case, progress: Progress) -> Forward | None:
+    """The first run held out in simulation, or the first run; None where the arm cannot be simulated."""
+    runs = dict(case.runs[::-1])
+    recording = runs.get("validate") or case.runs[0][1]
+    progress(f"simulate {recording.name} before and after")
+    try:
+        return forward(diagnosis, recording)
+    except ExidynError as error:
+        progress(f"not simulated: {error}")
+        return None
+
+
+def _fit(diagnosis: Diagnosis, case: Case, filtering: Filtering, progress: Progress) -> Fit | None:
+    """The model with what was found, identified again; None where the runs cannot carry that."""
+    progress("identify the model again with what was found")
+    try:
+        return refit(diagnosis, case.runs, filtering=filtering)
+    except ExidynError as error:
+        progress(f"no fit.json: {error}")
+        return None

@@ -1,0 +1,223 @@
+"""exidyn excite: a robot in; the trajectory that identifies it best out, or another kind of run."""
+
+import argparse
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from itertools import permutations
+from pathlib import Path
+
+import numpy as np
+
+from exidyn.identify.effects import known_parameters
+from exidyn.identify.errors import RobotError
+from exidyn.identify.fit.fit_file import read_fit
+from exidyn.identify.fit.warnings.excitation_doubts import WORST
+from exidyn.identify.model import Model
+from exidyn.identify.robot_files.geometry import read_geometry
+from exidyn.identify.robot_files.robot_file import read_model
+from exidyn.identify.robot_files.toml_fields import check_keys, parse_toml, read_text
+from exidyn.identify.text_table import paragraph
+from exidyn.trajectories.clearances.clearance import Clearance
+from exidyn.trajectories.clearances.region_rows import read_regions
+from exidyn.trajectories.clearances.self_collision import SelfCollision
+from exidyn.trajectories.discrimination.discriminate import Discriminate
+from exidyn.trajectories.discrimination.distinction import distinguish, sentences
+from exidyn.trajectories.discrimination.hypothesis import Hypothesis
+from exidyn.trajectories.discrimination.separation import Observation
+from exidyn.trajectories.errors import BadLimits
+from exidyn.trajectories.identification_goal import believed_noise
+from exidyn.trajectories.joint_words import in_words_of
+from exidyn.trajectories.kinds import KINDS
+from exidyn.trajectories.limits.usable_limits import Margins, usable
+from exidyn.trajectories.planning import plan
+from exidyn.trajectories.plans.plan import Plan
+from exidyn.trajectories.plans.plan_check import believed_torque, violations
+from exidyn.trajectories.plans.plan_file import write_plan
+from exidyn.trajectories.plans.plan_summary import summary
+from exidyn.trajectories.plans.plan_use import limit_use
+from exidyn.trajectories.wishes import Wishes, rows_of
+
+from ..arguments.excite_arguments import OPTIMISED, excite_options
+from ..arguments.excite_arguments import parser as parser
+from ..terminal.json_output import hand_over, json_text, require_file, require_json
+from ..terminal.plan_table import plan_table
+from .identify_command import stopwatch
+
+Progress = Callable[[str], None]
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Plan, print, write."""
+    given = excite_options(arguments)
+    read = [given.robot, *(one for one in (given.against, given.after, given.region) if one)]
+    require_file(given.output, "--output", read)
+    require_json(given.json)
+    model, progress = read_model(given.robot), stopwatch()
+    wishes = _wishes(given, model, progress)
+    pages: list[str]
+    if given.kind != OPTIMISED:
+        plans, pages = [_by_rule(given, model, wishes)], []
+    elif given.against:
+        plans, pages = _against(given, model, wishes, progress)
+    else:
+        plans, pages = _search(given, model, wishes, progress), []
+    tables, told_apart = [], list(pages)
+    for one, path in zip(plans, _paths(given.output, len(plans)), strict=True):
+        write_plan(one, path)
+        torque = believed_torque(one, model)
+        uses, beyond = [*limit_use(one), torque.use], violations(one, torque)
+        pages += [summary(one, uses, beyond), *_poor(one), f"written: {path}; exidyn show {path} draws it"]
+        tables.append(plan_table(one, uses, beyond) | {"written": str(path)})
+    table = {"exidyn_plan": 1, "motions": tables, "told_apart": told_apart}
+    hand_over("\n".join(pages), json_text(table), given.json)
+    return 0
+
+
+def _poor(one: Plan) -> list[str]:
+    """A warning where the best motion found is poor."""
+    if one.criterion == "condition" and not one.reached < WORST:
+        warning = (
+            f"the best motion found is poor: condition number {one.reached:.3g}, from {WORST:g} on some "
+            "combination of parameters is hardly seen. Try a wider range or window, a longer --period, more "
+            "--search, or a model with fewer unknowns"
+        )
+        return paragraph(warning, " " * 11, "  WARNING: ")
+    return []
+
+
+def _search(
+    given: argparse.Namespace,
+    model: Model,
+    wishes: Wishes,
+    progress: Progress,
+    goal: Discriminate | None = None,
+) -> list[Plan]:
+    return plan(
+        model,
+        wishes,
+        goal=goal,
+        starts=given.starts,
+        seed=given.seed,
+        seconds=given.search,
+        progress=progress,
+    )
+
+
+def _by_rule(given: argparse.Namespace, model: Model, wishes: Wishes) -> Plan:
+    """A run of one of the other kinds."""
+    limits, assumed = usable(model.robot, wishes.margins, wishes.window, wishes.start)
+    joints = [model.robot.index(joint) for joint in given.joints or model.robot.joints]
+    with in_words_of(model.robot):
+        made = KINDS[given.kind](model, wishes, limits, joints)
+    return Plan.of(
+        made.trajectory,
+        model,
+        margins=vars(wishes.margins),
+        tick=wishes.tick,
+        assumed=(*assumed, *made.notes),
+        details={"kind": given.kind},
+    )
+
+
+def _against(
+    given: argparse.Namespace, model: Model, wishes: Wishes, progress: Progress
+) -> tuple[list[Plan], list[str]]:
+    """The run that tells two models apart, and how well it does in sentences."""
+    rival = read_model(given.against)
+    names = [model.robot.name, rival.robot.name]
+    if names[0] == names[1]:
+        names = [str(given.robot), str(given.against)]
+    limits, _ = usable(model.robot, wishes.margins, wishes.window, wishes.start)
+    hypotheses = tuple(
+        Hypothesis.believed(name, one) for name, one in zip(names, (model, rival), strict=True)
+    )
+    for hypothesis, other in permutations(hypotheses):
+        _require_values(hypothesis, other)
+    goal = Discriminate(hypotheses, Observation(believed_noise(model, limits), rows_of(wishes)))
+    plans = _search(given, model, wishes, progress, goal)
+    said = []
+    for one in plans:
+        motion = one.trajectory.every(0.01).motion()
+        said += sentences(distinguish(goal, motion, limits, one.trajectory.duration))
+    return plans, said
+
+
+def _require_values(one: Hypothesis, other: Hypothesis) -> None:
+    """Raise where what one model has beyond the other has no values, and so explains nothing.
+
+    Raises:
+        RobotError: All of it is zero.
+    """
+    known = set(other.model.names)
+    own = {n: v for n, v in zip(one.model.names, one.values, strict=True) if n not in known}
+    if own and not any(own.values()):
+        raise RobotError(
+            f"{one.name}: {', '.join(own)} have no values, so it says the same as {other.name}. Give its "
+            "effects the values that a fit found: values = [...] in their [[effect]] rows"
+        )
+
+
+def _wishes(given: argparse.Namespace, model: Model, progress: Progress) -> Wishes:
+    turn = np.where(model.robot.revolute & given.degrees, np.pi / 180.0, 1.0)
+    start = _joint_values(given.start, model, "--start")
+    window = _joint_values(given.window, model, "--window")
+    if given.mass is None and given.com is not None:
+        raise RobotError("--com is the centre of a payload's mass; give the mass with --mass too")
+    payload = None if given.mass is None else known_parameters(given.mass, given.com)
+    return Wishes(
+        criterion=given.criterion,
+        harmonics=given.harmonics,
+        period=given.period,
+        seconds=given.length,
+        series=given.trajectories,
+        margins=replace(
+            Margins(),
+            velocity=given.margin,
+            acceleration=given.margin,
+            jerk=given.margin,
+            torque=given.margin,
+        ),
+        window=None if window is None else turn * window,
+        start=None if start is None else turn * start,
+        tick=given.tick,
+        clearances=_clearances(given, model, progress),
+        shapes=given.shapes,
+        focus=given.focus,
+        payload=payload,
+        fit=None if given.after is None else read_fit(given.after),
+    )
+
+
+def _joint_values(values: Sequence[float] | None, model: Model, option: str) -> np.ndarray | None:
+    """One value a joint; a single one stands for all."""
+    if values is None:
+        return None
+    if len(values) not in (1, model.robot.dof):
+        raise BadLimits(f"{option}: {len(values)} values; give 1 or {model.robot.dof}, one a joint")
+    return np.broadcast_to(np.array(values), (model.robot.dof,)).copy()
+
+
+def _clearances(given: argparse.Namespace, model: Model, progress: Progress) -> tuple[Clearance, ...]:
+    """Self-collision where the robot's URDF has geometry, and the regions of the command line."""
+    found: list[Clearance] = []
+    geometry = None if given.no_collision else read_geometry(given.robot, given.packages)
+    if geometry is not None:
+        collision = SelfCollision.of(model.robot, geometry, given.collision_distance)
+        progress(f"{len(collision.names)} pairs of bodies are kept {given.collision_distance:g} m apart")
+        found.append(collision)
+    elif not given.no_collision:
+        progress("the robot has no collision geometry, so self-collision is not looked at")
+    if given.region:
+        table = parse_toml(read_text(given.region), str(given.region))
+        check_keys(table, ("region",), str(given.region))
+        if "region" not in table:
+            raise RobotError(f"{given.region}: no [[region]] row in it")
+        found += read_regions(table["region"], model.robot)
+    return tuple(found)
+
+
+def _paths(output: Path, count: int) -> list[Path]:
+    """The file of each trajectory: the one named, or with numbers from 1."""
+    if count == 1:
+        return [output]
+    return [output.with_stem(f"{output.stem}-{number}") for number in range(1, count + 1)]

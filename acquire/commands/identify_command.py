@@ -1,0 +1,187 @@
+"""exidyn identify: recordings in; a table, fit.json, a report and a view out."""
+
+import argparse
+import errno
+import sys
+import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from tempfile import TemporaryFile
+
+from exidyn.identify.fit.estimators import ESTIMATORS
+from exidyn.identify.fit.fit import Fit
+from exidyn.identify.fit.fit_file import fit_text, write_fit
+from exidyn.identify.fit.identification import identify
+from exidyn.identify.model import Model
+from exidyn.identify.pages.fit.fit_summary import summary
+from exidyn.identify.preparation.prepare import Filtering
+from exidyn.identify.recordings.importers import import_source
+from exidyn.identify.recordings.recording import Recording
+from exidyn.identify.robot_files.robot_file import read_model
+
+from ..arguments.common import add_output, add_robot, command_parser, positive
+from ..arguments.table_help import table_help
+from ..files.payload_runs import add_payload_arguments, carrying, distinct_bodies
+from ..terminal.json_output import add_json, hand_over, require_file, require_json
+
+EXAMPLES = (
+    "exidyn identify run.mcap --validate other.mcap",
+    "exidyn identify empty.mcap --payload loaded.mcap --mass 175 --validate other.mcap",
+    "exidyn identify run.mcap --shapes stribeck_friction --json -",
+)
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Identify, print, write."""
+    run(arguments, stopwatch())
+    return 0
+
+
+def run(arguments: Sequence[str], progress: Callable[[str], None]) -> Fit:
+    """Do what the command does, and return the fit."""
+    given = parser().parse_args(arguments)
+    make_folder(given.output)
+    require_json(given.json)
+    if given.save:
+        require_file(given.save, "--save", [*given.runs, *given.validate])
+    model = read_model(given.robot) if given.robot else None
+    progress("read the recordings")
+    runs, held_out = _recordings(given, model)
+    fit = identify(
+        runs,
+        held_out,
+        model=model,
+        estimator=ESTIMATORS[given.estimator] if given.estimator else None,
+        filtering=filtering_of(given),
+        drop=not given.keep_all,
+        fitted_shapes=given.shapes,
+        progress=progress,
+    )
+    hand_over(summary(fit), fit_text(fit), given.json)
+    _write(fit, given)
+    return fit
+
+
+def parser() -> argparse.ArgumentParser:
+    """What `exidyn identify` takes."""
+    found = command_parser(
+        "identify",
+        "Identify an arm's dynamics, and its drive gains where a run carries a known payload.",
+        EXAMPLES,
+        table_help("estimators", ESTIMATORS),
+    )
+    found.add_argument(
+        "runs",
+        nargs="+",
+        type=Path,
+        metavar="RUN",
+        help="recording (.mcap), or with --robot a table (.csv); a folder with case.toml gives all its runs",
+    )
+    add_payload_arguments(found)
+    found.add_argument(
+        "--validate", nargs="+", type=Path, default=[], metavar="RUN", help="runs that are only predicted"
+    )
+    add_robot(found, "in place of the one inside the recordings")
+    found.add_argument(
+        "--estimator",
+        choices=ESTIMATORS,
+        metavar="NAME",
+        help=f"one of {', '.join(ESTIMATORS)}, see below; by default ml with a known payload, else weighted",
+    )
+    found.add_argument("--keep-all", action="store_true", help="keep parameters the data do not support")
+    found.add_argument(
+        "--shapes",
+        "--fit-shapes",
+        nargs="+",
+        default=[],
+        metavar="EFFECT",
+        help="effects whose shapes are fitted as well, joint by joint, such as coulomb_friction",
+    )
+    add_filters(found)
+    add_output(found, "FOLDER", Path("exidyn-fit"))
+    add_json(found)
+    found.add_argument("--view", action="store_true", help="show measured and predicted in Rerun's viewer")
+    found.add_argument("--save", type=Path, metavar="FILE", help="save that view as a file (.rrd)")
+    return found
+
+
+def add_filters(found: argparse.ArgumentParser, torque_default: str = "from the data") -> None:
+    """Add the cut-offs and the speed of standstill.
+
+    Args:
+        found: To what.
+        torque_default: Where torque is compared up to if nothing is said, in words.
+    """
+    usual, defaults = "from the data", {"--torque-cutoff": torque_default}
+    for name, unit, meaning in (
+        ("--position-cutoff", "HZ", "low-pass of positions before differentiation"),
+        ("--torque-cutoff", "HZ", "up to where torque is compared"),
+        ("--standstill", "RAD/S", "speed below which a joint sticks"),
+    ):
+        found.add_argument(
+            name, type=positive, metavar=unit, help=f"{meaning}; default: {defaults.get(name, usual)}"
+        )
+
+
+def filtering_of(given: argparse.Namespace) -> Filtering:
+    """What was said of filters."""
+    return Filtering(None, given.position_cutoff, given.torque_cutoff, given.standstill)
+
+
+def _recordings(given: argparse.Namespace, model: Model | None) -> tuple[list[Recording], list[Recording]]:
+    """Runs to identify from and runs held out; a case folder says itself which are which."""
+    read = [recording for path in given.runs for recording in import_source(path, model)]
+    held_out = [recording for recording in read if recording.settings.get("role") == "validate"]
+    runs = [recording for recording in read if recording.settings.get("role") != "validate"]
+    if not runs:  # whoever gives only validation runs as RUN means them
+        runs, held_out = held_out, []
+    for run in given.payload:
+        runs += [carrying(recording, run) for recording in import_source(run.path, model)]
+    held_out += [recording for path in given.validate for recording in import_source(path, model)]
+    every = distinct_bodies([*runs, *held_out])
+    return every[: len(runs)], every[len(runs) :]
+
+
+def make_folder(folder: Path) -> None:
+    """Make the folder for the results before any work is done for them.
+
+    Raises:
+        OSError: It cannot be made or written; names the option.
+    """
+    if folder.exists() and not folder.is_dir():
+        raise FileExistsError(errno.EEXIST, "this file exists; --output needs a folder", str(folder))
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with TemporaryFile(dir=folder):
+            pass
+    except OSError as error:
+        raise OSError(error.errno, f"--output cannot be written: {error.strerror}", str(folder)) from error
+
+
+def _write(fit: Fit, given: argparse.Namespace) -> None:
+    """Write fit.json and report.html, and show or save the view; say where on standard error."""
+    from exidyn.identify.pages.fit.report import write_report
+
+    folder = given.output
+    write_fit(fit, folder / "fit.json")
+    write_report(fit, folder / "report.html")
+    written = [folder / "fit.json", folder / "report.html"]
+    if given.view or given.save:
+        from exidyn.identify.pages.views.view import open_rerun, save_rerun  # Rerun takes a second to import
+
+        if given.save:
+            save_rerun(fit, given.save)
+            written.append(given.save)
+        if given.view:
+            open_rerun(fit)
+    print("written: " + ", ".join(map(str, written)), file=sys.stderr)
+
+
+def stopwatch() -> Callable[[str], None]:
+    """Prints sentences on standard error with the seconds since it was made."""
+    start = time.perf_counter()
+
+    def progress(sentence: str) -> None:
+        print(f"{time.perf_counter() - start:6.1f} s  {sentence}", file=sys.stderr, flush=True)
+
+    return progress

@@ -1,0 +1,173 @@
+"""exidyn import: other people's files in, recordings out."""
+
+import argparse
+import re
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from exidyn.identify.errors import RecordingError, listed
+from exidyn.identify.recordings.importers import IMPORTERS, import_source, kind_of
+from exidyn.identify.recordings.importers.align import aligned
+from exidyn.identify.recordings.mcap.mcap_file import read_recording, write_recording
+from exidyn.identify.recordings.recording import SIGNALS, Recording
+from exidyn.identify.recordings.units import BEFORE_GEAR
+from exidyn.identify.robot_files.robot_file import read_model
+from exidyn.identify.text_table import digits
+
+from ..arguments.common import add_output, add_robot, command_parser, positive, whole
+from ..terminal.json_output import add_json, hand_over, json_text, require_file, require_json
+from ..terminal.recording_table import recording_table
+from .identify_command import make_folder
+from .info_command import payload_words, warning_lines
+
+EXAMPLES = (
+    "exidyn import run.csv --robot robot.toml",
+    "exidyn import run.csv --robot robot.toml --degrees --columns time=Zeit position=A{number} current=I1,I2",
+    "exidyn import trace_folder --align run.mcap -o traced",
+)
+
+NAMES = """columns of a table, unless --columns names others (joints count from 1):
+  t                    time [s]
+  q1, q2, ...          position [rad]
+  dq1, ...             velocity [rad/s]
+  i1, ...              current of the motor [A]
+  tau1, ...            torque [N m]
+  temp1, ...           temperature of the motor [degC]
+  ql1, ...             position behind the gear, of a second encoder [rad]
+  q_ref1, ...          commanded position [rad]
+  dq_ref1, ...         commanded velocity [rad/s]
+t, all q and all i or tau are needed. Between columns stands a comma, semicolon or tab.
+"""
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Import, write, and say of each run what came in."""
+    given = parser().parse_args(arguments)
+    require_json(given.json)
+    run = read_recording(given.align) if given.align else None
+    model = read_model(given.robot) if given.robot else (run.model if run else None)
+    options = _options(given) | (_axes(run) if run and _is_trace(given) else {})
+    recordings = import_source(given.source, model, given.kind, **options)
+    if not recordings:
+        raise RecordingError(f"{given.source}: there is no run in it")
+    single = given.output.suffix == ".mcap"
+    if single:
+        _require_single(given.output, recordings, given.source)
+    else:
+        make_folder(given.output)
+    written: dict[Path, Recording] = {}
+    for recording in recordings if run is None else [aligned(recording, run) for recording in recordings]:
+        path = given.output if single else _free_path(given.output, recording, set(written))
+        written[path] = recording
+        write_recording(recording, path)
+        print("".join(line + "\n" for line in warning_lines(recording)), end="", file=sys.stderr)
+    tables = [recording_table(recording) | {"written": str(path)} for path, recording in written.items()]
+    page = "\n".join(_line(recording, path) for path, recording in written.items())
+    hand_over(page, json_text({"exidyn_import": 1, "recordings": tables}), given.json)
+    return 0
+
+
+def parser() -> argparse.ArgumentParser:
+    """What `exidyn import` takes."""
+    found = command_parser(
+        "import",
+        "Turn tables (.csv, .csv.gz), KUKA traces, ROS 2 bags and case folders into recordings.",
+        EXAMPLES,
+        NAMES,
+    )
+    found.add_argument("source", type=Path, metavar="SOURCE", help="file or folder")
+    add_robot(found, "for all but case folders and --align, which bring theirs")
+    found.add_argument("--kind", choices=IMPORTERS, metavar="KIND", help=f"one of {', '.join(IMPORTERS)}")
+    add_output(found, "FOLDER", Path(), "or FILE.mcap for one run; default: this folder")
+    add_json(found)
+    _add_units(found)
+    found.add_argument(
+        "--align",
+        type=Path,
+        metavar="RUN",
+        help="recording (.mcap) of the same run: times become that one's clock, by where the positions agree "
+        "best, and its robot, payload, trajectory and settings are taken over",
+    )
+    return found
+
+
+def _add_units(found: argparse.ArgumentParser) -> None:
+    """How a table differs from what is read by default."""
+    found.add_argument("--degrees", action="store_true", help="positions and velocities are in degrees")
+    found.add_argument(
+        "--motor-side",
+        nargs="*",
+        choices=BEFORE_GEAR,
+        metavar="SIGNAL",
+        help=f"these signals are the motor's, before the gear: of {', '.join(BEFORE_GEAR)}, all if none is "
+        "named. Torque is multiplied, the others are divided by the robot's [drive] gear_ratio",
+    )
+    found.add_argument("--time-scale", type=positive, metavar="S", help="seconds per unit of the time column")
+    found.add_argument("--skip-rows", type=whole, metavar="N", help="rows to leave out at the beginning")
+    found.add_argument(
+        "--columns",
+        nargs="+",
+        type=_column,
+        metavar="SIGNAL=COLUMN",
+        help=f"columns of a table: time or one of {', '.join(SIGNALS)}; one column a joint with commas, or a "
+        "pattern with {number} or {joint}",
+    )
+
+
+def _is_trace(given: argparse.Namespace) -> bool:
+    return (given.kind or kind_of(given.source)) == "kuka_trace"
+
+
+def _axes(run: Recording) -> dict[str, list[float]]:
+    """How the controller of a run counts its axes, which its trace does not say."""
+    found = {name: run.settings.get(f"driver {name}", "") for name in ("sign", "zero")}
+    return {name: [float(n) for n in text.split() if n != "rad"] for name, text in found.items() if text}
+
+
+def _column(text: str) -> tuple[str, str | list[str]]:
+    signal, equals, columns = text.partition("=")
+    if not equals:
+        raise argparse.ArgumentTypeError(f"'{text}' is not SIGNAL=COLUMN")
+    return signal, columns.split(",") if "," in columns else columns
+
+
+def _options(given: argparse.Namespace) -> dict[str, Any]:
+    """Options of the importer that were given; it refuses those it does not have."""
+    options = {name: getattr(given, name) for name in ("degrees", "motor_side", "time_scale", "skip_rows")}
+    options["motor_side"] = True if given.motor_side == [] else given.motor_side
+    options["columns"] = dict(given.columns) if given.columns else None
+    return {name: value for name, value in options.items() if value is not None and value is not False}
+
+
+def _require_single(path: Path, recordings: Sequence[Recording], source: Path) -> None:
+    """Make sure that one file can take what was imported.
+
+    Raises:
+        RecordingError: There are several runs.
+        OSError: The file cannot be written; names the option.
+    """
+    if len(recordings) > 1:
+        names = [recording.name for recording in recordings]
+        raise RecordingError(
+            f"{source} holds {len(recordings)} runs ({listed(names)}), and --output {path} is one file. "
+            f"Name a folder: --output {path.with_suffix('')}"
+        )
+    require_file(path, "--output", [source])
+
+
+def _free_path(folder: Path, recording: Recording, taken: set[Path]) -> Path:
+    """A file name from the run's name; numbered where two runs of this import have the same."""
+    stem = re.sub(r"[^\w.-]+", "_", recording.name).strip("_") or "run"
+    paths = (folder / f"{stem}{f'_{k}' if k else ''}.mcap" for k in range(len(taken) + 1))
+    return next(path for path in paths if path not in taken)
+
+
+def _line(recording: Recording, path: Path) -> str:
+    signals = ", ".join(
+        f"{name} {digits(signal.rate) if signal.rate else '-'} Hz"
+        for name, signal in recording.signals.items()
+    )
+    payload = f"; payload {payload_words(recording)}" if recording.payload else ""
+    return f"{path}: {recording.robot.name}, {recording.duration:.3f} s, {signals}{payload}"

@@ -1,0 +1,268 @@
+"""exidyn jog: one joint a little way and back at a crawl, and whether it does as the robot file says."""
+
+import argparse
+import sys
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from exidyn.drivers import Driver, Info, Sample
+from exidyn.identify.arm.robot import Robot
+from exidyn.identify.effects import Payload
+from exidyn.identify.errors import UnknownJoint
+from exidyn.identify.model import Model
+from exidyn.identify.recordings.recording import KnownPayload
+from exidyn.identify.robot_files.robot_file import read_model
+
+from ..arguments.common import add_body, add_output, add_robot, add_seed, command_parser, number
+from ..arguments.controllers import add_controller, make_driver, read_controller
+from ..arguments.exit_codes import DONE, STOPPED, WRONG
+from ..arguments.run_options import add_stops, body_of, stops_of
+from ..files.recorded_run import free_path, run_recorded, run_settings, say_where
+from ..files.standing_arm import standing_arm
+from ..jog import jog_text
+from ..jog.believed import FlangeWay, flange_way
+from ..jog.judgements import Judgement, Verdict, judge
+from ..jog.kept import Kept
+from ..jog.there_and_back import (
+    MOST_SLIDE,
+    MOST_TURN,
+    USUAL_SLIDE,
+    USUAL_TURN,
+    Way,
+    duration,
+    require_room,
+    run_limits,
+    there_and_back,
+)
+from ..run.errors import NotAllowed
+from ..run.perform import FEWEST, LISTEN, Job, Outcome
+from ..run.recorder import require_free
+from ..run.run_head import RunHead
+from ..run.start import StartRules
+from ..terminal import run_summary
+from ..terminal.confirm import confirm, require_attended
+from ..terminal.json_output import add_json, hand_over, json_text, require_json
+from ..terminal.progress import say, start_progress
+
+EXAMPLES = (
+    "exidyn jog --robot cobot --joint 3                         # a simulated arm",
+    "exidyn jog --controller cell.toml --robot robot.toml --joint 3 --degrees 2",
+    "exidyn jog --controller cell.toml --robot robot.toml --joint elbow --degrees -5 -o elbow.mcap",
+)
+SLIPPED = "It moved when its drives were powered: look at its brakes, and at gains and zeros of its drives"
+ADVICE = "; the joint moves at a crawl, and Ctrl-C brakes it."
+GENTLE = 0.05
+"""Share of the limits on the way, below half a degree, to where the motion begins [-]."""
+
+
+@dataclass
+class Jog:
+    """One jog, as it is asked for, and what was found when the arm was.
+
+    Attributes:
+        model: As believed, with what it carries.
+        way: To be gone.
+        given: The command line.
+        driver: Not open yet.
+        flange: Where it should go; None until the arm is found.
+    """
+
+    model: Model
+    way: Way
+    given: argparse.Namespace
+    driver: Driver
+    flange: FlangeWay | None = field(default=None)
+
+    def job(self, info: Info) -> Job:
+        """What is to be done, from where the arm stands; its drives are not powered yet.
+
+        Raises:
+            NotAllowed: The controller takes no commands.
+            CannotStart: The joint has no room, or nobody knows where it is.
+        """
+        robot = self.model.robot
+        if info.listens:
+            raise NotAllowed("the controller is only listened to (ONLYSEND), so that no joint can be jogged")
+        position = _standing(self.driver, info)
+        require_room(robot, self.way, position)
+        self.flange = flange_way(robot, position, self.way)
+        say(jog_text.found(robot, self.way, position, self.flange))
+        limits = run_limits(robot)
+        watch, current = stops_of(self.given, robot.dof)
+        motion = there_and_back(position, self.way, limits, info.cycle)
+        return Job(robot, motion, limits, StartRules(speed=GENTLE, advice=SLIPPED), watch, current)
+
+
+def parser() -> argparse.ArgumentParser:
+    """What `exidyn jog` takes."""
+    found = command_parser(
+        "jog",
+        "Move one joint a little way and back at a crawl, and say whether sign, scale and gain look right.",
+        EXAMPLES,
+        usage="exidyn jog [-h] --robot ROBOT --joint JOINT [option ...]",
+    )
+    add_robot(found, required=True)
+    found.add_argument("--joint", required=True, metavar="JOINT", help="its number from 1, or its name")
+    way = found.add_mutually_exclusive_group()
+    way.add_argument(
+        "--degrees",
+        type=number,
+        metavar="DEG",
+        help=f"from where it stands, up to {_degrees(MOST_TURN)} either way; default: {_degrees(USUAL_TURN)}",
+    )
+    way.add_argument(
+        "--mm",
+        type=number,
+        metavar="MM",
+        help=f"where it slides, up to {1e3 * MOST_SLIDE:g} either way; default: {1e3 * USUAL_SLIDE:g}",
+    )
+    add_output(found, "FILE", meaning="default: jog.mcap, jog-2.mcap, ...")
+    add_json(found)
+    controller = found.add_argument_group("controller")
+    add_controller(controller)
+    controller.add_argument("--plant", metavar="ROBOT", help="what the mock's arm really is; default: ROBOT")
+    add_seed(controller, "of the mock's noise")
+    controller.add_argument(
+        "--yes", action="store_true", help="do not ask; see docs/record.md for when that is allowed"
+    )
+    add_stops(found.add_argument_group("what stops the run"))
+    add_body(found.add_argument_group("what hangs on the flange"))
+    return found
+
+
+def _degrees(angle: float) -> str:
+    return f"{np.degrees(angle):g}"
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Check, ask, move, record, judge."""
+    given = parser().parse_args(arguments)
+    payload = body_of(given)
+    believed = read_model(given.robot)
+    model = believed + Payload(payload.name, payload.known) if payload else believed
+    way = _way(given, model.robot)
+    stops_of(given, model.robot.dof)  # so that what is wrong with it is said before anything is asked
+    name, settings = read_controller(given.controller, given.driver, given.set)
+    driver = _driver(given, name, settings, model, payload)
+    path = free_path(given.output, "jog")
+    require_free(path)
+    require_json(given.json)
+    require_attended(driver.simulated, given.yes)
+    print(jog_text.before(model.robot, way, _facts(given, name, path)), file=sys.stderr)
+    confirm(driver.simulated, given.yes, ADVICE)
+    jog = Jog(model, way, given, driver)
+    kept = Kept()
+    head = partial(_head, given, name, believed, way, payload, path)
+    progress = partial(start_progress, duration(way))
+    outcome, recorder = run_recorded(driver, jog.job, path, head, progress, [kept])
+    judgements = judge(kept.course(), way, model, payload.name if payload else "")
+    _tell(jog, outcome, judgements, path)
+    say_where(recorder, path, f"info {path} tells what happened")
+    if outcome.stop is not None:
+        return STOPPED
+    return WRONG if any(one.verdict is Verdict.WRONG for one in judgements) else DONE
+
+
+def _way(given: argparse.Namespace, robot: Robot) -> Way:
+    """The joint, and how far.
+
+    Raises:
+        UnknownJoint: There is no such joint.
+        NotAllowed: Degrees of a joint that slides, millimetres of one that turns, or too many.
+    """
+    joint = _joint(given.joint, robot)
+    turns = bool(robot.revolute[joint])
+    if (given.mm if turns else given.degrees) is not None:
+        kind, option = ("turns", "--degrees") if turns else ("slides", "--mm")
+        raise NotAllowed(f"{robot.joints[joint]} {kind}: say how far with {option}")
+    if turns:
+        return Way.of(robot, joint, USUAL_TURN if given.degrees is None else float(np.radians(given.degrees)))
+    return Way.of(robot, joint, USUAL_SLIDE if given.mm is None else 1e-3 * given.mm)
+
+
+def _joint(said: str, robot: Robot) -> int:
+    if said in robot.joints:
+        return robot.index(said)
+    if said.isdecimal() and 1 <= int(said) <= robot.dof:
+        return int(said) - 1
+    raise UnknownJoint(said, f"{robot.name} (numbers 1 to {robot.dof})", robot.joints)
+
+
+def _driver(
+    given: argparse.Namespace,
+    name: str,
+    settings: dict[str, object],
+    model: Model,
+    payload: KnownPayload | None,
+) -> Driver:
+    """The driver, and for the mock its arm.
+
+    Raises:
+        NotAllowed: Another arm for a driver that moves a real one.
+    """
+    if given.plant and name != "mock":
+        raise NotAllowed(f"--plant is an arm of the mock, and {name} moves a real one. Leave one of them out")
+    real = model
+    if given.plant:
+        real = read_model(given.plant)
+        if payload is not None:
+            real = real + Payload(payload.name, payload.known)
+    plant = standing_arm(model.robot, real, given.seed, payload.name if payload else "")
+    return make_driver(name, settings, model.robot, plant)
+
+
+def _facts(given: argparse.Namespace, driver: str, path: Path) -> dict[str, str]:
+    carried = f"{given.mass:g} kg" if given.mass else "nothing"
+    return {"controller": driver, "on the flange": carried, "recorded to": str(path)}
+
+
+def _standing(driver: Driver, info: Info) -> np.ndarray:
+    """Where the arm stands, shape (n,) [rad] or [m]: where it is held, or the median of what is heard.
+
+    A controller that holds the arm already wants an answer in every cycle, and from the first exchange on it
+    gets none but by exchanges; what is still to be planned would come in between.
+    """
+    held = driver.held()
+    if held is not None:
+        return held
+    count = max(round(LISTEN / info.cycle), FEWEST)
+    seen = np.array([driver.exchange(None).position for _ in range(count)])
+    known = np.isfinite(seen).any(axis=0)
+    position = np.full(seen.shape[1], np.nan)
+    position[known] = np.nanmedian(seen[:, known], axis=0)
+    return position
+
+
+def _head(
+    given: argparse.Namespace,
+    driver: str,
+    model: Model,
+    way: Way,
+    payload: KnownPayload | None,
+    path: Path,
+    info: Info,
+) -> Callable[[Sample], bytes]:
+    """What explains the recording, ready but for the time of its first sample."""
+    joint = model.robot.joints[way.joint]
+    jog = f"{joint} by {way.distance:g} {'rad' if model.robot.revolute[way.joint] else 'm'} and back"
+    begun = RunHead(
+        name=path.stem,
+        model=model,
+        signals=info.signals,
+        payload=payload,
+        settings=run_settings(driver, info, jog=jog),
+        warnings=info.warnings,
+    ).written()
+    return lambda sample: begun(sample.host_time, sample.controller_time)
+
+
+def _tell(jog: Jog, outcome: Outcome, judgements: Sequence[Judgement], path: Path) -> None:
+    robot, json_file = jog.model.robot, jog.given.json
+    content = {"exidyn_jog": 1, **jog_text.json_table(robot, jog.way, judgements)}
+    run = {name: value for name, value in run_summary.table(outcome).items() if name != "exidyn_run"}
+    page = run_summary.after(outcome) + "\n" + jog_text.after(robot, jog.way, judgements, jog.flange)
+    hand_over(page, json_text(content | run | {"written": str(path)}), json_file)

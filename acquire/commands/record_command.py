@@ -1,0 +1,159 @@
+"""exidyn record: play a planned motion on a controller and record the run."""
+
+import argparse
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from pathlib import Path
+
+from exidyn.drivers import Driver, Info, Sample
+from exidyn.drivers.driver import Plant
+from exidyn.identify.effects import Payload
+from exidyn.identify.model import Model
+from exidyn.identify.recordings.recording import KnownPayload
+from exidyn.identify.robot_files.geometry import read_geometry
+from exidyn.identify.robot_files.robot_file import read_model
+from exidyn.identify.simulation.plant import typical_plant
+from exidyn.trajectories.clearances.clearance import Clearance
+from exidyn.trajectories.clearances.self_collision import SelfCollision
+from exidyn.trajectories.plans.plan_file import plan_text, read_plan
+
+from ..arguments.controllers import make_driver, read_controller
+from ..arguments.exit_codes import DONE, STOPPED
+from ..arguments.record_arguments import parser as parser
+from ..arguments.run_options import body_of, stops_of
+from ..files.recorded_run import free_path, run_recorded, run_settings, say_where, warn
+from ..live.live_view import Targets, require_showable, start_view
+from ..run.before import Checked, checked
+from ..run.errors import NotAllowed
+from ..run.perform import Job, Outcome
+from ..run.pipe_sink import PipeSink
+from ..run.recorder import require_free
+from ..run.rehearsal import rehearse
+from ..run.run_head import RunHead
+from ..run.start import StartRules
+from ..terminal import run_summary
+from ..terminal.confirm import confirm, require_attended
+from ..terminal.json_output import hand_over, json_text, require_json
+from ..terminal.progress import start_progress
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Check, rehearse, ask, run, record; 0 if the run came to its end."""
+    given = parser().parse_args(arguments)
+    payload = body_of(given)
+    ready = checked(read_plan(given.plan), read_model(given.robot), given.speed, payload)
+    name, settings = read_controller(given.controller, given.driver, given.set)
+    if given.plant and name != "mock" and not given.dry_run:
+        raise NotAllowed(f"--plant is an arm of the mock, and {name} moves a real one. Leave one of them out")
+    plant = _plant(given, ready, payload)
+    driver = make_driver(name, settings, ready.model.robot, plant)
+    if given.dry_run:
+        rehearsed = {"cycle": getattr(driver.settings, "cycle", ready.plan.tick)}
+        name, driver = "mock", make_driver("mock", rehearsed, ready.model.robot, plant)
+    path, targets = free_path(given.output, "run"), Targets(given.view, given.serve, given.save)
+    require_free(path)
+    require_json(given.json)
+    require_showable(targets)
+    require_attended(driver.simulated, given.yes)
+    job = _job(given, ready)
+    print(run_summary.before(ready, _facts(given, name, path)), file=sys.stderr)
+    warn(ready.doubts)
+    if not driver.simulated and not given.no_rehearsal:
+        _rehearse(job, ready, driver, payload)
+    confirm(driver.simulated, given.yes)
+    # Read and written before the loop, which has no time for it; at full speed, as the file has it.
+    explained = read_model(given.robot), plan_text(read_plan(given.plan))
+    head = partial(_head, given, name, explained, payload, path)
+    outcome = _record(targets, driver, job, path, head, given.json)
+    return DONE if outcome.stop is None else STOPPED
+
+
+def _plant(given: argparse.Namespace, ready: Checked, payload: KnownPayload | None) -> Callable[[], Plant]:
+    """What makes the arm of the mock, standing where the motion begins."""
+
+    def make() -> Plant:
+        model = ready.model
+        if given.plant:
+            model = read_model(given.plant)
+            if payload is not None and not any(isinstance(effect, Payload) for effect in model.effects):
+                model = model + Payload(payload.name, payload.known)
+        start = ready.plan.trajectory.state_at(0.0).position
+        return typical_plant(model, start, seed=given.seed, payload=payload.name if payload else "")
+
+    return make
+
+
+def _job(given: argparse.Namespace, ready: Checked) -> Job:
+    robot = ready.model.robot
+    start = StartRules(approach=given.approach, clearances=_clearances(given, ready.model))
+    watch, current = stops_of(given, robot.dof)
+    return Job(robot, ready.plan.trajectory, ready.limits, start, watch, current)
+
+
+def _clearances(given: argparse.Namespace, model: Model) -> tuple[Clearance, ...]:
+    """What the way to the motion must keep clear of; only an approach can come near anything."""
+    geometry = (
+        None if given.no_collision or not given.approach else read_geometry(given.robot, given.packages)
+    )
+    return () if geometry is None else (SelfCollision.of(model.robot, geometry),)
+
+
+def _facts(given: argparse.Namespace, driver: str, path: Path) -> Mapping[str, str]:
+    """What a person should know before saying yes, by name."""
+    carried = f"{given.mass:g} kg" if given.mass else "nothing"
+    return {
+        "controller": driver,
+        "speed": f"{100 * given.speed:g} % of the planned",
+        "on the flange": carried,
+        "recorded to": str(path),
+    }
+
+
+def _rehearse(job: Job, ready: Checked, driver: Driver, payload: KnownPayload | None) -> None:
+    print("rehearsing on a simulated arm", file=sys.stderr)
+    cycle = getattr(driver.settings, "cycle", ready.plan.tick)
+    rehearse(job, ready.model, cycle, payload.name if payload else "")
+
+
+def _head(
+    given: argparse.Namespace,
+    driver: str,
+    explained: tuple[Model, str],
+    payload: KnownPayload | None,
+    path: Path,
+    info: Info,
+) -> Callable[[Sample], bytes]:
+    """What explains the run by its model and its plan's text, ready but for the time of its first sample."""
+    model, plan = explained
+    begun = RunHead(
+        name=given.name or path.stem,
+        model=model,
+        signals=info.signals,
+        trajectory=plan,
+        payload=payload,
+        settings=run_settings(driver, info, speed=f"{given.speed:g}", note=given.note),
+        warnings=info.warnings,
+    ).written()
+    return lambda sample: begun(sample.host_time, sample.controller_time)
+
+
+def _record(
+    targets: Targets,
+    driver: Driver,
+    job: Job,
+    path: Path,
+    head: Callable[[Info], Callable[[Sample], bytes]],
+    json_file: Path | None = None,
+) -> Outcome:
+    """Run, and say how it went."""
+
+    def viewers() -> list[PipeSink]:
+        return [*start_view(targets), *start_progress(job.motion.duration)]
+
+    outcome, recorder = run_recorded(driver, job, path, head, viewers)
+    table = run_summary.table(outcome) | {"written": str(path)}
+    hand_over(run_summary.after(outcome), json_text(table), json_file)
+    advice = "identify {} finds the dynamics in it" if outcome.stop is None else "info {} tells what happened"
+    say_where(recorder, path, advice.format(path))
+    return outcome

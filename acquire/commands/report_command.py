@@ -1,0 +1,52 @@
+"""exidyn report: whatever was recorded, identified, diagnosed and compared, on one page."""
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from exidyn.identify.pages.combined import joined_html
+from exidyn.identify.robot_files.robot_file import read_model
+
+from ..arguments.common import add_output, add_robot, command_parser
+from ..files.payload_runs import add_payload_arguments
+from ..files.report_files import VALID, found_files
+from ..files.report_material import material
+from ..terminal.json_output import require_file, write_whole
+from .identify_command import stopwatch
+
+EXAMPLES = (
+    "exidyn report exidyn-fit empty.mcap loaded.mcap other.mcap",
+    "exidyn report exidyn-fit exidyn-diagnosis compared.json *.mcap --output arm.html",
+)
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Read, bring together, write."""
+    given = parser().parse_args(arguments)
+    files, progress = found_files(given.sources), stopwatch()
+    require_file(given.output, "--output", [one.path for one in files])
+    found = material(
+        files,
+        given.payload,
+        read_model(given.robot) if given.robot else None,
+        progress,
+    )
+    progress("draw the page")
+    write_whole(given.output, joined_html(found))
+    print(f"written: {given.output}", file=sys.stderr)
+    return 0
+
+
+def parser() -> argparse.ArgumentParser:
+    """What `exidyn report` takes."""
+    found = command_parser(
+        "report",
+        "Bring recordings, fits, a diagnosis and comparisons together on one HTML page that needs no other.",
+        EXAMPLES,
+    )
+    found.add_argument("sources", nargs="+", type=Path, metavar="FILE", help=f"in any order: {VALID}")
+    add_payload_arguments(found)
+    add_robot(found, "for tables, which do not say of which robot they are")
+    add_output(found, "FILE", Path("report.html"))
+    return found

@@ -1,0 +1,139 @@
+"""exidyn watch: what a controller measures, live; nothing is commanded and no drive is powered."""
+
+import argparse
+import sys
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack
+from pathlib import Path
+from typing import TextIO
+
+import numpy as np
+
+from exidyn.drivers import Arm, Driver, Info, create, driver_class
+from exidyn.drivers.errors import BadSettings
+from exidyn.identify.robot_files.robot_file import read_model
+from exidyn.identify.text_table import paragraph
+
+from ..arguments.common import add_robot, command_parser, positive
+from ..arguments.controllers import add_controller, make_driver, read_controller
+from ..arguments.exit_codes import DONE
+from ..files.standing_arm import standing_arm
+from ..run.listener import Listener, Reading
+from ..run.stop_requests import StopRequests
+from ..terminal.confirm import confirm_reading
+from ..terminal.joint_units import JointUnits
+from ..terminal.json_output import SCREEN, add_json, require_json
+from ..terminal.redraw import Redraw
+from ..terminal.watch_text import json_line, line, table_lines
+
+EXAMPLES = (
+    "exidyn watch --controller cell.toml                        # positions in radians",
+    "exidyn watch --controller cell.toml --robot robot.toml     # in degrees, beside the limits",
+    "exidyn watch --controller cell.toml --seconds 10 --json -  # a line of JSON for each reading",
+)
+REDRAW, LINES = 0.2, 1.0
+"""Time between readings of a table, which an eye follows, and of lines, which fill a screen [s]."""
+STEP = 0.05
+"""Time between looks for a reason to end [s]."""
+
+
+def parser() -> argparse.ArgumentParser:
+    """What `exidyn watch` takes."""
+    found = command_parser(
+        "watch",
+        "Show what a controller measures, live. Nothing is commanded and no drive is powered.",
+        EXAMPLES,
+    )
+    add_robot(found, "degrees and limits; without it radians")
+    add_controller(found)
+    found.add_argument("--seconds", type=positive, metavar="S", help="end after so long; default: at Ctrl-C")
+    found.add_argument(
+        "--every",
+        type=positive,
+        metavar="S",
+        help=f"between readings; default: {REDRAW:g}, lines {LINES:g}",
+    )
+    add_json(found)
+    return found
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Open to read, show, close; Ctrl-C is the usual end."""
+    given = parser().parse_args(arguments)
+    driver, units = _driver(given)
+    require_json(given.json)
+    confirm_reading(driver.risk_of_reading)
+    with ExitStack() as stack:
+        asked = stack.enter_context(StopRequests())
+        stack.callback(driver.close)
+        info = driver.open_to_read()
+        asked.look()  # from here on Ctrl-C is a request, and does not interrupt
+        for doubt in info.warnings:
+            print(f"exidyn: warning: {doubt}", file=sys.stderr)
+        print("\n".join(paragraph(f"read only; sent to it: {driver.sent_to_read}")), file=sys.stderr)
+        file = None
+        if given.json is not None and given.json != SCREEN:
+            file = stack.enter_context(Path(given.json).open("w", encoding="utf-8"))
+        listener = stack.enter_context(Listener(driver))
+        _show(given, _readings(given, listener, asked), units, info, file)
+    return DONE
+
+
+def _driver(given: argparse.Namespace) -> tuple[Driver, JointUnits]:
+    name, settings = read_controller(given.controller, given.driver, given.set)
+    if name == "mock":  # whose simulated time would else run away
+        settings.setdefault("clock", "real")
+    if given.robot is not None:
+        model = read_model(given.robot)
+        robot = model.robot
+        return make_driver(name, settings, robot, standing_arm(robot, model)), JointUnits.of(robot)
+    count = driver_class(name).count_joints(settings)
+    if not count:
+        cell = "" if given.controller else ", and what moves it with --controller"
+        raise BadSettings(
+            f"driver {name}: the settings list no joints, so that nobody knows how many there are. "
+            f"Name the arm with --robot{cell}"
+        )
+    far = np.full(count, np.inf)
+    arm = Arm(tuple(f"joint{k + 1}" for k in range(count)), -far, far, far)
+    return create(name, settings, arm), JointUnits.unknown(arm)
+
+
+def _readings(
+    given: argparse.Namespace, listener: Listener, asked: StopRequests
+) -> Iterator[tuple[float, Reading]]:
+    """Seconds since the first reading, and a reading, until somebody asks to stop or time is up."""
+    tabular = given.json is None and sys.stdout.isatty()
+    every = given.every or (REDRAW if tabular else LINES)
+    began, due = None, time.monotonic()
+    while asked.look() is None:
+        now = time.monotonic()
+        over = began is not None and given.seconds is not None and now - began >= given.seconds
+        if (now >= due or over) and (reading := listener.look()) is not None:
+            began, due = now if began is None else began, now + every
+            yield now - began, reading
+        if over:
+            return
+        time.sleep(STEP)
+
+
+def _show(
+    given: argparse.Namespace,
+    readings: Iterator[tuple[float, Reading]],
+    units: JointUnits,
+    info: Info,
+    file: TextIO | None,
+) -> None:
+    page, events = Redraw(sys.stdout), list[str]()
+    for seconds, reading in readings:
+        if file is not None:
+            file.write(json_line(reading, units, seconds) + "\n")
+            file.flush()
+        if given.json == SCREEN:
+            print(json_line(reading, units, seconds), flush=True)
+        elif sys.stdout.isatty():
+            events += reading.events
+            page.draw(table_lines(reading, units, info, seconds, events))
+        else:
+            print(line(reading, units, info, seconds), flush=True)

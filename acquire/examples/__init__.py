@@ -1,0 +1,5 @@
+"""What `exidyn example` lays out and says.
+
+In: nothing.
+Out: robots, plans and steps.
+"""

@@ -1,0 +1,77 @@
+"""Example: drive gains that are believed wrong, identified with a known payload beside the truth."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from exidyn.identify.fit.fit import Fit
+from exidyn.identify.fit.fit_file import read_fit
+from exidyn.identify.model import Model
+from exidyn.identify.robot_files.robot_file import read_model
+from exidyn.identify.text_table import at_point, digits, table
+
+from .example_arm import MASS, TRUTH, ExampleArm
+from .example_steps import LEAST, Step, excited, recorded, step
+
+GAIN_ERROR = 0.1
+"""By how much the drive gains are believed too large; the paper found data sheets 8 to 19 % off."""
+
+
+def arm() -> ExampleArm:
+    """The KR270, and one whose drive gains are believed too large by `GAIN_ERROR`."""
+    truth = read_model("kr270")
+    gain = (1 + GAIN_ERROR) * truth.robot.drive_gain
+    wrong = replace(truth.robot, drive_gain=gain, drive_gain_tolerance=GAIN_ERROR)
+    return ExampleArm(truth, replace(truth, robot=wrong))
+
+
+def steps(folder: Path, length: float, search: float) -> list[Step]:
+    """Excite, record, identify; of the payload nothing but the mass is told."""
+    mass = "--mass", MASS
+    runs = folder / "unloaded.mcap", "--payload", folder / "loaded.mcap", *mass
+    return [
+        excited(folder, "trajectory", length, search, *mass),
+        excited(folder, "other", length, min(search, LEAST), "--seed", "7"),
+        recorded(folder, "unloaded", "trajectory", 1),
+        recorded(folder, "loaded", "trajectory", 2, *mass),
+        recorded(folder, "other", "other", 3),
+        step("identify", *runs, "--validate", folder / "other.mcap", "--output", folder),
+    ]
+
+
+def outcome(folder: Path) -> str:
+    """What was identified beside what is true."""
+    said = f"Identified beside true; drive gains were believed {100 * GAIN_ERROR:.0f} % too large."
+    return f"{said}\n\n{comparison(read_fit(folder / 'fit.json'), read_model(str(folder / TRUTH)))}"
+
+
+def comparison(fit: Fit, truth: Model) -> str:
+    """Identified drive gains and spring beside the true ones."""
+    joints, estimate = truth.robot.joints, fit.estimate
+    rows = [
+        (f"drive gain {joint}", "N m/A", *numbers)
+        for joint, *numbers in zip(
+            joints,
+            truth.robot.drive_gain,
+            fit.model.robot.drive_gain,
+            estimate.gain,
+            estimate.gain_std,
+            strict=True,
+        )
+    ]
+    true = dict(zip(truth.names, truth.believed_values, strict=True))
+    for name, meaning in (("Kr", "spring stiffness K_r"), ("K0", "spring preload K_0")):
+        if name in fit.names:
+            row = fit.names.index(name)
+            believed = fit.believed[0][row]
+            rows.append(
+                (meaning, fit.base.units[row], true[name], believed, estimate.values[row], estimate.std[row])
+            )
+    real, believed, found, std = np.array([row[2:] for row in rows]).T
+    texts = [at_point([digits(v) for v in column]) for column in (real, believed, found)]
+    for column in (100 * (found / real - 1), 100 * std / np.abs(found), (found - real) / std):
+        texts.append([f"{v:.3f}" for v in column])
+    head = ["", "unit", "true", "believed", "identified", "error %", "std %", "error/std"]
+    labels = ([row[0] for row in rows], [row[1] for row in rows])
+    return "\n".join(table(head, [list(row) for row in zip(*labels, *texts, strict=True)], left=(0, 1)))

@@ -1,0 +1,79 @@
+"""Steps of an example: command lines that a person with a cell would type, here with a simulated arm."""
+
+import shlex
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+from exidyn.identify.errors import ExidynError
+
+from ..command_line import command_module
+from .example_arm import BELIEVED, LOADED, TRUTH
+
+LEAST = 5.0
+"""Time in which motions are searched that need not be the best [s]."""
+
+
+class Step(NamedTuple):
+    """One command of exidyn.
+
+    Attributes:
+        command: Its name.
+        arguments: Behind that.
+    """
+
+    command: str
+    arguments: tuple[str, ...]
+
+    def __str__(self) -> str:
+        return f"exidyn {self.command} {shlex.join(self.arguments)}"
+
+
+def step(command: str, *arguments: str | Path | float) -> Step:
+    """A command with its arguments, numbers in as few digits as they have."""
+    return Step(command, tuple(f"{a:g}" if isinstance(a, float) else str(a) for a in arguments))
+
+
+def run(steps: Sequence[Step]) -> None:
+    """Run commands one after another, each printed before.
+
+    Raises:
+        ExidynError: One of them ended otherwise than well.
+    """
+    for one in steps:
+        print(f"\n$ {one}", file=sys.stderr)
+        if command_module(one.command).main(one.arguments):
+            raise ExidynError(f"exidyn {one.command} has stopped; what it said is above")
+
+
+def excited(folder: Path, name: str, length: float, search: float, *more: str | float) -> Step:
+    """Plan a motion for the arm as it is believed to be.
+
+    Args:
+        folder: Of all files.
+        name: Of the motion's file.
+        length: Of the motion [s].
+        search: How long it is searched [s].
+        more: Further arguments.
+    """
+    asked = "--length", length, *more, "--search", search
+    return step("excite", folder / BELIEVED, *asked, "--output", folder / f"{name}.toml")
+
+
+def recorded(folder: Path, name: str, motion: str, seed: int, *payload: str | float) -> Step:
+    """Record a planned motion on the mock, whose arm is the true one.
+
+    Args:
+        folder: Of all files.
+        name: Of the recording's file.
+        motion: Name of the motion's file.
+        seed: Of the noise.
+        payload: What is told of the body on the flange, which is there if anything is told.
+    """
+    plant = folder / (LOADED if payload else TRUTH)
+    mock = "--driver", "mock", "--plant", plant, "--seed", str(seed)
+    robot = "--robot", folder / BELIEVED
+    return step(
+        "record", folder / f"{motion}.toml", *robot, *mock, *payload, "--output", folder / f"{name}.mcap"
+    )

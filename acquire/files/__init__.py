@@ -1,0 +1,5 @@
+"""Files that commands read and write together.
+
+In: paths.
+Out: recordings, reports, traces.
+"""

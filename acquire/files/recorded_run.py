@@ -1,0 +1,105 @@
+"""A run of an arm and who records and shows it, for every command that moves one."""
+
+import sys
+from collections.abc import Callable, Iterable, Sequence
+from contextlib import ExitStack
+from datetime import UTC, datetime
+from importlib.metadata import version
+from pathlib import Path
+
+from exidyn.drivers import Driver, Info, Sample
+
+from ..run.frames import END, text_frame
+from ..run.perform import Job, Outcome, perform
+from ..run.pipe_sink import PipeSink
+from ..run.realtime import realtime
+from ..run.recorder import part_of, start_recorder
+from ..run.sink import Sink
+from ..run.stop_requests import StopRequests
+from ..terminal import run_summary
+from ..terminal.progress import say
+
+
+def free_path(wanted: Path | None, stem: str) -> Path:
+    """Where to write; without a wish the first of stem.mcap, stem-2.mcap, ... that is not there yet."""
+    names = (Path(f"{stem}-{number}.mcap" if number > 1 else f"{stem}.mcap") for number in range(1, 100_000))
+    return wanted or next(p for p in names if not p.exists() and not part_of(p).exists())
+
+
+def run_settings(driver: str, info: Info, **more: str) -> dict[str, str]:
+    """What explains a run in its recording, by name; what is empty is left out."""
+    settings = {
+        "driver": driver,
+        "cycle": f"{info.cycle:g} s",
+        "clock": info.clock,
+        "dead man": info.dead_man or "none",
+        "recorded": datetime.now(UTC).isoformat(timespec="seconds"),
+        "exidyn": version("exidyn"),
+        **more,
+        **{f"driver {name}": text for name, text in info.settings.items()},
+    }
+    return {name: text for name, text in settings.items() if text}
+
+
+def run_recorded(
+    driver: Driver,
+    job: Job | Callable[[Info], Job],
+    path: Path,
+    head: Callable[[Info], Callable[[Sample], bytes]],
+    viewers: Callable[[], Iterable[PipeSink]] = tuple,
+    also: Sequence[Sink] = (),
+) -> tuple[Outcome, PipeSink]:
+    """Start who records and shows, run, and see it written.
+
+    Args:
+        driver: Not open yet.
+        job: As `perform` takes it.
+        path: Of the recording.
+        head: What explains the run to them.
+        viewers: Starts who else is to see it.
+        also: Who else is handed every cycle, in this process.
+
+    Returns:
+        How the run went, and the recorder, which has ended.
+    """
+    with ExitStack() as stack:
+        # First in, last out: what is asked while the recorder finishes must not end it.
+        asked = stack.enter_context(StopRequests())
+        recorder = stack.enter_context(start_recorder(path, waits=not driver.in_real_time))
+        sinks = [recorder, *(stack.enter_context(other) for other in viewers()), *also]
+        if driver.in_real_time:
+            warn(stack.enter_context(realtime()))
+        outcome = perform(driver, job, sinks, head, asked.look, say_doubts)
+        for sink in sinks:
+            sink.put(text_frame(END, run_summary.end(outcome)))
+    return outcome, recorder
+
+
+def say_doubts(info: Info) -> None:
+    """What a person should know before drives are powered."""
+    unguarded = "nothing is known to stop the arm by itself if this program dies"
+    warn((*info.warnings, *([] if info.dead_man else [unguarded])))
+
+
+def warn(doubts: Iterable[str]) -> None:
+    """Say doubts on standard error."""
+    for doubt in doubts:
+        say(f"exidyn: warning: {doubt}")
+
+
+def say_where(recorder: PipeSink, path: Path, advice: str) -> None:
+    """Say where the recording is.
+
+    Args:
+        recorder: Which has ended.
+        path: That it was to write.
+        advice: What to do with a whole recording, behind "exidyn".
+    """
+    if path.exists():
+        print(f"written: {path}; exidyn {advice}", file=sys.stderr)
+    elif part_of(path).exists():
+        print(
+            f"exidyn: {recorder.failure or 'the recorder did not finish'}; what was written is in "
+            f"{part_of(path)}, see exidyn recover",
+            file=sys.stderr,
+        )

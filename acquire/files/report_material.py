@@ -1,0 +1,173 @@
+"""What a joined report is made of, brought together: fits beside runs, one robot, one diagnosis."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from exidyn.identify.diagnosis.findings.trace import Trace
+from exidyn.identify.errors import DifferentRobot, NotAFile
+from exidyn.identify.fit.fit import Fit
+from exidyn.identify.fit.fit_file import read_fit
+from exidyn.identify.fit.warnings.verdict import counted
+from exidyn.identify.model import Model
+from exidyn.identify.pages.combined import Fitted, Material, Run
+from exidyn.identify.pages.diagnosis.told import Told
+from exidyn.identify.recordings.importers import import_source
+from exidyn.identify.recordings.recording import EFFORT, Recording
+from exidyn.identify.simulation.predicted import as_believed, predicted
+
+from ..commands.info_command import payload_words
+from ..views.names import told_apart
+from .payload_runs import PayloadRun, carrying
+from .report_files import COMPARISON, DIAGNOSIS, FIT, KINDS, RECORDING, Found, read_compared, read_told
+from .traces_file import Traces
+
+HELD_OUT = "validate"
+"""Role of runs that are only predicted."""
+
+Progress = Callable[[str], None]
+
+
+def material(
+    files: Sequence[Found], loaded: Sequence[PayloadRun], model: Model | None, progress: Progress
+) -> Material:
+    """Read all files, and predict the runs by the fits.
+
+    Args:
+        files: Of known kinds.
+        loaded: Recordings with a payload, as the command line says.
+        model: The robot of tables, which do not say of which they are.
+        progress: Called with a sentence at each stage.
+
+    Raises:
+        NotAFile: A damaged file, or two diagnoses.
+        DifferentRobot: Results of two arms.
+    """
+    progress("read the files")
+    paths = {kind: [one.path for one in files if one.kind == kind] for kind in KINDS}
+    told, traces = _diagnosis(paths[DIAGNOSIS])
+    comparisons = [(path, read_compared(path)) for path in paths[COMPARISON]]
+    read = [(path, read_fit(path)) for path in paths[FIT]]
+    recordings = _recordings(paths[RECORDING], loaded, model)
+    joints = _one_arm(
+        [
+            *((str(path), fit.model.robot.joints) for path, fit in read),
+            *((str(path), told.joints) for path in paths[DIAGNOSIS] if told),
+            *((str(path), one.comparison.joints) for path, one in comparisons),
+            *((one.name, one.robot.joints) for one in recordings),
+        ]
+    )
+    beside = {path.with_name("fit.json").resolve() for path in paths[DIAGNOSIS]}
+    known = _predictable(told, recordings)
+    fits = [_fitted(*one, recordings, progress) for one in read if one[0].resolve() not in beside]
+    improved = [_improved(*one, known, progress) for one in read if one[0].resolve() in beside]
+    counts = {kind: len(paths[kind]) for kind in KINDS} | {RECORDING: len(recordings)}
+    return Material(
+        joints=joints,
+        model=_believed(traces, (*fits, *improved), recordings),
+        runs=_runs(recordings, traces, fits),
+        fits=(*fits, *improved),
+        diagnosis=told,
+        comparisons=tuple(one for _, one in comparisons),
+        files={kind: counted(count, kind) for kind, count in counts.items() if count},
+    )
+
+
+def _diagnosis(paths: Sequence[Path]) -> tuple[Told | None, Traces | None]:
+    """The diagnosis and its samples, if there is one.
+
+    Raises:
+        NotAFile: There are several.
+    """
+    if len(paths) > 1:
+        raise NotAFile(f"{' and '.join(map(str, paths))}: give one diagnosis at a time")
+    return read_told(paths[0]) if paths else (None, None)
+
+
+def _recordings(paths: Sequence[Path], loaded: Sequence[PayloadRun], model: Model | None) -> list[Recording]:
+    """All that is at the paths, by names that differ."""
+    bodies = {run.path.resolve(): run for run in loaded}
+    found = [one for path in paths if path.resolve() not in bodies for one in import_source(path, model)]
+    found += [carrying(one, run) for run in loaded for one in import_source(run.path, model)]
+    names = told_apart([one.name for one in found])
+    return [replace(one, name=name) for one, name in zip(found, names, strict=True)]
+
+
+def _fitted(path: Path, fit: Fit, recordings: Sequence[Recording], progress: Progress) -> Fitted:
+    """A fit beside the runs, and what was believed before it."""
+    _say(path, recordings, progress)
+    shown = predicted(fit, recordings)
+    if fit.unscaled:  # beliefs are in other units
+        return Fitted("Fit", shown)
+    return Fitted("Fit", shown, predicted(as_believed(fit), recordings))
+
+
+def _improved(path: Path, fit: Fit, recordings: Sequence[Recording], progress: Progress) -> Fitted:
+    """The fit that lies with a diagnosis, and has what that found."""
+    _say(path, recordings, progress)
+    return Fitted("Fit with what was found", predicted(fit, recordings), improved=True)
+
+
+def _predictable(told: Told | None, recordings: Sequence[Recording]) -> Sequence[Recording]:
+    """Recordings that the improved fit foretells: none where it was made of runs put earlier by a delay."""
+    delayed = told is not None and any(finding.effect == "time_delay" for finding in told.findings)
+    return () if delayed else recordings
+
+
+def _say(path: Path, recordings: Sequence[Recording], progress: Progress) -> None:
+    if recordings:
+        progress(f"predict {', '.join(one.name for one in recordings)} by {path}")
+
+
+def _one_arm(named: Sequence[tuple[str, tuple[str, ...]]]) -> tuple[str, ...]:
+    """The joints that all have.
+
+    Raises:
+        DifferentRobot: They have others.
+    """
+    first, joints = named[0]
+    for other, theirs in named:
+        if theirs != joints:
+            raise DifferentRobot(
+                f"{first} is of {', '.join(joints)}, {other} of {', '.join(theirs)}: a report is of one arm"
+            )
+    return joints
+
+
+def _believed(traces: Traces | None, fits: Sequence[Fitted], recordings: Sequence[Recording]) -> Model | None:
+    """The robot as believed: what was diagnosed, or fitted, or written into the recordings."""
+    models = [] if traces is None else [traces.model]
+    models += [fitted.fit.model for fitted in fits] + [recording.model for recording in recordings]
+    return models[0] if models else None
+
+
+def _runs(recordings: Sequence[Recording], traces: Traces | None, fits: Sequence[Fitted]) -> tuple[Run, ...]:
+    """The recordings, and of those that were not given what the diagnosis kept of them."""
+    runs = [_recorded(one, fits) for one in recordings]
+    given = {run.name for run in runs}
+    kept = () if traces is None else traces.traces
+    return (*runs, *(_kept(trace) for trace in kept if trace.name not in given))
+
+
+def _recorded(recording: Recording, fits: Sequence[Fitted]) -> Run:
+    quantity = next(name for name in EFFORT if name in recording.signals)
+    position, effort = recording.signals["position"], recording.signals[quantity]
+    role = recording.settings.get("role", "")
+    if not role and fits:
+        role = "fitted" if recording.name in fits[0].fit.runs else HELD_OUT
+    return Run(
+        recording.name, _role(role), payload_words(recording), position.rate, position.time, position.values,
+        effort.time, effort.values, quantity, recording.warnings,
+    )  # fmt: skip
+
+
+def _kept(trace: Trace) -> Run:
+    rate = (len(trace.time) - 1) / float(trace.time[-1] - trace.time[0])
+    return Run(
+        trace.name, _role(trace.role), "", rate, trace.time, trace.position, trace.time, trace.measured,
+        "torque",
+    )  # fmt: skip
+
+
+def _role(role: str) -> str:
+    return "held out" if role == HELD_OUT else role

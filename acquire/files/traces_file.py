@@ -1,0 +1,94 @@
+"""traces.npz: the samples behind a diagnosis, for those who look at it later."""
+
+from dataclasses import fields
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from exidyn.identify.diagnosis.findings.trace import Evidence, Trace
+from exidyn.identify.diagnosis.improved.forward import Forward
+from exidyn.identify.errors import ExidynError, NotAFile
+from exidyn.identify.model import Model
+from exidyn.identify.robot_files.robot_file import model_text, parse_model
+
+NAME = "traces.npz"
+"""Beside diagnosis.json."""
+WORDS = ("name", "role", "run")
+EXACT = ("time",)
+"""What single precision would round: it keeps a torque to a ten-millionth, and a nanosecond of nothing."""
+SIMULATED = "simulated"
+"""Key of what was simulated; runs have their place."""
+
+
+class Traces(NamedTuple):
+    """What is left of every run, and of which arm.
+
+    Attributes:
+        model: As believed.
+        noise: Noise floor of each joint's torque behind the filter, shape (n,) [N m].
+        traces: Runs held out first.
+        simulated: A run in simulation; None if nothing was simulated.
+    """
+
+    model: Model
+    noise: np.ndarray
+    traces: tuple[Trace, ...]
+    simulated: Forward | None = None
+
+
+def write_traces(evidence: Evidence, path: Path, simulated: Forward | None = None) -> None:
+    """Write them."""
+    arrays: dict[str, Any] = {"model": np.array(model_text(evidence.model)), "noise": evidence.noise}
+    for place, trace in enumerate(evidence.traces):
+        arrays |= _arrays(trace, str(place))
+    if simulated is not None:
+        arrays |= _arrays(simulated, SIMULATED)
+    with open(path, "wb") as file:
+        np.savez_compressed(file, **arrays)
+
+
+def read_traces(path: Path) -> Traces:
+    """Read them.
+
+    Raises:
+        NotAFile: Cut off, or something else.
+    """
+    try:
+        with open(path, "rb") as opened, np.load(opened, allow_pickle=False) as file:
+            keys = {name.partition(".")[0] for name in file.files if "." in name}
+            traces = tuple(
+                Trace(**_values(file, Trace, str(place))) for place in range(len(keys - {SIMULATED}))
+            )
+            simulated = Forward(**_values(file, Forward, SIMULATED)) if SIMULATED in keys else None
+            return Traces(parse_model(str(file["model"])), file["noise"], traces, simulated)
+    except ExidynError:
+        raise
+    except Exception as error:  # whatever the libraries of zip, zlib and numpy stumble over
+        raise NotAFile(f"{path} is no file of traces, or was cut off: {error}") from error
+
+
+def _arrays(one: Trace | Forward, key: str) -> dict[str, np.ndarray]:
+    """All fields; what is no word and need not be exact in single precision."""
+    arrays = {}
+    for name in (field.name for field in fields(one)):
+        value = getattr(one, name)
+        if name == "left_out":
+            arrays[f"{key}.{name}"] = np.array(value, dtype=str)
+        elif name in (*WORDS, *EXACT):
+            arrays[f"{key}.{name}"] = np.asarray(value)
+        else:
+            with np.errstate(over="ignore"):  # a simulation that diverged leaves single precision too
+                arrays[f"{key}.{name}"] = value.astype(np.float32)
+    return arrays
+
+
+def _values(file: np.lib.npyio.NpzFile, kind: type[Trace] | type[Forward], key: str) -> dict[str, Any]:
+    values: dict[str, Any] = {}
+    for name in (field.name for field in fields(kind)):
+        value = file[f"{key}.{name}"]
+        if name == "left_out":
+            values[name] = tuple(str(word) for word in value)
+        else:
+            values[name] = str(value) if name in WORDS else value.astype(float)
+    return values

@@ -1,0 +1,86 @@
+"""A planned motion played on a simulated arm in closed loop, as a recording."""
+
+import numpy as np
+
+from exidyn import __version__
+from exidyn.identify.errors import RobotError
+from exidyn.identify.model import Model
+from exidyn.identify.recordings.recording import KnownPayload, Recording
+from exidyn.identify.simulation.follow import follow
+from exidyn.identify.simulation.plant import Plant, Sensors, Transmission
+from exidyn.identify.simulation.plant.typical import typical_parts
+from exidyn.trajectories.errors import TrajectoryError
+from exidyn.trajectories.families.slowed import Slowed
+from exidyn.trajectories.limits.usable_limits import usable
+from exidyn.trajectories.plans.plan import Plan, robot_differences
+from exidyn.trajectories.plans.plan_file import plan_text
+from exidyn.trajectories.trajectory import Trajectory
+
+from .before import NO_MARGIN
+from .player import Player
+
+
+def simulated(
+    arm: Model,
+    plan: Plan,
+    loaded: Model,
+    payload: KnownPayload | None,
+    gears: Transmission,
+    *,
+    speed: float = 1.0,
+    tick: float = 0.002,
+    seed: int = 0,
+    exact: bool = False,
+    name: str = "simulated",
+) -> Recording:
+    """The run that an arm with typical drives and sensors, tuned to what it is, makes of a plan.
+
+    Args:
+        arm: As the recording says it is.
+        plan: The motion.
+        loaded: The arm with what hangs on its flange.
+        payload: What the recording says of that.
+        gears: Between motors and links.
+        speed: Over the planned one [-].
+        tick: From sample to sample [s].
+        seed: Of the sensors' noise.
+        exact: Sensors without noise and steps.
+        name: Of the run.
+
+    Raises:
+        RobotError: The arm has no such payload.
+        TrajectoryError: The plan is for other joints.
+    """
+    if plan.joints != arm.robot.joints:
+        raise TrajectoryError(robot_differences(plan, arm.robot)[0])
+    carried = payload.name if payload else ""
+    bodies = {body for effect in loaded.effects for body in [getattr(effect, "name", "")] if body}
+    if carried and carried not in bodies:
+        raise RobotError(
+            f"{arm.robot.name}: no payload '{carried}'. Payloads of the model: "
+            f"{', '.join(sorted(bodies)) or 'none'}"
+        )
+    position, velocity = commands(plan.trajectory, speed, arm, tick)
+    control, sensors, thermal = typical_parts(loaded)
+    sensors = Sensors.exact(loaded.robot.dof) if exact else sensors
+    plant = Plant(
+        loaded, loaded.believed_values, loaded.robot.drive_gain, position[0], control, sensors, gears,
+        thermal, carried, seed=seed,
+    )  # fmt: skip
+    signals = follow(plant, position, velocity, tick)
+    if not np.any(np.isfinite(gears.stiffness)):
+        del signals["link_position"]  # a second encoder would say the same
+    settings = {"source": f"simulated, seed {seed}", "speed": f"{speed:g}", "exidyn": __version__}
+    return Recording(name, arm, signals, payload, trajectory=plan_text(plan), settings=settings)
+
+
+def commands(motion: Trajectory, speed: float, arm: Model, tick: float) -> tuple[np.ndarray, np.ndarray]:
+    """Position [rad] and velocity [rad/s] to command, each (t, n): from rest through the motion to rest."""
+    played = motion if speed == 1.0 else Slowed(motion, speed)
+    player = Player(played, usable(arm.robot, NO_MARGIN).limits, tick)
+    player.begin(player.approach(played.state_at(0.0).position))
+    given = []
+    while not player.finished and (command := player.next()) is not None:
+        given.append((command.position, command.velocity))
+    position, velocity = np.moveaxis(np.array(given), 1, 0)
+    return position, velocity

@@ -1,0 +1,40 @@
+"""Progress: a line in the terminal about the run that goes on."""
+
+import sys
+
+from ..run.pipe_sink import PipeSink, SinkFailed
+from .progress_process import CLEAR
+
+PROCESS = "exidyn.acquire.terminal.progress_process"
+FINISH = 2.0
+"""How long the last line may take [s]; nobody waits longer for a terminal that was stopped (Ctrl-S)."""
+
+
+class Progress(PipeSink):
+    """The line of a run, written by a process of its own: the loop never waits for a terminal.
+
+    Args:
+        seconds: Duration of the motion [s].
+    """
+
+    def __init__(self, seconds: float) -> None:
+        super().__init__("progress", PROCESS, [f"{seconds:.3f}"], lossy=True)
+
+    def close(self, patience: float = FINISH) -> None:
+        """Wait until the line is gone."""
+        super().close(patience)
+
+
+def say(text: str) -> None:
+    """Print to standard error, over the line where there is one."""
+    print(f"{CLEAR if sys.stderr.isatty() else ''}{text}", file=sys.stderr, flush=True)
+
+
+def start_progress(seconds: float) -> list[Progress]:
+    """The line of a run, if a person is at the terminal; a run can do without."""
+    if not sys.stderr.isatty():
+        return []
+    try:
+        return [Progress(seconds)]
+    except SinkFailed:
+        return []

@@ -1,0 +1,73 @@
+"""The process that writes how far a run has got."""
+
+import sys
+import time
+from collections.abc import Sequence
+
+from ..run.frames import END, SAMPLE, STAGES, read_cycle
+from ..run.pipe_source import PipeSource
+from ..run.player import BRAKING, HOLDING, RUNNING
+
+STEP = 0.2
+"""Time between looks [s]; frames gather in the pipe meanwhile, which costs less than to wake for each."""
+
+CLEAR = "\r\x1b[K"
+"""Back to the beginning of the line, and away with what stands there."""
+
+
+class Line:
+    """How far a run has got.
+
+    Args:
+        seconds: Duration of the motion [s].
+
+    Attributes:
+        over: Whether the loop has said that this is the end.
+    """
+
+    def __init__(self, seconds: float) -> None:
+        self._seconds, self._began, self._gone = seconds, 0, 0.0
+        self._stage, self._missed = 0, 0
+        self.over = False
+
+    def add(self, kind: bytes, body: bytes) -> None:
+        """Take in one frame of the run."""
+        self.over |= kind == END
+        if kind != SAMPLE:
+            return
+        cycle = read_cycle(body)
+        self._stage, self._missed = cycle.stage, self._missed + cycle.skipped
+        if cycle.stage == RUNNING:
+            self._began = self._began or cycle.host_time
+            self._gone = min(1e-9 * (cycle.host_time - self._began), self._seconds)
+
+    def __str__(self) -> str:
+        gone = f" {self._gone:.1f} of {self._seconds:.1f} s" if self._began else ""
+        advice = "" if self._stage in (BRAKING, HOLDING) else "; Ctrl-C brakes"
+        return f"{STAGES[self._stage]}{gone}; cycles missed: {self._missed}{advice}"
+
+
+def main(arguments: Sequence[str]) -> None:
+    """Write the line until the run is over, and leave none."""
+    source = PipeSource(arguments)
+    source.ready()
+    line = Line(float(source.arguments[0]))
+    while not source.ended and not line.over:
+        for kind, body in source.read(1.0):
+            line.add(kind, body)
+        _write(f"{CLEAR}{line}")
+        time.sleep(STEP)
+    _write(CLEAR)
+    source.done("shown")
+
+
+def _write(text: str) -> None:
+    try:
+        sys.stderr.write(text)
+        sys.stderr.flush()
+    except OSError:
+        pass  # the terminal has gone; the run has not
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

@@ -1,0 +1,120 @@
+"""What `exidyn watch` shows of a reading: a table, a line, or JSON."""
+
+import json
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from exidyn.drivers import Info
+from exidyn.identify.text_table import table
+
+from ..run.listener import Reading
+from .joint_units import JointUnits, one_unit
+from .json_output import plain
+
+SHOWN = ("current", "torque", "temperature")
+UNITS = {"current": "A", "torque": "N m", "temperature": "degC"}
+HEADS = {"current": "current [A]", "torque": "torque [N m]", "temperature": "[degC]"}
+DIGITS = {"current": 3, "torque": 2, "temperature": 0}
+LATEST = 4
+"""Events that the table shows."""
+BEYOND, SILENT = "BEYOND", "silent"
+
+
+def table_lines(
+    reading: Reading, units: JointUnits, info: Info, seconds: float, events: Sequence[str]
+) -> list[str]:
+    """The table that is drawn again and again.
+
+    Args:
+        reading: Newest.
+        units: Of the joints.
+        info: What the driver says of itself.
+        seconds: Since the first reading [s].
+        events: What was said until now.
+    """
+    signals = [name for name in SHOWN if name in info.signals]
+    head = ["joint", "position", "", "limits", *(HEADS[n] for n in signals), "state"]
+    rows = [_row(reading, units, signals, joint) for joint in range(len(units.joints))]
+    lines = table(head, rows, left=(0, 2, len(head) - 1))
+    lines += ["", f"{seconds:.1f} s; {reading.cycles} samples since the last; Ctrl-C ends it"]
+    if reading.fault:
+        lines.append(f"fault: {reading.fault}")
+    return lines + [f"said: {text}" for text in events[-LATEST:]]
+
+
+def _row(reading: Reading, units: JointUnits, signals: Sequence[str], joint: int) -> list[str]:
+    known = bool(np.isfinite(reading.position[joint]))
+    place = _digits(units.scale[joint] * reading.position[joint], 2)
+    state = reading.states[joint] if known else SILENT
+    return [
+        units.joints[joint],
+        place,
+        units.units[joint],
+        _limits(reading, units, joint),
+        *(_number(reading, name, joint) for name in signals),
+        state or "-",
+    ]
+
+
+def _limits(reading: Reading, units: JointUnits, joint: int) -> str:
+    beyond = f"{BEYOND} " if units.beyond(reading.position)[joint] else ""
+    return beyond + (units.range_text(joint) or "-")
+
+
+def _number(reading: Reading, name: str, joint: int) -> str:
+    value = float(getattr(reading, name)[joint])
+    return _digits(value, DIGITS[name])
+
+
+def line(reading: Reading, units: JointUnits, info: Info, seconds: float) -> str:
+    """The same in one line, for a file or another program."""
+    shown = [units.scale[k] * reading.position[k] for k in range(len(units.joints))]
+    parts = [f"{seconds:.1f} s", f"position {_several(shown, 2)} {one_unit(units.units)}"]
+    for name in SHOWN:
+        if name in info.signals:
+            parts.append(f"{name} {_several(getattr(reading, name), DIGITS[name])} {UNITS[name]}")
+    parts.append(_states(reading.states))
+    beyond = [units.joints[k] for k in np.flatnonzero(units.beyond(reading.position))]
+    silent = [units.joints[k] for k in np.flatnonzero(np.isnan(reading.position))]
+    parts += [f"{BEYOND} limits: {', '.join(beyond)}"] * bool(beyond)
+    parts += [f"{SILENT}: {', '.join(silent)}"] * bool(silent)
+    parts += [f"fault: {reading.fault}"] * bool(reading.fault)
+    return "; ".join(part for part in [*parts, *(f"said: {text}" for text in reading.events)] if part)
+
+
+def _several(values: Sequence[float] | np.ndarray, digits: int) -> str:
+    return " ".join(_digits(value, digits) for value in values)
+
+
+def _digits(value: float, digits: int) -> str:
+    """A number, a dash for none; what rounds to zero has no sign that would come and go."""
+    return f"{round(value, digits) + 0.0:.{digits}f}" if np.isfinite(value) else "-"
+
+
+def _states(states: Sequence[str]) -> str:
+    if not any(states):
+        return ""
+    return f"all {states[0]}" if len(set(states)) == 1 else " / ".join(one or "-" for one in states)
+
+
+def json_line(reading: Reading, units: JointUnits, seconds: float) -> str:
+    """One object in one line; SI units, null for what is not known."""
+    content: dict[str, Any] = {
+        "exidyn_reading": 1,
+        "time": seconds,
+        "host_time_ns": reading.host_time,
+        "joints": list(units.joints),
+        **{
+            name: plain(getattr(reading, name))
+            for name in ("position", "velocity", "current", "torque", "temperature")
+        },
+        "beyond_limits": [units.joints[k] for k in np.flatnonzero(units.beyond(reading.position))],
+        "states": list(reading.states),
+        "cycles": reading.cycles,
+        "silent": plain(reading.silent),
+        "events": list(reading.events),
+        "fault": reading.fault,
+    }
+    return json.dumps(content, ensure_ascii=False, allow_nan=False)

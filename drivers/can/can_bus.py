@@ -1,0 +1,189 @@
+"""A CAN bus in use: opened with our errors, and from then on nothing it does raises."""
+
+import logging
+import time
+from typing import Any
+
+import can
+
+from ..errors import BadSettings, LinkLost
+
+PATIENCE = 0.1
+"""How long reading or sending may fail without an end before the bus is given up [s]."""
+
+BUS_OFF = 0x40
+"""Bit of an error frame's identifier: the CAN controller has switched itself off (Linux, error.h)."""
+CONTROLLER = 0x04
+"""Bit of an error frame's identifier: the second byte says what troubles the CAN controller."""
+TROUBLES = {
+    0x01: "received frames were lost: the host reads too slowly",
+    0x02: "frames to be sent were lost",
+    0x04: "many errors in what is received",
+    0x08: "many errors in what is sent",
+    0x10: "error-passive while receiving: check wiring, termination and bitrate",
+    0x20: "error-passive while sending: does nobody acknowledge? Check wiring, termination and bitrate",
+}
+
+PACKAGES = {
+    "canalystii": "canalystii", "cantact": "cantact", "gs_usb": "gs-usb", "neovi": "python-ics filelock",
+    "nixnet": "nixnet", "udp_multicast": "msgpack", "usb2can": "pywin32",
+}  # fmt: skip
+"""Interface -> packages that python-can needs for it and does not bring (its own optional dependencies)."""
+
+for library in ("can", "canopen"):  # what they have to say is in our errors; else they print it
+    logging.getLogger(library).addHandler(logging.NullHandler())
+
+
+class CanBus:
+    """A python-can bus that outlives noise; also what `canopen` and its reading thread are given for a bus.
+
+    Args:
+        interface: As python-can names it.
+        channel: As that interface names it.
+        bitrate: Of the bus [bit/s].
+        options: More of what the interface understands, as "name=value, name=value".
+
+    Attributes:
+        trouble: Why the bus can no longer be used; empty while it can.
+        unreadable: Frames so far that nobody could read, or that were not of data.
+        channel_info: What python-can calls it.
+
+    Raises:
+        BadSettings: No such interface, or options that are none.
+        LinkLost: The bus cannot be opened.
+    """
+
+    def __init__(self, interface: str, channel: str, bitrate: int, options: str = "") -> None:
+        require_interface(interface)
+        more = read_options(options)
+        try:
+            self._bus = can.Bus(
+                channel=channel, interface=interface, ignore_config=True, bitrate=bitrate, **more
+            )
+        except Exception as error:  # each of python-can's back-ends has errors of its own
+            raise LinkLost(_cannot_open(interface, channel, bitrate, error)) from error
+        self.trouble = ""
+        self.unreadable = 0
+        self.channel_info = f"{interface} {channel}"
+        self._failing = {"read": 0.0, "sent": 0.0}
+        self._told: set[str] = set()
+        self._events: list[str] = []
+
+    def send(self, message: can.Message, timeout: float = 0.002) -> None:
+        """Send a frame if the bus takes it within a time-out [s]; whether it did shows in `trouble`."""
+        try:
+            self._bus.send(message, timeout)
+        except Exception as error:  # likewise
+            self._failed("sent", error)
+        else:
+            self._failing["sent"] = 0.0
+
+    def recv(self, timeout: float | None = 0.0) -> can.Message | None:
+        """The next frame of data; None where there was none in time [s], or one that nobody can read."""
+        try:
+            message = self._bus.recv(timeout)
+        except Exception as error:  # likewise
+            self.unreadable += 1
+            self._failed("read", error)
+            return None
+        self._failing["read"] = 0.0
+        if message is not None and message.is_error_frame:
+            self.unreadable += 1
+            self._error_frame(message.arbitration_id, bytes(message.data))
+            return None
+        return message
+
+    def events(self) -> list[str]:
+        """What was noticed since the last call, each kind of it once."""
+        events, self._events = self._events, []
+        return events
+
+    def fileno(self) -> int:
+        """None is given away: a reading thread is to use `recv`."""
+        raise NotImplementedError
+
+    def shutdown(self) -> None:
+        """Let the bus go; never raises."""
+        try:
+            self._bus.shutdown()
+        except Exception as error:  # likewise
+            self._tell(f"CAN bus could not be closed: {error}")
+
+    def _failed(self, what: str, error: Exception) -> None:
+        now = time.monotonic()
+        since = self._failing[what] = self._failing[what] or now
+        self._tell(f"a CAN frame could not be {what}: {type(error).__name__}: {error}")
+        if now - since > PATIENCE and not self.trouble:
+            self.trouble = f"CAN bus: nothing can be {what} any more: {type(error).__name__}: {error}"
+
+    def _error_frame(self, identifier: int, data: bytes) -> None:
+        if identifier & BUS_OFF:
+            self.trouble = self.trouble or "CAN bus: the host's CAN controller has gone bus-off"
+        elif identifier & CONTROLLER and len(data) > 1:
+            for bit, text in TROUBLES.items():
+                if data[1] & bit:
+                    self._tell(f"CAN controller: {text}")
+
+    def _tell(self, text: str) -> None:
+        if text not in self._told and len(self._told) < 100:
+            self._told.add(text)
+            self._events.append(text)
+
+
+def require_interface(name: str) -> None:
+    """Raise where python-can has no such interface.
+
+    Raises:
+        BadSettings: It has not; the message lists what it has.
+    """
+    if name not in can.VALID_INTERFACES:
+        raise BadSettings(f"interface is '{name}'. Valid: {', '.join(sorted(can.VALID_INTERFACES))}")
+
+
+def read_options(text: str) -> dict[str, Any]:
+    """Name -> value of "name=value, name=value"; numbers and true or false are taken for what they are.
+
+    Raises:
+        BadSettings: What is not of that form.
+    """
+    options = {}
+    for part in filter(None, (part.strip() for part in text.split(","))):
+        name, equals, value = (piece.strip() for piece in part.partition("="))
+        if not equals or not name.isidentifier():
+            raise BadSettings(f"options: '{part}' is not name=value, such as tty_baudrate=3000000")
+        options[name] = _value(value)
+    return options
+
+
+def _value(text: str) -> Any:
+    if text.lower() in ("true", "false"):
+        return text.lower() == "true"
+    for kind in (int, float):
+        try:
+            return kind(text)
+        except ValueError:
+            continue
+    return text
+
+
+def _cannot_open(interface: str, channel: str, bitrate: int, error: Exception) -> str:
+    advice = {
+        "socketcan": f"Is it there and up? 'ip link set {channel} up type can bitrate {bitrate}'",
+        "slcan": "Is the adapter plugged in, and may you read and write its port?",
+    }.get(interface, "Is the adapter plugged in, and its driver installed?")
+    if isinstance(error, can.CanInterfaceNotImplementedError | ImportError):
+        advice = _what_is_missing(interface)
+    return (
+        f"CAN bus {interface} {channel} cannot be opened: {type(error).__name__}: {error}. {advice} "
+        "Other interfaces are chosen by 'interface' and 'channel'"
+    )
+
+
+def _what_is_missing(interface: str) -> str:
+    package = PACKAGES.get(interface)
+    if package:
+        return f"python-can needs {package} for this interface: 'pip install {package}'."
+    return (
+        "python-can lacks what it needs for this interface, such as its maker's library: see its page on "
+        f"'{interface}'."
+    )

@@ -1,0 +1,1 @@
+"""Motors with the MIT frame on CAN."""

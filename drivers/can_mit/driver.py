@@ -1,0 +1,314 @@
+"""Motors with the MIT frame on a CAN bus: Damiao, and T-Motor's AK series in MIT mode.
+
+A command is a spring to a position and a damper to a velocity: kp (position - measured) +
+kd (velocity - measured). What carries the arm is the deflection of that spring, so that it stands away from
+its commands by load over kp. Each motor is asked by its command and answers at once.
+"""
+
+import time
+
+import numpy as np
+
+from ..can.can_driver import CanDriver
+from ..driver import Arm, Command, Info, Sample, StopLevel
+from ..errors import LinkLost, NotReady
+from ..host_clock import Tick
+from .damiao_registers import TIMEOUT_UNIT
+from .damiao_setup import Found, leave, set_up
+from .mit_frame import DAMIAO, ON, T_MOTOR, Family, error_text
+from .mit_motors import MotorRound, Say
+from .mit_settings import MitSettings, require_sound
+
+ENABLING = 2.0
+"""How long motors may take to be switched on [s]."""
+LIMP = 3
+"""Cycles of zero gains before a motor is switched on, so that no old command is left in it."""
+BLIND = 3
+"""Cycles in which a motor is told to switch on that does not say whether it is."""
+ANSWERS = 0.5
+"""How long first answers are waited for [s]."""
+
+
+class CanMit(CanDriver[MotorRound]):
+    """Motors with the MIT frame."""
+
+    Settings = MitSettings
+    settings: MitSettings
+
+    def __init__(self, settings: MitSettings, arm: Arm) -> None:
+        super().__init__(settings, arm)
+        require_sound(settings, arm)
+        self._motors = settings.motors(arm.joints)
+        self._sign, self._zero = np.array(settings.sign, float), np.array(settings.zero)
+        self._to_torque, self._to_current = self._scales()
+        self._found: list[Found] = []
+        self._told = [0] * arm.dof
+
+    def open(self) -> Info:
+        """As in `Driver`: check the motors' registers and hear all of them; nothing is switched on."""
+        return self._open(self.settings.dead_man)
+
+    def open_to_read(self) -> Info:
+        """As in `Driver`: without a dead-man, which would switch off what another program left on."""
+        return self._open(None)
+
+    @property
+    def sent_to_read(self) -> str:
+        """As in `Driver`."""
+        asked = "questions for states and registers" if DAMIAO in self._families else ""
+        limp = "commands with zero gains (T-Motor)" if T_MOTOR in self._families else ""
+        return " and ".join(filter(None, (asked, limp)))
+
+    @property
+    def risk_of_reading(self) -> str:
+        """As in `Driver`: T-Motor has no question that is not a command."""
+        if T_MOTOR not in self._families:
+            return ""
+        names = [motor.name for motor in self._motors if motor.family is T_MOTOR]
+        return (
+            f"{', '.join(names)}: T-Motor tells its state only when commanded, here with zero gains. A motor "
+            "that is off stays off; one that another program left on goes limp: an arm without brakes drops"
+        )
+
+    def states(self) -> tuple[str, ...]:
+        """As in `Driver`; a T-Motor that is well does not say whether it is on."""
+        return tuple(
+            error_text(motor.family, state.error)
+            or (("on" if state.error == ON else "off") if motor.family is DAMIAO else "")
+            if np.isfinite(state.position)
+            else ""
+            for motor, state in zip(self._motors, self._opened().state, strict=True)
+        )
+
+    @property
+    def _families(self) -> set[Family]:
+        return {motor.family for motor in self._motors}
+
+    def _open(self, dead_man: float | None) -> Info:
+        bus = self._open_bus()
+        try:
+            self._found = [
+                set_up(bus, motor, dead_man) if motor.family.registers else Found() for motor in self._motors
+            ]
+            self._round = MotorRound(bus, self._motors)
+            self._hear_all(self._round)
+        except BaseException:
+            self.close()
+            raise
+        return self._info(self._round)
+
+    def arm_drives(self) -> None:
+        """As in `Driver`: switch on with zero gains, then hold each joint where it stands."""
+        talk = self._opened()
+        self._begin(talk)
+        self._level, self._told, self._armed = 0, [0] * self.arm.dof, True
+        talk.watching = False
+        talk.say = [
+            say if say is Say.COMMAND and motor.family is T_MOTOR and not state.error else Say.LISTEN
+            for say, motor, state in zip(talk.say, self._motors, talk.state, strict=True)
+        ]
+        end = time.monotonic() + ENABLING
+        while not all(say is Say.COMMAND for say in talk.say):
+            if talk.fault or time.monotonic() > end:
+                why = talk.fault or self._not_enabled(talk)
+                self.stop(StopLevel.OFF)
+                raise NotReady(why)
+            self._cycles(talk, 1)
+            for joint in range(self.arm.dof):
+                self._lead_on(talk, joint)
+        talk.watching = True
+
+    def held(self) -> np.ndarray | None:
+        """As in `Driver`: where the springs are fixed."""
+        if not self._armed:
+            return None
+        return np.array(self._opened().target) * self._sign + self._zero
+
+    def stop(self, level: StopLevel) -> None:
+        """As in `Driver`: QUICK holds where each joint was last seen, OFF switches the motors off.
+
+        A held joint is braked by its damper and carried by its spring. Damping alone would let an arm sink
+        under its weight, with nothing to end it.
+        """
+        talk = self._round
+        if talk is None or not self._armed or level <= max(self._level, StopLevel.BRAKE):
+            return
+        self._level = level
+        talk.watching = talk.watching and level == StopLevel.QUICK
+        if level == StopLevel.OFF:
+            talk.say = [Say.DISABLE] * self.arm.dof
+        else:
+            talk.target = [state.position for state in talk.state]
+            talk.velocity = [0.0] * self.arm.dof
+        talk.cycle(self._patience)
+
+    def _scales(self) -> tuple[np.ndarray, np.ndarray]:
+        """Torque and current per what is answered, each shape (n,); NaN where nobody knows."""
+        constant = np.array(self.settings.torque_constant)
+        constant[constant == 0.0] = np.nan
+        ampere = np.array(self.settings.current_range) > 0.0
+        return (
+            self._sign * np.where(ampere, constant, 1.0),
+            self._sign * np.where(ampere, 1.0, 1.0 / constant),
+        )
+
+    def _hear_all(self, talk: MotorRound) -> None:
+        """Wait until every motor has answered once.
+
+        Raises:
+            LinkLost: One does not.
+        """
+        self._begin(talk)
+        end, silent = time.monotonic() + ANSWERS, list(self._motors)
+        while silent and time.monotonic() < end:
+            self._cycles(talk, 1)
+            silent = [
+                motor
+                for motor, state in zip(self._motors, talk.state, strict=True)
+                if not np.isfinite(state.position)
+            ]
+        if silent:
+            one = silent[0]
+            raise LinkLost(
+                f"{one.name} does not answer on identifier 0x{one.master:03X}. Check its power, ids, masters "
+                "and bitrate, and the termination of the bus"
+            )
+
+    def _info(self, talk: MotorRound) -> Info:
+        guarded = all(one.guarded for one in self._found)
+        state = np.array(talk.state)
+        known = {
+            "position": True,
+            "velocity": True,
+            "current": bool(np.isfinite(self._to_current).any()),
+            "torque": bool(np.isfinite(self._to_torque).any()),
+            "temperature": bool(np.isfinite(state[:, 4]).any()),
+        }
+        timeout = round(self.settings.dead_man / TIMEOUT_UNIT)
+        return Info(
+            cycle=self.settings.cycle,
+            clock="host",
+            signals=tuple(name for name, is_known in known.items() if is_known),
+            dead_man=f"switched off {self.settings.dead_man:g} s after the host's last frame: an arm without "
+            f"brakes drops (TIMEOUT {timeout} read back)"
+            if guarded
+            else "",
+            settings=self._explain(),
+            warnings=(
+                *(text for one in self._found for text in one.warnings),
+                *self._doubts(talk),
+            ),
+        )
+
+    def _doubts(self, talk: MotorRound) -> list[str]:
+        s, doubts = self.settings, []
+        for joint, (motor, state) in enumerate(zip(self._motors, talk.state, strict=True)):
+            if motor.family is T_MOTOR:
+                doubts.append(
+                    f"{motor.name} goes on with its last command if this computer falls silent; and it tells "
+                    "its state only when commanded with zero gains, so that opening makes it limp"
+                )
+                if not s.current_range[joint]:
+                    doubts.append(
+                        f"{motor.name}: its answer is read as torque up to {motor.answered.torque:g} N m; "
+                        "makers' papers disagree whether it is a current: set current_range to read one"
+                    )
+            if text := error_text(motor.family, state.error):
+                doubts.append(f"{motor.name} has {text}; it is cleared when the motors are switched on")
+        return doubts
+
+    def _explain(self) -> dict[str, str]:
+        """What explains the measurement later."""
+        s = self.settings
+        explained = {
+            "bus": f"{s.interface} {s.channel}, {s.bitrate} bit/s, load {100.0 * s.load:.0f} % at worst",
+            "time of a sample": "when the first command was handed to the bus; a motor measures when its own "
+            f"arrives, on a wire up to {1e3 * s.apart:.2f} ms after the one before it",
+        }
+        for joint, (motor, found) in enumerate(zip(self._motors, self._found, strict=True)):
+            ranges = motor.answered
+            what = "current in A" if s.current_range[joint] else "torque in N m"
+            explained[motor.name] = ", ".join(
+                [
+                    f"{motor.family.name} {s.model[joint]}, answers with {what}",
+                    f"steps of {2.0 * ranges.position / 65535:.3g} rad, "
+                    f"{2.0 * ranges.velocity / 4095:.3g} rad/s and {2.0 * ranges.torque / 4095:.3g}",
+                    f"kp {motor.kp:g}, kd {motor.kd:g}, sign {s.sign[joint]}, zero {s.zero[joint]:g} rad",
+                    *found.facts,
+                ]
+            )
+        return explained
+
+    def _lead_on(self, talk: MotorRound, joint: int) -> None:
+        """Tell a motor what leads towards following: zero gains, on, and to stay where it is."""
+        motor, state = self._motors[joint], talk.state[joint]
+        if talk.say[joint] is Say.COMMAND or not talk.fresh[joint]:
+            return
+        self._told[joint] += 1
+        damiao = motor.family is DAMIAO
+        if error_text(motor.family, state.error):
+            talk.say[joint], self._told[joint] = Say.CLEAR, 0
+        elif (damiao and state.error == ON) or (not damiao and self._told[joint] > LIMP + BLIND):
+            talk.target[joint], talk.velocity[joint] = state.position, 0.0
+            talk.say[joint] = Say.COMMAND
+        else:
+            talk.say[joint] = Say.LIMP if self._told[joint] <= LIMP else Say.ENABLE
+
+    def _not_enabled(self, talk: MotorRound) -> str:
+        """Which motor does not switch on, and why."""
+        joint = next(j for j, say in enumerate(talk.say) if say is not Say.COMMAND)
+        motor, state = self._motors[joint], talk.state[joint]
+        if not talk.fresh[joint]:
+            return f"{motor.name} does not answer any more. Is it still there?"
+        why = error_text(motor.family, state.error) or "it stays off"
+        return f"{motor.name} does not switch on: {why}. Remove the cause, then try again"
+
+    def _aim(self, talk: MotorRound, command: Command) -> None:
+        position = (command.position - self._zero) * self._sign
+        velocity = command.velocity * self._sign
+        for motor, where, speed in zip(self._motors, position, velocity, strict=True):
+            if not (abs(where) <= motor.commanded.position and abs(speed) <= motor.commanded.velocity):
+                talk.fail(f"{motor.name}: a command of {where:.4g} rad and {speed:.4g} rad/s cannot be said")
+                return
+        talk.target, talk.velocity = position.tolist(), velocity.tolist()
+
+    def _look(self, talk: MotorRound) -> None:
+        """Errors are seen where they are heard."""
+
+    def _sample(self, talk: MotorRound, tick: Tick, sent: int) -> Sample:
+        stale = ~np.array(talk.fresh)
+        _, position, velocity, effort, temperature = np.array(talk.state).T
+        values = [
+            position * self._sign + self._zero,
+            velocity * self._sign,
+            effort * self._to_current,
+            effort * self._to_torque,
+            temperature,
+        ]
+        if stale.any():
+            for value in values:
+                value[stale] = np.nan
+        named = dict(zip(("position", "velocity", "current", "torque", "temperature"), values, strict=True))
+        return Sample(
+            host_time=sent,
+            controller_time=sent,
+            **named,
+            lateness=tick.lateness,
+            skipped=tick.skipped,
+            stale=stale,
+            events=talk.events(),
+            fault=talk.fault,
+        )
+
+    def _position(self, talk: MotorRound) -> np.ndarray:
+        return np.array([state.position for state in talk.state]) * self._sign + self._zero
+
+    def _stopped(self, talk: MotorRound) -> bool:
+        return True
+
+    def _part(self, talk: MotorRound) -> None:
+        """Motors that are to hold must not miss the host; the others get their old time-out back."""
+        held = self._armed and self._level < StopLevel.OFF
+        for motor, found in zip(self._motors, self._found, strict=True):
+            if found.timeout is not None and self._bus is not None:
+                leave(self._bus, motor, 0 if held else found.timeout)

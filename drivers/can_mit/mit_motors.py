@@ -1,0 +1,145 @@
+"""The cyclic part of motors with the MIT frame: to each a command, which is the question, and its answer."""
+
+import time
+from enum import Enum
+from typing import NamedTuple
+
+import can
+
+from ..can.can_bus import CanBus
+from ..can.can_round import CanRound, frame
+from ..host_clock import host_time
+from .damiao_registers import TO_ALL, refresh
+from .mit_frame import (
+    CLEAR,
+    DAMIAO,
+    DISABLE,
+    ENABLE,
+    Family,
+    Ranges,
+    State,
+    answering,
+    error_text,
+    pack,
+    unpack,
+)
+
+
+class Say(Enum):
+    """What a motor is told in a cycle; it answers to all of it."""
+
+    LISTEN = "tell your state"
+    LIMP = "zero gains"
+    CLEAR = "clear your error"
+    ENABLE = "switch on"
+    COMMAND = "follow"
+    DISABLE = "switch off"
+
+
+class Motor(NamedTuple):
+    """One motor.
+
+    Attributes:
+        name: For messages.
+        number: Identifier of its commands.
+        master: Identifier of its answers.
+        family: Its maker.
+        commanded: Ranges of its commands.
+        answered: Ranges of its answers.
+        kp: Gain [N m/rad].
+        kd: Gain [N m s/rad].
+    """
+
+    name: str
+    number: int
+    master: int
+    family: Family
+    commanded: Ranges
+    answered: Ranges
+    kp: float
+    kd: float
+
+
+UNKNOWN = State(0, *[float("nan")] * 4)
+"""Before the first answer."""
+
+
+class MotorRound(CanRound):
+    """What goes to the motors and comes from them, at their outputs and with their signs.
+
+    Args:
+        bus: Open.
+        motors: In the order of the joints.
+
+    Attributes:
+        say: What each is told from now on.
+        state: Last answer of each.
+        target: Where each is told to be [rad].
+        velocity: How fast each is told to move there [rad/s].
+        watching: Whether an error is a fault.
+    """
+
+    def __init__(self, bus: CanBus, motors: list[Motor]) -> None:
+        super().__init__(bus, [motor.name for motor in motors])
+        self._motors = motors
+        count = len(motors)
+        self.say, self.state = [Say.LISTEN] * count, [UNKNOWN] * count
+        self.target, self.velocity = [0.0] * count, [0.0] * count
+        self.watching = False
+        self._commands = [frame(motor.number, bytes(8)) for motor in motors]
+        self._others = [_others(motor) for motor in motors]
+        self._answers: dict[int, list[int]] = {}
+        for joint, motor in enumerate(motors):
+            self._answers.setdefault(motor.master, []).append(joint)
+
+    def cycle(self, patience: float) -> int:
+        """As in `CanRound`; a motor measures when it is reached by its question."""
+        self._read_late()
+        now = host_time()
+        for joint, say in enumerate(self.say):
+            self._bus.send(self._command(joint) if say is Say.COMMAND else self._others[joint][say])
+        self._collect(time.monotonic() + patience)
+        return now
+
+    def _command(self, joint: int) -> can.Message:
+        motor, message = self._motors[joint], self._commands[joint]
+        message.data[:] = pack(motor.commanded, self.target[joint], self.velocity[joint], motor.kp, motor.kd)
+        return message
+
+    def _understand(self, identifier: int, data: bytes) -> bool:
+        for joint in self._answers.get(identifier, ()):
+            motor = self._motors[joint]
+            if data and answering(motor.family, data) == answering(
+                motor.family, bytes([motor.number & 0xFF])
+            ):
+                state = unpack(motor.answered, motor.family, data)
+                if state is not None:
+                    self._take(joint, state)
+                    return True
+        return False
+
+    def _take(self, joint: int, state: State) -> None:
+        before, self.state[joint] = self.state[joint], state
+        self._answered(joint)
+        family = self._motors[joint].family
+        if state.error == before.error:
+            return
+        text = error_text(family, state.error)
+        if text and self.watching:
+            self.fail(f"{self._names[joint]}: {text}")
+        elif self.watching and family is DAMIAO and state.error == 0 and self.say[joint] is Say.COMMAND:
+            self.fail(f"{self._names[joint]}: has switched itself off")
+        else:
+            self.tell(f"{self._names[joint]}: {text or ('on' if state.error else 'off or no error')}")
+
+
+def _others(motor: Motor) -> dict[Say, can.Message]:
+    """What a motor can be told that does not change."""
+    limp = frame(motor.number, pack(motor.commanded, 0.0, 0.0, 0.0, 0.0))
+    listen = frame(TO_ALL, refresh(motor.number)) if motor.family.registers else limp
+    fixed = {Say.CLEAR: CLEAR, Say.ENABLE: ENABLE, Say.DISABLE: DISABLE}
+    return {
+        Say.LISTEN: listen,
+        Say.LIMP: limp,
+        **{say: frame(motor.number, data) for say, data in fixed.items()},
+    }

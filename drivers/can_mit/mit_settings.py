@@ -1,0 +1,160 @@
+"""What a user sets of motors with the MIT frame, and whether it fits together."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..can.can_bus import read_options, require_interface
+from ..can.can_load import bus_load, require_room
+from ..driver import Arm
+from ..errors import BadSettings
+from ..settings import setting
+from .mit_frame import DAMIAO, KD, KP, MODELS, T_MOTOR, Ranges
+from .mit_motors import Motor
+
+OWN = {"Damiao": DAMIAO, "T-Motor": T_MOTOR}
+"""Instead of a model: the maker, with ranges of the user's own."""
+
+
+@dataclass(frozen=True)
+class MitSettings:
+    """How the motors are reached, how stiff they are, and what their numbers mean."""
+
+    model: tuple[str, ...] = setting(..., "of the motor", kind=str, choices=(*MODELS, *OWN), per_joint=True)
+    ids: tuple[int, ...] = setting(
+        ..., "identifier of its commands (ESC_ID)", kind=int, low=1, high=0x7FE, per_joint=True
+    )
+    kp: tuple[float, ...] = setting(
+        ..., "stiffness", kind=float, unit="N m/rad", low=0.0, high=KP, per_joint=True
+    )
+    kd: tuple[float, ...] = setting(
+        ..., "damping", kind=float, unit="N m s/rad", low=0.0, high=KD, per_joint=True
+    )
+    masters: tuple[int, ...] = setting(
+        0, "identifier of its answers (MST_ID)", low=0, high=0x7FE, per_joint=True
+    )
+    sign: tuple[int, ...] = setting(
+        1, "1, or -1 where the motor counts against the joint", low=-1, high=1, per_joint=True
+    )
+    zero: tuple[float, ...] = setting(0.0, "position of the joint at motor zero", unit="rad", per_joint=True)
+    position_range: tuple[float, ...] = setting(
+        0.0,
+        "largest position in a frame, PMAX; 0 is the model's",
+        unit="rad",
+        low=0.0,
+        high=1e3,
+        per_joint=True,
+    )
+    velocity_range: tuple[float, ...] = setting(
+        0.0, "largest velocity, VMAX; 0 is the model's", unit="rad/s", low=0.0, high=1e3, per_joint=True
+    )
+    torque_range: tuple[float, ...] = setting(
+        0.0, "largest torque, TMAX; 0 is the model's", unit="N m", low=0.0, high=1e3, per_joint=True
+    )
+    current_range: tuple[float, ...] = setting(
+        0.0,
+        "T-Motor: largest current in an answer; 0 reads torque",
+        unit="A",
+        low=0.0,
+        high=1e3,
+        per_joint=True,
+    )
+    torque_constant: tuple[float, ...] = setting(
+        0.0, "at the output; 0 is unknown", unit="N m/A", low=0.0, high=1e3, per_joint=True
+    )
+    interface: str = setting("socketcan", "interface of python-can")
+    channel: str = setting("can0", "its channel, such as can0 or /dev/ttyACM0")
+    bitrate: int = setting(1_000_000, "of the bus", unit="bit/s", low=10_000, high=1_000_000)
+    options: str = setting("", "more for python-can, as 'name=value, name=value'")
+    cycle: float = setting(0.002, "time between commands", unit="s", low=0.0005, high=0.1)
+    dead_man: float = setting(
+        0.2, "Damiao: silence of the host after which motors switch off", unit="s", low=0.02, high=10.0
+    )
+    at_close: str = setting(
+        "hold", "after the run: hold where the arm stands, or switch off and let go", choices=("hold", "off")
+    )
+
+    def motors(self, names: tuple[str, ...]) -> list[Motor]:
+        """The motors of joints with these names."""
+        return [self._motor(joint, name) for joint, name in enumerate(names)]
+
+    def _motor(self, joint: int, name: str) -> Motor:
+        model = self.model[joint]
+        family, usual = MODELS.get(model) or (OWN[model], Ranges(0.0, 0.0, 0.0))
+        own = (self.position_range[joint], self.velocity_range[joint], self.torque_range[joint])
+        commanded = Ranges(*(mine or theirs for mine, theirs in zip(own, usual, strict=True)))
+        ampere = self.current_range[joint]
+        return Motor(
+            name=f"{name} (motor {self.ids[joint]})",
+            number=self.ids[joint],
+            master=self.masters[joint],
+            family=family,
+            commanded=commanded,
+            answered=commanded._replace(torque=ampere) if ampere else commanded,
+            kp=self.kp[joint],
+            kd=self.kd[joint],
+        )
+
+    @property
+    def frames(self) -> list[int]:
+        """Bytes of data of each frame in a cycle: commands and answers."""
+        return [8] * (2 * len(self.ids))
+
+    @property
+    def load(self) -> float:
+        """Worst-case share of the bus that is in use [-]."""
+        return bus_load(self.frames, self.cycle, self.bitrate)
+
+    @property
+    def apart(self) -> float:
+        """Time by which one motor may be asked after the one before it [s]."""
+        return bus_load([8, 8], 1.0, self.bitrate)
+
+
+def require_sound(s: MitSettings, arm: Arm) -> None:
+    """Raise where the settings fit neither each other, nor the arm, nor the bus.
+
+    Raises:
+        BadSettings: They do not.
+    """
+    require_interface(s.interface)
+    read_options(s.options)
+    _require_distinct(s)
+    if 0 in s.sign:
+        raise BadSettings(f"sign is 0 for {arm.joints[s.sign.index(0)]}; valid are 1 and -1")
+    for joint, motor in enumerate(s.motors(arm.joints)):
+        if 0.0 in motor.commanded:
+            raise BadSettings(
+                f"{motor.name}: set position_range, velocity_range and torque_range (PMAX, VMAX, TMAX of the "
+                f"motor), or one of the models {', '.join(MODELS)}"
+            )
+        if s.current_range[joint] and motor.family is DAMIAO:
+            raise BadSettings(f"{motor.name}: current_range is for T-Motor; Damiao motors answer with torque")
+        _require_within(s, arm, joint, motor)
+    require_room(s.frames, s.cycle, s.bitrate)
+
+
+def _require_distinct(s: MitSettings) -> None:
+    """Answers must tell which motor they are of: by identifier, or by the half byte in them."""
+    seen: dict[tuple[int, int], int] = {}
+    for number, master in zip(s.ids, s.masters, strict=True):
+        other = seen.setdefault((master, number & 0x0F), number)
+        if list(s.ids).count(number) > 1 or other != number:
+            raise BadSettings(
+                f"motors {other} and {number} cannot be told apart: each needs an id of its own, and those "
+                "with the same master an id that differs in its last hexadecimal digit"
+            )
+
+
+def _require_within(s: MitSettings, arm: Arm, joint: int, motor: Motor) -> None:
+    ends = np.array([arm.position_lower[joint], arm.position_upper[joint]]) - s.zero[joint]
+    far = float(np.abs(ends[np.isfinite(ends)]).max(initial=0.0))
+    for value, most, what, unit in (
+        (far, motor.commanded.position, "its position limits are up to", "rad from motor zero"),
+        (float(arm.velocity[joint]), motor.commanded.velocity, "its velocity limit is", "rad/s"),
+    ):
+        if np.isfinite(value) and value > most:
+            raise BadSettings(
+                f"{motor.name}: {what} {value:g} {unit}, a frame can say {most:g}. Narrow the arm's limits, "
+                "or check zero and ranges"
+            )

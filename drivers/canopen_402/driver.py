@@ -1,0 +1,239 @@
+"""CiA 402 drives on a CAN bus, in cyclic synchronous position: the host interpolates and owns the clock.
+
+Drives are found and set up with `canopen`; from then on there are raw frames only (`canopen_frames`). Each
+cycle the targets are sent, then SYNC, at which every drive takes its target and measures, then the
+measurements are waited for. Nothing is ever stored in a drive beyond its next power-off.
+"""
+
+import time
+
+import numpy as np
+
+from ..can.can_driver import CanDriver
+from ..driver import Arm, Command, Info, Sample, StopLevel
+from ..errors import NotReady
+from ..host_clock import Tick
+from . import cia402 as c
+from .frames import Frames
+from .network import DriveNetwork, SetUp
+from .settings import BEATS, RANGE, CanopenSettings, require_sound
+from .setup import Found
+
+ENABLING = 5.0
+"""How long drives may take to be enabled [s]; brakes take part of it."""
+REACTIONS = {1: "fault", 2: "switch-off", 3: "quick stop"}
+"""What a drive does when the host is silent, by 0x6007."""
+
+
+class Canopen402(CanDriver[Frames]):
+    """CiA 402 drives, cyclic synchronous position."""
+
+    Settings = CanopenSettings
+    settings: CanopenSettings
+
+    def __init__(self, settings: CanopenSettings, arm: Arm) -> None:
+        super().__init__(settings, arm)
+        require_sound(settings, arm)
+        self._names = [f"{joint} (node {n})" for joint, n in zip(arm.joints, settings.nodes, strict=True)]
+        self._per_radian, self._zero = settings.per_radian, np.array(settings.zero)
+        self._network: DriveNetwork | None = None
+        self._unknown = np.full(arm.dof, np.nan)
+        self._unit = self._unknown
+        self._kind = ""
+
+    def open(self) -> Info:
+        """As in `Driver`: set all drives up and start the network; motors stay without power."""
+        s = self.settings
+        bus = self._open_bus()
+        try:
+            self._network = DriveNetwork(bus, s, self._names)
+            made = self._network.set_up_all(self.arm)
+        except BaseException:
+            self.close()
+            raise
+        self._kind = made.kind
+        unit = np.array([one.unit for one in made.efforts]) * np.array(s.sign)
+        self._unit = unit if made.kind == "current" else unit * np.array(s.gear)
+        self._round = Frames(
+            bus,
+            s.nodes,
+            self._names,
+            s.host_node,
+            s.dead_man / BEATS,
+            s.heartbeat,
+            [one.entry for one in made.efforts],
+            [one.beats for one in made.found],
+        )
+        return self._info(made)
+
+    def arm_drives(self) -> None:
+        """As in `Driver`: from any state to operation enabled, holding where each joint stands."""
+        frames = self._opened()
+        self._begin(frames)
+        self._level = 0
+        end = time.monotonic() + ENABLING
+        while not _all_enabled(frames):
+            self._cycles(frames, 1)
+            if frames.fault or time.monotonic() > end:
+                why = frames.fault or self._not_enabled(frames)
+                self.stop(StopLevel.OFF)
+                raise NotReady(why)
+            if all(status >= 0 for status in frames.status):
+                self._lead_on(frames)
+                self._armed = True
+
+    @property
+    def sent_to_read(self) -> str:
+        """As in `Driver`: drives answer SYNC in any state."""
+        return "SYNC, and the set-up of a run over SDO; no controlword and no target"
+
+    def states(self) -> tuple[str, ...]:
+        """As in `Driver`: by the last statusword, in the words of CiA 402."""
+        frames = self._opened()
+        return tuple("" if word < 0 else c.state(word) for word in frames.status)
+
+    def stop(self, level: StopLevel) -> None:
+        """As in `Driver`: QUICK is a quick stop by 0x605A, OFF takes the voltage away."""
+        frames = self._round
+        if frames is None or not frames.commanding or level <= max(self._level, StopLevel.BRAKE):
+            return
+        self._level = level
+        word = c.QUICK_STOP if level == StopLevel.QUICK else c.NO_VOLTAGE
+        frames.control = [word] * self.arm.dof
+        frames.send()
+        frames.synchronise()
+
+    def _info(self, made: SetUp) -> Info:
+        s, found = self.settings, made.found
+        guarded = all(one.guarded for one in found)
+        return Info(
+            cycle=s.cycle,
+            clock="host",
+            signals=("position", made.kind),
+            dead_man=f"{REACTIONS[s.abort_connection]} {s.dead_man:g} s after the host's last heartbeat "
+            "(0x1016 and 0x6007 read back)"
+            if guarded
+            else "",
+            settings=self._explain(made),
+            warnings=(
+                *made.warnings,
+                *(text for one in found for text in one.warnings),
+                *self._doubtful_positions(found),
+            ),
+        )
+
+    def _doubtful_positions(self, found: list[Found]) -> list[str]:
+        position = self.settings.from_counts(np.array([one.position for one in found]))
+        lower, upper = self.arm.position_lower, self.arm.position_upper
+        return [
+            f"{name} stands at {position[joint]:.4f} rad, beyond its limits {lower[joint]:.4f} to "
+            f"{upper[joint]:.4f}: are counts, gear, sign and zero right?"
+            for joint, name in enumerate(self._names)
+            if not lower[joint] <= position[joint] <= upper[joint]
+        ]
+
+    def _explain(self, made: SetUp) -> dict[str, str]:
+        """What explains the measurement later."""
+        s = self.settings
+        meaning = {
+            "current": f"amperes {s.ampere}, of the object and by the scale beside each joint",
+            "torque": "of the motor by the object and scale beside each joint, times gear: at the joint",
+        }
+        explained = {
+            "bus": f"{s.interface} {s.channel}, {s.bitrate} bit/s, load {100.0 * s.load:.0f} % at worst",
+            "time of a sample": "when SYNC was handed to the bus; on a wire it follows the targets, and "
+            f"drives measure up to {1e3 * s.behind:.2f} ms later",
+            made.kind: meaning[made.kind],
+        }
+        for name, one, scale, zero in zip(self._names, made.found, self._per_radian, s.zero, strict=True):
+            explained[name] = f"{scale:.9g} counts/rad, {zero:g} rad at zero; {', '.join(one.facts)}"
+        return explained
+
+    def _lead_on(self, frames: Frames) -> None:
+        """Tell each drive the word that leads towards enabled, and to stay where it is until then."""
+        frames.commanding = True
+        for joint in range(self.arm.dof):
+            state = frames.state(joint)
+            if state != c.ENABLED:
+                frames.target[joint] = frames.position[joint]
+            if state == c.FAULT:  # what resets it is the rising bit
+                again = frames.control[joint] == c.RESET_FAULT
+                frames.control[joint] = c.NO_VOLTAGE if again else c.RESET_FAULT
+            else:
+                frames.control[joint] = c.TOWARDS_ENABLED.get(state, frames.control[joint])
+
+    def _not_enabled(self, frames: Frames) -> str:
+        """Which drive does not get enabled, and why."""
+        joint = next(j for j in range(self.arm.dof) if not _enabled(frames.status[j]))
+        name, word, state = self._names[joint], frames.status[joint], frames.state(joint)
+        if word < 0:
+            return f"{name} does not answer SYNC, though its PDOs are set up. Is it still there?"
+        said = f"{name} stays in {state} (statusword 0x{word:04X}) for {ENABLING:g} s"
+        if state == c.FAULT and self._network is not None:
+            return f"{said}: {self._network.error_of(joint)}. Remove the cause, then try again"
+        if state == c.STOPPING:
+            return f"{said} and cannot be enabled from there. Hold the arm and switch its power off and on"
+        return (
+            f"{said}, told 0x{frames.control[joint]:02X}. Is its power stage on, and are its enable and "
+            "safe-torque-off inputs closed?"
+        )
+
+    def _aim(self, frames: Frames, command: Command) -> None:
+        counts = np.rint((command.position - self._zero) * self._per_radian)
+        if (np.abs(counts) < RANGE).all():  # not so for what is not a number
+            frames.target = counts.astype(int).tolist()
+        elif not frames.fault:
+            frames.fail(f"a command that is no position: {command.position}")
+
+    def _look(self, frames: Frames) -> None:
+        if _all_enabled(frames):
+            return
+        for joint, status in enumerate(frames.status):
+            if not _enabled(status):
+                frames.fail(
+                    f"{self._names[joint]}: left operation enabled for {frames.state(joint)} "
+                    f"(statusword 0x{status:04X})"
+                )
+
+    def _sample(self, frames: Frames, tick: Tick, sent: int) -> Sample:
+        stale = ~np.array(frames.fresh)
+        position = self._position(frames)
+        effort = np.array(frames.effort, float) * self._unit
+        if stale.any():
+            position[stale] = effort[stale] = np.nan
+        current = self._kind == "current"
+        return Sample(
+            host_time=sent,
+            controller_time=sent,
+            position=position,
+            velocity=self._unknown,
+            current=effort if current else self._unknown,
+            torque=self._unknown if current else effort,
+            temperature=self._unknown,
+            lateness=tick.lateness,
+            skipped=tick.skipped,
+            stale=stale,
+            events=frames.events(),
+            fault=frames.fault,
+        )
+
+    def _position(self, frames: Frames) -> np.ndarray:
+        return np.array(frames.position, float) / self._per_radian + self._zero
+
+    def _stopped(self, frames: Frames) -> bool:
+        return not any(map(_enabled, frames.status))
+
+    def _part(self, frames: Frames) -> None:
+        """Leave drives that no longer miss the host, and a quiet bus."""
+        for joint in range(self.arm.dof):
+            frames.tell_node(joint, c.HEARD_HEARTBEAT, 0)
+        time.sleep(0.02)
+        frames.manage(c.PRE_OPERATIONAL)
+
+
+def _enabled(status: int) -> bool:
+    return status >= 0 and status & 0x6F == 0x27
+
+
+def _all_enabled(frames: Frames) -> bool:
+    return all(map(_enabled, frames.status))

@@ -1,0 +1,213 @@
+"""The cyclic part of CiA 402 over CANopen: targets, SYNC, measurements, and what else drives say."""
+
+import math
+import struct
+import time
+from collections.abc import Callable, Sequence
+
+from ..can.can_bus import CanBus
+from ..can.can_round import CanRound, frame
+from ..host_clock import host_time
+from . import cia402 as c
+
+STOOD = "<Hi"
+"""First in TPDO1: statusword, position. Beside them is what the motor works, where it has at most two bytes;
+else that is alone in TPDO2."""
+COMMANDED = struct.Struct("<Hi")
+"""RPDO1: controlword, target position."""
+EMERGENCY = struct.Struct("<HB5x")
+"""Emergency: error code, error register, five bytes of the manufacturer's."""
+STOOD_PART, EFFORT_PART = 1, 2
+"""Bits for TPDO1 and TPDO2, the parts of an answer."""
+LONGEST = 8
+"""Bytes of data in a frame at most."""
+LOST = 3.5
+"""Heartbeats that must be missing in a row before a node counts as lost."""
+
+
+def beside(effort: c.Entry) -> bool:
+    """Whether there is room for an effort in TPDO1, beside statusword and position."""
+    return struct.calcsize(STOOD + effort.form[1:]) <= LONGEST
+
+
+def measured_sizes(effort: c.Entry) -> list[int]:
+    """Bytes of data of each frame in which a drive tells what it measures."""
+    sizes = [struct.calcsize(STOOD), struct.calcsize(effort.form)]
+    return [sum(sizes)] if beside(effort) else sizes
+
+
+class Frames(CanRound):
+    """What goes to the drives and comes from them, in their own units.
+
+    Args:
+        bus: Open.
+        nodes: Number of each.
+        names: For messages.
+        host: Number under which the host's heartbeat is sent.
+        beat: Time between these [s].
+        heartbeat: Time between the drives' [s].
+        efforts: Object of each that tells how hard its motor works.
+        beating: Whether each sends a heartbeat.
+
+    Attributes:
+        control: Controlword of each; sent once `commanding`.
+        target: Counts of each.
+        commanding: Whether controlwords and targets are sent.
+        status: Statusword of each; -1 before the first.
+        position: Counts of each, where they were at the last SYNC they answered.
+        effort: Counts of each effort, likewise.
+    """
+
+    def __init__(
+        self,
+        bus: CanBus,
+        nodes: Sequence[int],
+        names: list[str],
+        host: int,
+        beat: float,
+        heartbeat: float,
+        efforts: Sequence[c.Entry],
+        beating: Sequence[bool],
+    ) -> None:
+        super().__init__(bus, names)
+        self._nodes = nodes
+        count = len(nodes)
+        self.control, self.target = [c.SHUT_DOWN] * count, [0] * count
+        self.commanding = False
+        self.status, self.position = [-1] * count, [0] * count
+        self.effort: list[float] = [0] * count
+        self._measured_form = [struct.Struct(STOOD + e.form[1:] * beside(e)) for e in efforts]
+        self._effort_form = [struct.Struct(e.form) for e in efforts]
+        self._parts = [STOOD_PART if beside(e) else STOOD_PART | EFFORT_PART for e in efforts]
+        self._missing = list(self._parts)
+        self._commands = [frame(c.RPDO1 + node, bytes(COMMANDED.size)) for node in nodes]
+        self._sync, self._beat = frame(c.SYNC, b""), frame(c.HEARTBEAT + host, bytes([c.OPERATIONAL]))
+        self._beat_time, self._next_beat = beat, 0.0
+        self._lost_after, self._beating = LOST * heartbeat, beating
+        self._alive = self._all_alive()
+        self._states = [""] * count
+        self._readers: dict[int, tuple[Callable[[int, bytes], None], int]] = {}
+        for joint, node in enumerate(nodes):
+            self._readers[c.TPDO1 + node] = (self._measured, joint)
+            if self._parts[joint] & EFFORT_PART:
+                self._readers[c.TPDO2 + node] = (self._measured_effort, joint)
+            self._readers[c.EMERGENCY + node] = (self._emergency, joint)
+            self._readers[c.HEARTBEAT + node] = (self._heartbeat, joint)
+
+    def begin(self) -> None:
+        """As in `CanRound`."""
+        super().begin()
+        self.status = [-1] * len(self._nodes)
+        self._alive = self._all_alive()
+
+    def cycle(self, patience: float) -> int:
+        """As in `CanRound`: targets, then SYNC, which makes them valid and everybody measure."""
+        self.send()
+        self._read_late()
+        self._missing = list(self._parts)
+        now = host_time()
+        self._bus.send(self._sync)
+        self._collect(time.monotonic() + patience)
+        self._look_for_lost()
+        return now
+
+    def send(self) -> None:
+        """Controlwords and targets, once they are to be sent, and the host's heartbeat when it is due."""
+        if not self.commanding:
+            return
+        for message, control, target in zip(self._commands, self.control, self.target, strict=True):
+            COMMANDED.pack_into(message.data, 0, control, target)
+            self._bus.send(message)
+        if time.monotonic() >= self._next_beat:
+            self._next_beat = time.monotonic() + self._beat_time
+            self._bus.send(self._beat)
+
+    def synchronise(self) -> None:
+        """A SYNC out of turn, which makes valid what was sent."""
+        self._bus.send(self._sync)
+
+    def tell_node(self, joint: int, entry: c.Entry, value: int) -> None:
+        """Write a value to a drive by SDO without waiting for an answer: for when nobody may be there."""
+        data = struct.pack(entry.form, value)
+        head = struct.pack("<BHB", 0x23 | 4 - len(data) << 2, entry.index, entry.sub)
+        self._bus.send(frame(c.SDO_TO_NODE + self._nodes[joint], head + data.ljust(4, b"\0")))
+
+    def manage(self, command: int) -> None:
+        """Tell all nodes a command of network management."""
+        for node in self._nodes:
+            self._bus.send(frame(c.NMT, bytes([command, node])))
+
+    def state(self, joint: int) -> str:
+        """The state that a drive's last statusword says."""
+        return c.state(self.status[joint])
+
+    def _understand(self, identifier: int, data: bytes) -> bool:
+        reader = self._readers.get(identifier)
+        if reader is None:
+            return False
+        reader[0](reader[1], data)
+        return True
+
+    def _measured(self, joint: int, data: bytes) -> None:
+        form = self._measured_form[joint]
+        if len(data) != form.size:
+            return
+        before = self.status[joint]
+        self.status[joint], self.position[joint], *rest = form.unpack(data)
+        if rest:
+            self.effort[joint] = rest[0]
+        self._came(joint, STOOD_PART)
+        if self.status[joint] != before:
+            self._status_changed(joint, max(before, 0))
+
+    def _measured_effort(self, joint: int, data: bytes) -> None:
+        form = self._effort_form[joint]
+        if len(data) == form.size:
+            (self.effort[joint],) = form.unpack(data)
+            self._came(joint, EFFORT_PART)
+
+    def _came(self, joint: int, part: int) -> None:
+        """A drive has answered once all of its measuring PDOs are there."""
+        self._missing[joint] &= ~part
+        if not self._missing[joint]:
+            self._answered(joint)
+
+    def _status_changed(self, joint: int, before: int) -> None:
+        word, state = self.status[joint], self.state(joint)
+        if state != self._states[joint]:
+            self._states[joint] = state
+            self.tell(f"{self._names[joint]}: {state} (statusword 0x{word:04X})")
+        if word & ~before & c.LIMIT_ACTIVE:
+            self.tell(f"{self._names[joint]}: a limit inside the drive is active")
+
+    def _emergency(self, joint: int, data: bytes) -> None:
+        if len(data) != EMERGENCY.size:
+            return
+        code, register = EMERGENCY.unpack(data)
+        if code & 0xFF00:
+            why = f"{self._names[joint]}: emergency {c.error_text(code)}, error register 0x{register:02X}"
+            self.fail(f"{why}, 0x{data[3:].hex()}")
+        else:
+            self.tell(f"{self._names[joint]}: emergency over")
+
+    def _heartbeat(self, joint: int, data: bytes) -> None:
+        if len(data) != 1:
+            return
+        if self._beating[joint]:
+            self._alive[joint] = time.monotonic()
+        state = data[0] & 0x7F
+        if state != c.OPERATIONAL and not self.fault:
+            word = c.NMT_STATES.get(state, f"in an unknown state {state}")
+            self.fail(f"{self._names[joint]}: is {word} on the network, no longer operational")
+
+    def _all_alive(self) -> list[float]:
+        """When each was heard of last; one without heartbeat is missed where it is stale, not here."""
+        return [self.heard if beats else math.inf for beats in self._beating]
+
+    def _look_for_lost(self) -> None:
+        if self.fault:
+            return
+        oldest = min(self._alive)
+        if time.monotonic() - oldest > self._lost_after:
+            joint = self._alive.index(oldest)
+            self.fail(f"{self._names[joint]}: its heartbeat is lost, for {self._lost_after:g} s nothing came")

@@ -1,0 +1,134 @@
+"""All drives of an arm over `canopen`: set up, started, and asked what is wrong with them."""
+
+import math
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
+from typing import Any, NamedTuple, cast
+
+import canopen
+import numpy as np
+
+from ..can.can_bus import CanBus
+from ..driver import Arm
+from ..errors import DriverError, LinkLost, NotReady
+from . import cia402 as c
+from .drive import Drive
+from .effort import Effort, find_effort, kind_of_all
+from .settings import CanopenSettings
+from .setup import Found, Wish, inspect, require_not_enabled, set_up
+
+
+class SetUp(NamedTuple):
+    """What drives are once they are set up.
+
+    Attributes:
+        kind: "current" or "torque", of all drives.
+        efforts: What tells it, of each.
+        found: What each said of itself.
+        warnings: Doubts that are of no single drive, a sentence each.
+    """
+
+    kind: str
+    efforts: list[Effort]
+    found: list[Found]
+    warnings: list[str]
+
+
+class DriveNetwork:
+    """The drives as their SDO servers show them.
+
+    A thread of canopen's reads the bus within `set_up_all` and `error_of`, and only there; it has the
+    scheduling of whoever calls. At other times the bus is the caller's.
+
+    Args:
+        bus: Open.
+        settings: Of the driver.
+        names: Of the drives, for messages.
+    """
+
+    def __init__(self, bus: CanBus, settings: CanopenSettings, names: Sequence[str]) -> None:
+        self._settings, self._names = settings, names
+        self._network = canopen.Network(cast(Any, bus))
+        self._network.NOTIFIER_CYCLE = 0.02
+        for node in settings.nodes:
+            self._network.add_node(canopen.RemoteNode(node, canopen.ObjectDictionary()))
+
+    def set_up_all(self, arm: Arm) -> SetUp:
+        """Set all drives up and start them; nothing moves and nothing is powered.
+
+        Raises:
+            NotReady: A drive does not take what it must.
+            LinkLost: A drive does not answer.
+        """
+        with self._reading():
+            with suppress(LinkLost):  # nobody there, or stopped: then it is not enabled, and is asked again
+                for joint in range(arm.dof):
+                    require_not_enabled(self._drive(joint))
+            for node in self._settings.nodes:
+                self._network[node].nmt.state = "PRE-OPERATIONAL"
+            drives = [self._drive(joint) for joint in range(arm.dof)]
+            found = [inspect(drive) for drive in drives]
+            wishes = self._settings.efforts
+            kind, doubts = kind_of_all(drives, wishes, self._settings.effort)
+            efforts = [find_effort(d, wish, kind) for d, wish in zip(drives, wishes, strict=True)]
+            for joint, drive in enumerate(drives):
+                set_up(drive, self._wish(arm, joint), efforts[joint], found[joint])
+            self._start([one.beats for one in found])
+        return SetUp(kind, efforts, found, doubts)
+
+    def error_of(self, joint: int) -> str:
+        """Why a drive is in fault, by its own account."""
+        try:
+            with self._reading():
+                return f"0x603F says {c.error_text(self._drive(joint).read(c.ERROR_CODE))}"
+        except DriverError as error:
+            return f"its error code cannot be read ({error})"
+
+    @contextmanager
+    def _reading(self) -> Iterator[None]:
+        self._network.connect()
+        try:
+            yield
+        finally:
+            if self._network.notifier is not None:
+                self._network.notifier.stop()
+            self._network.notifier = None
+
+    def _drive(self, joint: int) -> Drive:
+        node = self._network[self._settings.nodes[joint]]
+        return Drive(cast(canopen.RemoteNode, node), self._names[joint])
+
+    def _wish(self, arm: Arm, joint: int) -> Wish:
+        s = self._settings
+        low, high = sorted(s.to_counts(np.array([arm.position_lower, arm.position_upper]))[:, joint])
+        bounded = s.write_limits and math.isfinite(low) and math.isfinite(high)
+        window = round(abs(s.following_error[joint] * s.per_radian[joint]))
+        return Wish(
+            node=s.nodes[joint],
+            host=s.host_node,
+            cycle=s.cycle,
+            dead_man=s.dead_man,
+            require_dead_man=s.require_dead_man,
+            heartbeat=s.heartbeat,
+            quick_stop=s.quick_stop,
+            fault_reaction=s.fault_reaction,
+            abort_connection=s.abort_connection,
+            following_window=window or None,
+            following_time=s.following_time,
+            limits=(math.ceil(low), math.floor(high)) if bounded else None,
+        )
+
+    def _start(self, beating: Sequence[bool]) -> None:
+        """Start all, and see by their heartbeats that all take part."""
+        for node in self._settings.nodes:
+            self._network[node].nmt.state = "OPERATIONAL"
+        for name, node, beats in zip(self._names, self._settings.nodes, beating, strict=True):
+            if not beats:
+                continue
+            try:
+                manager = cast(canopen.RemoteNode, self._network[node]).nmt
+                state = manager.wait_for_heartbeat(4.0 * self._settings.heartbeat + 0.5)
+            except Exception as error:  # canopen's own, of no common type
+                raise NotReady(f"{name} sends no heartbeat, though it took 0x1017") from error
+            if state != "OPERATIONAL":
+                raise NotReady(f"{name} was told to be operational and is {state.lower()}")

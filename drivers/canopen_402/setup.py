@@ -1,0 +1,285 @@
+"""Set-up of one CiA 402 drive for cyclic synchronous position: all that is written is read back."""
+
+import time
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+from ..errors import NotReady
+from . import cia402 as c
+from .drive import Drive, Refused
+from .effort import Effort
+from .frames import beside
+
+INVALID = 0x80000000
+"""Bit of a PDO's identifier that switches the PDO off."""
+NO_REMOTE = 0x40000000
+"""Bit of a PDO's identifier that is the drive's own business: the PDO cannot be asked for."""
+SYNCHRONOUS = 1
+"""Transmission type: with every SYNC."""
+MODE_READS = 20
+"""How often a drive is asked again whether it is in the mode it was told, every 10 ms."""
+SHOWN = 3
+"""Old errors that are told of."""
+SPARE_TPDOS = (0x1801, 0x1802, 0x1803)
+"""TPDOs that are switched off; the first is switched on again where an effort needs one of its own."""
+SPARE_RPDOS = (0x1401, 0x1402, 0x1403)
+"""RPDOs by which somebody else's frames could command the drive."""
+
+
+class Wish(NamedTuple):
+    """What a drive is to be set to, in its own units.
+
+    Attributes:
+        node: Its number.
+        host: Number under which the host sends its heartbeat.
+        cycle: Time between SYNCs [s].
+        dead_man: Silence of the host after which the drive stops by itself [s].
+        require_dead_man: Whether a drive that does not do so is refused.
+        heartbeat: Time between its own heartbeats [s].
+        quick_stop: Value of 0x605A.
+        fault_reaction: Value of 0x605E.
+        abort_connection: Value of 0x6007.
+        following_window: Counts; None leaves the drive's own.
+        following_time: For so long it may be beyond the window [s].
+        limits: Lowest and highest position in counts; None leaves the drive's own.
+    """
+
+    node: int
+    host: int
+    cycle: float
+    dead_man: float
+    require_dead_man: bool
+    heartbeat: float
+    quick_stop: int
+    fault_reaction: int
+    abort_connection: int
+    following_window: int | None
+    following_time: float
+    limits: tuple[int, int] | None
+
+
+@dataclass
+class Found:
+    """What a drive said of itself.
+
+    Attributes:
+        guarded: Whether it is verified that the drive stops by itself when the host falls silent.
+        beats: Whether the drive sends a heartbeat.
+        position: Where it stands, in counts.
+        facts: What explains the measurement later.
+        warnings: Doubts, a sentence each.
+    """
+
+    guarded: bool = False
+    beats: bool = False
+    position: int = 0
+    facts: list[str] = field(default_factory=list)
+    warnings: list[str] = field(default_factory=list)
+
+
+def inspect(drive: Drive) -> Found:
+    """Ask a drive what it is; of what is old in it only the error history is cleared.
+
+    Raises:
+        NotReady: It is no such drive, or in use by somebody else.
+        LinkLost: It does not answer.
+    """
+    found = Found()
+    _identify(drive, found)
+    _look_at_state(drive, found)
+    found.position = drive.read(c.POSITION)
+    return found
+
+
+def set_up(drive: Drive, wish: Wish, effort: Effort, found: Found) -> None:
+    """Set a drive up. It must be pre-operational; nothing moves and nothing is powered.
+
+    Args:
+        drive: The drive.
+        wish: What it is to be set to.
+        effort: What it is to tell besides its position.
+        found: What it said of itself so far; is added to.
+
+    Raises:
+        NotReady: It does not take what it must.
+        LinkLost: It does not answer.
+    """
+    found.facts.append(effort.fact)
+    found.warnings += effort.warnings
+    _set_mode(drive, found)
+    _set_cycle(drive, wish, found)
+    _set_guard(drive, wish, found)
+    _set_limits(drive, wish, found)
+    _map_pdos(drive, wish, effort.entry, found)
+
+
+def _identify(drive: Drive, found: Found) -> None:
+    profile = drive.read(c.DEVICE_TYPE) & 0xFFFF
+    if profile != c.PROFILE:
+        raise NotReady(f"{drive.name} has device profile {profile}; drives have {c.PROFILE} (CiA 402)")
+    for entry in (c.VENDOR, c.PRODUCT, c.REVISION, c.SERIAL):
+        value = drive.look_up(entry)
+        if value is not None:
+            found.facts.append(f"{entry.name} 0x{value:08X}")
+    name = drive.text()
+    if name:
+        found.facts.append(f"'{name}'")
+
+
+def require_not_enabled(drive: Drive) -> None:
+    """Raise where a drive follows another controller, whose network must not be restarted.
+
+    Raises:
+        NotReady: It does.
+        LinkLost: It does not answer.
+    """
+    word = drive.read(c.STATUSWORD)
+    if c.state(word) == c.ENABLED:
+        raise NotReady(
+            f"{drive.name} is in {c.ENABLED} already (statusword 0x{word:04X}): another controller moves it. "
+            "Stop that one first"
+        )
+
+
+def _look_at_state(drive: Drive, found: Found) -> None:
+    require_not_enabled(drive)
+    state = c.state(drive.read(c.STATUSWORD))
+    if state == c.FAULT:
+        code = drive.look_up(c.ERROR_CODE)
+        why = "" if code is None else f" {c.error_text(code)}"
+        found.warnings.append(f"{drive.name} was in fault{why}; it is reset when the drives are armed")
+    _read_history(drive, found)
+
+
+def _read_history(drive: Drive, found: Found) -> None:
+    """Tell of old errors and clear them, so that those of the next run are its own."""
+    count = drive.look_up(c.ERROR_COUNT)
+    if not count:
+        return
+    places = range(1, min(count, SHOWN) + 1)
+    entries = [c.Entry(c.ERROR_COUNT.index, place, "<I", "old error") for place in places]
+    codes = [c.error_text(code & 0xFFFF) for code in map(drive.look_up, entries) if code is not None]
+    found.warnings.append(f"{drive.name} had {count} errors in its history, now cleared: {', '.join(codes)}")
+    try:
+        drive.write(c.ERROR_COUNT, 0)
+    except NotReady as error:
+        found.warnings.append(str(error))
+
+
+def _set_mode(drive: Drive, found: Found) -> None:
+    modes = drive.look_up(c.SUPPORTED_MODES)
+    if modes is not None and not modes >> (c.CYCLIC_POSITION - 1) & 1:
+        raise NotReady(
+            f"{drive.name} does not offer cyclic synchronous position (mode {c.CYCLIC_POSITION}); 0x6502 is "
+            f"0x{modes:08X}. Update its firmware, or choose another drive"
+        )
+    drive.write(c.MODE, c.CYCLIC_POSITION)
+    shown, patience = drive.read(c.MODE_DISPLAY), MODE_READS
+    while shown != c.CYCLIC_POSITION and patience:
+        time.sleep(0.01)
+        shown, patience = drive.read(c.MODE_DISPLAY), patience - 1
+    if shown != c.CYCLIC_POSITION:
+        raise NotReady(f"{drive.name} was told mode {c.CYCLIC_POSITION} and is in mode {shown} (0x6061)")
+
+
+def _set_cycle(drive: Drive, wish: Wish, found: Found) -> None:
+    """Tell the drive how long it has from target to target: 0x60C2, or 0x1006 where it takes that instead."""
+    if drive.look_up(c.SYNC_ID) not in (None, c.SYNC):
+        drive.set(c.SYNC_ID, c.SYNC)
+    refused = ""
+    told = drive.look_up(c.SYNC_PERIOD) is not None
+    if told:
+        refused = drive.offer(c.SYNC_PERIOD, round(1e6 * wish.cycle))
+        found.warnings += filter(None, [refused])
+    if drive.size(c.PERIOD_VALUE) is None:
+        found.warnings.append(
+            f"{drive.name} has no {c.PERIOD_VALUE}: it must know by itself that targets come every "
+            f"{1e3 * wish.cycle:g} ms{', or by 0x1006' * (told and not refused)}"
+        )
+        return
+    period = c.period_of(wish.cycle)
+    assert period is not None  # the driver has seen to that
+    for entry, value in zip((c.PERIOD_VALUE, c.PERIOD_POWER), period, strict=True):
+        drive.set(entry, value)
+
+
+def _set_guard(drive: Drive, wish: Wish, found: Found) -> None:
+    """Make the drive stop by itself when the host dies, and say whether it will."""
+    missing = [
+        drive.offer(c.HEARD_HEARTBEAT, wish.host << 16 | round(1e3 * wish.dead_man)),
+        drive.offer(c.ABORT_CONNECTION, wish.abort_connection),
+    ]
+    found.guarded = not any(missing)
+    if not found.guarded:
+        why = f"{', '.join(filter(None, missing))}: nothing makes it stop by itself when this computer dies"
+        if wish.require_dead_man:
+            raise NotReady(f"{why}. Set require_dead_man = false to go on, with a hand on the emergency stop")
+        found.warnings.insert(0, why)
+    stops = [
+        drive.offer(c.QUICK_STOP_OPTION, wish.quick_stop),
+        drive.offer(c.FAULT_REACTION, wish.fault_reaction),
+    ]
+    found.warnings += filter(None, stops)
+    silent = drive.offer(c.OWN_HEARTBEAT, round(1e3 * wish.heartbeat))
+    found.beats = not silent
+    if silent:
+        found.warnings.append(f"{silent}: only by its measurements is it known to be there")
+
+
+def _set_limits(drive: Drive, wish: Wish, found: Found) -> None:
+    if wish.following_window is not None:
+        _set_or_advise(drive, c.FOLLOWING_WINDOW, wish.following_window, "following_error = 0")
+        found.warnings += filter(None, [drive.offer(c.FOLLOWING_TIME, round(1e3 * wish.following_time))])
+    if wish.limits is not None:
+        for entry, value in zip((c.LOWER_LIMIT, c.UPPER_LIMIT), wish.limits, strict=True):
+            _set_or_advise(drive, entry, value, "write_limits = false")
+
+
+def _set_or_advise(drive: Drive, entry: c.Entry, value: int, without: str) -> None:
+    """Set what was asked for, or say how to go on without it."""
+    why = drive.offer(entry, value)
+    if why:
+        raise NotReady(f"{why}. Set {without} to go on without")
+
+
+def _map_pdos(drive: Drive, wish: Wish, effort: c.Entry, found: Found) -> None:
+    for index in SPARE_TPDOS:
+        _switch_off(drive, index)
+    for index in SPARE_RPDOS:
+        try:
+            _switch_off(drive, index)
+        except NotReady as refusal:
+            found.warnings.append(f"{refusal}: frames of others with that identifier command it")
+    _map(drive, 0x1400, 0x1600, c.RPDO1 + wish.node, (c.CONTROLWORD, c.TARGET))
+    if beside(effort):
+        _map(drive, 0x1800, 0x1A00, c.TPDO1 + wish.node, (c.STATUSWORD, c.POSITION, effort))
+    else:
+        _map(drive, 0x1800, 0x1A00, c.TPDO1 + wish.node, (c.STATUSWORD, c.POSITION))
+        _map(drive, 0x1801, 0x1A01, c.TPDO2 + wish.node, (effort,))
+
+
+def _switch_off(drive: Drive, communication: int) -> None:
+    """Switch a PDO off where the drive has it."""
+    switch = c.Entry(communication, 1, "<I", "identifier of a spare PDO")
+    if drive.size(switch) is None:
+        return
+    value = drive.read(switch)
+    if not value & INVALID:
+        drive.set(switch, value | INVALID)
+
+
+def _map(drive: Drive, communication: int, mapping: int, identifier: int, what: tuple[c.Entry, ...]) -> None:
+    """Switch a PDO off, say what is in it, and switch it on with every SYNC."""
+    switch = c.Entry(communication, 1, "<I", "identifier of a PDO")
+    others = drive.read(switch) & NO_REMOTE
+    drive.write(switch, INVALID | others | identifier)
+    drive.set(c.Entry(communication, 2, "<B", "transmission type"), SYNCHRONOUS)
+    count = c.Entry(mapping, 0, "<B", "number of values in a PDO")
+    drive.write(count, 0)
+    for place, entry in enumerate(what, 1):
+        try:
+            drive.set(c.Entry(mapping, place, "<I", "value in a PDO"), entry.mapping)
+        except Refused as refusal:  # what it has not, or cannot map, is the entry
+            raise NotReady(f"{drive.name} takes {entry} into no PDO: {refusal.why}") from refusal
+    drive.set(count, len(what))
+    drive.set(switch, others | identifier)

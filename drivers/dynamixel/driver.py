@@ -1,0 +1,239 @@
+"""Dynamixel servos with protocol 2.0 (X series, MX with firmware 2.0) on a serial port.
+
+A cycle is one write: the goals of all servos, and the question for current, velocity and position of all.
+Each servo watches the bus: when nothing comes for a while, it stops, holds, and takes no goals until told so.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from ..driver import Arm, Info, StopLevel
+from ..errors import NotReady
+from ..host_clock import host_time
+from ..servo.serial_rate import Traffic, shortest_cycle
+from ..servo.servo_bus import TRIES, ServoBus
+from ..servo.servo_driver import Goals, Measured, ServoDriver
+from ..servo.servo_packet import Codec, Reading, Status
+from ..servo.servo_settings import ServoSettings
+from ..servo.servo_talk import LENGTHS
+from ..settings import setting
+from . import packet as packets
+from . import registers as registers
+from .health import DynamixelHealth
+from .models import joins_answers, model_name, stops_in_silence
+from .registers import MEASURED, TRIPPED, WARM
+from .setup import Found, current_units, find, require_healthy, require_mode, set_return_delay
+
+WARM_EVERY = 100
+"""Temperatures are read in every so many cycles."""
+
+
+@dataclass(frozen=True)
+class DynamixelSettings(ServoSettings):
+    """Settings of an arm of Dynamixel servos."""
+
+    operating_mode: str = setting("position", "in which the servos are", choices=tuple(registers.MODES))
+    current_unit: tuple[float, ...] = setting(
+        0.0, "current of a count; 0 looks it up by model", unit="A", low=0.0, high=1.0, per_joint=True
+    )
+    fast_sync_read: str = setting(
+        "auto", "whether all servos answer in one packet, which is shorter", choices=("auto", "on", "off")
+    )
+    return_delay: float = setting(
+        0.0, "how long a servo waits before it answers", unit="s", low=0.0, high=508e-6
+    )
+    watchdog: float = setting(
+        0.1, "silence after which servos stop by themselves; 0 for never", unit="s", low=0.0, high=2.54
+    )
+
+
+class Dynamixel(ServoDriver):
+    """Dynamixel servos, protocol 2.0."""
+
+    Settings = DynamixelSettings
+    codec: ClassVar[Codec] = packets
+    torque, goal, present = registers.TORQUE, registers.GOAL, registers.PRESENT
+
+    def __init__(self, settings: DynamixelSettings, arm: Arm) -> None:
+        self._joined = settings.fast_sync_read != "off"
+        self._watchdog = int(np.ceil(settings.watchdog / registers.WATCHDOG_UNIT - 1e-9))
+        super().__init__(settings, arm)
+
+    def _set_up(self, bus: ServoBus) -> Info:
+        settings, warnings = self.settings, list[str]()
+        found = find(bus, settings.baudrate)
+        bus.settle(registers.STATUS_LEVEL, [2] * self.arm.dof)
+        self._reset_watchdog(bus, warnings)
+        self._shutdown = bus.read(registers.SHUTDOWN)
+        require_healthy(bus, self._shutdown)
+        require_mode(bus, settings.operating_mode)
+        set_return_delay(bus, settings.return_delay)
+        for register in (registers.PROFILE_ACCELERATION, registers.PROFILE_VELOCITY):
+            bus.settle(register, [0] * self.arm.dof)  # else each servo would smooth the motion in its way
+        self._current_unit = current_units(bus, found, settings.current_unit)
+        self._ampere = np.where(self._current_unit > 0.0, self._current_unit, np.nan)
+        self._allowed = self._goals_allowed(bus)
+        self._choose_reading(bus, found)
+        warnings += self._doubts(bus, found)
+        lower, upper = self._window(bus)
+        return Info(
+            cycle=settings.cycle,
+            clock="host",
+            signals=self._signals(),
+            dead_man=self._dead_man(found),
+            window_lower=lower,
+            window_upper=upper,
+            settings=self._explained() | self._identities(bus, found),
+            warnings=(*warnings, *self._line_warnings()),
+        )
+
+    def _reset_watchdog(self, bus: ServoBus, warnings: list[str]) -> None:
+        """See that it takes its value, and leave it off until the drives are armed."""
+        tripped = [
+            bus.names[s]
+            for s, is_ in zip(bus.servos, bus.read(registers.WATCHDOG), strict=True)
+            if is_ == TRIPPED
+        ]
+        if tripped:
+            warnings.append(f"the bus watchdog had stopped {', '.join(tripped)} before; it was reset")
+        self._guard(bus)
+        self._unguard(bus)
+
+    def _choose_reading(self, bus: ServoBus, found: Sequence[Found]) -> None:
+        """Whether the answers come joined, and whether there is time for temperatures."""
+        asked = self.settings.fast_sync_read
+        self._joined = asked == "on" or (asked == "auto" and all(joins_answers(*one) for one in found))
+        if self._joined and not _whole(bus, self._ask(MEASURED.itemsize)):
+            if asked == "on":
+                raise NotReady(
+                    "the servos do not answer a fast sync read; X430 and X540 know it from firmware 45, X330 "
+                    'from 46. Try fast_sync_read = "auto", or new firmware'
+                )
+            self._joined = False
+        delay = self.settings.return_delay
+        longest = shortest_cycle(self._bytes(WARM), self.settings.baudrate, delay, self.latency)
+        self._cool, self._warm = (
+            [self._ask(what.itemsize, more) for more in range(LENGTHS)] for what in (MEASURED, WARM)
+        )
+        self._has_time = longest <= self.settings.cycle
+
+    def _signals(self) -> tuple[str, ...]:
+        current = ["current"] * bool(np.any(self._current_unit))
+        return ("position", "velocity", *current, *["temperature"] * self._has_time)
+
+    def _dead_man(self, found: Sequence[Found]) -> str:
+        if not self._watchdog or not all(stops_in_silence(*one) for one in found):
+            return ""
+        seconds = self._watchdog * registers.WATCHDOG_UNIT
+        return f"bus watchdog: servos stop and hold after {seconds:g} s of silence"
+
+    def _doubts(self, bus: ServoBus, found: Sequence[Found]) -> list[str]:
+        doubts = []
+        if not np.all(self._current_unit):
+            doubts.append("some servos measure no current; their joints cannot be identified")
+        if not self._watchdog:
+            doubts.append("without bus watchdog servos go on to their last goal when the computer dies")
+        unstopped = [
+            bus.names[s] for s, one in zip(bus.servos, found, strict=True) if not stops_in_silence(*one)
+        ]
+        if self._watchdog and unstopped:
+            doubts.append(
+                f"the bus watchdog of {', '.join(unstopped)} may trip and not stop the servo, as has been "
+                "reported of its firmware. Try firmware 52 or newer, and pull the plug once to see"
+            )
+        if any(bus.read(registers.HOMING)) and self.settings.operating_mode != "position":
+            doubts.append(
+                "servos have homing offsets, with which some firmware moves when its bus watchdog stops it. "
+                "Try homing offsets of 0, and `zero` in the settings instead"
+            )
+        return doubts
+
+    def _identities(self, bus: ServoBus, found: Sequence[Found]) -> dict[str, str]:
+        servos = (
+            f"{servo} {model_name(one.model)} firmware {one.firmware}"
+            for servo, one in zip(bus.servos, found, strict=True)
+        )
+        return {
+            "servos": ", ".join(servos),
+            "current_unit": " ".join(f"{unit:g}" for unit in self._current_unit),
+            "fast_sync_read": "on" if self._joined else "off",
+        }
+
+    def _goals_allowed(self, bus: ServoBus) -> Goals:
+        if self.settings.operating_mode == "position":
+            return Goals(np.array(bus.read(registers.LOWEST)), np.array(bus.read(registers.HIGHEST)))
+        furthest = np.full(self.arm.dof, registers.FURTHEST)
+        return Goals(-furthest, furthest)
+
+    def _ask(self, length: int, more: int = 0) -> Reading:
+        """More are asked for in front: behind the temperature servos have nothing, and refuse to read it."""
+        ask = packets.fast_sync_read if self._joined else packets.sync_read
+        return ask(registers.FIRST - more, length + more, self.settings.ids)
+
+    def _bytes(self, what: np.dtype) -> Traffic:
+        goals = packets.sync_write(
+            registers.GOAL.address, {servo: bytes(registers.GOAL.size) for servo in self.settings.ids}
+        )
+        ask = self._ask(what.itemsize)
+        delays = 1 if self._joined else self.arm.dof
+        return Traffic(len(goals) + len(ask.packet), ask.answer_bytes, delays)
+
+    def _traffic(self) -> tuple[Traffic, float, str]:
+        settings, traffic = self.settings, self._bytes(MEASURED)
+        enough = [
+            rate
+            for rate in registers.BAUDRATES
+            if shortest_cycle(traffic, rate, settings.return_delay, self.latency) <= settings.cycle
+        ]
+        advice = f"a baudrate of {enough[0]}" if enough else "fewer servos on a port"
+        faster = "" if self._joined else ", servos that know the fast sync read"
+        return traffic, settings.return_delay, advice + faster
+
+    def _readings(self, number: int) -> Sequence[Reading]:
+        return self._warm if self._has_time and number % WARM_EVERY == 0 else self._cool
+
+    def _decode(self, data: bytes, length: int) -> Measured:
+        warm = length == WARM.itemsize
+        rows = np.frombuffer(data, WARM if warm else MEASURED)
+        temperature = rows["temperature"].astype(float) if warm else self._nothing
+        return Measured(
+            rows["position"].astype(float),
+            rows["velocity"] * registers.VELOCITY_UNIT,
+            rows["current"] * self._ampere,
+            temperature,
+        )
+
+    def _begin(self, where: np.ndarray) -> None:
+        super()._begin(where)
+        self._health = DynamixelHealth(self._opened()[0], self._shutdown, host_time())
+
+    def _look(self, answers: Sequence[Status | None], now: int, events: list[str]) -> str:
+        return self._health.look(answers, now, self._armed and self._stopped < StopLevel.OFF, events)
+
+    def _to_register(self, counts: np.ndarray) -> list[int]:
+        return [int(count) for count in counts]
+
+    def _from_register(self, numbers: np.ndarray) -> np.ndarray:
+        return numbers.astype(float)
+
+    def _guard(self, bus: ServoBus) -> bytes:
+        """The watchdog counts from here; it may trip before the first cycle, in which it is reset once."""
+        off, on = [0] * self.arm.dof, [self._watchdog] * self.arm.dof
+        bus.settle(registers.WATCHDOG, off)
+        bus.settle(registers.WATCHDOG, on)
+        return bus.packet(registers.WATCHDOG, off) + bus.packet(registers.WATCHDOG, on)
+
+    def _unguard(self, bus: ServoBus) -> None:
+        bus.settle(registers.WATCHDOG, [0] * self.arm.dof)
+
+
+def _whole(bus: ServoBus, reading: Reading) -> bool:
+    """Whether all servos answer a question."""
+    for _ in range(TRIES):
+        bus.drain()
+        if all(answer is not None for answer in bus.ask(reading)):
+            return True
+    return False

@@ -1,0 +1,87 @@
+"""During a run with Dynamixel servos: whether one has stopped itself."""
+
+from collections.abc import Sequence
+
+from ..servo.servo_bus import ServoBus
+from ..servo.servo_packet import Status
+from .packet import ALERT
+from .registers import HARDWARE_ERROR, TORQUE, TRIPPED, WATCHDOG, hardware_errors
+
+GAP = 50_000_000
+"""A servo not heard of for so long may have been stopped or have lost its power [ns]."""
+
+AGAIN = 100
+"""As long as a servo has hardware errors, they are looked at in every so many cycles."""
+
+
+class DynamixelHealth:
+    """What the answers say besides the measurements.
+
+    Args:
+        bus: Of the servos.
+        shutdown: Bits of the hardware errors for which each servo switches its torque off.
+        now: Host's clock [ns].
+    """
+
+    def __init__(self, bus: ServoBus, shutdown: Sequence[int], now: int) -> None:
+        self._bus, self._shutdown = bus, shutdown
+        self._heard, self._gap = [now] * len(shutdown), 0
+        self._alerts, self._told, self._looks = set[int](), [0] * len(shutdown), 0
+
+    def look(self, answers: Sequence[Status | None], now: int, armed: bool, events: list[str]) -> str:
+        """Why servos have stopped themselves; empty if none has, or if it cannot be said yet.
+
+        Args:
+            answers: Of a cycle, in the order of the servos.
+            now: Host's clock [ns].
+            armed: Whether torque is on.
+            events: Warnings of servos are added here.
+
+        Raises:
+            LinkLost: The port is gone.
+        """
+        return self._errors(answers, events) or self._gaps(answers, now, armed)
+
+    def _errors(self, answers: Sequence[Status | None], events: list[str]) -> str:
+        """Those for which a servo switches its torque off are a fault."""
+        alerts = {place for place in self._alerts if answers[place] is None}
+        alerts |= {p for p, answer in enumerate(answers) if answer is not None and answer.error & ALERT}
+        self._looks += 1
+        if alerts == self._alerts and not (alerts and self._looks % AGAIN == 0):
+            return ""
+        faults = []
+        for place, bits in enumerate(self._bus.peek(HARDWARE_ERROR)):
+            if bits is None:  # it is asked again when its alert comes again
+                alerts.discard(place)
+                continue
+            name, stops = self._name(place), bits & self._shutdown[place]
+            if stops:
+                faults.append(f"{name} has switched its torque off: {hardware_errors(stops)}")
+            elif bits & ~self._told[place]:
+                events.append(f"{name} warns: {hardware_errors(bits & ~self._told[place])}")
+            self._told[place] = bits
+        self._alerts = alerts
+        return "; ".join(faults)
+
+    def _gaps(self, answers: Sequence[Status | None], now: int, armed: bool) -> str:
+        """Servos that were silent may have been stopped by their watchdog, or have lost their power."""
+        for place, answer in enumerate(answers):
+            if answer is not None:
+                self._gap = max(self._gap, now - self._heard[place])
+                self._heard[place] = now
+        if not armed or self._gap < GAP:
+            self._gap = 0
+            return ""
+        states, torques, gap = self._bus.peek(WATCHDOG), self._bus.peek(TORQUE), self._gap
+        self._gap = 0 if any(on is not None for on in torques) else gap
+        for place, (state, on) in enumerate(zip(states, torques, strict=True)):
+            if state == TRIPPED:
+                return (
+                    f"{self._name(place)} was stopped by its bus watchdog after {1e-9 * gap:.3f} s of silence"
+                )
+            if on == 0:
+                return f"{self._name(place)} has its torque off, as after a loss of power"
+        return ""
+
+    def _name(self, place: int) -> str:
+        return self._bus.names[self._bus.servos[place]]

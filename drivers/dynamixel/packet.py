@@ -1,0 +1,141 @@
+"""Dynamixel protocol 2.0: packets to bytes and back.
+
+    FF FF FD 00 | id | length (2) | instruction | parameters | CRC (2)
+
+The length counts from the instruction on. FF FF FD never occurs behind the length: it is written FF FF FD FD
+there. An answer has the instruction 55, and an error before its parameters.
+"""
+
+from collections.abc import Mapping, Sequence
+from functools import partial
+
+from ..servo.servo_packet import Parsed, Reading, Status
+
+HEADER = b"\xff\xff\xfd\x00"
+EVERYBODY = 0xFE
+PING, STATUS, SYNC_READ, SYNC_WRITE, FAST_SYNC_READ = 0x01, 0x55, 0x82, 0x83, 0x8A
+ALERT = 0x80
+"""Bit of the error byte: the register of hardware errors has something to say."""
+
+ERRORS = {
+    1: "failed",
+    2: "does not know the instruction",
+    3: "received a wrong checksum",
+    4: "was given a value out of range",
+    5: "was given a wrong length",
+    6: "was given a value beyond its limits",
+    7: "does not give access",
+}
+"""The other bits of the error byte."""
+
+_AROUND = 11
+"""Bytes of an answer without data."""
+
+
+def _crc_table() -> tuple[int, ...]:
+    table = []
+    for byte in range(256):
+        remainder = byte << 8
+        for _ in range(8):
+            remainder = (remainder << 1) ^ (0x8005 if remainder & 0x8000 else 0)
+        table.append(remainder & 0xFFFF)
+    return tuple(table)
+
+
+_TABLE = _crc_table()
+
+
+def crc(data: bytes, before: int = 0) -> int:
+    """Checksum: polynomial 0x8005, from zero, nothing reflected. `before`: that of what goes before."""
+    value = before
+    for byte in data:
+        value = (value << 8 & 0xFF00) ^ _TABLE[value >> 8 ^ byte]
+    return value
+
+
+def packet(servo: int, instruction: int, parameters: bytes = b"") -> bytes:
+    """Any instruction, or any answer."""
+    stuffed = parameters.replace(b"\xff\xff\xfd", b"\xff\xff\xfd\xfd")
+    body = HEADER + bytes([servo, *(len(stuffed) + 3).to_bytes(2, "little"), instruction]) + stuffed
+    return body + crc(body).to_bytes(2, "little")
+
+
+def ping(servo: int) -> Reading:
+    """Is this servo there? The data are its model (2 bytes) and firmware (1 byte)."""
+    return Reading(packet(servo, PING), (servo,), _AROUND + 3, 3, partial(parse, length=3))
+
+
+def sync_read(address: int, length: int, servos: Sequence[int]) -> Reading:
+    """Ask several servos for the same registers; each answers with a packet."""
+    request = packet(EVERYBODY, SYNC_READ, _registers(address, length) + bytes(servos))
+    size = len(servos) * (_AROUND + length)
+    return Reading(request, tuple(servos), size, length, partial(parse, length=length))
+
+
+def fast_sync_read(address: int, length: int, servos: Sequence[int]) -> Reading:
+    """The same, but the answers are joined to a single packet, each servo sending its part."""
+    request = packet(EVERYBODY, FAST_SYNC_READ, _registers(address, length) + bytes(servos))
+    size = 8 + len(servos) * (4 + length)
+    parse_joined = partial(parse_fast, length=length, count=len(servos))
+    return Reading(request, tuple(servos), size, length, parse_joined)
+
+
+def sync_write(address: int, values: Mapping[int, bytes]) -> bytes:
+    """Write the same registers, of the same length, of several servos, which do not answer."""
+    length = len(next(iter(values.values())))
+    blocks = b"".join(bytes([servo]) + value for servo, value in values.items())
+    return packet(EVERYBODY, SYNC_WRITE, _registers(address, length) + blocks)
+
+
+def parse(data: bytes, length: int) -> Parsed:
+    """Answers with so many bytes of data each; what is no answer is passed over."""
+    statuses: list[Status] = []
+    broken, start = 0, 0
+    largest = _AROUND + 4 * (length + 1) // 3
+    while (start := data.find(HEADER, start)) >= 0 and len(data) >= start + _AROUND:
+        size = 7 + int.from_bytes(data[start + 5 : start + 7], "little")
+        if _AROUND <= size <= largest and len(data) < start + size:
+            break
+        status = _status(data[start : start + size], length) if _AROUND <= size <= largest else None
+        if status is None:
+            broken, start = broken + 1, start + 1
+        else:
+            statuses.append(status)
+            start += size
+    return Parsed(statuses, broken)
+
+
+def _status(answer: bytes, length: int) -> Status | None:
+    if answer[7] != STATUS or crc(answer[:-2]) != int.from_bytes(answer[-2:], "little"):
+        return None
+    body = answer[8:-2].replace(b"\xff\xff\xfd\xfd", b"\xff\xff\xfd")
+    refused = len(body) == 1 and body[0] & ~ALERT  # then without data
+    return Status(answer[4], body[0], body[1:]) if len(body) == 1 + length or refused else None
+
+
+def parse_fast(data: bytes, length: int, count: int) -> Parsed:
+    """Answers joined to a packet; those before the place where it breaks are whole.
+
+    Every servo puts the checksum of all that was sent so far behind its part. Nothing is stuffed.
+    """
+    begin = HEADER + bytes([EVERYBODY, *(1 + count * (4 + length)).to_bytes(2, "little"), STATUS])
+    start = data.find(begin)
+    if start < 0:
+        return Parsed([], count if len(data) >= len(begin) + count * (4 + length) else 0)
+    statuses: list[Status] = []
+    place, check = start + len(begin), crc(begin)
+    for _ in range(count):
+        part, mark = data[place : place + 2 + length], data[place + 2 + length : place + 4 + length]
+        if len(mark) < 2:
+            return Parsed(statuses, 0)
+        check = crc(part, check)
+        if check.to_bytes(2, "little") != mark:
+            rest = count - len(statuses)
+            return Parsed(statuses, rest if len(data) >= place + rest * (4 + length) else 0)
+        statuses.append(Status(part[1], part[0], part[2:]))
+        place, check = place + 4 + length, crc(mark, check)
+    return Parsed(statuses, 0)
+
+
+def _registers(address: int, length: int) -> bytes:
+    return address.to_bytes(2, "little") + length.to_bytes(2, "little")

@@ -1,0 +1,224 @@
+"""Feetech STS and SMS servos on a serial port.
+
+A cycle is one write: the goals of all servos, and the question for position, velocity, temperature and
+current of all. No way is known to have them stop by themselves when the computer falls silent.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from ..driver import Info
+from ..errors import NotReady
+from ..servo.serial_rate import Traffic, shortest_cycle
+from ..servo.servo_bus import ServoBus
+from ..servo.servo_driver import Goals, Measured, ServoDriver
+from ..servo.servo_packet import Codec, Reading, Register, Status
+from ..servo.servo_settings import ServoSettings
+from ..servo.servo_talk import LENGTHS
+from ..settings import setting
+from . import packet as packets
+
+BAUDRATES = (38_400, 57_600, 115_200, 250_000, 500_000, 1_000_000)
+"""What the servos can be set to [bit/s]."""
+
+MODEL = Register(3, 2, "model number")
+RETURN_DELAY = Register(7, 1, "return delay")
+LOWEST = Register(9, 2, "minimum position limit")
+HIGHEST = Register(11, 2, "maximum position limit")
+PHASE = Register(18, 1, "phase")
+UNLOADING = Register(19, 1, "unloading condition")
+MODE = Register(33, 1, "operating mode")
+TORQUE = Register(40, 1, "torque enable")
+ACCELERATION = Register(41, 1, "acceleration")
+GOAL = Register(42, 2, "goal position")
+GOAL_TIME = Register(44, 2, "goal time")
+GOAL_VELOCITY = Register(46, 2, "goal velocity")
+LOCK = Register(55, 1, "lock")
+PRESENT = Register(56, 2, "present position")
+
+MEASURED = np.dtype(
+    [
+        ("position", "<u2"), ("velocity", "<u2"), ("load", "<u2"), ("voltage", "u1"), ("temperature", "u1"),
+        ("between", "V5"), ("current", "<u2"),
+    ]
+)  # fmt: skip
+"""Registers 56 to 70, read in every cycle; bit 15 is the sign of the first two and of the current."""
+
+FINE, FULL_SPEED, NO_CURRENT = 4, 8, 32
+"""Bits of the phase: velocity in counts a second and not in fifties; a goal velocity of 0 is the fastest;
+a bridge that measures no current."""
+
+FASTEST = {True: 3400, False: 68}
+"""Goal velocity where 0 means to stand still, for fine and coarse units [counts/s], [50 counts/s]."""
+
+RETURN_DELAY_UNIT = 2e-6
+"""[s] a count."""
+
+FURTHEST = 30719
+"""Largest goal, either way, of servos without position limits [counts]."""
+
+ALARMS = ("voltage", "encoder", "overheating", "overcurrent", "", "overload")
+"""What the bits of the error byte mean."""
+
+
+@dataclass(frozen=True)
+class FeetechSettings(ServoSettings):
+    """Settings of an arm of Feetech servos."""
+
+    current_unit: tuple[float, ...] = setting(
+        6.5e-3, "current of a count", unit="A", low=1e-6, high=1.0, per_joint=True
+    )
+    acceleration: int = setting(
+        254, "with which servos follow their goals", unit="100 counts/s^2", low=0, high=254
+    )
+    return_delay: float = setting(
+        0.0, "how long a servo waits before it answers", unit="s", low=0.0, high=508e-6
+    )
+
+
+class Feetech(ServoDriver):
+    """Feetech STS and SMS servos."""
+
+    Settings = FeetechSettings
+    codec: ClassVar[Codec] = packets
+    torque, goal, present = TORQUE, GOAL, PRESENT
+
+    def _set_up(self, bus: ServoBus) -> Info:
+        settings, n = self.settings, self.arm.dof
+        bus.find(settings.baudrate, BAUDRATES)
+        _require_position_mode(bus)
+        _set_return_delay(bus, settings.return_delay)
+        phases = bus.read(PHASE)
+        self._velocity_unit = np.array(
+            [(1.0 if phase & FINE else 50.0) * 2.0 * np.pi / turn
+             for phase, turn in zip(phases, settings.counts_per_turn, strict=True)]
+        )  # fmt: skip
+        bus.settle(ACCELERATION, [settings.acceleration] * n)
+        bus.settle(GOAL_TIME, [0] * n)
+        bus.settle(
+            GOAL_VELOCITY, [0 if phase & FULL_SPEED else FASTEST[bool(phase & FINE)] for phase in phases]
+        )
+        self._unloading = bus.read(UNLOADING)
+        self._allowed = _goals_allowed(bus)
+        self._questions = [
+            packets.sync_read(PRESENT.address - more, MEASURED.itemsize + more, settings.ids)
+            for more in range(LENGTHS)
+        ]
+        self._measures = np.array([not phase & NO_CURRENT for phase in phases])
+        self._ampere = np.where(self._measures, settings.current_unit, np.nan)
+        models = ", ".join(f"{s} model {model}" for s, model in zip(bus.servos, bus.read(MODEL), strict=True))
+        lower, upper = self._window(bus)
+        return Info(
+            cycle=settings.cycle,
+            clock="host",
+            signals=("position", "velocity", *["current"] * bool(self._measures.any()), "temperature"),
+            window_lower=lower,
+            window_upper=upper,
+            settings=self._explained() | {"servos": models},
+            warnings=(*self._doubts(), *self._line_warnings()),
+        )
+
+    def _doubts(self) -> list[str]:
+        doubts = [
+            "these servos go on to their last goal when the computer dies: no way is known to stop them"
+        ]
+        if not self._measures.all():
+            doubts.append("some servos measure no current; their joints cannot be identified")
+        return doubts
+
+    def _traffic(self) -> tuple[Traffic, float, str]:
+        settings = self.settings
+        goals = packets.sync_write(GOAL.address, {servo: bytes(GOAL.size) for servo in settings.ids})
+        ask = packets.sync_read(PRESENT.address, MEASURED.itemsize, settings.ids)
+        traffic = Traffic(len(goals) + len(ask.packet), ask.answer_bytes, self.arm.dof)
+        enough = [
+            rate
+            for rate in BAUDRATES
+            if shortest_cycle(traffic, rate, settings.return_delay, self.latency) <= settings.cycle
+        ]
+        return (
+            traffic,
+            settings.return_delay,
+            f"a baudrate of {enough[0]}" if enough else "fewer servos on a port",
+        )
+
+    def _readings(self, number: int) -> Sequence[Reading]:
+        return self._questions
+
+    def _decode(self, data: bytes, length: int) -> Measured:
+        rows = np.frombuffer(data, MEASURED)
+        return Measured(
+            _signed(rows["position"]),
+            _signed(rows["velocity"]) * self._velocity_unit,
+            _signed(rows["current"]) * self._ampere,
+            rows["temperature"].astype(float),
+        )
+
+    def _begin(self, where: np.ndarray) -> None:
+        super()._begin(where)
+        self._told = [0] * self.arm.dof
+
+    def _look(self, answers: Sequence[Status | None], now: int, events: list[str]) -> str:
+        """Alarms; those on which a servo is set to give way are a fault."""
+        faults = []
+        for place, answer in enumerate(answers):
+            if answer is None or answer.error == self._told[place]:
+                continue
+            new, self._told[place] = answer.error & ~self._told[place], answer.error
+            name = self._names[self.settings.ids[place]]
+            if new & self._unloading[place]:
+                faults.append(f"{name} gives way: {_alarms(new & self._unloading[place])}")
+            elif new:
+                events.append(f"{name} warns: {_alarms(new)}")
+        return "; ".join(faults)
+
+    def _to_register(self, counts: np.ndarray) -> list[int]:
+        return [int(count) if count >= 0 else 0x8000 | int(-count) for count in counts]
+
+    def _from_register(self, numbers: np.ndarray) -> np.ndarray:
+        return _signed(numbers)
+
+
+def _signed(numbers: np.ndarray) -> np.ndarray:
+    """Numbers whose bit 15 is their sign."""
+    size = (numbers & 0x7FFF).astype(float)
+    return np.where(numbers & 0x8000, -size, size)
+
+
+def _alarms(bits: int) -> str:
+    named = [name for place, name in enumerate(ALARMS) if bits >> place & 1 and name]
+    return ", ".join(named) or f"alarm {bits}"
+
+
+def _require_position_mode(bus: ServoBus) -> None:
+    for servo, mode in zip(bus.servos, bus.read(MODE), strict=True):
+        if mode:
+            raise NotReady(
+                f"{bus.names[servo]} is in operating mode {mode}, not 0 (position). Set its register "
+                f"{MODE.address} to 0"
+            )
+
+
+def _set_return_delay(bus: ServoBus, seconds: float) -> None:
+    """Set it where it is another; servos keep it for good, behind a lock."""
+    wanted = [round(seconds / RETURN_DELAY_UNIT)] * len(bus.servos)
+    if bus.read(RETURN_DELAY) == wanted:
+        return
+    if any(bus.read(TORQUE)):
+        raise NotReady(
+            f"{RETURN_DELAY} can be set to {1e6 * seconds:g} us only while torque is off. Support the arm "
+            "and switch its power off and on"
+        )
+    bus.settle(LOCK, [0] * len(wanted))
+    bus.settle(RETURN_DELAY, wanted, pause=0.02)
+    bus.settle(LOCK, [1] * len(wanted))
+
+
+def _goals_allowed(bus: ServoBus) -> Goals:
+    """What the servos take; where both limits are zero, they have none."""
+    lowest, highest = np.array(bus.read(LOWEST)), np.array(bus.read(HIGHEST))
+    free = (lowest == 0) & (highest == 0)
+    return Goals(np.where(free, -FURTHEST, lowest), np.where(free, FURTHEST, highest))

@@ -1,0 +1,63 @@
+"""Feetech's protocol of STS and SMS servos: packets to bytes and back.
+
+    FF FF | id | length | instruction | parameters | checksum
+
+The length counts from the instruction on. The checksum is the inverted sum of all behind the header. An
+answer has its error where the instruction would be. Nothing is stuffed: FF FF can occur in the data.
+"""
+
+from collections.abc import Mapping, Sequence
+from functools import partial
+
+from ..servo.servo_packet import Parsed, Reading, Status
+
+HEADER = b"\xff\xff"
+EVERYBODY = 0xFE
+PING, SYNC_READ, SYNC_WRITE = 0x01, 0x82, 0x83
+
+_AROUND = 6
+"""Bytes of an answer without data."""
+
+
+def checksum(body: bytes) -> int:
+    """Of all behind the header."""
+    return ~sum(body) & 0xFF
+
+
+def packet(servo: int, instruction: int, parameters: bytes = b"") -> bytes:
+    """Any instruction, or with its error for the instruction any answer."""
+    body = bytes([servo, len(parameters) + 2, instruction]) + parameters
+    return HEADER + body + bytes([checksum(body)])
+
+
+def ping(servo: int) -> Reading:
+    """Is this servo there? There are no data."""
+    return Reading(packet(servo, PING), (servo,), _AROUND, 0, partial(parse, length=0))
+
+
+def sync_read(address: int, length: int, servos: Sequence[int]) -> Reading:
+    """Ask several servos for the same registers; each answers with a packet."""
+    request = packet(EVERYBODY, SYNC_READ, bytes([address, length, *servos]))
+    size = len(servos) * (_AROUND + length)
+    return Reading(request, tuple(servos), size, length, partial(parse, length=length))
+
+
+def sync_write(address: int, values: Mapping[int, bytes]) -> bytes:
+    """Write the same registers, of the same length, of several servos, which do not answer."""
+    length = len(next(iter(values.values())))
+    blocks = b"".join(bytes([servo]) + value for servo, value in values.items())
+    return packet(EVERYBODY, SYNC_WRITE, bytes([address, length]) + blocks)
+
+
+def parse(data: bytes, length: int) -> Parsed:
+    """Answers with so many bytes of data each; what is no answer is passed over."""
+    statuses: list[Status] = []
+    broken, start, size = 0, 0, _AROUND + length
+    while (start := data.find(HEADER, start)) >= 0 and len(data) >= start + size:
+        body = data[start + 2 : start + size]
+        if body[0] < EVERYBODY and body[1] == length + 2 and body[-1] == checksum(body[:-1]):
+            statuses.append(Status(body[0], body[2], body[3:-1]))
+            start += size
+        else:
+            broken, start = broken + 1, start + 1
+    return Parsed(statuses, broken)

@@ -1,0 +1,313 @@
+"""KUKA controllers by Robot Sensor Interface: the controller asks every 4 or 12 ms, the driver answers.
+
+The controller's clock is the only one. Each telegram says where the axes are; the answer to it says how far
+they should be from where they stood when the program called RSI_MOVECORR (absolute corrections).
+"""
+
+import time
+from collections.abc import Mapping
+from dataclasses import replace
+from ipaddress import IPv4Address
+from typing import Any
+
+import numpy as np
+
+from ..driver import Arm, Command, Driver, Info, Sample, StopLevel
+from ..errors import BadSettings, LinkLost
+from ..host_clock import host_time
+from .about import info_of, simulated
+from .axes import axes_of
+from .beginning import look_at
+from .config import standard_config
+from .config_text import config_text
+from .conversation import Conversation, Keeper, lateness
+from .layout import ACTUAL, layout_of
+from .link import Link
+from .probe import Probe
+from .remarks import Remarks
+from .rsi_settings import RsiSettings, config_of
+from .session import Fresh, Session
+from .simulator import cycle_of
+from .telegram import Answer, TelegramReader
+from .waiting import first_telegrams
+
+SILENCE = 5
+"""Cycles without a telegram after which a sample says so; fewer are a busy network."""
+LOOKED_AT = 4
+"""Telegrams that are looked at before the first is answered: less than half of what any Timeout bears."""
+CLOSING = 1.0
+"""How long a controller is given to end RSI after the Stop channel was set [s]."""
+USUAL_AXES = 6
+"""Of a KUKA arm, where the settings do not list them."""
+ENDED = 50
+"""Cycles without a telegram after which it has."""
+
+
+class KukaRsi(Driver):
+    """One KUKA controller.
+
+    `open` waits for the first telegrams and answers none of them until the arm is known to stand still where
+    its program put it. From then on every telegram is answered, with a correction of zero that holds the arm
+    there: at first by a thread, since the controller gives up after `timeout` unanswered cycles and whoever
+    is asked to confirm a run needs longer; from the first exchange on by the exchanges. The first of them
+    probe what corrections do, and only then is it `ready`.
+    """
+
+    Settings = RsiSettings
+
+    def __init__(self, settings: RsiSettings, arm: Arm) -> None:
+        super().__init__(settings, arm)
+        self._config = config_of(settings)
+        self._layout = layout_of(self._config, settings, arm.dof)
+        self._axes = axes_of(settings)
+        self._cycle = settings.cycle
+        self._lower, self._upper = settings.window
+        self._silence = np.full(arm.dof, np.nan)
+        self._fresh = np.zeros(arm.dof, bool)
+        self._talk: Conversation | None = None
+        self._keeper: Keeper | None = None
+        self._start = self._silence
+        self._remarks: Remarks | None = None
+        self._probe: Probe | None = None
+        self._fault = ""
+        self._gone = 0  # cycles told of since the last telegram
+        self._time = self._host_time = 0
+
+    @classmethod
+    def controller_file(cls, address: str) -> str:
+        try:
+            IPv4Address(address)
+        except ValueError:
+            raise BadSettings(
+                f"--for-host {address}: expected this computer's IPv4 address, such as 172.31.1.10"
+            ) from None
+        return config_text(standard_config(address))
+
+    @classmethod
+    def count_joints(cls, table: Mapping[str, Any]) -> int:
+        return len(str(table.get("axes", "")).split()) or super().count_joints(table) or USUAL_AXES
+
+    @property
+    def sent_to_read(self) -> str:
+        """As in `Driver`: a controller that gets no answers ends its program with an error."""
+        if not self._commanding:
+            return "nothing (ONLYSEND)"
+        ending = ", and Stop at the end, which ends RSI_MOVECORR" * bool(self._layout.switch)
+        return f"a correction of zero each cycle, which keeps the arm where its program put it{ending}"
+
+    @property
+    def _commanding(self) -> bool:
+        return not self._config.only_send
+
+    def open(self) -> Info:
+        given, config, layout = self.settings, self._config, self._layout
+        address, port = given.bind or config.address, given.port or config.port
+        talk = Conversation(
+            Link(address, port, given.controller),
+            Session(TelegramReader(layout.names), round(1e3 * self._cycle)),
+            Answer(config.sentype, config.receive, layout.corrections, layout.switch),
+            [0.0] * len(layout.corrections),
+            layout.delay,
+        )
+        try:
+            here = f"{address}:{port}"
+            first = first_telegrams(talk, LOOKED_AT, given.wait, given.controller, here, self._commanding)
+            counting = talk.session.counting
+            beginning = look_at(first, layout, None if counting else self._cycle, self._commanding)
+            self._cycle = cycle_of(first) if counting else self._cycle
+        except BaseException:
+            talk.link.close()
+            raise
+        talk.silent = not self._commanding
+        self._talk, self._keeper = talk, Keeper(talk, self._cycle)
+        self._start = beginning.start
+        self._remarks = Remarks(layout, beginning, given.controller, self._commanding)
+        if self._commanding and given.probe:
+            actual = layout.columns(ACTUAL)
+            assert actual is not None  # without it there is no layout
+            room = self._lower, self._upper
+            self._probe = Probe(layout.axes, actual, self._cycle, given.timeout, *room)
+        info = info_of(given, config, layout, self._axes, beginning)
+        return simulated(info, self._cycle) if counting else info
+
+    def open_to_read(self) -> Info:
+        info = self.open()
+        self._probe = None  # which would move the axes
+        return info
+
+    @property
+    def ready(self) -> bool:
+        """As in `Driver`: whether it is known what the controller makes of corrections."""
+        return self._probe is None or self._probe.done
+
+    def held(self) -> np.ndarray:
+        """As in `Driver`: where corrections of zero hold the arm."""
+        return self._axes.joints(np.asarray(self._start))
+
+    def exchange(self, command: Command | None) -> Sample:
+        """As in `Driver`; a command beyond the controller's window is not sent and is a fault.
+
+        None is sent before the driver is `ready`. `lateness` is the time from the telegram's arrival to its
+        answer, or by how much the telegram itself came late after the one before, whichever is more. When all
+        is stale there was no telegram, and the command has not been sent.
+
+        Raises:
+            BadSettings: A command where the controller expects no answers.
+            LinkLost: No telegram for as long as the controller waits for answers.
+        """
+        talk = self._taken_over()
+        probing = None if self.ready else self._probe
+        if probing:
+            talk.correct(probing.correction.tolist())
+        elif command is not None:
+            self._command(talk, command)
+        most = max(SILENCE * self._cycle - talk.quiet, self._cycle)
+        fresh = talk.turn(most)
+        if fresh is None:
+            return self._silent(talk)
+        if probing:
+            self._probed(talk, probing, fresh)
+        sample = self._sample(talk, fresh)
+        return replace(sample, sent=False) if probing and command is not None else sample
+
+    def _taken_over(self) -> Conversation:
+        if self._talk is None:
+            raise LinkLost("driver kuka_rsi is not open")
+        if self._keeper:
+            self._keeper.end()
+            self._keeper = None
+        return self._talk
+
+    def _probed(self, talk: Conversation, probe: Probe, fresh: Fresh) -> None:
+        """Go on with the probe, unless the network or the controller did not take the last answer."""
+        if not (talk.refused or talk.repeated):
+            probe.see(fresh)
+        self._fault = self._fault or probe.fault
+        if probe.done:
+            talk.correct(probe.correction.tolist())
+
+    def _command(self, talk: Conversation, command: Command) -> None:
+        """Correct as commanded from the next answer on, if the controller would do it."""
+        if not self._commanding:
+            raise BadSettings(
+                "driver kuka_rsi only listens (ONLYSEND is TRUE): it cannot move the arm. Let the "
+                "controller's program move it, or use a configuration with ONLYSEND FALSE"
+            )
+        if self._fault:
+            return
+        corrections = self._axes.degrees(command.position) - self._start
+        beyond = ~((corrections >= self._lower) & (corrections <= self._upper))  # not a number is beyond too
+        if beyond.any():
+            place = int(beyond.argmax())
+            self._fault = (
+                f"{self._layout.axes[place]} is commanded {corrections[place]:.4g} degrees from its start; "
+                f"the controller takes {self._lower[place]:g} to {self._upper[place]:g} (AXISCORR and "
+                "AXISCORRMON)"
+            )
+            return
+        talk.correct(corrections.tolist())
+
+    def _sample(self, talk: Conversation, fresh: Fresh) -> Sample:
+        numbers = np.array(fresh.telegram.numbers)
+        skipped = max(fresh.cycles - 1 - self._gone, 0)
+        self._gone = 0
+        self._time = round(1e6 * talk.session.elapsed)
+        self._host_time = max(self._host_time + 1, fresh.datagram.arrival)
+        self._fault = self._fault or talk.session.restarted
+        return Sample(
+            host_time=self._host_time,
+            controller_time=self._time,
+            position=self._axes.joints(numbers[self._layout.columns(ACTUAL)]),
+            velocity=self._silence,
+            current=self._current(numbers),
+            torque=self._torque(numbers),
+            temperature=self._silence,
+            lateness=lateness(fresh),
+            skipped=skipped,
+            stale=self._fresh,
+            events=self._events(talk, fresh),
+            fault=self._fault,
+            sent=not (talk.refused or talk.repeated or self._fault),
+        )
+
+    def _current(self, numbers: np.ndarray) -> np.ndarray:
+        columns = self._layout.columns(self.settings.current_tag)
+        return self._silence if columns is None else numbers[columns] * self._axes.ampere
+
+    def _torque(self, numbers: np.ndarray) -> np.ndarray:
+        columns = self._layout.columns(self.settings.torque_tag)
+        return self._silence if columns is None else numbers[columns] * self._axes.sign
+
+    def _silent(self, talk: Conversation) -> Sample:
+        """A sample of nothing, so that whoever watches may decide."""
+        if talk.quiet > self.settings.timeout * self._cycle:
+            raise LinkLost(
+                f"no telegram from {self.settings.controller} for {talk.quiet:.2f} s: RSI has ended there. "
+                "Look at the pendant's messages, then start the program again"
+            )
+        gone = int(talk.quiet / self._cycle)
+        skipped = max(gone - 1 - self._gone, 0)
+        self._gone += 1 + skipped
+        self._host_time = max(self._host_time + 1, host_time())
+        nothing = (self._silence,) * 5
+        return Sample(
+            self._host_time,
+            self._time,
+            *nothing,
+            skipped=skipped,
+            stale=~self._fresh,
+            events=self._events(talk, None),
+            fault=self._fault,
+            sent=False,
+        )
+
+    def _events(self, talk: Conversation, fresh: Fresh | None) -> tuple[str, ...]:
+        probed = self._probe.events() if self._probe else ()
+        return (*probed, *self._remarks.on(talk, fresh)) if self._remarks else probed
+
+    def stop(self, level: StopLevel) -> None:
+        """QUICK sets the Stop channel, or where there is none, answers no more; OFF answers no more.
+
+        What the STOP object does is set in the RSI context. A controller that gets no answers stops the arm
+        after `timeout` cycles with an error, and closes the brakes; until then it holds the last correction.
+        """
+        if self._talk is None or level < StopLevel.QUICK:
+            return
+        talk = self._taken_over()
+        self._give_up_probe(talk)
+        if self._layout.switch:
+            talk.stop()
+        if level >= StopLevel.OFF or not self._layout.switch:
+            self._fall_silent(talk)
+
+    def _give_up_probe(self, talk: Conversation) -> None:
+        """Correct nothing where it is not known yet what that does."""
+        if self._probe and not self.ready:
+            self._probe.give_up()
+            talk.correct(self._probe.correction.tolist())
+
+    def _fall_silent(self, talk: Conversation) -> None:
+        """Answer no more; a correction that may add up is not what the controller holds then."""
+        if self._probe and not self._probe.passed:
+            talk.turn(SILENCE * self._cycle)
+        talk.silent = True
+
+    def close(self) -> None:
+        """Set the Stop channel until the controller's program has ended RSI, or answer no more.
+
+        An arm at rest stays there either way: with a Stop channel the program goes on behind
+        RSI_MOVECORR, without one it ends in the controller's timeout.
+        """
+        if self._talk is None:
+            return
+        talk = self._taken_over()
+        self._talk = None
+        self._give_up_probe(talk)
+        if self._layout.switch and not talk.silent and not talk.session.restarted:
+            talk.stop()
+            end = time.monotonic() + CLOSING
+            while time.monotonic() < end and talk.turn(ENDED * self._cycle):
+                pass
+        elif not talk.silent:
+            self._fall_silent(talk)
+        talk.link.close()

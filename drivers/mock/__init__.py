@@ -1,0 +1,1 @@
+"""A simulated arm with drives, encoders and noise."""

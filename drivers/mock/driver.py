@@ -1,0 +1,176 @@
+"""Mock: a simulated arm with drives, encoders and noise, on its own clock or that of the host.
+
+Its arm follows each command one cycle later, as drives on a bus do. What happens in a cycle is computed
+before its deadline is waited for, so that a sample comes back as quickly as from hardware.
+"""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from ..driver import Arm, Command, Driver, Info, Measured, Sample, StopLevel
+from ..errors import BadSettings, LinkLost, NotReady
+from ..settings import setting
+from .clock import RealClock, SteppedClock
+from .drives import MockDrives
+from .fault import START, Reply
+from .faults import read_faults
+
+SIGNALS = ("position", "velocity", "current", "temperature")
+"""What it can measure."""
+
+
+@dataclass(frozen=True)
+class MockSettings:
+    """Settings of the simulated controller."""
+
+    cycle: float = setting(0.002, "time between commands", unit="s", low=0.0005, high=0.1)
+    clock: str = setting(
+        "stepped", "whether a cycle takes as long as it computes or as it says", choices=("stepped", "real")
+    )
+    silent: str = setting("", f"signals that are not measured, of {', '.join(SIGNALS[1:])}; commas between")
+    window: tuple[float, ...] = setting(
+        0.0, "largest way from where it stands; 0 for any", unit="rad", low=0.0, high=100.0, per_joint=True
+    )
+    deceleration: tuple[float, ...] = setting(
+        10.0, "with which drives stop by themselves", unit="rad/s^2", low=0.1, high=1e3, per_joint=True
+    )
+    dead_man: float = setting(
+        0.2, "time without a command after which they do", unit="s", low=0.002, high=10.0
+    )
+    faults: str = setting("", "what goes wrong, such as 'drop at 2 for 0.1; stall 0.1 at 3'")
+
+
+class Mock(Driver):
+    """A simulated arm."""
+
+    Settings = MockSettings
+    simulated: ClassVar[bool] = True
+
+    def __init__(self, settings: MockSettings, arm: Arm) -> None:
+        super().__init__(settings, arm)
+        silent = {name.strip() for name in settings.silent.split(",")} - {""}
+        wrong = silent - set(SIGNALS[1:])
+        if wrong:
+            raise BadSettings(
+                f"driver mock: silent: no signal '{sorted(wrong)[0]}'. Valid: {', '.join(SIGNALS[1:])}"
+            )
+        self._signals = tuple(name for name in SIGNALS if name not in silent)
+        self._faults = read_faults(settings.faults, arm.joints)
+        self._window = np.where(np.array(settings.window) > 0.0, settings.window, np.inf)
+        self._nothing = np.full(arm.dof, np.nan)
+        self._fresh = np.zeros(arm.dof, bool)
+        self._began: int | None = None
+        self._time = START - 1.0
+        self._drives: MockDrives | None = None
+
+    @property
+    def in_real_time(self) -> bool:
+        return bool(self.settings.clock == "real")
+
+    def open(self) -> Info:
+        settings = self.settings
+        if self.arm.plant is None:
+            raise BadSettings("driver mock: there is no arm to simulate; name a robot")
+        deceleration = np.array(settings.deceleration)
+        self._drives = MockDrives(self.arm.plant(), settings.cycle, deceleration, settings.dead_man)
+        for fault in self._faults:
+            fault.prepare(self._drives)
+        self._stood = np.array(self._drives.measure().position)
+        self._clock = (RealClock if self.in_real_time else SteppedClock)(settings.cycle)
+        bounded = bool(np.any(np.isfinite(self._window)))
+        return Info(
+            cycle=settings.cycle,
+            clock="host",
+            signals=self._signals,
+            dead_man=f"the drives stop by themselves after {settings.dead_man:g} s without a command",
+            window_lower=-self._window if bounded else None,
+            window_upper=self._window if bounded else None,
+            settings={"clock": settings.clock, "faults": settings.faults},
+            warnings=(f"faults are injected: {settings.faults}",) if self._faults else (),
+        )
+
+    def states(self) -> tuple[str, ...]:
+        stopped = self._drives is not None and self._drives.stopped
+        return ("simulated, stopped" if stopped else "simulated",) * self.arm.dof
+
+    def exchange(self, command: Command | None) -> Sample:
+        drives = self._drives
+        if drives is None:
+            raise NotReady("driver mock: not open")
+        drives.step()
+        tick = self._clock.wait()
+        if tick.skipped and self._began is not None:  # before the first command nobody is missed
+            drives.idle(tick.skipped)
+        if self._began is None and command is not None:
+            self._began = tick.number
+        reply = self._reply(drives, drives.measure(), tick.number)
+        host_time = self._clock.host_time
+        if reply.late:
+            self._clock.sleep(reply.late)
+            host_time = self._clock.host_time
+        if reply.lost:
+            raise LinkLost(f"driver mock: {reply.lost}")
+        self._take(drives, command)
+        return Sample(
+            host_time,
+            round(tick.number * self.settings.cycle * 1e9),
+            reply.position,
+            reply.velocity,
+            reply.current,
+            self._nothing,
+            reply.temperature,
+            tick.lateness + reply.late,
+            tick.skipped,
+            reply.stale,
+            tuple(reply.events),
+            drives.fault,
+        )
+
+    def stop(self, level: StopLevel) -> None:
+        """As in `Driver`, but that it may raise, as no driver should, where that fault is asked for."""
+        drives = self._drives
+        if drives is None:
+            return
+        if level <= drives.refused:
+            raise LinkLost(f"driver mock: {level.name} was not told to the drives, as it was told not to")
+        if level == StopLevel.QUICK and not drives.deaf:
+            drives.stop()
+        elif level == StopLevel.OFF:
+            drives.release()
+
+    def close(self) -> None:
+        self._drives = None
+
+    def _reply(self, drives: MockDrives, measured: Measured, number: int) -> Reply:
+        """What comes back in this cycle, spoiled as was asked for."""
+        position, velocity, current, temperature = (
+            getattr(measured, name) if name in self._signals else self._nothing for name in SIGNALS
+        )
+        reply = Reply(position, velocity, current, temperature, self._fresh)
+        if self._faults:
+            before, self._time = self._time, self._since_start(number)
+            reply = reply.copy()
+            for fault in self._faults:
+                if fault.acts(before, self._time):
+                    fault.act(reply, drives)
+        return reply
+
+    def _since_start(self, number: int) -> float:
+        """Time from the first command to a tick [s], as faults count it."""
+        return START if self._began is None else (number - self._began) * self.settings.cycle
+
+    def _take(self, drives: MockDrives, command: Command | None) -> None:
+        """Pass a command on, unless it is out of the window."""
+        if command is None:
+            drives.hold()
+            return
+        away = np.abs(command.position - self._stood)
+        if (away > self._window).any():
+            joint = int(np.argmax(away - self._window))
+            drives.trip(
+                f"{self.arm.joints[joint]}: commanded {away[joint]:.4f} rad from where it stood, the window "
+                f"is {self._window[joint]:.4f}"
+            )
+        drives.command(command.position, command.velocity)

@@ -1,0 +1,117 @@
+"""The mock's controller: what it does with commands, without them, and when it has to stop by itself."""
+
+import numpy as np
+
+from ..driver import Measured, Plant
+
+LONGEST_IDLE = 2.0
+"""Of a time without exchanges, no more is simulated: by then every drive has stopped [s]."""
+
+
+class MockDrives:
+    """Drives of a simulated arm.
+
+    Args:
+        plant: The arm.
+        cycle: Time from command to command [s].
+        deceleration: With which they stop by themselves, shape (n,) [rad/s^2].
+        dead_man: Time without an exchange after which they do [s].
+
+    Attributes:
+        stood: Where the arm stood at first, shape (n,) [rad].
+        fault: Why they have stopped themselves; empty while they have not.
+        stopped: Whether they take no commands any more.
+        blocked: Joints that do not follow, shape (n,).
+        runaway: Speed of joints that run away whatever is commanded, until stopped, shape (n,) [rad/s].
+        deaf: Whether a quick stop is ignored.
+        refused: Hardest level of a stop that the host fails to tell them.
+        additive: Whether a command is added every cycle, by how far it is from where this began.
+    """
+
+    def __init__(self, plant: Plant, cycle: float, deceleration: np.ndarray, dead_man: float) -> None:
+        self._plant, self._cycle = plant, cycle
+        self._deceleration, self._dead_man = deceleration, dead_man
+        self._position = np.array(plant.measure().position)
+        self.stood = self._position
+        self._velocity = np.zeros_like(self._position)
+        self.fault, self.stopped, self._released = "", False, False
+        self.blocked = np.zeros(len(self._position), bool)
+        self.runaway = np.zeros(len(self._position))
+        self.deaf, self.refused = False, 0.0
+        self.additive, self._fastest = False, 0.0
+        self._began = self._correction = np.zeros(len(self._position))
+
+    def measure(self) -> Measured:
+        """What the sensors say now."""
+        return self._plant.measure()
+
+    def command(self, position: np.ndarray, velocity: np.ndarray) -> None:
+        """Take what is to be reached one cycle from now, unless they have stopped."""
+        if self.additive:
+            most = self._cycle * self._fastest
+            self._correction = np.clip(position - self._began, -most, most)
+        elif not self.stopped:
+            idle = self.blocked | self._runs
+            self._position = np.where(idle, self._position, position)
+            self._velocity = np.where(idle, self.runaway, velocity)
+
+    def hold(self) -> None:
+        """Stay at the last command."""
+        if not self.stopped:
+            self._velocity = np.where(self._runs, self.runaway, 0.0)
+
+    def step(self) -> None:
+        """One cycle goes by."""
+        if self.stopped:
+            before, slower = self._velocity, self._cycle * self._deceleration
+            self._velocity = np.sign(before) * np.maximum(np.abs(before) - slower, 0.0)
+            self._position = self._position + 0.5 * self._cycle * (before + self._velocity)
+        elif self.additive:
+            self._position, self._velocity = self._position + self._correction, self._correction / self._cycle
+        if self._runs.any():
+            self._velocity = np.where(self._runs, self.runaway, self._velocity)
+            self._position = self._position + np.where(self._runs, self._cycle * self.runaway, 0.0)
+        self._plant.step(self._position, self._velocity, self._cycle)
+
+    @property
+    def _runs(self) -> np.ndarray:
+        """Joints that run away, shape (n,)."""
+        return (self.runaway != 0.0) & (not self.stopped or (self.deaf and not self._released))
+
+    def idle(self, cycles: int) -> None:
+        """Cycles go by in which nobody commands; after too many the dead-man stops the arm."""
+        allowed = round(self._dead_man / self._cycle)
+        self.hold()
+        for cycle in range(min(cycles, allowed + round(LONGEST_IDLE / self._cycle))):
+            if cycle == allowed:
+                self.trip(f"no command for {self._dead_man:g} s: the drives have stopped by themselves")
+            self.step()
+
+    def stop(self) -> None:
+        """Brake as hard as they do by themselves, and hold from then on."""
+        self.stopped = True
+
+    def release(self) -> None:
+        """Take the torque away, where the plant can: the arm drops."""
+        self.stopped = self._released = True
+        getattr(self._plant, "release", lambda: None)()
+
+    def add(self, fastest: float) -> None:
+        """From here on, add what is commanded every cycle, but no faster than this [rad/s]."""
+        if not self.additive:
+            self._began, self._correction = self._position, np.zeros_like(self._position)
+        self.additive, self._fastest = True, fastest
+
+    def trip(self, fault: str) -> None:
+        """Stop, and say why; the first reason counts."""
+        self.fault = self.fault or fault
+        self.stop()
+
+    def go(self, away: np.ndarray, seconds: float) -> None:
+        """Move the arm by some angles (n,) [rad], smoothly, before anything begins."""
+        start = self._position
+        for share in np.arange(0.0, seconds, self._cycle) / seconds + self._cycle / seconds:
+            smooth, speed = share**2 * (3 - 2 * share), 6 * share * (1 - share) / seconds
+            self._position, self._velocity = start + smooth * away, speed * away
+            self.step()
+        self.hold()

@@ -1,0 +1,204 @@
+"""Servos on a serial line: ask them, tell them, and never take an old answer for a new one.
+
+Answers carry no number. One that comes after its deadline would be read in the next cycle, look right and be
+late from then on. So whoever asks looks first whether something is waiting already, and afterwards whether
+there is more than was asked for; in doubt the line is left alone until it is silent.
+"""
+
+import time
+from collections.abc import Mapping, Sequence
+
+from ..errors import LinkLost, NotReady
+from .serial_port import SerialPort
+from .servo_packet import Codec, Reading, Register, Status
+
+TRIES = 3
+"""How often a question or a setting is repeated before the run."""
+
+
+class ServoBus:
+    """The servos of an arm.
+
+    Args:
+        port: Open.
+        codec: Their protocol.
+        names: Id -> what to call the servo, in the order of the joints.
+
+    Attributes:
+        in_step: Whether the last answer was whole, in order, and nothing came behind it.
+    """
+
+    def __init__(self, port: SerialPort, codec: Codec, names: Mapping[int, str]) -> None:
+        self._port, self._codec, self.names = port, codec, dict(names)
+        self.servos = tuple(self.names)
+        self.in_step = True
+
+    def tell(self, packets: bytes) -> None:
+        """Send what nobody answers.
+
+        Raises:
+            LinkLost: The port is gone.
+        """
+        if packets:
+            self._port.write(packets)
+
+    def drain(self) -> int:
+        """Throw away what came unasked, and say how many bytes that was.
+
+        Raises:
+            LinkLost: The port is gone.
+        """
+        return self._port.drain()
+
+    def ask(self, reading: Reading, before: bytes = b"") -> list[Status | None]:
+        """The answers in the order of the question; None for each that did not come or cannot be believed.
+
+        Args:
+            reading: The question.
+            before: Packets to send in front of it.
+
+        Raises:
+            LinkLost: The port is gone.
+        """
+        self._port.write(before + reading.packet)
+        count, size = len(reading.servos), reading.answer_bytes
+        data = self._port.read(size)
+        found = reading.parse(data)
+        while size <= len(data) < 2 * size and len(found.statuses) + found.broken < count:
+            more = self._port.read(1)  # stuffing makes answers longer than can be known before
+            if not more:
+                break
+            data += more
+            found = reading.parse(data)
+        places = [
+            reading.servos.index(s.servo) if s.servo in reading.servos else count for s in found.statuses
+        ]
+        in_order = all(a < b for a, b in zip(places, [*places[1:], count], strict=False))
+        whole = len(data) >= size and len(found.statuses) + found.broken >= count
+        orderly = in_order and not self._port.waiting
+        self.in_step = whole and orderly
+        answers: list[Status | None] = [None] * count
+        if orderly:
+            for place, status in zip(places, found.statuses, strict=True):
+                answers[place] = status
+        return answers
+
+    def ping(self, servo: int) -> bytes | None:
+        """What a servo says of itself; None if it does not answer.
+
+        Raises:
+            LinkLost: The port is gone.
+        """
+        for _ in range(TRIES):
+            self.drain()
+            answer = self.ask(self._codec.ping(servo))[0]
+            if answer is not None:
+                return answer.data
+        return None
+
+    def find(self, baudrate: int, baudrates: Sequence[int]) -> list[bytes]:
+        """What all servos say of themselves.
+
+        Args:
+            baudrate: Of the port [bit/s].
+            baudrates: That the servos can have.
+
+        Raises:
+            LinkLost: Some do not answer.
+            NotReady: The adapter answers for them.
+        """
+        self._require_no_echo()
+        answers = {servo: self.ping(servo) for servo in self.servos}
+        found = [data for data in answers.values() if data is not None]
+        if len(found) == len(answers):
+            return found
+        silent = ", ".join(self.names[servo] for servo, data in answers.items() if data is None)
+        there = ", ".join(str(servo) for servo, data in answers.items() if data is not None) or "none"
+        others = ", ".join(str(rate) for rate in baudrates if rate != baudrate)
+        raise LinkLost(
+            f"{silent} did not answer at {baudrate} bit/s; {there} did. Look at plugs, power and ids, or try "
+            f"another baudrate: {others}"
+        )
+
+    def _require_no_echo(self) -> None:
+        """A plain adapter hears itself, and a ping can look like the answer of a servo with an alarm."""
+        question = self._codec.sync_read(0, 1, self.servos)
+        self.drain()
+        self.tell(question.packet)
+        if self._port.read(len(question.packet) + question.answer_bytes).startswith(question.packet):
+            raise NotReady(
+                "the adapter sends back what it is sent, so that answers cannot be told from questions. Try "
+                "one that listens only while it does not send, as those of the servos' makers do"
+            )
+
+    def read(self, register: Register) -> list[int]:
+        """A register of all servos.
+
+        Raises:
+            LinkLost: Some do not answer, or refuse.
+        """
+        size, signed = register.size, register.signed
+        answers: list[Status | None] = []
+        for _ in range(TRIES):
+            self.drain()
+            answers = self.ask(self._codec.sync_read(register.address, size, self.servos))
+            data = [answer.data for answer in answers if answer is not None and len(answer.data) == size]
+            if len(data) == len(self.servos):
+                return [int.from_bytes(one, "little", signed=signed) for one in data]
+        texts = [
+            f"{self.names[servo]} " + ("is silent" if answer is None else f"refuses (error {answer.error})")
+            for servo, answer in zip(self.servos, answers, strict=True)
+            if answer is None or len(answer.data) != size
+        ]
+        raise LinkLost(f"{register} cannot be read: {', '.join(texts)}. Look at plugs and power")
+
+    def peek(self, register: Register) -> list[int | None]:
+        """A register of all servos, asked for once; None for each that does not answer.
+
+        Raises:
+            LinkLost: The port is gone.
+        """
+        size, signed = register.size, register.signed
+        self.drain()
+        answers = self.ask(self._codec.sync_read(register.address, size, self.servos))
+        return [
+            int.from_bytes(answer.data, "little", signed=signed)
+            if answer is not None and len(answer.data) == size
+            else None
+            for answer in answers
+        ]
+
+    def packet(self, register: Register, values: Sequence[int]) -> bytes:
+        """What sets a register of all servos."""
+        size = register.size
+        mask = (1 << 8 * size) - 1
+        blocks = {
+            servo: (value & mask).to_bytes(size, "little")
+            for servo, value in zip(self.servos, values, strict=True)
+        }
+        return self._codec.sync_write(register.address, blocks)
+
+    def settle(self, register: Register, values: Sequence[int], pause: float = 0.0) -> None:
+        """Set a register of all servos and read it back.
+
+        Args:
+            register: To be set.
+            values: One a servo.
+            pause: Before it is read back, for memory that takes its time [s].
+
+        Raises:
+            LinkLost: Some do not answer.
+            NotReady: Some do not take it.
+        """
+        wrong: list[str] = []
+        for _ in range(TRIES):
+            self.tell(self.packet(register, values))
+            time.sleep(pause)
+            wrong = [
+                f"{self.names[servo]} says {found} instead of {value}"
+                for servo, value, found in zip(self.servos, values, self.read(register), strict=True)
+                if found != value
+            ]
+            if not wrong:
+                return
+        raise NotReady(f"{register} is not taken: {', '.join(wrong)}")

@@ -1,0 +1,301 @@
+"""What all drivers of servos on a serial line have in common: the cycle, the stops, the ways in and out.
+
+In a cycle one packet sets all goals and one asks for all measurements, in a single write.
+"""
+
+from abc import abstractmethod
+from collections.abc import Sequence
+from contextlib import suppress
+from typing import Any, ClassVar, NamedTuple
+
+import numpy as np
+
+from ..driver import Arm, Command, Driver, Info, Sample, StopLevel
+from ..errors import BadSettings, DriverError, LinkLost
+from ..host_clock import HostClock, host_time
+from .serial_port import SerialPort, adapter_latency
+from .serial_rate import Traffic, require_rate
+from .servo_bus import ServoBus
+from .servo_packet import Codec, Reading, Register, Status
+from .servo_settings import ServoUnits, explained
+from .servo_talk import ServoTalk
+
+BEFORE_RUN = 0.1
+"""How long an answer is waited for before the run [s]."""
+
+IN_RUN = 3.0
+"""How long one is waited for in the run [cycles]: a late answer is better than none."""
+
+
+class Goals(NamedTuple):
+    """Counts that the servos take as a goal, each of shape (n,)."""
+
+    lowest: np.ndarray
+    highest: np.ndarray
+
+
+class Measured(NamedTuple):
+    """What the servos answered, each of shape (n,), with the signs of the servos.
+
+    Attributes:
+        position: [counts].
+        velocity: [rad/s].
+        current: [A]; NaN where there is none.
+        temperature: [degC]; NaN where it was not asked for.
+    """
+
+    position: np.ndarray
+    velocity: np.ndarray
+    current: np.ndarray
+    temperature: np.ndarray
+
+
+class ServoDriver(Driver):
+    """Servos on a serial line, one a joint."""
+
+    codec: ClassVar[Codec]
+    torque: ClassVar[Register]
+    goal: ClassVar[Register]
+    present: ClassVar[Register]
+
+    def __init__(self, settings: Any, arm: Arm) -> None:
+        super().__init__(settings, arm)
+        twice = [one for one in settings.ids if settings.ids.count(one) > 1]
+        if twice:
+            raise BadSettings(f"two joints have the servo {twice[0]}. Try ids = one a joint, in their order")
+        self._names = {
+            servo: f"servo {servo} ({joint})" for servo, joint in zip(settings.ids, arm.joints, strict=True)
+        }
+        self._units = ServoUnits(settings)
+        self._bus: ServoBus | None = None
+        self._port: SerialPort | None = None
+        self._armed = False
+        self._nothing = np.full(arm.dof, np.nan)
+        self._allowed = Goals(self._nothing, self._nothing)
+        self._nothing.setflags(write=False)
+        self._count, self._counts, self._once = 0, np.full(arm.dof, np.nan), b""
+        self._held: np.ndarray | None = None
+        self._stopped, self._stop_packet, self._fault = StopLevel.BRAKE, b"", ""
+        self.latency = 0.0
+        self._require_rate()
+
+    def open(self) -> Info:
+        """Open the port, find the servos and set them up; torque is left as it is."""
+        self._port = SerialPort(self.settings.port, self.settings.baudrate, BEFORE_RUN)
+        self._bus = ServoBus(self._port, self.codec, self._names)
+        self.latency = adapter_latency(self.settings.port)
+        try:
+            info = self._set_up(self._bus)
+            self._require_rate()
+            self._begin(self._where(self._bus))
+        except BaseException:
+            self.close()
+            raise
+        return info
+
+    def arm_drives(self) -> None:
+        """Make its goal where each servo stands, then switch its torque on."""
+        bus, port = self._opened()
+        port.be_patient(BEFORE_RUN)
+        bus.drain()
+        where = self._where(bus)
+        bus.settle(self.goal, self._to_register(where))
+        bus.settle(self.torque, [1] * self.arm.dof)
+        self._armed = True
+        once = self._guard(bus)
+        self._begin(where)
+        self._once, self._held = once, self._units.position(where)
+
+    def held(self) -> np.ndarray | None:
+        """As in `Driver`: the goals that were set when torque was switched on."""
+        return self._held
+
+    def exchange(self, command: Command | None) -> Sample:
+        """Send the goals and ask for all measurements, in one write."""
+        bus, _ = self._opened()
+        tick, events = self._clock.wait(), list[str]()
+        packets = self._packets(bus, command)
+        readings = self._readings(self._count)
+        length = readings[0].length
+        self._count += 1
+        answers = self._talk.exchange(packets, readings, events)
+        now = host_time()
+        stale = np.array([answer is None for answer in answers])
+        measured, units = self._decode(_joined(answers, length), length), self._units
+        rows: tuple[np.ndarray, ...] = (
+            units.position(measured.position),
+            units.velocity(measured.velocity),
+            measured.current * units.sign,
+            self._nothing,
+            measured.temperature,
+        )
+        if stale.any():
+            rows = tuple(np.where(stale, np.nan, row) for row in rows)
+            self._counts = np.where(stale, self._counts, measured.position)
+        else:
+            self._counts = measured.position
+        self._fault = self._fault or self._look(answers, now, events)
+        position, velocity, current, torque, temperature = rows
+        return Sample(
+            now,
+            now,
+            position,
+            velocity,
+            current,
+            torque,
+            temperature,
+            tick.lateness,
+            tick.skipped,
+            stale,
+            tuple(events),
+            self._fault,
+        )
+
+    @property
+    def sent_to_read(self) -> str:
+        """As in `Driver`: servos are asked, and torque and goals left as they are."""
+        return "questions, and the set-up of a run; no goal, and torque is left as it is"
+
+    def states(self) -> tuple[str, ...]:
+        """As in `Driver`: whether torque is on, asked for once."""
+        bus, port = self._opened()
+        port.be_patient(BEFORE_RUN)
+        try:
+            found = bus.peek(self.torque)
+        finally:
+            port.be_patient(IN_RUN * self.settings.cycle)
+        return tuple("" if on is None else f"torque {'on' if on else 'off'}" for on in found)
+
+    def stop(self, level: StopLevel) -> None:
+        """QUICK makes its goal where each servo is, OFF switches torque off; repeated every cycle after."""
+        if self._bus is None or not self._armed or level <= self._stopped:
+            return
+        if level == StopLevel.OFF:
+            self._stop_packet = self._bus.packet(self.torque, [0] * self.arm.dof)
+        elif np.all(np.isfinite(self._counts)):  # else they keep the goal they have
+            self._stop_packet = self._goals(self._bus, self._counts)
+        self._stopped = level
+        with suppress(DriverError):
+            self._bus.tell(self._stop_packet)
+
+    def close(self) -> None:
+        """Leave the servos at their last goal, or off if the settings say so, and let go."""
+        bus, port, self._bus, self._port = self._bus, self._port, None, None
+        with suppress(DriverError):
+            if bus is not None and self._armed:
+                if self.settings.at_end == "off":
+                    bus.tell(bus.packet(self.torque, [0] * self.arm.dof))
+                self._unguard(bus)
+        self._armed = False
+        if port is not None:
+            port.close()
+
+    def _opened(self) -> tuple[ServoBus, SerialPort]:
+        if self._bus is None or self._port is None:
+            raise LinkLost("the driver is not open. Open it first")
+        return self._bus, self._port
+
+    def _begin(self, where: np.ndarray) -> None:
+        """From here on in cycles; the servos stand at these counts."""
+        bus, port = self._opened()
+        port.be_patient(IN_RUN * self.settings.cycle)
+        self._clock = HostClock(self.settings.cycle)
+        self._talk = ServoTalk(bus)
+        self._count, self._counts, self._once = 0, where, b""
+        self._stopped, self._stop_packet, self._fault = StopLevel.BRAKE, b"", ""
+
+    def _where(self, bus: ServoBus) -> np.ndarray:
+        """Counts at which the servos stand, shape (n,)."""
+        return self._from_register(np.array(bus.read(self.present)))
+
+    def _packets(self, bus: ServoBus, command: Command | None) -> bytes:
+        """What is told this cycle: the goals of a stop or of the command, and in the first what guards."""
+        once, self._once = self._once, b""
+        return once + self._goals_now(bus, command)
+
+    def _goals_now(self, bus: ServoBus, command: Command | None) -> bytes:
+        """A command that no servo takes is not sent and is a fault."""
+        if self._stopped > StopLevel.BRAKE or command is None:
+            return self._stop_packet
+        counts = self._units.counts(command.position)
+        lowest, highest = self._allowed
+        outside = np.flatnonzero(~((counts >= lowest) & (counts <= highest)))  # what is no number, too
+        if not len(outside):
+            return self._goals(bus, counts)
+        joint = outside[0]
+        self._fault = self._fault or (
+            f"a command was not sent: {self.arm.joints[joint]} at {command.position[joint]:g} rad is count "
+            f"{counts[joint]:g} of its servo, which takes {lowest[joint]:g} to {highest[joint]:g}"
+        )
+        return self._stop_packet
+
+    def _goals(self, bus: ServoBus, counts: np.ndarray) -> bytes:
+        return bus.packet(self.goal, self._to_register(counts))
+
+    def _window(self, bus: ServoBus) -> tuple[np.ndarray, np.ndarray]:
+        """How far the servos let the joints go from where they stand, two of shape (n,) [rad]."""
+        ends = [self._units.way(end - self._where(bus)) for end in self._allowed]
+        return np.minimum(*ends), np.maximum(*ends)
+
+    def _explained(self) -> dict[str, str]:
+        """What explains the measurements later."""
+        return explained(self.settings) | {"adapter_latency": f"{1e3 * self.latency:g} ms"}
+
+    def _line_warnings(self) -> tuple[str, ...]:
+        """Doubts about the adapter."""
+        if self.latency <= 1e-3:
+            return ()
+        name = self.settings.port.rsplit("/", 1)[-1]
+        return (
+            f"the adapter keeps bytes for up to {1e3 * self.latency:g} ms. Try: echo 1 | sudo tee "
+            f"/sys/bus/usb-serial/devices/{name}/latency_timer",
+        )
+
+    def _require_rate(self) -> None:
+        """Nothing, if a cycle fits on the line as far as it is known."""
+        traffic, return_delay, advice = self._traffic()
+        require_rate(traffic, self.settings.cycle, self.settings.baudrate, return_delay, self.latency, advice)
+
+    @abstractmethod
+    def _set_up(self, bus: ServoBus) -> Info:
+        """Find the servos, set them up and verify it; sets `_allowed` on the way."""
+
+    @abstractmethod
+    def _traffic(self) -> tuple[Traffic, float, str]:
+        """Bytes of a cycle, return delay [s], and what to try if they are too many."""
+
+    @abstractmethod
+    def _readings(self, number: int) -> Sequence[Reading]:
+        """What to ask in a cycle, as `ServoTalk.exchange` takes it."""
+
+    @abstractmethod
+    def _decode(self, data: bytes, length: int) -> Measured:
+        """Numbers out of the answers of all servos, of this length each, one behind the other."""
+
+    @abstractmethod
+    def _look(self, answers: Sequence[Status | None], now: int, events: list[str]) -> str:
+        """Why servos have stopped themselves, by their error bytes and the time; empty if none has."""
+
+    @abstractmethod
+    def _to_register(self, counts: np.ndarray) -> list[int]:
+        """Counts as the servo keeps them."""
+
+    @abstractmethod
+    def _from_register(self, numbers: np.ndarray) -> np.ndarray:
+        """Counts out of what the servo keeps."""
+
+    def _guard(self, bus: ServoBus) -> bytes:
+        """Have the servos stop by themselves when the computer falls silent.
+
+        Returns:
+            What is to be sent with the first cycle.
+        """
+        return b""
+
+    def _unguard(self, bus: ServoBus) -> None:  # noqa: B027 - likewise
+        """Have them go on holding when it does."""
+
+
+def _joined(answers: Sequence[Status | None], length: int) -> bytes:
+    """The data of all servos one behind the other, zeros for those that are missing."""
+    return b"".join(bytes(length) if answer is None else answer.data for answer in answers)

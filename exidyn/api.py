@@ -1,0 +1,215 @@
+"""The library in a notebook: `import exidyn as ex`.
+
+Paths stand for what lies there: every function that takes recordings or a robot takes their paths as well.
+"""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from exidyn.acquire.run.simulated import simulated
+from exidyn.identify.diagnosis import Diagnosis
+from exidyn.identify.diagnosis.diagnose import diagnose as _diagnose
+from exidyn.identify.diagnosis.runs.usable import HELD_OUT
+from exidyn.identify.effects import EFFECTS as EFFECTS
+from exidyn.identify.errors import ExidynError, RecordingError, UnknownKey
+from exidyn.identify.fit.estimators import ESTIMATORS as ESTIMATORS
+from exidyn.identify.fit.fit import Fit
+from exidyn.identify.fit.identification import identify as _identify
+from exidyn.identify.model import Model
+from exidyn.identify.pages.diagnosis import report_html as diagnosis_html
+from exidyn.identify.pages.fit.report import report_html
+from exidyn.identify.preparation.prepare import Filtering
+from exidyn.identify.recordings.importers import import_source
+from exidyn.identify.recordings.recording import KnownPayload, Recording
+from exidyn.identify.robot_files.robot_file import read_model
+from exidyn.identify.simulation.comparison import Comparison
+from exidyn.identify.simulation.comparison import compare as _compare
+from exidyn.identify.simulation.plant import Transmission
+from exidyn.trajectories.planning import plan as _plan
+from exidyn.trajectories.plans.plan import Plan
+from exidyn.trajectories.plans.plan_file import read_plan
+from exidyn.trajectories.wishes import Wishes
+
+Run = Recording | Path | str
+Arm = Model | Path | str
+
+
+def robot(source: Arm) -> Model:
+    """A robot with its effects: by the name of a built-in one, from robot.toml or from a URDF.
+
+    Raises:
+        RobotError: There is no such robot or file, or it is wrong.
+    """
+    return source if isinstance(source, Model) else read_model(source)
+
+
+def read(source: Run, robot: Arm | None = None, **options: Any) -> Recording:
+    """One recording: of exidyn's own, or imported from a file of other tools.
+
+    Args:
+        source: A file.
+        robot: Where the file does not say.
+        options: Of the importer, such as the names of a table's columns.
+
+    Raises:
+        NotAFile: Nobody reads what is there.
+        RecordingError: There are several runs; `read_all` gives them.
+    """
+    found = read_all(source, robot, **options)
+    if len(found) != 1:
+        names = ", ".join(one.name for one in found)
+        raise RecordingError(f"{source} has {len(found)} runs: {names}; read_all gives them all")
+    return found[0]
+
+
+def read_all(source: Run, robot: Arm | None = None, **options: Any) -> list[Recording]:
+    """All runs of a file or a folder, see `read`."""
+    if isinstance(source, Recording):
+        return [source]
+    return import_source(source, None if robot is None else _robot(robot), **options)
+
+
+_robot = robot  # its name is an argument below
+
+
+def plan(robot: Arm, *, search_seconds: float = 60.0, seed: int = 0, **wishes: Any) -> Plan:
+    """The most informative trajectory that keeps to the robot's limits.
+
+    Args:
+        robot: The arm.
+        search_seconds: Time for the search [s].
+        seed: Of the search.
+        wishes: Of `Wishes`: seconds, criterion, harmonics, period, margins, start, tick, clearances.
+
+    Raises:
+        UnknownKey: A wish that there is not.
+        TrajectoryError: No motion keeps to all limits, or they are not stated.
+    """
+    valid = tuple(Wishes.__dataclass_fields__)
+    for name in wishes:
+        if name not in valid:
+            raise UnknownKey(name, "plan: wish", valid)
+    [found] = _plan(_robot(robot), Wishes(**wishes), seconds=search_seconds, seed=seed)
+    return found
+
+
+def identify(
+    runs: Run | Sequence[Run],
+    validate: Run | Sequence[Run] = (),
+    robot: Arm | None = None,
+    estimator: str = "",
+    filtering: Filtering = Filtering(),  # noqa: B008
+    **options: Any,
+) -> Fit:
+    """Base parameters of an arm, and its drive gains where a run carries a known payload.
+
+    Args:
+        runs: To fit.
+        validate: Only predicted.
+        robot: In place of the one inside the recordings.
+        estimator: A name in `ESTIMATORS`; maximum likelihood with a known payload by default, else weighted.
+        filtering: Filters; chosen from the data where it says nothing.
+        options: Further ones of `exidyn.identify.identify`: drop, fitted_shapes, progress.
+
+    Raises:
+        UnknownKey: There is no such estimator.
+        ExidynError: The runs cannot carry a fit; the message says why.
+    """
+    if estimator and estimator not in ESTIMATORS:
+        raise UnknownKey(estimator, "identify: estimator", tuple(ESTIMATORS))
+    model = None if robot is None else _robot(robot)
+    return _identify(
+        _runs(runs, robot),
+        _runs(validate, robot),
+        model=model,
+        estimator=ESTIMATORS[estimator] if estimator else None,
+        filtering=filtering,
+        **options,
+    )
+
+
+def diagnose(
+    runs: Run | Sequence[Run],
+    validate: Run | Sequence[Run] = (),
+    robot: Arm | None = None,
+    filtering: Filtering = Filtering(),  # noqa: B008
+) -> Diagnosis:
+    """Which physics the model leaves out, with what evidence and which alternatives; see `identify`.
+
+    Raises:
+        ExidynError: The runs cannot be used; the message says why.
+    """
+    fitted, held_out = _runs(runs, robot), _runs(validate, robot)
+    if not fitted:
+        raise RecordingError("nothing to diagnose; give at least one recording besides those for validation")
+    model = fitted[0].model if robot is None else _robot(robot)
+    roles = [(run.settings.get("role", ""), run) for run in fitted]
+    return _diagnose(model, [*roles, *((HELD_OUT, run) for run in held_out)], filtering=filtering)
+
+
+def simulate(
+    robot: Arm,
+    plan: Plan | Path | str,
+    *,
+    payload: KnownPayload | None = None,
+    stiffness: float | Sequence[float] = np.inf,
+    damping: float | Sequence[float] = 0.0,
+    backlash: float | Sequence[float] = 0.0,
+    tick: float = 0.002,
+    seed: int = 0,
+    exact: bool = False,
+) -> Recording:
+    """A planned motion in closed loop: the arm with all its effects, typical drives and sensors.
+
+    Args:
+        robot: The arm.
+        plan: Its motion.
+        payload: A payload of the model that is on the flange.
+        stiffness: Of the gears, one number or one a joint [N m/rad].
+        damping: Likewise [N m s/rad].
+        backlash: Likewise, whole width [rad].
+        tick: From sample to sample [s].
+        seed: Of the sensors' noise.
+        exact: Sensors without noise and steps.
+
+    Raises:
+        ExidynError: The motion is of another arm, or the arm cannot be simulated.
+    """
+    arm = _robot(robot)
+    n = arm.robot.dof
+    gears = Transmission(
+        *(np.broadcast_to(np.array(one, float), (n,)) for one in (stiffness, damping, backlash))
+    )
+    planned = plan if isinstance(plan, Plan) else read_plan(Path(plan))
+    return simulated(arm, planned, arm, payload, gears, tick=tick, seed=seed, exact=exact)
+
+
+def compare(simulated: Run, recorded: Run, robot: Arm | None = None) -> Comparison:
+    """Where two recordings of one motion differ, by joint and by region of the motion.
+
+    Raises:
+        RecordingError: They are not of one motion.
+    """
+    return _compare(read(simulated, robot), read(recorded, robot))
+
+
+def report(result: Fit | Diagnosis, path: Path | str) -> Path:
+    """Write a fit or a diagnosis as one HTML page; gives its path.
+
+    Raises:
+        ExidynError: It is neither.
+    """
+    if not isinstance(result, Fit | Diagnosis):
+        raise ExidynError(f"report: {type(result).__name__} has no page; expected a Fit or a Diagnosis")
+    page = report_html(result) if isinstance(result, Fit) else diagnosis_html(result)
+    Path(path).write_text(page, encoding="utf-8")
+    return Path(path)
+
+
+def _runs(given: Run | Sequence[Run], robot: Arm | None) -> list[Recording]:
+    """Recordings, whatever stands for them."""
+    several = [given] if isinstance(given, Recording | Path | str) else given
+    return [recording for one in several for recording in read_all(one, robot)]

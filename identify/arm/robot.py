@@ -1,0 +1,136 @@
+"""Robot: kinematics, nominal inertias, limits and drives of one arm."""
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+import pinocchio as pin
+
+from ..errors import BrokenTree, UnknownJoint, WrongShape
+from .newton_euler import joints_of
+
+
+def _unsaid() -> np.ndarray:
+    return np.empty(0)
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What the arm may do; infinite where nobody said.
+
+    Attributes:
+        position_lower: Shape (n,) [rad] or [m].
+        position_upper: Shape (n,) [rad] or [m].
+        velocity: Shape (n,) [rad/s].
+        acceleration: Shape (n,) [rad/s^2].
+        jerk: Shape (n,) [rad/s^3].
+        torque: Shape (n,) [N m].
+        velocity_lower: Shape (n,) [rad/s], negative; minus `velocity` unless said.
+        acceleration_lower: Shape (n,) [rad/s^2], negative; minus `acceleration` unless said.
+    """
+
+    position_lower: np.ndarray
+    position_upper: np.ndarray
+    velocity: np.ndarray
+    acceleration: np.ndarray
+    jerk: np.ndarray
+    torque: np.ndarray
+    velocity_lower: np.ndarray = field(default_factory=_unsaid)
+    acceleration_lower: np.ndarray = field(default_factory=_unsaid)
+
+    def __post_init__(self) -> None:
+        for name in ("velocity", "acceleration"):
+            if getattr(self, f"{name}_lower").size == 0:
+                object.__setattr__(self, f"{name}_lower", -np.asarray(getattr(self, name), float))
+
+    @classmethod
+    def none(cls, joints: int) -> "Limits":
+        """No limit on any of `joints` joints."""
+        far = np.full(joints, np.inf)
+        return cls(-far, far, far, far, far, far)
+
+
+@dataclass(frozen=True)
+class Robot:
+    """One arm as it is believed to be.
+
+    Attributes:
+        name: What people call it.
+        kinematics: Pinocchio model with one degree of freedom a joint and the nominal inertias.
+        limits: Joint limits.
+        drive_gain: Joint torque per motor current, signed, shape (n,) [N m/A].
+        drive_gain_tolerance: Relative standard deviation of the drive gains [-].
+        inertial_tolerance: Relative standard deviation of the nominal inertias [-].
+        inertias_stated: Whether somebody said that they are known so well; a bare URDF does not.
+        gear_ratio: Motor turns per joint turn, shape (n,) [-].
+        coupling: Motor velocity over gear ratio = coupling @ joint velocity, the paper's (22) with
+            unit diagonal, shape (n, n) [-].
+        flange: Placement of the flange in the last link's frame; payloads are given in it.
+    """
+
+    name: str
+    kinematics: pin.Model
+    limits: Limits = field(default_factory=lambda: Limits.none(0))
+    drive_gain: np.ndarray = field(default_factory=_unsaid)
+    drive_gain_tolerance: float = 0.1
+    inertial_tolerance: float = 0.1
+    inertias_stated: bool = True
+    gear_ratio: np.ndarray = field(default_factory=_unsaid)
+    coupling: np.ndarray = field(default_factory=_unsaid)
+    flange: pin.SE3 = field(default_factory=pin.SE3.Identity)
+
+    def __post_init__(self) -> None:
+        n = self.kinematics.nv
+        if n == 0 or self.kinematics.nq != n:
+            raise BrokenTree(
+                f"{self.name}: {self.kinematics.nq} positions for {n} velocities; every joint must be "
+                "revolute or prismatic, and there must be at least one"
+            )
+        defaults = {
+            "drive_gain": np.ones(n),
+            "gear_ratio": np.ones(n),
+            "coupling": np.eye(n),
+        }
+        for name, default in defaults.items():
+            value = np.asarray(getattr(self, name), float)
+            value = default if value.size == 0 else value
+            if value.shape != default.shape:
+                raise WrongShape(f"{self.name}: {name} has shape {value.shape}, expected {default.shape}")
+            object.__setattr__(self, name, value)
+        if self.limits.velocity.size == 0:
+            object.__setattr__(self, "limits", Limits.none(n))
+
+    @property
+    def dof(self) -> int:
+        """Number of joints n."""
+        return int(self.kinematics.nv)
+
+    @cached_property
+    def joints(self) -> tuple[str, ...]:
+        """Joint names, in the order of every (t, n) array."""
+        return tuple(self.kinematics.names)[1:]
+
+    @cached_property
+    def revolute(self) -> np.ndarray:
+        """Which joints turn; the others slide. Shape (n,), bool."""
+        return np.array([joint.revolute for joint in joints_of(self.kinematics)])
+
+    def index(self, joint: str) -> int:
+        """Column of a joint.
+
+        Raises:
+            UnknownJoint: The robot has no joint of that name.
+        """
+        if joint not in self.joints:
+            raise UnknownJoint(joint, self.name, self.joints)
+        return self.joints.index(joint)
+
+    @property
+    def to_motors(self) -> np.ndarray:
+        """Motor torque times gear ratio = to_motors @ joint torque, by virtual work; shape (n, n) [-]."""
+        return np.linalg.inv(self.coupling).T
+
+    @property
+    def gravity(self) -> np.ndarray:
+        """Gravity in the base frame, shape (3,) [m/s^2]."""
+        return np.array(self.kinematics.gravity.linear)

@@ -1,0 +1,76 @@
+"""Sums of products of columns and torques over each block and joint, from which blocks can be left out."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..runs.rows import Rows
+from .blocks import Blocks
+
+
+@dataclass(frozen=True, eq=False)
+class BlockSums:
+    """Products over the rows that count; lists have an entry for each joint.
+
+    Attributes:
+        pieces: Rows of each block.
+        acting: Unknowns that give torque to the joint, (a,).
+        columns: Columns of those unknowns, (r, a).
+        torque: What they are to explain, (r,).
+        gram: Products of columns of each block, (k, a, a).
+        right: Products of columns and torque of each block, (k, a).
+        counts: Rows that count, shape (k, n).
+    """
+
+    pieces: tuple[slice, ...]
+    acting: list[np.ndarray]
+    columns: list[np.ndarray]
+    torque: list[np.ndarray]
+    gram: list[np.ndarray]
+    right: list[np.ndarray]
+    counts: np.ndarray
+
+    @classmethod
+    def of(cls, rows: Rows, blocks: Blocks) -> "BlockSums":
+        """Of all rows."""
+        joints = range(rows.difference.shape[1])
+        columns = [rows.columns[:, j, rows.acting[j]] * rows.weight[:, j, None] for j in joints]
+        torque = [rows.difference[:, j] * rows.weight[:, j] for j in joints]
+        return cls(
+            blocks.rows,
+            rows.acting,
+            columns,
+            torque,
+            [by_block(blocks.rows, own, own) for own in columns],
+            [by_block(blocks.rows, own, y) for own, y in zip(columns, torque, strict=True)],
+            np.array([rows.weight[piece].sum(axis=0) for piece in blocks.rows]),
+        )
+
+    @property
+    def square(self) -> np.ndarray:
+        """Sum of squares of the torque of each block and joint, shape (k, n) [(N m)^2]."""
+        return np.array([[float(y[piece] @ y[piece]) for y in self.torque] for piece in self.pieces])
+
+    def whole(self, weight: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
+        """Products over all joints for each block, (k, b, b) and (k, b), by a weight (k, n)."""
+        gram, right = np.zeros((len(weight), count, count)), np.zeros((len(weight), count))
+        for joint, acting in enumerate(self.acting):
+            own = weight[:, joint, None]
+            gram[:, acting[:, None], acting] += own[:, :, None] * self.gram[joint]
+            right[:, acting] += own * self.right[joint]
+        return gram, right
+
+    def errors(self, values: np.ndarray) -> np.ndarray:
+        """Sums of squares that values (k, b), one set for each block, leave of it, shape (k, n)."""
+        found = np.zeros(self.counts.shape)
+        for joint, (own, y, acting) in enumerate(zip(self.columns, self.torque, self.acting, strict=True)):
+            for block, piece in enumerate(self.pieces):
+                left = y[piece] - own[piece] @ values[block, acting]
+                found[block, joint] = left @ left
+        return found
+
+
+def by_block(pieces: Sequence[slice], one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """Products one' other over the rows of each block: (r, a) and (r, ...) give (k, a, ...)."""
+    return np.stack([one[piece].T @ other[piece] for piece in pieces])

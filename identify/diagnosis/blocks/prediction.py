@@ -1,0 +1,215 @@
+"""Prediction: every block as all other blocks and the priors predict it, with the columns at hand."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy import linalg
+
+from ..runs.rows import Rows
+from .block_likelihood import independent_share, log_probability, trust
+from .block_sums import BlockSums
+from .blocks import Blocks
+
+TURNS = 6
+"""Times that unknowns, noise and trust are found in turn, at most."""
+SETTLED = 0.02
+"""Change of the logarithm of a variance that is not worth another turn."""
+ROUNDING = 1e-9
+"""Share of a column's square that keeps unknowns which nothing tells at zero."""
+CERTAIN = 1e-12
+"""Standard deviation of an unknown that is held at its prior; a number for the computer."""
+
+Factor = tuple[tuple[np.ndarray, bool], np.ndarray]
+
+
+@dataclass(frozen=True, eq=False)
+class Weighting:
+    """What each block and joint counts for.
+
+    Attributes:
+        variance: Squared error of a row of each joint, predicted, shape (n,) [(N m)^2].
+        trust: Weight of each block, shape (k, n); zero where it is only predicted.
+        independent: Independent rows over all rows of each joint, shape (n,).
+    """
+
+    variance: np.ndarray
+    trust: np.ndarray
+    independent: np.ndarray
+
+    @property
+    def weight(self) -> np.ndarray:
+        """Of each block and joint in the fit, shape (k, n): rows that tell the same again count once."""
+        return self.independent * self.trust / self.variance
+
+
+@dataclass(frozen=True, eq=False)
+class Prediction:
+    """Least squares of priors and blocks, each block left out in turn.
+
+    Attributes:
+        rows: What is fitted, runs that are only predicted behind those that are.
+        blocks: Its pieces.
+        rate: Of the rows [Hz].
+        sums: Products over the blocks.
+        weighting: Of blocks and joints.
+    """
+
+    rows: Rows
+    blocks: Blocks
+    rate: float
+    sums: BlockSums
+    weighting: Weighting
+
+    @classmethod
+    def of(cls, rows: Rows, blocks: Blocks, rate: float, near: Weighting | None = None) -> "Prediction":
+        """With noise and trust as the rows themselves tell them, searched from those of a like model on."""
+        sums = BlockSums.of(rows, blocks)
+        fitted, counts = blocks.fitted[:, None].astype(float), sums.counts
+        total = np.maximum((counts * fitted).sum(axis=0), 1.0)
+        weighting = near or Weighting(
+            (sums.square * fitted).sum(axis=0) / total + 1e-30,
+            fitted + 0.0 * counts,
+            np.ones(counts.shape[1]),
+        )
+        for turn in range(TURNS):
+            now = cls(rows, blocks, rate, sums, weighting)
+            variance = np.sum(now.errors * weighting.trust, axis=0) / total + 1e-30
+            settled = np.all(np.abs(np.log(variance / weighting.variance)) < SETTLED)
+            # Runs that are only predicted say nothing of what others are worth.
+            independent = now._independent(now.residual * fitted[blocks.number])
+            trusted = trust(independent * now.errors * fitted, independent * counts * fitted) * fitted
+            first = turn == 0 and near is None
+            weighting = Weighting(variance, weighting.trust if first else trusted, independent)
+            if settled and not first:
+                break
+        return cls(rows, blocks, rate, sums, weighting)
+
+    @property
+    def joints(self) -> int:
+        """Number of joints."""
+        return self.rows.difference.shape[1]
+
+    @cached_property
+    def _whole(self) -> tuple[np.ndarray, np.ndarray]:
+        return self.sums.whole(self.weighting.weight, len(self.rows.std))
+
+    @cached_property
+    def precision(self) -> np.ndarray:
+        """Inverse variance of each unknown's prior, shape (b,); zero where nothing is known."""
+        return 1.0 / np.maximum(self.rows.std, CERTAIN) ** 2
+
+    @cached_property
+    def normal(self) -> tuple[np.ndarray, np.ndarray]:
+        """Normal matrix (b, b) and right-hand side (b,) of all fitted blocks and the priors."""
+        gram, right = self._whole
+        return gram.sum(axis=0) + np.diag(self.precision), right.sum(axis=0) + self.precision * self.rows.mean
+
+    @cached_property
+    def factor(self) -> Factor:
+        """Of the normal matrix."""
+        return factored(self.normal[0])
+
+    @cached_property
+    def values(self) -> np.ndarray:
+        """Unknowns by all fitted blocks, shape (b,)."""
+        return solve(self.factor, self.normal[1])
+
+    @cached_property
+    def factors(self) -> list[Factor]:
+        """Of the normal matrix without each block."""
+        return [factored(self.normal[0] - gram) for gram in self._whole[0]]
+
+    @cached_property
+    def limited_std(self) -> np.ndarray:
+        """Standard deviations of the unknowns that physics limits, shape (l,)."""
+        places = self.rows.limited
+        return np.sqrt(np.diag(solve(self.factor, np.eye(len(self.rows.std))[:, places])[places]))
+
+    @cached_property
+    def limited_size(self) -> np.ndarray:
+        """Torque per unit of the same, root mean square over all rows, shape (l,)."""
+        return rms_torque(self.rows.columns[:, :, self.rows.limited])
+
+    @cached_property
+    def left_out(self) -> np.ndarray:
+        """Unknowns by all blocks but each, shape (k, b)."""
+        right = self.normal[1] - self._whole[1]
+        return np.array([solve(factor, own) for factor, own in zip(self.factors, right, strict=True)])
+
+    @cached_property
+    def slopes(self) -> list[np.ndarray]:
+        """Products of columns and what the others' prediction leaves of each block, [n] of (k, a)."""
+        sums, values = self.sums, self.left_out
+        return [
+            right - np.einsum("kab,kb->ka", gram, values[:, acting])
+            for gram, right, acting in zip(sums.gram, sums.right, sums.acting, strict=True)
+        ]
+
+    @cached_property
+    def errors(self) -> np.ndarray:
+        """Sum of squares of each block as the others predict it, shape (k, n) [(N m)^2]."""
+        return self.sums.errors(self.left_out)
+
+    @cached_property
+    def residual(self) -> np.ndarray:
+        """What the fit leaves, shape (r, n) [N m]."""
+        return self.rows.difference - self.rows.columns @ self.values
+
+    @cached_property
+    def covariance(self) -> np.ndarray:
+        """Of the unknowns, shape (b, b).
+
+        By how they change when blocks are left out (the jackknife's), and when what was believed is wrong by
+        as much as was stated.
+        """
+        own = self.left_out[self.blocks.fitted]
+        apart = own - own.mean(axis=0)
+        believed = solve(self.factor, np.diag(np.sqrt(self.precision)))
+        return (len(own) - 1.0) / len(own) * apart.T @ apart + believed @ believed.T
+
+    def power(self, errors: np.ndarray, which: np.ndarray | None = None) -> np.ndarray:
+        """Mean square of predicted errors (..., k, n) of some blocks (k,), shape (..., n) [(N m)^2]."""
+        chosen = np.ones(len(self.blocks), bool) if which is None else which
+        return errors[..., chosen, :].sum(axis=-2) / np.maximum(self.sums.counts[chosen].sum(axis=0), 1.0)
+
+    def log_probability(self, errors: np.ndarray, independent: np.ndarray) -> np.ndarray:
+        """Of predicted errors (..., k, n), where so many of the rows are independent (n,)."""
+        return log_probability(independent * errors, independent * self.sums.counts)
+
+    def leaving(self, torque: np.ndarray) -> np.ndarray:
+        """Residual with further torque (r, n) that is explained, all unknowns solved anew, shape (r, n)."""
+        weight = self.weighting.weight[self.blocks.number] * self.rows.weight
+        mixed = np.zeros(len(self.rows.std))
+        for joint, acting in enumerate(self.rows.acting):
+            mixed[acting] += self.rows.columns[:, joint, acting].T @ (weight[:, joint] * torque[:, joint])
+        return self.residual - torque + self.rows.columns @ solve(self.factor, mixed)
+
+    def _independent(self, residual: np.ndarray, effect: np.ndarray | None = None) -> np.ndarray:
+        weight = self.rows.weight
+        effect = None if effect is None else effect * weight
+        return independent_share(residual * weight, self.rows.runs, self.rate, effect)
+
+    def independent_of(self, torque: np.ndarray) -> np.ndarray:
+        """Independent rows over all rows for further torque (r, n) that is explained, shape (n,)."""
+        return self._independent(self.leaving(torque), torque)
+
+
+def rms_torque(columns: np.ndarray) -> np.ndarray:
+    """Root mean square over rows, all joints together, of columns (r, n, p), shape (p,)."""
+    return np.asarray(np.sqrt(np.einsum("rnp,rnp->p", columns, columns) / max(len(columns), 1)))
+
+
+def factored(matrix: np.ndarray) -> Factor:
+    """Cholesky factor of a normal matrix whose columns were scaled to one, and the scale."""
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(matrix), 1e-30))
+    scaled = matrix * scale[:, None] * scale
+    scaled[np.diag_indices_from(scaled)] += ROUNDING
+    return linalg.cho_factor(scaled, check_finite=False), scale
+
+
+def solve(factor: Factor, right: np.ndarray) -> np.ndarray:
+    """Solution for one right-hand side (b,) or several (b, m)."""
+    cholesky, scale = factor
+    wide = scale if right.ndim == 1 else scale[:, None]
+    return wide * linalg.cho_solve(cholesky, wide * right, check_finite=False)

@@ -1,0 +1,79 @@
+"""Arm: a model with values, gains and gears, that can be simulated."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ...arm.robot import Robot
+from ...effects import RotorInertia
+from ...model import Model
+from ...simulation.plant import Transmission
+from ...simulation.plant.typical import typical_size
+
+LIGHT = 0.01
+"""Share of what a joint moves that its motor has where the model gives it no inertia [-]: too little to be
+seen in a torque."""
+
+
+@dataclass(frozen=True, eq=False)
+class Arm:
+    """An arm that can be simulated.
+
+    Attributes:
+        model: Robot and effects.
+        values: Its parameters, shape (p,).
+        gain: Its drive gains, shape (n,) [N m/A].
+        transmission: What is between motors and links.
+        left_out: Findings, by their place, that are no part of it.
+    """
+
+    model: Model
+    values: np.ndarray
+    gain: np.ndarray
+    transmission: Transmission
+    left_out: tuple[int, ...] = ()
+
+    @property
+    def by_name(self) -> dict[str, float]:
+        """Values of the parameters."""
+        return dict(zip(self.model.names, map(float, self.values), strict=True))
+
+    def with_values(self, more: dict[str, float]) -> "Arm":
+        """With some parameters larger than they were, and what the model has newly at these values."""
+        names = self.model.names
+        before = dict(zip(names, self.values, strict=False))  # new effects' names are the last
+        values = np.array([before.get(name, 0.0) + more.get(name, 0.0) for name in names])
+        return replace(self, values=values)
+
+    def on(self, robot: Robot) -> "Arm":
+        """The same with another robot."""
+        return replace(self, model=replace(self.model, robot=robot))
+
+    def with_gear(self, joint: int, stiffness: float, damping: float, play: float) -> "Arm":
+        """With one gear that is not rigid; what two findings say of it adds: the softer spring, and the play.
+
+        Args:
+            joint: Which, from 0.
+            stiffness: [N m/rad].
+            damping: [N m s/rad].
+            play: Whole width [rad].
+        """
+        arm, old = self._with_rotor(joint), self.transmission
+        place = np.arange(len(old.stiffness)) == joint
+        return replace(
+            arm,
+            transmission=Transmission(
+                np.where(place, np.minimum(old.stiffness, stiffness), old.stiffness),
+                np.where(place, np.maximum(old.damping, damping), old.damping),
+                np.where(place, np.maximum(old.backlash, play), old.backlash),
+            ),
+        )
+
+    def _with_rotor(self, joint: int) -> "Arm":
+        """With a motor that can be moved apart from its link, be the model without rotor inertia."""
+        name, effect = f"Ia{joint + 1}", RotorInertia((self.model.robot.joints[joint],))
+        if self.by_name.get(name, 0.0) > 0.0:
+            return self
+        model = self.model if name in self.by_name else self.model + effect
+        light = LIGHT * float(typical_size(self.model)[0][joint])
+        return replace(self, model=model).with_values({name: light})

@@ -1,0 +1,219 @@
+"""Finding: one effect that the model leaves out, with its numbers and what else it might be."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+
+from ..questions.block_answer import Answer
+from ..questions.candidate import Candidate
+from .trace import Evidence
+
+
+class Quantity(NamedTuple):
+    """A physical number, its standard deviation, NaN where the data do not tell it, and its unit."""
+
+    value: float
+    std: float
+    unit: str
+
+
+class Alternative(NamedTuple):
+    """What the data do not exclude.
+
+    Attributes:
+        effect: Name in the vocabulary.
+        joints: Where, from 0.
+        probability: That it is this instead.
+        answer: What was asked, and its coefficients.
+    """
+
+    effect: str
+    joints: tuple[int, ...]
+    probability: float
+    answer: Answer | None = None
+
+    @property
+    def listed(self) -> bool:
+        """Whether the vocabulary has a name for it."""
+        return self.answer is None or self.answer.candidate.listed
+
+
+@dataclass(frozen=True, eq=False)
+class Finding:
+    """One effect.
+
+    Attributes:
+        effect: Name in the vocabulary.
+        joints: Where it acts, from 0; empty where it has no joint.
+        parameters: Coefficients and shape by name.
+        probability: That it is there, and is this.
+        alternatives: What the data do not exclude, the most credible first.
+        torque: Root mean square of its torque on each joint in the runs fitted, shape (n,) [N m].
+        held_out: By how much it lowers twice the negative log likelihood of runs not used for fitting; NaN
+            without such runs.
+        candidate: What was asked, for columns over other runs.
+    """
+
+    effect: str
+    joints: tuple[int, ...]
+    parameters: Mapping[str, Quantity]
+    probability: float
+    alternatives: tuple[Alternative, ...]
+    torque: np.ndarray
+    held_out: float
+    candidate: Candidate
+
+    @property
+    def listed(self) -> bool:
+        """Whether the vocabulary has a name for it."""
+        return self.candidate.listed
+
+
+class Remainder(NamedTuple):
+    """What no finding accounts for, on one joint.
+
+    Attributes:
+        joint: From 0.
+        over_noise: Residual over the noise floor [-].
+        probability: That structure is left, and not noise alone.
+        depends_on: What it goes with, in words: "position", "velocity and position", ...
+    """
+
+    joint: int
+    over_noise: float
+    probability: float
+    depends_on: str
+
+
+class Share(NamedTuple):
+    """One part of the budget.
+
+    Attributes:
+        finding: Place of the finding whose share it is, undecided ones behind the others; None for what has
+            no name.
+        kind: What it goes with, or that it is noise; empty for a finding.
+        shares: Of the misfit's power on each joint, shape (n,) [-].
+    """
+
+    finding: int | None
+    kind: str
+    shares: np.ndarray
+
+
+class Budget(NamedTuple):
+    """Where the misfit of the nominal model goes.
+
+    Attributes:
+        before: Misfit of the model fitted without any finding, root mean square, shape (n,) [N m].
+        after: With all findings, likewise.
+        shares: Their sum is one on every joint.
+        held_out: Whether it is of runs held out; else of blocks of fitted runs, each predicted by the others.
+    """
+
+    before: np.ndarray
+    after: np.ndarray
+    shares: tuple[Share, ...]
+    held_out: bool
+
+
+class Change(NamedTuple):
+    """What one candidate alone would change.
+
+    Attributes:
+        effect: Its name.
+        joints: Where it acts, from 0.
+        joint: The joint that gains most.
+        change: Of that joint's squared prediction error, relative [-]; below zero it is less.
+        std: Its standard deviation over blocks.
+        gain: Logarithm of how much more probable all blocks are.
+    """
+
+    effect: str
+    joints: tuple[int, ...]
+    joint: int
+    change: float
+    std: float
+    gain: float
+
+
+class Moment(NamedTuple):
+    """A time at which a run differs from the model as at no other.
+
+    Attributes:
+        run: Its name.
+        start: By the run's time [s].
+        end: [s].
+        joints: That see it, from 0.
+        direction: Of the force on the flange that explains most of it, in the base's axes, shape (3,) [-].
+        force: Its size [N].
+    """
+
+    run: str
+    start: float
+    end: float
+    joints: tuple[int, ...]
+    direction: np.ndarray
+    force: float
+
+
+@dataclass(frozen=True, eq=False)
+class Improvement:
+    """Torque residuals of runs that were not used for fitting, root mean squares, each (n,) [N m].
+
+    Attributes:
+        runs: Their names.
+        before: Of the believed model, its parameters fitted within their tolerances.
+        after: With the findings.
+        noise: Noise floor behind the same filter.
+        band: Cut-off of that filter [Hz].
+    """
+
+    runs: tuple[str, ...]
+    before: np.ndarray
+    after: np.ndarray
+    noise: np.ndarray
+    band: float
+
+
+@dataclass(frozen=True, eq=False)
+class Diagnosis:
+    """What is missing, what is not, and what cannot be said.
+
+    Attributes:
+        name: Of the robot or case.
+        joints: Names.
+        findings: In order of importance; empty if nothing is missing.
+        remainders: Joints on which something is left that none of the vocabulary accounts for.
+        improvement: On runs held out; None without any.
+        runs: Names of the runs fitted.
+        doubts: What limits the answer, in sentences.
+        seconds: How long it took [s].
+        tried: Effects that these runs can be asked for, with how many hypotheses there were of each.
+        evidence: What it rests on, for pictures and simulation.
+        undecided: What is there and has no certain name, each with what it might be.
+        budget: Where the misfit goes; None for a diagnosis made without.
+        changes: What each candidate alone would change.
+        moments: Times at which a run differs from the model as at no other.
+    """
+
+    name: str
+    joints: tuple[str, ...]
+    findings: tuple[Finding, ...]
+    remainders: tuple[Remainder, ...]
+    improvement: Improvement | None
+    runs: tuple[str, ...]
+    doubts: tuple[str, ...] = ()
+    seconds: float = 0.0
+    tried: Mapping[str, int] = field(default_factory=dict)
+    evidence: Evidence | None = None
+    undecided: tuple[Finding, ...] = ()
+    budget: Budget | None = None
+    changes: tuple[Change, ...] = ()
+    moments: tuple[Moment, ...] = ()
+
+    @property
+    def unexplained(self) -> bool:
+        """Whether something is missing that has no name here."""
+        return bool(self.remainders or self.undecided) or not all(one.listed for one in self.findings)

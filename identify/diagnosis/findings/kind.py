@@ -1,0 +1,57 @@
+"""Kind: what the diagnosis knows of one effect, beside its formula."""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from ...effects import Shape
+from ...model import Model
+from ..blocks.prediction import Prediction
+from ..questions.candidate import Candidate
+from ..runs.driven import Driven
+from .arm import Arm
+from .finding import Finding
+
+Ask = Callable[[Model], Iterator[Candidate]]
+AskOfRest = Callable[[Model, Prediction, Sequence[Driven]], Iterator[Candidate]]
+Derive = Callable[[Finding, Mapping[str, Any]], Mapping[str, Any]]
+Hold = Callable[[Arm, Finding], Arm | None]
+
+
+@dataclass(frozen=True)
+class Kind:
+    """One effect of the vocabulary, or outside; with nothing given, any effect that acts on single joints.
+
+    Attributes:
+        sentence: How a finding is said, without a full stop. Names in braces are its parameters, and what
+            `derived` gives; what stands in square brackets is left out where one of them is not known.
+            "{joint}" is the joint, "{other}" the second one. By its name where it is empty.
+        drawn_against: What its residual shows most against, two axes of the report.
+        ask: Its hypotheses for a model; by default, the effect of its name on each joint in each shape.
+        ask_of_rest: More hypotheses, by what the prediction leaves.
+        shapes: Arguments of the effect that are tried; each within half a step of any other is refined.
+        bounds: Of the numbers of its shape, where they are narrower than the effect's own.
+        reducible: Whether a model may have too much of it, so that a coefficient may be below zero.
+        derived: Numbers that people ask for, out of those that were fitted.
+        mistaken_for: What it is taken for most easily, so that people ask whether it is that.
+        settled_by: The run in which it looks least like anything else.
+        held: How an arm holds it in simulation, where it is no effect of a model's own kind.
+        gear: Whether it is between motor and link: a simulation can have it, a model cannot.
+        sensor: Whether it changes what is recorded of the arm and nothing in it.
+        of_body: Whether its units are those of a body, whatever its joint does.
+    """
+
+    sentence: str = ""
+    drawn_against: tuple[str, ...] = ()
+    ask: Ask | None = None
+    ask_of_rest: AskOfRest | None = None
+    shapes: tuple[Mapping[str, Any], ...] = ({},)
+    bounds: Mapping[str, Shape] = field(default_factory=dict)
+    reducible: bool = False
+    derived: Derive | None = None
+    mistaken_for: tuple[str, ...] = ()
+    settled_by: str = ""
+    held: Hold | None = None
+    gear: bool = False
+    sensor: bool = False
+    of_body: bool = False

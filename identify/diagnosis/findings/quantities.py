@@ -1,0 +1,88 @@
+"""Numbers in sentences: as many digits as their intervals deserve, in the unit that people use."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from ...fit.warnings.verdict import NORMAL_95
+from .finding import Finding, Quantity
+
+TURNING, SLIDING = "N m", "N"
+"""Of what a joint's drive gives."""
+SCALES: dict[str, tuple[float, str]] = {
+    "%": (100.0, "%"),
+    "deg": (180.0 / np.pi, "°"),
+    "mm": (1e3, "mm"),
+    "mrad": (1e3, "mrad"),
+    "ms": (1e3, "ms"),
+}
+"""Name of a unit for people -> how many of it are one of SI, and how it is written."""
+
+
+FINEST = 6
+"""Places behind the point from which on numbers are written with powers of ten."""
+
+
+class Said(Quantity):
+    """A quantity that writes itself in a sentence.
+
+    The format is empty for value, interval and unit; a name in `SCALES` for another unit; `bare` for the
+    number alone; `size` first for the number without its sign; or two words with `|` between, of which the
+    first is chosen above zero.
+    """
+
+    def __format__(self, spec: str) -> str:
+        if "|" in spec:
+            return spec.split("|")[0 if self.value > 0 else 1]
+        words = spec.split()
+        value = abs(self.value) if "size" in words else self.value
+        scale, unit = next((SCALES[word] for word in words if word in SCALES), (1.0, self.unit))
+        unit = "mm" if (unit, self.unit) == ("mrad", "m") else unit  # of a joint that slides
+        text = with_interval(scale * value, scale * self.std)
+        return text if "bare" in words or unit in ("", "1") else f"{text} {unit}".replace(" °", "°")
+
+
+def with_interval(value: float, std: float) -> str:
+    """A value and the half of its 95 % interval, both to the digit that the interval deserves."""
+    half = NORMAL_95 * std
+    if not (np.isfinite(half) and half > 0.0):
+        return f"{value:.3g}"
+    # Two digits where the first is 1: 0.12 rounded to 0.1 would be off by a fifth.
+    size = int(np.floor(np.log10(half)))
+    places = (1 if half / 10.0**size < 2.0 else 0) - size
+    if places > FINEST:
+        return f"{value:.2g} ± {half:.1g}"
+    # An interval far below the value says no more than four digits of it.
+    places = min(places, 3 - int(np.floor(np.log10(abs(value) or half))))
+    half = max(round(half, places), 10.0**-places)
+    # Adding zero makes one of minus zero.
+    return f"{round(value, places) + 0.0:.{max(places, 0)}f} ± {half:.{max(places, 0)}f}"
+
+
+def said(finding: Finding) -> dict[str, Any]:
+    """The parameters of a finding by name, with and without the number of the joint at the end."""
+    own = {name: Said(*quantity) for name, quantity in finding.parameters.items()}
+    plain = {_plain(name): one for name, one in reversed(own.items())}
+    return plain | own
+
+
+def length(quantities: Mapping[str, Quantity], *names: str) -> Said:
+    """Root of the sum of squares of some quantities."""
+    parts = [quantities[name] for name in names]
+    size = float(np.sqrt(sum(part.value**2 for part in parts)))
+    variance = sum((part.value * part.std) ** 2 for part in parts) / max(size, 1e-300) ** 2
+    return Said(size, float(np.sqrt(variance)), parts[0].unit)
+
+
+def together(known: Mapping[str, Quantity], dry: str, viscous: str) -> Said:
+    """Dry and viscous friction at 1 rad/s."""
+    parts = [known[name] for name in (dry, viscous) if name in known]
+    std = float(np.linalg.norm([part.std for part in parts]))
+    return Said(sum(part.value for part in parts), std, known[dry].unit)
+
+
+def _plain(name: str) -> str:
+    """Rcos2_3 -> Rcos: the letters, up to the first digit, of a name that has any."""
+    cut = next((place for place, letter in enumerate(name) if letter.isdigit()), len(name))
+    return name[:cut].rstrip("_") or name

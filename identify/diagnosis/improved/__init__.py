@@ -1,0 +1,5 @@
+"""The arm with what was found.
+
+In: `Diagnosis`.
+Out: models, and simulations of its runs.
+"""

@@ -1,0 +1,142 @@
+"""Forward: a run simulated in closed loop, with and without what was found, against its recording.
+
+The drives that recorded the run are unknown, so that stiffer ones than any stand in for them and follow the
+motion that was measured: torques are compared on one and the same motion.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...recordings.recording import Recording
+from ...simulation.plant import DriveControl, Plant, Thermal
+from ...simulation.plant.typical import typical_size
+from ..candidates import kind_of
+from ..findings.arm import Arm
+from ..findings.finding import Diagnosis
+from ..results.remainder import rms
+from ..runs.driven import Driven
+from .improved import as_believed, as_found
+
+BANDWIDTH = 150.0
+"""Of the simulated velocity loops [Hz]: six times that of the comparison, so that torques up to there are
+those of the motion and not of these loops."""
+SETTLED = 0.5
+"""Time that a simulation, which begins at rest, takes to follow a run that does not [s]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Forward:
+    """One run in simulation; all behind the filter of the comparison.
+
+    Attributes:
+        run: Its name.
+        time: Shape (r,) [s].
+        measured: Torque by currents and nominal gains, shape (r, n) [N m].
+        torque_before: Of the nominal arm, shape (r, n) [N m].
+        torque_after: Of the arm with what was found, shape (r, n) [N m].
+        weight: 0 where a joint sticks, else 1, shape (r, n).
+        missed: Root mean square of what simulated motors miss of the measured motion, shape (n,) [rad].
+        left_out: Effects that were found and that the simulation does not have.
+    """
+
+    run: str
+    time: np.ndarray
+    measured: np.ndarray
+    torque_before: np.ndarray
+    torque_after: np.ndarray
+    weight: np.ndarray
+    missed: np.ndarray
+    left_out: tuple[str, ...]
+
+    @property
+    def before(self) -> np.ndarray:
+        """Root mean square of the difference to the recording, shape (n,) [N m]."""
+        return _difference(self.measured - self.torque_before, self.weight)
+
+    @property
+    def after(self) -> np.ndarray:
+        """The same with what was found, shape (n,) [N m]."""
+        return _difference(self.measured - self.torque_after, self.weight)
+
+
+def _difference(values: np.ndarray, weight: np.ndarray) -> np.ndarray:
+    """Root mean square, shape (n,); infinite or no number where a simulation has diverged."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        return rms(values, weight)
+
+
+def forward(diagnosis: Diagnosis, recording: Recording) -> Forward | None:
+    """Simulate a run before and after; None for a diagnosis without evidence.
+
+    Args:
+        diagnosis: With its evidence.
+        recording: One of its runs; best one that was held out.
+
+    Raises:
+        RobotError: The arm cannot be simulated: a joint without inertia, say.
+    """
+    if (known := diagnosis.evidence) is None:
+        return None
+    run = Driven.of(known.model, recording, "", known.filtering)
+    # Parameters were fitted beside undecided findings too.
+    findings = (*diagnosis.findings, *diagnosis.undecided)
+    arms = as_believed(known), as_found(known, findings)
+    # An arm that diverges ends in infinity; what follows is no number, and said to be none.
+    with np.errstate(over="ignore", invalid="ignore"):
+        (before, _), (after, missed) = (_simulated(arm, run) for arm in arms)
+    wrong = [place for place in arms[1].left_out if kind_of(findings[place].effect).sensor]
+    for trace in known.traces:
+        if trace.name == recording.name:
+            after = after + trace.explained[wrong].sum(axis=0)
+    time = run.prepared.decimated_time
+    left_out = [place for place in arms[1].left_out if place not in wrong]
+    return Forward(
+        run=recording.name,
+        time=time,
+        measured=run.prepared.gain * run.prepared.decimated_current,
+        torque_before=before,
+        torque_after=after,
+        weight=run.prepared.weight * (time > run.motion.time[0] + SETTLED)[:, None],
+        missed=_difference(missed, np.ones_like(missed)),
+        left_out=tuple(findings[place].effect for place in left_out),
+    )
+
+
+def _simulated(arm: Arm, run: Driven) -> tuple[np.ndarray, np.ndarray]:
+    """Torque as the recording would show it (r, n) [N m], and the motion missed (t, n) [rad]."""
+    current, reached = follow(arm, run, run.motion.position, run.motion.velocity)
+    return run.thinned(run.prepared.gain * current), run.motion.position - reached
+
+
+def follow(
+    arm: Arm, run: Driven, position: np.ndarray, velocity: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Currents (t, n) and positions (t, n) [rad] of an arm that follows a motion [rad], [rad/s]."""
+    plant = _plant(arm, run)
+    tick = 1.0 / run.prepared.decimation.rate
+    first, then = plant.measure(), plant.follow(position[1:], velocity[1:], tick)
+    current, reached = (
+        np.vstack([one, rest])
+        for one, rest in ((first.current, then.current), (first.position, then.position))
+    )
+    return current, reached
+
+
+def _plant(arm: Arm, run: Driven) -> Plant:
+    """The arm at the beginning of the run, as warm as it was in its middle."""
+    n = arm.model.robot.dof
+    inertia = typical_size(arm.model)[0]
+    control = DriveControl.tuned(inertia, BANDWIDTH, np.full(n, np.inf), feed_forward=1.0)
+    warmth = np.nanmean(run.motion.temperature) if np.any(np.isfinite(run.motion.temperature)) else 25.0
+    thermal = Thermal.constant(n, float(warmth))
+    return Plant(
+        arm.model,
+        arm.values,
+        arm.gain,
+        run.motion.position[0],
+        control,
+        transmission=arm.transmission,
+        thermal=thermal,
+        payload=run.motion.payload,
+    )

@@ -1,0 +1,54 @@
+"""Improved: the arm with what was found in it, as far as a model can hold it."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from ...effects import Effect
+from ...simulation.plant import Transmission
+from ..candidates import kind_of
+from ..findings.arm import Arm
+from ..findings.finding import Finding
+from ..findings.trace import Evidence
+
+
+def as_believed(evidence: Evidence) -> Arm:
+    """The arm at its model's word, with friction and offsets as fitted."""
+    model = evidence.model
+    return Arm(model, evidence.before, evidence.gain_before, Transmission.rigid(model.robot.dof))
+
+
+def as_found(evidence: Evidence, findings: Sequence[Finding]) -> Arm:
+    """The arm with all that was found, its parameters fitted within their tolerances beside it."""
+    model = evidence.model
+    arm = Arm(model, evidence.after, evidence.gain_after, Transmission.rigid(model.robot.dof))
+    for place, finding in enumerate(findings):
+        more = with_finding(arm, finding)
+        arm = replace(arm, left_out=(*arm.left_out, place)) if more is None else more
+    return arm
+
+
+def with_finding(arm: Arm, finding: Finding) -> Arm | None:
+    """The arm with one finding; None where neither model nor transmission can hold it."""
+    held = kind_of(finding.effect).held
+    if held is not None:
+        return held(arm, finding)
+    if finding.candidate.instance is not None:
+        return _plus(arm, finding.candidate.instance, finding)
+    return None
+
+
+def _plus(arm: Arm, effect: Effect, finding: Finding) -> Arm | None:
+    """With one more effect, or with more of one that is there already."""
+    names = [parameter.name for parameter in effect.parameters(arm.model.robot)]
+    alike = [one for one in arm.model.effects if _same_shape(one, effect)]
+    present = [name for name in names if name in arm.by_name]
+    if present and not alike:
+        return None  # the same names with another shape: a model cannot hold both
+    model = arm.model if present else arm.model + effect
+    more = {name: finding.parameters[name].value for name in names}
+    return replace(arm, model=model).with_values(more)
+
+
+def _same_shape(one: Effect, other: Effect) -> bool:
+    shapes = other.shapes()
+    return type(one) is type(other) and all(getattr(one, name) == getattr(other, name) for name in shapes)

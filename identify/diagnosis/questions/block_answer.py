@@ -1,0 +1,112 @@
+"""Block answer: what a candidate does for each of the blocks, predicted by the others."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ..blocks.block_likelihood import log_odds
+from ..blocks.prediction import CERTAIN
+from .candidate import Candidate, Thinned
+
+USUAL = 10.0
+"""How far a coefficient may be, over what is expected of it: alone it gives the joint's usual torque."""
+WIDE = 1000.0
+"""The same where coefficients cancel, as those of a spring and its pretension do."""
+
+
+def prior_std(candidate: Candidate, columns: Thinned) -> np.ndarray:
+    """How far each coefficient may be from its mean, shape (p,): flat where physics does not say."""
+    if candidate.expected is not None:
+        return columns.std
+    return (WIDE if candidate.cancels else USUAL) * columns.std
+
+
+@dataclass(frozen=True, eq=False)
+class Answer:
+    """What a candidate does for the blocks that are left out.
+
+    Attributes:
+        candidate: In one shape.
+        columns: Its columns.
+        values: Its coefficients by all fitted blocks, shape (p,).
+        free: Which of them are not at a limit of physics, shape (p,).
+        predicted: Sums of squares of the blocks as they are predicted without it, shape (k, n) [(N m)^2].
+        errors: The same with it.
+        along: Of each block, its residual along the predicted effect, over noise, shape (k,).
+        size: Of each block, square of the predicted effect, over noise, shape (k,).
+        gains: Logarithm of how much more probable each block is on each joint, shape (k, n).
+        cost: Logarithm of the number of shapes of which it is the choice, over that of signs it cannot have.
+        independent: Independent rows over all rows by which the gains are weighed, shape (n,).
+        fitted: Whether a block is fitted, shape (k,); the others are only predicted.
+        relief: Logarithm of how much more probable all that was believed is, beside it.
+    """
+
+    candidate: Candidate
+    columns: Thinned
+    values: np.ndarray
+    free: np.ndarray
+    predicted: np.ndarray
+    errors: np.ndarray
+    along: np.ndarray
+    size: np.ndarray
+    gains: np.ndarray
+    cost: float = 0.0
+    independent: np.ndarray | None = None
+    fitted: np.ndarray | None = None
+    relief: float = 0.0
+
+    @cached_property
+    def gain(self) -> float:
+        """Logarithm of how much more probable blocks are, each predicted by the others, and beliefs."""
+        return float(self.gains.sum()) + self.relief - self.cost
+
+    @cached_property
+    def by_joint(self) -> np.ndarray:
+        """The same of each joint, shape (n,)."""
+        return self.gains.sum(axis=0)
+
+    @cached_property
+    def by_block(self) -> np.ndarray:
+        """The same of each block, shape (k,)."""
+        return self.gains.sum(axis=1)
+
+    @cached_property
+    def held_out(self) -> float:
+        """The same of blocks that are only predicted; zero without any."""
+        return 0.0 if self.fitted is None else float(self.by_block[~self.fitted].sum())
+
+    @cached_property
+    def amplitude(self) -> tuple[float, float, float]:
+        """How much of the predicted effect the blocks have, its t over blocks, and their effective number.
+
+        One is all of it. A block says as much as the effect is large in it.
+        """
+        total = float(self.size.sum())
+        if total <= 0.0:
+            return 0.0, 0.0, 1.0
+        amplitude = float(self.along.sum()) / total
+        left = self.along - amplitude * self.size
+        error = np.sqrt(float(left @ left) * len(left) / (len(left) - 1.0)) / total
+        return amplitude, amplitude / max(float(error), 1e-9), total**2 / float(self.size @ self.size)
+
+    @property
+    def odds(self) -> float:
+        """Logarithm of the odds that blocks left out have the effect, by how they scatter, and by beliefs."""
+        _, t, effective = self.amplitude
+        return log_odds(t, max(effective - 1.0, 1.0)) + self.relief
+
+    @property
+    def torque(self) -> np.ndarray:
+        """Its torque, shape (r, m) of the joints of its columns [N m]."""
+        return self.columns.values @ self.values
+
+    @property
+    def std(self) -> np.ndarray:
+        """How far each coefficient may be from its mean once the effect is in the model, shape (p,)."""
+        return np.where(self.free, prior_std(self.candidate, self.columns), CERTAIN)
+
+    @property
+    def mean(self) -> np.ndarray:
+        """What each coefficient is then held to be, shape (p,)."""
+        return np.where(self.free, self.columns.mean, self.values)

@@ -1,0 +1,164 @@
+"""Candidate: one physical effect on certain joints, as columns that might explain what remains."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ...effects import Effect, Shape
+from ...errors import NotRecorded
+from ..runs.driven import Driven
+
+SIZE = 0.1
+"""How large an effect is expected to be, share of the joint's usual torque [-]; evidence depends on its
+logarithm only."""
+KNOWN = 0.01
+"""Share by which a coefficient may be wrong that is known by definition, and not by what was measured [-]."""
+UNNAMED = "unnamed"
+"""How coefficients are called that only give an effect its freedom, and are not told."""
+
+Columns = Callable[[Driven], np.ndarray]
+"""Torque of the motors per unit of each coefficient in one run, at full rate (t, n, p) [N m / unit]."""
+
+
+Told = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
+"""Coefficients and their standard deviations, each (p,), as those that were fitted are told to people."""
+
+
+def as_fitted(values: np.ndarray, std: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Told as they are."""
+    return values, std
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """One effect, on certain joints, of a certain shape.
+
+    Attributes:
+        effect: Name in the vocabulary.
+        joints: Where it acts, from 0; empty where it has no joint.
+        columns: Its torque in a run.
+        names: Of its coefficients.
+        units: Of its coefficients.
+        lower: Smallest value that physics allows each coefficient, not above 0.
+        shape: Nonlinear parameters.
+        bounds: Their bounds, where they may be refined.
+        reshaped: The same with another shape.
+        instance: What to add to a model, where it is an effect of the model's own kind.
+        rows: Joints whose motors it gives torque to; None where that may be all.
+        smooth: Whether its torque is no more abrupt than the motion.
+        proportion: How large its coefficients are expected to be beside the first, where physics says so.
+        led: How many of its coefficients are such that it is not there without any of them.
+        cancels: Whether its coefficients may be far larger than what they give together, as a pretension.
+        size: How large its torque is, share of the joint's usual one [-], where its cause says so.
+        expected: Each coefficient and how far it may be from that, where physics says how large they are.
+        among: Number of shapes of which it is the choice of a quick look, where not all of them are weighed.
+        prior: How much likelier it is than others before the data [-].
+        most: Largest coefficient, either way, for which its columns are right.
+        everywhere: Whether every joint has to be predicted better with it.
+        kind: What sets it apart from others of its effect on its joints, as frequencies of ripple.
+        told: What follows from the shape, in words that people use: name -> value and unit.
+        told_as: How its coefficients are told.
+        known: Standard deviations of what was measured otherwise, by name.
+        loaded: Whether its columns depend on the torque of the motors, or on the load of the gears.
+        carried: Whether gears transmit its torque.
+        reloads: Whether the torque of all motors is fitted anew beside it, carried or not.
+        listed: Whether the vocabulary has a name for it.
+    """
+
+    effect: str
+    joints: tuple[int, ...]
+    columns: Columns
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    lower: tuple[float, ...]
+    shape: Mapping[str, float] = field(default_factory=dict)
+    bounds: Mapping[str, Shape] = field(default_factory=dict)
+    reshaped: Callable[[Mapping[str, float]], "Candidate"] | None = None
+    instance: Effect | None = None
+    rows: tuple[int, ...] | None = None
+    smooth: bool = False
+    proportion: tuple[float, ...] | None = None
+    cancels: bool = False
+    size: float = np.inf
+    led: int = 0
+    expected: tuple[tuple[float, float], ...] | None = None
+    among: int = 1
+    prior: float = 1.0
+    most: float = np.inf
+    everywhere: bool = False
+    kind: str = ""
+    told: Mapping[str, tuple[float, str]] = field(default_factory=dict)
+    told_as: Told = as_fitted
+    known: Mapping[str, float] = field(default_factory=dict)
+    loaded: bool = False
+    carried: bool = False
+    reloads: bool = False
+    listed: bool = True
+
+    @property
+    def key(self) -> tuple[str, tuple[int, ...], str]:
+        """What it is and where; shapes of one key are one hypothesis."""
+        return self.effect, self.joints, self.kind
+
+
+@dataclass(frozen=True, eq=False)
+class Thinned:
+    """Columns of a candidate over all runs.
+
+    Attributes:
+        joints: Those it gives torque to, shape (k,).
+        values: Shape (r, k, p).
+        std: How large each coefficient is expected to be, shape (p,).
+        mean: About what, shape (p,); zero where nothing says how large an effect is.
+        usual: Root mean square of the torque of its joints, shape (k,) [N m]; None where it is no torque.
+    """
+
+    joints: np.ndarray
+    values: np.ndarray
+    std: np.ndarray
+    mean: np.ndarray
+    usual: np.ndarray | None = None
+
+    @classmethod
+    def of(cls, candidate: Candidate, runs: Sequence[Driven]) -> "Thinned":
+        """Columns as they are compared."""
+        dof = runs[0].torque.shape[1]
+        joints = np.array(range(dof) if candidate.rows is None else candidate.rows)
+        try:
+            values = np.concatenate([_thinned(candidate, run, joints) for run in runs])
+        except NotRecorded:
+            return cls(joints[:0], np.zeros((0, 0, 0)), np.zeros(0), np.zeros(0))
+        if candidate.expected is not None:
+            mean, deviation = np.array(candidate.expected).T
+            return cls(joints, values, deviation, mean)
+        usual = np.sqrt(np.mean(np.concatenate([run.torque[:, joints] ** 2 for run in runs]), axis=0))
+        strength = np.sqrt(np.mean(values**2, axis=0))
+        # A coefficient is as large as the joint that it moves most allows.
+        share = np.max(strength / np.maximum(usual[:, None], np.finfo(float).tiny), axis=0, initial=0.0)
+        std = SIZE / np.maximum(share, 1e-12)
+        if candidate.proportion is not None:
+            together = np.array(candidate.proportion)
+            std = SIZE / max(float(np.max(share * together)), 1e-12) * together
+        return cls(joints, values, std, np.zeros(len(std)), usual)
+
+    @property
+    def whole(self) -> np.ndarray:
+        """Which coefficients are known beforehand, (p,): an effect that is there whole or not at all."""
+        return self.std < KNOWN * np.abs(self.mean)
+
+    @property
+    def empty(self) -> bool:
+        """Whether the runs say nothing of it."""
+        return not len(self.joints) or not np.all(np.isfinite(self.values))
+
+    def everywhere(self, dof: int) -> np.ndarray:
+        """Columns of all joints, shape (r, n, p)."""
+        whole = np.zeros((len(self.values), dof, self.values.shape[2]))
+        whole[:, self.joints] = self.values
+        return whole
+
+
+def _thinned(candidate: Candidate, run: Driven, joints: np.ndarray) -> np.ndarray:
+    given = run.coarse if candidate.smooth else run
+    return given.thinned(candidate.columns(given)[:, joints])

@@ -1,0 +1,71 @@
+"""Budget: where the misfit of the nominal model goes, joint by joint: named, with what it goes, or noise."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..findings.finding import Budget, Share
+from ..questions.block_answer import Answer
+from ..search.found import Found
+from ..search.scene import Scene
+
+NOISE, OTHER = "sensor noise", "nothing that was recorded"
+
+
+class _Left(NamedTuple):
+    """Power left on each joint with none, one, two ... findings, shape (f + 1, n) [(N m)^2]."""
+
+    powers: np.ndarray
+    which: np.ndarray
+
+
+def budget(scene: Scene, found: tuple[Found, ...], left: list[Answer], noise: np.ndarray) -> Budget:
+    """Shares of the power that the fitted nominal model leaves of blocks which it did not see.
+
+    Those are the runs held out; without any, the blocks of the fitted runs, each predicted by the others.
+    Findings count in the order in which they were found. What is left is split by how much smooth functions
+    of position, velocity, load, time ... predict of it; the sum is one.
+
+    Args:
+        scene: The runs.
+        found: Findings in order.
+        left: Answers of smooth functions beside all findings.
+        noise: Of each joint's torque, shape (n,) [N m]; zero where it is not known.
+    """
+    powers, which = _powers(scene, found)
+    total = np.maximum(powers[0], 1e-300)
+    steps = np.maximum(powers[:-1] - powers[1:], 0.0)
+    # A finding that costs a joint something takes it from the others.
+    scale = (powers[0] - powers[-1]) / np.maximum(steps.sum(axis=0), 1e-300)
+    steps = steps * np.clip(scale, 0.0, 1.0)
+    rest = total - steps.sum(axis=0)
+    quiet = np.minimum(noise**2, rest)
+    kinds = _kinds(scene, left, rest - quiet, which)
+    shares = [Share(place, "", step / total) for place, step in enumerate(steps)]
+    shares += [Share(None, kind, power / total) for kind, power in kinds.items()]
+    shares += [Share(None, NOISE, quiet / total)]
+    return Budget(np.sqrt(total), np.sqrt(powers[-1]), tuple(shares), bool(len(scene.held_out)))
+
+
+def _powers(scene: Scene, found: tuple[Found, ...]) -> _Left:
+    which = ~scene.blocks.fitted if len(scene.held_out) else np.ones(len(scene.blocks), bool)
+    answers = [one.answer for one in found]
+    every = []
+    for count in range(len(found) + 1):
+        prediction = scene.prediction(answers[:count])
+        every.append(prediction.power(prediction.errors, which))
+    return _Left(np.array(every), which)
+
+
+def _kinds(scene: Scene, left: list[Answer], rest: np.ndarray, which: np.ndarray) -> dict[str, np.ndarray]:
+    """Power (n,) of what is left by what it goes with, in proportion to what each kind predicts alone."""
+    explained: dict[str, np.ndarray] = {}
+    for one in left:
+        [joint] = one.candidate.joints
+        before = one.predicted[which, joint].sum()
+        less = max(1.0 - one.errors[which, joint].sum() / max(float(before), 1e-300), 0.0)
+        explained.setdefault(one.candidate.effect, np.zeros(len(rest)))[joint] = less
+    total = sum(explained.values(), np.zeros(len(rest)))
+    scale = rest / np.maximum(total, 1.0)
+    found = {kind: share * scale for kind, share in explained.items()}
+    return found | {OTHER: np.maximum(rest - sum(found.values(), np.zeros(len(rest))), 0.0)}

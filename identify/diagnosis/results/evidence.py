@@ -1,0 +1,110 @@
+"""Evidence: traces of all runs out of what a search has come to."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...model import Model
+from ..findings.trace import Evidence, Trace
+from ..runs.driven import Driven
+from ..runs.rows import Rows
+from ..search.search import Searched
+
+
+@dataclass(frozen=True, eq=False)
+class Residuals:
+    """What is left of the torque of all runs, shape (r, n) each [N m].
+
+    Attributes:
+        before: By the model at its word, friction, offsets and what nobody stated fitted.
+        after: With everything that was found.
+        explained: Torque of each finding, shape (f, r, n) [N m].
+    """
+
+    before: np.ndarray
+    after: np.ndarray
+    explained: np.ndarray
+
+    @classmethod
+    def of(cls, found: Searched) -> "Residuals":
+        """Of a search."""
+        rows, values = found.prediction.rows, found.prediction.values
+        before = rows.difference - rows.columns @ at_its_word(found)
+        return cls(before, found.prediction.residual, explained(found, rows, values))
+
+
+def evidence(found: Searched, residuals: Residuals, noise: np.ndarray) -> Evidence:
+    """What the answer rests on, runs held out first.
+
+    Args:
+        found: Result of the search.
+        residuals: Of all its rows.
+        noise: Noise floor of each joint's torque, shape (n,) [N m].
+    """
+    model, word, fitted = found.scene.model, at_its_word(found), found.prediction.values
+    runs, count = found.scene.runs, len(model.names)
+    traces = [
+        _trace(model, run, residuals, rows, found.scene.base.weight[rows])
+        for run, rows in zip(runs, found.prediction.rows.runs, strict=True)
+    ]
+    fitted_runs = len(found.scene.fitted)
+    return Evidence(
+        model=model,
+        before=model.believed_values + word[:count],
+        after=model.believed_values + fitted[:count],
+        gain_before=_gains(found, word),
+        gain_after=_gains(found, fitted),
+        noise=noise,
+        traces=(*traces[fitted_runs:], *traces[:fitted_runs]),
+        filtering=runs[0].filtering,
+    )
+
+
+def at_its_word(found: Searched) -> np.ndarray:
+    """Unknowns (b,) of a model at its word, without any finding; what nobody stated is fitted."""
+    word = found.scene.at_its_word(found.believed)
+    return np.append(word, np.zeros(len(found.prediction.rows.names) - len(word)))
+
+
+def places_of(found: Searched, place: int) -> np.ndarray:
+    """Places of a finding's coefficients among all unknowns."""
+    counts = [len(one.answer.values) for one in found.found]
+    start = len(found.prediction.rows.names) - sum(counts[place:])
+    return np.arange(start, start + counts[place])
+
+
+def explained(found: Searched, rows: Rows, values: np.ndarray) -> np.ndarray:
+    """Torque of each finding by unknowns (b,), shape (f, r, n) [N m]."""
+    own = [places_of(found, place) for place in range(len(found.found))]
+    parts = [rows.columns[:, :, places] @ values[places] for places in own]
+    return np.array(parts).reshape(len(parts), *rows.difference.shape)
+
+
+def _gains(found: Searched, values: np.ndarray) -> np.ndarray:
+    """Drive gains out of the shares by which they are off, among all unknowns (b,)."""
+    believed = found.scene.runs[0].prepared.gain
+    places = dict(zip(found.prediction.rows.names, values, strict=True))
+    return believed * (
+        1.0 + np.array([places.get(f"gain{joint + 1}", 0.0) for joint in range(len(believed))])
+    )
+
+
+def _trace(model: Model, run: Driven, left: Residuals, rows: slice, weight: np.ndarray) -> Trace:
+    prepared, robot, motion = run.prepared, model.robot, run.motion
+    places = prepared.decimation.centres(len(motion))[: run.rows]
+    return Trace(
+        name=prepared.name,
+        role=run.role,
+        time=motion.time[places],
+        position=motion.position[places],
+        velocity=motion.velocity[places],
+        acceleration=motion.acceleration[places],
+        load=motion.load[places],
+        temperature=motion.temperature[places],
+        motor_angle=motion.position[places] @ robot.coupling.T * robot.gear_ratio,
+        measured=prepared.gain * prepared.decimated_current[: run.rows],
+        before=left.before[rows],
+        after=left.after[rows],
+        explained=left.explained[:, rows],
+        weight=weight,
+    )

@@ -1,0 +1,122 @@
+"""Remainder: whether anything is left that goes with the motion, whatever it may be."""
+
+from collections.abc import Iterator
+
+import numpy as np
+from scipy import ndimage
+
+from ..blocks.prediction import Prediction
+from ..findings.finding import Remainder
+from ..questions.block_answer import Answer
+from ..questions.candidate import Thinned
+from ..questions.comparison import colouring
+from ..questions.question import ask
+from ..search.found import odds_of
+from ..search.scene import Scene
+from .discrepancy import KINDS, features
+
+CREDIBLE = 0.99
+"""Probability from which on something is taken to be left."""
+MATERIAL = 0.3
+"""Share of the noise floor below which what is left changes the residual by less than five per cent, and is
+not worth a run."""
+AROUND = 161
+"""Frequencies whose median is the level about a line; it is known to a tenth."""
+PASSED = 0.7
+"""Share of the highest frequency up to which torque passes the filter as it is [-]."""
+SLOWEST = 1.0
+"""Of what vibrates [Hz]; slower waves are motions'."""
+BEYOND = 2.0
+"""Residual over the noise floor from which on something is left, be it seen to go with nothing: drives that
+move are noisier than drives at rest, but not by three times the power more."""
+LINES = 1e-4
+"""Probability with which noise alone has a spectral line that stands out as far."""
+
+
+def discrepancies(scene: Scene, prediction: Prediction) -> list[Answer]:
+    """Answers of all kinds of features on each joint, beside what the prediction has."""
+    asked = [(one, Thinned.of(one, scene.runs)) for one in features(scene.model)]
+    found = ask(prediction, [pair for pair in asked if not pair[1].empty])
+    return [colouring(prediction, one) if one.gain > 0.0 else one for one in found]
+
+
+def remainders(
+    prediction: Prediction, every: list[Answer], noise: np.ndarray, rested: bool
+) -> list[Remainder]:
+    """Joints on which something is left, with what it goes with.
+
+    Args:
+        prediction: With all findings.
+        every: Answers of features on each joint.
+        noise: Noise floor of each joint's torque, shape (n,) [N m].
+        rested: Whether it was measured at rest, and not guessed.
+    """
+    residual = rms(prediction.residual, prediction.rows.weight)
+    count, least = len(noise) * len(KINDS), float(np.log(CREDIBLE / (1 - CREDIBLE)))
+    found = []
+    for joint in range(len(noise)):
+        own = [one for one in every if one.candidate.joints == (joint,)]
+        best = max(own, key=lambda one: one.gain, default=None)
+        over = float(residual[joint] / noise[joint])
+        if best is not None and odds_of(best, count) > least and _material(prediction, best, noise[joint]):
+            probability = 1.0 / (1.0 + np.exp(-min(odds_of(best, count), 700.0)))
+            found.append(Remainder(joint, over, float(probability), best.candidate.effect))
+        elif frequency := line(prediction, joint):
+            found.append(Remainder(joint, over, 1 - LINES, f"time, at {frequency:.1f} Hz"))
+        elif over > BEYOND and rested:
+            found.append(Remainder(joint, over, CREDIBLE, "nothing that was recorded"))
+    return found
+
+
+def _material(prediction: Prediction, answer: Answer, noise: float) -> bool:
+    weight = prediction.rows.weight[:, answer.columns.joints]
+    return float(rms(answer.torque, weight).max()) > MATERIAL * noise
+
+
+def line(prediction: Prediction, joint: int) -> float:
+    """Frequency of a line that two runs have and noise has not [Hz]; zero for none.
+
+    What vibrates does so in every run; a line of one run alone is a swept sine that passed. The residual is
+    taken as it is: what makes noise white takes lines away.
+
+    Args:
+        prediction: Whose residual it is.
+        joint: From 0.
+    """
+    # Runs of different lengths are compared frequency by frequency.
+    rate, runs = prediction.rate, prediction.rows.runs
+    longest = max(rows.stop - rows.start for rows in runs)
+    length = 2 ** int(np.ceil(np.log2(2 * longest)))
+    lowest = int(SLOWEST * length / rate)
+    every = _over_their_level(prediction, joint, lowest, length)
+    found = [ratio for ratio in every if ratio is not None]
+    if not found:
+        return 0.0
+    several = min(2, len(found))
+    ratios = np.sort(found, axis=0)[-several]
+    worst, pairs = int(np.argmax(ratios)), len(found) * (len(found) - 1) / 2 if several == 2 else 1
+    # Powers of noise are exponential; the factor allows for a window, by which neighbours are alike.
+    chance = -np.expm1(len(ratios) * np.log1p(-min(pairs * np.exp(-several * ratios[worst] / 1.5), 0.5)))
+    return float((worst + lowest) * rate / length) if chance < LINES else 0.0
+
+
+def _over_their_level(
+    prediction: Prediction, joint: int, lowest: int, length: int
+) -> Iterator[np.ndarray | None]:
+    """Power of each run's residual over the level round about, at one grid of frequencies."""
+    counts, residual = prediction.rows.weight[:, joint] > 0, prediction.residual[:, joint]
+    for rows in prediction.rows.runs:
+        own = residual[rows][counts[rows]]
+        if len(own) < 64:
+            yield None
+            continue
+        power = np.abs(np.fft.rfft(own * np.hanning(len(own)), length)) ** 2
+        # Beyond that share of the highest frequency the filter has taken the torque away.
+        inner = power[lowest : int(PASSED * len(power))]
+        window = AROUND * max(length // len(own), 1)
+        yield inner / (ndimage.median_filter(inner, window, mode="reflect") / np.log(2))
+
+
+def rms(values: np.ndarray, weight: np.ndarray) -> np.ndarray:
+    """Root mean square of rows (r, n) that count, shape (n,)."""
+    return np.sqrt(np.sum(values**2 * weight, axis=0) / np.maximum(weight.sum(axis=0), 1.0))

@@ -1,0 +1,124 @@
+"""Runs as the diagnosis asks about them: with the torque that the fitted model gives at every sample."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+import pinocchio as pin
+
+from ...arm.motion import Motion
+from ...model import Model
+from ...preparation.prepare import Filtering, Prepared, prepare
+from ...recordings.recording import Recording
+from .tangent import Tangent, carrying, tangent
+
+SMOOTH = 4.0
+"""Samples a period of that cut-off which hold products of motions: twice what their band needs."""
+CHUNK = 2000
+"""Samples whose regressor is held at once; a few megabytes."""
+
+
+@dataclass(frozen=True, eq=False)
+class Driven:
+    """One run.
+
+    Attributes:
+        role: Of the run: "identify", "validate", "slow", "payload", or whatever its settings say.
+        prepared: Filtered motion and current.
+        motion: The same motion with the load that the gears transmit by the fitted model.
+        torque: What the fitted model asks of the motors, at full rate, shape (t, n) [N m].
+        bodies: The arm with its links and its payload as believed.
+        peak: Largest torque of each joint in all runs, shape (n,) [N m]; None where it is that of this one.
+    """
+
+    role: str
+    prepared: Prepared
+    motion: Motion
+    torque: np.ndarray
+    bodies: pin.Model
+    peak: np.ndarray | None = None
+
+    @classmethod
+    def of(cls, model: Model, recording: Recording, role: str, filtering: Filtering) -> "Driven":
+        """Prepare a recording; the torque is that of the believed model.
+
+        Raises:
+            RecordingError: It cannot be filtered.
+        """
+        prepared = prepare(recording, filtering)
+        still = np.zeros_like(prepared.motion.position)
+        bodies = carrying(model, model.believed_values, prepared.motion.payload)
+        return cls(role, prepared, prepared.motion, still, bodies).after(model, model.believed_values)
+
+    def after(self, model: Model, values: np.ndarray) -> "Driven":
+        """The same with the torque of other parameters (p,), and with the load that gears transmit then."""
+        load = _torque(model, self.motion, values, transmitted=True)
+        motion = replace(self.motion, load=load)
+        torque = load + _torque(model, motion, values, transmitted=False)
+        return replace(self, motion=motion, torque=torque @ model.robot.to_motors.T)
+
+    def bearing(self, torque: np.ndarray, on_motors: np.ndarray) -> "Driven":
+        """The same with gears that transmit some torque (t, n) [N m] more: of a body that was found, say.
+
+        Args:
+            torque: Seen from the joints.
+            on_motors: The same seen from the motors.
+        """
+        motion = replace(self.motion, load=self.motion.load + torque)
+        return replace(self, motion=motion, torque=self.torque + on_motors)
+
+    def thinned(self, columns: np.ndarray) -> np.ndarray:
+        """Columns at full rate (t, ...) as they are compared, shape (r, ...)."""
+        return self.prepared.decimation.apply(columns)[: self.rows]
+
+    @property
+    def filtering(self) -> Filtering:
+        """Through which it was prepared."""
+        own, cutoff = self.prepared.decimation, self.prepared.position_cutoff
+        return Filtering(rate=own.rate, position_cutoff=cutoff, torque_cutoff=own.cutoff)
+
+    @cached_property
+    def most(self) -> np.ndarray:
+        """Largest torque of each joint, shape (n,) [N m]."""
+        return np.max(np.abs(self.torque), axis=0) if self.peak is None else self.peak
+
+    @cached_property
+    def tangent(self) -> Tangent:
+        """How much torque its links take when one is a little elsewhere."""
+        return tangent(self.bodies, self.motion)
+
+    @cached_property
+    def rows(self) -> int:
+        """Rows after thinning out."""
+        return len(self.prepared.decimation.centres(len(self.motion)))
+
+    @cached_property
+    def coarse(self) -> "Driven":
+        """The same at a lower rate, for what is no more abrupt than the motion."""
+        decimation = self.prepared.decimation.thinned(SMOOTH * self.prepared.decimation.cutoff)
+        step = decimation.step
+        prepared = replace(self.prepared, decimation=decimation)
+        coarse = replace(self, prepared=prepared, motion=self.motion[::step], torque=self.torque[::step])
+        coarse.__dict__["rows"] = self.rows
+        return coarse
+
+
+def _torque(model: Model, motion: Motion, values: np.ndarray, transmitted: bool) -> np.ndarray:
+    """Torque of all effects that gears transmit, or of all others, shape (t, n) [N m]."""
+    part = replace(model, effects=tuple(e for e in model.effects if e.transmitted == transmitted))
+    known = dict(zip(model.names, values, strict=True))
+    own = np.array([known[name] for name in part.names])
+    pieces = [part.torque(motion[start : start + CHUNK], own) for start in range(0, len(motion), CHUNK)]
+    return np.concatenate(pieces)
+
+
+def gear_torque(model: Model, motion: Motion, values: np.ndarray) -> np.ndarray:
+    """Torque that the gears transmit, by parameters (p,), shape (t, n) [N m]."""
+    return _torque(model, motion, values, transmitted=True)
+
+
+def slices(runs: Sequence[Driven]) -> tuple[slice, ...]:
+    """Rows of each run when they are stacked."""
+    stops = np.cumsum([0, *(run.rows for run in runs)])
+    return tuple(slice(int(a), int(b)) for a, b in zip(stops[:-1], stops[1:], strict=True))

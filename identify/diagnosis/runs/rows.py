@@ -1,0 +1,115 @@
+"""Rows: what was measured, what is believed, and the columns that explain the difference."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from ...effects import Belief, JointEffect, RotorInertia
+from ...fit.base_parameters import BaseParameters
+from ...fit.equations import decimated_regressor
+from ...model import Model
+from .driven import Driven, slices
+
+
+@dataclass(frozen=True, eq=False)
+class Rows:
+    """Stacked rows of some runs.
+
+    Attributes:
+        runs: Rows of each run.
+        difference: Measured torque minus that of the believed model, shape (r, n) [N m].
+        weight: 0 where a joint sticks, else 1, shape (r, n).
+        columns: Torque per unit of each unknown, shape (r, n, b).
+        names: Of the unknowns.
+        std: How far each unknown may be from its mean, infinite where nothing is believed, shape (b,).
+        mean: What each is believed to be, zero but for what was found and is known to be whole, shape (b,).
+        lower: Smallest value that physics allows each, shape (b,); none where it is None.
+    """
+
+    runs: tuple[slice, ...]
+    difference: np.ndarray
+    weight: np.ndarray
+    columns: np.ndarray
+    names: tuple[str, ...]
+    std: np.ndarray
+    mean: np.ndarray
+    lower: np.ndarray | None = None
+
+    @cached_property
+    def acting(self) -> list[np.ndarray]:
+        """Unknowns that give torque to each joint, (a,); most give none to most."""
+        return [np.flatnonzero(np.any(own, axis=0)) for own in self.columns.transpose(1, 0, 2)]
+
+    @property
+    def limited(self) -> np.ndarray:
+        """Places of the unknowns that physics limits."""
+        return np.flatnonzero(np.isfinite(self.least))
+
+    @property
+    def least(self) -> np.ndarray:
+        """Smallest value of each, shape (b,); minus infinity without a limit."""
+        return np.full(len(self.names), -np.inf) if self.lower is None else self.lower
+
+    def plus(
+        self,
+        names: Sequence[str],
+        columns: np.ndarray,
+        std: np.ndarray,
+        mean: np.ndarray | None = None,
+        lower: Sequence[float] | None = None,
+    ) -> "Rows":
+        """The same with more unknowns: columns (r, n, p), deviations (p,) from a mean (p,), and limits."""
+        return replace(
+            self,
+            columns=np.concatenate([self.columns, columns], axis=2),
+            names=(*self.names, *names),
+            std=np.concatenate([self.std, std]),
+            mean=np.concatenate([self.mean, np.zeros(len(std)) if mean is None else mean]),
+            lower=np.append(self.least, np.full(len(std), -np.inf) if lower is None else lower),
+        )
+
+
+def model_rows(model: Model, runs: Sequence[Driven], values: np.ndarray | None = None) -> Rows:
+    """Rows whose unknowns are the deviations of the model's parameters from their beliefs.
+
+    Args:
+        model: With its beliefs.
+        runs: Of which rows are made.
+        values: Parameters (p,) that give the load by which gears rub; those believed by default.
+    """
+    carrying = model if values is None else _believing(model, values)
+    believed, every = model.believed_values, np.arange(len(model.names))
+    # Beliefs make the system regular, so that no base parameters are needed.
+    base = BaseParameters(tuple(model.parameters), every, np.eye(len(every)), (1.0, 0.0))
+    columns, difference = [], []
+    for run in runs:
+        regressor, known = decimated_regressor(carrying, base, run.prepared, run.motion)
+        measured = run.prepared.gain * run.prepared.decimated_current
+        columns.append(regressor)
+        difference.append(measured - known - regressor @ believed)
+    return Rows(
+        slices(runs),
+        np.concatenate(difference),
+        np.concatenate([run.prepared.weight for run in runs]),
+        np.concatenate(columns),
+        tuple(model.names),
+        np.array([belief.std for belief in model.beliefs]),
+        np.zeros(len(model.names)),
+        _limits(model) - believed,
+    )
+
+
+def _believing(model: Model, values: np.ndarray) -> Model:
+    beliefs = {name: Belief(float(value)) for name, value in zip(model.names, values, strict=True)}
+    return replace(model, stated=beliefs)
+
+
+def _limits(model: Model) -> np.ndarray:
+    """Smallest value of each parameter, shape (p,); none of bodies and rotors, which share their inertia."""
+    found: list[float] = []
+    for effect in model.effects:
+        own = isinstance(effect, JointEffect) and not isinstance(effect, RotorInertia)
+        found += [one.minimum if own else -np.inf for one in effect.parameters(model.robot)]
+    return np.array(found)

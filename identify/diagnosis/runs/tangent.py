@@ -1,0 +1,63 @@
+"""Tangent: how much torque the links take when one joint is a little elsewhere than its motor says."""
+
+from typing import NamedTuple
+
+import numpy as np
+import pinocchio as pin
+from scipy import interpolate
+
+from ...arm.motion import Motion
+from ...model import Model
+from ...simulation.plant.arm_forces import bodiless
+
+RATE = 125.0
+"""Samples a second at which it is taken [Hz]: nine a period of the fastest motion, a spline's error of
+1e-3."""
+
+
+class Tangent(NamedTuple):
+    """Derivatives of the links' torque at every sample, each of shape (n, t, n): by which joint, of which.
+
+    Attributes:
+        position: [N m/rad].
+        velocity: [N m s/rad].
+        acceleration: The inertia [kg m^2].
+    """
+
+    position: np.ndarray
+    velocity: np.ndarray
+    acceleration: np.ndarray
+
+    def torque(self, joint: int, twist: np.ndarray, rate: np.ndarray, second: np.ndarray) -> np.ndarray:
+        """Torque of all links, shape (t, n) [N m], when one leads by a twist (t,) with its derivatives."""
+        parts = zip(self, (twist, rate, second), strict=True)
+        return sum((by[joint] * one[:, None] for by, one in parts), np.zeros(self.position.shape[1:]))
+
+    def own(self, joint: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """What one link's own motion takes of its own joint: stiffness, damping, inertia, each (t,)."""
+        stiffness, damping, inertia = (np.ascontiguousarray(by[joint, :, joint]) for by in self)
+        return stiffness, damping, inertia
+
+
+def tangent(kinematics: pin.Model, motion: Motion) -> Tangent:
+    """Along a motion, of the bodies of a Pinocchio model."""
+    spacing = float(np.median(np.diff(motion.time)))
+    knots = np.arange(0, len(motion) - 1, max(1, int(1.0 / (RATE * spacing))))
+    knots = np.append(knots, len(motion) - 1)
+    data, n = kinematics.createData(), kinematics.nv
+    found = np.empty((len(knots), 3, n, n))
+    for place, row in enumerate(knots):
+        state = motion.position[row], motion.velocity[row], motion.acceleration[row]
+        found[place] = pin.computeRNEADerivatives(kinematics, data, *state)
+    every = interpolate.CubicSpline(knots, found)(np.arange(len(motion)))
+    return Tangent(*np.ascontiguousarray(np.moveaxis(every, (1, 3), (0, 1))))
+
+
+def carrying(model: Model, values: np.ndarray, payload: str) -> pin.Model:
+    """The arm with the bodies that parameters (p,) say it has, a payload among them."""
+    kinematics = bodiless(model.robot.kinematics)
+    counts = [len(effect.parameters(model.robot)) for effect in model.effects]
+    for effect, own in zip(model.effects, np.split(values, np.cumsum(counts)[:-1]), strict=True):
+        for link, body in effect.bodies(model.robot, own, payload).items():
+            kinematics.inertias[link + 1] += body
+    return kinematics

@@ -1,0 +1,109 @@
+"""Twist of a gear between a motor that moves as recorded and a link that follows by its own dynamics."""
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+from scipy import linalg
+
+from ...preparation.filters import differentiate
+
+CHUNK = 200
+"""Rows that are made plain at once."""
+
+
+class Twist(NamedTuple):
+    """How far a motor leads its link, with derivatives, each of shape (t,) [rad], [rad/s], [rad/s^2]."""
+
+    value: np.ndarray
+    rate: np.ndarray
+    second: np.ndarray
+
+
+def bent(
+    inertia: np.ndarray, damping: np.ndarray, stiffness: np.ndarray, load: np.ndarray, step: float
+) -> Twist:
+    """Twist of an elastic gear: inertia'' + damping' + stiffness = load, at each sample with its own numbers.
+
+    Newmark's average acceleration, which is stable however stiff the gear is. All steps are one banded
+    system; it begins as if the load had always been what it is at the start.
+
+    Args:
+        inertia: Of the link about the joint, shape (t,) [kg m^2].
+        damping: Shape (t,) [N m s/rad].
+        stiffness: Shape (t,) [N m/rad].
+        load: That the link takes, shape (t,) [N m].
+        step: Between samples [s].
+    """
+    mass, loss = inertia / step**2, damping / (2 * step)
+    bands = np.zeros((3, len(load)))
+    # Row k is the equation at sample k - 1; the first two rows say that the gear starts at rest.
+    bands[0, 2:] = (mass + loss + stiffness / 4)[1:-1]
+    bands[1, 1:-1] = (stiffness / 2 - 2 * mass)[1:-1]
+    bands[2, :-2] = (mass - loss + stiffness / 4)[1:-1]
+    bands[0, :2] = 1.0
+    right = np.empty(len(load))
+    right[:2] = load[0] / stiffness[0]
+    right[2:] = (load[:-2] + 2 * load[1:-1] + load[2:]) / 4
+    value = linalg.solve_banded((2, 0), bands, right, check_finite=False)
+    rate, second = differentiate(value[:, None], 1.0 / step)
+    return Twist(value, rate[:, 0], second[:, 0])
+
+
+def loose(
+    inertia: np.ndarray,
+    damping: np.ndarray,
+    stiffness: np.ndarray,
+    load: np.ndarray,
+    step: float,
+    play: float,
+    teeth: tuple[float, float],
+) -> Twist:
+    """Twist of a gear with play: within it, nothing but the link's own inertia answers the load.
+
+    A link rests against the teeth that its load is on, as if they were rigid; when the load changes its
+    sign, it floats to the other side, strikes, and bounces until the teeth have damped it out.
+
+    Args:
+        inertia: Of the link about the joint, shape (t,) [kg m^2].
+        damping: Of the link without its gear, shape (t,) [N m s/rad].
+        stiffness: Of the link without its gear (gravity), shape (t,) [N m/rad].
+        load: That the link takes, shape (t,) [N m].
+        step: Between samples [s].
+        play: Half of its width [rad].
+        teeth: Resonance of the link on its teeth, at most an eighth of the sample rate [Hz], and its damping
+            ratio [-].
+    """
+    angular, ratio = 2 * np.pi * teeth[0], teeth[1]
+    settled = int(3.0 / (ratio * angular * step))  # e^-3, a twentieth of the stroke, is left then
+    side = np.where(load < 0, -1.0, 1.0)
+    value, rate, second = play * side, np.zeros(len(load)), np.zeros(len(load))
+    per_inertia = np.stack([load, damping, stiffness], axis=1) / inertia[:, None]
+    end = 0
+    for start in (np.flatnonzero(np.diff(side)) + 1).tolist():
+        if start < end:
+            continue
+        x, v, touching, path = float(value[start - 1]), 0.0, 0, []
+        # Plain numbers: a sample depends on the one before, and arrays of one number are slow.
+        for pull, drag, weight in _rows(per_inertia, start):
+            past = x - play if x > play else x + play if x < -play else 0.0
+            acceleration = pull - drag * v - weight * x
+            if past:
+                acceleration -= angular * (angular * past + 2.0 * ratio * v)
+                touching += 1
+            else:
+                touching = 0
+            v += step * acceleration
+            x += step * v
+            path.append((x, v, acceleration))
+            if touching > settled and past * pull > 0.0:
+                break
+        end = start + len(path)
+        value[start:end], rate[start:end], second[start:end] = np.array(path).T
+    return Twist(value, rate, second)
+
+
+def _rows(values: np.ndarray, start: int) -> Iterator[list[float]]:
+    """Rows of (t, p) as plain numbers from one on, a second or so at a time."""
+    for first in range(start, len(values), CHUNK):
+        yield from values[first : first + CHUNK].tolist()

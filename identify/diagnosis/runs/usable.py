@@ -1,0 +1,95 @@
+"""Runs that can be asked, and what is wrong with the others."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from ...errors import DifferentRobot, RecordingError
+from ...fit.identification import common_filtering, of_these_joints
+from ...fit.warnings.excitation_doubts import excitation_doubts
+from ...model import Model
+from ...preparation.prepare import Filtering
+from ...recordings.recording import Recording
+from ...recordings.recording_checks import check, check_alive
+from .driven import Driven
+
+HELD_OUT = "validate"
+"""Role of the runs that are not fitted."""
+
+
+def usable(
+    model: Model,
+    recordings: Sequence[tuple[str, Recording]],
+    filtering: Filtering = Filtering(),  # noqa: B008
+) -> tuple[list[Driven], list[str]]:
+    """The runs that can be filtered and compared, and doubts about these and the others.
+
+    Args:
+        model: As believed, with the payloads of the runs.
+        recordings: Role and recording of each run.
+        filtering: Filters; chosen from the data where it says nothing.
+
+    Raises:
+        DifferentRobot: A run of another robot.
+        RecordingError: No run is left to fit; says why.
+    """
+    of_these_joints(model, [recording for _, recording in recordings])
+    sound: list[tuple[str, Recording]] = []
+    doubts: list[str] = []
+    for role, recording in recordings:
+        try:
+            checked = check_alive(check(replace(recording, model=model)))
+            common_filtering([checked], filtering)
+            sound.append((role, checked))
+            doubts += [f"{recording.name}: {doubt}" for doubt in checked.warnings]
+        except DifferentRobot:
+            raise
+        except RecordingError as error:
+            doubts.append(f"{recording.name} is left out: {str(error).removeprefix(f'{recording.name}: ')}")
+    measures = [_measures(recording) for _, recording in sound]
+    for (_, recording), own in zip(sound, measures, strict=True):
+        if own != measures[0]:
+            doubts.append(f"{recording.name} is left out: it recorded {own}, and the first run {measures[0]}")
+    sound = [pair for pair, own in zip(sound, measures, strict=True) if own == measures[0]]
+    # Noise of one colour takes rows of one rate.
+    fitted_ones = [recording for role, recording in sound if role != HELD_OUT]
+    filtering = common_filtering(fitted_ones, filtering) if fitted_ones else filtering
+    runs: list[Driven] = []
+    for role, recording in sound:
+        try:
+            runs.append(Driven.of(model, recording, role, filtering))
+        except RecordingError as error:
+            doubts.append(f"{recording.name} is left out: {str(error).removeprefix(f'{recording.name}: ')}")
+    if all(run.role == HELD_OUT for run in runs):
+        said = "; ".join(doubts) or "all are held out. Give at least one that is not for validation"
+        raise RecordingError(f"no run is left to fit: {said}")
+    fitted = [run.prepared for run in runs if run.role != HELD_OUT]
+    return runs, [*doubts, *excitation_doubts(model.robot.joints, fitted, 0.0), *_missing(model, runs)]
+
+
+def _measures(recording: Recording) -> str:
+    return "current" if "current" in recording.signals else "torque"
+
+
+def _missing(model: Model, runs: Sequence[Driven]) -> list[str]:
+    """What these runs cannot tell, as they lack what it takes."""
+    doubts = []
+    if all(run.role != HELD_OUT for run in runs):
+        doubts.append("no run was held out: that the fit improves is no proof. Give one with --validate")
+    if any(np.isnan(run.motion.temperature).any() for run in runs):
+        doubts.append(
+            "temperatures were not recorded: friction that changes with them can only be seen as a change "
+            "with time, or not at all"
+        )
+    if not any(run.motion.payload for run in runs):
+        doubts.append(
+            "no run carries a known payload: wrong drive gains, encoder zeros, masses and friction under "
+            "load look more alike than they would"
+        )
+    if runs[0].prepared.measures == "current" and np.all(model.robot.drive_gain == 1.0):
+        doubts.append(
+            "the robot's description has no drive gains: what is compared are amperes, in which every belief "
+            "about masses is wrong. Give [drive] gain"
+        )
+    return doubts

@@ -1,0 +1,139 @@
+"""Found: an effect that is credible, and what else may explain the same."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from ..questions.block_answer import Answer
+from ..questions.candidate import Candidate
+from ..questions.comparison import SEEN, better, competing
+
+CREDIBLE = 0.95
+"""Probability from which on something is taken to be there, and below which it is taken out again."""
+NAMED = 0.9
+"""Probability from which on something is named: it is nine times as likely as all else together."""
+EXCLUDED = 0.01
+"""Probability below which something is no alternative any more: nobody is told to look for it."""
+CERTAIN_ODDS = float(np.log(CREDIBLE / (1 - CREDIBLE)))
+"""Logarithm of the odds at that probability."""
+
+
+class Found(NamedTuple):
+    """An effect that was found, and what else it might be.
+
+    Attributes:
+        answer: The effect.
+        odds: Logarithm of the odds that it is there, after every check.
+        others: What may explain the same, the most credible first, with the logarithm of the odds of the
+            effect against each.
+        once: Whether it happened once, so that no other block predicts it.
+    """
+
+    answer: Answer
+    odds: float
+    others: tuple[tuple[Answer, float], ...] = ()
+    once: bool = False
+
+    @property
+    def _weights(self) -> np.ndarray:
+        """Of nothing, of the effect itself and of the others, over that of the effect, (2 + m,)."""
+        return np.exp(-np.clip([self.odds, 0.0, *(odds for _, odds in self.others)], -700.0, 700.0))
+
+    @property
+    def probability(self) -> float:
+        """That it is there, and that it is this and nothing else that explains the same."""
+        return float(1.0 / self._weights.sum())
+
+    @property
+    def certainty(self) -> float:
+        """The same of its effect on its joints, of whatever shape or frequency."""
+        here = self.answer.candidate
+        alike = [p for one, p in self.not_excluded if _place(one.candidate) == _place(here)]
+        return self.probability + sum(alike)
+
+    @property
+    def named(self) -> bool:
+        """Whether its effect is certain enough to be named."""
+        return self.certainty >= NAMED
+
+    @property
+    def elsewhere(self) -> list[tuple[Answer, float]]:
+        """Other effects, or other joints, that are not excluded, each once and with its probability."""
+        here = _place(self.answer.candidate)
+        first = {_place(one.candidate): (one, p) for one, p in self.not_excluded[::-1]}
+        return [pair for place, pair in reversed(first.items()) if place != here]
+
+    @property
+    def not_excluded(self) -> list[tuple[Answer, float]]:
+        """Others that are credible enough to be reported, with their probability."""
+        weights = self._weights
+        every = zip(self.others, weights[2:] / weights.sum(), strict=True)
+        return [(one, float(p)) for (one, _), p in every if p > EXCLUDED]
+
+
+def _place(candidate: Candidate) -> tuple[str, tuple[int, ...]]:
+    return candidate.effect, candidate.joints
+
+
+def log_prior(answer: Answer, total: float) -> float:
+    """Logarithm of the prior odds of one hypothesis; all together are as likely as nothing.
+
+    Args:
+        answer: Of the hypothesis.
+        total: Sum of the prior weights of all hypotheses.
+    """
+    return float(np.log(answer.candidate.prior / total))
+
+
+def odds_of(answer: Answer, total: float) -> float:
+    """Logarithm of the odds that something is there: by probability, and by scatter over blocks.
+
+    What acts on the whole arm has to be seen without the joint that sees most of it, too. Nothing is there
+    that the runs held out exclude, be it seen in many more blocks of the runs fitted.
+    """
+    if answer.held_out < -CERTAIN_ODDS:
+        return -np.inf
+    odds = min(answer.gain, answer.odds) + log_prior(answer, total)
+    if answer.candidate.everywhere and not _everywhere(answer):
+        return -np.inf
+    if answer.candidate.joints or len(answer.by_joint) == 1:
+        return odds
+    return min(odds, answer.gain - max(float(answer.by_joint.max()), 0.0))
+
+
+def _everywhere(answer: Answer) -> bool:
+    """Whether every joint is predicted better, and at least half of them clearly."""
+    return bool(np.all(answer.by_joint > 0.0)) and bool(np.median(answer.by_joint) > SEEN)
+
+
+def judged(best: Sequence[Answer], total: float) -> Found | None:
+    """The foremost hypothesis that is credible, with what else may explain the same.
+
+    Another counts for no more than the odds that it is there at all.
+
+
+    Args:
+        best: One answer for each hypothesis, the most probable first.
+        total: Sum of the prior weights of all hypotheses.
+    """
+    credible = [one for one in best if odds_of(one, total) > CERTAIN_ODDS]
+    if not credible:
+        return None
+    first = credible[0]
+    for one in credible[1:]:
+        if competing(one, first) and _against(one, first, total) > 0.0:
+            first = one
+    odds = odds_of(first, total)
+    others = [
+        (one, max(_against(first, one, total), odds - odds_of(one, total)))
+        for one in best
+        if one is not first and competing(one, first) and one.gain > 0.0
+    ]
+    others.sort(key=lambda pair: pair[1])
+    return Found(first, odds, tuple(others))
+
+
+def _against(one: Answer, other: Answer, total: float) -> float:
+    """Logarithm of the odds of one hypothesis against another, block by block and by their priors."""
+    return better(one, other, log_prior(one, total) - log_prior(other, total))

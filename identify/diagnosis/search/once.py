@@ -1,0 +1,102 @@
+"""Once: what no other block predicts: contacts, which are set aside, and other moments that differ."""
+
+import numpy as np
+
+from ..blocks.prediction import Prediction
+from ..candidates.contact_event import Contact, candidate, contacts
+from ..findings.finding import Moment
+from ..questions.block_answer import Answer
+from ..questions.candidate import Thinned
+from .found import CERTAIN_ODDS, Found
+from .scene import Scene
+
+FEW = 3
+"""Contacts of one search: what happens more often is no contact, but something that comes again."""
+MOST = 10
+"""Moments that are reported."""
+SEEN = 0.05
+"""Share of what is gained on the joint that sees most from which on another sees it too [-]."""
+MARGIN = 0.2
+"""Time about a contact that is set aside with it [s]: a push begins and ends within it."""
+
+
+def only_once(scene: Scene, found: list[Found]) -> tuple[Scene, list[Found]]:
+    """The scene and the findings with all contacts beside them; none where there are too many to be any."""
+    wider, more = scene, list(found)
+    for _ in range(FEW + 1):
+        pushed = _contact(wider, wider.prediction([one.answer for one in more]))
+        if pushed is None:
+            return wider, more
+        wider, more = pushed[0], [*more, pushed[1]]
+    return scene, found
+
+
+def _contact(scene: Scene, prediction: Prediction) -> tuple[Scene, Found] | None:
+    """The most credible contact, and the scene without the time that it takes; None without any.
+
+    At least two joints feel it: what one joint alone feels is its own affair.
+    """
+    best = next(iter(contacts(scene.model, prediction, scene.runs, scene.reaches)), None)
+    if best is None:
+        return None
+    prior = np.log(len(scene.tried))
+    odds = min(best.gain, best.without_one) - prior
+    if not odds > CERTAIN_ODDS:
+        return None
+    return scene.without(_during(scene, prediction, best)), Found(
+        _answer(scene, prediction, best), odds, (), True
+    )
+
+
+def moments(scene: Scene, prediction: Prediction) -> list[Moment]:
+    """Windows of all runs in which a force explains far more than at other times, the greatest first."""
+    every = contacts(scene.model, prediction, scene.runs, scene.reaches)
+    found: list[Contact] = []
+    for one in every:
+        if one.gain < CERTAIN_ODDS or len(found) == MOST:
+            break
+        if not any(one.run == other.run and _overlap(one, other) for other in found):
+            found.append(one)
+    return [_moment(one) for one in found]
+
+
+def _overlap(one: Contact, other: Contact) -> bool:
+    apart = abs(one.start + 0.5 * one.duration - other.start - 0.5 * other.duration)
+    return apart < one.duration + other.duration
+
+
+def _moment(one: Contact) -> Moment:
+    joints = np.flatnonzero(one.gains > SEEN * one.gains.max())
+    size = float(np.linalg.norm(one.force))
+    return Moment(
+        one.name,
+        one.start,
+        one.start + one.duration,
+        tuple(map(int, joints)),
+        one.force / max(size, 1e-300),
+        size,
+    )
+
+
+def _during(scene: Scene, prediction: Prediction, one: Contact) -> np.ndarray:
+    """Rows of a contact, shape (r,)."""
+    found = np.zeros(len(prediction.rows.difference), bool)
+    run, rows = scene.runs[one.run], prediction.rows.runs[one.run]
+    time = run.motion.time[run.prepared.decimation.centres(len(run.motion))[: run.rows]]
+    found[rows] = (time > one.start - MARGIN) & (time < one.start + one.duration + MARGIN)
+    return found
+
+
+def _answer(scene: Scene, prediction: Prediction, one: Contact) -> Answer:
+    """As columns whose coefficients are what they were where it happened."""
+    pushed = candidate(scene.model, one)
+    gains = np.zeros(prediction.errors.shape)
+    during = np.flatnonzero(_during(scene, prediction, one))
+    gains[prediction.blocks.number[during[len(during) // 2]]] = one.gains
+    still = np.zeros(len(gains))
+    columns = Thinned.of(pushed, scene.runs)
+    held = np.zeros(len(one.force), bool)
+    errors = prediction.errors
+    return Answer(
+        pushed, columns, one.force, held, errors, errors, still, still, gains, float(np.log(one.among))
+    )

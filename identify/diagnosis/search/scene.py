@@ -1,0 +1,143 @@
+"""Scene: what a search looks at: the runs, their rows and blocks, and all that is asked of them."""
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ...model import Model
+from ..blocks.blocks import Blocks
+from ..blocks.prediction import CERTAIN, Prediction, factored, solve
+from ..candidates import candidates
+from ..candidates.contact_event import Reach
+from ..questions.block_answer import Answer
+from ..questions.candidate import Candidate, Thinned
+from ..runs.driven import Driven
+from ..runs.nuisances import CLOCK, with_nuisances
+from ..runs.rows import Rows, model_rows
+from ..runs.usable import HELD_OUT
+from .reloading import Known, alike, anew
+
+Asked = list[tuple[Candidate, Thinned]]
+FREE = ("Fv", "Fc", "Off", "reversal", CLOCK)
+"""Unknowns that are fitted even where the model is taken at its word: friction and offsets are guesses."""
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """What a search looks at.
+
+    Attributes:
+        model: As believed.
+        runs: Those that are fitted, then those that are only predicted, with the load that gears transmit.
+        blocks: Pieces of them.
+        base: Rows with the model's own unknowns alone.
+        rows: The same with nuisances.
+        asked: All candidates that do not depend on what is left.
+        known: What makes the torque and the load of any run.
+        reaches: What a force on the flange asks of the motors of each run.
+    """
+
+    model: Model
+    runs: tuple[Driven, ...]
+    blocks: Blocks
+    base: Rows
+    rows: Rows
+    asked: Asked
+    known: Known
+    reaches: tuple[Reach, ...]
+
+    @classmethod
+    def of(cls, model: Model, runs: Sequence[Driven]) -> "Scene":
+        """With the load of a first fit."""
+        runs = sorted(runs, key=lambda run: run.role == HELD_OUT)
+        blocks, base = Blocks.of(runs, HELD_OUT), model_rows(model, runs)
+        fitted = [run for run in runs if run.role != HELD_OUT]
+        first = _predicted(base, blocks, runs)
+        values = model.believed_values + first.values[: len(model.names)]
+        known = Known(model, values).of(fitted)
+        loaded = tuple(known.on(run) for run in runs)
+        asked = [(candidate, Thinned.of(candidate, loaded)) for candidate in candidates(model)]
+        asked = [pair for pair in asked if not pair[1].empty]
+        base = _rows(model, loaded, values, base)
+        rows = with_nuisances(base, model, loaded, values)
+        reaches = tuple(Reach.of(model, run) for run in loaded)
+        return cls(model, loaded, blocks, base, rows, asked, known, reaches)
+
+    @property
+    def fitted(self) -> tuple[Driven, ...]:
+        """Runs that are fitted."""
+        return tuple(run for run in self.runs if run.role != HELD_OUT)
+
+    @property
+    def held_out(self) -> tuple[Driven, ...]:
+        """Runs that are only predicted."""
+        return tuple(run for run in self.runs if run.role == HELD_OUT)
+
+    @property
+    def tried(self) -> dict[str, int]:
+        """Effects that these runs can be asked for, with how many hypotheses there are of each."""
+        return dict(Counter(effect for effect, *_ in {candidate.key for candidate, _ in self.asked}))
+
+    def prediction(self, found: Sequence[Answer], near: Prediction | None = None) -> Prediction:
+        """With the columns of what was found, its noise searched from that of a like prediction on."""
+        return _predicted(with_found(self.rows, found), self.blocks, self.runs, near)
+
+    def at_its_word(self, believed: Prediction) -> np.ndarray:
+        """Unknowns (b,) of the model at its word, without findings; what nobody stated is fitted."""
+        rows = believed.rows
+        free = np.array([name.startswith(FREE) for name in rows.names])
+        if not self.model.robot.inertias_stated:
+            free[: len(self.model.names)] = True
+        held = ~free & np.isfinite(rows.std)
+        matrix, right = believed.normal
+        precision = np.where(held, CERTAIN**-2.0, 0.0)
+        return solve(factored(matrix + np.diag(precision)), right + precision * rows.mean)
+
+    def without(self, aside: np.ndarray) -> "Scene":
+        """The same where some rows (r,) are fitted no more, and not predicted either."""
+        weight = self.rows.weight * ~aside[:, None]
+        return replace(self, rows=replace(self.rows, weight=weight))
+
+    def bearing(self, found: Sequence[Answer]) -> "tuple[Scene, list[Answer]]":
+        """The same, and the findings, with the load that gears transmit beside what was found."""
+        unsettled = any(one.candidate.carried or one.candidate.reloads for one in found)
+        if not unsettled and self.known.first:
+            return self, list(found)
+        known = Known.after(self.model, self.prediction(found).values, found).of(self.fitted)
+        runs = tuple(known.on(run) for run in self.runs)
+        if alike(self.runs, runs):
+            return self, list(found)
+        fresh = [replace(one, columns=anew(one.candidate, one.columns, runs)) for one in found]
+        asked = [(candidate, anew(candidate, columns, runs)) for candidate, columns in self.asked]
+        base = _rows(self.model, runs, known.values, self.base)
+        rows = with_nuisances(base, self.model, runs, known.values)
+        rows = replace(rows, weight=self.rows.weight)
+        return replace(self, runs=runs, base=base, rows=rows, asked=asked, known=known), fresh
+
+
+def _rows(model: Model, runs: Sequence[Driven], values: np.ndarray, before: Rows) -> Rows:
+    """Rows at the load by some parameters (p,); those before where no friction of the model goes with it."""
+    return model_rows(model, runs, values) if any(one.needs_load for one in model.effects) else before
+
+
+def with_found(rows: Rows, found: Sequence[Answer]) -> Rows:
+    """Rows with the columns of what was found."""
+    if not found:
+        return rows
+    joints = rows.difference.shape[1]
+    return rows.plus(
+        [f"{one.candidate.effect} {name}" for one in found for name in one.candidate.names],
+        np.concatenate([one.columns.everywhere(joints) for one in found], axis=2),
+        np.concatenate([one.std for one in found]),
+        np.concatenate([one.mean for one in found]),
+        [limit for one in found for limit in one.candidate.lower],
+    )
+
+
+def _predicted(
+    rows: Rows, blocks: Blocks, runs: Sequence[Driven], near: Prediction | None = None
+) -> Prediction:
+    rate, weighting = runs[0].prepared.decimation.output_rate, near.weighting if near else None
+    return Prediction.of(rows, blocks, rate, weighting)

@@ -1,0 +1,5 @@
+"""A diagnosis in words and tables.
+
+In: `Diagnosis`.
+Out: sentences, plain tables, text.
+"""

@@ -1,0 +1,77 @@
+"""Measures: units by a joint's kind; effects state theirs for joints that turn."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from ..candidates import kind_of
+from ..findings.finding import Diagnosis, Finding
+from ..findings.quantities import SLIDING, TURNING
+from ..results.budget import NOISE
+
+LINEAR = {
+    "N m": "N",
+    "N m/K": "N/K",
+    "N m s/rad": "N s/m",
+    "N m s/rad/K": "N s/m/K",
+    "N m/rad": "N/m",
+    "N m/rad^2": "N/m^2",
+    "N m/rad^3": "N/m^3",
+    "kg m^2": "kg",
+    "rad": "m",
+    "rad/s": "m/s",
+    "rad/s²": "m/s²",
+    "rad/(N m)": "m/N",
+}
+"""Unit of a joint that turns -> the same of a joint that slides."""
+
+
+def revolute(diagnosis: Diagnosis) -> np.ndarray:
+    """Whether each joint turns, shape (n,); all do where nothing says otherwise."""
+    if diagnosis.evidence is None:
+        return np.ones(len(diagnosis.joints), bool)
+    return np.asarray(diagnosis.evidence.model.robot.revolute, bool)
+
+
+def torque_units(diagnosis: Diagnosis) -> tuple[str, ...]:
+    """Unit of each joint's torque, or force."""
+    return tuple(TURNING if turns else SLIDING for turns in revolute(diagnosis))
+
+
+def in_unit(unit: str, turns: bool) -> str:
+    """A unit that is stated for a joint that turns, for one that turns or slides."""
+    return unit if turns else LINEAR.get(unit, unit)
+
+
+def by_kind(diagnosis: Diagnosis) -> Diagnosis:
+    """The diagnosis with its parameters in the units of their joints; the same if that is done already."""
+    return replace(
+        diagnosis,
+        findings=tuple(_stated(diagnosis, one) for one in diagnosis.findings),
+        undecided=tuple(_stated(diagnosis, one) for one in diagnosis.undecided),
+    )
+
+
+def slides(diagnosis: Diagnosis, finding: Finding) -> bool:
+    """Whether a finding is stated in the units of joints that slide."""
+    on = list(finding.joints)
+    return not kind_of(finding.effect).of_body and bool(on) and not np.any(revolute(diagnosis)[on])
+
+
+def _stated(diagnosis: Diagnosis, finding: Finding) -> Finding:
+    if not slides(diagnosis, finding):
+        return finding
+    parameters = {
+        name: one._replace(unit=in_unit(one.unit, False)) for name, one in finding.parameters.items()
+    }
+    return replace(finding, parameters=parameters)
+
+
+def noise_measured(diagnosis: Diagnosis) -> bool:
+    """Whether sensor noise was measured at rest, so that other numbers may be given as multiples of it.
+
+    A budget has a share of noise only then; else it is part of what goes with nothing that was recorded.
+    """
+    if diagnosis.budget is None:
+        return False
+    return any(one.kind == NOISE and bool(np.any(one.shares > 0.0)) for one in diagnosis.budget.shares)

@@ -1,0 +1,222 @@
+"""Words: what was found, how surely, and what it might be instead, the most important first."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ...fit.warnings.verdict import TO_NOISE
+from ..candidates import kind_of, kinds
+from ..findings.finding import Alternative, Diagnosis, Finding, Remainder
+from ..improved.rivals import FOUND, Rival, rivals
+from ..results.remainder import MATERIAL
+from ..search.found import EXCLUDED
+from .measures import by_kind, noise_measured, slides, torque_units
+from .moments_words import sentence as moment_sentence
+from .naming import capital, effect_words, joined, joint_words, lower
+from .naming import named as named
+from .sentences import sentence
+from .undecided_words import undecided_sentence
+
+
+def verdict(diagnosis: Diagnosis, folder: str = "") -> list[str]:
+    """Sentences for people: what is missing, or that nothing is; then certainty, then limits of the data.
+
+    Args:
+        diagnosis: What was found.
+        folder: Where the models of the findings and their rivals are written; empty if they are not.
+    """
+    diagnosis = by_kind(diagnosis)
+    files = rivals(diagnosis) if folder else []
+    count = len(diagnosis.findings)
+    of = [[one for one in files if one.finding == place] for place in range(count + len(diagnosis.undecided))]
+    headlines = [headline(diagnosis, finding) for finding in diagnosis.findings]
+    details = [_detail(diagnosis, place, of[place], folder) for place in range(count)]
+    open_ = [
+        undecided_sentence(one, diagnosis.joints, _telling_run(one, of[count + place], folder))
+        for place, one in enumerate(diagnosis.undecided)
+    ]
+    if explained(diagnosis):
+        headlines = [_nothing(diagnosis)]
+    moments = [moment_sentence(one) for one in diagnosis.moments]
+    lines = [*headlines, *open_, *_unexplained(diagnosis), *moments, *details, _left(diagnosis)]
+    return [line for line in (*lines, *map(_full, diagnosis.doubts)) if line]
+
+
+def explained(diagnosis: Diagnosis) -> bool:
+    """Whether nothing is missing: no finding, with a certain name or not, no remainder and no moment."""
+    return not (diagnosis.findings or diagnosis.undecided or diagnosis.remainders or diagnosis.moments)
+
+
+def headline(diagnosis: Diagnosis, finding: Finding) -> str:
+    """What is missing, how much of the misfit it explains, and what the runs held out say of it."""
+    said = f"{sentence(finding, diagnosis.joints, slides(diagnosis, finding))}."
+    joint = telling_joint(diagnosis, finding)
+    parts = [said, _share(diagnosis, finding, joint), _held_out_residual(diagnosis, joint)]
+    return " ".join(part for part in parts if part)
+
+
+def _share(diagnosis: Diagnosis, finding: Finding, joint: int) -> str:
+    """Its part of the budget on the joint on which it is seen best."""
+    if diagnosis.budget is None:
+        return ""
+    place = next(place for place, one in enumerate(diagnosis.findings) if one is finding)
+    [share] = [one.shares[joint] for one in diagnosis.budget.shares if one.finding == place] or [np.nan]
+    if not np.isfinite(share):
+        return ""
+    where = lower(joint_words(joint, diagnosis.joints))
+    return f"It explains {100 * share:.2g} % of what the model misses on {where}."
+
+
+def _held_out_residual(diagnosis: Diagnosis, joint: int) -> str:
+    found = diagnosis.improvement
+    if found is None:
+        return ""
+    unit = torque_units(diagnosis)[joint]
+    where = lower(joint_words(joint, diagnosis.joints))
+    before, after, noise = (float(one[joint]) for one in (found.before, found.after, found.noise))
+    ratio = f" ({before / noise:.3g} -> {after / noise:.3g} x noise)" if noise_measured(diagnosis) else ""
+    return f"Held-out residual of {where}: {before:.3g} -> {after:.3g} {unit}{ratio}."
+
+
+def telling_joint(diagnosis: Diagnosis, finding: Finding) -> int:
+    """The joint on which the finding is seen best: of those that feel it, where most was gained."""
+    found = diagnosis.improvement
+    if found is None:
+        return int(np.argmax(finding.torque))
+    gained = (found.before - found.after) / found.noise
+    return int(np.argmax(np.where(finding.torque > 0.0, gained, -np.inf)))
+
+
+def _nothing(diagnosis: Diagnosis) -> str:
+    found = diagnosis.improvement
+    if found is None:
+        return "Nothing is missing, as far as runs can tell that the parameters were fitted to."
+    unknown = (
+        "Nothing was found to be missing: what is left on runs held out goes with nothing that was recorded"
+    )
+    if not noise_measured(diagnosis):
+        worst = int(np.argmax(found.after / found.noise))
+        left = f"{found.after[worst]:.3g} {torque_units(diagnosis)[worst]}"
+        where = lower(joint_words(worst, diagnosis.joints))
+        return f"{unknown}. It is {left} on {where}; noise was not measured at rest, so that it may be noise."
+    ratio = found.after / found.noise
+    worst = int(np.argmax(ratio))
+    where = f"{lower(joint_words(worst, diagnosis.joints))} with {ratio[worst]:.2f} x noise"
+    if ratio[worst] <= TO_NOISE:
+        return (
+            "Nothing is missing. With its parameters moved within their tolerances the model explains every "
+            f"joint to its noise on runs held out; the worst is {where}."
+        )
+    return f"{unknown}. But it is more than noise; the worst is {where}."
+
+
+def _unexplained(diagnosis: Diagnosis) -> list[str]:
+    if not diagnosis.remainders:
+        return []
+    more = (
+        "Something more is missing" if diagnosis.findings or diagnosis.undecided else "Something is missing"
+    )
+    places = "; ".join(_place(one, diagnosis) for one in diagnosis.remainders)
+    return [f"{more}, and it is none of the effects that exidyn knows: {places}."]
+
+
+def _place(remainder: Remainder, diagnosis: Diagnosis) -> str:
+    where = lower(joint_words(remainder.joint, diagnosis.joints))
+    return f"{where} keeps {left_on(remainder, diagnosis)}, and what is left goes with {remainder.depends_on}"
+
+
+def left_on(remainder: Remainder, diagnosis: Diagnosis) -> str:
+    """How much is left on a joint, with its unit; as a multiple of noise besides where that was measured."""
+    joint, known = remainder.joint, diagnosis.evidence or diagnosis.improvement
+    noise = float(known.noise[joint]) if known is not None else float("nan")
+    size = remainder.over_noise * noise if diagnosis.budget is None else float(diagnosis.budget.after[joint])
+    if not np.isfinite(size):
+        return f"{remainder.over_noise:.2f} x its noise"
+    said = f"{size:.3g} {torque_units(diagnosis)[joint]}"
+    return f"{said} ({size / noise:.2f} x its noise)" if noise_measured(diagnosis) else said
+
+
+def _left(diagnosis: Diagnosis) -> str:
+    """Joints that keep more than noise and are not spoken of otherwise."""
+    if diagnosis.improvement is None or explained(diagnosis) or not noise_measured(diagnosis):
+        return ""
+    ratio = diagnosis.improvement.after / diagnosis.improvement.noise
+    named_ = {one.joint for one in diagnosis.remainders}
+    joints = [joint for joint in range(len(ratio)) if ratio[joint] > TO_NOISE and joint not in named_]
+    if not joints:
+        return ""
+    places = joined([f"{lower(joint_words(j, diagnosis.joints))} ({ratio[j]:.2f} x noise)" for j in joints])
+    return f"More than noise is left on {places}; it goes with nothing that was recorded."
+
+
+def _detail(diagnosis: Diagnosis, place: int, files: Sequence[Rival], folder: str) -> str:
+    """How surely it is this, what is excluded, what is not, and the run that would tell."""
+    finding = diagnosis.findings[place]
+    parts = [
+        f"{named(finding.effect, finding.joints, diagnosis.joints)}: {_probability(finding.probability)}."
+    ]
+    parts += [_small(diagnosis, finding), _held_out(finding), _excluded(diagnosis, finding)]
+    parts += [_open(diagnosis, finding, files, folder)]
+    return " ".join(part for part in parts if part)
+
+
+def _probability(probability: float) -> str:
+    return "probability above 99.9 %" if probability > 0.999 else f"probability {100 * probability:.3g} %"
+
+
+def _small(diagnosis: Diagnosis, finding: Finding) -> str:
+    """Said of what is there and hardly matters."""
+    if diagnosis.improvement is None or not noise_measured(diagnosis):
+        return ""
+    share = float(np.max(finding.torque / diagnosis.improvement.noise))
+    if share >= MATERIAL:
+        return ""
+    return f"It is small, {share:.2f} x noise: a model without it does nearly as well."
+
+
+def _held_out(finding: Finding) -> str:
+    if np.isnan(finding.held_out) or finding.held_out > 0.0:
+        return ""
+    return "Runs held out do not confirm it: they are predicted no better with it."
+
+
+def _excluded(diagnosis: Diagnosis, finding: Finding) -> str:
+    """What it is taken for most easily, and is not."""
+    here = (*diagnosis.findings, *diagnosis.undecided)
+    present = {one.effect for one in finding.alternatives} | {one.effect for one in here}
+    present |= {other.effect for one in diagnosis.undecided for other in one.alternatives}
+    asked, similar = diagnosis.tried or kinds(), kind_of(finding.effect).mistaken_for
+    names = [name for name in similar if name in asked and name not in present]
+    if not names:
+        return ""
+    said = ", ".join(effect_words(name) for name in names)
+    return f"Excluded, below {100 * EXCLUDED:.0f} %: {said}."
+
+
+def _open(diagnosis: Diagnosis, finding: Finding, files: Sequence[Rival], folder: str) -> str:
+    """What it might be instead, and how to find out."""
+    if not finding.alternatives:
+        return ""
+    others = joined([_alternative(one, diagnosis.joints) for one in finding.alternatives])
+    said = f"Not excluded: {others}."
+    if files:
+        return f"{said} To tell them apart: {_telling_run(finding, files, folder)}"
+    settled = _telling_run(finding, files, folder)
+    return f"{said} What would settle it: {settled}." if settled else said
+
+
+def _telling_run(finding: Finding, files: Sequence[Rival], folder: str) -> str:
+    """The command that plans the run which would settle it, or that run in words; empty if none is known."""
+    if files:
+        return f"exidyn excite {folder}/{FOUND} --against {folder}/{files[0].file}"
+    other = finding.alternatives[0].effect if finding.alternatives else ""
+    return kind_of(finding.effect).settled_by or kind_of(other).settled_by
+
+
+def _alternative(one: Alternative, joints: Sequence[str]) -> str:
+    return f"{lower(named(one.effect, one.joints, joints))} ({100 * one.probability:.2g} %)"
+
+
+def _full(words: str) -> str:
+    """The words as a sentence."""
+    return capital(words) + ("" if words.endswith((".", "!", "?")) else ".")

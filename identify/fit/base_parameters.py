@@ -1,0 +1,149 @@
+"""Base parameters: the combinations of standard parameters that joint torque can tell apart.
+
+Columns of the regressor over a random rich motion are taken in an order of preference; one that earlier
+ones span is regrouped into them (Gautier and Khalil 1990, done numerically by orthogonalisation). The
+order makes the names come out as in the field: YY, MZ and M of a link go into the link before.
+"""
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..arm.motion import Motion
+from ..effects import Parameter
+from ..errors import RobotError
+from ..model import Model
+
+DEPENDENT = 1e-3
+"""Share of a unit column outside the span of others below which it is taken as dependent. Rounding leaves
+1e-12, a right angle written as 1.5708 leaves 4e-6, and an arm's weakest truly independent column some
+1e-2: what is independent only through a milliradian rests on how well the drawing is known."""
+ROUNDING = 1e-5
+"""Share of a column in a regrouping that is taken as zero: what geometry rounded to five digits leaves."""
+
+
+@dataclass(frozen=True)
+class BaseParameters:
+    """Which combinations of parameters a motion can tell apart.
+
+    Attributes:
+        parameters: All p parameters of the model.
+        kept: Columns that remain, one a base parameter, shape (b,).
+        regrouping: Base values = regrouping @ parameter values, shape (b, p).
+        gap: Smallest kept and largest dropped share of a column outside the span of the others.
+    """
+
+    parameters: tuple[Parameter, ...]
+    kept: np.ndarray
+    regrouping: np.ndarray
+    gap: tuple[float, float]
+
+    @property
+    def names(self) -> list[str]:
+        """Names, with an R where other parameters were regrouped into it, such as "ZZ1R"."""
+        return [self._name(row, column) for row, column in enumerate(self.kept)]
+
+    def _name(self, row: int, column: int) -> str:
+        name = self.parameters[column].name
+        alone = np.count_nonzero(self.regrouping[row]) == 1
+        return name if alone else f"{name}R"
+
+    @property
+    def units(self) -> list[str]:
+        """Unit of each base parameter."""
+        return [self.parameters[column].unit for column in self.kept]
+
+    @property
+    def expressions(self) -> list[str]:
+        """How each base parameter is composed, such as "ZZ1R = ZZ1 + Ia1 + 0.1225 M2"."""
+        return [
+            f"{name} = {self._sum(row)}"
+            for row, name in enumerate(self.names)
+            if name != self.parameters[self.kept[row]].name
+        ]
+
+    def _sum(self, row: int) -> str:
+        weights = self.regrouping[row]
+        order = [self.kept[row], *(c for c in np.flatnonzero(weights) if c != self.kept[row])]
+        text = ""
+        for column in order:
+            weight = weights[column]
+            size = "" if abs(abs(weight) - 1) < 1e-6 else f"{abs(weight):.4g} "
+            sign = "-" if weight < 0 else "+"
+            text += f" {sign} {size}{self.parameters[column].name}"
+        return re.sub(r"^ \+ ", "", text)
+
+    @property
+    def without_effect(self) -> list[str]:
+        """Parameters that no motion of this arm reveals, alone or regrouped."""
+        unseen = ~np.any(self.regrouping != 0, axis=0)
+        return [p.name for p, hidden in zip(self.parameters, unseen, strict=True) if hidden]
+
+
+def rich_motion(model: Model, samples: int = 400, payload: str = "", seed: int = 0) -> Motion:
+    """Random positions within the limits, velocities and accelerations of some rad/s and rad/s^2."""
+    random = np.random.default_rng(seed)
+    limits, n = model.robot.limits, model.robot.dof
+    lower = np.maximum(limits.position_lower, -np.pi)
+    upper = np.minimum(limits.position_upper, np.pi)
+    position = random.uniform(lower, upper, (samples, n))
+    velocity, acceleration = random.normal(size=(2, samples, n)) * np.array([2.0, 6.0])[:, None, None]
+    temperature = random.uniform(20.0, 50.0, (samples, n))
+    time = np.arange(samples) * 1.0
+    load = random.normal(size=(samples, n)) * 100.0
+    return Motion.of(time, position, velocity, acceleration, load, temperature, payload)
+
+
+def base_parameters(model: Model, payloads: Sequence[str] = ("",)) -> BaseParameters:
+    """Base parameters of a model, by its structure.
+
+    Args:
+        model: Robot and effects.
+        payloads: Bodies carried in the runs, one name a kind of run; empty for none.
+
+    Raises:
+        RobotError: A model without parameters, or with none that makes torque.
+    """
+    if not model.names:
+        raise RobotError(f"{model.robot.name}: the model has no effects, and so no parameters to identify")
+    motions = [rich_motion(model, payload=payload, seed=k) for k, payload in enumerate(payloads)]
+    columns = np.concatenate([model.regressor(m).reshape(-1, len(model.names)) for m in motions])
+    if not np.any(columns):
+        raise RobotError(f"{model.robot.name}: no parameter of the model makes any torque")
+    return from_columns(tuple(model.parameters), columns)
+
+
+def from_columns(parameters: tuple[Parameter, ...], columns: np.ndarray) -> BaseParameters:
+    """Base parameters of the given regressor columns, shape (rows, p)."""
+    size = np.linalg.norm(columns, axis=0)
+    order = sorted(range(len(parameters)), key=lambda c: (parameters[c].regroup, c))
+    seen = size > ROUNDING * np.median(size[size > 0])
+    basis = np.empty((len(columns), 0))
+    kept, shares = [], []
+    for column in order:
+        rest = columns[:, column] / size[column] if seen[column] else np.zeros(len(columns))
+        for _ in range(2):  # twice is enough (Kahan, Parlett)
+            rest = rest - basis @ (basis.T @ rest)
+        share = float(np.linalg.norm(rest))
+        shares.append(share)
+        if share > DEPENDENT:
+            kept.append(column)
+            basis = np.column_stack([basis, rest / share])
+    kept_columns = np.array(sorted(kept))
+    gap = min(s for s in shares if s > DEPENDENT), max([s for s in shares if s <= DEPENDENT], default=0.0)
+    return BaseParameters(parameters, kept_columns, _regrouping(columns, kept_columns, size, seen), gap)
+
+
+def _regrouping(columns: np.ndarray, kept: np.ndarray, size: np.ndarray, seen: np.ndarray) -> np.ndarray:
+    """Weights with which every parameter enters the kept ones, rounding noise set to zero."""
+    scaled = columns[:, kept] / size[kept]
+    dependent = [c for c in np.flatnonzero(seen) if c not in set(kept)]
+    weights = np.zeros((len(kept), columns.shape[1]))
+    weights[np.arange(len(kept)), kept] = 1.0
+    if dependent:
+        share = np.linalg.lstsq(scaled, columns[:, dependent] / size[dependent], rcond=None)[0]
+        share[np.abs(share) < ROUNDING] = 0.0
+        weights[:, dependent] = share * size[dependent] / size[kept][:, None]
+    return weights

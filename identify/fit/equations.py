@@ -1,0 +1,198 @@
+"""Equations: the over-determined system of a model and its runs, filtered and thinned out.
+
+gain * current = regressor @ values + known torque, row by row. Where motors drive several joints (the
+paper's (22)) the rows are motor torques: coupling^-T times joint torques.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from ..arm.motion import Motion
+from ..errors import RecordingError
+from ..model import Model
+from ..preparation.filters import Decimation, differentiate, low_pass
+from ..preparation.prepare import Prepared
+from .base_parameters import BaseParameters
+
+CHUNK = 2000
+"""Samples whose full-rate regressor is held at once; a few megabytes stay in the cache."""
+
+
+@dataclass(frozen=True)
+class Equations:
+    """Observation of all runs.
+
+    Attributes:
+        base: What the columns are.
+        regressor: Torque per unit of each base parameter, shape (r, n, b) [N m / unit].
+        current: Measured, shape (r, n) [A], or [N m] where torque was recorded.
+        known: Torque of what is known, shape (r, n) [N m].
+        weight: 0 where a joint sticks, else 1, shape (r, n).
+        gain: Believed torque per unit of current, shape (n,).
+        gain_tolerance: Relative standard deviation of the believed gains [-].
+        gain_known: Whether torque itself was recorded, so that gains are one by definition.
+        runs: Rows of each run.
+        rate: Rows per second [Hz].
+        noise: Noise floor of `current`, shape (n,).
+        commanded: Forms the regressor of the commanded motion, shape (r, n, b); None if not recorded.
+        regressor_noise: Forms the standard deviation that encoder noise gives the regressor and, in the
+            last column, the known torque, shape (n, b + 1).
+        believed: Value of each standard parameter before the data, shape (p,).
+        tolerance: Its standard deviation, infinite where nothing is held true, shape (p,).
+        bodies: Standard parameters that are the ten of one rigid body each.
+    """
+
+    base: BaseParameters
+    regressor: np.ndarray
+    current: np.ndarray
+    known: np.ndarray
+    weight: np.ndarray
+    gain: np.ndarray
+    gain_tolerance: float
+    gain_known: bool
+    runs: tuple[slice, ...]
+    rate: float
+    noise: np.ndarray
+    commanded: Callable[[], np.ndarray] | None = None
+    regressor_noise: Callable[[], np.ndarray] | None = None
+    believed: np.ndarray = field(default_factory=lambda: np.empty(0))
+    tolerance: np.ndarray = field(default_factory=lambda: np.empty(0))
+    bodies: tuple[slice, ...] = ()
+
+    @property
+    def names(self) -> list[str]:
+        """Base parameters, one a column."""
+        return self.base.names
+
+    def without(self, columns: Sequence[int]) -> "Equations":
+        """The same with some base parameters held at zero."""
+        left = np.setdiff1d(np.arange(len(self.base.kept)), columns)
+        base = replace(self.base, kept=self.base.kept[left], regrouping=self.base.regrouping[left])
+        commanded, noise = self.commanded, self.regressor_noise
+        return replace(
+            self,
+            base=base,
+            regressor=self.regressor[:, :, left],
+            commanded=None if commanded is None else lambda: commanded()[:, :, left],
+            regressor_noise=None if noise is None else lambda: noise()[:, [*left, -1]],
+        )
+
+
+def assemble(model: Model, base: BaseParameters, runs: Sequence[Prepared]) -> Equations:
+    """Equations of a model over prepared runs.
+
+    Raises:
+        RecordingError: Runs that differ in what they measure, or in filtering.
+    """
+    kinds = {run.measures for run in runs}
+    if len(kinds) != 1:
+        raise RecordingError(f"runs measure {' and '.join(sorted(kinds))}; identify them apart")
+    rates = {round(run.decimation.output_rate, 6) for run in runs}
+    if len(rates) != 1:
+        raise RecordingError(
+            f"runs are thinned out to different rates ({', '.join(f'{r:g} Hz' for r in sorted(rates))}); "
+            "give one torque cut-off for all"
+        )
+    parts = [decimated_regressor(model, base, run, run.motion) for run in runs]
+    stops = np.cumsum([0, *(len(regressor) for regressor, _ in parts)])
+    return Equations(
+        base=base,
+        regressor=np.concatenate([regressor for regressor, _ in parts]),
+        current=np.concatenate([run.decimated_current for run in runs]),
+        known=np.concatenate([known for _, known in parts]),
+        weight=np.concatenate([run.weight for run in runs]),
+        gain=runs[0].gain,
+        gain_tolerance=model.robot.drive_gain_tolerance if runs[0].measures == "current" else 0.0,
+        gain_known=runs[0].measures == "torque",
+        runs=tuple(slice(a, b) for a, b in zip(stops[:-1], stops[1:], strict=True)),
+        rate=runs[0].decimation.output_rate,
+        noise=np.sqrt(np.mean([run.noise**2 for run in runs], axis=0)),
+        commanded=_commanded(model, base, runs),
+        regressor_noise=lambda: _regressor_noise(model, base, runs),
+        believed=model.believed_values,
+        tolerance=np.array([belief.std for belief in model.beliefs]),
+        bodies=tuple(model.inertias),
+    )
+
+
+def _commanded(
+    model: Model, base: BaseParameters, runs: Sequence[Prepared]
+) -> Callable[[], np.ndarray] | None:
+    """Function that forms the regressor of the commanded motion; None unless every run has one."""
+    pairs = [(run, run.commanded) for run in runs if run.commanded is not None]
+    if len(pairs) < len(runs):
+        return None
+    return lambda: np.concatenate([decimated_regressor(model, base, *pair)[0] for pair in pairs])
+
+
+def _regressor_noise(model: Model, base: BaseParameters, runs: Sequence[Prepared]) -> np.ndarray:
+    """Scatter of regressor and known torque when a draw of encoder noise is added to the positions."""
+    squares = []
+    for run in runs:
+        motion = run.motion[: 10 * len(run.decimation.taps)]  # ten filter lengths tell it to a tenth
+        noise = np.random.default_rng(0).normal(size=motion.position.shape) * run.encoder_noise
+        shift = low_pass(noise, run.decimation.rate, run.position_cutoff)
+        velocity, acceleration = differentiate(shift, run.decimation.rate)
+        disturbed = replace(
+            motion,
+            position=motion.position + shift,
+            velocity=motion.velocity + velocity,
+            acceleration=motion.acceleration + acceleration,
+        )
+        before = decimated_regressor(model, base, run, motion)
+        after = decimated_regressor(model, base, run, disturbed)
+        change = np.concatenate([after[0] - before[0], (after[1] - before[1])[:, :, None]], axis=2)
+        squares.append(np.mean(change**2, axis=0))
+    return np.sqrt(np.mean(squares, axis=0))
+
+
+def decimated_regressor(
+    model: Model, base: BaseParameters, run: Prepared, motion: Motion
+) -> tuple[np.ndarray, np.ndarray]:
+    """Base regressor (r, n, b) and known torque (r, n) of one run, at the decimated rate.
+
+    The regressor is formed at full rate and then filtered: it is nonlinear in position, so the two do
+    not commute.
+    """
+    rows = len(run.decimation.centres(len(motion)))
+    columns = np.zeros((rows, motion.position.shape[1], len(base.kept) + 1))
+    for part, own, decimation in _parts(model, run):
+        places = np.flatnonzero(np.isin(base.kept, own))
+        kept = np.searchsorted(own, base.kept[places])
+        ready = decimation.stream(_pieces(model, part, kept, motion[:: decimation.step]))[:rows]
+        columns[:, :, places] = ready[:, :, :-1]
+        columns[:, :, -1] += ready[:, :, -1]
+    to_motors = model.robot.to_motors
+    if not np.array_equal(to_motors, np.eye(len(to_motors))):
+        columns = np.einsum("ij,tjb->tib", to_motors, columns)
+    return columns[:, :, :-1], columns[:, :, -1]
+
+
+def _parts(model: Model, run: Prepared) -> Iterator[tuple[Model, np.ndarray, Decimation]]:
+    """The smooth effects and the abrupt ones: as a model, with their columns and how they are thinned out.
+
+    A smooth effect has up to some four times the frequencies of the low-passed positions (inertia that
+    turns with two joints, times squares of velocity), so eight samples a period of the cut-off hold it.
+    """
+    counts = [len(effect.parameters(model.robot)) for effect in model.effects]
+    owner = np.repeat(np.arange(len(counts)), counts)
+    smooth = np.array([effect.smooth and effect.pointwise for effect in model.effects], bool)
+    for kind, rate in ((smooth, 8.0 * run.position_cutoff), (~smooth, np.inf)):
+        effects = tuple(effect for effect, wanted in zip(model.effects, kind, strict=True) if wanted)
+        if effects:
+            own = np.flatnonzero(kind[owner])
+            yield replace(model, effects=effects), own, run.decimation.thinned(rate)
+
+
+def _pieces(model: Model, part: Model, kept: np.ndarray, motion: Motion) -> Iterator[np.ndarray]:
+    """Kept columns of a part of the model, and its known torque, piece by piece, shape (t, n, b + 1)."""
+    remembered = part.remember(motion)
+    needs_load = any(effect.needs_load for effect in part.effects)
+    for start in range(0, len(motion), CHUNK):
+        rows = slice(start, start + CHUNK)
+        piece = model.loaded(motion[rows]) if needs_load else motion[rows]
+        columns = part.regressor(piece, {place: every[rows] for place, every in remembered.items()})
+        known = part.known_torque(piece)[:, :, None]
+        yield np.concatenate([np.take(columns, kept, axis=2), known], axis=2)

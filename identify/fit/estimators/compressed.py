@@ -1,0 +1,103 @@
+"""Each joint's rows compressed once by QR, so that an iteration costs microseconds.
+
+The normal equations are never formed: they square the condition number.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy import linalg
+
+from ...errors import NotExcited
+from ..equations import Equations
+
+FEWEST = 10
+"""Rows of a joint below which nothing can be said of its noise: ten tell a deviation to a quarter."""
+
+
+@dataclass(frozen=True)
+class Compressed:
+    """Triangular factors R_j of [regressor, known, current], whose norms are those of the rows.
+
+    Attributes:
+        factors: One (rows, b + 2) array a joint.
+        counts: Rows with weight of each joint, shape (n,).
+    """
+
+    factors: tuple[np.ndarray, ...]
+    counts: np.ndarray
+
+    @classmethod
+    def of(cls, equations: Equations, weight: np.ndarray | None = None) -> "Compressed":
+        """Compress equations; `weight` (r, n) multiplies rows on top of their own weight.
+
+        Raises:
+            NotExcited: A joint that slides in fewer than `FEWEST` rows.
+        """
+        weight = equations.weight if weight is None else equations.weight * np.sqrt(weight)
+        factors = [_factor(equations, weight, joint) for joint in range(equations.current.shape[1])]
+        return cls(tuple(factors), np.count_nonzero(weight, axis=0))
+
+    def again(self, equations: Equations, joints: Iterable[int]) -> "Compressed":
+        """The same after a change of the equations that leaves all but some joints' rows as they were."""
+        factors = list(self.factors)
+        for joint in joints:
+            factors[joint] = _factor(equations, equations.weight, joint)
+        return replace(self, factors=tuple(factors))
+
+    def regressor(self, joint: int) -> np.ndarray:
+        """Compressed regressor of one joint."""
+        return self.factors[joint][:, :-2]
+
+    def known(self, joint: int) -> np.ndarray:
+        """Compressed known torque of one joint."""
+        return self.factors[joint][:, -2]
+
+    def current(self, joint: int) -> np.ndarray:
+        """Compressed current of one joint."""
+        return self.factors[joint][:, -1]
+
+    def torque(self, joint: int, gain: np.ndarray) -> np.ndarray:
+        """Compressed torque left for the regressor to explain."""
+        return gain[joint] * self.current(joint) - self.known(joint)
+
+    def residual_std(self, values: np.ndarray, gain: np.ndarray) -> np.ndarray:
+        """Standard deviation of each joint's residual, shape (n,) [N m]; b/n unknowns are laid to each."""
+        joints = range(len(self.factors))
+        squares = [np.sum((self.torque(j, gain) - self.regressor(j) @ values) ** 2) for j in joints]
+        freedom = np.maximum(self.counts - len(values) / len(self.factors), 1.0)
+        return np.sqrt(np.array(squares) / freedom)
+
+
+def _factor(equations: Equations, weight: np.ndarray, joint: int) -> np.ndarray:
+    """Triangular factor of one joint's weighted rows."""
+    rows = np.column_stack(
+        [equations.regressor[:, joint], equations.known[:, joint], equations.current[:, joint]]
+    )
+    rows = rows[weight[:, joint] > 0] * weight[weight[:, joint] > 0, joint, None]
+    if len(rows) < FEWEST:
+        raise NotExcited(
+            f"joint {joint + 1} slides in only {len(rows)} of {len(weight)} samples; "
+            "record a motion in which it moves"
+        )
+    factor: np.ndarray = linalg.qr(rows, mode="r", overwrite_a=True, check_finite=False)[0]
+    return factor[: factor.shape[1]]
+
+
+def solve(rows: np.ndarray, right: np.ndarray, names: list[str]) -> np.ndarray:
+    """Least squares by QR with columns scaled to one.
+
+    Raises:
+        NotExcited: Columns that the motion does not tell apart at all.
+    """
+    size = np.linalg.norm(rows, axis=0)
+    if np.any(size == 0):
+        lost = [name for name, s in zip(names, size, strict=True) if s == 0]
+        raise NotExcited(f"the motion does not reveal {', '.join(lost)}; move the joints concerned")
+    q, r = linalg.qr(rows / size, mode="economic", check_finite=False)
+    diagonal = np.abs(np.diag(r))
+    if np.min(diagonal) < 1e-12 * np.max(diagonal):  # rounding, not noise: the motion is degenerate
+        lost = [name for name, d in zip(names, diagonal, strict=True) if d < 1e-12 * np.max(diagonal)]
+        raise NotExcited(f"the motion does not tell {', '.join(lost)} from the others; excite more joints")
+    return linalg.solve_triangular(r, q.T @ right) / size

@@ -1,0 +1,197 @@
+r"""Physically consistent standard parameters: every link a body that can exist.
+
+A body's ten parameters can belong to some distribution of mass if and only if its pseudo-inertia
+
+.. math:: J = \begin{bmatrix} \tfrac12 \mathrm{tr}(I) E - I & mc \\ mc^T & m \end{bmatrix}
+
+is positive definite (Wensing, Kim, Slotine 2018). Nearest to the data among those is a conic program:
+quadratic in the parameters, one 4 x 4 linear matrix inequality a body, and minima such as non-negative
+friction. What the data do not see is drawn to the believed values.
+"""
+
+from typing import NamedTuple
+
+import clarabel
+import numpy as np
+from scipy import sparse
+
+from ...errors import FitError
+from ..base_parameters import BaseParameters
+from ..equations import Equations
+from .bayesian import finite_tolerance
+from .compressed import Compressed
+from .estimate import Estimate
+from .least_squares import weighted
+
+MARGIN = 1e-6
+"""Smallest eigenvalue of a pseudo-inertia over the largest of the ten parameters, so that simulators
+accept it."""
+ROUNDING = 1e-12
+"""Smallest eigenvalue of a correlation matrix: below, it is rounding."""
+
+
+def consistent(equations: Equations) -> Estimate:
+    """Weighted least squares under physical consistency, with a prior toward the believed values.
+
+    Raises:
+        FitError: The solver found no consistent parameters.
+    """
+    start = weighted(equations)
+    standard = nearest(equations, start.values, start.covariance[: len(start.values), : len(start.values)])
+    values = equations.base.regrouping @ standard
+    noise = Compressed.of(equations).residual_std(values, equations.gain)
+    # The unconstrained covariance: an upper bound where a constraint holds.
+    return Estimate("consistent", values, equations.gain, start.covariance, noise, standard)
+
+
+class Held(NamedTuple):
+    """What is held true of standard parameters before the data.
+
+    Attributes:
+        base: Which combinations of them the data see.
+        believed: Shape (p,).
+        tolerance: Their standard deviations, finite and above zero, shape (p,).
+        bodies: Those that are the ten of one rigid body each.
+    """
+
+    base: BaseParameters
+    believed: np.ndarray
+    tolerance: np.ndarray
+    bodies: tuple[slice, ...]
+
+
+def nearest(equations: Equations, values: np.ndarray, covariance: np.ndarray) -> np.ndarray:
+    """Consistent standard parameters (p,) nearest to base parameters (b,) in their covariance (b, b).
+
+    Raises:
+        FitError: The solver found none.
+    """
+    tolerance = finite_tolerance(equations)
+    held = Held(equations.base, equations.believed, tolerance, equations.bodies)
+    return nearest_held(held, values, covariance)
+
+
+def nearest_held(held: Held, values: np.ndarray, covariance: np.ndarray) -> np.ndarray:
+    """The same without equations, of what is held true alone.
+
+    Raises:
+        FitError: The solver found none.
+    """
+    # Unknowns are deviations from the belief in units of its tolerance, so that the prior is their sum
+    # of squares; first without constraints.
+    tolerance = held.tolerance
+    rows, right = _data(held, values, covariance)
+    rows = rows * tolerance
+    stacked = np.concatenate([rows, np.eye(len(tolerance))])
+    free = np.linalg.lstsq(stacked, np.concatenate([right, np.zeros(len(tolerance))]), rcond=None)[0]
+    standard = held.believed + tolerance * free
+    matrix, offset, cones = _constraints(held, standard)
+    if _inside(offset, cones):
+        return standard
+    # Then the step back into the constraints. The solver wants unknowns of one size: each in units of
+    # its deviation when all others are held.
+    unit = tolerance / np.linalg.norm(stacked, axis=0)
+    stacked = stacked * (unit / tolerance)
+    settings = clarabel.DefaultSettings()
+    settings.verbose = False
+    solution = clarabel.DefaultSolver(
+        sparse.csc_matrix(np.triu(stacked.T @ stacked)), np.zeros(len(unit)),
+        sparse.csc_matrix(matrix * unit), offset, cones, settings,
+    ).solve()  # fmt: skip
+    if str(solution.status) not in ("Solved", "AlmostSolved"):
+        raise FitError(
+            f"no physically consistent parameters found ({solution.status}); check the signs of the drive "
+            "gains and the direction of gravity, which consistency cannot mend"
+        )
+    return standard + unit * np.array(solution.x)
+
+
+def _data(held: Held, values: np.ndarray, covariance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Whitened rows (b, p) and right side (b,) that deviations from the belief should meet."""
+    # Nobody knows a parameter to better than a millionth; noise-free data would overflow the solver.
+    size = np.maximum(np.sqrt(np.diag(covariance)), 1e-6 * np.abs(values) + np.finfo(float).tiny)
+    whiten = whitening(covariance, size)
+    regrouping = held.base.regrouping
+    return whiten @ regrouping, whiten @ (values - regrouping @ held.believed)
+
+
+def whitening(covariance: np.ndarray, size: np.ndarray) -> np.ndarray:
+    """Rows (b, b) that make unknowns of some covariance (b, b) and size (b,) independent, of deviation one.
+
+    Where the data tell little of some unknowns apart, their correlation is one to the last digit and beyond:
+    an eigenvalue below zero says up to which size the others are rounding.
+    """
+    scaled = covariance / np.outer(size, size)
+    scaled[np.diag_indices(len(size))] = 1.0
+    spread, axes = np.linalg.eigh(scaled)
+    spread = np.maximum(spread, max(ROUNDING, -2.0 * float(spread[0])))
+    return (axes / np.sqrt(spread)).T / size
+
+
+def _constraints(held: Held, standard: np.ndarray) -> tuple[np.ndarray, np.ndarray, list]:
+    """A x + s = b with s in cones, for a step x (p,) from given standard parameters.
+
+    Cones are the pseudo-inertias, then minima of the parameters outside bodies.
+    """
+    blocks, offsets, cones = [np.zeros((0, len(standard)))], [np.zeros(0)], []
+    outside = np.array([np.isfinite(parameter.minimum) for parameter in held.base.parameters])
+    vectors = pseudo_inertia_vectors()
+    for body in held.bodies:
+        outside[body] = False
+        matrix = np.zeros((10, len(standard)))
+        matrix[:, body] = -vectors
+        scale = max(np.max(np.abs(standard[body])), 1e-12)  # a picogram: a body of nothing
+        blocks.append(matrix / scale)
+        offsets.append(vectors @ standard[body] / scale - MARGIN * triangle(np.eye(4)))
+        cones.append(clarabel.PSDTriangleConeT(4))
+    bounded = np.flatnonzero(outside)
+    if len(bounded):
+        minimum = np.array([held.base.parameters[k].minimum for k in bounded])
+        scale = np.maximum(np.abs(standard[bounded]), 1e-12)
+        blocks.append(-np.eye(len(standard))[bounded] / scale[:, None])
+        offsets.append((standard[bounded] - minimum) / scale)
+        cones.append(clarabel.NonnegativeConeT(len(bounded)))
+    return np.concatenate(blocks), np.concatenate(offsets), cones
+
+
+def _inside(offset: np.ndarray, cones: list) -> bool:
+    """Whether no step is needed: every pseudo-inertia positive, every bound kept."""
+    start = 0
+    for cone in cones:
+        body = isinstance(cone, clarabel.PSDTriangleConeT)
+        count = 10 if body else len(offset) - start
+        part = offset[start : start + count]
+        if np.min(np.linalg.eigvalsh(square(part)) if body else part) < 0:
+            return False
+        start += count
+    return True
+
+
+def square(packed: np.ndarray) -> np.ndarray:
+    """Symmetric matrix (4, 4) whose `triangle` is given."""
+    rows, columns = np.tril_indices(4)[::-1]
+    matrix = np.zeros((4, 4))
+    matrix[rows, columns] = packed / np.where(rows == columns, 1.0, np.sqrt(2.0))
+    return np.triu(matrix) + np.triu(matrix, 1).T
+
+
+def triangle(matrix: np.ndarray) -> np.ndarray:
+    """Upper triangle by columns with off-diagonals times root two, as the solver takes it."""
+    rows, columns = np.tril_indices(4)[::-1]
+    return matrix[rows, columns] * np.where(rows == columns, 1.0, np.sqrt(2.0))
+
+
+def pseudo_inertia(parameters: np.ndarray) -> np.ndarray:
+    """Pseudo-inertia (4, 4) of ten parameters in `INERTIAL` order."""
+    xx, xy, xz, yy, yz, zz, mx, my, mz, m = parameters
+    inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    pseudo = np.empty((4, 4))
+    pseudo[:3, :3] = 0.5 * np.trace(inertia) * np.eye(3) - inertia
+    pseudo[:3, 3] = pseudo[3, :3] = mx, my, mz
+    pseudo[3, 3] = m
+    return pseudo
+
+
+def pseudo_inertia_vectors() -> np.ndarray:
+    """Linear map from ten parameters to the triangle of their pseudo-inertia, shape (10, 10)."""
+    return np.column_stack([triangle(pseudo_inertia(unit)) for unit in np.eye(10)])

@@ -1,0 +1,164 @@
+"""Total least squares for drive gains and dynamics together, from runs with and without a known payload.
+
+The homogeneous system of the paper's (12), [V, -W, -P] [gain, values, 1] = rho, is solved by the right
+singular vector of the smallest singular value. That is the best estimate only if every entry of the
+matrix carries the same noise. Taken literally it does not: a current of amperes stands beside columns
+of hundreds of rad/s^2, and joints differ in noise. `literal` shows what follows. `total` divides each
+joint's rows by its torque noise and each column by its own noise; `mixed` takes that to the limit in
+which the regressor is exact (Van Huffel and Vandewalle, the mixed LS-TLS problem).
+
+`literal` and `total` report the paper's covariance (20), which takes rows for white; where a residual is
+coloured their intervals are too short. `mixed` reports the one of `covariance`.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import linalg
+
+from ...errors import NeedsPayload
+from ..equations import Equations
+from .compressed import Compressed
+from .covariance import sandwich_with_gains
+from .estimate import Estimate
+
+
+@dataclass(frozen=True)
+class Homogeneous:
+    """Compressed [V, W, P] of all joints, shape (rows, n + b + 1), and the rows it stands for."""
+
+    matrix: np.ndarray
+    rows: int
+
+
+def literal(equations: Equations) -> Estimate:
+    """Total least squares exactly as in the paper's (12) to (21), without weights."""
+    ones = np.ones(len(equations.gain))
+    system = _homogeneous(equations, Compressed.of(equations), ones)
+    return _total("literal", equations, system, np.ones(system.matrix.shape[1]))
+
+
+def total(equations: Equations) -> Estimate:
+    """Total least squares with rows and columns weighted by their noise."""
+    compressed = Compressed.of(equations)
+    estimate = mixed(equations)
+    encoder = equations.regressor_noise() if equations.regressor_noise else None
+    for _ in range(3):  # the weights need the gains, roughly
+        system = _homogeneous(equations, compressed, estimate.noise)
+        columns = _column_noise(equations, estimate.noise, estimate.gain, encoder)
+        estimate = _total("total", equations, system, columns)
+    return estimate
+
+
+def mixed(equations: Equations) -> Estimate:
+    """Mixed LS-TLS: noise in the currents, none in the regressor."""
+    require_payload(equations)
+    compressed = Compressed.of(equations)
+    n = len(equations.gain)
+    noise, gain = _believed_noise(equations), equations.gain
+    for attempt in range(20):
+        system = _homogeneous(equations, compressed, noise)
+        vector = _mixed_solution(system, n, _gain_column_noise(compressed.counts, gain))
+        before, gain, values = gain, vector[:n], vector[n:-1]
+        noise = compressed.residual_std(values, gain)
+        if attempt > 0 and np.max(np.abs(gain / before - 1)) < 1e-8:  # the first has the floor's weights
+            break
+    # Its estimating equations are, to first order, those of maximum likelihood in the currents.
+    return Estimate("mixed", values, gain, sandwich_with_gains(equations, values, gain), noise)
+
+
+def require_payload(equations: Equations) -> None:
+    """Raise unless currents were recorded and some torque is known, which alone sets the gains' scale.
+
+    Raises:
+        NeedsPayload: Torque was recorded, or nothing about a payload is known.
+    """
+    if equations.gain_known:
+        raise NeedsPayload("torque was recorded, not current: there is no drive gain to identify")
+    if not np.any(equations.known):
+        raise NeedsPayload(
+            "drive gains need a run that carries a known mass beside runs without it; "
+            "give --payload RUN --mass KG"
+        )
+
+
+def _homogeneous(equations: Equations, compressed: Compressed, noise: np.ndarray) -> Homogeneous:
+    """Rows of all joints divided by their torque noise."""
+    n = len(equations.gain)
+    blocks = []
+    for joint in range(n):
+        rows = compressed.factors[joint] / noise[joint]
+        currents = np.zeros((len(rows), n))
+        currents[:, joint] = rows[:, -1]
+        blocks.append(np.column_stack([currents, -rows[:, :-1]]))
+    return Homogeneous(np.concatenate(blocks), int(compressed.counts.sum()))
+
+
+def _believed_noise(equations: Equations) -> np.ndarray:
+    """Noise of each joint's torque before any fit: the floor's times the believed gain, (n,) [N m]."""
+    floor = np.abs(equations.gain) * equations.noise
+    return np.where(np.isfinite(floor) & (floor > 0), floor, np.max(np.abs(equations.gain)))
+
+
+def _gain_column_noise(counts: np.ndarray, gain: np.ndarray) -> np.ndarray:
+    """Noise of each current column in weighted rows, as a root sum of squares, shape (n,) [A/(N m)].
+
+    Each of a joint's rows, `counts` (n,) of them, has a noise of one over its gain; others have none.
+    """
+    return np.sqrt(counts) / np.abs(gain)
+
+
+def _column_noise(
+    equations: Equations, noise: np.ndarray, gain: np.ndarray, encoder: np.ndarray | None
+) -> np.ndarray:
+    """Noise of each column of [V, W, P] in weighted rows, as a root sum of squares, shape (n + b + 1,)."""
+    counts = equations.weight.sum(axis=0)
+    columns = np.concatenate([equations.regressor, equations.known[:, :, None]], axis=2)
+    size = np.sqrt(np.einsum("rnb,rn->b", columns**2, equations.weight / noise**2))
+    # A constant column has no noise; a millionth of it keeps the singular values within double precision.
+    floor = 1e-6 * size
+    if encoder is not None:
+        floor = np.maximum(floor, np.sqrt((counts / noise**2) @ encoder**2))
+    return np.concatenate([_gain_column_noise(counts, gain), floor])
+
+
+def _total(method: str, equations: Equations, system: Homogeneous, column_noise: np.ndarray) -> Estimate:
+    """The paper's (16) to (21) on columns divided by their noise."""
+    require_payload(equations)
+    scaled = system.matrix / column_noise
+    _, singular, right = linalg.svd(scaled, full_matrices=False)
+    last = right[-1]
+    vector = last / column_noise
+    vector = vector / vector[-1]
+    unknowns = last[:-1] / last[-1]  # in the scaled columns, where (20) holds
+    deviation = singular[-1] / np.sqrt(system.rows - scaled.shape[1])
+    compatible = scaled - np.outer(scaled @ last, last)
+    gram = compatible[:, :-1].T @ compatible[:, :-1]
+    covariance = deviation**2 * (1 + unknowns @ unknowns) * np.linalg.pinv(gram, hermitian=True)
+    back = column_noise[-1] / column_noise[:-1]
+    covariance = covariance * np.outer(back, back)
+    return _estimate(method, equations, Compressed.of(equations), vector, covariance)
+
+
+def _mixed_solution(system: Homogeneous, n: int, gain_noise: np.ndarray) -> np.ndarray:
+    """Eliminate the exact columns by QR, then total least squares on the currents alone."""
+    exact, noisy = system.matrix[:, n:], system.matrix[:, :n] / gain_noise
+    size = np.linalg.norm(exact, axis=0)
+    size[size == 0] = 1.0
+    factor = linalg.qr(np.column_stack([exact / size, noisy]), mode="r")[0]
+    count = exact.shape[1]
+    right = linalg.svd(factor[count : count + n, count:])[2]
+    gains = right[-1]
+    rest = linalg.solve_triangular(factor[:count, :count], -factor[:count, count:] @ gains) / size
+    vector = np.concatenate([gains / gain_noise, rest])
+    return vector / vector[-1]
+
+
+def _estimate(
+    method: str, equations: Equations, compressed: Compressed, vector: np.ndarray, covariance: np.ndarray
+) -> Estimate:
+    n = len(equations.gain)
+    order = np.concatenate([np.arange(n, len(covariance)), np.arange(n)])
+    values, gain = vector[n:-1], vector[:n]
+    noise = compressed.residual_std(values, gain)
+    return Estimate(method, values, gain, covariance[np.ix_(order, order)], noise)

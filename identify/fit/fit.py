@@ -1,0 +1,197 @@
+"""Fit: a model with the values that runs gave it, and all doubts about them."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..model import Model
+from ..preparation.prepare import Filtering, Prepared
+from .base_parameters import BaseParameters
+from .equations import decimated_regressor
+from .estimators import Estimate
+
+
+@dataclass(frozen=True, eq=False)
+class Agreement:
+    """How well a fit predicts one run, all behind the decimation filter.
+
+    Attributes:
+        run: Name of the run.
+        time: Shape (r,) [s].
+        measured: Torque from currents and drive gains, shape (r, n) [N m].
+        predicted: Torque of the model, shape (r, n) [N m].
+        weight: 0 where a joint sticks, else 1, shape (r, n).
+        noise: Noise floor of the measured torque, shape (n,) [N m].
+        velocity: Shape (r, n) [rad/s].
+        position: Shape (r, n) [rad]; None where it was not kept.
+        noise_source: "rest" if the noise floor was measured while the arm stood still, else
+            "high frequencies".
+    """
+
+    run: str
+    time: np.ndarray
+    measured: np.ndarray
+    predicted: np.ndarray
+    weight: np.ndarray
+    noise: np.ndarray
+    velocity: np.ndarray
+    position: np.ndarray | None = None
+    noise_source: str = ""
+
+    @property
+    def residual(self) -> np.ndarray:
+        """What the model leaves, shape (r, n) [N m]."""
+        return self.measured - self.predicted
+
+    @property
+    def residual_rms(self) -> np.ndarray:
+        """Root mean square of the residual while the joint slides, shape (n,) [N m]."""
+        return np.sqrt(self._mean(self.residual**2))
+
+    @property
+    def relative(self) -> np.ndarray:
+        """Norm of the residual over norm of the measured torque, shape (n,) [-]."""
+        return self.residual_rms / np.sqrt(self._mean(self.measured**2))
+
+    @property
+    def r_squared(self) -> np.ndarray:
+        """Share of the torque's variance explained, shape (n,) [-]."""
+        return 1.0 - self._mean(self.residual**2) / self._mean(
+            (self.measured - self._mean(self.measured)) ** 2
+        )
+
+    @property
+    def over_noise(self) -> np.ndarray:
+        """Residual over the noise floor, shape (n,) [-]; about one where nothing is missing."""
+        return self.residual_rms / self.noise
+
+    def _mean(self, values: np.ndarray) -> np.ndarray:
+        return np.sum(values * self.weight, axis=0) / np.maximum(self.weight.sum(axis=0), 1.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Scores:
+    """How well a fit predicted one run, where the samples were not kept; see `Agreement`.
+
+    Attributes:
+        run: Name of the run.
+        held_out: Whether it was only predicted.
+        relative: Shape (n,) [-].
+        r_squared: Shape (n,) [-].
+        residual_rms: Shape (n,) [N m].
+        noise: Shape (n,) [N m].
+        over_noise: Shape (n,) [-].
+        noise_source: "rest", "high frequencies", or empty where nobody said.
+    """
+
+    run: str
+    held_out: bool
+    relative: np.ndarray
+    r_squared: np.ndarray
+    residual_rms: np.ndarray
+    noise: np.ndarray
+    over_noise: np.ndarray
+    noise_source: str = ""
+
+
+@dataclass(frozen=True)
+class Unclear:
+    """A base parameter that the runs leave open.
+
+    Attributes:
+        name: Which.
+        std_percent: Standard deviation over the value [%].
+        hint: Which motion would settle it.
+    """
+
+    name: str
+    std_percent: float
+    hint: str
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """Base parameters and drive gains of a model.
+
+    Attributes:
+        model: Robot and effects, payloads of the runs included.
+        base: Base parameters, those that were dropped left out.
+        estimate: Values, gains and covariance.
+        runs: Names of the runs used.
+        filtering: Filters that were used, chosen ones filled in.
+        condition: Condition number of the regressor with weighted rows and unit columns [-].
+        rows: Decimated samples times joints used.
+        believed: Base values before the data, shape (b,), and their deviation, shape (b,).
+        dropped: Base parameters that the data do not support, with the value they had.
+        unclear: Base parameters that remain uncertain, and what would settle them.
+        agreement: With each run used.
+        validation: With runs held out.
+        doubts: Sentences about recordings and fit that the user should read.
+        structure: Base parameters before any was dropped; None if none was.
+        measures: "current" or "torque": what was recorded in the runs used.
+        scores: Of the runs of a fit that was read from its file, which has no samples.
+    """
+
+    model: Model
+    base: BaseParameters
+    estimate: Estimate
+    runs: tuple[str, ...]
+    filtering: Filtering
+    condition: float
+    rows: int
+    believed: tuple[np.ndarray, np.ndarray]
+    dropped: dict[str, float] = field(default_factory=dict)
+    unclear: tuple[Unclear, ...] = ()
+    agreement: tuple[Agreement, ...] = ()
+    validation: tuple[Agreement, ...] = ()
+    doubts: tuple[str, ...] = ()
+    structure: BaseParameters | None = None
+    measures: str = "torque"
+    scores: tuple[Scores, ...] = ()
+
+    @property
+    def gains_unstated(self) -> bool:
+        """Whether currents were recorded, and the robot's description says of no joint what they give."""
+        return self.measures == "current" and bool(np.all(self.model.robot.drive_gain == 1.0))
+
+    @property
+    def unscaled(self) -> bool:
+        """Whether what counts as torque is really current: gains neither stated nor estimated."""
+        return self.gains_unstated and not np.any(self.estimate.gain_std > 0.0)
+
+    @property
+    def names(self) -> list[str]:
+        """Base parameters, in the order of `estimate.values`."""
+        return self.base.names
+
+    def value(self, name: str) -> float:
+        """Value of one base parameter, with or without the R of regrouping.
+
+        Raises:
+            KeyError: No such parameter; the message lists the valid ones.
+        """
+        plain = [n.removesuffix("R") for n in self.names]
+        for candidates in (self.names, plain):
+            if name in candidates:
+                return float(self.estimate.values[candidates.index(name)])
+        raise KeyError(f"no base parameter '{name}'. Valid: {', '.join(self.names)}")
+
+    def agree(self, run: Prepared) -> Agreement:
+        """Compare the fit with a prepared run."""
+        return agreement(run, self.estimate, *decimated_regressor(self.model, self.base, run, run.motion))
+
+
+def agreement(run: Prepared, estimate: Estimate, regressor: np.ndarray, known: np.ndarray) -> Agreement:
+    """Compare an estimate with a run whose regressor (r, n, b) and known torque (r, n) are at hand."""
+    gain = estimate.gain if run.measures == "current" else np.ones_like(estimate.gain)
+    return Agreement(
+        run=run.name,
+        time=run.decimated_time,
+        measured=gain * run.decimated_current,
+        predicted=regressor @ estimate.values + known,
+        weight=run.weight,
+        noise=np.abs(gain) * run.noise,
+        velocity=run.decimation.apply(run.motion.velocity),
+        position=run.decimation.apply(run.motion.position),
+        noise_source=run.noise_source,
+    )

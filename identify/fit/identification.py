@@ -1,0 +1,244 @@
+"""identify: from recordings to a fit, in one call."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from ..effects import Payload
+from ..errors import DifferentRobot, NotExcited, RecordingError
+from ..model import Model
+from ..preparation.prepare import Filtering, Prepared, choose, prepare
+from ..recordings.recording import Recording
+from ..recordings.recording_checks import check, check_alive
+from .base_parameters import BaseParameters, base_parameters
+from .equations import Equations, assemble
+from .essential import as_doubtful, unsupported
+from .estimators import Estimate, Estimator, maximum_likelihood, weighted
+from .fit import Fit, agreement
+from .shapes import fit_shapes
+from .warnings.excitation_doubts import excitation_doubts
+from .warnings.fit_doubts import fit_doubts, repeated_runs
+from .warnings.hints import unclear
+
+Progress = Callable[[str], None]
+
+TOO_POOR = (
+    "the motion is too poor for this estimator: its equations cannot be solved to any digit. "
+    "Move all joints, farther and faster"
+)
+
+
+def _silent(_: str) -> None:
+    pass
+
+
+def identify(
+    runs: Sequence[Recording],
+    validate: Sequence[Recording] = (),
+    *,
+    model: Model | None = None,
+    estimator: Estimator | None = None,
+    filtering: Filtering = Filtering(),  # noqa: B008
+    drop: bool = True,
+    fitted_shapes: Sequence[str] = (),
+    progress: Progress = _silent,
+) -> Fit:
+    """Identify base parameters, and drive gains where a payload is known.
+
+    Args:
+        runs: Recordings of one arm; those with a payload say so.
+        validate: Recordings that are only predicted.
+        model: What to fit; the model in the first recording by default, plus its payloads.
+        estimator: One of `estimators.ESTIMATORS`; by default maximum likelihood where currents and a
+            known payload were recorded, else weighted least squares.
+        filtering: Filters; chosen from the data where it says nothing.
+        drop: Leave out base parameters that the data do not support.
+        fitted_shapes: Effects, by their key in `EFFECTS`, whose shapes are fitted to the runs first.
+        progress: Called with a sentence at each stage.
+
+    Raises:
+        DifferentRobot: Runs of two different arms, or of another arm than the model's.
+        RecordingError: A run that cannot be what it claims to be.
+        NotExcited: Motions too poor to identify the model.
+    """
+    if not runs:
+        raise RecordingError(
+            "nothing to identify from; give at least one recording besides those for validation"
+        )
+    every = [check_alive(check(run)) for run in (*runs, *validate)]
+    model = with_payloads(of_these_joints(model, every) if model else same_robot(every), every)
+    every = [replace(run, model=model) for run in every]
+    progress("filter and differentiate")
+    filtering = common_filtering(every[: len(runs)], filtering)
+    prepared = pooled_noise([prepare(run, filtering) for run in every])
+    used, held_out = prepared[: len(runs)], prepared[len(runs) :]
+    if fitted_shapes:
+        progress("fit the shapes of " + ", ".join(fitted_shapes))
+        model = fit_shapes(model, used, fitted_shapes, progress=progress)
+    progress("find base parameters")
+    base = base_parameters(model, sorted({run.motion.payload for run in used}))
+    progress(f"form and thin out the regressor of {len(base.kept)} base parameters")
+    equations = assemble(model, base, used)
+    progress("estimate")
+    fit = _fit(model, equations, solvable(estimator or default_estimator(equations)), used, drop, filtering)
+    progress("compare with the runs")
+    doubts = tuple(f"{run.name}: {doubt}" for run in every for doubt in run.warnings)
+    doubts += excitation_doubts(model.robot.joints, used, fit.condition)
+    doubts += payload_doubts(model, used, held_out)
+    doubts = (*fit_doubts(fit), *doubts, *repeated_runs(runs, validate))
+    return replace(fit, validation=tuple(fit.agree(run) for run in held_out), doubts=doubts)
+
+
+def payload_doubts(model: Model, used: Sequence[Prepared], held_out: Sequence[Prepared]) -> tuple[str, ...]:
+    """Runs that are predicted with a payload of which no run used for the fit tells the unknown part."""
+    open_bodies = {e.name for e in model.effects if isinstance(e, Payload) and e.parameters(model.robot)}
+    strange = open_bodies - {run.motion.payload for run in used}
+    return tuple(
+        f"{run.name}: carries '{run.motion.payload}', as no run used for the fit does; what is not known "
+        "of it is predicted as zero"
+        for run in held_out
+        if run.motion.payload in strange
+    )
+
+
+def default_estimator(equations: Equations) -> Estimator:
+    """Maximum likelihood where drive gains can be told, else weighted least squares."""
+    gains = not equations.gain_known and bool(np.any(equations.known))
+    return maximum_likelihood if gains else weighted
+
+
+def solvable(estimator: Estimator) -> Estimator:
+    """The estimator, which raises `NotExcited` where its arithmetic breaks down."""
+
+    def checked(equations: Equations) -> Estimate:
+        try:
+            with np.errstate(divide="ignore", invalid="ignore"):
+                estimate = estimator(equations)
+            broken = not np.all(np.isfinite(estimate.values)) or not np.all(estimate.gain)
+        except np.linalg.LinAlgError as error:
+            raise NotExcited(TOO_POOR) from error
+        if broken:
+            raise NotExcited(TOO_POOR)
+        return estimate
+
+    return checked
+
+
+def same_robot(runs: Sequence[Recording]) -> Model:
+    """The model that all runs share.
+
+    Raises:
+        DifferentRobot: They do not.
+    """
+    first = runs[0]
+    for run in runs[1:]:
+        if run.robot.joints != first.robot.joints or run.robot.kinematics != first.robot.kinematics:
+            raise DifferentRobot(
+                f"{first.name} was recorded on {first.robot.name} ({', '.join(first.robot.joints)}) and "
+                f"{run.name} on {run.robot.name} ({', '.join(run.robot.joints)}) or with other geometry; "
+                "identify them apart, or give the one robot with --robot"
+            )
+    return first.model
+
+
+def of_these_joints(model: Model, runs: Sequence[Recording]) -> Model:
+    """The model, if it has the joints by name of every run; its geometry and gains may be others.
+
+    Raises:
+        DifferentRobot: It has not.
+    """
+    for run in runs:
+        if run.robot.joints != model.robot.joints:
+            raise DifferentRobot(
+                f"{run.name} was recorded on {run.robot.name} (joints {', '.join(run.robot.joints)}), but "
+                f"the robot given is {model.robot.name} (joints {', '.join(model.robot.joints)}); give that "
+                "of the recording, or give its joints the recording's names in the same order"
+            )
+    return model
+
+
+def with_payloads(model: Model, runs: Sequence[Recording]) -> Model:
+    """The model plus each body that a run carries."""
+    carried = {run.payload.name: run.payload for run in runs if run.payload}
+    present = {effect.name for effect in model.effects if isinstance(effect, Payload)}
+    for name in sorted(set(carried) - present):
+        model = model + Payload(name, carried[name].known)
+    return model
+
+
+def common_filtering(runs: Sequence[Recording], filtering: Filtering) -> Filtering:
+    """One choice of filters for all runs: the widest that any of them asks for."""
+    own = [choose(run, filtering) for run in runs]
+    return replace(
+        filtering,
+        rate=float(np.median([chosen.rate for chosen in own])),
+        position_cutoff=max(chosen.position_cutoff or 0.0 for chosen in own),
+        torque_cutoff=max(chosen.torque_cutoff or 0.0 for chosen in own),
+    )
+
+
+def pooled_noise(runs: Sequence[Prepared]) -> list[Prepared]:
+    """The same runs with one noise floor: a rest of half a second tells it to some thirty per cent."""
+    rested = [run for run in runs if run.noise_source == "rest"] or runs
+    noise = np.sqrt(np.mean([run.noise**2 for run in rested], axis=0))
+    return [replace(run, noise=noise, noise_source=rested[0].noise_source) for run in runs]
+
+
+def _fit(
+    model: Model,
+    equations: Equations,
+    estimator: Estimator,
+    used: Sequence[Prepared],
+    drop: bool,
+    filtering: Filtering,
+) -> Fit:
+    """Estimate, drop what is not supported, estimate again."""
+    estimate, base, dropped = estimator(equations), equations.base, {}
+    structure = base
+    if drop and (weak := unsupported(estimate, believed_away_from_zero(base, model))):
+        dropped = {base.names[k]: float(estimate.values[k]) for k in weak}
+        equations = equations.without(weak)
+        base, estimate = equations.base, as_doubtful(estimator(equations), estimate, weak)
+    return Fit(
+        model=model,
+        base=base,
+        estimate=estimate,
+        runs=tuple(run.name for run in used),
+        filtering=filtering,
+        condition=condition(equations, estimate),
+        rows=int(equations.weight.sum()),
+        believed=(base.regrouping @ model.believed_values, _deviation(base, model)),
+        dropped=dropped,
+        structure=structure if dropped else None,
+        measures=used[0].measures,
+        unclear=unclear(model, base, estimate, used[-1].motion.payload),
+        agreement=tuple(
+            agreement(run, estimate, equations.regressor[rows], equations.known[rows])
+            for run, rows in zip(used, equations.runs, strict=True)
+        ),
+    )
+
+
+def believed_away_from_zero(base: BaseParameters, model: Model) -> list[int]:
+    """Base parameters whose belief excludes zero: it is more than two deviations away, as for 95 %."""
+    return [
+        int(k)
+        for k in np.flatnonzero(np.abs(base.regrouping @ model.believed_values) > 2 * _deviation(base, model))
+    ]
+
+
+def _deviation(base: BaseParameters, model: Model) -> np.ndarray:
+    """Standard deviation of the believed base values; infinite where a part is not believed at all."""
+    entering = base.regrouping != 0
+    tolerance = np.array([belief.std for belief in model.beliefs])
+    return np.sqrt(np.sum((np.where(entering, tolerance, 0.0) * base.regrouping) ** 2, axis=1))
+
+
+def condition(equations: Equations, estimate: Estimate) -> float:
+    """Condition number of the weighted regressor with columns scaled to one."""
+    rows = equations.regressor * (equations.weight / estimate.noise)[:, :, None]
+    gram = np.einsum("rnb,rnc->bc", rows, rows, optimize=True)
+    size = np.sqrt(np.diag(gram))
+    singular = np.linalg.eigvalsh(gram / np.outer(size, size))
+    return float(np.sqrt(singular[-1] / max(singular[0], 1e-32 * singular[-1])))  # doubles tell no more

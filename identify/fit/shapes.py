@@ -1,0 +1,130 @@
+"""Fit of shapes: the nonlinear unknowns of effects, such as the velocity over which friction turns.
+
+Linear unknowns are solved for at every trial of a shape (variable projection), so what is searched is
+one number at a time. The measure is the likelihood with each joint's own noise.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+from scipy import optimize
+
+from ..effects import EFFECTS, Effect
+from ..errors import RobotError
+from ..model import Model
+from ..preparation.prepare import Prepared
+from .base_parameters import BaseParameters, base_parameters
+from .equations import Equations, assemble
+from .estimators.compressed import Compressed
+from .estimators.least_squares import weighted_noise
+
+
+def fit_shapes(
+    model: Model,
+    runs: Sequence[Prepared],
+    effects: Sequence[str],
+    progress: Callable[[str], None] = lambda _: None,
+) -> Model:
+    """The model with the shapes of the named effects fitted, joint by joint.
+
+    Args:
+        model: Robot and effects.
+        runs: Prepared runs.
+        effects: Keys of `EFFECTS`.
+        progress: Called with a sentence a shape.
+
+    Raises:
+        RobotError: A name that is not an effect of the model with shapes.
+    """
+    model = _apart(model, effects)
+    base = base_parameters(model, sorted({run.motion.payload for run in runs}))
+    equations = assemble(model, base, runs)
+    for place, effect in enumerate(model.effects):
+        if not any(isinstance(effect, EFFECTS[name]) for name in effects):
+            continue
+        for name, bounds in effect.shapes().items():
+            trial = _Trial(model, place, base, runs, equations)
+            best = _search(partial(trial.cost, name), getattr(effect, name), bounds)
+            effect = replace(effect, **{name: best})
+            equations = trial.equations_with(effect)
+            model = replace(model, effects=(*model.effects[:place], effect, *model.effects[place + 1 :]))
+            joints = ", ".join(getattr(effect, "joints", None) or ())
+            progress(f"{type(effect).__name__} {joints}: {name} {best:.3g}")
+    return model
+
+
+def _apart(model: Model, names: Sequence[str]) -> Model:
+    """The model with the named effects in one piece a joint."""
+    kinds = {type(effect) for effect in model.effects}
+    shaped = [name for name, kind in EFFECTS.items() if kind in kinds and kind.shapes()]
+    for name in names:
+        if name not in shaped:
+            raise RobotError(
+                f"no effect '{name}' in the model whose shapes could be fitted; it has "
+                f"{', '.join(shaped) or 'none'}"
+            )
+    effects: list[Effect] = []
+    for effect in model.effects:
+        named = any(isinstance(effect, EFFECTS[name]) for name in names)
+        effects += effect.apart(model.robot) if named else [effect]
+    return replace(model, effects=tuple(effects))
+
+
+class _Trial:
+    """Cost of one effect's shapes, everything else held."""
+
+    def __init__(
+        self,
+        model: Model,
+        place: int,
+        base: BaseParameters,
+        runs: Sequence[Prepared],
+        equations: Equations,
+    ) -> None:
+        self.model, self.effect, self.runs = model, model.effects[place], runs
+        self.equations = equations
+        start = sum(len(e.parameters(model.robot)) for e in model.effects[:place])
+        columns = range(start, start + len(self.effect.parameters(model.robot)))
+        self.own = [k for k, column in enumerate(columns) if column in base.kept]
+        self.kept = [int(np.flatnonzero(base.kept == columns[k])[0]) for k in self.own]
+        self.compressed = Compressed.of(equations)
+        acts = np.any(equations.regressor[:, :, self.kept], axis=(0, 2))
+        self.joints = np.flatnonzero(acts if acts.any() else np.ones_like(acts))
+
+    def equations_with(self, effect: Effect) -> Equations:
+        """Equations with the effect's columns replaced."""
+        regressor = self.equations.regressor.copy()
+        for run, rows in zip(self.runs, self.equations.runs, strict=True):
+            columns = effect.regressor(self.model.robot, self.model.loaded(run.motion))[:, :, self.own]
+            on_motors = np.einsum("mj,tjk->tmk", self.model.robot.to_motors[self.joints], columns)
+            touched = run.decimation.apply(on_motors)
+            for place, joint in enumerate(self.joints):
+                regressor[rows][:, joint, self.kept] = touched[:, place]
+        return replace(self.equations, regressor=regressor)
+
+    def cost(self, name: str, value: float) -> float:
+        """Minus the logarithm of the likelihood, but for a constant."""
+        equations = self.equations_with(replace(self.effect, **{name: value}))
+        # Of the rows, only those of the joints on which the effect acts have changed.
+        compressed = self.compressed.again(equations, self.joints)
+        return float(equations.weight.sum(axis=0) @ np.log(weighted_noise(equations, compressed)))
+
+
+def _search(cost: Callable[[float], float], start: float, bounds: tuple) -> float:
+    """Minimum over the bounds, in decades where they are positive; the start is kept unless beaten."""
+    _, low, high = bounds
+    if low > 0:
+        result = optimize.minimize_scalar(
+            lambda x: cost(float(np.exp(x))),
+            bounds=np.log([low, high]),
+            method="bounded",
+            options={"xatol": 0.05},
+        )
+        found = float(np.exp(result.x))
+    else:
+        step = 1e-3 * (high - low)
+        result = optimize.minimize_scalar(cost, bounds=(low, high), method="bounded", options={"xatol": step})
+        found = float(result.x)
+    return found if result.fun < cost(start) else start

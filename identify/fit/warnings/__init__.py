@@ -1,0 +1,5 @@
+"""What a fit should be doubted for.
+
+In: `Fit` and its runs.
+Out: sentences.
+"""

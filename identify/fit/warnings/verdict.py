@@ -1,0 +1,198 @@
+"""The verdict on a fit in plain words."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from ..fit import Agreement, Fit, Scores
+from .fit_doubts import unknown_scale
+from .hints import OPEN
+
+NORMAL_95 = 1.96
+"""Deviations on each side of a value within which it lies with 95 % probability."""
+TO_NOISE = 1.3
+"""Residual over noise up to which nothing can be missing but less than the noise itself: what remains
+adds in squares, and 1.3 squared is 1 + 0.83 squared."""
+MISSING = 1.5
+"""Residual over noise above which what is missing (1.1 noises) outweighs the noise itself."""
+TESTED = 0.75
+"""R^2 below which a joint was not tested, whatever its noise: the residual is then more than half of what
+the torque varies by, root mean square. A model without most of the joint's physics would do nearly as well,
+and a residual at the noise floor says only that there was little else than noise to explain."""
+EXPLAINED, LITTLE, LACKING = "explained to its noise", "a little is missing", "physics is missing"
+UNTESTED = "not told from noise: the motion moves it too little, or the current does not follow the model"
+LISTED = 3
+"""Unclear parameters named in the verdict; tables have the rest."""
+SURPRISE = 3.0
+"""Deviations, of belief and estimate together, from which a belief no longer fits: one in 370 by chance."""
+
+
+class JointVerdict(NamedTuple):
+    """How well one joint is explained in the run in which it is explained worst.
+
+    Attributes:
+        joint: Its name.
+        run: Where it is explained worst.
+        over_noise: Residual over noise floor [-].
+        words: What to think of it.
+    """
+
+    joint: str
+    run: str
+    over_noise: float
+    words: str
+
+
+def judged(fit: Fit) -> Sequence[Agreement | Scores]:
+    """Runs that count: those held out, or else those used; with their samples where there are any."""
+    return fit.validation or _scores_held_out(fit) or fit.agreement or fit.scores
+
+
+def _scores_held_out(fit: Fit) -> tuple[Scores, ...]:
+    return tuple(one for one in fit.scores if one.held_out)
+
+
+def joint_verdicts(fit: Fit) -> list[JointVerdict]:
+    """One a joint; none if the fit came without samples."""
+    runs = judged(fit)
+    if not runs:
+        return []
+    ratios = np.array([run.over_noise for run in runs])
+    worst = np.argmax(ratios, axis=0)
+    tested = _tested(runs)
+    return [
+        JointVerdict(
+            joint, runs[worst[j]].run, float(ratios[worst[j], j]), _words(ratios[worst[j], j], tested[j])
+        )
+        for j, joint in enumerate(fit.model.robot.joints)
+    ]
+
+
+def _tested(runs: Sequence[Agreement | Scores]) -> np.ndarray:
+    """Whether some run tells each joint from noise, shape (n,); a joint that never slides is not."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.any([run.r_squared >= TESTED for run in runs], axis=0)
+
+
+def verdict(fit: Fit) -> list[str]:
+    """Sentences, the most important first: the joints, the gains, the parameters, the doubts."""
+    joints, gains = _joints(fit), gains_sentence(fit)
+    first = (gains, joints) if fit.unscaled else (joints, gains)
+    sentences = (*first, *_noise(fit), *_parameters(fit), *fit.doubts)
+    return list(dict.fromkeys(sentences))  # a doubt that is a sentence of its own is not said twice
+
+
+def counted(count: int, what: str) -> str:
+    """A number with its noun, such as "1 run" or "6 joints"."""
+    return f"{count} {what}" if count == 1 else f"{count} {what}s"
+
+
+def _noise(fit: Fit) -> list[str]:
+    """Whether the noise floor is one."""
+    if not any(run.noise_source == "high frequencies" for run in judged(fit)):
+        return []
+    return [
+        "The noise floor is a guess from high frequencies, a lower bound: the noise at those of the motion "
+        "may be higher, and less be missing than it seems. Let the arm rest a second before it moves."
+    ]
+
+
+def gains_estimated(fit: Fit) -> bool:
+    """Whether the fit found the drive gains, rather than taking them as believed."""
+    return bool(np.any(fit.estimate.gain_std > 0.0))
+
+
+def surprises(fit: Fit) -> list[str]:
+    """Base parameters that came out far from what was believed; none where units of the two differ."""
+    if fit.unscaled:
+        return []
+    believed, deviation = fit.believed
+    both = np.hypot(deviation, fit.estimate.std)
+    far = np.abs(fit.estimate.values - believed) > SURPRISE * both
+    return [name for name, is_far in zip(fit.names, far, strict=True) if is_far]
+
+
+def _words(over_noise: float, tested: bool) -> str:
+    if over_noise <= TO_NOISE:
+        return EXPLAINED if tested else UNTESTED
+    return LITTLE if over_noise <= MISSING else LACKING
+
+
+def _joints(fit: Fit) -> str:
+    found = joint_verdicts(fit)
+    if not found:
+        return (
+            "How well the joints are explained cannot be said: this fit was loaded without its samples. "
+            "Identify again from the recordings to see it."
+        )
+    held_out = fit.validation or _scores_held_out(fit)
+    kind = "runs held out" if held_out else "runs used (no run was held out: this flatters the fit)"
+    open_ones = [v for v in found if v.words != EXPLAINED]
+    worst = max(found, key=lambda v: v.over_noise)
+    if not open_ones:
+        every = (
+            f"{'Both' if len(found) == 2 else f'All {len(found)}'} joints are"
+            if len(found) > 1
+            else "The one joint is"
+        )
+        return (
+            f"{every} explained to {'their' if len(found) > 1 else 'its'} noise on the {kind}; the worst is "
+            f"{worst.joint} with {worst.over_noise:.2f} times its noise."
+        )
+    fine = len(found) - len(open_ones)
+    are = f"{fine} of {len(found)} joints {'is' if fine == 1 else 'are'}" if fine else "No joint is"
+    its = "their" if fine > 1 else "its"
+    sentences = [_listed(words, open_ones) for words in (LACKING, LITTLE, UNTESTED)]
+    if fit.unscaled and any(v.over_noise > TO_NOISE for v in open_ones):
+        sentences.append(
+            " That may be the unknown drive gains alone: two joints then feel one link in different scales."
+        )
+    return f"{are} explained to {its} noise on the {kind}." + "".join(sentences)
+
+
+def _listed(words: str, found: Sequence[JointVerdict]) -> str:
+    """One sentence for all joints of which the same is to be said; empty if there are none."""
+    joints = [f"{v.joint} ({v.over_noise:.1f} x noise)" for v in found if v.words == words]
+    what, colon, why = words.partition(":")
+    return f" {what.capitalize()} on {', '.join(joints)}{colon}{why}." if joints else ""
+
+
+def gains_sentence(fit: Fit) -> str:
+    """How well the drive gains are known."""
+    if not gains_estimated(fit):
+        if fit.unscaled:
+            return unknown_scale(fit)[0]
+        if fit.measures == "torque":
+            return "Torque was recorded, and taken as measured; there are no drive gains to find."
+        return (
+            "Drive gains are as believed, not measured: an error in them is an error of every parameter. "
+            "Finding them needs motor currents and a run with a known payload."
+        )
+    percent = 100.0 * fit.estimate.gain_std / np.abs(fit.estimate.gain)
+    worst = int(np.argmax(percent))
+    return (
+        f"Drive gains are known to {percent.min():.2g} to {percent.max():.2g} % (one standard deviation), "
+        f"worst on {fit.model.robot.joints[worst]}."
+    )
+
+
+def _parameters(fit: Fit) -> list[str]:
+    was = "was" if len(fit.names) == 1 else "were"
+    lines = [f"{counted(len(fit.names), 'base parameter')} {was} identified."]
+    if more := len(fit.dropped):
+        lines[0] += f" {more} more {'is' if more == 1 else 'are'} not supported by the data and set to zero."
+    if fit.unclear:
+        lines.append(f"Unclear (standard deviation; what would settle it): {_unclear(fit)}.")
+    else:
+        lines.append(f"Each is known to {OPEN:g} % or better.")
+    if far := surprises(fit):
+        lines.append(f"Far from what was believed: {', '.join(far)}.")
+    return lines
+
+
+def _unclear(fit: Fit) -> str:
+    worst = sorted(fit.unclear, key=lambda u: -u.std_percent)
+    shown = [f"{u.name} ({u.std_percent:.0f} %; {u.hint})" for u in worst[:LISTED]]
+    more = len(worst) - len(shown)
+    return ", ".join(shown) + (f", and {more} more" if more else "")

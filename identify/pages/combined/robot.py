@@ -1,0 +1,128 @@
+"""The nominal robot of a joined report: as it was described before the runs."""
+
+import re
+from collections.abc import Sequence
+from html import escape
+
+import numpy as np
+
+from ...arm.robot import Robot
+from ...effects import EFFECTS, Belief, Effect, Parameter, RigidBody
+from ...model import Model
+from ..report_html import NAMELESS, number, paragraph, section, table, unit
+
+NUMBERED = re.compile(r"(.*?)(\d+)")
+"""A parameter of one joint: its letters, and the joint from 1."""
+OPEN = "open"
+"""Said of what has no nominal value."""
+
+
+def robot_sections(model: Model) -> str:
+    """Joints, links and effects."""
+    robot = model.robot
+    note = (
+        f"{robot.name} as it was described before anything was measured: where every parameter starts from. "
+        "± is one standard deviation of the prior; a dash: not stated."
+    )
+    links = (
+        f"Inertias have a prior standard deviation of {100 * robot.inertial_tolerance:g} %; centres of mass "
+        "are in the frames of their links."
+    )
+    return (
+        section("joints", "Joints", paragraph(note), _joints(robot))
+        + section("links", "Links", paragraph(links), _links(robot))
+        + section("effects", "Effects beside inertia", _effects(model))
+    )
+
+
+def _joints(robot: Robot) -> str:
+    limits = robot.limits
+    head = ["joint", "kind", "from", "to", "velocity, /s", "acceleration, /s²", "torque [N m]", "gear"]
+    columns = (
+        *(limits.position_lower, limits.position_upper, limits.velocity, limits.acceleration),
+        *(limits.torque, robot.gear_ratio),
+    )
+    rows = []
+    for joint, name in enumerate(robot.joints):
+        kind = "turns, rad" if robot.revolute[joint] else "slides, m"
+        cells = [number(column[joint], 3) for column in columns]
+        rows.append([escape(name), kind, *cells, _gain(robot, joint)])
+    return table([*head, "drive gain [N m/A]"], rows, words=(1,))
+
+
+def _gain(robot: Robot, joint: int) -> str:
+    """The nominal drive gain; a dash where the robot's description has none."""
+    if np.all(robot.drive_gain == 1.0):
+        return NAMELESS
+    gain = float(robot.drive_gain[joint])
+    return _with(gain, robot.drive_gain_tolerance * abs(gain))
+
+
+def _links(robot: Robot) -> str:
+    rows = []
+    for joint, name in enumerate(robot.joints):
+        body = robot.kinematics.inertias[joint + 1]
+        moments = np.diag(body.inertia)
+        rows.append(
+            [
+                escape(name), number(body.mass, 4), *(number(value, 3) for value in body.lever),
+                *(number(value, 3) for value in moments),
+            ]
+        )  # fmt: skip
+    head = ["link of", "mass [kg]", "centre x [m]", "y", "z", "about it: xx [kg m²]", "yy", "zz"]
+    return table(head, rows)
+
+
+def _effects(model: Model) -> str:
+    """A row a kind of parameter, a column a joint."""
+    beliefs = dict(zip(model.names, model.beliefs, strict=True))
+    names = {kind: name for name, kind in EFFECTS.items()}
+    rows = []
+    for effect in model.effects:
+        if isinstance(effect, RigidBody):
+            continue
+        first = names[type(effect)].replace("_", " ")
+        for what, measure, cells in _rows(effect, model.robot, beliefs):
+            rows.append([first, escape(what), unit(measure), *cells])
+            first = ""
+    if not rows:
+        return paragraph("None: the nominal arm consists of rigid links only.")
+    return table(["effect", "parameter", "unit", *model.robot.joints], rows, words=(1, 2))
+
+
+def _rows(effect: Effect, robot: Robot, beliefs: dict[str, Belief]) -> list[tuple[str, str, list[str]]]:
+    """Letters, unit and priors, each below its joint; all that are not stated share a row."""
+    rows: dict[str, tuple[str, list[str]]] = {}
+    if known := [f"{name} {value:g}" for name, value in getattr(effect, "known", ())]:
+        rows[f"known: {', '.join(known)}"] = "", [""] * robot.dof
+    for parameter in effect.parameters(robot):
+        letters, joint = _place(parameter, robot.joints, _home(effect, robot))
+        _, cells = rows.setdefault(letters, (parameter.unit, [""] * robot.dof))
+        cells[joint] = _belief(beliefs[parameter.name])
+    nothing = [letters for letters, (_, cells) in rows.items() if any(cells) and set(cells) <= {"", OPEN}]
+    found = [
+        (letters, measure, cells) for letters, (measure, cells) in rows.items() if letters not in nothing
+    ]
+    return [*found, (f"{', '.join(nothing)}: {OPEN}", "", [""] * robot.dof)] if nothing else found
+
+
+def _home(effect: Effect, robot: Robot) -> int:
+    """The joint at which an effect is that has one only, else the first."""
+    joint = getattr(effect, "joint", None)
+    return robot.joints.index(joint) if isinstance(joint, str) else 0
+
+
+def _place(parameter: Parameter, joints: Sequence[str], home: int) -> tuple[str, int]:
+    """Letters and joint of a parameter; its whole name and the effect's own joint where it says of none."""
+    match = NUMBERED.fullmatch(parameter.name)
+    if match and 1 <= int(match[2]) <= len(joints):
+        return match[1], int(match[2]) - 1
+    return parameter.name, home
+
+
+def _belief(belief: Belief) -> str:
+    return _with(belief.value, belief.std) if np.isfinite(belief.std) else OPEN
+
+
+def _with(value: float, std: float) -> str:
+    return f"{number(value, 4)} ± {number(std, 2)}"

@@ -1,0 +1,96 @@
+"""The runs of a joined report: a table, and what each joint did in each."""
+
+from html import escape
+
+import numpy as np
+
+from ...arm.robot import Robot
+from ..report_html import NAMELESS, figure, listing, number, paragraph, rounded, section, table
+from ..svg import Panel, picture, text
+from ..svg_scale import Span, label, ticks
+from .material import Material, Run
+
+LEFT, WIDTH, GAP = 112.0, 320.0, 62.0
+"""Pixels: before a column of strips, of a strip, and between two columns."""
+HEIGHT, STEP, TOP = 34.0, 38.0, 20.0
+"""Pixels: of a strip, from one to the next, and above the first."""
+COLUMNS = 160
+"""Stretches of a line of which the extremes stay: a strip tells shapes, not samples."""
+
+
+def runs_sections(material: Material) -> str:
+    """Table and strips; nothing without runs."""
+    if not material.runs:
+        return ""
+    note = (
+        "Position and current, or torque, of every joint over time, each on its own scale; the numbers are "
+        "the ends of the scale."
+    )
+    figures = [figure(run.name, run.role, _strips(run, material)) for run in material.runs]
+    doubts = [f"{run.name}: {doubt}" for run in material.runs for doubt in run.doubts]
+    said = listing(doubts) if doubts else ""
+    strips = f'<div class="grid two">{"".join(figures)}</div>'
+    recorded = section("table", "What was recorded", _table(material), said)
+    return recorded + section("motion", "What the arm did", paragraph(note), strips)
+
+
+def _table(material: Material) -> str:
+    head = ["run", "role", "duration [s]", "rate [Hz]", "beside position", "payload"]
+    rows = [
+        [
+            escape(run.name),
+            escape(run.role) or NAMELESS,
+            number(np.ptp(run.time), 4),
+            number(run.rate, 3),
+            run.quantity,
+            escape(run.payload) or NAMELESS,
+        ]
+        for run in material.runs
+    ]
+    return table(head, rows, words=(1, 4, 5))
+
+
+def _strips(run: Run, material: Material) -> str:
+    """Two columns, a row a joint."""
+    across = Span.around(run.time, margin=0.0)
+    robot = material.model.robot if material.model else None
+    parts = []
+    for column, (name, time, values) in enumerate(
+        (("position", run.time, run.position), (run.quantity, run.effort_time, run.effort))
+    ):
+        left = LEFT + column * (WIDTH + GAP)
+        parts.append(text(left, 13, f"{name} [{_units(name, robot)}]", "axis"))
+        for joint, words in enumerate(material.joints):
+            panel = Panel(across, Span.around(values[:, joint]), left, TOP + STEP * joint, WIDTH, HEIGHT)
+            parts.append(_strip(panel, time, values[:, joint]))
+            if column == 0:
+                parts.append(text(4, panel.top + HEIGHT / 2 + 4, words, "name"))
+        bottom = TOP + STEP * len(material.joints)
+        for value in ticks(across, 5):
+            place = left + WIDTH * (value - across.low) / across.size
+            parts.append(text(place, bottom + 10, label(value, across), "tick middle"))
+        parts.append(text(left + WIDTH, bottom + 23, "time [s]", "axis end"))
+    size = LEFT + 2 * WIDTH + GAP + 10
+    return picture(size, bottom + 28, f"{run.name}: what each joint did", "".join(parts))
+
+
+def _strip(panel: Panel, time: np.ndarray, values: np.ndarray) -> str:
+    """A line in its frame, with the ends of its scale beside."""
+    frame = (
+        f'<rect class="frame" x="{panel.left:.1f}" y="{panel.top:.1f}" '
+        f'width="{panel.width:.1f}" height="{panel.height:.1f}"/>'
+    )
+    known = np.isfinite(values)
+    if not np.any(known):
+        return frame + text(panel.left + 6, panel.top + panel.height / 2 + 4, "not measured", "tick")
+    ends = (float(np.min(values[known])), panel.height - 1), (float(np.max(values[known])), 10)
+    scale = "".join(text(panel.left - 4, panel.top + y, rounded(value, 3), "tick end") for value, y in ends)
+    return frame + scale + panel.line(time[known], values[known], "after thin", COLUMNS)
+
+
+def _units(quantity: str, robot: Robot | None) -> str:
+    """The unit, or the two of an arm whose joints turn and slide."""
+    turning = {"position": "rad", "current": "A", "torque": "N m"}[quantity]
+    sliding = {"position": "m", "current": "A", "torque": "N"}[quantity]
+    revolute = robot.revolute if robot is not None else np.ones(1, bool)
+    return ", ".join(dict.fromkeys(turning if turns else sliding for turns in revolute))

@@ -1,0 +1,62 @@
+"""The opening of a joined report: what was identified, what is missing, what agrees, in plain words."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from ...fit.warnings.verdict import MISSING, counted, verdict
+from ..diagnosis.sections import findings_table, said
+from ..fit.report_tables import joint_table
+from ..report_html import listing, section
+from .material import Compared, Fitted, Material
+
+
+def opening(material: Material) -> str:
+    """The verdict."""
+    parts = [_fitted(fitted) for fitted in material.fits if not fitted.improved]
+    if (found := material.diagnosis) is not None:
+        parts.append(f"<h3>What is missing</h3>{said(found)}{findings_table(found)}")
+    parts += [_fitted(fitted) for fitted in material.fits if fitted.improved]
+    if material.comparisons:
+        lines = [compared_line(one) for one in material.comparisons]
+        parts.append(f"<h3>What simulations come to</h3>{listing(lines, 'verdict')}")
+    if lacking := list(_lacking(material)):
+        parts.append(f"<h3>What this page does not say</h3>{listing(lacking)}")
+    return section("verdict", "Verdict", *parts)
+
+
+def _fitted(fitted: Fitted) -> str:
+    more = " with what was found" if fitted.improved else ""
+    words = listing(verdict(fitted.fit), "verdict")
+    return f"<h3>What was identified{more}</h3>{words}{joint_table(fitted.fit)}"
+
+
+def compared_line(one: Compared) -> str:
+    """How many joints differ by more than noise, and by how much at most."""
+    found, effort = one.comparison, one.comparison.effort
+    title = f"{found.simulated} beside {found.recorded}"
+    over = effort.rms / effort.noise
+    if not np.any(np.isfinite(over)):
+        return f"{title}: how large the noise is is not known, so that nothing is said of {effort.quantity}."
+    many, worst = int(np.count_nonzero(over > MISSING)), int(np.nanargmax(over))
+    most = f"{found.joints[worst]} most, by {over[worst]:.3g} x noise"
+    if not many:
+        return f"{title}: no joint's {effort.quantity} differs by more than noise; {most}."
+    return f"{title}: {effort.quantity} differs by more than noise on {counted(many, 'joint')}; {most}."
+
+
+def _lacking(material: Material) -> Iterator[str]:
+    """What was not given, and the command that makes it."""
+    if not material.fits:
+        yield "How large the parameters are: there is no fit. exidyn identify RUN... makes one."
+    elif not any(fitted.fit.agreement or fitted.fit.validation for fitted in material.fits):
+        yield "How the fit follows the runs: give the recordings beside fit.json."
+    if material.diagnosis is None:
+        yield "Which physics is missing: there is no diagnosis. exidyn diagnose robot.toml RUN... makes one."
+    elif not material.diagnosis.traces:
+        yield "When and where it is missing: traces.npz does not lie beside diagnosis.json."
+    if not material.comparisons and not (material.diagnosis and material.diagnosis.simulated):
+        yield (
+            "Whether a simulation agrees: there is none. exidyn simulate fit.json trajectory.toml makes one, "
+            "and exidyn compare sim.mcap run.mcap --json compared.json lays it beside a run."
+        )

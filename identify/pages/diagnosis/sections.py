@@ -1,0 +1,276 @@
+"""The sections of the page, one function each, in the order in which they are read."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from html import escape
+
+import numpy as np
+
+from ...diagnosis.candidates import kind_of
+from ...diagnosis.findings.quantities import SLIDING, TURNING
+from ...diagnosis.words.naming import effect_words, joint_words, named
+from ...fit.warnings.verdict import NORMAL_95
+from ..report_html import figure, listing, number, paragraph, section, table, unit
+from .budget_section import budget_section
+from .candidates_section import changes_section, moments_section
+from .plots import (
+    bars,
+    forward_bars,
+    forward_plot,
+    orders_plot,
+    profile_plot,
+    spectrum_plot,
+    time_plot,
+    where_and_when,
+)
+from .profiles import AXES, USUAL
+from .told import Named, Simulated, Told
+
+Section = Callable[[Told], str]
+WITHOUT = "This diagnosis came without the samples of its runs, so that there is nothing to draw."
+
+
+def verdict_section(diagnosis: Told) -> str:
+    """What is missing, and how much was gained."""
+    content = [said(diagnosis), improvement(diagnosis), findings_table(diagnosis)]
+    return section("verdict", "Verdict", *content)
+
+
+def said(diagnosis: Told) -> str:
+    """The verdict in sentences."""
+    return _arrows(listing(diagnosis.verdict, "verdict"))
+
+
+def improvement(diagnosis: Told) -> str:
+    """Residual held out before and after, by joint, and where and when it is; nothing without such runs."""
+    if diagnosis.improvement is None:
+        return ""
+    words = ", ".join(diagnosis.improvement.runs)
+    remark = f"before: nominal values, friction and offsets fitted; {words}"
+    over = " over noise" if diagnosis.over_noise else ""
+    picture = bars(diagnosis.improvement, _names(diagnosis), _units(diagnosis))
+    return _grid(figure(f"Held-out residual{over}", remark, picture), *_map(diagnosis))
+
+
+def _units(diagnosis: Told) -> tuple[str, ...]:
+    """Units of bars; none where they are over noise."""
+    return () if diagnosis.over_noise else diagnosis.units
+
+
+def _noise(diagnosis: Told, joint: int) -> float | None:
+    """Noise floor of a joint; None where it was not measured."""
+    return float(diagnosis.noise[joint]) if diagnosis.over_noise and len(diagnosis.noise) else None
+
+
+def _map(diagnosis: Told) -> list[str]:
+    """Where and when a run held out is not explained, before and after."""
+    if not diagnosis.traces:
+        return []
+    trace = diagnosis.judged[0]
+    level, what = diagnosis.noise, "noise"
+    if not diagnosis.over_noise:
+        squares = np.sum(trace.after**2 * trace.weight, axis=0) / np.maximum(trace.weight.sum(axis=0), 1.0)
+        level, what = np.maximum(np.sqrt(squares), 1e-300), "the joint's root mean square after"
+    maps = [
+        f"<h3>{which}</h3>{where_and_when(trace, level, _names(diagnosis), which)}"
+        for which in ("before", "after")
+    ]
+    remark = f"{trace.name}; white is {what}, full colour four times that"
+    return [figure("Where and when", remark, "".join(maps))]
+
+
+def findings_table(diagnosis: Told) -> str:
+    """A row a parameter, undecided findings last; nothing without findings."""
+    rows: list[list[str]] = []
+    for finding in (*diagnosis.findings, *diagnosis.undecided):
+        where = ", ".join(diagnosis.joints[joint] for joint in finding.joints) or "arm"
+        first = [escape(effect_words(finding.effect)), escape(where)]
+        last = [f"{number(100 * finding.probability)} %", number(finding.held_out, 3)]
+        for name, (value, std, measure) in finding.parameters.items():
+            half = number(NORMAL_95 * std, 2)
+            shown = "" if measure == "1" else unit(measure)
+            rows.append([*first, escape(name), number(value), half, shown, *last])
+            first, last = ["", ""], ["", ""]
+    head = ["effect", "where", "parameter", "value", "± 95 %", "unit", "probability", "gain held out"]
+    return table(head, rows, words=(1, 2, 5)) if rows else ""
+
+
+NOTE = (
+    "Residual torque of the joint on which the effect shows best, all else as fitted: before is without "
+    "this effect alone, after is with it. Dots are rows and lines means of bins; where the two lines part, "
+    "the effect accounts for the difference. Over time and frequency a run is shown that was not fitted, if "
+    "there is one."
+)
+
+
+def findings_section(diagnosis: Told) -> str:
+    """Pictures of every finding."""
+    if not diagnosis.findings:
+        return ""
+    content = [_finding(diagnosis, one, place) for place, one in enumerate(diagnosis.findings)]
+    return section("findings", "Findings", paragraph(NOTE if diagnosis.traces else WITHOUT), *content)
+
+
+def undecided_section(diagnosis: Told) -> str:
+    """Pictures of what is there and has no certain name, as the one that was fitted has it."""
+    if not diagnosis.undecided:
+        return ""
+    count = len(diagnosis.findings)
+    content = [_finding(diagnosis, one, count + place) for place, one in enumerate(diagnosis.undecided)]
+    note = (
+        "Each is there; which effect it is, these runs do not say. Pictures are of the one that was fitted."
+    )
+    return section("undecided", "Undecided", paragraph(note if diagnosis.traces else WITHOUT), *content)
+
+
+def _finding(diagnosis: Told, finding: Named, place: int) -> str:
+    words = _arrows(paragraph(finding.headline, ""))
+    words += _arrows(paragraph(finding.certainty, "")) if finding.certainty else ""
+    axes = kind_of(finding.effect).drawn_against or USUAL[:2]
+    figures = _figures(without(diagnosis, place), diagnosis.telling_joint(finding), axes)
+    return f"<h3>{escape(finding.name)}</h3>{words}{figures}{_alternatives(diagnosis, finding)}"
+
+
+def without(diagnosis: Told, place: int) -> Told:
+    """The diagnosis with residuals before that lack one finding only, all else as fitted."""
+    traces = [replace(trace, before=trace.after + trace.explained[place]) for trace in diagnosis.traces]
+    return replace(diagnosis, traces=tuple(traces))
+
+
+def _figures(diagnosis: Told, joint: int, axes: Sequence[str]) -> str:
+    """Profiles of all runs, and time and spectrum of one that was held out; nothing without samples."""
+    if not diagnosis.traces:
+        return ""
+    traces, shown = diagnosis.traces, diagnosis.judged[0]
+    noise, name = _noise(diagnosis, joint), joint_words(joint, diagnosis.joints)
+    unit = diagnosis.units[joint]
+    figures = []
+    for axis in axes:
+        drawn = (shown,) if axis == "time" else traces
+        if picture := profile_plot(drawn, joint, AXES[axis], noise, unit):
+            remark = "all runs" if len(drawn) > 1 else drawn[0].name
+            figures.append(figure(f"{name} over {axis}", remark, picture))
+    over_time = time_plot(shown, joint, noise, unit, diagnosis.moments)
+    figures.append(figure(f"{name} over time", shown.name, over_time))
+    figures.append(figure(f"{name} over frequency", shown.name, spectrum_plot(shown, joint, unit)))
+    for what, motor in (("its own turn", False), ("its motor's turn", True)):
+        figures.append(figure(f"{name} over {what}", "all runs", orders_plot(traces, joint, motor, unit)))
+    return _grid(*figures, kind="three")
+
+
+def _alternatives(diagnosis: Told, finding: Named) -> str:
+    if not finding.alternatives:
+        return paragraph("Nothing else that exidyn knows explains it as well.")
+    rows = [
+        [escape(named(one.effect, one.joints, diagnosis.joints)), f"{number(100 * one.probability, 2)} %"]
+        for one in finding.alternatives
+    ]
+    return table(["not excluded", "probability"], rows)
+
+
+def unexplained_section(diagnosis: Told) -> str:
+    """What is left and has no name."""
+    if not diagnosis.remainders:
+        return ""
+    content = []
+    for one in diagnosis.remainders:
+        said = (
+            f"{joint_words(one.joint, diagnosis.joints)} keeps {one.size}, and what is left goes with "
+            f"{one.depends_on} (probability {100 * one.probability:.4g} %)."
+        )
+        content.append(paragraph(said, ""))
+        content.append(_figures(diagnosis, one.joint, USUAL))
+    return section("unexplained", "Unexplained", *content)
+
+
+def forward_section(diagnosis: Told) -> str:
+    """The arm in simulation, before and after."""
+    if (found := diagnosis.simulated) is None:
+        return ""
+    note = (
+        f"{found.run}, simulated in closed loop: an arm with drives of its own follows the recorded "
+        "motion, and the torque of its motors is compared with the recorded one."
+    )
+    noise = diagnosis.noise if len(diagnosis.noise) else np.ones(len(diagnosis.joints))
+    units = _units(diagnosis) if len(diagnosis.noise) else diagnosis.units
+    remark = f"simulated less recorded torque, root mean square{'' if units else ' over noise'}"
+    figures = [figure("All joints", remark, forward_bars(found, noise, _names(diagnosis), units))]
+    if not np.all(np.isfinite([found.before, found.after])):
+        note += " It diverged: where it did, there is no number."
+    if (samples := found.samples) is not None:
+        missed = 1e3 * float(np.max(samples.missed))
+        if np.isfinite(missed):
+            note += f" Its motors miss the recorded positions by {missed:.2g} {_small(diagnosis)} at most, "
+            note += "root mean square."
+        gained = _gained(found, noise)
+        drawn = forward_plot(samples, gained, diagnosis.units[gained])
+        figures.append(figure(joint_words(gained, diagnosis.joints), found.run, drawn))
+    if found.left_out:
+        note += f" Not simulated: {', '.join(effect_words(one) for one in found.left_out)}."
+    return section("simulation", "Simulation", paragraph(note), _grid(*figures))
+
+
+def _gained(found: Simulated, noise: np.ndarray) -> int:
+    """The joint that gains most; where a simulation diverged there is no gain."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        gains = (found.before**2 - found.after**2) / noise**2
+    return int(np.argmax(np.nan_to_num(gains, nan=-np.inf)))
+
+
+def _small(diagnosis: Told) -> str:
+    """Unit of a thousandth of a joint's way."""
+    kinds = [name for name, unit in (("mrad", TURNING), ("mm", SLIDING)) if unit in diagnosis.units]
+    return " or ".join(kinds)
+
+
+def where_section(diagnosis: Told) -> str:
+    """Every joint against what it may depend on."""
+    if not diagnosis.traces:
+        return ""
+    content = []
+    for joint, name in enumerate(_names(diagnosis)):
+        noise, unit = _noise(diagnosis, joint), diagnosis.units[joint]
+        figures = [
+            figure(f"over {axis}", "", profile_plot(diagnosis.traces, joint, AXES[axis], noise, unit))
+            for axis in ("velocity", "position", "load")
+        ]
+        content.append(f"<h3>{escape(name)}</h3>{_grid(*figures, kind='three')}")
+    note = "Residual of every joint, all runs: lines that are flat are a joint that is explained."
+    return section("joints", "Every joint", paragraph(note), *content)
+
+
+def data_section(diagnosis: Told) -> str:
+    """Runs, and what limits them."""
+    held_out = ", ".join(diagnosis.improvement.runs) if diagnosis.improvement else "none"
+    words = f"Fitted: {', '.join(diagnosis.runs)}; held out: {held_out}."
+    doubts = diagnosis.doubts or ("Nothing about the recordings limits the result.",)
+    return section("data", "Runs and what limits them", paragraph(words), listing(doubts))
+
+
+def _names(diagnosis: Told) -> list[str]:
+    return [joint_words(joint, diagnosis.joints) for joint in range(len(diagnosis.joints))]
+
+
+def _arrows(html: str) -> str:
+    return html.replace("-&gt;", "\N{RIGHTWARDS ARROW}")
+
+
+def _grid(*figures: str, kind: str = "two") -> str:
+    return f'<div class="grid {kind}">{"".join(figures)}</div>'
+
+
+BELOW: tuple[Section, ...] = (findings_section, undecided_section, unexplained_section, moments_section)
+
+SECTIONS: tuple[Section, ...] = (
+    budget_section,
+    verdict_section,
+    *BELOW,
+    changes_section,
+    forward_section,
+    where_section,
+    data_section,
+)
+"""Of a page of its own."""
+
+DETAILS = (budget_section, *BELOW, changes_section, where_section, data_section)
+"""Of a page on which others say the verdict, and what was gained."""

@@ -1,0 +1,298 @@
+"""A fit as one page of text, in the manner of a regression summary."""
+
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from os.path import commonprefix
+from typing import Any
+
+import numpy as np
+
+from ...effects import EFFECTS, Effect, JointEffect
+from ...fit.base_parameters import BaseParameters
+from ...fit.fit import Agreement, Fit
+from ...fit.payload_centre import payload_centres
+from ...fit.warnings.hints import OPEN
+from ...fit.warnings.verdict import (
+    NORMAL_95,
+    SURPRISE,
+    TO_NOISE,
+    gains_estimated,
+    gains_sentence,
+    surprises,
+    verdict,
+)
+from ...model import Model
+from ...text_table import WIDTH, at_point, digits, paragraph, table
+
+LABEL = 14
+"""Characters of a joint's name in the table of parameters; the head has it in full."""
+
+
+def summary(fit: Fit) -> str:
+    """One page: what was identified, how surely, how well it fits, and what remains open."""
+    title = f"Identified dynamics of {fit.model.robot.name}"
+    parts = [
+        [title.center(WIDTH).rstrip(), "=" * WIDTH, *_header(fit)],
+        ["Drive gains", *_rule(), *_gains(fit)],
+        ["Parameters", *_rule(), *_parameters(fit)],
+        ["Fit by joint", *_rule(), *_fits(fit)],
+        ["Open", *_rule(), *_open(fit)],
+        ["Composition of base parameters", *_rule(), *_composition(fit)],
+        ["Shapes of effects, as stated or fitted", *_rule(), *_shapes(fit)],
+        ["Verdict and doubts", *_rule(), *(line for v in verdict(fit) for line in paragraph(v, "  ", "- "))],
+    ]
+    return "\n\n".join("\n".join(part) for part in parts) + "\n" + "=" * WIDTH
+
+
+def _rule() -> list[str]:
+    return ["-" * WIDTH]
+
+
+def _header(fit: Fit) -> list[str]:
+    robot, filtering = fit.model.robot, fit.filtering
+    sources = sorted({a.noise_source for a in fit.agreement if a.noise_source})
+    names = ", ".join(f"{number} {joint}" for number, joint in enumerate(robot.joints, 1))
+    standstill = filtering.standstill
+    pairs = [
+        ("Robot", robot.name, "Method", fit.estimate.method),
+        ("Runs", str(len(fit.runs)), "Base parameters", _counted(fit)),
+        ("Rows", str(fit.rows), "Condition number", digits(fit.condition)),
+        (
+            "Position cut-off",
+            _hertz(filtering.position_cutoff),
+            "Noise floor from",
+            ", ".join(sources) or "-",
+        ),
+        (
+            "Torque cut-off",
+            _hertz(filtering.torque_cutoff),
+            "Standstill below",
+            "1 % of usual speed" if standstill is None else f"{digits(standstill)} rad/s",
+        ),
+    ]
+    half = WIDTH // 2
+    lines = [f"{a + ':':<18}{b}".ljust(half) + f"{c + ':':<18}{d}" for a, b, c, d in pairs]
+    for label, text in (("Joints", names), ("Identified from", ", ".join(fit.runs))):
+        lines += paragraph(text, " " * 18, f"{label + ':':<18}")
+    held_out = ", ".join(a.run for a in fit.validation)
+    return lines + (paragraph(held_out, " " * 18, f"{'Validated on:':<18}") if held_out else [])
+
+
+def _counted(fit: Fit) -> str:
+    rank = len(fit.names) + len(fit.dropped)
+    return f"{rank} (rank), {len(fit.names)} kept" if fit.dropped else f"{rank} (rank), all kept"
+
+
+def _hertz(frequency: float | None) -> str:
+    return "from the data" if frequency is None else f"{digits(frequency)} Hz"
+
+
+def _gains(fit: Fit) -> list[str]:
+    robot, estimate = fit.model.robot, fit.estimate
+    if not gains_estimated(fit):
+        if fit.unscaled or fit.measures == "torque":
+            return paragraph(gains_sentence(fit))
+        return paragraph(gains_sentence(fit)) + table(
+            ["joint", "N m/A"],
+            list(zip(robot.joints, at_point([digits(g) for g in estimate.gain]), strict=True)),
+        )
+    half = NORMAL_95 * estimate.gain_std
+    columns = [
+        [digits(v) for v in values]
+        for values in (
+            estimate.gain,
+            100 * estimate.gain_std / np.abs(estimate.gain),
+            estimate.gain - half,
+            estimate.gain + half,
+            robot.drive_gain,
+            100 * (estimate.gain / robot.drive_gain - 1),
+        )
+    ]
+    head = ["joint", "N m/A", "std %", "from", "to (95 %)", "believed", "off belief %"]
+    if fit.gains_unstated:  # nobody believed in a gain of 1
+        head, columns = head[:5], columns[:4]
+    return table(head, _rows(list(robot.joints), *columns))
+
+
+def _rows(first: Sequence[str], *columns: Sequence[str]) -> list[list[str]]:
+    return [list(row) for row in zip(first, *(at_point(column) for column in columns), strict=True)]
+
+
+def _parameters(fit: Fit) -> list[str]:
+    unit = "unit/(N m/A)" if fit.unscaled else "unit"
+    head = ["name", "joint", "value", unit, "std %", "from", "to (95 %)", "believed", "+- std", "note"]
+    places = _places(fit.model)
+    rows: list[list[str]] = []
+    columns = [fit.base.parameters[column].name for column in fit.base.kept]
+    headings = [places[name][0] for name in columns]
+    for heading in dict.fromkeys(headings):
+        members = [row for row, of in enumerate(headings) if of == heading]
+        rows += [[heading], *_group(fit, members, [places[columns[row]][1] for row in members])]
+    lines = table(head, rows, left=(0, 1, 3, 9))
+    lines += [line for words in payload_centres(fit) for line in paragraph(words)]
+    lines += paragraph(
+        "std %: standard deviation over value, with the residual's autocorrelation in it. "
+        f"open: above {OPEN:g} %. "
+        f"off belief: more than {SURPRISE:g} standard deviations of value and belief together."
+    )
+    return lines + _dropped(fit)
+
+
+def _group(fit: Fit, members: Sequence[int], joints: Sequence[str]) -> list[list[str]]:
+    """Rows of the parameters of one effect."""
+    value, std = fit.estimate.values[members], fit.estimate.std[members]
+    believed, tolerance = fit.believed[0][members], fit.believed[1][members]
+    percent = 100 * std / np.maximum(np.abs(value), np.finfo(float).tiny)
+    if fit.unscaled:  # values in amperes compare with no belief
+        tolerance = np.full(len(tolerance), np.inf)
+    held = np.isfinite(tolerance)
+    columns = [
+        [digits(v) for v in values]
+        for values in (
+            value,
+            percent,
+            value - NORMAL_95 * std,
+            value + NORMAL_95 * std,
+            np.where(held, believed, np.nan),
+            tolerance,
+        )
+    ]
+    values, percents, low, high, prior, spread = (at_point(column) for column in columns)
+    far = surprises(fit)
+    notes = [
+        ", ".join(note for note, on in (("open", p > OPEN), ("off belief", fit.names[row] in far)) if on)
+        or "kept"
+        for row, p in zip(members, percent, strict=True)
+    ]
+    names = [f"  {fit.names[row]}" for row in members]
+    units = [fit.base.units[row] for row in members]
+    return [
+        list(r)
+        for r in zip(names, joints, values, units, percents, low, high, prior, spread, notes, strict=True)
+    ]
+
+
+def _places(model: Model) -> dict[str, tuple[str, str]]:
+    """Heading and joint of each parameter."""
+    keys = {kind: name for name, kind in EFFECTS.items()}
+    return {
+        parameter.name: (f"{keys[type(effect)]} {getattr(effect, 'name', '')}".strip(), joint)
+        for effect in model.effects
+        for parameter, joint in zip(effect.parameters(model.robot), _joints(effect, model), strict=True)
+    }
+
+
+def _joints(effect: Effect, model: Model) -> Iterator[str]:
+    """Joint at which each parameter of an effect acts; empty where there is not one."""
+    robot = model.robot
+    labels = _labels(robot.joints)
+    count, bodies = len(effect.parameters(robot)), len(effect.inertias(robot))
+    where: Sequence[str] = [labels.get(getattr(effect, "joint", ""), "")]
+    if isinstance(effect, JointEffect):
+        where = [labels[robot.joints[joint]] for joint in effect.columns(robot)]
+    elif bodies == robot.dof:
+        where = list(labels.values())
+    return (where[place * len(where) // count] for place in range(count))
+
+
+def _labels(joints: Sequence[str]) -> dict[str, str]:
+    """Names of joints, short enough for a column: without an ending they all share, such as "_joint"."""
+    shared = len(commonprefix([joint[::-1] for joint in joints])) if len(joints) > 1 else 0
+    shared = 0 if shared == min(map(len, joints)) else shared
+    bare = [joint[: len(joint) - shared] for joint in joints]
+    return {j: b if len(b) <= LABEL else b[: LABEL - 1] + "~" for j, b in zip(joints, bare, strict=True)}
+
+
+def _dropped(fit: Fit) -> list[str]:
+    if not fit.dropped:
+        return []
+    places = _places(fit.model)
+    items = [
+        f"{name} ({joint}) {digits(value)}" if joint else f"{name} {digits(value)}"
+        for name, value in fit.dropped.items()
+        for _, joint in (places.get(name) or places[name.removesuffix("R")],)
+    ]
+    text = (
+        f"Dropped, {len(items)} that may all be zero as far as these runs can say (joint, value before): "
+        + "; ".join(item.replace(" ", "\N{NO-BREAK SPACE}") for item in items)
+    )
+    return ["", *(line.replace("\N{NO-BREAK SPACE}", " ") for line in paragraph(text, "  ", ""))]
+
+
+def pooled(agreements: Sequence[Agreement]) -> Agreement:
+    """Several runs as one."""
+    together: dict[str, Any] = {
+        name: np.concatenate([getattr(a, name) for a in agreements])
+        for name in ("time", "measured", "predicted", "weight", "velocity")
+    }
+    noise = np.sqrt(np.mean([a.noise**2 for a in agreements], axis=0))
+    name = agreements[0].run if len(agreements) == 1 else f"{len(agreements)} runs together"
+    return replace(agreements[0], run=name, position=None, noise=noise, **together)
+
+
+def _fits(fit: Fit) -> list[str]:
+    if not fit.agreement:
+        return paragraph("not kept in the file: compare with runs by Fit.agree")
+    unit = "A" if fit.unscaled else "N m"
+    head = ["joint", f"residual {unit}", f"noise {unit}", "over noise", "", "relative %", "R^2"]
+    rows: list[list[str]] = []
+    runs = [("identified from", pooled(fit.agreement)), *(("validated on", a) for a in fit.validation)]
+    for role, agreement in runs:
+        rows += [[f"{role} {agreement.run}"], *_fit_rows(fit, agreement)]
+    lines = table(head, rows, left=(0, 4))
+    return lines + paragraph(
+        "over noise: residual over the noise floor, 1 where nothing is missing. "
+        f"* above {TO_NOISE}: what the model leaves is at least 0.8 of the noise itself; "
+        "physics is missing there."
+    )
+
+
+def _fit_rows(fit: Fit, agreement: Agreement) -> list[list[str]]:
+    over = agreement.over_noise
+    values = (agreement.residual_rms, agreement.noise, over, 100 * agreement.relative)
+    residual, noise, times, relative = (at_point([digits(v) for v in column]) for column in values)
+    flags = ["*" if o > TO_NOISE else "" for o in over]
+    explained = [f"{r:.6f}" for r in agreement.r_squared]
+    joints = [f"  {joint}" for joint in fit.model.robot.joints]
+    return [list(r) for r in zip(joints, residual, noise, times, flags, relative, explained, strict=True)]
+
+
+def _open(fit: Fit) -> list[str]:
+    if not fit.unclear:
+        return paragraph(f"Nothing: every parameter that was kept is known to {OPEN:g} % or better.")
+    head = ["name", "std %", "would be settled by a run that does this"]
+    rows = _rows([u.name for u in fit.unclear], [digits(u.std_percent) for u in fit.unclear])
+    return table(head, [[*row, u.hint] for row, u in zip(rows, fit.unclear, strict=True)], left=(0, 2))
+
+
+def _shapes(fit: Fit) -> list[str]:
+    """Nonlinear unknowns, one effect a line."""
+    keys, lines = {kind: name for name, kind in EFFECTS.items()}, []
+    for effect in fit.model.effects:
+        values = [
+            f"{name} {getattr(effect, name):.4g} {shape.unit}" for name, shape in effect.shapes().items()
+        ]
+        if values:
+            where = ", ".join(dict.fromkeys(_joints(effect, fit.model)))
+            lines += paragraph(f"{keys[type(effect)]} ({where}): {', '.join(values)}", "  ")
+    return lines or ["None of the effects has one."]
+
+
+def _composition(fit: Fit) -> list[str]:
+    structure: BaseParameters = fit.structure or fit.base
+    lines = [line for e in structure.expressions for line in _wrapped_sum(e)]
+    alone = len(structure.kept) - len(structure.expressions)
+    lines += paragraph(f"The other {alone} are single parameters.") if alone else []
+    hidden = structure.without_effect
+    if hidden:
+        lines += paragraph("No motion of this arm reveals: " + ", ".join(hidden), "  ", "")
+    return lines
+
+
+def _wrapped_sum(expression: str) -> list[str]:
+    """A sum wrapped before its signs."""
+    name, right = expression.split(" = ", 1)
+    terms = re.sub(r" ([+-]) (\S+) ([A-Za-z])", r" \1~\2~\3", f" {right}")
+    terms = re.sub(r" ([+-]) ", r" \1~", terms).strip()
+    return [line.replace("~", " ") for line in paragraph(terms, " " * (len(name) + 3), f"{name} = ")]

@@ -1,0 +1,156 @@
+"""The sections of a report, one function each, in the order in which they are read."""
+
+from html import escape
+
+import numpy as np
+
+from ...fit.fit import Agreement, Fit
+from ...fit.warnings.verdict import gains_estimated, gains_sentence, verdict
+from ..report_html import figure, listing, number, paragraph, section
+from ..svg import COLUMNS
+from .friction_curve import ROOM_TEMPERATURE
+from .report_plots import STRETCH, friction_plot, measured_unit, torque_plot
+from .report_tables import (
+    correlation_table,
+    dropped_table,
+    filter_table,
+    gain_table,
+    joint_table,
+    parameter_tables,
+    runs_table,
+    unclear_table,
+)
+
+STRETCHES = 20_000
+"""Stretches of lines in all plots of runs together; each costs some 33 bytes, so all cost 0.7 MB."""
+NO_SAMPLES = (
+    "This fit was loaded without the samples of its runs, so that there is nothing to draw here. "
+    "Identify again from the recordings to see it."
+)
+
+
+def verdict_section(fit: Fit) -> str:
+    """What to think of the fit, before any detail."""
+    return section("verdict", "Verdict", listing(verdict(fit), "verdict"), joint_table(fit))
+
+
+def gains_section(fit: Fit) -> str:
+    """Drive gains."""
+    note = (
+        "Torque per motor current, signed. Grey: where the belief puts it with 95 %; blue: the estimate "
+        "with its 95 % interval, on the scale of the belief's deviation; an arrow points to what lies "
+        "outside."
+    )
+    if not gains_estimated(fit):
+        note = gains_sentence(fit)
+        if fit.unscaled or fit.measures == "torque":
+            return section("gains", "Drive gains", paragraph(note))
+    return section("gains", "Drive gains", paragraph(note), gain_table(fit))
+
+
+def parameters_section(fit: Fit) -> str:
+    """Base parameters with intervals against beliefs."""
+    note = (
+        f"Base parameters by {fit.estimate.method}, in SI units. R marks one into which others are "
+        "regrouped. Grey: where the belief puts it with 95 %; blue: the estimate with its 95 % interval; "
+        "the line in the middle is the believed value, and the width is nine deviations of the belief."
+    )
+    content = [paragraph(note), parameter_tables(fit)]
+    if fit.unclear:
+        content += ["<h3>Unclear</h3>", unclear_table(fit)]
+    return section("parameters", "Parameters", *content)
+
+
+def runs_section(fit: Fit) -> str:
+    """Measured, predicted and residual torque of every run and joint."""
+    runs = [(run, "held out") for run in fit.validation] + [(run, "used") for run in fit.agreement]
+    if not runs:
+        return section("runs", "Runs", paragraph(NO_SAMPLES), runs_table(fit) if fit.scores else "")
+    plots = len(runs) * fit.model.robot.dof
+    columns = int(np.clip(STRETCHES // plots, 40, COLUMNS))
+    note = (
+        "The table has, for each run and joint, residual over noise and residual in per cent of the "
+        "torque. In the plots measured and predicted torque lie on one another; samples in which the "
+        "joint stands still are not judged, and residuals there may leave the frame. Of runs above "
+        f"{STRETCH:g}\u00a0s the torque is shown where most of the residual lies."
+    )
+    content = [_run(fit, run, role, columns) for run, role in runs]
+    return section("runs", "Runs", paragraph(note), runs_table(fit), *content)
+
+
+def _run(fit: Fit, run: Agreement, role: str, columns: int) -> str:
+    figures = [
+        figure(
+            joint,
+            f"residual {run.residual_rms[j]:.3g} {measured_unit(fit, j)}, "
+            f"{run.over_noise[j]:.2f} x noise, {100 * run.relative[j]:.2g} % of the torque",
+            torque_plot(run, fit.model.robot, j, columns, measured_unit(fit, j)),
+        )
+        for j, joint in enumerate(fit.model.robot.joints)
+    ]
+    return f'<h3>{escape(run.run)} ({role})</h3><div class="grid two">{"".join(figures)}</div>'
+
+
+def friction_section(fit: Fit) -> str:
+    """Friction of every joint over its velocity."""
+    note = (
+        "Friction is what sliding adds to the torque that does not pass the gear. Dots: measured torque of "
+        "the runs used, everything else taken off; where they leave the curve together, the form of the "
+        "friction is wrong. What depends on more than velocity is drawn at mid-range and "
+        f"{ROOM_TEMPERATURE:g}\u00a0\u00b0C."
+    )
+    figures = [figure(joint, "", friction_plot(fit, j)) for j, joint in enumerate(fit.model.robot.joints)]
+    without = "" if fit.agreement else paragraph(NO_SAMPLES)
+    content = f'<div class="grid three">{"".join(figures)}</div>'
+    return section("friction", "Friction", paragraph(note), without, content)
+
+
+def conditioning_section(fit: Fit) -> str:
+    """How well the data tell the parameters apart."""
+    words = (
+        f"<p>Condition number of the weighted regressor with unit columns: {number(fit.condition, 3)}. "
+        "It says by how much the least visible combination of parameters stands behind the most visible "
+        "one. Below are the estimates that the data tell apart worst; near \u22121 or 1 only their sum or "
+        "difference is known.</p>"
+    )
+    return section("conditioning", "Conditioning", words, correlation_table(fit))
+
+
+def structure_section(fit: Fit) -> str:
+    """What was regrouped, dropped, or cannot be seen at all."""
+    halves = []
+    if fit.base.expressions:
+        rows = "".join(f"<li><code>{escape(line)}</code></li>" for line in fit.base.expressions)
+        halves += [f"<div><h3>Regrouped</h3><ul>{rows}</ul></div>"]
+    if fit.dropped:
+        words = "The data do not support these; they were set to zero and the others estimated again."
+        halves += [f"<div><h3>Dropped</h3>{paragraph(words)}{dropped_table(fit)}</div>"]
+    content = [f'<div class="grid two tables">{"".join(halves)}</div>']
+    if hidden := (fit.structure or fit.base).without_effect:
+        words = f"No motion of this arm makes them felt in a torque: {', '.join(hidden)}."
+        content += ["<h3>Without effect</h3>", paragraph(words)]
+    return section("structure", "Regrouped and dropped", *content)
+
+
+def data_section(fit: Fit) -> str:
+    """Runs, filters and doubts."""
+    held_out = ", ".join(run.run for run in fit.validation) or "none"
+    runs = f"Identified from {', '.join(fit.runs)}; held out: {held_out}."
+    doubts = (
+        listing(fit.doubts) if fit.doubts else paragraph("Nothing about the recordings gives rise to doubt.")
+    )
+    return section(
+        "data", "Data, filters, doubts", paragraph(runs), filter_table(fit), "<h3>Doubts</h3>", doubts
+    )
+
+
+SECTIONS = (
+    verdict_section,
+    gains_section,
+    parameters_section,
+    runs_section,
+    friction_section,
+    conditioning_section,
+    structure_section,
+    data_section,
+)

@@ -1,0 +1,5 @@
+"""Arms and recordings in Rerun.
+
+In: models, recordings.
+Out: what is logged.
+"""

@@ -1,0 +1,229 @@
+"""A folder with case.toml: a robot as believed, how well, and its runs as tables."""
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import pinocchio as pin
+
+from ...arm.robot import Limits, Robot
+from ...effects import (
+    Belief,
+    CoulombFriction,
+    CurrentOffset,
+    Effect,
+    JointEffect,
+    RigidBody,
+    RotorInertia,
+    SpringBalancer,
+    ViscousFriction,
+    known_parameters,
+)
+from ...errors import ExidynError, NotAFile, RecordingError, RobotError
+from ...model import Model
+from ...robot_files.toml_fields import (
+    boolean,
+    integer,
+    number,
+    numbers,
+    parse_toml,
+    read_text,
+    string,
+    tables,
+)
+from ...robot_files.urdf import parse_urdf
+from ..recording import KnownPayload, Recording
+from .csv_file import import_csv
+
+FORMAT = 1
+
+WITHIN = 3.0**-0.5
+"""Standard deviation over the tolerance of what is true within it, all values there being as likely."""
+GUESSED = 1.0
+"""The same of friction, which is a guess besides: its formula is not quite the arm's."""
+JOINT_TERMS: dict[str, tuple[type[JointEffect], str, str, str, float]] = {
+    "rotor_inertia": (RotorInertia, "Ia", "rotor_inertia", "rotor_inertia_tolerance", WITHIN),
+    "viscous": (ViscousFriction, "Fv", "friction_viscous", "friction_tolerance", GUESSED),
+    "coulomb": (CoulombFriction, "Fc", "friction_coulomb", "friction_tolerance", GUESSED),
+    "offset": (CurrentOffset, "Off", "", "", GUESSED),
+}
+"""Term -> effect, name of its parameters, keys of their believed values and of their tolerance, and standard
+deviation over that tolerance; offsets have none."""
+
+SPRING = ("d21", "d22", "phi")
+"""Shape of a balancer."""
+
+
+def import_case_folder(source: Path, model: Model | None = None, role: str | None = None) -> list[Recording]:
+    """Import the runs of a case, each with the believed model that the case states.
+
+    Args:
+        source: The folder, or its case.toml.
+        model: Instead of the model that the case states.
+        role: Only the runs of this role.
+
+    Raises:
+        NotAFile: There is no case.toml, or it is not one.
+        RecordingError: A run is not what the case says.
+        RobotError: The robot's URDF is wrong.
+    """
+    folder = source if source.is_dir() else source.parent
+    case = _read(folder / "case.toml")
+    model = model or believed_model(folder)
+    with _of(folder):
+        name = string(_table(case, "case")["name"], "[case] name")
+        runs = [_run(run) for run in tables(case.get("runs"), "runs")] if case.get("runs") else []
+    return [_recording(folder, name, run, model) for run in runs if role in (None, run.settings.get("role"))]
+
+
+def believed_model(folder: Path) -> Model:
+    """The model that a case states, with its beliefs, which are true within the tolerances it gives.
+
+    Raises:
+        NotAFile: There is no case.toml, or it is not one.
+        RecordingError: It lacks a key, or one has a value that does not fit.
+        RobotError: The robot's URDF is wrong.
+    """
+    case = _read(folder / "case.toml")
+    with _of(folder):
+        path = folder / string(_table(case, "robot")["urdf"], "[robot] urdf")
+    kinematics = parse_urdf(read_text(path), str(path)).model
+    with _of(folder):
+        robot = _robot(case, kinematics)
+        return _model(robot, _table(case, "believed"))
+
+
+@contextmanager
+def _of(folder: Path) -> Iterator[None]:
+    """Errors with the name of the file that they are in."""
+    where = folder / "case.toml"
+    try:
+        yield
+    except KeyError as error:
+        raise RecordingError(f"{where}: key {error} is missing") from error
+    except ExidynError as error:
+        raise RecordingError(f"{where}: {error}") from error
+
+
+def _read(path: Path) -> dict[str, Any]:
+    try:
+        case = parse_toml(read_text(path), str(path))
+    except RobotError as error:
+        raise NotAFile(str(error)) from error
+    table = case.get("case")
+    found = table.get("format") if isinstance(table, Mapping) else None
+    if found != FORMAT:
+        raise NotAFile(f"{path}: [case] format is {found}; this version reads {FORMAT}")
+    return case
+
+
+def _table(table: Mapping[str, Any], key: str) -> Mapping[str, Any]:
+    """A table in a table."""
+    if not isinstance(table[key], Mapping):
+        raise RecordingError(f"[{key}] is {table[key]!r}; expected a table")
+    return table[key]
+
+
+def _robot(case: Mapping[str, Any], kinematics: pin.Model) -> Robot:
+    believed, limits, n = _table(case, "believed"), _table(case, "limits"), kinematics.nv
+    gravity = numbers(believed["gravity"], 3, "[believed] gravity")
+    kinematics.gravity = pin.Motion(gravity, np.zeros(3))
+    keys = ("position_lower", "position_upper", "velocity", "acceleration", "torque")
+    known = {key: numbers(limits[key], n, f"[limits] {key}", infinite=True) for key in keys}
+    drive = {key: numbers(believed[key], n, f"[believed] {key}") for key in ("drive_gain", "gear_ratio")}
+    for key, values in drive.items():
+        if not np.all(values):
+            raise RecordingError(
+                f"[believed] {key}: {values.tolist()} has a zero; give 1 where it is unknown"
+            )
+    return Robot(
+        name=string(_table(case, "robot")["name"], "[robot] name"),
+        kinematics=kinematics,
+        limits=Limits(jerk=np.full(n, np.inf), **known),
+        drive_gain_tolerance=WITHIN * _tolerance(believed, "drive_gain_tolerance"),
+        inertial_tolerance=WITHIN * _tolerance(believed, "inertial_tolerance"),
+        drive_gain=drive["drive_gain"],
+        gear_ratio=drive["gear_ratio"],
+    )
+
+
+def _tolerance(believed: Mapping[str, Any], key: str) -> float:
+    return number(believed[key], f"[believed] {key}", 0.0)
+
+
+def _model(robot: Robot, believed: Mapping[str, Any]) -> Model:
+    effects: list[Effect] = [RigidBody()]
+    stated: dict[str, Belief] = {}
+    terms = _table(believed, "terms")
+    for term, (kind, name, values, tolerance, share) in JOINT_TERMS.items():
+        present = np.flatnonzero(_flags(terms[term], robot.dof, f"[believed.terms] {term}")).tolist()
+        if present:
+            effects.append(kind(tuple(robot.joints[joint] for joint in present)))
+        if present and values:
+            given = numbers(believed[values], robot.dof, f"[believed] {values}").tolist()
+            std = share * _tolerance(believed, tolerance)
+            stated |= {f"{name}{joint + 1}": _belief(given[joint], std) for joint in present}
+    if boolean(terms["balancer"], "[believed.terms] balancer"):
+        spring, beliefs = _balancer(robot, _table(believed, "balancer"), believed)
+        effects.append(spring)
+        stated |= beliefs
+    return Model(robot, tuple(effects), stated)
+
+
+def _flags(value: object, count: int, where: str) -> list[bool]:
+    """True or false for each joint."""
+    if not isinstance(value, list) or len(value) != count:
+        raise RecordingError(f"{where}: expected true or false for each of {count} joints; found {value!r}")
+    return [boolean(one, where) for one in value]
+
+
+def _balancer(
+    robot: Robot, balancer: Mapping[str, Any], believed: Mapping[str, Any]
+) -> tuple[SpringBalancer, dict[str, Belief]]:
+    given = {key: number(balancer[key], f"[believed.balancer] {key}") for key in (*SPRING, "Kr", "K0")}
+    joint = integer(balancer["joint"], "[believed.balancer] joint", 1)
+    if joint > robot.dof:
+        raise RecordingError(f"[believed.balancer] joint: {joint}, but the robot has {robot.dof}")
+    # The case gives no tolerance for the spring: it is as well known as the masses it carries.
+    tolerance = number(
+        balancer.get("tolerance", believed["inertial_tolerance"]), "[believed.balancer] tolerance", 0.0
+    )
+    effect = SpringBalancer(robot.joints[joint - 1], **{key: given[key] for key in SPRING})
+    return effect, {name: _belief(given[name], WITHIN * tolerance) for name in ("Kr", "K0")}
+
+
+def _belief(value: float, tolerance: float) -> Belief:
+    """A value and its deviation; a relative tolerance says nothing about a value of zero."""
+    return Belief(value, tolerance * abs(value) if value else np.inf)
+
+
+class _Run(NamedTuple):
+    """A run as the case describes it."""
+
+    file: str
+    payload: KnownPayload | None
+    settings: dict[str, str]
+
+
+def _run(run: Mapping[str, Any]) -> _Run:
+    settings = {key: str(value) for key, value in run.items() if key not in ("file", "payload")}
+    payload = KnownPayload("L", _known(_table(run, "payload"))) if "payload" in run else None
+    return _Run(string(run["file"], "[[runs]] file"), payload, settings)
+
+
+def _known(payload: Mapping[str, Any]) -> tuple[tuple[str, float], ...]:
+    com, inertia = (
+        numbers(payload[key], count, f"[[runs]] payload {key}").tolist() if key in payload else None
+        for key, count in (("com", 3), ("inertia", 6))
+    )
+    return known_parameters(number(payload["mass"], "[[runs]] payload mass"), com, inertia)
+
+
+def _recording(folder: Path, name: str, run: _Run, model: Model) -> Recording:
+    stem = Path(run.file).name.split(".")[0]
+    [recording] = import_csv(
+        folder / run.file, model, name=f"{name}/{stem}", payload=run.payload, settings=run.settings
+    )
+    return recording

@@ -1,0 +1,172 @@
+"""Traces of KUKA controllers: <name>_KRCIpo and <name>_NextGenDrive#1 to #6, each a .dat with a .r64."""
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ...errors import NotAFile, RecordingError
+from ...model import Model
+from ..recording import KnownPayload, Recording, Signal
+from ..recording_checks import check
+from ..units import joint_side, to_axes_of_robot
+from .diadem_file import DiademChannel, read_diadem
+
+CHANNELS: dict[str, str] = {
+    "istposition": "position",
+    "axispos_act": "position",
+    "iststrom": "current",
+    "istmoment": "torque",
+    "motortemperatur": "temperature",
+    "sollposition": "command",
+    "axispos_cmdipo": "command",
+}
+"""Beginning of a channel's name -> signal; the number of the axis follows it, or is in the file's name.
+Where a drive and the interpolator give the same signal, the drive's counts: it is sampled faster."""
+
+UNITS: dict[str, tuple[float, float]] = {
+    "°": (np.pi / 180, 0.0),
+    "grad": (np.pi / 180, 0.0),
+    "grd": (np.pi / 180, 0.0),
+    "deg": (np.pi / 180, 0.0),
+    "rad": (1.0, 0.0),
+    "mm": (1e-3, 0.0),
+    "m": (1.0, 0.0),
+    "a": (1.0, 0.0),
+    "ma": (1e-3, 0.0),
+    "nm": (1.0, 0.0),
+    "k": (1.0, -273.15),
+    "°c": (1.0, 0.0),
+    "c": (1.0, 0.0),
+    "s": (1.0, 0.0),
+    "ms": (1e-3, 0.0),
+}
+"""Unit, in small letters -> factor and offset to that of `SIGNALS`."""
+
+
+@dataclass(frozen=True)
+class _Column:
+    """One signal of one axis: rank 0 from a drive, 1 from the interpolator."""
+
+    signal: str
+    axis: int
+    rank: int
+    time: np.ndarray
+    values: np.ndarray
+
+
+def import_kuka_trace(
+    source: Path,
+    model: Model | None = None,
+    motor_side: bool | Sequence[str] = False,
+    sign: Sequence[float] | None = None,
+    zero: Sequence[float] | None = None,
+    name: str | None = None,
+    payload: KnownPayload | None = None,
+) -> list[Recording]:
+    """Import traces: all files of one name are one run, each signal at its own rate.
+
+    Args:
+        source: A folder, or any file of one trace.
+        model: The robot as believed.
+        motor_side: What the controller gives before the gear, such as ["torque"].
+        sign: 1 or -1 a joint, where the controller counts the other way than the robot's description.
+        zero: Position in the robot's description where the controller shows zero [rad], one a joint.
+        name: Of the trace in a folder of several; all of them by default.
+        payload: What hung on the flange.
+
+    Raises:
+        RecordingError: The files do not hold a run of this robot; the message says why.
+    """
+    if model is None:
+        raise RecordingError(
+            f"{source}: a trace does not say of which robot it is; give the robot too (--robot FILE)"
+        )
+    folder = source if source.is_dir() else source.parent
+    traces: dict[str, list[Path]] = {}
+    for file in sorted(folder.iterdir()):
+        if file.suffix.lower() == ".dat":
+            traces.setdefault(_trace_name(file), []).append(file)
+    wanted = name or (None if source.is_dir() else _trace_name(source))
+    found = {trace: files for trace, files in traces.items() if wanted in (None, trace)}
+    if not found:
+        raise NotAFile(f"{source}: no trace {wanted or ''}. Traces here: {', '.join(traces) or 'none'}")
+    runs = [_recording(trace, files, model, payload) for trace, files in found.items()]
+    return [check(to_axes_of_robot(joint_side(run, motor_side), sign, zero)) for run in runs]
+
+
+def _trace_name(file: Path) -> str:
+    return re.sub(r"_(KRCIpo|NextGenDrive#?\d*)$", "", file.stem, flags=re.IGNORECASE)
+
+
+def _recording(trace: str, files: list[Path], model: Model, payload: KnownPayload | None) -> Recording:
+    columns: list[_Column] = []
+    doubts: list[str] = []
+    for file in files:
+        columns += _columns(file, doubts)
+    signals = {}
+    for signal in dict.fromkeys(column.signal for column in columns):
+        ours = [column for column in columns if column.signal == signal]
+        best = min(column.rank for column in ours)
+        signals[signal] = _signal(signal, [c for c in ours if c.rank == best], model, doubts)
+    settings = {"source": ", ".join(file.name for file in files)}
+    return Recording(trace, model, signals, payload, settings=settings, warnings=tuple(doubts))
+
+
+def _columns(file: Path, doubts: list[str]) -> list[_Column]:
+    content = read_diadem(file)
+    doubts += content.warnings
+    number = re.search(r"#(\d+)$", file.stem)
+    times = [channel for channel in content.channels if channel.implicit]
+    if not times:
+        raise RecordingError(f"{file} has no implicit channel of time")
+    time = _in_si(times[0], doubts)
+    columns = []
+    for channel in content.channels:
+        match = re.match(r"([a-z_]+?)[ _#]*a?(\d*)$", channel.name.lower())
+        signal = CHANNELS.get(match[1]) if match else None
+        axis = match[2] if match and match[2] else (number[1] if number else "")
+        values = _in_si(channel, doubts) if signal and axis else None
+        if signal and values is not None and time is not None:
+            shown = min(len(time), len(values))
+            columns.append(_Column(signal, int(axis), 0 if number else 1, time[:shown], values[:shown]))
+    return columns
+
+
+def _in_si(channel: DiademChannel, doubts: list[str]) -> np.ndarray | None:
+    """Values in SI units; None, and a doubt, for a unit that nobody knows."""
+    unit = channel.unit.strip().strip("[]").lower()
+    if unit not in UNITS:
+        doubts.append(
+            f"{channel.name} was left out: its unit is '{channel.unit}', known are {', '.join(UNITS)}"
+        )
+        return None
+    factor, offset = UNITS[unit]
+    return channel.values * factor + offset
+
+
+def _signal(name: str, columns: list[_Column], model: Model, doubts: list[str]) -> Signal:
+    """The axes of one signal side by side; an axis that was not traced is NaN."""
+    robot = model.robot
+    beyond = [column.axis for column in columns if not 1 <= column.axis <= robot.dof]
+    if beyond:
+        raise RecordingError(
+            f"{name} of axis {beyond[0]}, but {robot.name} has {robot.dof}: external axes are not read"
+        )
+    length = min(len(column.time) for column in columns)
+    if any(len(column.time) > length for column in columns):
+        doubts.append(
+            f"{name}: the axes' files are not equally long; what goes beyond {length} samples is left out"
+        )
+    time = columns[0].time[:length]
+    for column in columns:
+        if not np.allclose(column.time[:length], time, atol=1e-6):
+            raise RecordingError(
+                f"{name}: axes {columns[0].axis} and {column.axis} were sampled at different times"
+            )
+    values = np.full((length, robot.dof), np.nan)
+    for column in columns:
+        values[:, column.axis - 1] = column.values[:length]
+    return Signal(time, values)

@@ -1,0 +1,195 @@
+"""One run in one MCAP file that explains itself, and that ROS 2 tools and viewers open as it is.
+
+The file begins with what explains it (metadata, robot, trajectory), so that a run that was cut off still
+does. Time is kept twice: a message's publish_time is the controller's time counted from an epoch, its
+log_time the host's clock where that was recorded, and else the same.
+"""
+
+import json
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...errors import NotAFile, RecordingError
+from ...robot_files.robot_file import parse_model
+from ..recording import EFFORT, KnownPayload, Recording, Signal
+from ..recording_checks import check_recorded
+from ..stale_samples import without_stale
+from .mcap_records import Contents, read_contents
+from .mcap_run_log import EVENTS, event_message, read_events, read_timing, timing_messages, timing_topic
+from .mcap_streams import Stream, of_any_length, pose_messages, ticks, write_merged
+from .mcap_topics import TRANSFORMS, Topic, nanoseconds, topic_of, topics_of
+from .mcap_writer import CHUNK, EPOCH, FORMAT, Head, RecordingWriter
+
+
+def write_recording(recording: Recording, path: Path | str) -> None:
+    """Write a recording; the file appears under its name only when it is whole."""
+    part = Path(path).with_name(Path(path).name + ".part")
+    head = _head(recording)
+    streams = _streams(recording, head.epoch)
+    start = min((int(stream.logged[0]) for stream in streams if len(stream.logged)), default=head.epoch)
+    with open(part, "wb") as file, RecordingWriter(file, head, start) as writer:
+        write_merged(streams, writer)
+        writer.add_outcome(recording.outcome)
+    os.replace(part, path)
+
+
+def _head(recording: Recording) -> Head:
+    epoch = EPOCH
+    if recording.host_time is not None and len(recording.host_time):
+        epoch = int(recording.host_time[0] - nanoseconds(recording.signals["position"].time[:1])[0])
+    return Head(
+        name=recording.name,
+        model=recording.model,
+        payload=recording.payload,
+        trajectory=recording.trajectory,
+        settings=recording.settings,
+        warnings=recording.warnings,
+        epoch=epoch,
+        host_clock=recording.host_time is not None,
+        samples={name: len(signal) for name, signal in recording.signals.items()},
+    )
+
+
+def _streams(recording: Recording, epoch: int) -> list[Stream]:
+    joints = recording.robot.joints
+    content = [
+        (topic, recording.signals[next(iter(topic.fields))].time, topic.messages(joints, recording.signals))
+        for topic in topics_of(recording.signals)
+    ]
+    content.append(_transforms(recording))
+    if recording.timing is not None:
+        timing = recording.timing
+        content.append((timing_topic(timing.stages), timing.time, timing_messages(timing)))
+    if recording.events:
+        messages = of_any_length([event_message(event) for event in recording.events])
+        content.append((EVENTS, np.array([event.time for event in recording.events]), messages))
+    streams = []
+    for topic, time, messages in content:
+        published = nanoseconds(time) + epoch
+        streams.append(Stream(topic, published, _host_clock(recording, published, epoch), messages))
+    return streams
+
+
+def _host_clock(recording: Recording, time: np.ndarray, epoch: int) -> np.ndarray:
+    """Host's clock at controller's times [ns]: exact at position samples, between them interpolated."""
+    if recording.host_time is None or not len(recording.host_time):
+        return time
+    known = nanoseconds(recording.signals["position"].time)
+    late = recording.host_time - known - epoch
+    return time + np.rint(np.interp(time - epoch, known, late)).astype(np.int64)
+
+
+def _transforms(recording: Recording) -> tuple[Topic, np.ndarray, np.ndarray]:
+    """Poses of the links, as often as the eye wants them or as the recording has them."""
+    position = recording.signals["position"]
+    shown = position[np.flatnonzero(np.diff(ticks(position.time), prepend=-np.inf))]
+    return TRANSFORMS, shown.time, pose_messages(recording.robot.kinematics, shown.time, shown.values)
+
+
+def read_recording(path: Path | str) -> Recording:
+    """Read a recording, as far as a file that was cut off goes, whatever was recorded.
+
+    What cannot be in it, such as a joint at 90 rad, is among its warnings; see `recording_checks`.
+
+    Raises:
+        NotAFile: Not a recording, or not even its robot can be read.
+        RecordingError: Of a format that this version does not read.
+    """
+    contents = read_contents(Path(path))
+    head = _read_head(contents, Path(path))
+    signals, host_time = _read_signals(contents, head)
+    recording = Recording(
+        name=head.name,
+        model=head.model,
+        signals=signals,
+        payload=head.payload,
+        trajectory=head.trajectory,
+        settings=head.settings,
+        host_time=host_time if head.host_clock else None,
+        events=read_events(contents, head.epoch),
+        timing=read_timing(contents, head.epoch),
+        outcome=contents.metadata.get("outcome", {}),
+        warnings=head.warnings,
+    )
+    return check_recorded(without_stale(recording.doubted(*_losses(contents, head, signals))))
+
+
+def _read_head(contents: Contents, path: Path) -> Head:
+    record = contents.metadata.get("exidyn")
+    if record is None or "robot.toml" not in contents.attachments:
+        raise NotAFile(
+            f"{path} has no robot inside: it was cut off before its first sample, or it is not an exidyn "
+            "recording. Import ROS 2 bags first"
+        )
+    if record.get("format") != FORMAT:
+        raise RecordingError(f"{path} has format {record.get('format')}; this version reads {FORMAT}")
+    try:
+        return _parse_head(record, contents)
+    except (KeyError, TypeError, ValueError, AttributeError, ArithmeticError, RecursionError) as error:
+        raise NotAFile(f"{path}: what explains it is damaged: {error}") from error
+
+
+def _parse_head(record: Mapping[str, str], contents: Contents) -> Head:
+    payload: Any = json.loads(record["payload"])
+    epoch, samples = int(record["epoch_ns"]), json.loads(record["samples"])
+    for key, value in {"epoch_ns": epoch, **samples}.items():
+        if not 0 <= int(value) < 2**63:
+            raise ValueError(f"{key} is {value}; expected a whole number of 63 bits")
+    trajectory = contents.attachments.get("trajectory")
+    known = tuple((name, value) for name, value in payload["known"]) if payload else ()
+    return Head(
+        name=record["name"],
+        model=parse_model(contents.attachments["robot.toml"].data.decode()),
+        payload=KnownPayload(payload["name"], known) if payload else None,
+        trajectory=trajectory.data.decode() if trajectory else "",
+        settings=contents.metadata.get("settings", {}),
+        warnings=tuple(str(warning) for warning in json.loads(record["warnings"])),
+        epoch=epoch,
+        host_clock=bool(json.loads(record["host_clock"])),
+        samples={name: int(count) for name, count in samples.items()},
+    )
+
+
+def _read_signals(contents: Contents, head: Head) -> tuple[dict[str, Signal], np.ndarray]:
+    joints = head.model.robot.joints
+    silent = Signal(np.empty(0), np.empty((0, len(joints))))
+    signals = dict.fromkeys(head.samples, silent)
+    host_time = np.empty(0, np.int64)
+    for number, channel in contents.channels.items():
+        topic = topic_of(channel.topic, channel.metadata)
+        if topic is None:
+            continue
+        rows = contents.rows(number, topic.template(joints).dtype)
+        time = (rows["publish_time"].astype(np.int64) - head.epoch) / 1e9
+        signals |= {signal: Signal(time, rows["body"][name]) for signal, name in topic.fields.items()}
+        if "position" in topic.fields:
+            host_time = rows["log_time"].astype(np.int64)
+    # A run that ended before its first sample is a recording too, if only of which robot it was.
+    signals.setdefault("position", silent)
+    if not any(name in signals for name in EFFORT):
+        signals["current"] = silent
+    return signals, host_time
+
+
+def _losses(contents: Contents, head: Head, signals: Mapping[str, Signal]) -> list[str]:
+    """What is missing, in sentences."""
+    losses = [f"could not be read: {loss}" for loss in contents.lost]
+    for name, expected in head.samples.items():
+        found = len(signals[name])
+        if found < expected:
+            lost = expected - found
+            seconds = lost * signals[name].period
+            losses.append(
+                f"{name}: {found} of {expected} samples were read, {lost} ({seconds:.3f} s) are lost"
+            )
+    if not contents.finished:
+        last = signals["position"].time[-1:].tolist()
+        until = f"the run is known up to {last[0]:.3f} s" if last else "there is not one sample in it"
+        losses.insert(
+            0, f"file ends abruptly: {until}; what the recorder still held, at most {CHUNK} bytes, is lost"
+        )
+    return losses

@@ -1,0 +1,244 @@
+"""The records of an MCAP file, as far as they can be read: a run that crashed leaves no end.
+
+Only the record's frame (one byte kind, eight bytes length) is walked in Python; messages stay where
+they are in their chunk until `ChannelMessages` takes all of one channel at once.
+"""
+
+import mmap
+import struct
+import zlib
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+import lz4.frame
+import numpy as np
+from mcap.data_stream import ReadDataStream
+from mcap.opcode import Opcode
+from mcap.records import Attachment, Channel, Message, Metadata, Schema
+
+from ...errors import NotAFile
+
+MAGIC = b"\x89MCAP0\r\n"
+_FRAME = struct.Struct("<BQ")
+_CHUNK = struct.Struct("<QQQI")
+_MESSAGE = struct.Struct("<BQHIQQ")
+_MESSAGE_HEAD = [
+    ("opcode", "u1"),
+    ("length", "<u8"),
+    ("channel", "<u2"),
+    ("sequence", "<u4"),
+    ("log_time", "<u8"),
+    ("publish_time", "<u8"),
+]
+
+
+@dataclass
+class Contents:
+    """What could be read of one file.
+
+    Attributes:
+        metadata: Metadata records by name.
+        attachments: Attached files by name.
+        channels: Channels by number.
+        schemas: Message types by number.
+        messages: Where each channel's messages are: pairs of a chunk's bytes and offsets into it.
+        chunks: Unpacked content of each chunk, as far as it could be read.
+        lost: What could not be read, in sentences.
+        finished: Whether the writer came to its end.
+    """
+
+    metadata: dict[str, dict[str, str]] = field(default_factory=dict)
+    attachments: dict[str, Attachment] = field(default_factory=dict)
+    channels: dict[int, Channel] = field(default_factory=dict)
+    schemas: dict[int, Schema] = field(default_factory=dict)
+    messages: dict[int, list[tuple[np.ndarray, np.ndarray]]] = field(default_factory=dict)
+    chunks: list[bytes] = field(default_factory=list)
+    lost: list[str] = field(default_factory=list)
+    finished: bool = False
+
+    def rows(self, channel: int, message: np.dtype) -> np.ndarray:
+        """All messages of one channel, shape (t,): log_time, publish_time [ns] and `body`, a `message`.
+
+        Messages that are not of this length are counted as lost.
+        """
+        record = np.dtype([*_MESSAGE_HEAD, ("body", message)])
+        parts = [np.empty(0, record)]
+        for data, offsets in self.messages.get(channel, []):
+            inside = offsets[offsets + record.itemsize <= len(data)]
+            windows = np.lib.stride_tricks.sliding_window_view(data, record.itemsize) if len(inside) else data
+            found = windows[inside].reshape(-1).view(record)
+            right = found["length"] == record.itemsize - _FRAME.size
+            if len(inside) < len(offsets) or not right.all():
+                self.lost.append(
+                    f"{len(offsets) - right.sum()} messages of an unexpected length were skipped"
+                )
+            parts.append(found[right])
+        return np.concatenate(parts)
+
+    def every_message(self) -> Iterator[Message]:
+        """All messages, in the order in which they stand in the file."""
+        for data in self.chunks:
+            for kind, body, complete in _records(memoryview(data), 0):
+                if kind == Opcode.MESSAGE and complete and len(body) >= _MESSAGE.size - _FRAME.size:
+                    yield Message.read(ReadDataStream(BytesIO(body)), len(body))
+
+    def bodies(self, channel: int) -> Iterator[tuple[int, bytes]]:
+        """Publish_time [ns] and body of each message of one channel, of whatever length."""
+        for data, offsets in self.messages.get(channel, []):
+            for start in offsets.tolist():
+                _, length, _, _, _, published = _MESSAGE.unpack(data[start : start + _MESSAGE.size].tobytes())
+                yield published, data[start + _MESSAGE.size : start + _FRAME.size + length].tobytes()
+
+
+def read_contents(path: Path) -> Contents:
+    """Read what can be read.
+
+    Raises:
+        NotAFile: The file is missing, empty, or no MCAP file.
+    """
+    try:
+        with open(path, "rb") as file:
+            if not path.stat().st_size:
+                raise NotAFile(f"{path} is empty: the recorder wrote nothing, or the copy failed")
+            data = memoryview(mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ))
+    except OSError as error:
+        raise NotAFile(f"{path} cannot be read: {error.strerror}") from error
+    if bytes(data[: len(MAGIC)]) != MAGIC:
+        begin = bytes(data[: len(MAGIC)])
+        raise NotAFile(
+            f"{path} is not an MCAP file: it begins with {begin!r}; other formats are imported first"
+        )
+    contents = Contents()
+    for kind, body, complete in _records(data, len(MAGIC)):
+        _READERS.get(kind, _skip)(contents, body, complete)
+    return contents
+
+
+def _records(data: memoryview, start: int) -> Iterator[tuple[int, memoryview, bool]]:
+    """Kind, body and completeness of each record; the last one may be cut off."""
+    end = len(data)
+    while start + _FRAME.size <= end:
+        kind, length = _FRAME.unpack_from(data, start)
+        start += _FRAME.size
+        stop = start + length
+        yield kind, data[start : min(stop, end)], stop <= end
+        if kind == Opcode.FOOTER:
+            return
+        start = stop
+
+
+def _parsed(reader: Callable[[ReadDataStream], Any], body: memoryview) -> Any | None:
+    """The record, or None where its inside does not make sense: damage that no frame shows."""
+    try:
+        return reader(ReadDataStream(BytesIO(body)))
+    except Exception:  # the library raises whatever its parser stumbles over (struct.error, UnicodeError, …)
+        return None
+
+
+def _skip(contents: Contents, body: memoryview, complete: bool) -> None:
+    pass
+
+
+def _channel(contents: Contents, body: memoryview, complete: bool) -> None:
+    channel = _parsed(Channel.read, body) if complete else None
+    if channel is not None:
+        contents.channels[channel.id] = channel
+
+
+def _schema(contents: Contents, body: memoryview, complete: bool) -> None:
+    schema = _parsed(Schema.read, body) if complete else None
+    if schema is not None:
+        contents.schemas[schema.id] = schema
+
+
+def _metadata(contents: Contents, body: memoryview, complete: bool) -> None:
+    metadata = _parsed(Metadata.read, body) if complete else None
+    if metadata is not None:
+        contents.metadata[metadata.name] = metadata.metadata
+
+
+def _attachment(contents: Contents, body: memoryview, complete: bool) -> None:
+    attachment = _parsed(Attachment.read, body) if complete else None
+    if attachment is not None:
+        contents.attachments[attachment.name] = attachment
+
+
+def _footer(contents: Contents, body: memoryview, complete: bool) -> None:
+    contents.finished = complete
+
+
+def _chunk(contents: Contents, body: memoryview, complete: bool) -> None:
+    """Unpack a chunk and note where its messages are; of a cut one, what its whole blocks hold."""
+    if len(body) < _CHUNK.size + 4:
+        contents.lost.append(f"{len(body)} bytes at its end")
+        return
+    begin, end, size, checksum = _CHUNK.unpack_from(body)
+    head = _CHUNK.size + 4 + int.from_bytes(body[_CHUNK.size : _CHUNK.size + 4], "little")
+    packing = bytes(body[_CHUNK.size + 4 : head]).decode(errors="replace")
+    data = _unpacked(packing, body[head + 8 :], size)
+    whole = complete and len(data) == size and (not checksum or zlib.crc32(data) == checksum)
+    if not whole:
+        contents.lost.append(
+            f"part of a chunk of {(end - begin) * 1e-9:.3f} s: {size - len(data)} of its {size} bytes"
+            if not complete
+            else f"a damaged chunk of {(end - begin) * 1e-9:.3f} s"
+        )
+        data = data if not complete else b""
+    _index(contents, data)
+
+
+def _unpacked(packing: str, packed: memoryview, size: int) -> bytes:
+    """Content of a chunk, as far as its compressed blocks are whole."""
+    if packing == "":
+        return bytes(packed)
+    if packing != "lz4":
+        raise NotAFile(
+            f"chunks are compressed by '{packing}'; read are lz4 and none. Compress the file again with lz4"
+        )
+    unpacker = lz4.frame.LZ4FrameDecompressor()
+    parts = []
+    try:
+        for start in range(0, len(packed), _PIECE):  # in pieces, so that damage takes only what follows it
+            parts.append(unpacker.decompress(packed[start : start + _PIECE]))
+            if unpacker.eof:
+                break
+    except RuntimeError:
+        pass
+    return b"".join(parts)[:size]
+
+
+_PIECE = 1 << 16
+
+
+def _index(contents: Contents, data: bytes) -> None:
+    """Note the offset of each whole message, by channel."""
+    offsets: dict[int, list[int]] = {}
+    start, end, frame = 0, len(data), _FRAME.size
+    unpack, message = struct.Struct("<BQH").unpack_from, int(Opcode.MESSAGE)
+    while start + frame + 2 <= end:
+        kind, length, channel = unpack(data, start)
+        stop = start + frame + length
+        if stop > end:
+            break
+        if kind == message and length >= _MESSAGE.size - frame:
+            offsets.setdefault(channel, []).append(start)
+        elif kind in (Opcode.CHANNEL, Opcode.SCHEMA):
+            _READERS[kind](contents, memoryview(data)[start + frame : stop], True)
+        start = stop
+    contents.chunks.append(data)
+    array = np.frombuffer(data, np.uint8)
+    for channel, starts in offsets.items():
+        contents.messages.setdefault(channel, []).append((array, np.array(starts)))
+
+
+_READERS: dict[int, Callable[[Contents, memoryview, bool], None]] = {
+    Opcode.SCHEMA: _schema,
+    Opcode.CHANNEL: _channel,
+    Opcode.METADATA: _metadata,
+    Opcode.ATTACHMENT: _attachment,
+    Opcode.CHUNK: _chunk,
+    Opcode.FOOTER: _footer,
+}

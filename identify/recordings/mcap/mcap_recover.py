@@ -1,0 +1,125 @@
+"""Make a whole file, with the index that viewers look for, of what a crash or a bad copy left of one."""
+
+import json
+import os
+from array import array
+from dataclasses import dataclass
+from pathlib import Path
+
+from mcap.records import Message
+from mcap.writer import CompressionType, Writer
+
+from ...errors import NotAFile, RecordingError
+from .mcap_records import Contents, read_contents
+from .mcap_writer import CHUNK
+
+
+@dataclass(frozen=True)
+class Recovered:
+    """What was rescued.
+
+    Attributes:
+        messages: Their number.
+        begin: Host's clock at the first of them [ns since 1970].
+        end: And at the last.
+        lost: What is not there, in sentences; empty if the file was whole.
+    """
+
+    messages: int
+    begin: int
+    end: int
+    lost: tuple[str, ...]
+
+    @property
+    def seconds(self) -> float:
+        """From the first message to the last [s]."""
+        return 1e-9 * (self.end - self.begin)
+
+
+def recover(source: Path, target: Path) -> Recovered:
+    """Write a whole file with all messages of another one that can be read; that one is not touched.
+
+    The recording says from then on what it was recovered from and what it lacks.
+
+    Args:
+        source: File that ends abruptly, or is damaged.
+        target: File to write; there must be none.
+
+    Raises:
+        NotAFile: There is nothing to rescue.
+        RecordingError: The target exists.
+    """
+    contents = read_contents(source)
+    if target.exists():
+        raise RecordingError(f"{target} exists and is not written over. Choose another name (--output)")
+    lost = (*contents.lost, *_losses(contents))
+    if not contents.metadata and not contents.chunks:
+        raise NotAFile(f"{source}: there is nothing in it to rescue; {'; '.join(lost)}")
+    part = target.with_name(target.name + ".rescue")
+    with open(part, "wb") as file:
+        writer = Writer(file, chunk_size=CHUNK, compression=CompressionType.LZ4)
+        writer.start(profile="ros2", library="exidyn")
+        _explain(contents, writer, source, lost)
+        times = _repeat(contents, writer)
+        writer.finish()
+    os.replace(part, target)
+    return Recovered(len(times), min(times, default=0), max(times, default=0), lost)
+
+
+def _losses(contents: Contents) -> list[str]:
+    losses = []
+    unknown = sum(not _described(contents, message) for message in contents.every_message())
+    if unknown:
+        losses.append(f"{unknown} messages of topics whose description is damaged")
+    if not contents.finished:
+        losses.append("whatever came after the end of the file")
+    return losses
+
+
+def _described(contents: Contents, message: Message) -> bool:
+    channel = contents.channels.get(message.channel_id)
+    return channel is not None and channel.schema_id in (0, *contents.schemas)
+
+
+def _explain(contents: Contents, writer: Writer, source: Path, lost: tuple[str, ...]) -> None:
+    for name, record in contents.metadata.items():
+        writer.add_metadata(name, _doubted(record, source, lost) if name == "exidyn" else record)
+    for attachment in contents.attachments.values():
+        writer.add_attachment(
+            attachment.create_time,
+            attachment.log_time,
+            attachment.name,
+            attachment.media_type,
+            attachment.data,
+        )
+
+
+def _doubted(record: dict[str, str], source: Path, lost: tuple[str, ...]) -> dict[str, str]:
+    """What explains a recording, with the doubt that something is missing."""
+    doubt = f"recovered from {source.name}, without {'; '.join(lost)}" if lost else ""
+    try:
+        warnings = json.loads(record.get("warnings", "[]"))
+    except ValueError:
+        warnings = []
+    return record | {"warnings": json.dumps([*warnings, doubt] if doubt else warnings)}
+
+
+def _repeat(contents: Contents, writer: Writer) -> array:
+    """All messages as they are, in their order; when they were logged [ns]. Channels are numbered anew."""
+    schemas = {0: 0}
+    for number, schema in contents.schemas.items():
+        schemas[number] = writer.register_schema(schema.name, schema.encoding, schema.data)
+    channels = {
+        number: writer.register_channel(
+            channel.topic, channel.message_encoding, schemas[channel.schema_id], channel.metadata
+        )
+        for number, channel in contents.channels.items()
+        if channel.schema_id in schemas
+    }
+    times = array("Q")
+    for message in contents.every_message():
+        if message.channel_id in channels:
+            number, logged = channels[message.channel_id], message.log_time
+            writer.add_message(number, logged, message.data, message.publish_time, message.sequence)
+            times.append(logged)
+    return times

@@ -1,0 +1,113 @@
+"""Which signal goes to which topic of an MCAP file, and what its messages look like."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..recording import SIGNALS, Signal
+from . import cdr
+
+JOINT_STATE, ARRAY = "sensor_msgs/msg/JointState", "std_msgs/msg/Float64MultiArray"
+
+STATE_FIELDS = {"position": "position", "velocity": "velocity", "torque": "effort"}
+"""Signals of /joint_states and their fields there; all that share the position's time stamps."""
+
+COMMAND_FIELDS = {"command": "position", "command_velocity": "velocity"}
+"""Signals of /joint_command and their fields there."""
+
+ARRAY_TOPICS = {
+    "velocity": "/joint_velocity",
+    "torque": "/joint_torque",
+    "current": "/motor_current",
+    "temperature": "/motor_temperature",
+    "link_position": "/link_position",
+}
+"""Topics of the signals that have one of their own, as arrays in the order of the joints."""
+
+
+@dataclass(frozen=True)
+class Topic:
+    """One topic and the signals in its messages.
+
+    Attributes:
+        name: Topic, such as "/joint_states".
+        schema: Message type, a key of `cdr.SCHEMAS`.
+        fields: Signal name -> field of the message's record.
+        says: What its channel says about itself, if it carries no signal.
+    """
+
+    name: str
+    schema: str
+    fields: Mapping[str, str]
+    says: Mapping[str, str] = field(default_factory=dict)
+
+    def template(self, joints: Sequence[str]) -> np.ndarray:
+        """One empty message, shape (1,)."""
+        if self.schema == JOINT_STATE:
+            return cdr.joint_state(joints, tuple(self.fields.values()))
+        return cdr.double_array(len(joints))
+
+    def metadata(self, joints: Sequence[str]) -> dict[str, str]:
+        """What the channel says about itself; `signals` is what `topic_of` reads it back from."""
+        if not self.fields:
+            return dict(self.says)
+        return {
+            "signals": ",".join(self.fields),
+            "unit": ",".join(SIGNALS[signal] for signal in self.fields),
+            "names": ",".join(joints),
+        }
+
+    def messages(self, joints: Sequence[str], signals: Mapping[str, Signal]) -> np.ndarray:
+        """All messages of this topic, shape (t,), each a record whose bytes are the message."""
+        first = signals[next(iter(self.fields))]
+        records = np.repeat(self.template(joints), len(first))
+        if self.schema == JOINT_STATE:
+            cdr.set_stamp(records, "stamp", nanoseconds(first.time))
+        for signal, place in self.fields.items():
+            records[place] = signals[signal].values
+        return records
+
+
+DESCRIPTION = Topic("/robot_description", "std_msgs/msg/String", {})
+TRANSFORMS = Topic("/tf", "tf2_msgs/msg/TFMessage", {})
+"""What shows the arm in viewers, and carries no signal."""
+
+
+def topic_of(name: str, metadata: Mapping[str, str]) -> Topic | None:
+    """The topic that a channel of a file is; None if it carries no signal."""
+    signals = [signal for signal in metadata.get("signals", "").split(",") if signal in SIGNALS]
+    if not signals:
+        return None
+    if name == "/joint_states":
+        return Topic(name, JOINT_STATE, {s: STATE_FIELDS[s] for s in signals if s in STATE_FIELDS})
+    if name == "/joint_command":
+        return Topic(name, JOINT_STATE, {s: COMMAND_FIELDS[s] for s in signals if s in COMMAND_FIELDS})
+    return Topic(name, ARRAY, {signals[0]: "data"})
+
+
+def topics_of(signals: Mapping[str, Signal]) -> list[Topic]:
+    """The topics that hold given signals, /joint_states first."""
+    states = _sharing(signals, "position", STATE_FIELDS)
+    topics = [Topic("/joint_states", JOINT_STATE, states)]
+    if "command" in signals:
+        topics.append(Topic("/joint_command", JOINT_STATE, _sharing(signals, "command", COMMAND_FIELDS)))
+    for signal, name in ARRAY_TOPICS.items():
+        if signal in signals and signal not in states:
+            topics.append(Topic(name, ARRAY, {signal: "data"}))
+    return topics
+
+
+def _sharing(signals: Mapping[str, Signal], first: str, fields: Mapping[str, str]) -> dict[str, str]:
+    """Those of the fields whose signals are there and share the first one's time stamps."""
+    stamps = signals[first].time
+    return {
+        signal: field
+        for signal, field in fields.items()
+        if signal in signals and np.array_equal(signals[signal].time, stamps)
+    }
+
+
+def nanoseconds(time: np.ndarray) -> np.ndarray:
+    """Seconds (t,) as whole nanoseconds."""
+    return np.rint(time * 1e9).astype(np.int64)

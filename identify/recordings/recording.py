@@ -1,0 +1,186 @@
+"""Recording: one run of one arm, as it was measured."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from ..arm.rigid_regressor import INERTIAL
+from ..arm.robot import Robot
+from ..errors import RecordingError, WrongShape
+from ..model import Model
+from .run_log import Event, Timing
+
+SIGNALS: dict[str, str] = {
+    "position": "rad",
+    "velocity": "rad/s",
+    "current": "A",
+    "torque": "N m",
+    "temperature": "degC",
+    "link_position": "rad",
+    "command": "rad",
+    "command_velocity": "rad/s",
+}
+"""What can be measured on each joint, and its unit; for joints that slide read m for rad and N for N m.
+
+`current` is the motor's, `torque` the joint's; `position` comes from the motor's encoder and
+`link_position` from a second one behind the gear, both in joint coordinates. `command` and
+`command_velocity` are what was asked for.
+"""
+
+RATE_AGREES = 0.02
+"""Share by which samples a second may differ from one over the median period and count as the same."""
+
+EFFORT = ("current", "torque")
+"""Signals of which a recording needs at least one."""
+
+
+@dataclass(frozen=True, eq=False)
+class Signal:
+    """One quantity of all joints at its own rate.
+
+    Attributes:
+        time: Shape (t,) from the start of the run [s], rounded to the nanosecond that files keep.
+        values: Shape (t, n) in the unit of `SIGNALS`; a joint that was not measured is NaN throughout.
+    """
+
+    time: np.ndarray
+    values: np.ndarray
+
+    def __post_init__(self) -> None:
+        with np.errstate(over="ignore", invalid="ignore"):  # what is no number is found by the checks
+            time = np.array(np.rint(np.asarray(self.time, float) * 1e9) / 1e9)
+        values = np.array(self.values, float)
+        if time.ndim != 1 or values.ndim != 2 or len(time) != len(values):
+            raise WrongShape(
+                f"signal: time has shape {time.shape} and values {values.shape}, expected (t,) and (t, n)"
+            )
+        for name, array in (("time", time), ("values", values)):
+            array.setflags(write=False)
+            object.__setattr__(self, name, array)
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+    def __getitem__(self, rows: np.ndarray | slice) -> "Signal":
+        return Signal(self.time[rows], self.values[rows])
+
+    @property
+    def period(self) -> float:
+        """Median time between samples [s]; zero for fewer than two."""
+        return float(np.median(np.diff(self.time))) if len(self) > 1 else 0.0
+
+    @property
+    def rate(self) -> float:
+        """Samples a second [Hz]: of the median period, or of all where gaps or jitter make that another."""
+        if not self.period:
+            return 0.0
+        if self.time[-1] <= self.time[0]:
+            return 1.0 / self.period
+        mean = (len(self) - 1) / float(self.time[-1] - self.time[0])
+        return mean if abs(mean * self.period - 1.0) > RATE_AGREES else 1.0 / self.period
+
+
+@dataclass(frozen=True)
+class KnownPayload:
+    """A body on the flange and what is known of it.
+
+    Attributes:
+        name: What the columns of its unknown parameters are called after.
+        known: Pairs of a name in `INERTIAL` and its value, about the flange's origin in its axes; the
+            whole body, or just (("M", 175.0),).
+    """
+
+    name: str = "L"
+    known: tuple[tuple[str, float], ...] = ()
+
+    def __post_init__(self) -> None:
+        unknown = [name for name, _ in self.known if name not in INERTIAL]
+        if unknown:
+            raise RecordingError(
+                f"payload {self.name}: unknown parameters {', '.join(unknown)}. Valid: {', '.join(INERTIAL)}"
+            )
+        object.__setattr__(self, "known", tuple((name, float(value)) for name, value in self.known))
+
+
+@dataclass(frozen=True, eq=False)
+class Recording:
+    """One run of one arm; `recording_checks.check` says whether it can be believed.
+
+    Attributes:
+        name: What people call the run.
+        model: The robot as it was believed to be when the run was recorded.
+        signals: Keys from `SIGNALS`; "position" and one of `EFFORT` at least.
+        payload: What hung on the flange; None for nothing.
+        trajectory: Text of the trajectory's file, if there was one.
+        settings: Role, controller, source and whatever else explains the run.
+        host_time: Host's clock at each position sample, shape (t,) [ns]; None if it was not recorded.
+        events: What happened, in order.
+        timing: How the cycles of the control loop went; None if that was not recorded.
+        outcome: How the run ended, by name; empty if nobody said.
+        warnings: Doubts about this recording, in sentences.
+        recorded: Whether it is read from a file of exidyn's own. What cannot be in it is evidence of what
+            went wrong, and doubted; in other people's files it is a wrong unit, and refused.
+    """
+
+    name: str
+    model: Model
+    signals: Mapping[str, Signal]
+    payload: KnownPayload | None = None
+    trajectory: str = ""
+    settings: Mapping[str, str] = field(default_factory=dict)
+    host_time: np.ndarray | None = None
+    events: tuple[Event, ...] = ()
+    timing: Timing | None = None
+    outcome: Mapping[str, str] = field(default_factory=dict)
+    warnings: tuple[str, ...] = ()
+    recorded: bool = False
+
+    def __post_init__(self) -> None:
+        self._check_names()
+        for name, signal in self.signals.items():
+            found = signal.values.shape[1]
+            if found != self.robot.dof:
+                raise WrongShape(
+                    f"{self.name}: {name} has {found} columns, but {self.robot.name} has {self.robot.dof} "
+                    f"joints: {', '.join(self.robot.joints)}"
+                )
+        if self.host_time is not None:
+            self._check_host_time()
+
+    def _check_names(self) -> None:
+        unknown = [name for name in self.signals if name not in SIGNALS]
+        if unknown:
+            raise WrongShape(
+                f"{self.name}: unknown signals {', '.join(unknown)}. Valid: {', '.join(SIGNALS)}"
+            )
+        if "position" not in self.signals or not any(name in self.signals for name in EFFORT):
+            raise WrongShape(
+                f"{self.name}: a recording needs position and one of {', '.join(EFFORT)}; "
+                f"it has {', '.join(self.signals) or 'nothing'}"
+            )
+
+    def _check_host_time(self) -> None:
+        host_time = np.array(self.host_time, np.int64)
+        if host_time.shape != self.signals["position"].time.shape:
+            raise WrongShape(
+                f"{self.name}: host_time has shape {host_time.shape}, expected one for each of "
+                f"{len(self.signals['position'])} position samples"
+            )
+        host_time.setflags(write=False)
+        object.__setattr__(self, "host_time", host_time)
+
+    @property
+    def robot(self) -> Robot:
+        """The arm that was recorded."""
+        return self.model.robot
+
+    @property
+    def duration(self) -> float:
+        """Time from the first to the last position sample [s]."""
+        time = self.signals["position"].time
+        return float(time[-1] - time[0]) if len(time) else 0.0
+
+    def doubted(self, *warnings: str) -> "Recording":
+        """The same recording with more doubts; one that is already there is not repeated."""
+        return replace(self, warnings=tuple(dict.fromkeys((*self.warnings, *warnings))))

@@ -1,0 +1,186 @@
+"""What is believed of a recording: what cannot be is refused or doubted, and what is odd is doubted.
+
+An error says that identifying from this would be wrong; a warning says what a person should look at. A table
+from elsewhere in which a joint is at 90 rad is in degrees, and refused. In what exidyn recorded itself, the
+joint ran away: such a recording is opened whatever is in it.
+"""
+
+import re
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from ..errors import BadUnit, NotRecorded
+from .recording import EFFORT, Recording
+from .recording_findings import findings, finite, is_number
+
+GAP = 1.5
+"""A step of more median periods than this misses at least one sample, if the clock is regular."""
+
+GAPS_SAID = re.compile(r": \d+ gaps? of more than ")
+"""What a doubt about gaps looks like."""
+
+CLIPPED_SAMPLES = 20
+"""Samples at exactly the extreme value from which on it is worth asking, 40 ms at 500 Hz."""
+
+CLIPPED_CROWD = 10.0
+"""How many times more samples lie at the extreme than at the values next to it. At the crest of a smooth
+quantised signal it is at most five; a limiter collects everything that would have been beyond."""
+
+
+def check(recording: Recording) -> Recording:
+    """The recording without silent samples, and with its doubts.
+
+    What exidyn recorded was measured in the units it says; a value that no joint should have is doubted, and
+    samples that are no numbers or whose time goes back are left out.
+
+    Raises:
+        NotFinite: A joint that was measured has NaN or infinity in between.
+        BadTime: Time stamps do not increase.
+        BadUnit: Positions, times or temperatures that cannot be in the unit they claim.
+    """
+    recording = _without_silence(recording)
+    if recording.recorded:
+        recording = _without_impossible(recording)
+    doubts = []
+    for finding in findings(recording):
+        if not (recording.recorded and finding.kind is BadUnit):
+            raise finding.error(recording.name)
+        doubts.append(finding.fact)
+    return _with_doubts(recording, doubts)
+
+
+def check_recorded(recording: Recording) -> Recording:
+    """A recording that exidyn wrote, without silent samples, and with a doubt for all that cannot be."""
+    recording = _without_silence(replace(recording, recorded=True))
+    return _with_doubts(recording, [finding.fact for finding in findings(recording)])
+
+
+def _with_doubts(recording: Recording, impossible: Sequence[str]) -> Recording:
+    doubts = [*_gaps(recording), *impossible]
+    if len(recording.signals["position"]):
+        doubts += _beyond_limits(recording)
+    doubts += [doubt for name in EFFORT for doubt in _stuck(recording, name)]
+    # A file brings the doubts of its import. Gaps are counted anew, as some of it may have been lost since.
+    still = tuple(said for said in recording.warnings if said in doubts or not GAPS_SAID.search(said))
+    return replace(recording, warnings=still).doubted(*doubts)
+
+
+def check_alive(recording: Recording) -> Recording:
+    """The recording, if every motor's current changes.
+
+    Raises:
+        NotRecorded: One is constant; as a torque it would say that the joint weighs nothing.
+    """
+    for name in EFFORT:
+        dead = [doubt for doubt in _stuck(recording, name) if " is constant at " in doubt]
+        if dead:
+            raise NotRecorded(
+                f"{recording.name}: {'; '.join(dead)}. Identify from runs in which all are measured"
+            )
+    return recording
+
+
+def _without_silence(recording: Recording) -> Recording:
+    """Drop samples in which a signal is NaN on all joints: the controller said nothing then."""
+    signals = dict(recording.signals)
+    host_time = recording.host_time
+    for name, signal in recording.signals.items():
+        speaks = ~np.isnan(signal.values).all(axis=1)
+        if speaks.all():
+            continue
+        signals[name] = signal[speaks]
+        if name == "position" and host_time is not None:
+            host_time = host_time[speaks]
+    return replace(recording, signals=signals, host_time=host_time)
+
+
+def _without_impossible(recording: Recording) -> Recording:
+    """Drop samples with a joint that is no number, if it is one elsewhere, or with a time that goes back."""
+    signals, doubts, host_time = dict(recording.signals), [], recording.host_time
+    for name, signal in recording.signals.items():
+        known = is_number(signal.values)
+        known[:, ~known.any(axis=0)] = True
+        latest = np.maximum.accumulate(np.concatenate([[-np.inf], signal.time]))[:-1]
+        kept = known.all(axis=1) & (signal.time > latest)
+        if kept.all():
+            continue
+        signals[name] = signal[kept]
+        if name == "position" and host_time is not None:
+            host_time = host_time[kept]
+        doubts.append(
+            f"{name}: {np.sum(~kept)} of {len(kept)} samples have a joint that is no number or a time that "
+            "goes back; they are left out"
+        )
+    return replace(recording, signals=signals, host_time=host_time).doubted(*doubts)
+
+
+def _gaps(recording: Recording) -> list[str]:
+    """Doubts about time stamps with holes, once for all signals that share the stamps or the holes."""
+    sharing: dict[bytes, list[str]] = {}
+    for name, signal in recording.signals.items():
+        sharing.setdefault(signal.time.tobytes(), []).append(name)
+    found: dict[str, list[str]] = {}
+    for names in sharing.values():
+        signal = recording.signals[names[0]]
+        steps = np.diff(signal.time)
+        long = steps > GAP * signal.period
+        if long.any():
+            fact = (
+                f"{long.sum()} gap{'s' * bool(long.sum() > 1)} of more than {GAP} median periods of "
+                f"{signal.period * 1e3:.3f} ms, the longest {steps.max() * 1e3:.3f} ms, the first at "
+                f"{signal.time[:-1][long][0]:.3f} s"
+            )
+            found.setdefault(fact, []).extend(names)
+    return [f"{', '.join(names)}: {fact}" for fact, names in found.items()]
+
+
+def _beyond_limits(recording: Recording) -> list[str]:
+    limits = recording.robot.limits
+    columns = [finite(column) for column in recording.signals["position"].values.T]
+    lowest = np.array([np.min(column, initial=np.inf) for column in columns])
+    highest = np.array([np.max(column, initial=-np.inf) for column in columns])
+    beyond = np.maximum(limits.position_lower - lowest, highest - limits.position_upper)
+    # A tenth of a radian: encoders see a little more than the limits that controllers enforce.
+    return [
+        f"position: {recording.robot.joints[joint]} goes {beyond[joint]:.3g} rad or m beyond its limits; is "
+        "its zero where the robot's description has it?"
+        for joint in np.flatnonzero(beyond > 0.1)
+    ]
+
+
+def _stuck(recording: Recording, name: str) -> list[str]:
+    """Doubts about currents that do not change or stop at a limit."""
+    signal = recording.signals.get(name)
+    if signal is None or len(signal) < 2:
+        return []
+    doubts = []
+    for joint, values in zip(recording.robot.joints, signal.values.T, strict=True):
+        column = finite(values)
+        if not len(column):
+            continue
+        if np.ptp(column) == 0:
+            doubts.append(
+                f"{name}: {joint} is constant at {column[0] + 0.0:g}; it was not measured, or the motor was "
+                "off"
+            )
+            continue
+        for extreme in (column.min(), column.max()):
+            count = _clipped(column, extreme)
+            if count:
+                doubts.append(
+                    f"{name}: {joint} is at exactly {extreme:g} in {count} samples, more than "
+                    f"{CLIPPED_CROWD:g} times as often as near it: it is clipped there"
+                )
+    return doubts
+
+
+def _clipped(column: np.ndarray, extreme: float) -> int:
+    """Samples at an extreme value if they crowd there, else zero."""
+    at = int((column == extreme).sum())
+    if at < CLIPPED_SAMPLES:
+        return 0
+    order = np.sort(np.abs(column[column != extreme] - extreme))
+    neighbours = np.unique(order[: 10 * at], return_counts=True)[1][:10]
+    return at if at > CLIPPED_CROWD * neighbours.mean() else 0

@@ -1,0 +1,173 @@
+"""What cannot be in a recording: numbers, times and units that no arm has."""
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from ..errors import BadTime, BadUnit, NotFinite, RecordingError
+from .recording import EFFORT, Recording, Signal
+
+SLOWEST = 0.5
+"""Longest median period of positions or currents [s]. An arm's motion cannot be followed at 2 Hz, but any
+usual rate given in milliseconds (500 Hz: 2.0) is above."""
+
+TURNS_WITH_LIMITS = 4 * np.pi
+"""Position that a limited joint cannot reach [rad]: two turns each way, twice what wrists of common arms do.
+Where the robot's own limit is higher, half as much again counts instead."""
+
+TURNS_WITHOUT_LIMITS = 20 * np.pi
+"""Position of an endless joint that is rather taken for degrees [rad]: ten turns, never unwound."""
+
+LONGEST_SLIDE = 100.0
+"""Position that no sliding joint can have [m]; the same number in millimetres would be a short axis."""
+
+FASTEST_TURN = 20.0
+"""Speed that no joint of an arm keeps up [rad/s]: twice that of the fastest small arms' wrists."""
+
+HOTTEST = 200.0
+"""Temperature that no motor survives [degC]; in kelvin every motor is above."""
+
+LARGEST = 1e15
+"""Number that no signal of an arm has in any unit, and whose square is still a number."""
+
+LONGEST = 1e9
+"""Time since its start that no run lasts [s]; nanoseconds of nine times as much do not fit into 64 bits."""
+
+
+class Finding(NamedTuple):
+    """Something that cannot be.
+
+    Attributes:
+        kind: Error that it is in a file from elsewhere.
+        fact: What was found, and which limit it exceeds.
+        advice: What to do about such a file.
+        time: Of the first sample concerned [s]; None if there is no such sample.
+    """
+
+    kind: type[RecordingError]
+    fact: str
+    advice: str
+    time: float | None = None
+
+    def error(self, name: str) -> RecordingError:
+        """The error, of the recording of that name."""
+        text = f"{name}: {self.fact}. {self.advice}"
+        return NotFinite(text, self.time) if self.kind is NotFinite else self.kind(text)
+
+
+def findings(recording: Recording) -> Iterator[Finding]:
+    """All that cannot be, signal by signal."""
+    for name, signal in recording.signals.items():
+        if len(signal):
+            yield from _not_finite(recording, name, signal)
+            yield from _bad_time(name, signal)
+    if len(recording.signals["position"]):
+        yield from _turns(recording)
+        yield from _speed(recording)
+    yield from _temperature(recording)
+
+
+def finite(column: np.ndarray) -> np.ndarray:
+    """Those values of a column that are numbers."""
+    return column[is_number(column)]
+
+
+def is_number(values: np.ndarray) -> np.ndarray:
+    """Which values are numbers that can be computed with, bool of the same shape."""
+    return np.abs(values) < LARGEST  # false for NaN and infinity
+
+
+def _not_finite(recording: Recording, name: str, signal: Signal) -> Iterator[Finding]:
+    advice = "Leave such samples out; time stamps need not be regular"
+    if not np.all(np.abs(signal.time) < LONGEST):
+        bad = (~(np.abs(signal.time) < LONGEST)).sum()
+        yield Finding(
+            NotFinite, f"time of {name} is not finite, or above {LONGEST:g} s, in {bad} samples", advice
+        )
+    optional = name not in ("position", *EFFORT)
+    for joint, column in zip(recording.robot.joints, signal.values.T, strict=True):
+        bad = ~is_number(column)
+        if bad.any() and not (optional and np.isnan(column).all()):
+            first = float(signal.time[bad.argmax()])
+            what = f"above {LARGEST:g}" if np.isfinite(column).all() else "not finite"
+            yield Finding(
+                NotFinite,
+                f"{name} of {joint} is {what} in {bad.sum()} of {len(bad)} samples, first at {first:.3f} s",
+                advice,
+                first if np.isfinite(first) else None,
+            )
+
+
+def _bad_time(name: str, signal: Signal) -> Iterator[Finding]:
+    steps = np.diff(signal.time)
+    back = np.flatnonzero(steps <= 0)
+    if len(back):
+        first = back[0]
+        yield Finding(
+            BadTime,
+            f"time of {name} does not increase at {len(back)} of {len(steps)} steps, first "
+            f"from {signal.time[first]:.6f} s to {signal.time[first + 1]:.6f} s",
+            "Sort the samples, or leave out what is wrong (at the beginning of a table: skip_rows, "
+            "--skip-rows)",
+        )
+    if name in ("position", *EFFORT) and signal.period > SLOWEST:
+        yield Finding(
+            BadUnit,
+            f"{name} comes every {signal.period:g} s, at most {SLOWEST} s can be followed",
+            f"In milliseconds that would be {1e3 / signal.period:g} Hz: import with time_scale=0.001 "
+            "(--time-scale 0.001)",
+        )
+
+
+def _turns(recording: Recording) -> Iterator[Finding]:
+    limits, revolute = recording.robot.limits, recording.robot.revolute
+    reach = np.maximum(np.abs(limits.position_lower), np.abs(limits.position_upper))
+    turns = np.where(np.isfinite(reach), np.maximum(TURNS_WITH_LIMITS, 1.5 * reach), TURNS_WITHOUT_LIMITS)
+    allowed = np.where(revolute, turns, LONGEST_SLIDE)
+    columns = recording.signals["position"].values.T
+    found = np.array([np.max(np.abs(finite(column)), initial=0.0) for column in columns])
+    for joint in np.flatnonzero(found > allowed):
+        unit, smaller, option = (
+            ("rad", "degrees", "degrees=True (--degrees)")
+            if revolute[joint]
+            else ("m", "millimetres", "positions in metres")
+        )
+        yield Finding(
+            BadUnit,
+            f"{recording.robot.joints[joint]} is at {found[joint]:g} {unit}, which it cannot reach (at most "
+            f"{allowed[joint]:.3g} {unit} is believed)",
+            f"It looks like {smaller}: import with {option}",
+        )
+
+
+def _speed(recording: Recording) -> Iterator[Finding]:
+    position = recording.signals["position"]
+    with np.errstate(all="ignore"):  # steps that are none are other findings
+        speed = np.abs(np.diff(position.values, axis=0)) / np.diff(position.time)[:, None]
+    for joint in np.flatnonzero(recording.robot.revolute):
+        known = finite(speed[:, joint])
+        # Not the highest: a jump in one sample is another matter.
+        usual = np.percentile(known, 95) if len(known) else 0.0
+        if usual > FASTEST_TURN:
+            yield Finding(
+                BadUnit,
+                f"{recording.robot.joints[joint]} turns at {usual:g} rad/s in a twentieth of the samples; at "
+                f"most {FASTEST_TURN:g} rad/s is believed",
+                "Positions in degrees (degrees=True, --degrees), or time in another unit than seconds "
+                "(time_scale, --time-scale)?",
+            )
+
+
+def _temperature(recording: Recording) -> Iterator[Finding]:
+    temperature = recording.signals.get("temperature")
+    if temperature is None or not len(temperature):
+        return
+    for joint, column in zip(recording.robot.joints, temperature.values.T, strict=True):
+        known = finite(column)
+        if len(known) and np.median(known) > HOTTEST:
+            yield Finding(
+                BadUnit,
+                f"{joint}'s motor is at {np.median(known):g} degC, no motor survives {HOTTEST:g}",
+                "It looks like kelvin: subtract 273.15",
+            )

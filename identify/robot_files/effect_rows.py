@@ -1,0 +1,130 @@
+"""`[[effect]]` rows of a robot file: any effect of the table, from the fields of its dataclass."""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import MISSING, Field, fields
+from typing import Any, get_type_hints
+
+import numpy as np
+
+from ..arm.robot import Robot
+from ..effects import EFFECTS, Belief, Effect, load_installed
+from ..errors import ExidynError, RobotError, UnknownJoint, listed
+from .toml_fields import boolean, check_keys, number, numbers, string
+
+ROW_KEYS = ("name", "values", "tolerance", "std")
+FIELD_KEYS = {"name": "label"}
+"""Field of an effect -> its key, where the key of that name already means something else in a row."""
+JOINT_FIELDS = ("joint", "other", "joints")
+"""Fields that hold names of joints."""
+SCALARS: dict[object, Callable[[object, str], Any]] = {float: number, str: string, bool: boolean}
+
+
+def key_of(field: "Field[Any]") -> str:
+    """Key under which a row holds a field of its effect."""
+    return FIELD_KEYS.get(field.name, field.name)
+
+
+def read_effects(
+    rows: Iterable[Mapping[str, Any]], robot: Robot
+) -> tuple[tuple[Effect, ...], dict[str, Belief]]:
+    """Effects of the rows, and what the rows say about their parameters.
+
+    Raises:
+        RobotError: A row is wrong; the message says which key, what was found and what fits.
+        EffectError: An installed package has an effect that cannot be loaded.
+    """
+    load_installed()
+    effects: list[Effect] = []
+    stated: dict[str, Belief] = {}
+    for row in rows:
+        effect, names = _effect(row, robot)
+        effects.append(effect)
+        stated |= _beliefs(row, names)
+    return tuple(effects), stated
+
+
+def read_beliefs(table: Mapping[str, Any], names: Sequence[str]) -> dict[str, Belief]:
+    """Beliefs of the table `[belief]`: parameter = value, or [value, standard deviation]."""
+    check_keys(table, names, "[belief]")
+    beliefs = {}
+    for name, given in table.items():
+        pair = given if isinstance(given, list) else [given, np.inf]
+        value, std = numbers(pair, 2, f"[belief] {name}", infinite=True)
+        number(float(std), f"[belief] {name} standard deviation", 0.0, infinite=True)
+        beliefs[name] = Belief(float(value), float(std))
+    return beliefs
+
+
+def _effect(row: Mapping[str, Any], robot: Robot) -> tuple[Effect, list[str]]:
+    """The row's effect and the names of its parameters."""
+    name = string(row.get("name"), "[[effect]] name")
+    if name not in EFFECTS:
+        raise RobotError(
+            f"[[effect]]: there is no effect '{name}'. Effects: {listed(sorted(EFFECTS), name)} "
+            "(docs/effects.md)"
+        )
+    kind, where = EFFECTS[name], f"effect {name}"
+    known = {key_of(f): f for f in fields(kind)}
+    check_keys(row, (*ROW_KEYS, *known), where)
+    absent = [key for key, f in known.items() if _required(f) and key not in row]
+    if absent:
+        raise RobotError(f"{where}: needs {', '.join(absent)}")
+    _refuse_numbers(row, robot, where)
+    hints = get_type_hints(kind)
+    given = {
+        f.name: _field_value(row[key], hints[f.name], f"{where} {key}")
+        for key, f in known.items()
+        if key in row
+    }
+    try:
+        effect = kind(**given)
+        return effect, [parameter.name for parameter in effect.parameters(robot)]
+    except ExidynError:
+        raise
+    except (TypeError, ValueError, LookupError) as error:
+        raise RobotError(f"{where}: {given}: {error}") from error
+
+
+def _refuse_numbers(row: Mapping[str, Any], robot: Robot, where: str) -> None:
+    """Joints are named: a number would leave open whether the first is 0 or 1."""
+    for key in JOINT_FIELDS:
+        given = row.get(key)
+        for joint in given if isinstance(given, list) else [given]:
+            if isinstance(joint, int | float):
+                raise UnknownJoint(joint, f"{where} {key}:", robot.joints)
+
+
+def _required(field: "Field[Any]") -> bool:
+    return field.default is MISSING and field.default_factory is MISSING
+
+
+def _field_value(value: object, hint: object, where: str) -> Any:
+    """A field's value; lists become tuples, so that effects stay hashable."""
+    read = SCALARS.get(hint)
+    if read is not None:
+        return read(value, where)
+    if "tuple" in str(hint) and not isinstance(value, list):
+        raise RobotError(f"{where}: expected a list; found {value!r}")
+    return _tuples(value)
+
+
+def _tuples(value: Any) -> Any:
+    return tuple(_tuples(item) for item in value) if isinstance(value, list) else value
+
+
+def _beliefs(row: Mapping[str, Any], names: Sequence[str]) -> dict[str, Belief]:
+    """Value and deviation of each parameter: `std`, else `tolerance` times |value|, else no weight."""
+    where = f"effect {row['name']}"
+    if "values" not in row:
+        if "std" in row or "tolerance" in row:
+            raise RobotError(f"{where}: a tolerance or std needs values ({', '.join(names)})")
+        return {}
+    if "std" in row and "tolerance" in row:
+        raise RobotError(f"{where}: tolerance and std say the same thing; give one of them")
+    values = numbers(row["values"], len(names), f"{where} values ({', '.join(names)})")
+    std = np.full(len(names), np.inf)
+    if "tolerance" in row:
+        std = numbers(row["tolerance"], len(names), f"{where} tolerance", 0.0) * np.abs(values)
+    if "std" in row:
+        std = numbers(row["std"], len(names), f"{where} std", 0.0, infinite=True)
+    return {n: Belief(float(v), float(s)) for n, v, s in zip(names, values, std, strict=True)}

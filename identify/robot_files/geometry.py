@@ -1,0 +1,165 @@
+"""Collision geometry of a robot: the bodies of its URDF, meshes as their convex hulls.
+
+A hull is faster to measure from than a mesh, has a depth of penetration, and holds the whole mesh: a
+distance between hulls is never larger than between what they stand for.
+"""
+
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+from xml.etree.ElementTree import Element
+
+import coal
+import numpy as np
+import pinocchio as pin
+from scipy.spatial import ConvexHull, QhullError
+
+from ..errors import BrokenTree, RobotError
+from .mesh_files import find_mesh
+from .robot_file import builtin_names
+from .toml_fields import parse_toml, read_text, string
+from .urdf import parse_urdf
+
+SHAPES = ("box", "capsule", "cylinder", "mesh", "sphere")
+
+
+def read_geometry(source: str | Path, package_dirs: Iterable[str | Path] = ()) -> pin.GeometryModel | None:
+    """Bodies of the robot that `read_model` reads from the same source, without pairs.
+
+    Each body belongs to a joint and a frame of that robot's kinematics and is called by its link and a
+    number, as in Pinocchio.
+
+    Args:
+        source: A robot.toml, a .urdf, or the name of a built-in robot.
+        package_dirs: Folders that hold the ROS packages whose meshes the URDF names.
+
+    Returns:
+        None where the robot has no URDF, or its URDF no collision geometry.
+
+    Raises:
+        RobotError: A mesh is not there or cannot be read, or a shape is wrong; the message names the link.
+    """
+    urdf = _urdf_of(source)
+    if urdf is None:
+        return None
+    text = read_text(urdf)
+    kinematics = parse_urdf(text, str(urdf)).model
+    geometry = pin.GeometryModel()
+    meshes: dict[tuple[Path, tuple[float, ...]], coal.Convex] = {}
+    for link in ElementTree.fromstring(text).findall("link"):
+        name = link.get("name", "")
+        frame = kinematics.frames[kinematics.getFrameId(name, pin.FrameType.BODY)]
+        for count, collision in enumerate(link.findall("collision")):
+            where = f"{urdf}: collision geometry of link '{name}'"
+            shape = _shape(collision, urdf, tuple(package_dirs), meshes, where)
+            placement = frame.placement * _placement(collision, where)
+            index = kinematics.getFrameId(name, pin.FrameType.BODY)
+            body = pin.GeometryObject(f"{name}_{count}", frame.parentJoint, index, placement, shape)
+            geometry.addGeometryObject(body)
+    return geometry if geometry.ngeoms else None
+
+
+def _urdf_of(source: str | Path) -> Path | None:
+    """Path of the URDF that a robot is read from, if it is from one."""
+    path = Path(source)
+    if str(source) in builtin_names():
+        return None
+    if path.suffix.lower() == ".urdf":
+        return path
+    value = parse_toml(read_text(path), "robot file").get("urdf")
+    return None if value is None else path.parent / string(value, "urdf")
+
+
+def _placement(collision: Element, where: str) -> pin.SE3:
+    origin = collision.find("origin")
+    if origin is None:
+        return pin.SE3.Identity()
+    rpy, xyz = (_numbers(origin, key, 3, where, "0 0 0") for key in ("rpy", "xyz"))
+    return pin.SE3(pin.rpy.rpyToMatrix(rpy), xyz)
+
+
+def _shape(
+    collision: Element,
+    urdf: Path,
+    package_dirs: Sequence[str | Path],
+    meshes: dict[tuple[Path, tuple[float, ...]], coal.Convex],
+    where: str,
+) -> Any:
+    """Shape of a <collision> for coal; a mesh that several links share is read once."""
+    geometry = collision.find("geometry")
+    kinds = [] if geometry is None else [child for child in geometry if child.tag in SHAPES]
+    if len(kinds) != 1:
+        raise BrokenTree(f"{where}: expected one of {', '.join(SHAPES)}; found {len(kinds)}")
+    element = kinds[0]
+    if element.tag != "mesh":
+        return _primitive(element, where)
+    scale = _numbers(element, "scale", 3, where, "1 1 1")
+    path = find_mesh(element.get("filename", ""), urdf, package_dirs, where)
+    key = (path, tuple(scale))
+    if key not in meshes:
+        meshes[key] = _read_hull(path, scale, where)
+    return meshes[key]
+
+
+def _primitive(element: Element, where: str) -> Any:
+    if element.tag == "box":
+        return coal.Box(*_sizes(element, "size", 3, where))
+    radius = _sizes(element, "radius", 1, where)[0]
+    if element.tag == "sphere":
+        return coal.Sphere(radius)
+    length = _sizes(element, "length", 1, where)[0]
+    return coal.Capsule(radius, length) if element.tag == "capsule" else coal.Cylinder(radius, length)
+
+
+def _sizes(element: Element, key: str, count: int, where: str) -> np.ndarray:
+    """Numbers above zero [m]."""
+    found = _numbers(element, key, count, where)
+    if np.any(found <= 0):
+        raise BrokenTree(f'{where}: <{element.tag} {key}="{element.get(key)}">: every size must be above 0 m')
+    return found
+
+
+def _numbers(element: Element, key: str, count: int, where: str, default: str = "") -> np.ndarray:
+    text = element.get(key, default)
+    try:
+        found = np.array([float(word) for word in text.split()])
+    except ValueError:
+        found = np.empty(0)
+    if len(found) != count or not np.all(np.isfinite(found)):
+        raise BrokenTree(f'{where}: <{element.tag} {key}="{text}">: expected {count} finite number(s)')
+    return found
+
+
+def _read_hull(path: Path, scale: np.ndarray, where: str) -> coal.Convex:
+    try:
+        mesh = coal.MeshLoader().load(str(path), scale)
+        return hull(np.array(mesh.vertices(), float).reshape(-1, 3))
+    except (RuntimeError, ValueError, IndexError) as error:
+        first = (str(error).strip() or "no reason given").splitlines()[0]
+        raise RobotError(f"{where}: mesh {path} cannot be read: {first}") from error
+
+
+def hull(points: np.ndarray) -> coal.Convex:
+    """Convex hull of points, shape (k, 3) [m].
+
+    Raises:
+        ValueError: Fewer than four points.
+    """
+    if len(points) < 4:
+        raise ValueError(f"{len(points)} points; a body has at least 4")
+    try:
+        found = ConvexHull(points)
+    except QhullError:
+        found = ConvexHull(points, qhull_options="QJ")  # a flat mesh; joggled, so that it has an inside
+    place = np.full(len(points), -1)
+    place[found.vertices] = np.arange(len(found.vertices))
+    corners = points[found.vertices]
+    triangles = place[found.simplices]
+    first, second, third = np.moveaxis(corners[triangles], 1, 0)
+    inward = np.sum(np.cross(second - first, third - first) * found.equations[:, :3], axis=1) < 0
+    triangles[inward] = triangles[inward][:, ::-1]  # coal wants them counter-clockwise from outside
+    vertices, faces = coal.StdVec_Vec3s(), coal.StdVec_Triangle()
+    vertices.extend(list(corners))
+    faces.extend([coal.Triangle(*map(int, row)) for row in triangles])
+    return coal.Convex(vertices, faces)

@@ -1,0 +1,159 @@
+"""Kinematics: what any description of an arm's geometry comes down to, and the rows that spell it out."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+
+from ..arm.robot import Limits
+from ..errors import BrokenTree, RobotError, UnknownJoint
+from .toml_fields import check_keys, matrix, number, numbers, string
+
+PLACEMENT_KEYS = ("origin", "rotation", "rpy")
+LINK_KEYS = ("joint", "link", "parent", "kind", "axis", *PLACEMENT_KEYS, "mass", "center_of_mass", "inertia")
+KINDS = ("revolute", "prismatic")
+INERTIA_PLACES = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
+"""Row and column of xx, xy, xz, yy, yz, zz."""
+
+
+@dataclass(frozen=True)
+class Kinematics:
+    """Tree of joints, and what its description says besides.
+
+    Attributes:
+        model: Pinocchio model with one degree of freedom a joint and the nominal inertias.
+        limits: Joint limits, where the description has them.
+        flange: Placement of the flange in the last link's frame.
+        rotor_inertia: Rotor inertia seen from the joint, joint name -> [kg m^2].
+    """
+
+    model: pin.Model
+    limits: Limits | None = None
+    flange: pin.SE3 = field(default_factory=pin.SE3.Identity)
+    rotor_inertia: Mapping[str, float] = field(default_factory=dict)
+
+
+def rigid_inertia(mass: float, center_of_mass: np.ndarray, inertia: np.ndarray, where: str) -> pin.Inertia:
+    """Inertia from mass [kg], centre of mass (3,) [m] and xx xy xz yy yz zz about it (6,) [kg m^2].
+
+    Raises:
+        BrokenTree: No body can have them.
+    """
+    if mass < 0 or not np.all(np.isfinite([mass, *center_of_mass, *inertia])):
+        raise BrokenTree(f"{where}: mass {mass:g} kg; a mass is a number of at least 0")
+    about_center = np.empty((3, 3))
+    for value, (i, j) in zip(inertia, INERTIA_PLACES, strict=True):
+        about_center[i, j] = about_center[j, i] = value
+    lowest = np.linalg.eigvalsh(about_center)[0]
+    # a thin rod has a principal moment of zero, which rounding may turn negative
+    if lowest < -1e-9 * (1.0 + np.abs(about_center).max()):
+        raise BrokenTree(
+            f"{where}: principal moment of inertia {lowest:g} kg m^2 about the centre of mass; "
+            "none may be negative"
+        )
+    try:
+        return pin.Inertia(mass, center_of_mass, about_center)
+    except (RuntimeError, ValueError) as error:
+        raise BrokenTree(f"{where}: {error}") from error
+
+
+def read_placement(row: Mapping[str, Any], where: str) -> pin.SE3:
+    """Placement from `origin` [m] and either `rotation` (3 x 3) or `rpy` [rad].
+
+    Raises:
+        RobotError: The rotation is no rotation, or is given twice.
+    """
+    origin = numbers(row.get("origin", [0.0] * 3), 3, f"{where} origin")
+    if "rotation" in row and "rpy" in row:
+        raise RobotError(f"{where}: rotation and rpy say the same thing; give one of them")
+    if "rotation" not in row:
+        return pin.SE3(pin.rpy.rpyToMatrix(numbers(row.get("rpy", [0.0] * 3), 3, f"{where} rpy")), origin)
+    rotation = matrix(row["rotation"], 3, f"{where} rotation")
+    # 1e-6: digits a person would type; anything larger is a wrong number
+    if not np.allclose(rotation @ rotation.T, np.eye(3), atol=1e-6) or np.linalg.det(rotation) < 0:
+        raise RobotError(f"{where} rotation: {rotation.tolist()} is not a rotation matrix")
+    return pin.SE3(rotation, origin)
+
+
+def add_joint(
+    model: pin.Model, parent: int, joint: pin.JointModel, placement: pin.SE3, name: str, link: str
+) -> int:
+    """Add a joint and the frames of joint and link, which viewers look up by name; returns its index.
+
+    Raises:
+        BrokenTree: The name of joint or link is taken.
+    """
+    if name in tuple(model.names):
+        raise BrokenTree(f"joint '{name}' is there twice; give each its own name")
+    if model.existBodyName(link):
+        raise BrokenTree(f"link '{link}' is there twice; give each its own name")
+    links = [
+        i for i, f in enumerate(model.frames) if f.type == pin.FrameType.BODY and f.parentJoint == parent
+    ]
+    index = int(model.addJoint(parent, joint, placement, name))
+    model.addJointFrame(index, links[0] if links else 0)
+    model.addBodyFrame(link, index, pin.SE3.Identity(), model.getFrameId(name, pin.FrameType.JOINT))
+    return index
+
+
+def link_kinematics(rows: Sequence[Mapping[str, Any]], name: str) -> Kinematics:
+    """Tree from `[[link]]` rows: a joint, its placement in its parent's frame, and the body it moves.
+
+    Raises:
+        RobotError: A row is wrong; the message names it.
+    """
+    model = pin.Model()
+    model.name = name
+    for place, row in enumerate(rows):
+        where = f"link {place + 1}"
+        check_keys(row, LINK_KEYS, where)
+        joint = string(row.get("joint", f"joint{place + 1}"), f"{where} joint")
+        where = f"link of {joint}"
+        parent = _parent(row.get("parent"), tuple(model.names), name)
+        kind = row.get("kind", "revolute")
+        if kind not in KINDS:
+            raise RobotError(f"{where}: unknown kind {kind!r}. Valid kinds: {', '.join(KINDS)}")
+        link = string(row.get("link", f"link{place + 1}"), f"{where} link")
+        index = add_joint(
+            model, parent, _joint_model(kind, _axis(row, where)), read_placement(row, where), joint, link
+        )
+        # not appendBodyToJoint: it adds and rotates, which costs the last digits
+        model.inertias[index] = _body(row, where)
+    return Kinematics(model)
+
+
+def _joint_model(kind: str, axis: np.ndarray) -> pin.JointModel:
+    """Pinocchio joint about or along a unit axis (3,)."""
+    along_z = bool(np.array_equal(axis, [0.0, 0.0, 1.0]))
+    if kind == "revolute":
+        return pin.JointModelRZ() if along_z else pin.JointModelRevoluteUnaligned(axis)
+    return pin.JointModelPZ() if along_z else pin.JointModelPrismaticUnaligned(axis)
+
+
+def _parent(parent: object, names: tuple[str, ...], robot: str) -> int:
+    """Index of the joint that carries the row; the one before it unless the row says otherwise."""
+    if parent is None:
+        return len(names) - 1
+    if parent == "":
+        return 0
+    if parent not in names[1:]:
+        raise UnknownJoint(parent, f"{robot}, above the row that names it as its parent,", names[1:])
+    return names.index(str(parent))
+
+
+def _axis(row: Mapping[str, Any], where: str) -> np.ndarray:
+    axis = numbers(row.get("axis", [0.0, 0.0, 1.0]), 3, f"{where} axis")
+    length = float(np.linalg.norm(axis))
+    if length == 0.0:
+        raise RobotError(f"{where} axis: a direction of length 0")
+    # an axis that is already a unit vector stays as it was written, to the last digit
+    return axis if abs(length - 1.0) < 1e-12 else axis / length
+
+
+def _body(row: Mapping[str, Any], where: str) -> pin.Inertia:
+    mass = number(row.get("mass", 0.0), f"{where} mass")
+    center = numbers(row.get("center_of_mass", [0.0] * 3), 3, f"{where} center_of_mass")
+    inertia = numbers(row.get("inertia", [0.0] * 6), 6, f"{where} inertia")
+    return rigid_inertia(mass, center, inertia, where)

@@ -1,0 +1,183 @@
+"""Read a robot: a robot.toml (docs/robot-toml.md), a bare URDF, or the name of a built-in one."""
+
+from collections.abc import Mapping
+from dataclasses import fields
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+
+from ..arm.newton_euler import joints_of
+from ..arm.robot import Limits, Robot
+from ..effects import EFFECTS
+from ..errors import RobotError
+from ..model import Model
+from .effect_rows import read_beliefs, read_effects
+from .kinematics import PLACEMENT_KEYS, Kinematics, link_kinematics, read_placement
+from .mdh import mdh_kinematics, parse_mdh
+from .robot_text import FORMAT, RIGID_BODY, model_text
+from .toml_fields import boolean, check_keys, matrix, number, numbers, parse_toml, read_text, string, tables
+from .urdf import parse_urdf
+from .urdf_text import urdf_text
+
+__all__ = ["builtin_names", "model_text", "parse_model", "read_model", "urdf_text"]
+
+SOURCES = ("urdf", "mdh", "link")
+TABLES = ("limits", "drive", "flange", "belief")
+KEYS = ("format", "name", *SOURCES, "gravity", "inertial_tolerance", "rigid_body", *TABLES, "effect")
+LIMIT_KEYS = tuple(f.name for f in fields(Limits))
+BACKWARD_KEYS = ("velocity_lower", "acceleration_lower")
+"""Limits that are those forward with a minus, unless they are said."""
+DRIVE_KEYS = ("gain", "gain_tolerance", "gear_ratio", "coupling")
+USUAL_EFFECTS = ("rotor_inertia", "viscous_friction", "coulomb_friction", "current_offset")
+"""What nearly every geared arm has, and so what a URDF or MDH table is taken to mean that names no effect."""
+
+
+def builtin_names() -> list[str]:
+    """Names of the robots that come with exidyn."""
+    files = resources.files(__package__).joinpath("robots").iterdir()
+    return sorted(file.name.removesuffix(".toml") for file in files if file.name.endswith(".toml"))
+
+
+def read_model(source: str | Path) -> Model:
+    """Model from a robot.toml, from a .urdf, or by the name of a built-in robot.
+
+    Raises:
+        RobotError: There is no such robot or file, or it is wrong.
+    """
+    if str(source) in builtin_names():
+        return parse_model(
+            resources.files(__package__).joinpath("robots", f"{source}.toml").read_text("utf-8")
+        )
+    path = Path(source)
+    if not path.exists():
+        raise RobotError(
+            f"no robot or file called '{source}'. Built-in robots: "
+            f"{', '.join(builtin_names())}; or give the path of a robot.toml or a .urdf"
+        )
+    text = read_text(path)
+    if path.suffix.lower() != ".urdf":
+        return parse_model(text, path.parent, str(path))
+    kinematics = parse_urdf(text, str(path))
+    limits = kinematics.limits or Limits.none(kinematics.model.nv)
+    robot = Robot(path.stem, kinematics.model, limits, flange=kinematics.flange, inertias_stated=False)
+    return Model(robot, tuple(EFFECTS[name]() for name in (RIGID_BODY, *USUAL_EFFECTS)))
+
+
+def parse_model(text: str, folder: Path | None = None, where: str = "robot file") -> Model:
+    """Model from the text of a robot.toml; `folder` is where its files lie, `where` what errors call it.
+
+    Raises:
+        RobotError: The text is wrong; the message says which key, what was found and what fits.
+    """
+    table = parse_toml(text, where)
+    check_keys(table, KEYS, where)
+    if table.get("format", FORMAT) != FORMAT:
+        raise RobotError(f"{where}: format {table['format']!r}; this version reads format {FORMAT}")
+    kinematics = _kinematics(table, folder or Path(), where)
+    robot = _robot(table, kinematics)
+    effects, stated = read_effects(_effect_rows(table, kinematics, robot), robot)
+    stated |= read_beliefs(table.get("belief", {}), Model(robot, effects).names)
+    return Model(robot, effects, stated)
+
+
+def _kinematics(table: Mapping[str, Any], folder: Path, where: str) -> Kinematics:
+    given = [key for key in SOURCES if key in table]
+    if len(given) != 1:
+        raise RobotError(f"{where}: give exactly one of {', '.join(SOURCES)}; found {given or 'none'}")
+    name = string(table.get("name", "robot"), "name")
+    source, value = given[0], table[given[0]]
+    if source == "link":
+        return link_kinematics(tables(value, "link"), name)
+    if source == "mdh" and not isinstance(value, str):
+        return mdh_kinematics(tables(value, "mdh"), name)
+    path = folder / string(value, source)
+    if source == "mdh":
+        return parse_mdh(read_text(path), name, str(path))
+    return parse_urdf(read_text(path), str(path))
+
+
+def _robot(table: Mapping[str, Any], kinematics: Kinematics) -> Robot:
+    model = kinematics.model
+    model.name = string(table.get("name", model.name), "name")
+    if "gravity" in table:
+        model.gravity = pin.Motion(numbers(table["gravity"], 3, "gravity"), np.zeros(3))
+    flange = kinematics.flange
+    if "flange" in table:
+        check_keys(table["flange"], PLACEMENT_KEYS, "[flange]")
+        flange = read_placement(table["flange"], "[flange]")
+    known = _drive(table.get("drive", {}), model.nv)
+    known["inertias_stated"] = "inertial_tolerance" in table
+    if known["inertias_stated"]:
+        known["inertial_tolerance"] = number(table["inertial_tolerance"], "inertial_tolerance", 0.0)
+    turns = np.array([joint.revolute for joint in joints_of(model)])
+    limits = _limits(table.get("limits", {}), kinematics.limits or Limits.none(model.nv), turns)
+    return Robot(model.name, model, limits, flange=flange, **known)
+
+
+def _drive(table: Mapping[str, Any], n: int) -> dict[str, Any]:
+    """Arguments of `Robot` that describe its drives."""
+    check_keys(table, DRIVE_KEYS, "[drive]")
+    known: dict[str, Any] = {}
+    if "gain_tolerance" in table:
+        known["drive_gain_tolerance"] = number(table["gain_tolerance"], "[drive] gain_tolerance", 0.0)
+    for key, name in (("gain", "drive_gain"), ("gear_ratio", "gear_ratio")):
+        if key not in table:
+            continue
+        known[name] = numbers(table[key], n, f"[drive] {key}")
+        if not np.all(known[name]):
+            raise RobotError(f"[drive] {key}: {known[name].tolist()} has a zero; give 1 where it is unknown")
+    if "coupling" in table:
+        known["coupling"] = matrix(table["coupling"], n, "[drive] coupling")
+    return known
+
+
+def _limits(table: Mapping[str, Any], described: Limits, turns: np.ndarray) -> Limits:
+    """Limits of the file over those of its URDF; `turns`, shape (n,), says which joints do not slide."""
+    check_keys(table, ("degrees", *LIMIT_KEYS), "[limits]")
+    degrees = boolean(table.get("degrees", False), "[limits] degrees")
+    known = {key: getattr(described, key) for key in LIMIT_KEYS if key not in BACKWARD_KEYS}
+    for key in LIMIT_KEYS:
+        if key in table:
+            low = 0.0 if key not in ("position_lower", "position_upper", *BACKWARD_KEYS) else -np.inf
+            known[key] = numbers(table[key], len(turns), f"[limits] {key}", low, infinite=True)
+            if key in BACKWARD_KEYS and np.any(known[key] > 0.0):
+                raise RobotError(f"[limits] {key}: {known[key].tolist()}; it is a limit backward, so below 0")
+            if degrees and key != "torque":
+                known[key] = np.where(turns, np.radians(known[key]), known[key])
+    for joint, (lower, upper) in enumerate(
+        zip(known["position_lower"], known["position_upper"], strict=True)
+    ):
+        if lower >= upper:
+            raise RobotError(
+                f"[limits]: joint {joint + 1}: position_lower {lower:g} is not below position_upper {upper:g}"
+            )
+    return Limits(**known)
+
+
+def _effect_rows(table: Mapping[str, Any], kinematics: Kinematics, robot: Robot) -> list[Mapping[str, Any]]:
+    """Rows of the file, after those that go without saying: the rigid body, and rotors of an MDH table.
+
+    `[[link]]` rows spell all out; a URDF or MDH table knows of bodies only, and gets the usual effects.
+    """
+    given = table.get("effect")
+    rows: list[Mapping[str, Any]] = list(tables(given, "effect")) if given not in (None, []) else []
+    usual: tuple[str, ...] = USUAL_EFFECTS if given is None and "link" not in table else ()
+    named = [row.get("name") for row in rows]
+    implied: list[Mapping[str, Any]] = []
+    if RIGID_BODY not in named and boolean(table.get("rigid_body", True), "rigid_body"):
+        implied.append({"name": RIGID_BODY})
+    if kinematics.rotor_inertia and "rotor_inertia" not in named:
+        rotors = kinematics.rotor_inertia
+        everywhere = {} if set(rotors) == set(robot.joints) else {"joints": list(rotors)}
+        tolerance = robot.inertial_tolerance
+        implied.append(
+            {"name": "rotor_inertia", "values": list(rotors.values()), "tolerance": tolerance, **everywhere}
+        )
+        others = [joint for joint in robot.joints if joint not in rotors]
+        usual = tuple(name for name in usual if name != "rotor_inertia")
+        if others and given is None:
+            implied.append({"name": "rotor_inertia", "joints": others})
+    return implied + [{"name": name} for name in usual] + rows

@@ -1,0 +1,143 @@
+"""Read values out of a parsed TOML table; a `RobotError` says which key, what was found and what fits."""
+
+import re
+import tomllib
+from collections.abc import Collection, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..errors import RobotError, UnknownKey
+
+WHOLE = 2**63
+"""Whole numbers of TOML are below this, and at least minus this."""
+LARGEST = 1e100
+"""Size of a number, at most: the product of three is still a number, and nothing of an arm comes near it."""
+DEEPEST = 30
+"""Tables within tables of a dotted key. Our files have three; beyond thousands the parser takes minutes."""
+DOTTED = re.compile(rf"(?<![\w-])(?:[\w-]++[ \t]*+\.[ \t]*+){{{DEEPEST}}}")
+
+
+def parse_toml(text: str, where: str) -> dict[str, Any]:
+    """Parsed TOML.
+
+    Raises:
+        RobotError: The text is not TOML; the message holds the line.
+    """
+    if DOTTED.search(text):
+        raise RobotError(f"{where}: not TOML that anybody writes: a key of more than {DEEPEST} tables")
+    try:
+        table = tomllib.loads(text)
+    except RecursionError:
+        raise RobotError(
+            f"{where}: not TOML that anybody writes: lists or tables nested too deeply"
+        ) from None
+    except ValueError as error:  # of numbers with thousands of digits it is not a TOMLDecodeError
+        raise RobotError(f"{where}: not TOML: {error}") from error
+    _check_whole_numbers(table, where)
+    return table
+
+
+def _check_whole_numbers(value: object, where: str) -> None:
+    """TOML's whole numbers have 64 bits; the parser of Python takes any, and its floats do not."""
+    if isinstance(value, Mapping):
+        for key, item in value.items():
+            _check_whole_numbers(item, f"{where}: {key}")
+    elif isinstance(value, list):
+        for place, item in enumerate(value):
+            _check_whole_numbers(item, f"{where}[{place}]")
+    elif isinstance(value, int) and not -WHOLE <= value < WHOLE:
+        raise RobotError(f"{where}: a whole number of more than 64 bits; expected one from -2^63 to 2^63 - 1")
+
+
+def read_text(path: Path) -> str:
+    """Text of a file.
+
+    Raises:
+        RobotError: The file is missing or is not text.
+    """
+    try:
+        return path.read_text(encoding="utf-8")
+    except UnicodeDecodeError as error:
+        raise RobotError(f"{path}: not a text file (UTF-8); give a robot.toml or a .urdf") from error
+    except OSError as error:
+        raise RobotError(f"{path}: cannot be read: {error.strerror}") from error
+
+
+def check_keys(table: object, valid: Collection[str], where: str) -> None:
+    """Refuse a key that nobody reads.
+
+    Raises:
+        UnknownKey: With the list of valid keys.
+        RobotError: It is not a table at all.
+    """
+    if not isinstance(table, Mapping):
+        raise RobotError(f"{where}: expected a table with keys {', '.join(valid)}; found {table!r}")
+    for key in table:
+        if key not in valid:
+            raise UnknownKey(key, where, list(valid))
+
+
+def string(value: object, where: str, empty: bool = False) -> str:
+    """A text that is not empty, unless it may be."""
+    if not isinstance(value, str) or not (value or empty):
+        raise RobotError(f"{where}: expected a text in quotes; found {value!r}")
+    if "\0" in value:
+        raise RobotError(f"{where}: {value!r} has a character of code 0, which no name or path can have")
+    return value
+
+
+def boolean(value: object, where: str) -> bool:
+    """True or false."""
+    if not isinstance(value, bool):
+        raise RobotError(f"{where}: expected true or false; found {value!r}")
+    return value
+
+
+def number(value: object, where: str, low: float = -np.inf, infinite: bool = False) -> float:
+    """A number of at least `low`, finite unless `infinite` is allowed."""
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise RobotError(f"{where}: expected a number; found {value!r}")
+    if np.isnan(value) or (np.isinf(value) and not infinite):
+        raise RobotError(f"{where}: expected a {'' if infinite else 'finite '}number; found {value}")
+    if value < low:
+        raise RobotError(f"{where}: {value} is less than {low:g}")
+    if LARGEST < abs(value) < np.inf:
+        raise RobotError(f"{where}: {value} is no number of an arm; it is at most {LARGEST:g} in size")
+    return float(value)
+
+
+def integer(value: object, where: str, low: float = -np.inf) -> int:
+    """A whole number of at least `low`."""
+    if isinstance(value, bool) or not isinstance(value, int):
+        raise RobotError(f"{where}: expected a whole number; found {value!r}")
+    if value < low:
+        raise RobotError(f"{where}: {value} is less than {low:g}")
+    return value
+
+
+def numbers(
+    value: object, count: int, where: str, low: float = -np.inf, infinite: bool = False
+) -> np.ndarray:
+    """A list of `count` numbers, or one number that stands for all of them, shape (count,)."""
+    if not isinstance(value, list | tuple):
+        return np.full(count, number(value, where, low, infinite))
+    if len(value) != count:
+        raise RobotError(f"{where}: {len(value)} values, expected {count}")
+    found = [number(item, f"{where}[{place}]", low, infinite) for place, item in enumerate(value)]
+    return np.array(found, float)
+
+
+def matrix(value: object, count: int, where: str) -> np.ndarray:
+    """A list of `count` rows of `count` numbers, shape (count, count)."""
+    if not isinstance(value, list | tuple) or len(value) != count:
+        raise RobotError(f"{where}: expected {count} rows of {count} numbers; found {value!r}")
+    return np.array([numbers(row, count, f"{where}[{place}]") for place, row in enumerate(value)])
+
+
+def tables(value: object, where: str) -> list[Mapping[str, Any]]:
+    """A list of at least one table, as `[[where]]` gives."""
+    if not isinstance(value, list) or not value or not all(isinstance(row, Mapping) for row in value):
+        raise RobotError(f"{where}: expected rows headed [[{where}]]; found {value!r}")
+    return value

@@ -1,0 +1,209 @@
+"""Comparison: where two recordings of one motion differ, by joint and by region of the motion."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from ..preparation.prepare import Prepared
+from ..recordings.recording import Recording
+from .side_by_side import side_by_side
+
+THIRDS = 3
+"""Regions of each kind, with as many samples each: low, middle and high are told apart at a glance."""
+NAMES = ("low", "middle", "high")
+"""Of the regions."""
+
+
+class Regions(NamedTuple):
+    """Mismatch of one quantity in thirds of what the recorded arm did.
+
+    Attributes:
+        edges: Of the thirds, shape (n, 4); speed [rad/s], position [rad], size of the effort [A] or [N m].
+        rms: In each third, shape (n, 3).
+    """
+
+    edges: np.ndarray
+    rms: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Mismatch:
+    """How far two recordings differ in one quantity, root mean squares.
+
+    Attributes:
+        quantity: "position", "velocity", "current" or "torque".
+        units: One a joint.
+        rms: Of simulated less recorded, shape (n,).
+        mean: Of the same, shape (n,).
+        size: Of what was recorded, about its mean, shape (n,).
+        noise: Of both together behind the filter, shape (n,); NaN where it is not known.
+        regions: "speed", "position" and "load", the size of the recorded effort.
+    """
+
+    quantity: str
+    units: tuple[str, ...]
+    rms: np.ndarray
+    mean: np.ndarray
+    size: np.ndarray
+    noise: np.ndarray
+    regions: Mapping[str, Regions]
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """Two recordings beside each other.
+
+    Attributes:
+        simulated: Name of the first.
+        recorded: Name of the second, which is believed.
+        joints: Names.
+        offset: What was added to the time of the first [s].
+        duration: How long both go on [s].
+        cutoff: Of the low-pass behind which both are compared [Hz].
+        mismatches: Position, velocity, and current or torque.
+        doubts: What else differs, in sentences.
+    """
+
+    simulated: str
+    recorded: str
+    joints: tuple[str, ...]
+    offset: float
+    duration: float
+    cutoff: float
+    mismatches: tuple[Mismatch, ...]
+    doubts: tuple[str, ...] = ()
+
+    @property
+    def effort(self) -> Mismatch:
+        """That of current or torque."""
+        return self.mismatches[-1]
+
+
+def compare(simulated: Recording, recorded: Recording, offset: float = 0.0) -> Comparison:
+    """Compare two recordings behind the same filters.
+
+    Effort is compared while a joint slides: what holds one that sticks is anybody's guess.
+
+    Args:
+        simulated: Of any simulator, or another run.
+        recorded: Of the same joints.
+        offset: To be added to the time of the first [s].
+
+    Raises:
+        DifferentRobot: Not the same joints.
+        RecordingError: No time in common, or too short for filters.
+    """
+    effort, theirs, ours = side_by_side(simulated, recorded, offset)
+    noise = np.hypot(theirs.noise, ours.noise)
+    slides = ours.weight > 0
+    everywhere = np.ones_like(slides)
+    axes = _axes(ours)
+    series: tuple[tuple[str, Callable[[Prepared], np.ndarray], np.ndarray], ...] = (
+        ("position", lambda run: run.decimation.apply(run.motion.position), everywhere),
+        ("velocity", lambda run: run.decimation.apply(run.motion.velocity), everywhere),
+        (effort, lambda run: run.decimated_current, slides),
+    )
+    return Comparison(
+        simulated=simulated.name,
+        recorded=recorded.name,
+        joints=recorded.robot.joints,
+        offset=offset,
+        duration=float(np.ptp(ours.motion.time)),
+        cutoff=ours.decimation.cutoff,
+        mismatches=tuple(
+            _mismatch(
+                name,
+                recorded,
+                of(theirs),
+                of(ours),
+                kept,
+                noise if name == effort else np.full(noise.shape, np.nan),
+                axes,
+            )
+            for name, of, kept in series
+        ),
+        doubts=tuple(_doubts(simulated, recorded, effort)),
+    )
+
+
+def _axes(run: Prepared) -> dict[str, np.ndarray]:
+    """What regions are made of, each (r, n)."""
+    return {
+        "speed": np.abs(run.decimation.apply(run.motion.velocity)),
+        "position": run.decimation.apply(run.motion.position),
+        "load": np.abs(run.decimated_current),
+    }
+
+
+def _mismatch(
+    quantity: str,
+    recording: Recording,
+    theirs: np.ndarray,
+    ours: np.ndarray,
+    kept: np.ndarray,
+    noise: np.ndarray,
+    axes: Mapping[str, np.ndarray],
+) -> Mismatch:
+    difference = np.where(kept, theirs - ours, np.nan)
+    ours = np.where(kept, ours, np.nan)
+    return Mismatch(
+        quantity=quantity,
+        units=_units(quantity, recording),
+        rms=_rms(difference),
+        mean=_mean(difference),
+        size=_rms(ours - _mean(ours)),
+        noise=noise,
+        regions={name: _regions(difference, axis) for name, axis in axes.items()},
+    )
+
+
+def _regions(difference: np.ndarray, axis: np.ndarray) -> Regions:
+    """Thirds of an axis (r, n), and the root mean square of a difference (r, n) in each."""
+    n = difference.shape[1]
+    edges, rms = np.full((n, THIRDS + 1), np.nan), np.full((n, THIRDS), np.nan)
+    for joint in range(n):
+        known = np.isfinite(difference[:, joint]) & np.isfinite(axis[:, joint])
+        if np.count_nonzero(known) < THIRDS:
+            continue
+        values, along = difference[known, joint, None], axis[known, joint]
+        edges[joint] = np.quantile(along, np.linspace(0.0, 1.0, THIRDS + 1))
+        place = np.searchsorted(edges[joint, 1:-1], along, side="right")
+        rms[joint] = [_rms(values[place == third])[0] for third in range(THIRDS)]
+    return Regions(edges, rms)
+
+
+def _mean(values: np.ndarray) -> np.ndarray:
+    """Mean of what is known, shape (n,); NaN where nothing is."""
+    known = np.isfinite(values)
+    count = known.sum(axis=0)
+    return np.where(count, np.where(known, values, 0.0).sum(axis=0) / np.maximum(count, 1), np.nan)
+
+
+def _rms(values: np.ndarray) -> np.ndarray:
+    return np.sqrt(_mean(values**2))
+
+
+def _units(quantity: str, recording: Recording) -> tuple[str, ...]:
+    """The unit of each joint; those that slide have their own."""
+    turning = {"position": "rad", "velocity": "rad/s", "current": "A", "torque": "N m"}[quantity]
+    sliding = {"position": "m", "velocity": "m/s", "current": "A", "torque": "N"}[quantity]
+    return tuple(turning if turns else sliding for turns in recording.robot.revolute)
+
+
+def _doubts(simulated: Recording, recorded: Recording, effort: str) -> list[str]:
+    """What else differs."""
+    doubts = []
+    if simulated.payload != recorded.payload:
+        words = [
+            "nothing"
+            if run.payload is None
+            else ", ".join([run.payload.name, *(f"{name} {value:g}" for name, value in run.payload.known)])
+            for run in (simulated, recorded)
+        ]
+        doubts.append(f"{simulated.name} carries {words[0]}, {recorded.name} carries {words[1]}")
+    for run in (simulated, recorded):
+        if effort == "torque" and "torque" not in run.signals and np.all(run.robot.drive_gain == 1.0):
+            doubts.append(f"{run.name} has currents, and no drive gain says what torque they give")
+    return doubts

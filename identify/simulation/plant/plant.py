@@ -1,0 +1,220 @@
+"""Plant: an arm of any model that follows commands as a real one does."""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from ...arm.motion import Motion
+from ...errors import WrongShape
+from ...model import Model
+from .arm_forces import ArmForces
+from .command_path import CommandPath, Cut
+from .drive_control import DriveControl
+from .effect_sum import Joints
+from .sensors import Past, Readings, Sensors
+from .servo import Servo
+from .stepping import State, Stepping, require_inertia
+from .thermal import Thermal
+from .transmission import Springs, Transmission
+
+ROUNDS = 5
+"""In which friction by load and acceleration agree: each leaves a tenth, its coefficient, of the gap."""
+
+
+class Measured(NamedTuple):
+    """What the sensors say, each of shape (n,).
+
+    Attributes:
+        position: Of the motors, seen from the joints [rad].
+        velocity: As the drives estimate it from the position [rad/s].
+        current: [A].
+        temperature: [degC].
+        link_position: Of the links behind the gears, as a second encoder has it [rad].
+    """
+
+    position: np.ndarray
+    velocity: np.ndarray
+    current: np.ndarray
+    temperature: np.ndarray
+    link_position: np.ndarray
+
+
+@dataclass(frozen=True)
+class Integration:
+    """How finely time is cut.
+
+    Attributes:
+        step: Longest step of the equations of motion [s].
+        block: Longest time over which inertia is held and forces are interpolated [s].
+    """
+
+    step: float = 1e-3
+    block: float = 2e-3
+
+
+class Plant:
+    """A simulated arm with its drives, at rest in equilibrium to begin with.
+
+    Args:
+        model: The arm as it is; every effect of it acts.
+        values: Its parameters, shape (p,).
+        gain: Its drive gains, shape (n,) [N m/A].
+        start: Position of the motors, seen from the joints, shape (n,) [rad].
+        control: Gains and limits of the drives.
+        sensors: What they add; nothing by default.
+        transmission: Rigid by default.
+        thermal: As warm as it is by default.
+        payload: Name of the body that is carried; empty for none.
+        integration: Steps.
+        seed: Of the noise.
+
+    Raises:
+        WrongShape: Values or a start that do not fit the model.
+        RobotError: An arm that cannot move.
+    """
+
+    def __init__(
+        self,
+        model: Model,
+        values: np.ndarray,
+        gain: np.ndarray,
+        start: np.ndarray,
+        control: DriveControl,
+        sensors: Sensors | None = None,
+        transmission: Transmission | None = None,
+        thermal: Thermal | None = None,
+        payload: str = "",
+        integration: Integration = Integration(),  # noqa: B008
+        seed: int = 0,
+    ) -> None:
+        robot, n = model.robot, model.robot.dof
+        gain, start = (_one_a_joint(model, what, a) for what, a in (("gain", gain), ("start", start)))
+        sensors, thermal = sensors or Sensors.exact(n), thermal or Thermal.constant(n)
+        transmission = transmission or Transmission.rigid(n)
+        self.joints = robot.joints
+        self._payload, self._gain, self._control, self._thermal = payload, gain, control, thermal
+        self._integration, self._cuts = integration, dict[float, Cut]()
+        self._motors, self._links = transmission.motors, transmission.links
+        self._temperature = np.full(n, thermal.ambient)
+        self._forces = ArmForces(model, values, payload, transmission)
+        self._servo = Servo(control, gain, robot.coupling, self._motors)
+        self._springs, self._steppings = Springs(transmission), dict[float, tuple[Stepping, Stepping]]()
+        self._path = CommandPath(start)
+        self._reference = self._servo.reference(start, np.zeros(n))
+        self._state = self._at_rest(start, transmission, robot.to_motors)
+        self._make_ready()
+        self._past = Past(sensors.current_delay, self._motor_current())
+        self._readings = Readings(sensors, start, self._past.delayed(), seed)
+        seen, link = self._readings, self._links @ self._state.position
+        warm = seen.warmth(self._temperature)
+        self._measured = Measured(seen.position, seen.velocity, seen.current, warm, link)
+
+    def _at_rest(self, start: np.ndarray, transmission: Transmission, to_motors: np.ndarray) -> State:
+        """Standing still with the motors at the start, the servo holding what there is to hold."""
+        links = start
+        for _ in range(100):  # half of what is missing each time: gears that bend shift what they bear
+            on_links, on_motors = self._forces.holding(links, start, self._temperature)
+            links = links + 0.5 * (start - transmission.twist(on_links) - links)
+        integral = self._servo.integral_for(to_motors @ (on_links + on_motors))
+        position = np.concatenate([links, start[transmission.elastic]])
+        still = np.zeros(len(position))
+        self._forces.remember(position)
+        state = Joints(position, still, still)
+        self._here, self._inertia = self._forces.at(state, position, self._temperature)
+        require_inertia(self._inertia)
+        return State(position, still, still, integral)
+
+    def _make_ready(self) -> None:
+        """Make a step that does not count: where steps are compiled, now, and not in a tick of real time."""
+        one = Stepping(self._servo, self._springs, self._integration.step)
+        one.through(self._state, self._inertia, self._here, self._here, self._reference[None])
+
+    def measure(self) -> Measured:
+        """What its sensors say now."""
+        return self._measured
+
+    def step(self, position: np.ndarray, velocity: np.ndarray | None, seconds: float) -> None:
+        """Follow a command (n,) [rad], [rad/s], which is reached at the end of these seconds.
+
+        Without a velocity the drives take it from successive positions.
+        """
+        self.follow(position[None], None if velocity is None else velocity[None], seconds)
+
+    def follow(self, position: np.ndarray, velocity: np.ndarray | None, seconds: float) -> Measured:
+        """Follow commands (t, n) one after the other, as if by `step`; what its sensors say, each (t, n).
+
+        It is faster, for what is before and behind the arm's motion is done for all commands at once.
+        """
+        cut = self._cut(seconds)
+        references = self._servo.reference(*self._path.along(position, velocity, cut))
+        ticks = [self._tick(reference, cut) for reference in references]
+        arm, current, temperature = (np.array(rows) for rows in zip(*ticks, strict=True))
+        seen = self._readings.see(arm @ self._motors.T, current, seconds)
+        measured = Measured(*seen, self._readings.warmth(temperature), arm @ self._links.T)
+        self._measured = Measured(*(values[-1] for values in measured))
+        return measured
+
+    def release(self) -> None:
+        """Take the drives' torque away for good; without brakes, the arm drops."""
+        self._servo.release()
+        self._cuts.clear()
+
+    def truth(self) -> Motion:
+        """How the motors really move now, a motion of one sample: no sensor says so."""
+        temperature, joints = self._temperature, Joints(*self._state[:3])
+        spring = self._springs.force(joints.position, joints.velocity)
+        pull = self._servo.turns.T @ self._torque() - spring
+        for _ in range(ROUNDS if self._forces.loaded else 1):
+            here, inertia = self._forces.at(joints, joints.position, temperature)
+            joints = joints._replace(acceleration=np.linalg.solve(inertia, pull - here.force))
+        position, velocity, acceleration = ((self._motors @ one)[None] for one in joints)
+        now, warm = np.zeros(1), temperature[None]
+        return Motion.of(now, position, velocity, acceleration, None, warm, self._payload)
+
+    def _tick(self, references: np.ndarray, cut: Cut) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Make all steps of a tick; its coordinates then, current in the sensors, and temperature."""
+        for block in range(cut.blocks):
+            steps, middle, end = cut.split(block)
+            self._advance(references[steps], references[middle], cut)
+            self._reference = references[end]
+            self._past.add(self._motor_current(), cut.steps * cut.step)
+        heat = self._forces.friction * (self._motors @ self._state.velocity)
+        self._temperature = self._thermal.after(self._temperature, self._past.newest, heat, cut.seconds)
+        return self._state.position, self._past.delayed(), self._temperature
+
+    def _advance(self, reference: np.ndarray, middle: np.ndarray, cut: Cut) -> None:
+        """Make the steps of one block with references (k, n), and with one in their middle (1, n).
+
+        Foresee its end, then go there: effects are asked once a block, where it was foreseen to end, and
+        linearly from there where it ended.
+        """
+        state, here, (steps, whole) = self._state, self._here, self._steppings[cut.seconds]
+        foreseen = whole.through(state, self._inertia, here, here, middle)
+        later = 1.5 * foreseen.position - 0.5 * state.position
+        end, inertia = self._forces.at(Joints(*foreseen[:3]), later, self._temperature)
+        self._state = steps.through(state, self._inertia, here, end, reference)
+        self._forces.remember(self._state.position)
+        self._here, self._inertia = end.moved(self._state.velocity), inertia
+
+    def _torque(self) -> np.ndarray:
+        """Torque of the motors at this instant, seen from the joints, shape (n,) [N m]."""
+        return self._servo.torque(self._reference, self._state)
+
+    def _motor_current(self) -> np.ndarray:
+        return self._control.current(self._torque(), self._gain)
+
+    def _cut(self, seconds: float) -> Cut:
+        if seconds not in self._cuts:
+            cut = Cut.of(seconds, self._integration.step, self._integration.block)
+            lengths = (cut.step, cut.step * cut.steps)
+            one, whole = (Stepping(self._servo, self._springs, length) for length in lengths)
+            self._cuts[seconds], self._steppings[seconds] = cut, (one, whole)
+        return self._cuts[seconds]
+
+
+def _one_a_joint(model: Model, what: str, given: np.ndarray) -> np.ndarray:
+    array, n = np.array(given, float), model.robot.dof
+    if array.shape != (n,) or not np.all(np.isfinite(array)):
+        raise WrongShape(f"{model.robot.name}: {what} is {given}; expected {n} numbers, one a joint")
+    return array

@@ -1,0 +1,86 @@
+"""Transmission: gears that give way, and that have play."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...errors import RobotError
+from .steps import Elastic, springs
+
+
+@dataclass(frozen=True, eq=False)
+class Transmission:
+    """A spring and a damper between each motor and its link, both seen from the joint.
+
+    Attributes:
+        stiffness: Infinite for a rigid gear, shape (n,) [N m/rad].
+        damping: Shape (n,) [N m s/rad].
+        backlash: Width of the play in which neither spring nor damper touches, shape (n,) [rad].
+    """
+
+    stiffness: np.ndarray
+    damping: np.ndarray
+    backlash: np.ndarray
+
+    def __post_init__(self) -> None:
+        for name in ("stiffness", "damping", "backlash"):
+            value = np.asarray(getattr(self, name), float)
+            if value.shape != np.shape(self.stiffness) or np.any(np.isnan(value)) or np.any(value < 0):
+                raise RobotError(
+                    f"transmission: {name} is {value}; expected one number a joint, none below 0"
+                )
+            object.__setattr__(self, name, value)
+        if np.any(self.stiffness == 0.0):
+            raise RobotError("transmission: a stiffness of 0 leaves a link without drive; use inf for rigid")
+        if np.any((self.backlash > 0.0) & np.isinf(self.stiffness)):
+            raise RobotError("transmission: a gear with backlash needs a finite stiffness")
+
+    @classmethod
+    def rigid(cls, joints: int) -> "Transmission":
+        """Gears that do not give way."""
+        return cls(np.full(joints, np.inf), np.zeros(joints), np.zeros(joints))
+
+    @property
+    def elastic(self) -> np.ndarray:
+        """Joints whose motor can move without their link, shape (m,)."""
+        return np.flatnonzero(np.isfinite(self.stiffness))
+
+    @property
+    def links(self) -> np.ndarray:
+        """Links' positions out of the plant's coordinates: all links, then the motors that are apart."""
+        return np.eye(len(self.stiffness), len(self.stiffness) + len(self.elastic))
+
+    @property
+    def motors(self) -> np.ndarray:
+        """Motors' positions, seen from the joints, out of the same, shape (n, n + m)."""
+        n, out = len(self.stiffness), self.links
+        out[self.elastic] = 0.0
+        out[self.elastic, n + np.arange(len(self.elastic))] = 1.0
+        return out
+
+    def twist(self, torque: np.ndarray) -> np.ndarray:
+        """How far motors are ahead of their links when they hold a torque (n,) [N m], shape (n,) [rad]."""
+        return torque / self.stiffness + 0.5 * self.backlash * np.sign(torque)
+
+
+class Springs:
+    """The transmission's springs in the plant's coordinates.
+
+    Args:
+        transmission: What they are.
+    """
+
+    def __init__(self, transmission: Transmission) -> None:
+        joints = transmission.elastic
+        stretch = (transmission.motors - transmission.links)[joints]
+        self.elastic = Elastic(
+            stretch=stretch,
+            back=stretch.T.copy(),
+            stiffness=transmission.stiffness[joints],
+            damping=transmission.damping[joints],
+            play=0.5 * transmission.backlash[joints],
+        )
+
+    def force(self, position: np.ndarray, velocity: np.ndarray) -> np.ndarray:
+        """What they take at one instant, shape (x,) [N m]."""
+        return springs(self.elastic, position, velocity, 0.0)[0]
