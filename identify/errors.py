@@ -14,6 +14,7 @@ ExidynError
 │   ├── BadUnit         values that no joint or motor can have
 │   ├── NotAFile        a file that is not what its name says, or is empty
 │   └── DifferentRobot  runs of two different robots in one identification
+├── MissingPackage      an optional package that is not installed
 └── FitError            the data cannot carry what is asked of them
     ├── NotExcited      a motion too poor to identify
     └── NeedsPayload    drive gains asked for without a known payload
@@ -121,6 +122,10 @@ class NotAFile(RecordingError):
 
 class DifferentRobot(RecordingError):
     """Runs of two different robots in one identification."""
+
+
+class MissingPackage(ExidynError, ImportError):
+    """An optional package that is not installed; names the extra that brings it."""
 
 
 class FitError(ExidynError, ArithmeticError):

@@ -1,14 +1,18 @@
 """Fit: a model with the values that runs gave it, and all doubts about them."""
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
+from ..errors import FitError
 from ..model import Model
+from ..notebook import InNotebook, optional
 from ..preparation.prepare import Filtering, Prepared
 from .base_parameters import BaseParameters
 from .equations import decimated_regressor
 from .estimators import Estimate
+from .torque_figure import figure
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,7 +114,7 @@ class Unclear:
 
 
 @dataclass(frozen=True, eq=False)
-class Fit:
+class Fit(InNotebook):
     """Base parameters and drive gains of a model.
 
     Attributes:
@@ -168,13 +172,60 @@ class Fit:
         """Value of one base parameter, with or without the R of regrouping.
 
         Raises:
-            KeyError: No such parameter; the message lists the valid ones.
+            KeyError: No such parameter, or it was dropped; the message lists the valid ones.
         """
+        if name in self.dropped or f"{name}R" in self.dropped:
+            raise KeyError(
+                f"the data do not support base parameter '{name}': it was dropped; drop=False keeps it"
+            )
         plain = [n.removesuffix("R") for n in self.names]
         for candidates in (self.names, plain):
             if name in candidates:
                 return float(self.estimate.values[candidates.index(name)])
         raise KeyError(f"no base parameter '{name}'. Valid: {', '.join(self.names)}")
+
+    def __repr__(self) -> str:
+        runs = f"{len(self.runs)} run{'s' * (len(self.runs) != 1)}"
+        gains = "drive gains estimated" if np.any(self.estimate.gain_std > 0.0) else "drive gains as stated"
+        lines = [f"Fit of {self.model.robot.name}: {len(self.names)} base parameters from {runs}, {gains}"]
+        for run in (self.validation or self.agreement)[:3]:
+            ratios = ", ".join(f"{ratio:.3g}" for ratio in run.over_noise)
+            lines.append(f"  {run.run}: residual over noise, by joint: {ratios}")
+        lines += [f"  condition number {self.condition:.3g}; dropped: {', '.join(self.dropped) or 'none'}"]
+        lines += [f"  {len(self.doubts)} warnings, the first: {self.doubts[0]}"] if self.doubts else []
+        return "\n".join(lines)
+
+    def to_dataframe(self) -> Any:
+        """Base parameters as a pandas table: value and standard deviation, and the nominal ones before.
+
+        Raises:
+            MissingPackage: pandas is not installed.
+        """
+        nominal, nominal_std = self.believed
+        columns = {
+            "value": self.estimate.values,
+            "std": self.estimate.std,
+            "nominal": nominal,
+            "nominal_std": nominal_std,
+        }
+        return optional("pandas", "a table").DataFrame(columns, index=self.names)
+
+    def plot(self, run: str = "") -> Any:
+        """Measured and predicted torque of each joint of one run, as a matplotlib figure.
+
+        Args:
+            run: Its name; the first held out, or else the first, by default.
+
+        Raises:
+            MissingPackage: matplotlib is not installed.
+            FitError: The fit has no samples of such a run.
+        """
+        every = {one.run: one for one in (*self.validation, *self.agreement)}
+        if not every or (run and run not in every):
+            raise FitError(
+                f"plot: no samples of run '{run}'. Runs with samples: {', '.join(every) or 'none'}"
+            )
+        return figure(every[run] if run else next(iter(every.values())), self.model.robot)
 
     def agree(self, run: Prepared) -> Agreement:
         """Compare the fit with a prepared run."""

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -9,6 +10,7 @@ from ..arm.rigid_regressor import INERTIAL
 from ..arm.robot import Robot
 from ..errors import RecordingError, WrongShape
 from ..model import Model
+from ..notebook import InNotebook, optional
 from .run_log import Event, Timing
 
 SIGNALS: dict[str, str] = {
@@ -104,7 +106,7 @@ class KnownPayload:
 
 
 @dataclass(frozen=True, eq=False)
-class Recording:
+class Recording(InNotebook):
     """One run of one arm; `recording_checks.check` says whether it can be believed.
 
     Attributes:
@@ -180,6 +182,32 @@ class Recording:
         """Time from the first to the last position sample [s]."""
         time = self.signals["position"].time
         return float(time[-1] - time[0]) if len(time) else 0.0
+
+    def __repr__(self) -> str:
+        carried = f", payload {self.payload.name}" if self.payload else ""
+        size = f"{self.duration:.4g} s, {self.robot.dof} joints{carried}"
+        lines = [f"Recording {self.name} of {self.robot.name}: {size}"]
+        for name, signal in self.signals.items():
+            lines.append(f"  {name:16} {len(signal):8} samples  {signal.rate:.4g} Hz  [{SIGNALS[name]}]")
+        lines += [f"  {len(self.warnings)} warnings, the first: {self.warnings[0]}"] if self.warnings else []
+        return "\n".join(lines)
+
+    def to_dataframe(self) -> Any:
+        """All signals as a pandas table: a row for each position sample, columns (signal, joint).
+
+        Signals of other rates are interpolated; before their first and after their last sample they are NaN.
+
+        Raises:
+            MissingPackage: pandas is not installed.
+        """
+        pandas = optional("pandas", "a table")
+        time = self.signals["position"].time
+        columns = {
+            (name, joint): np.interp(time, signal.time, values, np.nan, np.nan)
+            for name, signal in self.signals.items()
+            for joint, values in zip(self.robot.joints, signal.values.T, strict=True)
+        }
+        return pandas.DataFrame(columns, index=pandas.Index(time, name="time [s]"))
 
     def doubted(self, *warnings: str) -> "Recording":
         """The same recording with more doubts; one that is already there is not repeated."""

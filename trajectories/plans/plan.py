@@ -9,6 +9,7 @@ import numpy as np
 
 from exidyn.identify.arm.robot import Limits, Robot
 from exidyn.identify.model import Model
+from exidyn.identify.notebook import InNotebook
 from exidyn.identify.robot_files.robot_text import model_text, moving_text
 
 from ..errors import NotATrajectory
@@ -19,7 +20,7 @@ HASH_DIGITS = 16
 
 
 @dataclass(frozen=True, eq=False)
-class Plan:
+class Plan(InNotebook):
     """What was planned, and what the arm and its operator need to know of it.
 
     Attributes:

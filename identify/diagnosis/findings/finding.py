@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...notebook import InNotebook
 from ..questions.block_answer import Answer
 from ..questions.candidate import Candidate
 from .trace import Evidence
@@ -178,7 +179,7 @@ class Improvement:
 
 
 @dataclass(frozen=True, eq=False)
-class Diagnosis:
+class Diagnosis(InNotebook):
     """What is missing, what is not, and what cannot be said.
 
     Attributes:
@@ -212,6 +213,16 @@ class Diagnosis:
     budget: Budget | None = None
     changes: tuple[Change, ...] = ()
     moments: tuple[Moment, ...] = ()
+
+    def __repr__(self) -> str:
+        lines = [f"Diagnosis of {self.name}: {len(self.findings)} findings, {len(self.undecided)} undecided"]
+        for one in (*self.findings, *self.undecided)[:7]:
+            where = ", ".join(self.joints[joint] for joint in one.joints) or "arm"
+            state = "" if one in self.findings else ", undecided"
+            lines.append(f"  {one.effect} ({where}): probability {100 * one.probability:.3g} %{state}")
+        left = ", ".join(self.joints[one.joint] for one in self.remainders)
+        lines += [f"  unexplained on: {left}"] if left else []
+        return "\n".join(lines)
 
     @property
     def unexplained(self) -> bool:

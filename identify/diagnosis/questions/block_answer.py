@@ -7,7 +7,7 @@ import numpy as np
 
 from ..blocks.block_likelihood import log_odds
 from ..blocks.prediction import CERTAIN
-from .candidate import Candidate, Thinned
+from .candidate import SIZE, Candidate, Thinned
 
 USUAL = 10.0
 """How far a coefficient may be, over what is expected of it: alone it gives the joint's usual torque."""
@@ -19,7 +19,9 @@ def prior_std(candidate: Candidate, columns: Thinned) -> np.ndarray:
     """How far each coefficient may be from its mean, shape (p,): flat where physics does not say."""
     if candidate.expected is not None:
         return columns.std
-    return (WIDE if candidate.cancels else USUAL) * columns.std
+    if candidate.cancels:
+        return WIDE * columns.std
+    return min(USUAL, candidate.size / SIZE) * columns.std
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,0 +1,28 @@
+"""What a notebook shows of a value: its text in HTML, and optional packages that it may lack."""
+
+from html import escape
+from importlib import import_module
+from typing import Any
+
+from .errors import MissingPackage
+
+EXTRA = 'pip install "exidyn[notebook]"'
+
+
+class InNotebook:
+    """A value whose text is what a notebook shows."""
+
+    def _repr_html_(self) -> str:
+        return f'<pre style="line-height: 1.35">{escape(repr(self))}</pre>'
+
+
+def optional(package: str, purpose: str) -> Any:
+    """A package of the extra `notebook`.
+
+    Raises:
+        MissingPackage: It is not installed.
+    """
+    try:
+        return import_module(package)
+    except ModuleNotFoundError as error:
+        raise MissingPackage(f"{purpose} needs {package}, which is not installed: {EXTRA}") from error
