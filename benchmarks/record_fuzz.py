@@ -7,8 +7,8 @@ from tempfile import TemporaryDirectory
 from common import show
 
 sys.path.append(str(Path(__file__).parents[1]))
-from tests.fuzz import COMMAND, LONGEST, Outcome, fuzz
-from tests.fuzz_parsers import PARSERS
+from tests.parts.fuzz.fuzz import COMMAND, LONGEST, Outcome, fuzz
+from tests.parts.fuzz.fuzz_parsers import PARSERS
 
 INPUTS, QUICK = 400, 10
 """Of each parser. The tests try seeds from zero on; here they begin elsewhere."""

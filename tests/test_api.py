@@ -14,10 +14,10 @@ from exidyn.identify.errors import MissingPackage
 from exidyn.identify.recordings.mcap.mcap_file import write_recording
 from exidyn.trajectories.plans.plan import Plan
 
-from . import two_joints
-from .plans import fourier
-from .runs import CASES
-from .small_diagnosis import believed, recordings
+from .parts.plans.plans import fourier
+from .parts.runs.runs import CASES
+from .parts.small import two_joints
+from .parts.small.small_diagnosis import believed, recordings
 
 
 @pytest.fixture(scope="module")

@@ -1,0 +1,160 @@
+"""Help, examples, options in docs, completion and exit codes: what holds of every command."""
+
+import argparse
+import os
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from exidyn.acquire.arguments.exit_codes import MEANINGS, NOBODY_READS
+from exidyn.acquire.command_line import COMMANDS, command_module, main
+from exidyn.acquire.commands.completion_command import SHELLS, whole_parser
+
+ROOT = Path(__file__).parents[3]
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+COMMAND = re.compile(r"\bexidyn ([a-z]+)\b([^`|>\n#]*)")
+LINK = re.compile(r"\]\((?!https?:)([^)#]*)(?:#([^)]*))?\)")
+
+
+def examples(name: str) -> list[str]:
+    """The command lines at the end of a help text."""
+    epilog = command_module(name).parser().epilog
+    return [line.strip() for line in epilog.rpartition("examples:\n")[2].splitlines()]
+
+
+def options(parser: argparse.ArgumentParser) -> set[str]:
+    return {option for action in parser._actions for option in action.option_strings}
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_help_ends_with_examples_that_the_command_understands(name, capsys):
+    with pytest.raises(SystemExit) as ended:
+        main([name, "--help"])
+    assert ended.value.code == 0
+    assert capsys.readouterr().out.rstrip().splitlines()[-1].strip() == examples(name)[-1]
+    assert 1 <= len(examples(name)) <= 4
+    for line in examples(name):
+        words = shlex.split(line.partition(">")[0], comments=True)
+        assert words[:2] == ["exidyn", name]
+        command_module(name).parser().parse_args(words[2:])
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_what_is_the_same_is_called_the_same(name):
+    found = command_module(name).parser()
+    actions = {option: action for action in found._actions for option in action.option_strings}
+    metavars = {"--robot": {"ROBOT"}, "--output": {"FILE", "FOLDER"}, "--json": {"FILE"}, "--mass": {"KG"}}
+    metavars |= {
+        "--seed": {"N"},
+        "--save": {"FILE"},
+        "--speed": {"PERCENT"},
+        "--tick": {"S"},
+        "--length": {"S"},
+    }
+    for option in metavars.keys() & actions.keys():
+        assert actions[option].metavar in metavars[option]
+    assert ("--output" in actions) == ("-o" in actions)
+    assert all(action.help for action in found._actions)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_options_that_pages_name_exist(page):
+    text = page.read_text(encoding="utf-8").replace("\\\n", " ")
+    for name, rest in COMMAND.findall(text):
+        if name in COMMANDS:
+            said = set(re.findall(r"(?<!\S)--?[a-z][a-z-]*", rest))
+            assert said <= options(command_module(name).parser()), f"exidyn {name}{rest}"
+    every = set().union(*(options(command_module(name).parser()) for name in COMMANDS))
+    alone = set(re.findall(r"`(--[a-z][a-z-]*)", text))
+    assert alone <= every | {"--quick", "--sweep", "--version"}  # those of benchmarks, and of all commands
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_links_between_pages_lead_somewhere(page):
+    for place, heading in LINK.findall(page.read_text(encoding="utf-8")):
+        target = page.parent / place if place else page
+        assert target.exists(), place
+        if heading:
+            lines = target.read_text(encoding="utf-8").splitlines()
+            titles = {line.lstrip("# ").lower().replace(" ", "-") for line in lines if line.startswith("#")}
+            assert heading in titles
+
+
+def test_every_page_is_in_the_index():
+    index = (ROOT / "docs" / "README.md").read_text(encoding="utf-8")
+    for page in (ROOT / "docs").glob("*.md"):
+        assert page.name == "README.md" or f"({page.name})" in index
+
+
+def test_exit_codes_are_where_people_look(capsys):
+    with pytest.raises(SystemExit):
+        main(["--help"])
+    said, page = capsys.readouterr().out, (ROOT / "docs" / "command-line.md").read_text(encoding="utf-8")
+    for code, words in MEANINGS.items():
+        assert f"  {code:<3}  {words}" in said
+        assert f"| {code} | {words} |" in page
+
+
+def test_a_reader_that_leaves_is_no_complaint():
+    """As `exidyn --help | head -1` where head has gone."""
+    reading, writing = os.pipe()
+    os.close(reading)
+    command = [sys.executable, "-m", "exidyn.acquire.command_line", "drivers"]
+    silent = {name: value for name, value in os.environ.items() if name != "PYTHONUNBUFFERED"}
+    done = subprocess.run(command, stdout=writing, stderr=subprocess.PIPE, env=silent, check=False)
+    os.close(writing)
+    assert (done.returncode, done.stderr) == (NOBODY_READS, b"")
+
+
+def test_complaints_are_one_line(capsys):
+    for arguments in (["identify"], ["record", "x.toml"], ["export", "x", "--to", "y"], ["nothing"]):
+        with pytest.raises(SystemExit) as ended:
+            main(arguments)
+        assert ended.value.code == 2
+        assert len(capsys.readouterr().err.splitlines()) == 1
+
+
+@pytest.mark.parametrize("shell", SHELLS)
+def test_completion_knows_every_command(shell, capsys):
+    assert main(["completion", shell]) == 0
+    script = capsys.readouterr().out
+    assert all(name in script for name in COMMANDS)
+
+
+COMPLETE = """source "$0"; COMP_WORDS=("$@"); COMP_CWORD=$(($# - 1))
+$(complete -p exidyn | sed 's/.*-F \\([^ ]*\\).*/\\1/') exidyn "${COMP_WORDS[COMP_CWORD]}" "" 2> /dev/null
+printf '%s\\n' "${COMPREPLY[@]}" """
+
+
+@pytest.fixture(scope="module")
+def script(tmp_path_factory) -> Path:
+    import shtab
+
+    folder = tmp_path_factory.mktemp("shell")
+    (folder / "exidyn.bash").write_text(shtab.complete(whole_parser(), "bash"))
+    (folder / "run.mcap").write_text("")
+    (folder / "results").mkdir()
+    return folder / "exidyn.bash"
+
+
+@pytest.mark.skipif(shutil.which("bash") is None, reason="no bash here")
+@pytest.mark.parametrize(
+    ("typed", "expected"),
+    [
+        ("exidyn dia", "diagnose"),
+        ("exidyn identify --val", "--validate"),
+        ("exidyn identify ru", "run.mcap"),
+        ("exidyn identify --output res", "results"),
+        ("exidyn export fit.json --to mj", "mjcf"),
+        ("exidyn drivers kuka", "kuka_rsi"),
+    ],
+)
+def test_bash_completes(script, typed, expected):
+    command = ["bash", "--norc", "-c", COMPLETE, str(script), *typed.split()]
+    said = subprocess.check_output(command, text=True, cwd=script.parent)
+    assert said.split() == [expected]

@@ -1,0 +1,198 @@
+"""exidyn excite: what it writes and prints, one line for each wrong wish, and Ctrl-C."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+
+from exidyn.acquire.command_line import REFUSED, main
+from exidyn.identify.fit.fit_file import write_fit
+from exidyn.identify.robot_files.robot_file import model_text
+from exidyn.trajectories.clearances.region import Region, box
+from exidyn.trajectories.limits.check import check
+from exidyn.trajectories.plans.plan_file import read_plan
+from exidyn.trajectories.search.torque_bound import TorqueBound
+
+from ...parts.plans.excitation import limits
+from ...parts.small import two_joints
+from ...parts.small.small_fit import fit
+
+QUICK = [
+    "--harmonics",
+    "1",
+    "--period",
+    "3",
+    "--length",
+    "3",
+    "--tick",
+    "0.004",
+    "--starts",
+    "1",
+    "--seconds",
+    "60",
+]
+
+
+@pytest.fixture
+def robot(tmp_path):
+    (tmp_path / "robot.toml").write_text(model_text(two_joints.model()))
+    return str(tmp_path / "robot.toml")
+
+
+def excite(robot, *arguments):
+    """Into trajectory.toml beside the robot."""
+    output = os.path.join(os.path.dirname(robot), "made", "trajectory.toml")
+    return main(["excite", robot, *QUICK, "-o", output, *arguments]), output
+
+
+def test_it_writes_a_plan_that_can_be_run(robot, capsys):
+    code, output = excite(robot, "--seed", "7")
+    assert code == 0
+    plan = read_plan(output)
+    assert (plan.seed, plan.tick, plan.criterion) == (7, 0.004, "condition")
+    torque = TorqueBound(two_joints.model(), limits().torque).of("")
+    assert not check(plan.trajectory, limits(), 0.004, torque)
+    printed, said = capsys.readouterr()
+    assert f"written: {output}; exidyn show {output} draws it" in printed
+    assert f"condition number {plan.reached:.4g}" in said
+    assert "BEYOND" not in printed
+    assert "start 1 of 1: condition number" in said
+
+
+def test_a_window_in_degrees_is_kept(robot):
+    code, output = excite(
+        robot, "--start", "20", "-30", "--degrees", "--window", "15", "--criterion", "volume"
+    )
+    assert code == 0
+    reached = read_plan(output).trajectory.extremes().position
+    start = np.radians([20.0, -30.0])
+    assert np.all(np.abs([reached.lower - start, reached.upper - start]) <= np.radians(15.0) + 1e-9)
+    np.testing.assert_allclose(read_plan(output).trajectory.at(np.zeros(1)).position[0], start, atol=1e-6)
+
+
+def test_a_pair_after_a_fit_and_several_at_once(robot, tmp_path, capsys):
+    write_fit(fit(), tmp_path / "fit.json")
+    assert excite(robot, "--payload", "3", "--com", "0.1", "0", "0.05", "--criterion", "volume")[0] == 0
+    assert read_plan(tmp_path / "made" / "trajectory.toml").payload_pair
+    assert excite(robot, "--after", str(tmp_path / "fit.json"), "--trajectories", "2")[0] == 0
+    plans = [read_plan(tmp_path / "made" / f"trajectory-{k}.toml") for k in (1, 2)]
+    assert {plan.criterion for plan in plans} == {"worst"}
+    assert "worst relative deviation" in capsys.readouterr().out
+
+
+def test_a_region_is_kept(robot, tmp_path):
+    (tmp_path / "cell.toml").write_text(
+        '[[region]]\npoint = "flange"\nlower = [-9.0, -9.0, -0.2]\nupper = [9.0, 9.0, 9.0]\n'
+    )
+    floor = Region.of(two_joints.arm(), "flange", box([-9.0, -9.0, -0.2], [9.0, 9.0, 9.0]))
+    code, output = excite(robot, "--region", str(tmp_path / "cell.toml"), "--criterion", "volume")
+    assert code == 0
+    assert floor.worst(read_plan(output).trajectory).allowed
+    code, output = excite(robot, "--criterion", "volume")
+    assert code == 0
+    assert not floor.worst(read_plan(output).trajectory).allowed
+
+
+WRONG = {
+    "no starts": (["--starts", "0"], "0 starts"),
+    "no time": (["--seconds", "-1"], "-1 s"),
+    "no harmonics": (["--harmonics", "0"], "harmonics: 0; there must be at least 1"),
+    "no tick": (["--tick", "0"], "tick: 0 s"),
+    "period NaN": (["--period", "nan"], "period: nan s"),
+    "period endless": (["--period", "inf"], "period: inf s"),
+    "length": (["--length", "-2"], "length: -2 s"),
+    "no trajectories": (["--trajectories", "0"], "trajectories: 0"),
+    "seed": (["--seed", "-1"], "seed: -1"),
+    "start values": (["--start", "1", "2", "3"], "--start: 3 values; give 1 or 2, one a joint"),
+    "start NaN": (["--start", "nan"], "shoulder: start nan is outside"),
+    "window alone": (["--window", "0.1"], "window is around the start pose"),
+    "window NaN": (["--start", "0", "--window", "nan"], "shoulder: correction window"),
+    "margin": (["--margin", "1"], "margins: velocity is 1"),
+    "no fit": (["--after", "nowhere.json"], "nowhere.json"),
+    "payload": (["--payload", "-3"], "payload: mass is -3.0 kg; it must be above 0"),
+    "payload NaN": (["--payload", "nan"], "payload: mass is nan kg"),
+    "payload endless": (["--payload", "inf"], "payload: mass is inf kg"),
+    "centre NaN": (["--payload", "3", "--com", "nan", "0", "0"], "payload: com is nan, 0.0, 0.0"),
+    "centre without payload": (["--com", "0", "0", "0"], "--com is the centre"),
+    "focus": (["--focus", "Kr"], "no base parameter called 'Kr'"),
+    "region": (["--region", "nowhere.toml"], "nowhere.toml"),
+}
+
+
+@pytest.mark.parametrize(("arguments", "words"), WRONG.values(), ids=WRONG.keys())
+def test_a_wrong_wish_is_one_clear_line(robot, capsys, arguments, words):
+    code, output = excite(robot, *arguments)
+    printed, said = capsys.readouterr()
+    assert code == REFUSED
+    lines = [line for line in said.splitlines() if line.startswith("exidyn: ")]
+    assert len(lines) == 1
+    assert words in lines[0]
+    assert printed == ""
+    assert not os.path.exists(output)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--criterion", "best"], "condition"),
+        (["--shapes", "rust"], "stribeck"),
+        (["--harmonics", "x"], "'x' is not a whole number"),
+    ],
+)
+def test_options_that_there_are_not_are_listed(robot, capsys, arguments, words):
+    with pytest.raises(SystemExit) as ended:
+        excite(robot, *arguments)
+    assert ended.value.code == REFUSED
+    assert words in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--kind", "sweeps", "--payload", "3"], "--kind sweeps and --mass do not go together"),
+        (["--against", "rival.toml", "--shapes", "coulomb_friction"], "--against and --shapes do not go"),
+        (["--against", "rival.toml", "--kind", "poses"], "--kind poses and --against do not go"),
+        (["--joints", "elbow"], "--joints is for other kinds of run than 'best'"),
+    ],
+)
+def test_options_that_would_be_ignored_are_refused(robot, capsys, arguments, words):
+    with pytest.raises(SystemExit):
+        excite(robot, *arguments)
+    assert words in capsys.readouterr().err
+
+
+def test_an_unknown_robot_is_one_clear_line(capsys):
+    assert main(["excite", "nobody"]) == REFUSED
+    said = capsys.readouterr().err
+    assert said.startswith("exidyn: no robot or file called 'nobody'")
+    assert "kr270" in said
+    assert len(said.splitlines()) == 1
+
+
+@pytest.mark.parametrize("starts", ["1", "2"])
+def test_ctrl_c_keeps_the_best(robot, tmp_path, starts):
+    """The whole group gets the signal, as from a keyboard, a second into a search of half a minute."""
+    output = tmp_path / "best.toml"
+    command = [sys.executable, "-m", "exidyn.acquire.command_line", "excite", robot, "-o", str(output)]
+    command += ["--harmonics", "15", "--period", "6", "--length", "6", "--seconds", "600", "--starts", starts]
+    process = subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
+    )
+    try:
+        first = process.stderr.readline()
+        assert "collision geometry" in first, first + process.stderr.read()
+        time.sleep(1.0)  # what comes before the search takes a tenth
+        assert process.poll() is None
+        os.killpg(process.pid, signal.SIGINT)
+        printed, said = process.communicate(timeout=300)
+    finally:
+        if process.poll() is None:
+            os.killpg(process.pid, signal.SIGKILL)
+    assert process.returncode == 0, said
+    assert "Traceback" not in said
+    assert f"written: {output}" in printed
+    assert read_plan(output).reached > 1

@@ -1,0 +1,83 @@
+"""What `exidyn record` refuses, before anything is rehearsed, asked or written."""
+
+import pytest
+
+from exidyn.acquire.command_line import REFUSED, main
+from exidyn.acquire.terminal.confirm import UNATTENDED
+from exidyn.identify.recordings.mcap.mcap_file import read_recording
+from exidyn.identify.robot_files.robot_file import model_text
+from exidyn.trajectories.plans.plan import Plan
+from exidyn.trajectories.plans.plan_file import write_plan
+
+from ...parts.runs.run_parts import MODEL, motion
+
+
+@pytest.fixture
+def said(tmp_path, monkeypatch):
+    """Trajectory and robot on the command line, in a folder of their own."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv(UNATTENDED, raising=False)
+    (tmp_path / "robot.toml").write_text(model_text(MODEL))
+    write_plan(Plan.of(motion(), MODEL, tick=0.002), tmp_path / "trajectory.toml")
+    return ["record", "trajectory.toml", "--robot", "robot.toml"]
+
+
+SERVOS = ["--driver", "feetech", "--set", "port=/dev/nowhere", "--set", "ids=[1, 2, 3, 4, 5, 6]"]
+
+
+@pytest.mark.parametrize(
+    ("more", "words"),
+    [
+        (["--output", "robot.toml"], "robot.toml exists, and recordings are not written over"),
+        (["--output", "there/run.mcap"], "there is no folder there"),
+        (["--output", "run.txt"], "recordings end in .mcap. Call it run.mcap"),
+        (["--save", "there/run.rrd"], "there is no folder"),
+        (["--serve", "nowhere"], "--serve nowhere"),
+        ([*SERVOS, "--yes"], f"only where {UNATTENDED}=yes"),
+        ([*SERVOS, "--plant", "kr270"], "feetech moves a real one"),
+        (["--current", "1", "2"], "--current has 2 values"),
+        (["--com", "0", "0", "1"], "com given without --mass"),
+    ],
+)
+def test_what_cannot_be_is_refused_in_a_line_before_anything_else(said, more, words, capsys, tmp_path):
+    assert main([*said, *more]) == REFUSED
+    printed = capsys.readouterr()
+    assert words in printed.err
+    assert len(printed.err.splitlines()) == 1
+    assert not list(tmp_path.glob("*.mcap*"))
+
+
+@pytest.mark.parametrize("value", ["fast", "0", "120", "nan"])
+def test_a_speed_that_is_none_is_told_without_a_page_of_usage(said, value, capsys):
+    with pytest.raises(SystemExit) as ended:
+        main([*said, "--speed", value])
+    assert ended.value.code == REFUSED
+    printed = capsys.readouterr().err.splitlines()
+    assert len(printed) == 1
+    assert value in printed[-1]
+
+
+def test_a_run_says_where_it_is_and_what_to_do_with_it(said, capsys):
+    assert main(said) == 0
+    printed = capsys.readouterr()
+    assert "written: run.mcap; exidyn identify run.mcap" in printed.err
+    assert "0 in which a joint was silent" in printed.out
+    assert read_recording("run.mcap").outcome["stop"] == "none"
+
+
+def test_a_slower_run_has_the_motion_as_planned_inside_and_the_speed_beside_it(said, tmp_path):
+    assert main([*said, "--speed", "80"]) == 0
+    run = read_recording("run.mcap")
+    assert run.trajectory == (tmp_path / "trajectory.toml").read_text(encoding="utf-8")
+    assert run.settings["speed"] == "0.8"
+    assert run.duration > motion().duration / 0.8
+
+
+def test_one_that_is_stopped_fails_and_says_where_to_look(said, capsys):
+    assert main([*said, "--current", "0.001"]) == 1
+    printed = capsys.readouterr()
+    assert "STOPPED (brake)" in printed.out
+    assert "limit 0.001" in printed.out
+    assert "exidyn info run.mcap" in printed.err
+    assert main(["info", "run.mcap"]) == 0
+    assert "ended:  STOPPED (brake): " in capsys.readouterr().out

@@ -1,0 +1,307 @@
+"""exidyn report: everything on one page, from files, and what is refused."""
+
+import json
+import re
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from exidyn.acquire.command_line import REFUSED, main
+from exidyn.acquire.files.diagnosis_files import write_diagnosis
+from exidyn.acquire.files.report_files import read_compared, read_told
+from exidyn.acquire.files.traces_file import NAME
+from exidyn.acquire.terminal.comparison_text import comparison_table
+from exidyn.acquire.terminal.json_output import json_text
+from exidyn.identify.diagnosis import Remainder
+from exidyn.identify.diagnosis.improved.forward import Forward
+from exidyn.identify.effects import Payload
+from exidyn.identify.fit.fit_file import read_fit, write_fit
+from exidyn.identify.fit.identification import identify
+from exidyn.identify.pages.diagnosis.sections import findings_table
+from exidyn.identify.pages.diagnosis.told import told
+from exidyn.identify.preparation.prepare import prepare
+from exidyn.identify.recordings.mcap.mcap_file import write_recording
+from exidyn.identify.recordings.recording import KnownPayload
+from exidyn.identify.simulation.comparison import compare
+from exidyn.identify.simulation.predicted import as_believed, predicted
+
+from ...identify.simulation.test_compare import made
+from ...parts.pages.browser import headless_browser, wait_for
+from ...parts.pages.report_pages import Page, known_fit
+from ...parts.small.small_diagnosis import believed, diagnosis, recordings
+from ...parts.small.two_joint_files import of_another_arm, write
+
+RUNS = ("identify0.mcap", "identify1.mcap", "validate2.mcap")
+
+
+@cache
+def small():
+    """The diagnosis of a spring at the elbow, and something without a name on the shoulder."""
+    return replace(diagnosis(), remainders=(Remainder(0, 1.6, 0.99, "position"),))
+
+
+def simulated():
+    """As if the arm without the spring had missed a tenth of the torque, and with it nothing."""
+    trace = small().evidence.traces[0]
+    before, after = 0.9 * trace.measured, 1.0 * trace.measured
+    missed = np.array([1e-3, 2e-3])
+    return Forward(trace.name, trace.time, trace.measured, before, after, trace.weight, missed, ("backlash",))
+
+
+@cache
+def fit():
+    """Of a model that lacks the spring."""
+    first, second, other = recordings()
+    return identify([first, second], validate=[other], model=believed())
+
+
+@cache
+def comparison():
+    return compare(made("sim", seed=1), made("real", 12.0, seed=2))
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory):
+    """Recordings, a fit, a diagnosis in a folder of its own, and two comparisons."""
+    folder = tmp_path_factory.mktemp("report")
+    write(folder, *recordings())
+    write_fit(fit(), folder / "fit.json")
+    write_diagnosis(small(), simulated(), fit(), folder / "diagnosis")
+    good = compare(made("better", 12.0, seed=1), made("real", 12.0, seed=2))
+    for name, found in (("worse", comparison()), ("better", good)):
+        (folder / f"{name}.json").write_text(json_text(comparison_table(found, [])))
+    return folder
+
+
+def page_of(folder, tmp_path, *names):
+    path = tmp_path / "report.html"
+    assert main(["report", *(str(folder / name) for name in names), "--output", str(path)]) == 0
+    return path.read_text(encoding="utf-8")
+
+
+@pytest.fixture(scope="module")
+def text(files, tmp_path_factory):
+    names = (*RUNS, "fit.json", "diagnosis", "worse.json", "better.json")
+    return page_of(files, tmp_path_factory.mktemp("page"), *names)
+
+
+@pytest.fixture(scope="module")
+def page(text):
+    return Page(text)
+
+
+def headings(page):
+    return [attrs["id"] for tag, attrs in page.elements if tag == "section"]
+
+
+def test_everything_is_on_the_page_in_its_order(page):
+    found = headings(page)
+    chapters = list(dict.fromkeys(anchor.partition("-")[0] for anchor in found))
+    assert chapters == ["verdict", "robot", "runs", "fit", "diagnosis", "fit1", "gained"]
+    gained = [anchor.removeprefix("gained-") for anchor in found if anchor.startswith("gained-")]
+    assert gained == ["values", "residual", "simulation", "pair", "compared", "compared1"]
+    assert {"diagnosis-findings", "diagnosis-unexplained", "fit-parameters", "fit-runs"} <= set(found)
+    assert "What this page does not say" not in page.words
+
+
+def test_it_needs_nothing_from_elsewhere(page, text):
+    assert not {tag for tag, _ in page.elements} & {"script", "link", "img", "iframe", "object", "use"}
+    assert not re.search(r"https?:|//|url\(|@import|@font-face", text)
+
+
+def test_links_lead_to_parts_that_are_there_once(page):
+    names = [attrs["id"] for _, attrs in page.elements if "id" in attrs]
+    links = [attrs["href"] for tag, attrs in page.elements if tag == "a"]
+    assert len(names) == len(set(names))
+    assert sorted(links) == sorted(f"#{name}" for name in names)
+
+
+def test_the_verdict_says_what_is_identified_missing_and_simulated(page):
+    said = page.words.partition("What was identified")[2].partition("What was recorded")[0]
+    assert "Physics is missing on elbow" in said
+    assert "Joint 2 (elbow) has a spring that the model does not have" in said
+    assert "it is none of the effects that exidyn knows: joint 1 (shoulder) keeps" in said
+    assert "sim beside real: current differs by more than noise on 1 joint; elbow most" in said
+    assert "better beside real: no joint's current differs by more than noise" in said
+
+
+def test_a_fit_predicts_the_runs_as_when_it_was_made(page):
+    (held_out,) = fit().validation
+    for joint, name in enumerate(("shoulder", "elbow")):
+        [over, _] = page.row("fit-runs", held_out.run)[2 + joint][1]
+        assert over == pytest.approx(held_out.over_noise[joint], rel=1e-9)
+        first = next(row for row in page.rows["verdict"] if row and row[0][0] == name)
+        assert first[2][1] == [pytest.approx(held_out.over_noise[joint], rel=1e-9)]
+
+
+def test_robot_and_runs_are_listed_as_they_are(page):
+    robot = believed().robot
+    row = page.row("robot-joints", "elbow")
+    limits = robot.limits
+    shown = [limits.position_lower[1], limits.position_upper[1], limits.velocity[1], limits.acceleration[1]]
+    assert [cell[1] for cell in row[2:6]] == [[value] for value in shown]
+    assert row[7][1] == [robot.gear_ratio[1]]
+    assert page.row("robot-links", "shoulder")[1][1] == [robot.kinematics.inertias[1].mass]
+    friction = next(row for row in page.rows["robot-effects"] if row and row[1][0] == "Fv")
+    assert friction[3][1][0] == believed().stated["Fv1"].value
+    for recording in recordings():
+        run = page.row("runs-table", recording.name)
+        assert run[2][1] == [pytest.approx(recording.duration)]
+    assert [page.row("runs-table", name)[1][0] for name in ("identify0", "validate2")] == [
+        "identify",
+        "held out",
+    ]
+
+
+def test_comparisons_are_shown_as_they_were_written(page, files):
+    read = read_compared(files / "worse.json").comparison
+    for joint, name in enumerate(read.joints):
+        rows = [row for row in page.rows["gained-compared"] if row and row[0][0] == name]
+        effort = comparison().effort
+        assert rows[0][5][1] == [effort.rms[joint] / effort.noise[joint]]
+        thirds = np.concatenate([regions.rms[joint] for regions in effort.regions.values()])
+        assert [cell[1][0] for cell in rows[1][1:]] == list(thirds)
+    np.testing.assert_array_equal(
+        read.effort.regions["load"].edges, comparison().effort.regions["load"].edges
+    )
+
+
+def test_a_diagnosis_reads_back_as_it_was_told(files):
+    ours, (theirs, traces) = (
+        told(small(), simulated(), "x"),
+        read_told(files / "diagnosis" / "diagnosis.json"),
+    )
+    assert findings_table(theirs) == findings_table(ours)
+    assert theirs.findings[0].headline == ours.findings[0].headline
+    assert theirs.findings[0].certainty.startswith("Joint spring of joint 2 (elbow): probability")
+    assert theirs.remainders == ours.remainders
+    assert theirs.telling_joint(theirs.findings[0]) == 1
+    assert [trace.name for trace in theirs.traces] == [trace.name for trace in ours.traces]
+    assert traces.simulated.left_out == ("backlash",)
+    np.testing.assert_allclose(traces.simulated.torque_before, simulated().torque_before, rtol=1e-6)
+    np.testing.assert_array_equal(traces.simulated.time, simulated().time)
+    np.testing.assert_allclose(theirs.simulated.before, simulated().before)
+
+
+def test_a_fit_alone_brings_its_scores_and_asks_for_the_rest(files, tmp_path):
+    page = Page(page_of(files, tmp_path, "fit.json"))
+    assert page.row("verdict", "elbow")[2][1] == [fit().validation[0].over_noise[1]]
+    assert "Physics is missing on elbow" in page.words
+    assert "give the recordings beside fit.json" in page.words
+    assert "there is no diagnosis" in page.words
+    assert not any(anchor.startswith("gained") for anchor in headings(page))
+
+
+def test_a_diagnosis_alone_brings_runs_and_robot_and_one_without_samples_only_words(files, tmp_path):
+    page = Page(page_of(files, tmp_path, "diagnosis/diagnosis.json"))
+    assert {"robot-joints", "runs-motion", "gained-residual"} <= set(headings(page))
+    bare = tmp_path / "diagnosis.json"
+    bare.write_bytes((files / "diagnosis" / "diagnosis.json").read_bytes())
+    page = Page(page_of(tmp_path, tmp_path, "diagnosis.json"))
+    assert "traces.npz does not lie beside diagnosis.json" in page.words
+    assert "robot-joints" not in headings(page)
+    assert "Joint 2 (elbow) has a spring that the model does not have" in page.words
+
+
+def test_believed_values_predict_as_the_believed_model_does():
+    run = recordings()[2]
+    shown = predicted(as_believed(fit()), [run])
+    given = prepare(replace(run, model=fit().model), fit().filtering)
+    torque = given.decimation.apply(fit().model.torque(given.motion, fit().model.believed_values))
+    [held_out] = shown.validation
+    apart = np.sqrt(np.mean((held_out.predicted - torque) ** 2, axis=0))
+    assert np.all(apart < 1e-2 * np.sqrt(np.mean(torque**2, axis=0)))
+    assert np.all(held_out.residual_rms >= 0.99 * fit().validation[0].residual_rms)
+
+
+def test_bodies_are_known_by_what_is_known_of_them():
+    fit = known_fit()
+    [known] = [effect.known for effect in fit.model.effects if isinstance(effect, Payload)]
+    loaded = replace(recordings()[0], payload=KnownPayload("other name", known))
+    assert not any("knows nothing" in doubt for doubt in predicted(fit, [loaded]).doubts)
+    strange = replace(loaded, payload=KnownPayload("tool", (("M", 77.0),)))
+    assert any("carries 'tool', of which the fit" in doubt for doubt in predicted(fit, [strange]).doubts)
+
+
+def test_scores_survive_the_file(tmp_path):
+    write_fit(fit(), tmp_path / "fit.json")
+    scores = read_fit(tmp_path / "fit.json").scores
+    assert [(one.run, one.held_out) for one in scores] == [
+        ("identify0", False),
+        ("identify1", False),
+        ("validate2", True),
+    ]
+    np.testing.assert_array_equal(scores[2].relative, fit().validation[0].relative)
+    assert scores[0].noise_source == fit().agreement[0].noise_source
+
+
+@pytest.mark.parametrize(
+    ("names", "said"),
+    [
+        (["missing.json"], "missing.json does not exist"),
+        (["half.json"], "is not JSON, or was cut off"),
+        (["list.json"], "list.json is of no kind that a report is made of. Valid: fit.json"),
+        (["other.json"], "other.json is of no kind that a report is made of. Valid: fit.json"),
+        (["notes.md"], "notes.md is of no kind that a report is made of. Valid: fit.json"),
+        (["empty"], "empty holds nothing that a report is made of. Valid: fit.json"),
+        (["bare.json"], "bare.json: key 'noise' is missing"),
+        (["late.json"], "late.json has format 9; this version reads 1"),
+        (["nofit.json"], "nofit.json: key 'model' is missing"),
+        (["flat.json"], "flat.json: it is damaged"),
+        (["foreign.json"], "is of another diagnosis"),
+        (["diagnosis", "again/diagnosis.json"], "give one diagnosis at a time"),
+        (["fit.json", "hips.mcap"], "identify0 of hip, elbow: a report is of one arm"),
+    ],
+)
+def test_what_is_no_part_of_a_report_is_said_in_one_line(names, said, files, tmp_path, capsys):
+    table = json.loads((files / "diagnosis" / "diagnosis.json").read_text())
+    flat = json.loads((files / "worse.json").read_text()) | {"mismatch": {"position": 3}}
+    texts = {
+        "half.json": "{", "list.json": "[]", "other.json": '{"a": 1}', "notes.md": "words",
+        "bare.json": '{"exidyn_diagnosis": 1}', "late.json": '{"exidyn_comparison": 9}',
+        "nofit.json": '{"exidyn_fit": 1}', "flat.json": json.dumps(flat),
+        "foreign.json": json.dumps(table | {"findings": []}), "again/diagnosis.json": json.dumps(table),
+    }  # fmt: skip
+    for folder in ("empty", "again"):
+        (tmp_path / folder).mkdir()
+    for name, words in texts.items():
+        (tmp_path / name).write_text(words)
+    if "foreign.json" in names:
+        (tmp_path / NAME).write_bytes((files / "diagnosis" / NAME).read_bytes())
+    if "hips.mcap" in names:
+        kinematics = recordings()[0].model.robot.kinematics.copy()
+        kinematics.names[1] = "hip"
+        one = of_another_arm(recordings()[0])
+        robot = replace(one.robot, kinematics=kinematics)
+        write_recording(replace(one, model=replace(one.model, robot=robot)), tmp_path / "hips.mcap")
+    given = [str((files if (files / name).exists() else tmp_path) / name) for name in names]
+    assert main(["report", *given, "--output", str(tmp_path / "report.html")]) == REFUSED
+    line = capsys.readouterr().err.splitlines()[-1]
+    assert line.startswith("exidyn: ")
+    assert said in line
+    assert not (tmp_path / "report.html").exists()
+
+
+def test_where_the_page_cannot_be_written_is_said_before_any_work(files, tmp_path, capsys):
+    assert main(["report", str(files / "fit.json"), "--output", str(tmp_path)]) == REFUSED
+    assert "--output needs a file" in capsys.readouterr().err
+    before = (files / "fit.json").read_bytes()
+    assert main(["report", str(files), "--output", str(files / "fit.json")]) == REFUSED
+    assert (files / "fit.json").read_bytes() == before
+
+
+@pytest.mark.parametrize("width", [1366, 390])
+def test_nothing_is_wider_than_the_screen(width, text, tmp_path):
+    (tmp_path / "report.html").write_text(text, encoding="utf-8")
+    measured = (
+        "document.readyState == 'complete' && [document.documentElement.scrollWidth, window.innerWidth, "
+        "performance.getEntriesByType('resource').length].join()"
+    )
+    with headless_browser(tmp_path / "profile") as browser:
+        browser.open((tmp_path / "report.html").as_uri(), width=width)
+        found = wait_for(lambda: browser.call("Runtime.evaluate", expression=measured)["result"]["value"])
+    wide, screen, loaded = map(int, found.split(","))
+    assert wide <= screen == width
+    assert loaded == 0

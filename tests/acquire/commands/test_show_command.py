@@ -1,0 +1,130 @@
+"""exidyn show: what it prints, writes and refuses."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from exidyn.acquire.command_line import REFUSED, main
+from exidyn.identify.robot_files.robot_file import model_text
+from exidyn.trajectories.plans.exports import EXPORTS
+from exidyn.trajectories.plans.plan import Plan
+from exidyn.trajectories.plans.plan_file import write_plan
+from exidyn.trajectories.plans.plan_page import plan_page
+
+from ...parts.plans.plans import fourier, known_plan
+from ...parts.small import two_joints
+
+MOTION = fourier().scaled(0.5)
+"""Within all limits of the arm."""
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """A folder with plan.toml, beyond.toml, robot.toml and slower.toml."""
+    write_plan(known_plan(MOTION), tmp_path / "plan.toml")
+    write_plan(known_plan(fourier().scaled(4.0)), tmp_path / "beyond.toml")
+    model = two_joints.model()
+    (tmp_path / "robot.toml").write_text(model_text(model))
+    slower = replace(model.robot, limits=replace(model.robot.limits, velocity=np.array([2.0, 3.0])))
+    (tmp_path / "slower.toml").write_text(model_text(replace(model, robot=slower)))
+    return tmp_path
+
+
+def show(folder, *arguments):
+    return main(["show", *(str(folder / a) if a.endswith(".toml") else a for a in arguments)])
+
+
+def test_summary_is_printed_and_the_page_written(folder, capsys):
+    assert show(folder, "plan.toml") == 0
+    printed, said = capsys.readouterr()
+    assert "Motion for two joints: 6.66667 s, fourier" in printed
+    assert "BEYOND" not in printed
+    assert "torque %" not in printed
+    assert said == f"written: {folder / 'plan.html'}\n"
+    assert (folder / "plan.html").read_text(encoding="utf-8") == plan_page(known_plan(MOTION))
+
+
+def test_a_plan_beyond_its_limits_is_told(folder, capsys):
+    assert show(folder, "beyond.toml", "--page", str(folder / "other.html")) == 0
+    assert "BEYOND: shoulder: velocity at" in capsys.readouterr().out
+    assert "Goes beyond limits: do not run it." in (folder / "other.html").read_text(encoding="utf-8")
+    assert not (folder / "beyond.html").exists()
+
+
+def test_with_the_robot_torque_is_shown(folder, capsys):
+    assert show(folder, "plan.toml", "--robot", "robot.toml") == 0
+    printed, said = capsys.readouterr()
+    assert "torque %" in printed
+    assert "warning" not in said
+    assert "torque [N m]" in (folder / "plan.html").read_text(encoding="utf-8")
+
+
+def test_another_robot_is_warned_of_or_refused(folder, capsys):
+    assert show(folder, "plan.toml", "--robot", "slower.toml") == 0
+    said = capsys.readouterr().err
+    assert "warning: limit velocity of shoulder is 2; it was 3 when the plan was made" in said
+    assert show(folder, "plan.toml", "--robot", "kr270") == REFUSED
+    said = capsys.readouterr().err
+    assert "the plan is for the joints shoulder, elbow of two joints; kr270 has joint1, joint2" in said
+
+
+def test_exports_are_those_of_the_table(folder, capsys):
+    given = [word for name in EXPORTS for word in ("--export", name, str(folder / f"out.{name}"))]
+    assert show(folder, "plan.toml", *given, "--rate", "10") == 0
+    for name, function in EXPORTS.items():
+        assert (folder / f"out.{name}").read_text(encoding="utf-8") == function(known_plan(MOTION), 10.0)
+    assert str(folder / "out.krl") in capsys.readouterr().err
+
+
+def test_an_unknown_format_is_refused_before_anything_is_written(folder, capsys):
+    assert show(folder, "plan.toml", "--export", "xml", str(folder / "out.xml")) == REFUSED
+    assert "no export format called 'xml'. Valid: csv, krl, ros" in capsys.readouterr().err
+    assert not (folder / "plan.html").exists()
+
+
+def test_a_view_can_be_saved(folder, capsys):
+    assert show(folder, "plan.toml", "--robot", "robot.toml", "--save", str(folder / "plan.rrd")) == 0
+    assert (folder / "plan.rrd").stat().st_size > 10_000
+    assert str(folder / "plan.rrd") in capsys.readouterr().err
+
+
+def test_a_view_can_be_opened(folder, monkeypatch):
+    opened = []
+    monkeypatch.setattr(
+        "exidyn.trajectories.plans.view.open_rerun", lambda plan, model: opened.append((plan, model))
+    )
+    assert show(folder, "plan.toml", "--robot", "robot.toml", "--view") == 0
+    ((plan, model),) = opened
+    assert isinstance(plan, Plan)
+    assert model.robot.joints == plan.joints
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--view"], "say which with --robot"),
+        (["--save", "x.rrd"], "say which with --robot"),
+        (["--rate", "0"], "0 must be above 0"),
+        (["--rate", "nan"], "nan must be above 0"),
+        (["--export", "csv"], "expected 2 arguments"),
+    ],
+)
+def test_wrong_options_say_what_is_wrong(folder, arguments, words, capsys):
+    with pytest.raises(SystemExit) as stopped:
+        show(folder, "plan.toml", *arguments)
+    assert stopped.value.code == REFUSED
+    assert words in capsys.readouterr().err
+
+
+def test_what_is_no_plan_is_refused(folder, capsys):
+    assert show(folder, "robot.toml") == REFUSED
+    assert f"{folder / 'robot.toml'}: not a trajectory file: no key 'kind'" in capsys.readouterr().err
+
+
+def test_help_explains_each_format(capsys):
+    with pytest.raises(SystemExit):
+        main(["show", "--help"])
+    printed = capsys.readouterr().out
+    for name, function in EXPORTS.items():
+        assert f"  {name}  {function.__doc__.splitlines()[0]}" in printed

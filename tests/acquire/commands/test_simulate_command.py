@@ -1,0 +1,179 @@
+"""exidyn simulate and export: what they write, print and refuse."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.interpolate import make_interp_spline
+
+from exidyn.acquire.command_line import REFUSED, main
+from exidyn.identify.effects import Belief, Payload, RotorInertia, known_parameters
+from exidyn.identify.fit.fit_file import write_fit
+from exidyn.identify.fit.identified import identified
+from exidyn.identify.model import Model
+from exidyn.identify.recordings.mcap.mcap_file import read_recording
+from exidyn.identify.robot_files.robot_file import model_text, parse_model
+from exidyn.identify.simulation.simulate import exact_current
+from exidyn.trajectories.plans.plan import Plan
+from exidyn.trajectories.plans.plan_file import write_plan
+
+from ...parts.plans.plans import fourier
+from ...parts.small import two_joints
+from ...parts.small.small_fit import fit
+
+MOTION = fourier(periods=1).scaled(0.5)
+BODY = known_parameters(3.0, (0.05, 0.0, 0.02))
+TICK = "0.004"
+
+
+def arm() -> Model:
+    model = two_joints.model(RotorInertia(), Payload("tool", BODY))
+    return replace(model, stated={"Ia1": Belief(0.5), "Ia2": Belief(0.2)})
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """A folder, the current one, with robot.toml, plan.toml and fit.json."""
+    (tmp_path / "robot.toml").write_text(model_text(arm()))
+    write_plan(Plan.of(MOTION, two_joints.model()), tmp_path / "plan.toml")
+    write_fit(fit(), tmp_path / "fit.json")
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def simulate(*arguments, plan="plan.toml", output="sim.mcap", source="robot.toml"):
+    return main(["simulate", source, plan, "-o", output, "--tick", TICK, *arguments])
+
+
+def test_a_simulation_is_a_recording(folder, capsys):
+    assert simulate() == 0
+    printed, said = capsys.readouterr()
+    assert "times real time" in printed
+    assert "farthest from its command: shoulder" in printed
+    assert "written: sim.mcap" in said
+    run = read_recording("sim.mcap")
+    assert set(run.signals) == {
+        "position",
+        "velocity",
+        "current",
+        "temperature",
+        "command",
+        "command_velocity",
+    }
+    assert run.robot.joints == ("shoulder", "elbow")
+    assert run.trajectory == (folder / "plan.toml").read_text(encoding="utf-8")
+    position, command = (run.signals[name].values for name in ("position", "command"))
+    assert np.abs(position - command).max() < 0.02
+    assert np.ptp(position, axis=0).min() > 0.05
+    assert run.signals["position"].rate == pytest.approx(250.0)
+    assert not run.warnings
+    # from rest, though the motion of the plan begins moving, to rest
+    for ends in (command[:3], command[-3:]):
+        assert np.abs(np.diff(ends, axis=0)).max() < 1e-4, np.diff(ends, axis=0)
+
+
+def test_currents_are_those_of_the_model_with_what_it_carries(folder):
+    assert simulate("--exact", "--payload", "tool") == 0
+    run = read_recording("sim.mcap")
+    assert run.payload.name == "tool"
+    assert dict(run.payload.known)["M"] == 3.0
+    assert current_error(run, run.model) < 0.01
+    assert current_error(replace(run, payload=None), run.model) > 0.05
+
+
+def current_error(run, model):
+    """Rms of recorded current minus inverse dynamics of the recorded positions, over the rms current."""
+    position = run.signals["position"]
+    spline = make_interp_spline(position.time, position.values, 5)
+    motion = run_motion(position.time, [spline(position.time, order) for order in range(3)], run)
+    expected = exact_current(model, model.believed_values, model.robot.drive_gain, motion)
+    inside = slice(50, -50)
+    wrong = (run.signals["current"].values - expected)[inside]
+    return np.sqrt(np.mean(wrong**2) / np.mean(expected[inside] ** 2))
+
+
+def run_motion(time, states, run):
+    from exidyn.identify.arm.motion import Motion
+
+    return Motion.of(time, *states, payload=run.payload.name if run.payload else "")
+
+
+def test_the_same_arguments_give_the_same_file(folder):
+    for output, seed in (("one/run.mcap", "3"), ("two/run.mcap", "3"), ("three/run.mcap", "4")):
+        (folder / output).parent.mkdir()
+        assert simulate("--seed", seed, output=output) == 0
+    one, two, three = ((folder / name / "run.mcap").read_bytes() for name in ("one", "two", "three"))
+    assert one == two
+    assert one != three
+
+
+def test_a_fit_is_simulated_as_identified(folder):
+    assert simulate("--exact", source="fit.json") == 0
+    run, found = read_recording("sim.mcap"), identified(fit())
+    np.testing.assert_array_equal(run.robot.drive_gain, found.robot.drive_gain)
+    assert current_error(run, found) < 0.01
+
+
+def test_elastic_gears_show_behind_them(folder):
+    assert simulate("--exact", "--stiffness", "2000", "inf", "--damping", "2") == 0
+    run = read_recording("sim.mcap")
+    twist = np.ptp(run.signals["position"].values - run.signals["link_position"].values, axis=0)
+    assert twist[0] > 1e-3
+    assert twist[1] < 1e-9
+
+
+def test_half_the_speed_takes_twice_the_time(folder):
+    assert simulate() == 0
+    whole = read_recording("sim.mcap").duration
+    assert simulate("--speed", "50") == 0
+    longer = read_recording("sim.mcap").duration
+    assert longer - whole == pytest.approx(MOTION.duration, abs=1.0)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (
+            ["--stiffness", "1", "2", "3"],
+            "--stiffness has 3 values; expected one, or one for each of the 2 joints",
+        ),
+        (["--backlash", "0.001"], "a gear with backlash needs a finite stiffness"),
+        (["--payload", "gripper"], "no payload 'gripper'. Payloads of the model: tool"),
+        (["--com", "0", "0", "0.1"], "give --mass"),
+        (["--mass", "2", "--payload", "tool"], "not both"),
+    ],
+)
+def test_what_does_not_fit_is_refused_in_a_line(folder, capsys, arguments, said):
+    assert simulate(*arguments) == REFUSED
+    error = capsys.readouterr().err
+    assert said in error
+    assert error.count("\n") == 1
+    assert not (folder / "sim.mcap").exists()
+
+
+def test_a_plan_for_other_joints_is_refused(folder, capsys):
+    assert simulate(source="kr270") == REFUSED
+    assert "the plan is for the joints shoulder, elbow" in capsys.readouterr().err
+
+
+def test_export_writes_and_says_what_is_missing(folder, capsys):
+    assert main(["export", "fit.json", "--to", "urdf", "-o", "arm.urdf"]) == 0
+    printed, said = capsys.readouterr()
+    assert printed.startswith("urdf: not in it\n  - ")
+    assert "friction_asymmetry: up to" in printed
+    assert said == "written: arm.urdf\n"
+    assert (folder / "arm.urdf").read_text().startswith('<?xml version="1.0"?>')
+
+
+def test_export_to_a_robot_file_leaves_nothing_out(folder, capsys):
+    assert main(["export", "fit.json", "--to", "toml"]) == 0
+    assert capsys.readouterr().out == "toml: everything is in it\n"
+    back = parse_model((folder / "two_joints-export.toml").read_text())
+    np.testing.assert_allclose(back.believed_values, identified(fit()).believed_values, rtol=1e-9, atol=1e-9)
+
+
+def test_export_does_not_write_over_its_source(folder, capsys):
+    before = (folder / "robot.toml").read_text()
+    assert main(["export", "robot.toml", "--to", "toml", "-o", "robot.toml"]) == REFUSED
+    assert "--output would write over what is read; name another" in capsys.readouterr().err
+    assert (folder / "robot.toml").read_text() == before

@@ -1,0 +1,340 @@
+"""exidyn view: what recordings, fits and diagnoses become in Rerun, and what is refused."""
+
+import json
+import os
+import re
+import shutil
+import signal
+import subprocess
+import sys
+from dataclasses import replace
+from functools import cache, partial
+
+import numpy as np
+import pytest
+
+from exidyn.acquire.command_line import REFUSED, main
+from exidyn.acquire.files.diagnosis_files import write_diagnosis
+from exidyn.acquire.files.traces_file import NAME, read_traces
+from exidyn.acquire.live import viewers
+from exidyn.acquire.live.live_log import COLOURS
+from exidyn.acquire.views.diagnosis_view import BEFORE
+from exidyn.acquire.views.kinds import view_of
+from exidyn.acquire.views.moments import MOST, lasting, moments
+from exidyn.identify.arm.link_frames import link_poses
+from exidyn.identify.diagnosis import Remainder
+from exidyn.identify.fit.fit_file import read_fit, write_fit
+from exidyn.identify.preparation.prepare import prepare
+from exidyn.identify.recordings.mcap.mcap_file import read_recording
+from exidyn.identify.recordings.run_log import Event
+
+from ...parts.pages.browser import headless_browser, wait_for
+from ...parts.pages.report_pages import known_fit
+from ...parts.pages.rerun_viewer import (
+    complaints,
+    headless_viewer,
+    numbers,
+    numbers_nested,
+    read,
+    seconds,
+    settled,
+)
+from ...parts.small.small_diagnosis import believed, diagnosis, recordings
+from ...parts.small.two_joint_files import run, write
+from ..live.test_live_view import coloured, free_port
+
+NAMED = "Joint spring of joint 2 (elbow)"
+
+
+@cache
+def small():
+    """The diagnosis of a spring at the elbow, and something without a name on the shoulder."""
+    return replace(diagnosis(), remainders=(Remainder(0, 1.6, 0.99, "position"),))
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory):
+    """A folder with run.mcap, fit.json and a diagnosis."""
+    folder = tmp_path_factory.mktemp("view")
+    happened = (Event(1.5, "stop", "shoulder is too fast"),)
+    write(folder, replace(run("run"), events=happened))
+    write_fit(known_fit(), folder / "fit.json")
+    write_diagnosis(small(), None, None, folder)
+    return folder
+
+
+def saved(folder, tmp_path, *names):
+    """Chunks of the view of some files."""
+    path = tmp_path / "view.rrd"
+    assert main(["view", *(str(folder / name) for name in names), "-o", str(path)]) == 0
+    return read(path)
+
+
+@pytest.fixture(scope="module")
+def diagnosed(files, tmp_path_factory):
+    return saved(files, tmp_path_factory.mktemp("rrd"), "diagnosis.json")
+
+
+def test_a_recording_is_what_was_measured(files, tmp_path, capsys):
+    chunks, given = saved(files, tmp_path, "run.mcap"), read_recording(files / "run.mcap")
+    assert capsys.readouterr().err == f"written: {tmp_path / 'view.rrd'}\n"
+    for name in ("position", "current"):
+        found = numbers(chunks, f"/run/{name}/measured").reshape(-1, 2)
+        np.testing.assert_array_equal(found, given.signals[name].values)
+        np.testing.assert_allclose(
+            seconds(chunks, f"/run/{name}/measured"), given.signals[name].time, atol=2e-9
+        )
+    (text,) = chunks["/run/inside", "TextDocument:text"][0].to_pylist()[0]
+    assert "two joints: shoulder, elbow" in text
+    (words,) = chunks["/run/events/stop", "TextLog:text"][0].to_pylist()[0]
+    assert words == "1.50 s  stop: shoulder is too fast"
+
+
+def test_velocity_that_was_not_recorded_is_that_of_the_positions(files, tmp_path):
+    chunks, given = saved(files, tmp_path, "run.mcap"), read_recording(files / "run.mcap")
+    assert "velocity" not in given.signals
+    motion = prepare(given).motion
+    time = seconds(chunks, "/run/velocity/measured")
+    inside = (time > motion.time[0]) & (time < motion.time[-1])
+    found = numbers(chunks, "/run/velocity/measured").reshape(-1, 2)[inside]
+    expected = np.stack([np.interp(time[inside], motion.time, v) for v in motion.velocity.T], axis=1)
+    np.testing.assert_allclose(found, expected, atol=0.02 * np.abs(expected).max())
+
+
+def test_the_arm_moves_as_measured(files, tmp_path):
+    chunks, given = saved(files, tmp_path, "run.mcap"), read_recording(files / "run.mcap")
+    place = numbers_nested(chunks, "/arm in run/moves", "Transform3D:translation", 3).reshape(-1, 2, 3)
+    signal = given.signals["position"]
+    at = np.searchsorted(signal.time, seconds(chunks, "/arm in run/moves")[::2] - 1e-6)
+    poses = link_poses(given.robot.kinematics, signal.values[at])
+    np.testing.assert_allclose(place, poses[:, :, :3], atol=1e-6)
+
+
+def test_runs_of_one_name_are_told_apart(files, tmp_path):
+    chunks = saved(files, tmp_path, "run.mcap", "run.mcap")
+    assert ("/run/position/measured", "Scalars:scalars") in chunks
+    assert ("/run #2/position/measured", "Scalars:scalars") in chunks
+
+
+def test_a_fit_predicts_the_recordings_given_with_it(files, tmp_path):
+    chunks, fit = saved(files, tmp_path, "fit.json", "run.mcap"), read_fit(files / "fit.json")
+    expected = fit.agree(prepare(read_recording(files / "run.mcap"), fit.filtering))
+    for joint, name in enumerate(("shoulder", "elbow")):
+        found = numbers(chunks, f"/runs/run/torque/{name}/residual")
+        np.testing.assert_array_equal(found, expected.residual[:, joint])
+
+
+def test_a_fit_alone_has_its_parameters_and_the_arm(files, tmp_path):
+    chunks = saved(files, tmp_path, "fit.json")
+    assert {"/parameters/table", "/parameters/interval", "/arm/moves"} <= {entity for entity, _ in chunks}
+    assert not any(entity.startswith("/runs") for entity, _ in chunks)
+
+
+def test_a_finding_has_its_residual_without_and_with_it(diagnosed, files):
+    for trace in small().evidence.traces:
+        slides = trace.weight[:, 1] > 0
+        entity = f"/runs/{trace.name}/residuals/{NAMED}"
+        before, after = (numbers(diagnosed, f"{entity}/{name}") for name in ("1 before", "2 after"))
+        np.testing.assert_allclose(after[slides], trace.after[slides, 1], atol=1e-5)
+        np.testing.assert_allclose((before - after)[slides], trace.explained[0, slides, 1], atol=1e-5)
+        assert np.all(np.isnan(before[~slides]))
+        noise = numbers(diagnosed, f"{entity}/3 noise")[0]
+        assert noise == pytest.approx(small().evidence.noise[1])
+
+
+def test_a_finding_shows_where_its_torque_is_large(diagnosed):
+    for trace in small().evidence.traces:
+        bar = np.isfinite(numbers(diagnosed, f"/runs/{trace.name}/residuals/{NAMED}/4 moments"))
+        torque = trace.explained[0, :, 1] * trace.weight[:, 1]
+        assert 0.0 < np.mean(bar) < 0.8
+        assert np.mean(torque[bar] ** 2) > 2.0 * np.mean(torque[~bar] ** 2)
+        begins = seconds(diagnosed, f"/runs/{trace.name}/moments/{NAMED}")
+        rising = trace.time[np.flatnonzero(np.diff(bar.astype(int), prepend=0) == 1)]
+        np.testing.assert_allclose(begins, rising, atol=2e-9)
+        assert len(begins) <= MOST
+
+
+def test_a_ball_is_on_the_joint_while_its_finding_shows(diagnosed):
+    trace = small().evidence.traces[0]
+    entity = f"/arm in {trace.name}/marks/{NAMED}"
+    sizes, times = numbers(diagnosed, entity, "Points3D:radii"), seconds(diagnosed, entity)
+    order = np.argsort(times)
+    begins = seconds(diagnosed, f"/runs/{trace.name}/moments/{NAMED}")
+    np.testing.assert_allclose(times[order][sizes[order] > 0.0], begins, atol=2e-9)
+    assert sizes[order][0] == 0.0
+    assert sizes[order][-1] == 0.0
+
+
+def test_what_has_no_name_is_shown_on_its_joint(diagnosed):
+    trace = small().evidence.traces[0]
+    slides = trace.weight[:, 0] > 0
+    found = numbers(diagnosed, f"/runs/{trace.name}/residuals/Left on joint 1 (shoulder)/1 before")
+    np.testing.assert_allclose(found[slides], trace.before[slides, 0], atol=1e-5)
+
+
+def test_words_have_the_numbers_of_the_diagnosis(diagnosed, files):
+    texts = {
+        name: diagnosed[f"/texts/{name}", "TextDocument:text"][0].to_pylist()[0][0]
+        for name in ("budget", "verdict", "parameters", "residuals")
+    }
+    table = json.loads((files / "diagnosis.json").read_text())
+    assert all(line in texts["verdict"] for line in table["verdict"])
+    spring = small().findings[0].parameters["Ks2"]
+    told = re.search(r"\| Ks2 \| ([\d.]+) ± ([\d.]+) \| N m/rad \|", texts["parameters"])
+    assert told is not None
+    assert float(told[1]) == pytest.approx(spring.value, abs=0.5 * spring.std)
+    assert float(told[2]) == pytest.approx(1.96 * spring.std, rel=0.3)
+    shares = [line for line in texts["budget"].splitlines() if line.startswith("| ") and "%" in line]
+    assert sum(int(line.split("|")[3].removesuffix("% ")) for line in shares) == 100
+    row = next(line for line in texts["residuals"].splitlines() if "elbow" in line)
+    ratio = small().improvement.before[1] / small().improvement.noise[1]
+    assert f"| {ratio:.3g} |" in row
+
+
+def test_a_diagnosis_without_traces_has_words(files, tmp_path):
+    shutil.copy(files / "diagnosis.json", tmp_path / "moved.json")
+    assert main(["view", str(tmp_path / "moved.json"), "-o", str(tmp_path / "view.rrd")]) == 0
+    entities = {entity for entity, _ in read(tmp_path / "view.rrd")}
+    assert {"/texts/verdict", "/texts/parameters", "/texts/residuals"} <= entities
+    assert not any(entity.startswith("/runs") for entity in entities)
+
+
+def test_moments_are_few_and_where_a_torque_is_spent():
+    time = np.arange(0.0, 100.0, 0.05)
+    torque = np.where((time > 20.0) & (time < 23.0), 8.0, np.where(time > 60.0, 1.0, 0.0))
+    (one,) = moments(time, torque)
+    assert one.begin == pytest.approx(20.0, abs=0.3)
+    assert one.end == pytest.approx(23.0, abs=0.3)
+    assert one.over_noise == pytest.approx(8.0, rel=0.1)
+    spikes = np.where(np.arange(len(time)) % 80 < 4, 5.0, 0.0)
+    found = moments(time, spikes)
+    assert len(found) == MOST
+    assert found == sorted(found)
+    assert moments(time, np.zeros_like(time)) == []
+
+
+def test_lasting_residuals_are_means_of_what_slides():
+    time = np.arange(0.0, 10.0, 0.05)
+    weight = np.stack([time > 5.0, np.zeros(len(time))], axis=1).astype(float)
+    found = lasting(time, np.full((len(time), 2), 3.0), weight)
+    np.testing.assert_allclose(found[time > 5.5, 0], 3.0)
+    assert np.all(np.isnan(found[time < 4.5, 0]))
+    assert np.all(np.isnan(found[:, 1]))
+
+
+def test_traces_that_were_cut_off_are_refused(files, tmp_path, capsys):
+    shutil.copy(files / "diagnosis.json", tmp_path)
+    (tmp_path / NAME).write_bytes((files / NAME).read_bytes()[:2000])
+    assert main(["view", str(tmp_path / "diagnosis.json"), "-o", str(tmp_path / "view.rrd")]) == REFUSED
+    assert "is no file of traces, or was cut off" in capsys.readouterr().err
+
+
+def test_traces_are_those_of_the_evidence(files):
+    found = read_traces(files / NAME)
+    assert found.model.names == believed().names
+    assert [trace.role for trace in found.traces] == ["validate", "identify", "identify"]
+    for ours, theirs in zip(found.traces, small().evidence.traces, strict=True):
+        assert ours.name == theirs.name
+        np.testing.assert_array_equal(ours.time, theirs.time)
+        np.testing.assert_allclose(ours.explained, theirs.explained, rtol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("names", "said"),
+    [
+        (["missing.mcap"], "missing.mcap does not exist"),
+        (["fit.json", "diagnosis.json"], "give one fit or one diagnosis at a time"),
+        (["diagnosis.json", "run.mcap"], "brings its runs"),
+        (["list.json"], "neither a fit nor a diagnosis"),
+        (["other.json"], "neither a fit nor a diagnosis of format 1"),
+        (["half.json"], "is not JSON, or was cut off"),
+        (["bare.json"], "key 'findings' is missing"),
+        (["run.mcap", "--browser", "nowhere"], "--serve nowhere"),
+        (["run.mcap", "-o", "no/folder.rrd"], "there is no folder"),
+    ],
+)
+def test_what_cannot_be_shown_is_said_in_one_line(names, said, files, tmp_path, capsys):
+    texts = {"list": "[]", "other": '{"exidyn_diagnosis": 9}', "half": "{", "bare": '{"exidyn_diagnosis": 1}'}
+    for name, text in texts.items():
+        (files / f"{name}.json").write_text(text)
+    given = [str(files / name) if "." in name and "/" not in name else name for name in names]
+    if len({"--browser", "-o"} & set(given)) == 0:
+        given += ["-o", str(tmp_path / "view.rrd")]
+    assert main(["view", *given]) == REFUSED
+    [line] = capsys.readouterr().err.splitlines()
+    assert said in line
+
+
+@pytest.mark.parametrize(
+    ("name", "count"),
+    [
+        # position, tracking error, velocity, current, residual, arm, events, what is inside
+        ("run.mcap", 8),
+        # of each of three runs: two findings, every joint before and after, arm, moments; and four texts
+        ("diagnosis.json", 3 * 6 + 4),
+    ],
+)
+def test_window_shows_every_view_without_complaint(name, count, files, monkeypatch):
+    position = read_recording(files / "run.mcap").signals["position"]
+    runs = small().evidence.traces if "diagnosis" in name else [position]
+    with headless_viewer() as (client, address):
+        monkeypatch.setattr(viewers, "open_window", lambda: address)
+        assert main(["view", str(files / name)]) == 0
+        state = settled(client, max(run.time[-1] for run in runs), count, attempts=100)
+    assert len(state.views) == count
+    assert not complaints(state)
+
+
+def gone(group):
+    """Whether no process of a group is left."""
+    try:
+        os.killpg(group, 0)
+    except ProcessLookupError:
+        return True
+    return False
+
+
+def test_browser_shows_a_diagnosis_until_it_is_ended(files, tmp_path):
+    port, pictures = free_port(), []
+    command = [sys.executable, "-m", "exidyn.acquire.command_line", "view", str(files / "diagnosis.json")]
+    process = subprocess.Popen(
+        [*command, "--browser", f"127.0.0.1:{port}"],
+        stderr=subprocess.PIPE,
+        start_new_session=True,
+        # Where tests run in the background, Ctrl-C is ignored, and children inherit that.
+        preexec_fn=partial(signal.signal, signal.SIGINT, signal.SIG_DFL),
+    )
+    try:
+        with headless_browser(tmp_path / "profile") as browser:
+            line = process.stderr.readline().decode()
+            browser.open(line.split()[1] + "&renderer=webgl", width=1000, height=640)
+
+            def drawn():
+                try:
+                    pictures.append(browser.picture())
+                except AssertionError:  # as long as the page is being exchanged for the one asked for
+                    return False
+                return coloured(pictures[-1])[COLOURS.index(BEFORE)] > 100
+
+            found = wait_for(drawn, 150.0)
+            (tmp_path / "browser.png").write_bytes(pictures[-1])
+            assert found
+        os.kill(process.pid, signal.SIGINT)
+        assert process.wait(60.0) == 0
+        assert wait_for(lambda: gone(process.pid), 20.0)
+    finally:
+        process.kill()
+        process.wait()
+        process.stderr.close()
+
+
+def test_colours_of_joints_are_those_of_the_live_view(files, tmp_path):
+    chunks = saved(files, tmp_path, "run.mcap")
+    ((first, second),) = chunks["/run/position/measured", "SeriesLines:colors"][0].to_pylist()
+    expected = [int.from_bytes(bytes([*colour, 255])) for colour in COLOURS[:2]]
+    assert [first, second] == expected
+
+
+def test_recordings_of_a_case_are_shown_together(files):
+    paths = write(files, *recordings()[:2])
+    assert view_of([files / path for path in paths]).kind == "recording"

@@ -1,0 +1,87 @@
+"""The line about a run that goes on: right, in time, and in nobody's way."""
+
+import os
+import pty
+import signal
+from contextlib import contextmanager
+
+from exidyn.acquire.run.frames import END, SAMPLE, text_frame
+from exidyn.acquire.run.player import APPROACHING, HOLDING, RUNNING
+from exidyn.acquire.terminal import progress
+from exidyn.acquire.terminal.progress import Progress, start_progress
+from exidyn.acquire.terminal.progress_process import CLEAR, Line
+
+from ...parts.runs.recorded import cycle, end, head
+
+
+def body(frame):
+    """Of a frame, behind its kind and length."""
+    return frame[5:]
+
+
+def line(*stages, skipped=0):
+    found = Line(10.0)
+    for number, stage in enumerate(stages):
+        found.add(SAMPLE, body(cycle(number, stage=stage, skipped=skipped)))
+    return str(found)
+
+
+def test_it_says_how_far_the_motion_has_got_and_how_to_stop_it():
+    assert line(APPROACHING) == "approaching; cycles missed: 0; Ctrl-C brakes"
+    assert line(*[RUNNING] * 751, skipped=1) == "running 1.5 of 10.0 s; cycles missed: 751; Ctrl-C brakes"
+
+
+def test_while_it_holds_there_is_nothing_to_brake():
+    assert line(RUNNING, HOLDING) == "holding 0.0 of 10.0 s; cycles missed: 0"
+
+
+def test_the_end_of_the_run_is_its_end():
+    found = Line(10.0)
+    found.add(END, body(text_frame(END, {})))
+    assert found.over
+
+
+@contextmanager
+def terminal():
+    """File number of what is seen of a terminal that takes the place of standard error.
+
+    No fixture: pytest captures anew between those and a test.
+    """
+    seen, own = pty.openpty()
+    os.set_blocking(seen, False)
+    before = os.dup(2)
+    os.dup2(own, 2)
+    try:
+        yield seen
+    finally:
+        os.dup2(before, 2)
+        for number in (seen, own, before):
+            os.close(number)
+
+
+def test_what_is_left_in_the_terminal_is_an_empty_line():
+    with terminal() as seen:
+        with Progress(10.0) as shown:
+            shown.put(head().frame())
+            for number in range(10):
+                shown.put(cycle(number))
+            shown.put(end())
+        text = os.read(seen, 10_000).decode()
+    assert not shown.failure
+    assert "running 0.0 of 10.0 s" in text
+    assert text.endswith(CLEAR)
+
+
+def test_one_that_hangs_is_not_waited_for():
+    with terminal(), Progress(10.0) as shown:
+        os.kill(shown.process_id, signal.SIGSTOP)
+        for number in range(10_000):
+            shown.put(cycle(number))
+        shown.close(patience=0.1)
+    assert shown.dropped
+    assert "was killed" in shown.failure
+
+
+def test_without_a_terminal_there_is_no_line(monkeypatch):
+    monkeypatch.setattr(progress.sys.stderr, "isatty", lambda: False, raising=False)
+    assert start_progress(10.0) == []

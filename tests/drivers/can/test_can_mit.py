@@ -1,0 +1,222 @@
+"""Driver can_mit against motors in another process on a real python-can bus."""
+
+import numpy as np
+import pytest
+
+from exidyn.drivers import Command, StopLevel, create
+from exidyn.drivers.errors import BadSettings, LinkLost, NotReady
+
+from ...parts.controllers.can_peers import ARM, command, follow, motors, standing, until_fault
+from ...peers.can_arm import mit_settings
+
+STEP = 25.0 / 65535.0
+"""Of position in a frame [rad]."""
+
+
+def armed(driver):
+    driver.open()
+    driver.arm_drives()
+    return standing(driver)
+
+
+def test_the_arm_follows_and_its_units_are_ours():
+    with motors() as (peer, driver):
+        info = driver.open()
+        assert info.signals == ("position", "velocity", "torque", "temperature")
+        assert "switched off 0.5 s" in info.dead_man
+        assert "TIMEOUT 10000 read back" in info.dead_man
+        assert "answers with torque in N m" in info.settings["joint2 (motor 2)"]
+        assert "KT_Value 0.945" in info.settings["joint2 (motor 2)"]
+        assert not peer.said("on")
+        driver.arm_drives()
+        where = standing(driver)
+        np.testing.assert_allclose(where, [0.0, -1.0, 1.0, 0.0, 0.5, 0.0], atol=STEP)
+        samples = [sample for sample in follow(driver, where) if not sample.stale.any()]
+        assert len(samples) > 20
+        reached = np.array([sample.position for sample in samples])
+        assert (reached.max(axis=0) - where > 0.09).all()
+        np.testing.assert_allclose(samples[-1].torque, 0.1 * np.arange(1, 7), atol=0.003)
+        np.testing.assert_allclose(samples[-1].temperature, 25.0)
+        assert np.isnan(samples[-1].current).all()
+
+
+def test_motors_are_switched_on_with_zero_gains():
+    with motors() as (peer, driver):
+        armed(driver)
+        for number in range(1, 7):
+            assert peer.wait_for(f"motor {number}: on, gains (0.0, 0.0)")
+
+
+def test_velocity_has_the_joints_sign():
+    with motors() as (_, driver):
+        where = armed(driver)
+        velocity = 0.5 * np.arange(1, 7)
+        for _ in range(10):
+            sample = driver.exchange(Command(where, velocity))
+        fresh = ~sample.stale
+        np.testing.assert_allclose(sample.velocity[fresh], velocity[fresh], atol=0.01)
+
+
+def test_a_torque_constant_gives_current_too():
+    with motors(torque_constant=2.0) as (_, driver):
+        assert "current" in driver.open().signals
+        sample = driver.exchange(None)
+        fresh = ~sample.stale
+        np.testing.assert_allclose(sample.current[fresh], sample.torque[fresh] / 2.0)
+
+
+@pytest.mark.parametrize("short", [True, False])
+def test_both_answers_of_the_other_maker_are_read(short):
+    arguments = ["--short"] if short else []
+    with motors(*arguments, maker="t-motor", current_range=10.0) as (_, driver):
+        info = driver.open()
+        assert "current" in info.signals
+        assert "torque" not in info.signals
+        assert ("temperature" in info.signals) is not short
+        assert not info.dead_man
+        assert any("goes on with its last command" in text for text in info.warnings)
+        driver.arm_drives()
+        where = standing(driver)
+        samples = [sample for sample in follow(driver, where) if not sample.stale.any()]
+        assert len(samples) > 20
+        np.testing.assert_allclose(samples[-1].current, 0.1 * np.arange(1, 7), atol=0.003)
+
+
+def test_without_a_current_range_the_other_maker_is_read_as_torque_and_doubted():
+    with motors(maker="t-motor") as (_, driver):
+        info = driver.open()
+        assert "torque" in info.signals
+        assert any("set current_range" in text for text in info.warnings)
+
+
+def test_ranges_that_are_not_the_motors_are_refused():
+    with motors("--register", "3:23=28.0") as (_, driver):
+        with pytest.raises(NotReady, match=r"joint3 \(motor 3\) has TMAX = 28, its model here has 10"):
+            driver.open()
+
+
+def test_a_motor_that_is_not_there_is_named():
+    with motors(ids=[1, 2, 3, 4, 5, 15], masters=[17, 18, 19, 20, 21, 31]) as (_, driver):
+        with pytest.raises(LinkLost, match=r"joint6 \(motor 15\) does not answer on identifier 0x01F"):
+            driver.open()
+
+
+def test_an_old_error_is_told_and_cleared_by_arming():
+    with motors("--error", "9") as (peer, driver):
+        info = driver.open()
+        assert any("joint1 (motor 1) has error 9 (under-voltage)" in text for text in info.warnings)
+        driver.arm_drives()
+        assert peer.wait_for("motor 6: on")
+
+
+def test_an_error_is_a_fault_that_names_the_motor():
+    with motors("--fault", "error:4@10") as (_, driver):
+        sample = until_fault(driver, armed(driver))
+        assert sample.fault == "joint4 (motor 4): error 10 (over-current)"
+        assert driver.exchange(None).fault == sample.fault
+
+
+def test_a_silent_joint_is_stale_and_not_a_number():
+    with motors("--fault", "silent:2@5") as (_, driver):
+        samples = follow(driver, armed(driver), 60)
+        assert samples[-1].stale[1]
+        assert np.isnan([samples[-1].position[1], samples[-1].torque[1], samples[-1].temperature[1]]).all()
+        assert not samples[-1].fault
+
+
+def test_motors_switch_off_when_the_host_falls_silent():
+    with motors() as (peer, driver):
+        where = armed(driver)
+        follow(driver, where, 20)
+        for number in range(1, 7):
+            peer.wait_for(f"motor {number}: error 13")
+        sample = until_fault(driver, where)
+        assert "error 13 (host silent)" in sample.fault
+
+
+def test_a_quick_stop_holds_and_off_switches_off():
+    with motors() as (peer, driver):
+        where = armed(driver)
+        for k in range(20):
+            driver.exchange(command(where + 0.002 * k))
+        driver.stop(StopLevel.QUICK)
+        samples = [driver.exchange(command(where)) for _ in range(30)]
+        last = [sample.position for sample in samples if not sample.stale.any()]
+        assert (np.abs(last[-1] - last[0]) < 0.005).all()
+        assert (last[-1] - where > 0.02).all()
+        assert not peer.said(": off")
+        driver.stop(StopLevel.OFF)
+        for number in range(1, 7):
+            peer.wait_for(f"motor {number}: off")
+        assert not driver.exchange(None).fault
+
+
+def test_after_the_end_held_motors_do_not_miss_the_host():
+    with motors(dead_man=0.3) as (peer, driver):
+        follow(driver, armed(driver), 20)
+        driver.close()
+        with pytest.raises(LookupError):
+            peer.wait_for("error 13", 0.8)
+        assert not peer.said(": off")
+        assert not peer.said("store")
+
+
+def test_a_motor_that_runs_away_is_not_left_running_at_the_end():
+    with motors("--fault", "runaway:3@5") as (peer, driver):
+        where = armed(driver)
+        while not peer.said("motor 3: now runaway"):
+            driver.exchange(command(where))
+        driver.close()
+        for number in range(1, 7):
+            assert peer.wait_for(f"motor {number}: off")
+
+
+def test_after_the_end_motors_are_off_where_that_is_wanted():
+    with motors(at_close="off") as (peer, driver):
+        follow(driver, armed(driver), 20)
+        driver.close()
+        for number in range(1, 7):
+            peer.wait_for(f"motor {number}: off")
+        driver.close()
+        with pytest.raises(NotReady):
+            driver.exchange(None)
+
+
+def test_what_does_not_fit_into_a_frame_is_a_fault_and_not_sent():
+    with motors() as (_, driver):
+        where = armed(driver)
+        sample = driver.exchange(command(where + 13.0))
+        assert "joint1 (motor 1): a command of 12.95 rad" in sample.fault
+        for _ in range(5):
+            sample = driver.exchange(None)
+        assert (np.abs(sample.position - where)[~sample.stale] < 0.01).all()
+
+
+def test_noise_changes_nothing():
+    with motors("--fault", "noise:0@0") as (_, driver):
+        where = armed(driver)
+        samples = follow(driver, where, 100)
+        assert len(samples) == 100
+        assert not samples[-1].fault
+        assert any(not sample.stale.any() for sample in samples)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"ids": [1, 2, 3, 3, 5, 6]}, ["3 and 3", "told apart"]),
+        ({"ids": [1, 2, 3, 17, 5, 6], "masters": 0}, ["1 and 17", "last hexadecimal digit"]),
+        ({"model": "DM9999"}, ["DM9999", "DM4310", "AK80-9"]),
+        ({"model": "T-Motor", "position_range": 0.0}, ["position_range", "AK80-9"]),
+        ({"current_range": 10.0}, ["current_range", "T-Motor"]),
+        ({"kp": 600.0}, ["kp", "600", "500"]),
+        ({"sign": 0}, ["sign", "joint1"]),
+        ({"velocity_range": 2.0}, ["joint1", "velocity limit is 3", "2"]),
+        ({"zero": 10.0}, ["joint1", "position limits are up to 13 rad", "12.5"]),
+        ({"cycle": 0.001}, ["12 frames", "1000 Hz", "cycle = 0.002"]),
+    ],
+)
+def test_settings_that_cannot_be_are_refused(change, words):
+    with pytest.raises(BadSettings) as caught:
+        create("can_mit", {**mit_settings("43113"), **change}, ARM)
+    assert all(word in str(caught.value) for word in words), caught.value

@@ -1,0 +1,391 @@
+"""The Dynamixel driver, against servos that run as a process."""
+
+import random
+import time
+
+import numpy as np
+import pytest
+
+from exidyn.drivers import Command, StopLevel, create
+from exidyn.drivers.dynamixel.models import MODELS, joins_answers
+from exidyn.drivers.dynamixel.registers import RETURN_DELAY
+from exidyn.drivers.errors import BadSettings, LinkLost, NotReady
+
+from ...parts.controllers.servo_parts import (
+    SETTINGS,
+    arm,
+    driver,
+    fresh,
+    hold,
+    peer,
+    servo,
+    still,
+    tell,
+    until,
+)
+
+TURN = 2.0 * np.pi / 4096
+
+
+@pytest.fixture(scope="module")
+def moving():
+    with peer("dynamixel", "--torque", 1) as one:
+        yield one
+
+
+@pytest.fixture(scope="module")
+def mirroring():
+    with peer("dynamixel", "--mirror") as one:
+        yield one
+
+
+@pytest.fixture
+def servos(moving):
+    """An arm held by its servos, that answer at once, with registers as from the factory else."""
+    tell(moving, "heal")
+    tell(moving, "set 9 1 0")
+    return moving
+
+
+@pytest.fixture
+def mirrors(mirroring):
+    """Servos that are where they were told to be last."""
+    tell(mirroring, "heal")
+    return mirroring
+
+
+def counting(peer, **settings):
+    """A driver whose positions are counts of the servos."""
+    given = {"gear": 1.0, "sign": 1, "zero": 0, "cycle": 0.004} | settings
+    return driver("dynamixel", peer, **given)
+
+
+def test_servos_are_found_set_up_and_told(servos):
+    with driver("dynamixel", servos) as one:
+        info = one.open()
+        assert info.settings["servos"].startswith("10 XM430-W210 firmware 46, 11 XM430")
+        assert info.settings["fast_sync_read"] == "on"
+        assert set(info.signals) == {"position", "velocity", "current", "temperature"}
+        assert "stop and hold after 2 s" in info.dead_man
+        assert info.clock == "host"
+        assert (info.window_lower < -30.0).all()
+        assert (info.window_upper > 30.0).all()
+        assert info.warnings == ()
+
+
+@pytest.mark.parametrize("fast", ["on", "off"])
+def test_the_arm_follows_and_tells_position_velocity_and_current(servos, fast):
+    with driver("dynamixel", servos, fast_sync_read=fast) as one:
+        one.open()
+        one.arm_drives()
+        start = still(one)
+        samples = []
+        for number in range(300):
+            sweep = 0.1 * (1.0 - np.cos(np.pi * number / 300)) * np.ones(6)
+            samples.append(one.exchange(Command(start + sweep, np.zeros(6))))
+        end = fresh(one, hold(start + 0.2), 400)
+        end, _ = until(one, lambda s: np.all(np.abs(s.position - start - 0.2) < 2e-3), hold(start + 0.2))
+        speed = np.nanmax([sample.velocity for sample in samples], axis=0)
+        assert (speed > 0.05).all()  # its own sign and gear on every joint
+        assert np.nanmax(np.abs([sample.current for sample in samples])) > 0.5
+        assert np.isfinite([sample.temperature for sample in samples]).any()
+        assert np.isnan([sample.temperature for sample in samples]).any()
+
+
+def test_without_commands_the_arm_stays(servos):
+    with driver("dynamixel", servos) as one:
+        one.open()
+        one.arm_drives()
+        first = still(one)
+        for _ in range(50):
+            last = fresh(one).position
+        np.testing.assert_allclose(last, first, atol=2e-3)
+
+
+def test_every_fresh_sample_is_of_its_own_cycle(mirrors):
+    with counting(mirrors) as one:
+        one.open()
+        one.arm_drives()
+        checked = 0
+        for number in range(200):
+            if number in (20, 90):
+                tell(mirrors, f"late {0.0045 * (1 + number // 40)} 1")
+            if number == 150:
+                tell(mirrors, "short 1")
+            sample = one.exchange(hold(np.full(6, number * TURN)))
+            checked += not sample.stale.any()
+            seen = sample.position[~sample.stale]
+            np.testing.assert_allclose(seen, number * TURN, atol=1e-9)
+        assert checked > 50
+
+
+def test_numbers_that_look_like_headers_come_through(mirrors):
+    with counting(mirrors, fast_sync_read="off") as one:
+        one.open()
+        one.arm_drives()
+        for count in (-1, -3, -513, 0xFFFF, 0xFFFD, -131073):
+            if abs(count) < 256 * 4096:
+                command = hold(np.full(6, count * TURN))
+                sample, _ = until(one, lambda s: not s.stale.any(), command)
+                np.testing.assert_allclose(sample.position, count * TURN, atol=1e-9)
+
+
+def test_a_servo_with_a_broken_answer_is_stale_for_that_cycle(mirrors):
+    with counting(mirrors, fast_sync_read="off") as one:
+        one.open()
+        one.arm_drives()
+        fresh(one)
+        tell(mirrors, f"corrupt {servo(2)} 1")
+        sample, events = until(one, lambda s: s.stale.any())
+        assert np.isnan(sample.position[sample.stale]).all()
+        assert sample.stale[2]
+        assert any(event == "no whole answer from servo 12 (joint3)" for event in events)
+        _, events = until(one, lambda s: not s.stale.any())
+        assert any(
+            event.startswith("answers again from") and "servo 12 (joint3)" in event for event in events
+        )
+
+
+def test_a_silent_servo_is_told_and_the_others_go_on(mirrors):
+    with counting(mirrors, fast_sync_read="off") as one:
+        one.open()
+        one.arm_drives()
+        tell(mirrors, f"silent {servo(4)}")
+        try:
+            sample, events = until(one, lambda s: s.stale.sum() == 1)
+            assert sample.stale[4]
+            assert any("servo 14" in event for event in events)
+        finally:
+            tell(mirrors, "clear")
+
+
+def test_noise_on_the_line_raises_nothing_and_passes(mirrors):
+    with counting(mirrors) as one:
+        one.open()
+        one.arm_drives()
+        chance = random.Random(0)
+        for number in range(60):
+            if number % 6 == 0:
+                tell(mirrors, f"babble {chance.randrange(1, 300)}")
+            one.exchange(hold(np.zeros(6)))
+        assert (fresh(one, hold(np.zeros(6))).position == 0.0).all()
+
+
+def test_an_error_for_which_a_servo_stops_is_a_fault_and_another_an_event(servos):
+    with driver("dynamixel", servos) as one:
+        one.open()
+        one.arm_drives()
+        fresh(one)
+        tell(servos, f"error {servo(1)} 1")  # input voltage does not switch torque off
+        sample, events = until(one, lambda s: s.events)
+        assert sample.fault == ""
+        assert "servo 11 (joint2) warns: input voltage" in events
+        tell(servos, f"error {servo(3)} 32")
+        sample, _ = until(one, lambda s: s.fault)
+        assert sample.fault == "servo 13 (joint4) has switched its torque off: overload"
+        assert one.exchange(None).fault == sample.fault
+        one.close()
+        with pytest.raises(NotReady, match="servo 13 .* has stopped itself: overload.*power off and on"):
+            one.open()
+
+
+def test_the_bus_watchdog_stops_the_servos_when_the_computer_falls_silent(servos):
+    with driver("dynamixel", servos, watchdog=0.1) as one:
+        one.open()
+        one.arm_drives()
+        start = fresh(one).position
+        time.sleep(0.3)
+        sample, _ = until(one, lambda s: s.fault, hold(start + 0.1))
+        assert "was stopped by its bus watchdog" in sample.fault
+        one._armed = False  # let go without a word, as a dead computer does
+        one.close()
+        info = one.open()
+        assert any("bus watchdog had stopped servo 10" in text for text in info.warnings)
+
+
+def test_waiting_before_the_first_cycle_does_no_harm(servos):
+    with driver("dynamixel", servos, watchdog=1.0) as one:
+        one.open()
+        one.arm_drives()
+        time.sleep(1.3)
+        assert fresh(one).fault == ""
+        start = still(one)
+        until(one, lambda s: np.all(np.abs(s.position - start - 0.01) < 2e-3), hold(start + 0.01))
+
+
+def test_a_servo_that_lost_its_power_is_a_fault(servos):
+    with driver("dynamixel", servos, fast_sync_read="off") as one:
+        one.open()
+        one.arm_drives()
+        fresh(one)
+        tell(servos, f"silent {servo(0)}")
+        for _ in range(80):
+            one.exchange(None)
+        tell(servos, f"reboot {servo(0)}")
+        tell(servos, "clear")
+        sample, _ = until(one, lambda s: s.fault)
+        assert "servo 10 (joint1) has its torque off" in sample.fault
+
+
+def test_a_quick_stop_holds_where_the_arm_is_and_no_command_moves_it_again(servos):
+    with driver("dynamixel", servos) as one:
+        one.open()
+        one.arm_drives()
+        start = fresh(one).position
+        for number in range(100):
+            one.exchange(hold(start + 0.001 * number))
+        one.stop(StopLevel.QUICK)
+        here = fresh(one).position
+        for _ in range(100):
+            one.exchange(hold(start + 1.0))
+        np.testing.assert_allclose(fresh(one).position, here, atol=0.03)
+        one.stop(StopLevel.OFF)
+        one.stop(StopLevel.QUICK)
+        fresh(one)
+        assert one._bus.read(one.torque) == [0] * 6
+
+
+@pytest.mark.parametrize(("at_end", "torque"), [("hold", [1] * 6), ("off", [0] * 6)])
+def test_at_the_end_servos_hold_or_are_off_and_take_goals_of_others(servos, at_end, torque):
+    one = driver("dynamixel", servos, at_end=at_end)
+    with one:
+        one.open()
+        one.arm_drives()
+        fresh(one)
+    one.close()
+    with driver("dynamixel", servos) as other:
+        info = other.open()
+        assert other._bus.read(other.torque) == torque
+        assert info.warnings == ()  # the watchdog was let off
+
+
+@pytest.mark.parametrize("wrong", [1e6, np.nan])
+def test_a_goal_that_no_servo_takes_is_not_sent_and_is_a_fault(servos, wrong):
+    with driver("dynamixel", servos) as one:
+        one.open()
+        one.arm_drives()
+        start = fresh(one).position
+        sample, _ = until(one, lambda s: s.fault, hold([wrong, *start[1:]]))
+        assert sample.fault.startswith(f"a command was not sent: joint1 at {wrong:g} rad is count")
+        assert fresh(one).fault == sample.fault
+
+
+def test_old_firmware_answers_one_by_one(servos):
+    tell(servos, "set 6 1 44")
+    with driver("dynamixel", servos) as one:
+        info = one.open()
+        assert info.settings["fast_sync_read"] == "off"
+        fresh(one)
+    with driver("dynamixel", servos, fast_sync_read="on") as one:
+        with pytest.raises(NotReady, match="do not answer a fast sync read"):
+            one.open()
+
+
+@pytest.mark.parametrize("fast", ["on", "off"])
+def test_every_question_of_a_run_asks_for_registers_that_are_there(servos, fast):
+    with driver("dynamixel", servos, fast_sync_read=fast) as one:
+        one.open()
+        for reading in [*one._cool, *one._warm]:
+            assert None not in one._bus.ask(reading)
+
+
+def test_an_adapter_that_hears_itself_is_refused(servos):
+    tell(servos, "echo")
+    with driver("dynamixel", servos) as one, pytest.raises(NotReady, match="sends back what it is sent"):
+        one.open()
+
+
+def test_a_watchdog_that_is_known_to_fail_is_not_relied_upon(servos):
+    tell(servos, "set 0 2 1200")
+    tell(servos, "set 6 1 51")
+    with driver("dynamixel", servos) as one:
+        info = one.open()
+        assert info.dead_man == ""
+        assert any("bus watchdog of servo 10 (joint1), servo 11" in text for text in info.warnings)
+    tell(servos, "set 6 1 52")
+    with driver("dynamixel", servos) as one:
+        info = one.open()
+        assert "stop and hold" in info.dead_man
+        assert info.warnings == ()
+
+
+def test_servos_that_are_not_there_are_named(servos):
+    settings = SETTINGS["dynamixel"](servos.address)
+    settings["ids"] = [10, 11, 12, 13, 14, 77]
+    with create("dynamixel", settings, arm()) as one, pytest.raises(LinkLost) as caught:
+        one.open()
+    assert "servo 77 (joint6) did not answer at 4000000 bit/s; 10, 11, 12, 13, 14 did" in str(caught.value)
+    assert "57600" in str(caught.value)
+
+
+def test_another_operating_mode_is_refused(servos):
+    with driver("dynamixel", servos, operating_mode="position") as one:
+        with pytest.raises(
+            NotReady, match=r"servo 10 .* operating mode 4, not 3 \(position\).*extended is 4"
+        ):
+            one.open()
+
+
+def test_in_position_mode_the_limits_of_the_servos_are_the_window(mirrors):
+    tell(mirrors, "set 11 1 3")
+    with counting(mirrors, operating_mode="position") as one:
+        info = one.open()
+        np.testing.assert_allclose(info.window_lower, 0.0)
+        np.testing.assert_allclose(info.window_upper, 4095 * TURN)
+
+
+def test_a_return_delay_is_not_changed_while_a_servo_holds_the_arm(servos):
+    tell(servos, "set 9 1 250")
+    with driver("dynamixel", servos) as one:
+        with pytest.raises(NotReady, match="return delay.*only while torque is off.*Support the arm"):
+            one.open()
+    with driver("dynamixel", servos, return_delay=500e-6, cycle=0.01) as one:
+        one.open()
+    tell(servos, "set 64 1 0")
+    with driver("dynamixel", servos) as one:
+        one.open()
+        assert one._bus.read(RETURN_DELAY) == [0] * 6
+
+
+def test_the_unit_of_the_current_is_by_model_or_as_given(servos):
+    tell(servos, "set 0 2 9999")
+    with driver("dynamixel", servos) as one:
+        with pytest.raises(BadSettings, match="model 9999.*set current_unit"):
+            one.open()
+    with driver("dynamixel", servos, current_unit=0.5) as one:
+        assert one.open().settings["current_unit"] == "0.5 0.5 0.5 0.5 0.5 0.5"
+    tell(servos, "set 0 2 1060")
+    with driver("dynamixel", servos) as one:
+        info = one.open()
+        assert "current" not in info.signals
+        assert any("measure no current" in text for text in info.warnings)
+        assert np.isnan(fresh(one).current).all()
+
+
+def test_a_line_that_cannot_carry_the_cycle_is_refused():
+    with pytest.raises(BadSettings, match="cycle of 1 ms is too short.*baudrate of 2000000"):
+        create("dynamixel", SETTINGS["dynamixel"]("/dev/x") | {"baudrate": 1_000_000, "cycle": 0.001}, arm())
+    with pytest.raises(BadSettings, match="two joints have the servo 3"):
+        create("dynamixel", SETTINGS["dynamixel"]("/dev/x") | {"ids": 3}, arm())
+
+
+def test_a_line_that_is_cut_is_lost():
+    with peer("dynamixel") as cut, driver("dynamixel", cut) as one:
+        one.open()
+        one.arm_drives()
+        fresh(one)
+        cut.close()
+        with pytest.raises(LinkLost):
+            until(one, lambda s: False)
+        one.stop(StopLevel.QUICK)
+        one.stop(StopLevel.OFF)
+
+
+def test_servos_that_join_their_answers():
+    number = {model.name: number for number, model in MODELS.items()}
+    assert joins_answers(number["XM430-W210"], 45)
+    assert not joins_answers(number["XM430-W210"], 44)
+    assert not joins_answers(number["XL330-M288"], 45)
+    assert not joins_answers(number["2XL430-W250"], 50)
+    assert not joins_answers(number["MX-64(2.0)"], 50)
+    assert not joins_answers(4711, 50)

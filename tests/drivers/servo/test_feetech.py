@@ -1,0 +1,183 @@
+"""The Feetech driver, against servos that run as a process."""
+
+import numpy as np
+import pytest
+
+from exidyn.drivers import Command, StopLevel, create
+from exidyn.drivers.errors import BadSettings, LinkLost, NotReady
+from exidyn.drivers.feetech.driver import GOAL_VELOCITY
+
+from ...parts.controllers.servo_parts import (
+    SETTINGS,
+    arm,
+    driver,
+    fresh,
+    hold,
+    peer,
+    servo,
+    still,
+    tell,
+    until,
+)
+
+TURN = 2.0 * np.pi / 4096
+
+
+@pytest.fixture(scope="module")
+def moving():
+    with peer("feetech") as one:
+        yield one
+
+
+@pytest.fixture(scope="module")
+def mirroring():
+    with peer("feetech", "--mirror") as one:
+        yield one
+
+
+@pytest.fixture
+def servos(moving):
+    tell(moving, "heal")
+    return moving
+
+
+@pytest.fixture
+def mirrors(mirroring):
+    """Servos that are where they were told to be last."""
+    tell(mirroring, "heal")
+    return mirroring
+
+
+def counting(peer, **settings):
+    return driver("feetech", peer, **{"gear": 1.0, "sign": 1, "zero": 0, "cycle": 0.004} | settings)
+
+
+def test_servos_are_found_and_nobody_claims_that_they_stop_by_themselves(servos):
+    with driver("feetech", servos) as one:
+        info = one.open()
+        assert info.settings["servos"].startswith("10 model 777, 11 model 777")
+        assert info.dead_man == ""
+        assert any("when the computer dies" in text for text in info.warnings)
+        assert set(info.signals) == {"position", "velocity", "current", "temperature"}
+
+
+def test_the_arm_follows_and_tells_position_velocity_and_current(servos):
+    with driver("feetech", servos) as one:
+        one.open()
+        one.arm_drives()
+        start = still(one)
+        samples = []
+        for number in range(300):
+            sweep = 0.1 * (1.0 - np.cos(np.pi * number / 300)) * np.ones(6)
+            samples.append(one.exchange(Command(start + sweep, np.zeros(6))))
+        until(one, lambda s: np.all(np.abs(s.position - start - 0.2) < 4e-3), hold(start + 0.2))
+        assert (np.nanmax([sample.velocity for sample in samples], axis=0) > 0.05).all()
+        assert np.nanmax(np.abs([sample.current for sample in samples])) > 0.5
+        assert np.nanmin([sample.temperature for sample in samples]) > 10.0
+
+
+def test_every_fresh_sample_is_of_its_own_cycle_on_both_sides_of_zero(mirrors):
+    with counting(mirrors) as one:
+        one.open()
+        one.arm_drives()
+        checked = 0
+        for number in range(-100, 100):
+            if number in (-80, 10):
+                tell(mirrors, f"late {0.02 + 1e-4 * (number + 80)} 1")
+            if number == 50:
+                tell(mirrors, "short 1")
+            sample = one.exchange(hold(np.full(6, number * TURN)))
+            checked += not sample.stale.any()
+            np.testing.assert_allclose(sample.position[~sample.stale], number * TURN, atol=1e-9)
+        assert checked > 50
+
+
+def test_noise_on_the_line_raises_nothing_and_passes(mirrors):
+    with counting(mirrors) as one:
+        one.open()
+        one.arm_drives()
+        for number in range(60):
+            if number % 6 == 0:
+                tell(mirrors, f"babble {1 + 7 * number}")
+            one.exchange(hold(np.zeros(6)))
+        assert (fresh(one, hold(np.zeros(6))).position == 0.0).all()
+
+
+def test_an_alarm_on_which_a_servo_gives_way_is_a_fault_and_another_an_event(mirrors):
+    with counting(mirrors) as one:
+        one.open()
+        one.arm_drives()
+        fresh(one)
+        tell(mirrors, f"error {servo(1)} 1")
+        sample, events = until(one, lambda s: s.events)
+        assert (sample.fault, events) == ("", ["servo 11 (joint2) warns: voltage"])
+        tell(mirrors, f"error {servo(1)} 33")
+        sample, _ = until(one, lambda s: s.fault)
+        assert sample.fault == "servo 11 (joint2) gives way: overload"
+
+
+def test_a_quick_stop_holds_and_off_switches_torque_off(servos):
+    with driver("feetech", servos) as one:
+        one.open()
+        one.arm_drives()
+        start = fresh(one).position
+        for number in range(50):
+            one.exchange(hold(start + 0.001 * number))
+        one.stop(StopLevel.QUICK)
+        here = fresh(one).position
+        for _ in range(100):
+            one.exchange(hold(start + 1.0))
+        np.testing.assert_allclose(fresh(one).position, here, atol=0.03)
+        one.stop(StopLevel.OFF)
+        fresh(one)
+        assert one._bus.read(one.torque) == [0] * 6
+
+
+def test_position_limits_of_the_servos_are_the_window(mirrors):
+    tell(mirrors, "set 9 2 1000")
+    tell(mirrors, "set 11 2 3000")
+    with counting(mirrors) as one:
+        info = one.open()
+        np.testing.assert_allclose(info.window_upper - info.window_lower, 2000 * TURN)
+        one.arm_drives()
+        sample, _ = until(one, lambda s: s.fault, hold(np.full(6, 3001 * TURN)))
+        assert "count 3001 of its servo, which takes 1000 to 3000" in sample.fault
+
+
+def test_another_mode_is_refused(servos):
+    tell(servos, "set 33 1 1")
+    with driver("feetech", servos) as one:
+        with pytest.raises(NotReady, match=r"servo 10 .* operating mode 1, not 0 \(position\)"):
+            one.open()
+
+
+def test_bridges_that_measure_no_current_are_told(servos):
+    tell(servos, "set 18 1 32")
+    with driver("feetech", servos) as one:
+        info = one.open()
+        assert "current" not in info.signals
+        assert any("measure no current" in text for text in info.warnings)
+        assert one._bus.read(GOAL_VELOCITY) == [68] * 6
+        assert np.isnan(fresh(one).current).all()
+
+
+def test_a_servo_that_is_not_there_is_named(servos):
+    settings = SETTINGS["feetech"](servos.address) | {"ids": [10, 11, 12, 13, 14, 77]}
+    with (
+        create("feetech", settings, arm()) as one,
+        pytest.raises(LinkLost, match="servo 77 .* did not answer"),
+    ):
+        one.open()
+
+
+def test_an_adapter_that_hears_itself_is_not_taken_for_servos(servos):
+    tell(servos, "echo")
+    for nobody in range(6):
+        tell(servos, f"silent {servo(nobody)}")
+    with driver("feetech", servos) as one, pytest.raises(NotReady, match="sends back what it is sent"):
+        one.open()
+
+
+def test_a_line_that_cannot_carry_the_cycle_is_refused():
+    with pytest.raises(BadSettings, match="40 bytes out and 126 back at 1000000 bit/s.*cycle of 0.0019 s"):
+        create("feetech", SETTINGS["feetech"]("/dev/x") | {"cycle": 0.0015}, arm())

@@ -1,0 +1,211 @@
+"""What must hold of every driver, against its own peer."""
+
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+
+import numpy as np
+import pytest
+
+from exidyn.drivers import DRIVERS, Arm, Command, DriverError, Sample, StopLevel, create
+from exidyn.identify.simulation.plant import typical_plant
+
+from ..parts.controllers import rsi_controller, servo_parts
+from ..parts.controllers.can_peers import peer as can_peer
+from ..parts.runs.run_parts import MODEL, START
+from ..peers.can_arm import canopen_settings, mit_settings
+
+AMPLITUDE = 0.04
+"""Of the motion that every arm is told to make [rad]: within the usual window of KUKA's, five degrees."""
+COUNT = 300
+"""Cycles of it."""
+ARM = Arm(
+    MODEL.robot.joints,
+    np.full(6, -7.0),
+    np.full(6, 7.0),
+    np.full(6, 3.0),
+    lambda: typical_plant(MODEL, START),
+)
+
+
+@contextmanager
+def mock(folder):
+    yield None, {"clock": "real", "cycle": 0.01, "dead_man": 2.0}
+
+
+@contextmanager
+def kuka_rsi(folder):
+    path = rsi_controller.config_file(folder)
+    settings = {"controller": "127.0.0.1", "config": str(path), "wait": 20.0, "timeout": 500}
+    with rsi_controller.running(path, "--timeout", 500) as process:
+        yield process, settings
+
+
+@contextmanager
+def canopen_402(folder):
+    with can_peer("can_nodes.py") as process:
+        yield process, canopen_settings(process.address) | {"cycle": 0.01}
+
+
+@contextmanager
+def can_mit(folder):
+    with can_peer("mit_motors.py", "--cycle", 0.01) as process:
+        yield process, mit_settings(process.address) | {"cycle": 0.01}
+
+
+@contextmanager
+def dynamixel(folder):
+    with servo_parts.peer("dynamixel") as process:
+        yield process, servo_parts.SETTINGS["dynamixel"](process.address) | {"watchdog": 2.0, "cycle": 0.01}
+
+
+@contextmanager
+def feetech(folder):
+    with servo_parts.peer("feetech") as process:
+        yield process, servo_parts.SETTINGS["feetech"](process.address) | {"cycle": 0.01}
+
+
+PEERS = {f.__name__: f for f in (mock, kuka_rsi, canopen_402, can_mit, dynamixel, feetech)}
+
+
+@dataclass
+class Session:
+    """One driver from opening to closing.
+
+    Attributes:
+        info: What it said of itself.
+        before: Samples with nothing commanded.
+        during: Samples while it was told to move, and where it was told to be.
+        after: Samples after a quick stop.
+    """
+
+    info: object = None
+    before: list[Sample] = field(default_factory=list)
+    during: list[tuple[Sample, np.ndarray]] = field(default_factory=list)
+    after: list[Sample] = field(default_factory=list)
+
+    @property
+    def samples(self):
+        return [*self.before, *(sample for sample, _ in self.during), *self.after]
+
+
+def play(driver):
+    session = Session(info=driver.open())
+    driver.arm_drives()
+    while not driver.ready:
+        session.before.append(driver.exchange(None))
+    session.before += [driver.exchange(None) for _ in range(20)]
+    where = np.nanmedian([sample.position for sample in session.before], axis=0)
+    for number in range(COUNT):
+        phase = 2 * np.pi * number / COUNT
+        target = where + 0.5 * AMPLITUDE * (1 - np.cos(phase))
+        speed = 0.5 * AMPLITUDE * np.sin(phase) * 2 * np.pi / (COUNT * session.info.cycle)
+        session.during.append((driver.exchange(Command(target, np.full(len(where), speed))), target))
+    driver.stop(StopLevel.QUICK)
+    session.after = listen(driver, 10)
+    return session
+
+
+def listen(driver, count):
+    """Samples as long as somebody answers."""
+    samples = []
+    try:
+        for _ in range(count):
+            samples.append(driver.exchange(None))
+    except DriverError:
+        pass
+    return samples
+
+
+@pytest.fixture(scope="module", params=DRIVERS)
+def session(request, tmp_path_factory):
+    with PEERS[request.param](tmp_path_factory.mktemp(request.param)) as (_, settings):
+        with create(request.param, settings, ARM) as driver:
+            found = play(driver)
+        driver.close()
+    return found
+
+
+def test_every_driver_has_its_peer_here():
+    assert set(PEERS) == set(DRIVERS)
+
+
+def test_it_says_what_the_recording_needs_to_know(session):
+    info = session.info
+    assert 0.0005 < info.cycle < 0.1
+    assert info.clock in ("host", "controller")
+    assert "position" in info.signals
+    assert {"current", "torque"} & set(info.signals)
+    assert all(isinstance(text, str) for pair in info.settings.items() for text in pair)
+
+
+def test_what_it_claims_to_measure_it_measures_and_nothing_else(session):
+    for name in ("position", "velocity", "current", "torque", "temperature"):
+        values = np.array([getattr(sample, name) for sample in session.samples])
+        assert values.shape[1:] == (6,)
+        assert np.isfinite(values).any() == (name in session.info.signals), name
+
+
+def test_nothing_moves_before_it_is_told_to(session):
+    positions = np.array([sample.position for sample in session.before])
+    assert np.nanmax(np.abs(positions - np.nanmedian(positions, axis=0))) < 0.005
+
+
+def test_the_arm_goes_where_it_is_told_to(session):
+    fresh = [(sample.position, target) for sample, target in session.during if not sample.stale.any()]
+    reached, told = (np.array(column) for column in zip(*fresh, strict=True))
+    assert len(fresh) > 0.8 * COUNT
+    assert np.all(np.ptp(reached, axis=0) > 0.8 * AMPLITUDE)
+    assert np.all(np.abs(reached[-1] - told[-1]) < 0.01)
+
+
+def test_times_never_go_back(session):
+    heard = [sample for sample in session.samples if not sample.stale.all()]
+    assert all(np.diff([sample.host_time for sample in session.samples]) > 0)
+    assert all(np.diff([sample.controller_time for sample in session.samples]) >= 0)
+    assert all(np.diff([sample.controller_time for sample in heard]) > 0)
+
+
+def test_controller_time_goes_by_in_cycles(session):
+    samples = session.samples[: len(session.before) + COUNT]
+    gone = (samples[-1].controller_time - samples[0].controller_time) * 1e-9
+    cycles = len(samples) - 1 + sum(sample.skipped for sample in samples[1:])
+    assert abs(gone - cycles * session.info.cycle) < 0.1 * gone
+
+
+def test_a_silent_joint_gives_no_number(session):
+    for sample in session.samples:
+        assert sample.stale.shape == (6,)
+        assert np.array_equal(np.isnan(sample.position), sample.stale)
+
+
+@pytest.mark.parametrize("name", [name for name in DRIVERS if name != "mock"])
+def test_a_peer_that_dies_raises_nothing_but_our_errors(name, tmp_path):
+    with PEERS[name](tmp_path) as (process, settings), create(name, settings, ARM) as driver:
+        driver.open()
+        driver.arm_drives()
+        where = listen(driver, 20)[-1].position
+        process.process.kill()
+        process.process.wait()
+        last = None
+        try:
+            for _ in range(1500):
+                last = driver.exchange(Command(where, np.zeros(6)))
+                if last.fault or last.stale.all():
+                    break
+        except DriverError:
+            last = None
+        assert last is None or last.fault or last.stale.all()
+        driver.stop(StopLevel.QUICK)
+        driver.stop(StopLevel.OFF)
+
+
+@pytest.mark.parametrize("name", [name for name in DRIVERS if name != "mock"])
+def test_without_its_peer_it_says_so_and_lets_go(name, tmp_path):
+    with PEERS[name](tmp_path) as (process, settings):
+        process.process.kill()
+        process.process.wait()
+        patient = {"wait": 0.2} if name == "kuka_rsi" else {}
+        driver = create(name, settings | patient, ARM)
+        with pytest.raises(DriverError):
+            driver.open()
+        driver.close()

@@ -1,0 +1,109 @@
+"""What must hold of every driver whose arm is only read: drives that are off stay off, against its peer."""
+
+import can
+import numpy as np
+import pytest
+
+from exidyn.drivers import DRIVERS, create, driver_class
+from exidyn.drivers.errors import NotReady
+
+from ..parts.controllers import rsi_controller, servo_parts
+from ..parts.controllers.can_peers import drives, motors
+from ..peers.can_arm import bus_settings
+from .test_driver_contract import ARM, PEERS
+
+COUNT = 30
+"""Samples that are read."""
+TORQUE = {"dynamixel": 64, "feetech": 40}
+"""Registers that switch servos on."""
+
+
+def shown(peer, address, size):
+    """A register of all servos, by their own account."""
+    servo_parts.tell(peer, f"show {address} {size}")
+    return next(line for line in reversed(peer.lines) if line.startswith("shows"))[6:].strip()
+
+
+def off(name, peer):
+    """Whether no drive is powered and nothing was commanded, by the peer's own account."""
+    if name == "kuka_rsi":
+        counts = rsi_controller.counted(peer)
+        return counts["answered"] > COUNT and counts["farthest"] == 0.0
+    if name in TORQUE:
+        return shown(peer, TORQUE[name], 1) == str([0] * 6) and "[0, 0, 0, 0, 0, 0]" in shown(
+            peer, {"dynamixel": 116, "feetech": 42}[name], 2
+        )
+    words = {
+        "canopen_402": (": ready", ": switched on", ": enabled"),
+        "can_mit": (": on,", "told to store"),
+        "mock": (),
+    }
+    return not any(word in line for word in words[name] for line in (peer.lines if peer else ()))
+
+
+@pytest.mark.parametrize("name", DRIVERS)
+def test_it_is_read_without_power_and_without_a_command(name, tmp_path):
+    with PEERS[name](tmp_path) as (peer, settings):
+        with create(name, settings, ARM) as driver:
+            info = driver.open_to_read()
+            samples = [driver.exchange(None) for _ in range(COUNT)]
+            states = driver.states()
+            samples += [driver.exchange(None) for _ in range(COUNT)]
+            assert driver.sent_to_read
+        assert off(name, peer)
+    positions = np.array([sample.position for sample in samples])
+    assert np.isfinite(positions).mean() > 0.8
+    assert np.nanmax(np.ptp(positions[np.isfinite(positions).all(axis=1)], axis=0)) < 0.005
+    assert "position" in info.signals
+    assert not any(sample.fault for sample in samples)
+    assert len(states) == 6
+    words = {"canopen_402": "switch-on disabled", "can_mit": "off", "kuka_rsi": "", "mock": "simulated"}
+    assert set(states) == {words.get(name, "torque off")}
+
+
+@pytest.mark.parametrize("name", DRIVERS)
+def test_settings_say_how_many_joints_there_are(name, tmp_path):
+    with PEERS[name](tmp_path) as (_, settings):
+        assert driver_class(name).count_joints(settings) == (0 if name == "mock" else 6)
+
+
+def test_axes_are_counted_where_they_are_listed():
+    assert driver_class("kuka_rsi").count_joints({"axes": "A1 A2 A3 E1"}) == 4
+
+
+def test_motors_that_were_left_on_stay_on():
+    """A dead-man that is set while nobody commands would switch them off, and the arm would drop."""
+    with motors("--on") as (peer, driver):
+        driver.open_to_read()
+        for _ in range(120):  # more than twice the dead-man
+            driver.exchange(None)
+        assert driver.states() == ("on",) * 6
+        driver.close()
+        assert not peer.said(": error")
+        assert not peer.said(": off,")
+
+
+def test_what_reading_may_do_is_said_before_anything_is_opened():
+    with motors(maker="t-motor") as (peer, driver):
+        assert "goes limp" in driver.risk_of_reading
+        driver.open_to_read()
+        sample = driver.exchange(None)
+        driver.close()
+        assert np.isfinite(sample.position).all()
+        assert not peer.said(": on,")
+    with motors() as (_, driver):
+        assert driver.risk_of_reading == ""
+
+
+def test_drives_that_another_controller_moves_keep_their_network():
+    with drives("--begin", "enabled") as (peer, driver):
+        settings = bus_settings(peer.address)
+        port = int(settings["options"].partition("port=")[2].partition(",")[0])
+        with can.Bus(interface="udp_multicast", channel=settings["channel"], port=port, fd=False) as listener:
+            with pytest.raises(NotReady, match="another controller moves it"):
+                driver.open_to_read()
+            heard = []
+            while (message := listener.recv(0.2)) is not None:
+                heard.append(message.arbitration_id)
+        assert heard
+        assert 0x000 not in heard  # network management

@@ -1,0 +1,128 @@
+"""Probability of predicted blocks: coloured noise, strange blocks, how often chance passes for an effect."""
+
+import numpy as np
+import pytest
+
+from exidyn.identify.diagnosis.blocks.block_likelihood import independent_share, log_probability, trust
+from exidyn.identify.diagnosis.questions.comparison import colouring, levelled
+from exidyn.identify.diagnosis.questions.question import ask
+from exidyn.identify.diagnosis.search.found import CERTAIN_ODDS, CREDIBLE, odds_of
+
+from ...parts.small.small_rows import RATE, asked, blocks, predicted, remembering, rows
+
+LONG = 60_000
+
+
+def share(noise, effect=None):
+    return independent_share(noise, (slice(0, len(noise)),), RATE, effect)
+
+
+def test_rows_of_white_noise_are_all_independent():
+    noise = np.random.default_rng(0).normal(size=(LONG, 2))
+    assert share(noise) == pytest.approx([1.0, 1.0], abs=0.01)
+
+
+@pytest.mark.parametrize(("own", "other"), [(0.02, 0.02), (0.02, 0.1), (0.05, 0.03)])
+def test_coloured_rows_are_fewer_as_bartletts_formula_has_it(own, other):
+    random = np.random.default_rng(1)
+    residual, effect = (remembering(random, (LONG, 1), memory) for memory in (own, other))
+    product = np.exp(-1.0 / (RATE * own)) * np.exp(-1.0 / (RATE * other))
+    assert share(residual, effect)[0] == pytest.approx((1 - product) / (1 + product), rel=0.12)
+    # That is by how much the variance of the sum of products is greater than of white noise.
+    sums = [
+        float(np.sum(remembering(random, (2000, 1), own) * remembering(random, (2000, 1), other)))
+        for _ in range(400)
+    ]
+    assert 2000 / np.var(sums) == pytest.approx((1 - product) / (1 + product), rel=0.25)
+
+
+def test_what_is_fast_is_seen_through_what_is_slow():
+    random = np.random.default_rng(2)
+    residual = remembering(random, (LONG, 1), 0.1)
+    fast, slow = (remembering(random, (LONG, 1), memory) for memory in (0.005, 0.2))
+    assert share(residual, fast)[0] > 0.6
+    assert share(residual, slow)[0] < 0.1
+    assert share(residual, np.zeros((LONG, 1)))[0] == share(residual)[0]
+
+
+def test_runs_are_not_remembered_by_the_next():
+    noise = np.ones((400, 1))
+    noise[200:] = -1.0  # alike within each run, and opposite in the other
+    runs = (slice(0, 200), slice(200, 400))
+    assert independent_share(noise, runs, RATE)[0] < 0.05
+
+
+def test_units_of_torque_change_no_comparison():
+    random = np.random.default_rng(3)
+    counts = np.tile(random.integers(50, 100, (20, 1)), (1, 2)).astype(float)
+    errors = counts * random.chisquare(5, size=(3, 20, 2)) / 5
+    one, other = log_probability(errors, counts), log_probability(1e6 * errors, counts)
+    np.testing.assert_allclose(one - other, np.broadcast_to(counts * np.log(1e3), one.shape), rtol=1e-6)
+
+
+def test_probability_of_usual_blocks_is_that_of_the_normal_distribution():
+    counts = np.full((20, 1), 80.0)
+    better, worse = counts * 1.0, counts * 1.3
+    gain = np.sum(log_probability(better, counts) - log_probability(worse, counts))
+    assert gain == pytest.approx(0.5 * counts.sum() * np.log(1.3), rel=1e-6)
+
+
+def test_one_wild_block_does_not_outvote_all_others():
+    counts = np.full((20, 1), 80.0)
+    without, with_it = 1.0 * counts, 0.8 * counts
+    without[7] *= 1e4
+    with_it[7] = 1.2 * without[7]
+    gains = log_probability(with_it, counts) - log_probability(without, counts)
+    assert gains.sum() > 100.0
+    assert abs(gains[7, 0]) < 20.0
+    # By a normal distribution of one variance for all, the wild one would decide.
+    assert np.log(with_it.sum() / without.sum()) > 0.0
+
+
+def test_a_wild_block_counts_less_in_a_fit():
+    counts = np.full((20, 1), 80.0)
+    errors = counts.copy()
+    errors[3] *= 100.0
+    weight = trust(errors, counts)
+    assert weight[3, 0] < 0.05
+    assert np.delete(weight, 3, 0) == pytest.approx(np.ones((19, 1)), abs=0.01)
+
+
+@pytest.mark.parametrize("memory", [0.0, 0.02])
+def test_pure_noise_is_taken_for_an_effect_less_often_than_its_probability_says(memory):
+    random = np.random.default_rng(4)
+    odds, gains = [], []
+    for _ in range(3):
+        torque = remembering(random, (3200, 2), memory)
+        prediction = predicted(
+            rows(torque, random.normal(size=(3200, 2, 2)), np.full(2, np.inf), runs=(1600,)),
+            blocks((160,) * 20, held_out=(18, 19)),
+        )
+        for slowness in (0.0, 0.02, 0.1):
+            columns = remembering(random, (3200, 1, 60), slowness)
+            pairs = [asked(columns[:, :, [k]], (0,)) for k in range(60)]
+            answers = [colouring(prediction, one) for one in ask(prediction, pairs)]
+            assert len(answers) == 60
+            odds += [odds_of(one, 1.0) for one in answers]
+            gains += [one.gain for one in answers]
+    assert len(odds) == 540
+    assert np.mean(np.array(odds) > CERTAIN_ODDS) < 1 - CREDIBLE
+    assert np.mean(np.array(gains) > CERTAIN_ODDS) < 1 - CREDIBLE
+
+
+def test_of_two_answers_the_one_that_leaves_less_is_ahead_be_it_slower():
+    random = np.random.default_rng(5)
+    slow = remembering(random, (3200, 1), 0.5)
+    noise = remembering(random, (3200, 1), 0.1)
+    torque = slow + 0.05 * noise
+    rough = slow + 0.15 * random.normal(size=(3200, 1))  # faster, and worse
+    pairs = [asked(one[:, :, None], (0,), effect=name) for name, one in (("slow", slow), ("rough", rough))]
+    prediction = predicted(rows(torque, np.ones((3200, 1, 1)), np.array([np.inf])), blocks((160,) * 20))
+    answers = ask(prediction, pairs)
+    ahead, behind = levelled(prediction, answers)
+    assert ahead.candidate.effect == "slow"
+    assert ahead.errors.sum() < behind.errors.sum()
+    assert ahead.gain > behind.gain
+    np.testing.assert_array_equal(ahead.independent, behind.independent)
+    own = [colouring(prediction, one) for one in answers]
+    assert own[0].independent[0] < own[1].independent[0]

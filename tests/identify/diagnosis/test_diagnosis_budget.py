@@ -1,0 +1,111 @@
+"""Where the misfit goes: shares that add up, and are as large as the effects are."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from exidyn.identify.diagnosis.diagnose import diagnose, noise_floor
+from exidyn.identify.diagnosis.questions.question import ask
+from exidyn.identify.diagnosis.results.budget import NOISE, OTHER, budget
+from exidyn.identify.diagnosis.results.changes import changes
+from exidyn.identify.diagnosis.results.remainder import discrepancies
+from exidyn.identify.diagnosis.search.found import Found
+from exidyn.identify.effects import JointSpring, LoadDependentFriction
+
+from ...parts.small.small_diagnosis import believed
+from ...parts.small.small_rows import asked, blocks, predicted, rows
+from ...parts.small.small_search import record, searched
+
+COUNT, SIZES, WHITE = 3200, (3.0, 1.5), 0.5
+
+
+def synthetic(held_out):
+    """Two effects of known power on the first joint, one on the second too, beside white noise."""
+    random = np.random.default_rng(1)
+    torque = WHITE * random.normal(size=(COUNT, 2))
+    columns = [random.normal(size=(COUNT, 1, 1)), random.normal(size=(COUNT, 2, 1))]
+    torque[:, [0]] += SIZES[0] * columns[0][:, :, 0]
+    torque += SIZES[1] * columns[1][:, :, 0]
+    given = rows(torque, random.normal(size=(COUNT, 2, 1)), np.array([np.inf]))
+    pieces = blocks((160,) * 20, held_out)
+
+    def prediction(found):
+        more = given
+        for one in found:
+            more = more.plus(["x"], one.columns.everywhere(2), one.std, one.mean)
+        return predicted(more, pieces)
+
+    pairs = [asked(columns[0], (0,)), asked(columns[1], (0, 1), where=())]
+    answers = ask(prediction([]), pairs)
+    scene = SimpleNamespace(prediction=prediction, blocks=pieces, held_out=held_out)
+    return scene, tuple(Found(one, 50.0) for one in answers)
+
+
+@pytest.mark.parametrize("held_out", [(), (16, 17, 18, 19)])
+def test_shares_of_known_effects_are_their_powers(held_out):
+    scene, found = synthetic(held_out)
+    one = budget(scene, found, [], np.full(2, WHITE))
+    first, second = SIZES[0] ** 2, SIZES[1] ** 2
+    total = np.array([first + second, second]) + WHITE**2
+    shares = {
+        share.finding if share.finding is not None else share.kind: share.shares for share in one.shares
+    }
+    np.testing.assert_allclose(one.before**2, total, rtol=0.1)
+    np.testing.assert_allclose(one.after, [WHITE, WHITE], rtol=0.05)
+    np.testing.assert_allclose(shares[0], [first / total[0], 0.0], atol=0.03)
+    np.testing.assert_allclose(shares[1], second / total, atol=0.03)
+    np.testing.assert_allclose(shares[NOISE] + shares[OTHER], WHITE**2 / total, atol=0.02)
+    assert one.held_out == bool(held_out)
+    np.testing.assert_allclose(sum(share.shares for share in one.shares), [1.0, 1.0])
+    assert all(np.all(share.shares >= 0.0) for share in one.shares)
+
+
+def test_a_finding_that_costs_a_joint_something_has_no_share_of_it():
+    scene, found = synthetic(())
+    wrong = found[0]._replace(
+        answer=ask(
+            scene.prediction([]),
+            [asked(np.random.default_rng(5).normal(size=(COUNT, 2, 1)), (0, 1), where=(), effect="nothing")],
+        )[0]
+    )
+    one = budget(scene, (found[1], wrong), [], np.full(2, WHITE))
+    assert all(np.all(share.shares >= 0.0) for share in one.shares)
+    np.testing.assert_allclose(sum(share.shares for share in one.shares), [1.0, 1.0])
+    assert np.all(one.shares[1].shares < 0.01)
+
+
+def test_the_budget_of_an_arm_adds_up_with_what_is_left():
+    effects = [JointSpring(("elbow",)), LoadDependentFriction(("shoulder",))]
+    found = searched(record(effects, {"Ks2": 6.0, "mu1": 0.08}))
+    for kept in (found.found, found.found[:1], ()):
+        prediction = found.scene.prediction([one.answer for one in kept])
+        left = discrepancies(found.scene, prediction)
+        one = budget(found.scene, kept, left, noise_floor(found.scene.fitted))
+        np.testing.assert_allclose(sum(share.shares for share in one.shares), [1.0, 1.0])
+        assert all(np.all(share.shares >= 0.0) for share in one.shares)
+        if not kept:
+            kinds = {share.kind: share.shares for share in one.shares}
+            # Both springs and friction under load go with where the joints stand, or with the load.
+            assert kinds[OTHER].max() < 0.2
+
+
+def test_a_diagnosis_says_where_the_misfit_goes():
+    said = diagnose(believed(), record([JointSpring(("elbow",))], {"Ks2": 6.0}), "small")
+    [spring] = [share for share in said.budget.shares if share.finding == 0]
+    assert spring.shares[1] > 0.95
+    assert spring.shares[0] < 0.05
+    assert said.budget.held_out
+
+
+def test_changes_are_what_a_candidate_alone_takes_from_the_error():
+    scene, found = synthetic((16, 17, 18, 19))
+    answers = [one.answer for one in found]
+    table = changes(scene, answers)
+    assert [one.effect for one in table] == ["something"] * 2
+    by_joint = {one.joint: one for one in table}
+    first, second = SIZES[0] ** 2, SIZES[1] ** 2
+    expected = -first / (first + second + WHITE**2)
+    assert by_joint[0].change == pytest.approx(expected, abs=3 * by_joint[0].std + 0.01)
+    assert by_joint[1].change == pytest.approx(-second / (second + WHITE**2), abs=0.03)
+    assert all(0.0 < one.std < 0.1 for one in table)

@@ -1,0 +1,36 @@
+"""Currents that are recorded cycles later than positions are named a delay, and by how much."""
+
+from dataclasses import replace
+
+import pytest
+
+from exidyn.identify.diagnosis import diagnose
+from exidyn.identify.diagnosis.refit import earlier
+from exidyn.identify.diagnosis.runs.nuisances import CLOCKS
+from exidyn.identify.recordings.recording import Recording
+
+from ...parts.small.small_diagnosis import believed, recordings
+
+
+class Late:
+    """As a finding says that all drives are late."""
+
+    joints = ()
+
+    def __init__(self, seconds: float) -> None:
+        self.parameters = {"delay": type("Seconds", (), {"value": seconds})}
+
+
+def later(run: Recording, seconds: float) -> tuple[str, Recording]:
+    moved = earlier(run, [Late(-seconds)])  # type: ignore[list-item]
+    return run.settings["role"], replace(moved, settings=run.settings)
+
+
+@pytest.mark.parametrize("seconds", [0.013, -0.006])
+def test_currents_that_come_late_or_early_are_a_delay_of_all_drives(seconds):
+    runs = [later(run, seconds) for run in recordings(spring=0.0)]
+    [finding] = diagnose(believed(), runs, "late").findings
+    assert (finding.effect, finding.joints) == ("time_delay", ())
+    delay = finding.parameters["delay"]
+    assert delay.value == pytest.approx(seconds, abs=3e-4)
+    assert abs(delay.value - seconds) < CLOCKS + 3 * delay.std  # clocks may be as wrong as that

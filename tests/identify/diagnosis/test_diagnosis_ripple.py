@@ -1,0 +1,97 @@
+"""Waves along a joint's turn, of whatever number a turn, are found and told by that number."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from exidyn.identify.arm.motion import Motion
+from exidyn.identify.diagnosis.candidates.torque_ripple import _peaks, ripples
+from exidyn.identify.diagnosis.results.evidence import places_of
+from exidyn.identify.diagnosis.runs.usable import usable
+from exidyn.identify.diagnosis.search.scene import Scene
+from exidyn.identify.diagnosis.search.search import search
+from exidyn.identify.effects import TorqueRipple
+from exidyn.identify.preparation.prepare import Filtering
+from exidyn.identify.simulation.simulate import Sensors, simulate
+
+from ...parts.small import two_joints
+from ...parts.small.small_diagnosis import TRUE, believed
+from ...parts.small.small_search import names
+
+GEAR = 20.0
+TICK = 0.004
+
+
+def slow(seed, length):
+    """To and fro at speeds that change, slow enough for waves to pass the filter."""
+    random = np.random.default_rng(seed)
+    time = np.arange(0.0, length, TICK)
+    position = np.zeros((len(time), 2))
+    velocity, acceleration = np.zeros_like(position), np.zeros_like(position)
+    for joint in range(2):
+        for size, period in ((0.5, length / 1.3), (0.08, length / 3.2), (0.03, length / 5.1)):
+            rate, phase = 2 * np.pi / period, random.uniform(0, 2 * np.pi)
+            position[:, joint] += size * np.sin(rate * time + phase)
+            velocity[:, joint] += size * rate * np.cos(rate * time + phase)
+            acceleration[:, joint] -= size * rate**2 * np.sin(rate * time + phase)
+    return Motion.of(time, position, velocity, acceleration)
+
+
+def geared():
+    model = believed()
+    return replace(model, robot=replace(model.robot, gear_ratio=np.full(2, GEAR)))
+
+
+def runs(harmonic, size, joint="elbow"):
+    """Runs of an arm with a ripple of so many waves a turn of the motor."""
+    model, effect = geared(), TorqueRipple((joint,), harmonic=harmonic)
+    plant = model + effect
+    number = model.robot.index(joint) + 1
+    waves = {f"Rcos{harmonic:g}_{number}": 0.6 * size, f"Rsin{harmonic:g}_{number}": 0.8 * size}
+    given = TRUE | waves
+    true = np.array([given.get(n, b) for n, b in zip(plant.names, plant.believed_values, strict=True)])
+    assert set(waves) <= set(plant.names)
+    # Steps of the encoder would be accelerations at so high a cut-off.
+    quiet = Sensors(current_noise=0.002, encoder_noise=1e-8, encoder_step=0.0)
+    made = []
+    for seed, (role, length) in enumerate([("identify", 30.0), ("identify", 30.0), ("validate", 15.0)]):
+        one = simulate(
+            plant, true, two_joints.GAIN, slow(seed, length), model, quiet, name=f"{role}{seed}", seed=seed
+        )
+        made.append((role, one))
+    filtering = Filtering(position_cutoff=40.0, torque_cutoff=25.0)
+    return Scene.of(model, usable(model, made, filtering)[0])
+
+
+WAVES = [30.65 / GEAR, 7.0, 14.0, 28.0]
+
+
+@pytest.mark.parametrize("harmonic", WAVES)
+def test_a_ripple_of_any_frequency_is_named_with_it(harmonic):
+    found = search(runs(harmonic, 0.3))
+    assert names(found)[0] == ("torque_ripple", (1,))
+    assert [name for name, _ in names(found)].count("torque_ripple") == 1
+    candidate = found.found[0].answer.candidate
+    assert candidate.shape["harmonic"] == pytest.approx(harmonic, rel=0.01)
+    values = found.prediction.values[places_of(found, 0)]
+    assert np.hypot(*values) == pytest.approx(0.3, rel=0.1)
+
+
+def test_without_a_ripple_frequencies_are_asked_for_and_none_is_found():
+    at = runs(7.0, 0.0)
+    asked = [*ripples(at.model, at.prediction([]), at.runs)]
+    assert {one.joints for one in asked} == {(0,), (1,)}
+    assert all(one.among > 50 for one in asked)
+    assert "torque_ripple" not in {name for name, _ in names(search(at))}
+
+
+def test_peaks_are_where_the_waves_are_and_as_many_as_a_range_tells_apart():
+    random = np.random.default_rng(0)
+    position = np.sort(random.uniform(-1.0, 1.5, 4000))
+    left = np.sin(30.65 * position) + 0.4 * np.cos(211.3 * position + 1.0) + 0.5 * random.normal(size=4000)
+    peaks = [*_peaks(position, left, 600.0)]
+    found = sorted(waves for waves, _ in peaks[:2])
+    # As well as the range tells waves apart; what is found is refined.
+    assert found == pytest.approx([30.65, 211.3], abs=2 * np.pi / 2.5)
+    assert peaks[0][1] == int(600.0 / (2 * np.pi / 2.5))

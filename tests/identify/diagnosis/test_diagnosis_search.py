@@ -1,0 +1,298 @@
+"""What a search names on a two-joint arm, and what it takes to be named."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from exidyn.identify.diagnosis.candidates import contact_event, hypotheses
+from exidyn.identify.diagnosis.diagnose import diagnose
+from exidyn.identify.diagnosis.questions.block_answer import Answer
+from exidyn.identify.diagnosis.questions.candidate import Candidate, Thinned
+from exidyn.identify.diagnosis.questions.comparison import better, competing
+from exidyn.identify.diagnosis.questions.question import ask
+from exidyn.identify.diagnosis.questions.shape import refined, with_shape
+from exidyn.identify.diagnosis.results.evidence import places_of
+from exidyn.identify.diagnosis.results.shape_doubt import deviations
+from exidyn.identify.diagnosis.runs.nuisances import CLOCK, torque_rate
+from exidyn.identify.diagnosis.search.found import CREDIBLE, judged, log_prior, odds_of
+from exidyn.identify.diagnosis.search.once import moments
+from exidyn.identify.diagnosis.search.search import _by_hypothesis
+from exidyn.identify.effects import JointSpring, LoadDependentFriction, NonlinearViscousFriction
+from exidyn.identify.recordings.recording import Signal
+
+from ...parts.small import two_joints
+from ...parts.small.small_diagnosis import believed
+from ...parts.small.small_search import names, record, scene, searched
+
+SPRING, SOFT = JointSpring(("elbow",)), {"Ks2": 6.0}
+BLOCKS = 20
+
+
+def answer(gains, effect="something", joints=(0,), rows=None, held_out=0, **more):
+    """With a gain (n,) on each joint, spread over all blocks evenly."""
+    acting = np.array(joints if rows is None else rows)
+    candidate = Candidate(effect, tuple(joints), lambda run: run, ("size",), ("N m",), (-np.inf,), **more)
+    columns = Thinned(acting, np.ones((BLOCKS, len(acting), 1)), np.ones(1), np.zeros(1))
+    whole = np.ones((BLOCKS, len(gains)))
+    along = np.linspace(90.0, 110.0, BLOCKS)
+    return Answer(
+        candidate, columns, np.ones(1), np.ones(1, bool), whole, whole, along, np.full(BLOCKS, 100.0),
+        whole * np.array(gains) / BLOCKS, fitted=np.arange(BLOCKS) < BLOCKS - held_out,
+    )  # fmt: skip
+
+
+def sizes(found):
+    """Values and deviations of each finding's first coefficient."""
+    spread = deviations(found)
+    return [
+        (found.prediction.values[places_of(found, place)][0], spread[place][0][0])
+        for place in range(len(found.found))
+    ]
+
+
+def test_one_effect_that_is_missing_is_named_first_with_its_size():
+    found = searched(record([SPRING], SOFT))
+    assert names(found) == [("joint_spring", (1,))]
+    assert found.single[0].candidate.effect == "joint_spring"
+    assert found.found[0].probability > CREDIBLE
+    [(value, std)] = sizes(found)
+    assert abs(value - 6.0) < 3 * std < 0.2
+
+
+def test_two_effects_at_once_are_both_named():
+    found = searched(record([SPRING, LoadDependentFriction(("shoulder",))], SOFT | {"mu1": 0.08}))
+    assert set(names(found)) == {("joint_spring", (1,)), ("load_dependent_friction", (0,))}
+    truth = {"joint_spring": 6.0, "load_dependent_friction": 0.08}
+    for one, (value, std) in zip(found.found, sizes(found), strict=True):
+        assert abs(value - truth[one.answer.candidate.effect]) < 3 * std < 0.1 * value
+
+
+def test_nothing_is_named_where_nothing_is_missing():
+    found = searched(record())
+    assert names(found) == []
+    assert all(odds_of(one, sum(found.scene.tried.values())) < 1.0 for one in found.single)
+
+
+def test_what_the_runs_held_out_do_not_have_is_not_named():
+    assert names(searched(record([SPRING], SOFT, only="identify"))) == []
+    assert names(searched(record([SPRING], SOFT, only="validate"))) == []
+
+
+FORCE = np.array([25.0, 0.0, -15.0])
+
+
+def pushed(role, motion, current):
+    """The current of a run held out in which something pushes for a second."""
+    if role != "validate":
+        return current
+    push = contact_event.share(motion.time, 3.0, 1.0)
+    return (
+        current
+        - np.einsum("tnk,k->tn", contact_event.jacobian(believed(), motion), FORCE)
+        * push[:, None]
+        / two_joints.GAIN
+    )
+
+
+def test_a_push_in_the_run_held_out_is_a_contact_and_a_moment():
+    runs = record(change=pushed)
+    found = searched(runs)
+    assert names(found) == [("contact_event", ())]
+    assert found.found[0].once
+    told = found.found[0].answer.candidate.told
+    assert told["start"][0] == pytest.approx(3.0, abs=0.3)
+    at = scene(runs)
+    [moment] = moments(at, at.prediction([]))
+    assert (moment.run, moment.joints) == ("validate2", (0, 1))
+    assert moment.start < 3.5 < moment.end
+    assert moment.force == pytest.approx(np.linalg.norm(FORCE), rel=0.35)
+    assert moment.direction @ FORCE / np.linalg.norm(FORCE) > 0.98
+
+
+def late(seconds, joints):
+    """Currents of some drives that are recorded later."""
+
+    def change(role, motion, current):
+        moved = [np.interp(motion.time - seconds, motion.time, column) for column in current.T]
+        return np.where(np.isin(np.arange(current.shape[1]), joints), np.stack(moved, axis=1), current)
+
+    return change
+
+
+def test_a_delay_is_that_of_all_drives_only_where_every_joint_has_it():
+    assert "time_delay" not in dict(names(searched(record(change=late(0.006, (1,))))))
+    found = searched(record(change=late(0.006, (0, 1))))
+    assert names(found) == [("time_delay", ())]
+
+
+def test_clocks_and_delays_have_the_sign_of_what_comes_late():
+    at = scene(record(change=late(0.004, (0, 1))))
+    prediction = at.prediction([])
+    values = dict(zip(prediction.rows.names, prediction.values, strict=True))
+    # What all clocks and a drive's own tell is a sum.
+    assert values[CLOCK] > 0.0
+    assert values[CLOCK] + values[f"{CLOCK}1"] == pytest.approx(0.004, rel=0.2)
+    run = at.runs[0]
+    for candidate in hypotheses("time_delay", at.model):
+        if not candidate.shape:
+            column = candidate.columns(run)[:, :, 0]
+            acting = list(candidate.rows or (0, 1))
+            np.testing.assert_allclose(column[:, acting], -torque_rate(run)[:, acting])
+        elif abs(candidate.shape["delay"]) < 0.005:
+            column, tick = candidate.columns(run)[:, :, 0], round(candidate.shape["delay"] / 0.004)
+            torque = run.prepared.gain * run.prepared.current
+            # Beyond the ends of a run nothing was recorded.
+            inner = slice(5, -5)
+            np.testing.assert_allclose(column[inner], (torque - np.roll(torque, -tick, axis=0))[inner])
+
+
+def test_a_torque_that_was_recorded_has_no_gain():
+    runs = [(role, as_torque(run)) for role, run in record(roles=("identify", "validate"))]
+    at = scene(runs)
+    assert {"joint_spring", "encoder_offset", "time_delay"} <= set(at.tried)
+    assert not {"drive_gain", "drive_gain_saturation"} & set(at.tried)
+    assert not any(name.startswith("gain") for name in at.rows.names)
+    assert {"drive_gain", "drive_gain_saturation"} <= set(scene(record(roles=("identify",))).tried)
+
+
+def as_torque(run):
+    current = run.signals["current"]
+    signals = {name: signal for name, signal in run.signals.items() if name != "current"}
+    return replace(run, signals={**signals, "torque": Signal(current.time, current.values * two_joints.GAIN)})
+
+
+def test_inertias_that_nobody_stated_may_be_anything_and_others_no_more_than_their_tolerance():
+    stated = believed()
+    unstated = replace(stated, robot=replace(stated.robot, inertias_stated=False))
+    values = dict(zip(stated.names, stated.believed_values, strict=True))
+    heavier = {name: 1.3 * values[name] for name in ("M2", "MX2", "MZ2", "YY2")}
+    found = searched(record(values=heavier))
+    # On the last link both are the same body.
+    assert set(names(found)) <= {("payload", ()), ("link_inertia", (1,))}
+    [one] = found.found
+    assert {one.answer.candidate.effect, *(other.candidate.effect for other, _ in one.others)} >= {
+        "payload",
+        "link_inertia",
+    }
+    places = places_of(found, 0)
+    mass = found.prediction.values[places[0]]
+    assert mass == pytest.approx(0.3 * values["M2"], rel=0.1)
+    assert names(searched(record(values=heavier, model=unstated), unstated)) == []
+
+
+def test_a_drive_gain_beyond_its_tolerance_is_named_and_one_within_is_not():
+    def stronger(share):
+        return record(change=lambda role, motion, current: current / np.array([1.0, 1.0 + share]))
+
+    found = searched(stronger(0.15))
+    assert names(found) == [("drive_gain", (1,))]
+    [finding] = diagnose(believed(), stronger(0.15), "gain").findings
+    number = finding.parameters["share"]
+    assert number.value == pytest.approx(0.15, abs=0.02)
+    assert names(searched(stronger(0.02))) == []
+
+
+@pytest.mark.parametrize("seconds", [0.012, -0.008])
+def test_a_delay_is_as_long_as_it_is(seconds):
+    found = searched(record(change=late(seconds, (0, 1))))
+    assert names(found) == [("time_delay", ())]
+    assert found.found[0].answer.candidate.shape["delay"] == pytest.approx(seconds, abs=2.5e-4)
+
+
+# What it takes to be named.
+
+
+def test_of_all_hypotheses_together_one_is_as_likely_as_nothing():
+    one = answer([6.0])
+    assert judged([one], total=1.0) is not None
+    assert judged([one], total=150.0) is None  # e^6 is 400: by chance one of 150 does as well
+    assert judged([answer([10.0])], total=150.0) is not None
+    assert log_prior(one, 150.0) == pytest.approx(-np.log(150.0))
+    rare = answer([9.0], prior=0.01)
+    assert judged([rare], total=150.0) is None
+    assert odds_of(answer([9.0]), 150.0) - odds_of(rare, 150.0) == pytest.approx(np.log(100.0))
+
+
+def test_what_acts_on_the_whole_arm_is_seen_by_more_than_one_joint():
+    alone, both = (
+        answer([60.0, 1.0, 0.5], joints=(), rows=(0, 1, 2)),
+        answer([30.0, 30.0, 1.0], joints=(), rows=(0, 1, 2)),
+    )
+    assert odds_of(alone, 10.0) == pytest.approx(1.5)
+    assert judged([alone], 10.0) is None
+    assert judged([both], 10.0) is not None
+    assert judged([answer([60.0, 1.0, 0.5], joints=(0,))], 10.0) is not None
+
+
+def test_what_acts_on_every_joint_may_be_lacking_on_none():
+    common = {"joints": (), "rows": (0, 1, 2), "everywhere": True}
+    assert judged([answer([30.0, 30.0, 3.0], **common)], 10.0) is not None
+    assert judged([answer([30.0, 30.0, -3.0], **common)], 10.0) is None
+
+
+def test_runs_held_out_exclude_what_they_speak_against():
+    one = answer([60.0], held_out=4)
+    assert judged([one], 10.0) is not None
+    gains = one.gains.copy()
+    gains[-4:] = -1.0
+    against = replace(one, gains=gains)
+    assert against.gain > 40.0
+    assert against.held_out == pytest.approx(-4.0)
+    assert judged([against], 10.0) is None
+
+
+def test_what_a_few_blocks_say_alone_is_not_credible():
+    one = answer([60.0])
+    size, along = np.full(BLOCKS, 0.01), 3.0 * np.random.default_rng(0).normal(size=BLOCKS)
+    size[3] = along[3] = 100.0
+    alone = replace(one, size=size, along=along)
+    assert alone.amplitude[1] > 5.0  # by many blocks that would be certain
+    assert alone.amplitude[2] < 1.01
+    assert judged([one], 10.0) is not None
+    assert judged([alone], 10.0) is None
+
+
+def test_a_shape_costs_how_much_better_it_is_than_a_shape_taken_blindly():
+    gains = [20.0, 12.0, 3.0, -5.0]
+    shapes = [answer([gain], shape={"speed": float(k)}) for k, gain in enumerate(gains)]
+    [best] = _by_hypothesis(shapes)
+    assert best.candidate.shape["speed"] == 0.0
+    assert best.gain == pytest.approx(np.log(np.mean(np.exp(gains))))
+    # Shapes that predict alike cost nothing.
+    [any_of_them] = _by_hypothesis([answer([20.0])] * 4)
+    assert any_of_them.gain == pytest.approx(20.0)
+
+
+def test_alternatives_are_what_explains_the_same_joint():
+    rivals = [answer([29.0, 0.0], "stribeck_friction"), answer([0.0, 29.5], "viscous_friction", (1,))]
+    one = judged([answer([30.0, 0.0], "hysteresis"), *rivals], 10.0)
+    assert [other.candidate.effect for other, _ in one.others] == ["stribeck_friction"]
+    assert competing(one.answer, rivals[0])
+    assert not competing(one.answer, rivals[1])
+    assert one.probability == pytest.approx(1 / (1 + np.exp(-1.0)), rel=0.01)
+    assert one.not_excluded[0][1] == pytest.approx(1 - one.probability, rel=0.01)
+
+
+def test_what_predicts_alike_is_told_apart_by_what_its_shape_cost():
+    dear, cheap = replace(answer([33.0]), cost=3.0), answer([33.0], "something_else")
+    assert better(cheap, dear) == pytest.approx(3.0)
+    assert better(dear, cheap, prior=1.0) == pytest.approx(-2.0)
+    assert judged([cheap, dear], 10.0).probability == pytest.approx(1 / (1 + np.exp(-3.0)), rel=1e-3)
+
+
+def test_a_shape_costs_how_many_are_told_apart_within_its_bounds():
+    at = scene(record([NonlinearViscousFriction(("elbow",), 1.7)], {"Fn2": 1.5}))
+    prediction = at.prediction([])
+    [whole] = [pair for pair in at.asked if pair[0].key == ("nonlinear_viscous_friction", (1,), "")][2:3]
+    [start] = ask(prediction, [whole])
+    best = refined(prediction, start, at.runs)
+    at_best, bounds = best.candidate.shape["exponent"], best.candidate.bounds["exponent"]
+    # The integral of the likelihood over the exponent, over its bounds, by many shapes.
+    grid = np.linspace(at_best - 0.1, at_best + 0.1, 41)
+    gains = [with_shape(prediction, best, at.runs, {"exponent": value}).gain for value in grid]
+    mean = np.trapezoid(np.exp(np.array(gains) - best.gain), np.log(grid))
+    mean /= np.log(bounds.high / bounds.low)
+    # To a factor of three: the width is that of a parabola through a few shapes.
+    assert best.cost == pytest.approx(-np.log(mean), abs=np.log(3.0) + 0.1)
+    assert best.cost > np.log(20.0)

@@ -1,0 +1,73 @@
+"""What has no name in the vocabulary: its torque is that of the physics it is called after."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from exidyn.identify.diagnosis.candidates import candidates, hypotheses
+from exidyn.identify.diagnosis.candidates.hose_spring import flange_places
+from exidyn.identify.diagnosis.runs.driven import Driven
+from exidyn.identify.diagnosis.runs.tangent import carrying
+
+from ...parts.small import two_joints
+
+OUTSIDE = ("hose_spring", "supply_sag", "current_crosstalk", "neighbour_friction")
+MODEL = two_joints.model()
+VALUES = two_joints.true_values(MODEL)
+
+
+def driven() -> Driven:
+    motion = two_joints.motion(4000, rate=1000.0)
+    bodies = carrying(MODEL, VALUES, "")
+    return Driven("", SimpleNamespace(), motion, np.zeros_like(motion.position), bodies).after(MODEL, VALUES)
+
+
+def one(name: str, **shape: float):
+    found = [one for one in hypotheses(name, MODEL) if not shape or one.shape == shape]
+    return found[0]
+
+
+def test_a_hose_takes_the_power_that_its_stretching_does():
+    run = driven()
+    stiffness, anchor = 40.0, np.array([0.3, -0.2, 1.1])
+    torque = one("hose_spring").columns(run) @ np.array([stiffness, *(stiffness * anchor)])
+    place = flange_places(MODEL, run.motion.position)
+    energy = 0.5 * stiffness * np.sum((place - anchor) ** 2, axis=1)
+    power = np.gradient(energy, run.motion.time)
+    given = np.sum(torque * run.motion.velocity, axis=1)
+    np.testing.assert_allclose(given[2:-2], power[2:-2], atol=2e-3 * np.max(np.abs(power)))
+
+
+def test_a_supply_gives_way_to_power_that_is_drawn_and_not_to_braking():
+    run = driven()
+    column = one("supply_sag").columns(run)[:, :, 0]
+    drawn = np.maximum(run.torque * run.motion.velocity, 0.0).sum(axis=1)
+    assert np.any(drawn == 0.0)
+    np.testing.assert_allclose(column, run.torque * drawn[:, None])
+
+
+def test_another_joint_is_read_on_one_joint_only():
+    run = driven()
+    leak = one("current_crosstalk", other_joint=1.0)
+    assert leak.joints == (1,)
+    column = leak.columns(run)[:, :, 0]
+    np.testing.assert_array_equal(column[:, 1], run.torque[:, 0])
+    assert not np.any(column[:, 0])
+
+
+def test_friction_by_another_joints_place_turns_with_its_own_speed():
+    run = driven()
+    rubbing = one("neighbour_friction", other_joint=2.0)
+    assert rubbing.joints == (0,)
+    torque = rubbing.columns(run)[:, 0] @ np.array([0.6, 0.8])
+    fast = np.abs(run.motion.velocity[:, 0]) > 0.02
+    turned = torque * np.sign(run.motion.velocity[:, 0])
+    expected = 0.6 * np.cos(run.motion.position[:, 1]) + 0.8 * np.sin(run.motion.position[:, 1])
+    np.testing.assert_allclose(turned[fast], expected[fast], rtol=1e-4, atol=1e-6)
+
+
+@pytest.mark.parametrize("name", OUTSIDE)
+def test_the_search_asks_for_it_and_holds_it_less_likely_than_what_has_a_name(name):
+    assert name in {candidate.effect for candidate in candidates(MODEL)}
+    assert one(name).prior < 1.0

@@ -1,0 +1,398 @@
+"""What a diagnosis says, in words, tables and answers."""
+
+import json
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from exidyn.identify.diagnosis import Alternative, Diagnosis, Finding, Improvement, Quantity, Remainder
+from exidyn.identify.diagnosis.candidates import KINDS, hypotheses
+from exidyn.identify.diagnosis.findings.finding import Budget, Change, Moment, Share
+from exidyn.identify.diagnosis.findings.quantities import Said, with_interval
+from exidyn.identify.diagnosis.questions.candidate import Candidate
+from exidyn.identify.diagnosis.results.budget import NOISE as NOISE_SHARE
+from exidyn.identify.diagnosis.results.budget import OTHER
+from exidyn.identify.diagnosis.words.answer import answer, plain
+from exidyn.identify.diagnosis.words.misfit import percents
+from exidyn.identify.diagnosis.words.sentences import sentence
+from exidyn.identify.diagnosis.words.summary import summary
+from exidyn.identify.diagnosis.words.words import verdict
+from exidyn.identify.pages.diagnosis.profiles import AXES
+
+from ...parts.small import two_joints
+
+JOINTS = ("joint1", "joint2", "joint3")
+NOISE = np.array([1.0, 0.5, 0.2])
+VOCABULARY = (
+    "link_inertia payload rotor_inertia base_tilt viscous_friction coulomb_friction friction_asymmetry "
+    "stribeck_friction load_dependent_friction nonlinear_viscous_friction temperature_dependent_friction "
+    "position_dependent_friction hysteresis spring_balancer joint_spring drive_gain drive_gain_saturation "
+    "current_offset torque_ripple current_clipping kinematic_coupling joint_elasticity backlash "
+    "encoder_offset time_delay contact_event"
+).split()
+OUTSIDE = ("hose_spring", "supply_sag", "current_crosstalk", "neighbour_friction")
+
+
+def finding(effect="load_dependent_friction", joints=(2,), torque=2.0, **changes) -> Finding:
+    listed = effect not in OUTSIDE
+    candidate = Candidate(effect, joints, lambda run: run, ("mu3",), ("1",), (0.0,), listed=listed)
+    on = np.array([torque if joint in joints else 0.0 for joint in range(3)])
+    numbers = {"mu3": Quantity(0.12, 0.006, "1")}
+    return replace(Finding(effect, joints, numbers, 0.9995, (), on, 900.0, candidate), **changes)
+
+
+def budget(*shares: tuple[float, float, float], noise=0.25, **kinds) -> Budget:
+    """Of findings in order, of kinds, of noise, and of nothing for the rest; before 2 N m on every joint."""
+    named = [Share(place, "", np.array(own)) for place, own in enumerate(shares)]
+    named += [Share(None, kind.replace("_", " "), np.array(own)) for kind, own in kinds.items()]
+    named.append(Share(None, NOISE_SHARE, np.full(3, noise)))
+    rest = 1.0 - sum((one.shares for one in named), np.zeros(3))
+    return Budget(np.full(3, 2.0), np.full(3, 1.0), (*named, Share(None, OTHER, rest)), True)
+
+
+def diagnosis(*findings: Finding, after=(1.02, 1.0, 1.05), **changes) -> Diagnosis:
+    """With noise measured at rest."""
+    improvement = Improvement(("other",), NOISE * [1.1, 1.0, 2.7], NOISE * after, NOISE, 25.0)
+    shares = [(0.0, 0.0, 0.31)] * len(findings)
+    whole = Diagnosis(
+        "arm",
+        JOINTS,
+        findings,
+        (),
+        improvement,
+        ("one", "two"),
+        budget=budget(*shares, velocity=(0.1, 0.1, 0.3)),
+    )
+    return replace(whole, **changes)
+
+
+def sliding(one: Diagnosis) -> Diagnosis:
+    """The same of an arm whose last joint slides."""
+    robot = SimpleNamespace(revolute=np.array([True, True, False]))
+    return replace(one, evidence=SimpleNamespace(model=SimpleNamespace(robot=robot), noise=NOISE, traces=()))
+
+
+def test_a_finding_is_said_with_number_unit_joint_and_what_was_gained():
+    first, second, *_ = verdict(diagnosis(finding()))
+    assert first == (
+        "Joint 3 has load-dependent friction: Coulomb friction grows by 0.120 ± 0.012 N m per N m that the "
+        "gear transmits. It explains 31 % of what the model misses on joint 3. Held-out residual of joint 3: "
+        "0.54 -> 0.21 N m (2.7 -> 1.05 x noise)."
+    )
+    assert second.startswith(
+        "Load-dependent friction of joint 3: probability above 99.9 %. Excluded, below 1 %:"
+    )
+
+
+def test_every_word_of_the_vocabulary_has_a_sentence_and_a_picture():
+    assert set(KINDS) == {*VOCABULARY, *OUTSIDE}
+    for kind in KINDS.values():
+        assert kind.sentence
+        assert len(kind.drawn_against) == 2
+        assert set(kind.drawn_against) <= set(AXES)
+        assert set(kind.mistaken_for) <= set(VOCABULARY)
+
+
+def test_what_the_vocabulary_has_no_name_for_is_told_to_people_and_unexplained_in_an_answer():
+    one = diagnosis(finding("current_crosstalk"), finding())
+    given = answer(one)
+    assert [named["effect"] for named in given["findings"]] == ["load_dependent_friction"]
+    assert given["unexplained"]
+    assert [named["effect"] for named in plain(one)["findings"]][0] == "current_crosstalk"
+    assert not answer(diagnosis(finding()))["unexplained"]
+
+
+@pytest.mark.parametrize("effect", KINDS)
+def test_what_the_search_asks_about_can_be_said(effect):
+    model = two_joints.model()
+    for candidate in [*hypotheses(effect, model)][:3]:
+        values = {
+            name: Quantity(-0.5, 0.1, unit)
+            for name, unit in zip(candidate.names, candidate.units, strict=True)
+        }
+        shape = {name: Quantity(value, np.nan, "1") for name, value in candidate.shape.items()}
+        one = finding(effect, candidate.joints, parameters=values | shape, candidate=candidate)
+        said = sentence(one, model.robot.joints)
+        assert not set("{}[]?") & set(said)
+        assert any(letter.isdigit() for letter in said)
+        # What is fitted of a balancer has the lever in it, which is not known.
+        if effect != "spring_balancer":
+            assert said != sentence(replace(one, parameters={}), model.robot.joints)
+
+
+def test_a_name_that_nobody_knows_is_still_said():
+    assert sentence(finding("gear_song", parameters={}), JOINTS) == "Joint 3: gear song"
+
+
+@pytest.mark.parametrize(
+    ("value", "std", "said"),
+    [
+        (0.11679, 0.0004, "0.1168 ± 0.0008"),
+        (45.3, 6.0, "45 ± 12"),
+        (-0.02, 1.0, "0.0 ± 2.0"),
+        (1234.5, 51.0, "1230 ± 100"),
+        (0.167, np.nan, "0.167"),
+        (123456.0, 1e-3, "123500 ± 100"),
+    ],
+)
+def test_numbers_have_the_digits_of_their_interval(value, std, said):
+    assert with_interval(value, std) == said
+
+
+def test_numbers_change_unit_sign_and_word():
+    zero = Said(-0.0125, 0.0005, "rad")
+    assert f"{zero:size mrad}" == "12.5 ± 1.0 mrad"
+    assert f"{zero:beyond|short of}" == "short of"
+    assert f"{Said(0.1, np.nan, '1'):%}" == "10 %"
+
+
+def test_a_body_of_unknown_mass_is_said_by_its_moments():
+    numbers = {name: Quantity(value, 0.01, "kg m") for name, value in (("MX", 0.4), ("MY", 0.0), ("MZ", 1.2))}
+    light = numbers | {"M": Quantity(1.0, 5.0, "kg")}
+    heavy = numbers | {"M": Quantity(4.0, 0.1, "kg")}
+    assert "first moments are (0.4, 0, 1.2) kg m" in sentence(
+        finding("payload", (), parameters=light), JOINTS
+    )
+    assert "centre of mass at (100, 0, 300) mm" in sentence(finding("payload", (), parameters=heavy), JOINTS)
+
+
+def test_joints_are_numbers_with_names_where_those_say_more():
+    assert sentence(finding(), ("a1", "a2", "elbow")).startswith("Joint 3 (elbow) has")
+    assert sentence(finding(), ("a1", "a2", "joint_a3")).startswith("Joint 3 has")
+
+
+def test_nothing_is_said_plainly_and_only_where_it_is_true():
+    assert verdict(diagnosis())[0].startswith("Nothing is missing. With its parameters")
+    worse = verdict(diagnosis(after=(1.0, 1.0, 1.8)))[0]
+    assert "But it is more than noise; the worst is joint 3 with 1.80 x noise" in worse
+    assert "as far as runs can tell" in verdict(diagnosis(improvement=None))[0]
+
+
+@pytest.mark.parametrize(
+    "there",
+    [
+        {"undecided": (finding(probability=0.6),)},
+        {"remainders": (Remainder(1, 2.14, 0.999, "position"),)},
+        {"moments": (Moment("other", 3.2, 3.6, (0, 2), np.array([0.0, -1.0, 0.0]), 31.4),)},
+    ],
+    ids=["undecided", "remainder", "moment"],
+)
+def test_nothing_is_not_said_where_something_is(there):
+    said = " ".join(verdict(diagnosis(**there)))
+    assert "othing is missing" not in said
+    assert "Nothing was found" not in said
+
+
+def test_multiples_of_noise_are_said_only_where_it_was_measured():
+    guessed = diagnosis(finding(), budget=budget((0.0, 0.0, 0.31), noise=0.0), after=(1.9, 1.0, 1.05))
+    page = summary(guessed)
+    assert "x noise" not in page
+    assert "noise" not in next(line for line in page.splitlines() if line.startswith("joint "))
+    assert 'Sensor noise was not measured at rest: it is part of "nothing that was recorded".' in page
+    assert "x noise" in summary(diagnosis(finding()))
+    assert "x noise" not in " ".join(verdict(replace(guessed, findings=(), budget=budget(noise=0.0))))
+
+
+def test_the_budget_comes_first_and_adds_up_to_a_hundred():
+    lines = summary(diagnosis(finding())).splitlines()
+    assert lines[2] == "Where the misfit goes"
+    shares = [line.rpartition("  ")[2] for line in lines if line.endswith(" %")]
+    assert sum(int(one.removesuffix(" %")) for one in shares) == 100
+    assert (
+        "- Joint 3: load-dependent friction explains 31 % of the 2 N m that the model misses; of the rest, "
+        "the largest part (43 %) goes with velocity."
+    ) in " ".join(line.strip() for line in lines)
+    table = plain(diagnosis(finding()))["budget"]
+    np.testing.assert_allclose(sum(np.array(one["percent"]) for one in table["shares"]), 100.0)
+    assert table["shares"][0]["joints"] == [3]
+    assert (table["before_rms"], table["units"]) == ([2.0] * 3, ["N m"] * 3)
+
+
+def test_whole_per_cents_add_up():
+    shares = np.array([[1 / 3], [1 / 3], [1 / 3]])
+    assert sorted(percents(shares)[:, 0]) == [33, 33, 34]
+    assert list(percents(np.array([[0.004], [0.996]]))[:, 0]) == [0, 100]
+
+
+def test_small_kinds_are_one_line():
+    one = diagnosis(budget=budget(load=(0.004,) * 3, time=(0.002,) * 3, position=(0.0, 0.0, 0.2)))
+    page = summary(one)
+    assert "other kinds, less than 1 % each" in page
+    assert "goes with load" not in page
+    assert "goes with position" in page
+    assert [part["name"] for part in plain(one)["budget"]["shares"]].count("goes with load") == 1
+
+
+def test_what_has_no_certain_name_is_one_sentence_with_what_it_may_be():
+    others = (Alternative("time_delay", (), 0.2), Alternative("backlash", (2,), 0.12))
+    one = diagnosis(undecided=(finding("joint_spring", probability=0.65, alternatives=others),))
+    assert verdict(one)[0] == (
+        "Joint 3: something is missing that is joint spring (65 %), time delay of the arm (20 %) or backlash "
+        "(12 %); what would settle it: a swept sine (exidyn excite --kind chirp)."
+    )
+    assert "Undecided: there, without a certain name" in summary(one)
+    [table] = plain(one)["undecided"]
+    assert (table["effect"], table["probability"], table["joints"]) == ("joint_spring", 0.65, [3])
+    assert plain(one)["findings"] == []
+    assert (
+        "joint spring of joint 3 (name undecided)"
+        in summary(replace(one, budget=budget((0.0, 0.0, 0.31)))).lower()
+    )
+
+
+def test_a_contact_of_a_run_held_out_is_reported():
+    moment = Moment("other", 3.2, 3.6, (0, 2), np.array([0.0, -1.0, 0.0]), 31.4)
+    one = diagnosis(moments=(moment,))
+    assert verdict(one)[0] == (
+        "other, 3.20 to 3.60 s: joints 1 and 3 differ from the model as at no other time, as if a force of "
+        "31 N acted on the flange along (0.00, -1.00, 0.00) in the base's axes."
+    )
+    assert "When a run differs as at no other time" in summary(one)
+    assert plain(one)["moments"] == [
+        {
+            "run": "other",
+            "start": 3.2,
+            "end": 3.6,
+            "joints": [1, 3],
+            "direction": [0.0, -1.0, 0.0],
+            "force": 31.4,
+        }
+    ]
+
+
+def test_candidates_are_listed_with_what_each_alone_would_change():
+    every = tuple(Change("backlash", (place % 3,), 1, -0.3 + 0.01 * place, 0.04, 9.0) for place in range(12))
+    page = summary(diagnosis(changes=every))
+    assert page.count("Backlash of joint") == 10
+    assert "-30.0 +- 4.0" in page
+    assert "and 2 more" in page
+    assert "exidyn identify" in page
+    table = plain(diagnosis(changes=every))["changes"]
+    assert len(table) == 12
+    assert table[0] == {
+        "effect": "backlash",
+        "joints": [1],
+        "joint": 2,
+        "squared_error_percent": -30.0,
+        "std_percent": 4.0,
+        "gain": 9.0,
+    }
+
+
+@pytest.mark.parametrize(
+    ("effect", "parameters", "said"),
+    [
+        (
+            "friction_asymmetry",
+            {"Fa3": "N m", "Fva3": "N m s/rad"},
+            "± 0.017 N above the mean of both",
+        ),
+        ("friction_asymmetry", {"Fa3": "N m", "Fva3": "N m s/rad"}, "directions at 1 m/s"),
+        ("viscous_friction", {"Fv3": "N m s/rad"}, "0.120 ± 0.012 N s/m higher"),
+        ("joint_spring", {"Ks3": "N m/rad"}, ": 0.120 ± 0.012 N/m"),
+        ("rotor_inertia", {"Ia3": "kg m^2"}, "0.120 ± 0.012 kg larger"),
+        ("backlash", {"gap": "rad"}, ": 120 ± 12 mm"),
+        ("load_dependent_friction", {"mu3": "1"}, "0.120 ± 0.012 N per N that"),
+    ],
+)
+def test_joints_that_slide_have_units_of_their_own(effect, parameters, said):
+    numbers = {name: Quantity(0.12, 0.006, unit) for name, unit in parameters.items()}
+    one = finding(effect, parameters=numbers)
+    page = " ".join(summary(sliding(diagnosis(one))).split())
+    assert said in page
+    assert "-> 0.21 N (2.7" in page
+    assert "2 N that the model misses" in page
+    units = [
+        quantity["unit"] for quantity in plain(sliding(diagnosis(one)))["findings"][0]["parameters"].values()
+    ]
+    assert not any("N m" in unit or "rad" in unit for unit in units)
+    assert said not in " ".join(summary(diagnosis(one)).split())
+
+
+def test_what_has_no_name_is_said_with_where_it_shows():
+    left = (Remainder(1, 2.14, 0.999, "position and velocity"),)
+    said = verdict(diagnosis(remainders=left))[0]
+    assert said == (
+        "Something is missing, and it is none of the effects that exidyn knows: joint 2 keeps 1 N m (2.00 x "
+        "its noise), and what is left goes with position and velocity."
+    )
+    assert verdict(diagnosis(finding(), remainders=left))[1].startswith("Something more is missing")
+
+
+def test_alternatives_are_named_with_the_run_that_would_settle_it():
+    others = (Alternative("torque_ripple", (2,), 0.12), Alternative("load_dependent_friction", (1,), 0.06))
+    detail = verdict(diagnosis(finding(alternatives=others, probability=0.82)))[1]
+    assert "probability 82 %" in detail
+    assert (
+        "Not excluded: torque ripple of joint 3 (12 %) and load-dependent friction of joint 2 (6 %)" in detail
+    )
+    assert "What would settle it: a run with a body of known mass on the flange." in detail
+    assert "torque ripple" not in detail.partition("Not excluded")[0]
+
+
+def test_small_and_unconfirmed_findings_are_called_so():
+    detail = verdict(diagnosis(finding(torque=0.02, held_out=-3.0)))[1]
+    assert "It is small, 0.10 x noise" in detail
+    assert "predicted no better with it" in detail
+    assert "It is small" not in verdict(diagnosis(finding()))[1]
+
+
+def test_doubts_come_last_as_sentences_and_what_is_left_before_them():
+    said = verdict(diagnosis(finding(), after=(1.6, 1.0, 1.0), doubts=("no run carries a known payload",)))
+    assert said[-1] == "No run carries a known payload."
+    assert said[-2].startswith("More than noise is left on joint 1 (1.60 x noise)")
+
+
+def test_the_page_of_text_has_findings_intervals_and_ratios():
+    page = summary(diagnosis(finding()))
+    [row] = [line for line in page.splitlines() if line.startswith("load_dependent_friction")]
+    assert row.split() == [
+        "load_dependent_friction",
+        "joint3",
+        "mu3",
+        "0.120",
+        "±",
+        "0.012",
+        "99.95",
+        "%",
+        "900.0",
+    ]
+    [joint] = [line for line in page.splitlines() if line.startswith("Joint 3 ")]
+    assert joint.split()[2:] == ["N", "m", "0.2000", "0.5400", "0.2100", "2.700", "1.050"]
+    assert max(map(len, page.splitlines())) <= 110
+    assert "No run was held out." in summary(diagnosis(finding(), improvement=None))
+
+
+def test_answers_count_joints_from_one():
+    others = (Alternative("torque_ripple", (1,), 0.2),)
+    found = answer(diagnosis(finding(alternatives=others), seconds=12.345))
+    assert found == {
+        "findings": [
+            {
+                "effect": "load_dependent_friction",
+                "joints": [3],
+                "confidence": 0.9995,
+                "alternatives": [{"effect": "torque_ripple", "joints": [2]}],
+            }
+        ],
+        "unexplained": False,
+        "torque_rms_before": pytest.approx([1.1, 0.5, 0.54]),
+        "torque_rms_after": pytest.approx([1.02, 0.5, 0.21]),
+        "torque_rms_filter_hz": 25.0,
+        "seconds": 12.35,
+    }
+    assert "torque_rms_before" not in answer(diagnosis(improvement=None))
+    assert answer(diagnosis(remainders=(Remainder(0, 2.0, 1.0, "time"),)))["unexplained"]
+
+
+def test_a_plain_diagnosis_is_json_without_nan():
+    one = finding(parameters={"mu3": Quantity(0.12, np.nan, "1")}, held_out=np.nan)
+    table = json.loads(
+        json.dumps(plain(diagnosis(one, remainders=(Remainder(0, 2.0, 1.0, "time"),))), allow_nan=False)
+    )
+    assert table["findings"][0]["parameters"]["mu3"] == {"value": 0.12, "std": None, "unit": "1"}
+    assert table["findings"][0]["held_out"] is None
+    assert table["remainders"][0]["joint"] == 1
+    assert table["verdict"][0].startswith("Joint 3 has load-dependent friction")

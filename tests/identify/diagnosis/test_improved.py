@@ -1,0 +1,187 @@
+"""The arm with what was found in it, as a model, in simulation, and fitted again."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from exidyn.identify.diagnosis import Finding, Quantity
+from exidyn.identify.diagnosis.candidates import KINDS, hypotheses
+from exidyn.identify.diagnosis.candidates.backlash import plays
+from exidyn.identify.diagnosis.candidates.joint_elasticity import gears
+from exidyn.identify.diagnosis.findings.arm_bodies import inertial_values, pseudo_inertia
+from exidyn.identify.diagnosis.findings.trace import Evidence
+from exidyn.identify.diagnosis.improved.forward import forward
+from exidyn.identify.diagnosis.improved.improved import as_believed, as_found
+from exidyn.identify.diagnosis.improved.rivals import found_model, rivals
+from exidyn.identify.diagnosis.questions.candidate import Candidate
+from exidyn.identify.diagnosis.refit import earlier, model_to_fit, refit
+from exidyn.identify.diagnosis.runs.driven import Driven
+from exidyn.identify.effects import Belief, JointSpring, Payload, SpringBalancer
+from exidyn.identify.preparation.prepare import Filtering
+from exidyn.identify.recordings.recording import Signal
+from exidyn.identify.robot_files.robot_file import parse_model
+from exidyn.identify.robot_files.robot_text import model_text
+
+from ...parts.small.small_diagnosis import STIFFNESS, believed, diagnosis, recording, recordings
+
+SMALL = 1e-4
+"""Of every coefficient, so that what is not linear in it cannot be seen."""
+OF_MEASUREMENT = ("drive_gain_saturation", "current_clipping", "time_delay")
+BETWEEN = {"joint_elasticity": gears, "backlash": plays}
+OUTSIDE = ("hose_spring", "supply_sag", "current_crosstalk", "neighbour_friction", "contact_event")
+HELD = [name for name in KINDS if name not in (*OF_MEASUREMENT, *BETWEEN, *OUTSIDE)]
+
+
+@cache
+def run() -> Driven:
+    short = recording("identify", 0, length=6.0)
+    warm = Signal(short.signals["position"].time, 25.0 + short.signals["position"].values)
+    return Driven.of(
+        believed(), replace(short, signals={**short.signals, "temperature": warm}), "identify", Filtering()
+    )
+
+
+def evidence() -> Evidence:
+    model = believed()
+    values, gain = model.believed_values, model.robot.drive_gain
+    return Evidence(model, values, values, gain, gain, np.full(2, 0.1), ())
+
+
+def found(candidate: Candidate, value: float = SMALL) -> Finding:
+    numbers = {
+        name: Quantity(value, np.nan, unit)
+        for name, unit in zip(candidate.names, candidate.units, strict=True)
+    }
+    shape = {name: Quantity(number, np.nan, "") for name, number in candidate.shape.items()}
+    return Finding(candidate.effect, candidate.joints, shape | numbers, 1.0, (), np.ones(2), 1.0, candidate)
+
+
+@pytest.mark.parametrize(
+    "effect",
+    HELD,
+)
+def test_a_model_gives_the_torque_that_the_search_found(effect):
+    # A link that stands elsewhere is no part of any model.
+    asked = [one for one in hypotheses(effect, believed()) if "moved" not in one.shape]
+    for candidate in asked[-2:]:
+        one = found(candidate)
+        before, after = as_believed(evidence()), as_found(evidence(), [one])
+        assert after.left_out == ()
+        motion = run().motion
+        shown = [
+            arm.model.torque(motion, arm.values) * believed().robot.drive_gain / arm.gain
+            for arm in (before, after)
+        ]
+        expected = candidate.columns(run()).sum(axis=2) * SMALL
+        scale = np.max(np.abs(expected))
+        assert scale > 0.0
+        np.testing.assert_allclose(shown[1] - shown[0], expected, atol=2e-3 * scale)
+
+
+@pytest.mark.parametrize("joint", [0, 1])
+def test_an_encoders_zero_is_that_of_the_springs_on_its_joint_too(joint):
+    balancer = SpringBalancer("shoulder", d21=0.3, d22=0.8, phi=3.1)
+    springs = {"Kr": 900.0, "K0": -40.0, "Ks2": 12.0, "Ts2": 1.5}
+    model = believed() + balancer + JointSpring(("elbow",))
+    stated = {**model.stated, **{name: Belief(value, 1.0) for name, value in springs.items()}}
+    model = replace(model, stated=stated)
+    here = Driven.of(model, recording("identify", 0, length=6.0), "identify", Filtering())
+    candidate = [*hypotheses("encoder_offset", model)][joint]
+    values = model.believed_values
+    before = replace(evidence(), model=model, before=values, after=values)
+    arms = as_believed(before), as_found(before, [found(candidate)])
+    shown = [arm.model.torque(here.motion, arm.values) for arm in arms]
+    expected = candidate.columns(here).sum(axis=2) * SMALL
+    np.testing.assert_allclose(shown[1] - shown[0], expected, atol=2e-3 * np.max(np.abs(expected)))
+
+
+@pytest.mark.parametrize("effect", OF_MEASUREMENT)
+def test_faults_of_measurement_are_no_part_of_the_arm(effect):
+    [candidate, *_] = hypotheses(effect, believed())
+    assert as_found(evidence(), [found(candidate)]).left_out == (0,)
+
+
+@pytest.mark.parametrize("effect", BETWEEN)
+def test_soft_gears_are_part_of_the_transmission(effect):
+    candidate = [*BETWEEN[effect](believed())][-1]
+    arm = as_found(evidence(), [found(candidate, 1.0)])
+    assert arm.left_out == ()
+    assert list(arm.transmission.elastic) == [1]
+    assert (arm.transmission.backlash[1] > 0.0) == (effect == "backlash")
+
+
+def test_more_of_an_effect_that_the_model_has_adds_to_it():
+    candidate = [*hypotheses("coulomb_friction", believed())][1]
+    arm = as_found(evidence(), [found(candidate, 0.5), found(candidate, 0.25)])
+    assert arm.model.names == believed().names
+    assert arm.by_name["Fc2"] == pytest.approx(as_believed(evidence()).by_name["Fc2"] + 0.75)
+
+
+def test_a_balancer_beside_another_is_left_out():
+    [first, *_, last] = hypotheses("spring_balancer", believed())
+    assert as_found(evidence(), [found(first), found(last)]).left_out == (1,)
+
+
+def test_pseudo_inertias_keep_all_ten_numbers():
+    names = ("XX", "XY", "XZ", "YY", "YZ", "ZZ", "MX", "MY", "MZ", "M")
+    values = dict(zip(names, np.random.default_rng(0).normal(size=10), strict=True))
+    assert inertial_values(pseudo_inertia(values)) == pytest.approx(values)
+
+
+def test_an_unknown_body_is_carried_beside_a_known_one():
+    model = believed() + Payload("L", (("M", 2.0),))
+    known = replace(evidence(), model=model, before=model.believed_values, after=model.believed_values)
+    [candidate] = hypotheses("payload", model)
+    arm = as_found(known, [found(candidate)])
+    assert arm.by_name["M2"] == pytest.approx(as_believed(known).by_name["M2"] + SMALL)
+
+
+def test_simulation_comes_nearer_to_the_recording():
+    simulated = forward(diagnosis(), recording("validate", 5, length=8.0))
+    assert simulated.left_out == ()
+    assert simulated.before[1] > 10 * simulated.after[1]
+    assert simulated.after[1] < 4 * diagnosis().improvement.noise[1]
+    assert np.all(simulated.missed < 1e-4)
+
+
+def test_refitting_finds_the_spring_and_explains_what_was_held_out():
+    fit = refit(diagnosis(), [(one.settings["role"], one) for one in recordings()])
+    assert fit.value("Ks2") == pytest.approx(STIFFNESS, rel=0.02)
+    assert fit.runs == ("identify0", "identify1")
+    assert fit.validation[0].run == "validate2"
+    assert fit.validation[0].over_noise[1] < 2.0
+
+
+def test_late_currents_are_moved_back_and_the_fit_says_so():
+    [candidate, *_] = hypotheses("time_delay", believed())
+    delay = found(candidate, 0.004)
+    [whole, *_] = recordings()
+    current = whole.signals["current"]
+    late = replace(
+        whole, signals={**whole.signals, "current": Signal(current.time, np.roll(current.values, 1, axis=0))}
+    )
+    back = earlier(late, [delay]).signals["current"].values
+    np.testing.assert_allclose(back[:-1], current.values[:-1], atol=1e-9)
+    both = replace(diagnosis(), findings=(*diagnosis().findings, delay))
+    fit = refit(both, [(one.settings["role"], one) for one in recordings()])
+    assert "moved back by that before they were fitted" in fit.doubts[0]
+
+
+def test_gains_that_were_found_are_those_of_the_model():
+    [candidate, *_] = hypotheses("drive_gain", believed())
+    one = replace(diagnosis(), findings=(found(candidate, 0.1),))
+    np.testing.assert_allclose(model_to_fit(one).robot.drive_gain / believed().robot.drive_gain, [1.1, 1.0])
+
+
+def test_models_of_what_was_found_and_of_what_it_might_be_are_files():
+    model = found_model(diagnosis())
+    again = parse_model(model_text(model))
+    assert dict(zip(again.names, again.believed_values, strict=True))["Ks2"] == pytest.approx(
+        STIFFNESS, rel=0.1
+    )
+    others = rivals(diagnosis())
+    assert len(others) == len(diagnosis().findings[0].alternatives)
+    assert all("Ks2" not in one.model.names for one in others)
+    assert found_model(replace(diagnosis(), evidence=None)) is None

@@ -1,0 +1,76 @@
+"""Deviations of a finding's numbers, its shape's among them, against those of a nonlinear fit."""
+
+from collections.abc import Mapping
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from scipy import optimize
+
+from exidyn.identify.diagnosis.questions.block_answer import Answer
+from exidyn.identify.diagnosis.questions.candidate import Candidate, Thinned
+from exidyn.identify.diagnosis.results.shape_doubt import deviations
+from exidyn.identify.diagnosis.search.found import Found
+from exidyn.identify.effects import Shape
+
+from ...parts.small.small_rows import blocks, predicted, rows
+
+COUNT = 4000
+SPEED = np.tile(np.linspace(0.0, 1.0, 100), COUNT // 100)
+NOISE = 0.1
+
+
+def fading(speed: float) -> Candidate:
+    """Friction that fades with speed."""
+
+    def reshaped(given: Mapping[str, float]) -> Candidate:
+        return fading(given["speed"])
+
+    return Candidate(
+        "stribeck_friction", (0,), lambda run: np.exp(-SPEED / speed)[:, None, None], ("Fs",), ("N m",),
+        (0.0,), {"speed": speed}, {"speed": Shape("rad/s", 0.01, 10.0)}, reshaped,
+        told={"half": (speed * np.log(2.0), "rad/s")},
+    )  # fmt: skip
+
+
+def searched(candidate: Candidate, torque: np.ndarray) -> SimpleNamespace:
+    """What a search has come to that has found it, and nothing else."""
+    run = SimpleNamespace(torque=np.ones((COUNT, 1)), thinned=lambda columns: columns)
+    columns = Thinned.of(candidate, [run])
+    given = rows(torque[:, None], columns.values, np.array([np.inf]))
+    prediction = predicted(given, blocks((COUNT // 40,) * 40))
+    nothing, still = np.zeros((40, 1)), np.zeros(40)
+    answer = Answer(
+        candidate, columns, np.array([2.0]), np.ones(1, bool), nothing, nothing, still, still, nothing
+    )
+    scene = SimpleNamespace(runs=(run,))
+    return SimpleNamespace(prediction=prediction, found=(Found(answer, 100.0),), scene=scene)
+
+
+def noise(seed):
+    return NOISE * np.random.default_rng(seed).normal(size=COUNT)
+
+
+def test_a_shape_that_was_chosen_leaves_the_doubt_of_a_fit_that_varies_it():
+    torque = 2.0 * np.exp(-SPEED / 0.3) + noise(1)
+    values, covariance = optimize.curve_fit(
+        lambda x, height, speed: height * np.exp(-x / speed), SPEED, torque, (2.0, 0.3)
+    )
+    [(coefficients, shape)] = deviations(searched(fading(values[1]), torque))
+    height, speed = np.sqrt(np.diag(covariance))
+    # By the scatter over 40 blocks, which is known to a ninth.
+    assert coefficients[0] == pytest.approx(height, rel=0.35)
+    assert shape["speed"] == pytest.approx(speed, rel=0.35)
+    assert shape["half"] == pytest.approx(shape["speed"] * np.log(2.0), rel=0.01)
+    fixed = 1.0 / np.sqrt(np.sum(np.exp(-2 * SPEED / 0.3))) * NOISE
+    assert coefficients[0] > 1.3 * fixed
+
+
+def test_without_a_shape_the_doubt_is_that_of_a_straight_fit():
+    plain = Candidate(
+        "viscous_friction", (0,), lambda run: SPEED[:, None, None], ("Fs",), ("N m s/rad",), (0.0,)
+    )
+    spread = [deviations(searched(plain, 2.0 * SPEED + noise(seed)))[0] for seed in range(6)]
+    assert not spread[0][1]
+    expected = NOISE / np.sqrt(SPEED @ SPEED)
+    assert np.mean([own[0] for own, _ in spread]) == pytest.approx(expected, rel=0.2)

@@ -1,0 +1,161 @@
+"""An effect of somebody else's: asked for without a second entry, and found where it is installed."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+from exidyn.identify.arm.motion import Motion
+from exidyn.identify.arm.robot import Robot
+from exidyn.identify.diagnosis.candidates import candidates
+from exidyn.identify.diagnosis.diagnose import diagnose
+from exidyn.identify.effects import (
+    EFFECTS,
+    Effect,
+    JointEffect,
+    NonlinearViscousFriction,
+    Parameter,
+    load_installed,
+    shape,
+)
+from exidyn.identify.errors import EffectError
+from exidyn.identify.robot_files.effect_rows import read_effects
+
+from ...parts.small import two_joints
+from ...parts.small.small_diagnosis import believed
+from ...parts.small.small_search import names, record, searched
+
+TOY = "quadratic_viscous_friction"
+
+
+@dataclass(frozen=True)
+class QuadraticViscousFriction(JointEffect):
+    """Torque f |v| v."""
+
+    def parameters(self, robot: Robot) -> list[Parameter]:
+        return [Parameter(f"Fq{joint + 1}", "N m s^2/rad^2", 0.0) for joint in self.columns(robot)]
+
+    def regressor(self, robot: Robot, motion: Motion) -> np.ndarray:
+        return self.on_joints(robot, np.abs(motion.velocity) * motion.velocity)
+
+
+@dataclass(frozen=True)
+class Shaped(QuadraticViscousFriction):
+    """With a number that may be refined."""
+
+    width: float = shape(0.5, "rad/s", 0.1, 2.0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Needy(QuadraticViscousFriction):
+    """Of which nobody can ask without a number."""
+
+    width: float = shape(None, "rad/s", 0.1, 2.0)
+
+
+def test_an_effect_in_the_table_is_asked_for_on_each_joint(monkeypatch):
+    before = {one.key for one in candidates(believed())}
+    for name, kind in {TOY: QuadraticViscousFriction, "shaped": Shaped, "needy": Needy}.items():
+        monkeypatch.setitem(EFFECTS, name, kind)
+    found = {one.key: one for one in candidates(believed())}
+    assert set(found) - before == {(name, (joint,), "") for name in (TOY, "shaped") for joint in (0, 1)}
+    one = found["shaped", (1,), ""]
+    assert one.shape == {"width": 0.5}
+    assert one.bounds == Shaped.shapes()
+    assert one.reshaped({"width": 0.7}).shape == {"width": 0.7}
+    assert one.lower == (0.0,)
+
+
+def test_an_effect_in_the_table_is_named_and_not_another_with_a_shape_of_the_same_columns(monkeypatch):
+    monkeypatch.setitem(EFFECTS, TOY, QuadraticViscousFriction)
+    runs = record([QuadraticViscousFriction(("elbow",))], {"Fq2": 1.5})
+    found = diagnose(believed(), runs, "toy")
+    [finding] = found.findings
+    assert (finding.effect, finding.joints) == (TOY, (1,))
+    assert finding.probability > 0.9
+    number = finding.parameters["Fq2"]
+    assert abs(number.value - 1.5) < 3 * number.std < 0.3
+    assert number.unit == "N m s^2/rad^2"
+    assert TOY in found.tried
+
+
+def test_where_the_shape_is_another_the_effect_with_a_shape_is_named(monkeypatch):
+    monkeypatch.setitem(EFFECTS, TOY, QuadraticViscousFriction)
+    found = searched(record([NonlinearViscousFriction(("elbow",), 1.7)], {"Fn2": 1.5}))
+    assert names(found) == [("nonlinear_viscous_friction", (1,))]
+    assert found.found[0].answer.candidate.shape["exponent"] == pytest.approx(1.7, abs=0.05)
+
+
+# Installed packages.
+
+MODULE = '''
+from dataclasses import dataclass
+import numpy as np
+from exidyn.identify.effects import JointEffect, Parameter
+
+@dataclass(frozen=True)
+class Churning(JointEffect):
+    """Torque f |v| v."""
+    def parameters(self, robot):
+        return [Parameter(f"Fq{joint + 1}", "N m s^2/rad^2", 0.0) for joint in self.columns(robot)]
+    def regressor(self, robot, motion):
+        return self.on_joints(robot, np.abs(motion.velocity) * motion.velocity)
+
+SOMETHING_ELSE = 3
+'''
+
+
+@pytest.fixture
+def install(tmp_path, monkeypatch):
+    """Lays out a package as an installer does, with one entry point."""
+
+    def done(entry, text=MODULE, module="grease_physics"):
+        (tmp_path / f"{module}.py").write_text(text)
+        info = tmp_path / "grease_physics-1.0.dist-info"
+        info.mkdir()
+        (info / "METADATA").write_text("Metadata-Version: 2.1\nName: grease-physics\nVersion: 1.0\n")
+        (info / "entry_points.txt").write_text(f"[exidyn.effects]\n{entry}\n")
+        monkeypatch.syspath_prepend(tmp_path)
+
+    known = dict(EFFECTS)
+    yield done
+    EFFECTS.clear()
+    EFFECTS.update(known)
+
+
+def test_an_effect_of_an_installed_package_is_in_robot_files_and_in_the_diagnosis(install):
+    install("churning = grease_physics:Churning")
+    assert "churning" in {one.effect for one in candidates(believed())}
+    effects, _ = read_effects([{"name": "churning", "joints": ["elbow"]}], two_joints.arm())
+    assert type(effects[0]).__name__ == "Churning"
+    assert type(effects[0]) is EFFECTS["churning"]
+    kind = EFFECTS["churning"]
+    load_installed()
+    assert EFFECTS["churning"] is kind
+    assert issubclass(kind, Effect)
+
+
+@pytest.mark.parametrize(
+    ("entry", "text", "said"),
+    [
+        ("churning = grease_physics:Churning", "import nothing_of_that_name", "No module named"),
+        (
+            "churning = grease_physics:Churning",
+            "raise OSError('no licence\\nfor today')",
+            "OSError: no licence",
+        ),
+        ("churning = grease_physics:Misspelt", MODULE, "Misspelt"),
+        ("churning = grease_physics:SOMETHING_ELSE", MODULE, "no subclass of exidyn.identify.effects.Effect"),
+        ("payload = grease_physics:Churning", MODULE, "the name is taken"),
+    ],
+)
+def test_an_effect_that_cannot_be_used_is_one_line_that_names_its_package(install, entry, text, said):
+    module = f"grease_physics_{abs(hash((entry, text)))}"  # a module is imported once
+    install(entry.replace("grease_physics", module), text, module)
+    with pytest.raises(EffectError) as error:
+        [*candidates(believed())]
+    line = str(error.value)
+    assert said in line
+    assert "package grease-physics" in line
+    assert entry.split(" = ")[0] in line
+    assert "\n" not in line

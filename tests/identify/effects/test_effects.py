@@ -1,0 +1,199 @@
+"""What must hold of every effect, over the table, so that a new one is tested by being in it."""
+
+from dataclasses import MISSING, fields, replace
+
+import numpy as np
+import pytest
+
+from exidyn.identify.arm.motion import Motion
+from exidyn.identify.arm.rigid_regressor import INERTIAL
+from exidyn.identify.effects import EFFECTS, Effect, JointEffect
+from exidyn.identify.errors import UnknownJoint
+from exidyn.identify.model import Model
+
+from ...parts.runs.robots import random_motion, six_axis, sliding
+
+CHOICES = {"joint": "joint4", "other": "joint5", "d21": 0.6964, "d22": 0.1847, "phi": -1.6148}
+"""Values of the fields that have no default."""
+
+UNITS = {
+    *("kg", "kg m", "kg m^2", "N m", "N", "1"),
+    *("N m s/rad", "N m/rad", "N/m", "N m/K", "N m s/rad/K"),
+    *("rad", "m", "rad/s"),
+}
+
+ROBOTS = {"six axis": six_axis, "sliding": sliding}
+SHAPES = [(key, name) for key, effect in EFFECTS.items() for name in effect.shapes()]
+POINTWISE = [key for key, effect in EFFECTS.items() if effect.pointwise]
+JOINT_FIELDS = [
+    (key, field.name)
+    for key, effect in EFFECTS.items()
+    for field in fields(effect)
+    if field.name in ("joints", "joint", "other")
+]
+ON_JOINTS = [key for key, effect in EFFECTS.items() if issubclass(effect, JointEffect)]
+
+
+def default(key: str, **choices: object) -> Effect:
+    missing = [f.name for f in fields(EFFECTS[key]) if f.default is MISSING and f.default_factory is MISSING]
+    return EFFECTS[key](**{name: CHOICES[name] for name in missing} | choices)
+
+
+def known_run(robot):
+    """A motion that lets every effect act, the payload too."""
+    return random_motion(robot, payload="L")
+
+
+@pytest.fixture(params=ROBOTS.values(), ids=ROBOTS.keys())
+def robot(request):
+    return request.param()
+
+
+@pytest.mark.parametrize("key", EFFECTS)
+class TestEveryEffect:
+    def test_has_a_column_a_parameter(self, key, robot):
+        effect, motion = default(key), known_run(robot)
+        shape = (*motion.position.shape, len(effect.parameters(robot)))
+        assert effect.regressor(robot, motion).shape == shape
+        assert effect.known_torque(robot, motion).shape == motion.position.shape
+
+    def test_makes_torque(self, key, robot):
+        columns = default(key).regressor(robot, known_run(robot))
+        assert np.isfinite(columns).all()
+        assert np.abs(columns).max() > 0.0
+
+    def test_names_its_parameters_once(self, key, robot):
+        names = [parameter.name for parameter in default(key).parameters(robot)]
+        assert names
+        assert len(set(names)) == len(names)
+
+    def test_has_known_units(self, key, robot):
+        effect = default(key)
+        units = [parameter.unit for parameter in effect.parameters(robot)]
+        assert {*units, *(shape.unit for shape in effect.shapes().values())} <= UNITS
+
+    def test_believes_only_its_own_parameters(self, key, robot):
+        effect = default(key)
+        names = {parameter.name for parameter in effect.parameters(robot)}
+        assert set(effect.beliefs(robot)) <= names
+        assert all(belief.std >= 0.0 for belief in effect.beliefs(robot).values())
+
+    def test_inertias_are_ten_columns_each(self, key, robot):
+        effect = default(key)
+        for columns in effect.inertias(robot):
+            names = [parameter.name for parameter in effect.parameters(robot)[columns]]
+            assert [name.startswith(kind) for name, kind in zip(names, INERTIAL, strict=True)] == [True] * 10
+
+    def test_has_default_shapes_inside_their_bounds(self, key, robot):
+        effect = default(key)
+        for name, shape in effect.shapes().items():
+            assert shape.low < getattr(effect, name) < shape.high
+
+    def test_has_the_derivative_of_every_shape(self, key, robot):
+        effect, motion = default(key), known_run(robot)
+        derivatives = effect.shape_derivatives(robot, motion)
+        assert set(derivatives) == set(effect.shapes())
+        for derivative in derivatives.values():
+            assert derivative.shape == effect.regressor(robot, motion).shape
+
+    def test_says_whether_it_needs_the_load(self, key, robot):
+        effect, motion = default(key), known_run(robot)
+        other = replace(motion, load=2.0 * motion.load + 1.0)
+        changes = np.any(effect.regressor(robot, motion) != effect.regressor(robot, other))
+        assert changes == effect.needs_load
+        # The load is the sum of the transmitted torques: one that needed it would need itself.
+        assert not (effect.needs_load and effect.transmitted)
+
+    def test_says_whether_acceleration_changes_its_torque(self, key, robot):
+        effect, motion = default(key), known_run(robot)
+        other = replace(motion, acceleration=2.0 * motion.acceleration + 1.0)
+        changes = any(
+            np.any(torque(robot, motion) != torque(robot, other))
+            for torque in (effect.regressor, effect.known_torque)
+        )
+        assert changes != effect.massless
+
+    def test_is_a_value(self, key, robot):
+        assert default(key) == default(key)
+        assert hash(default(key)) == hash(default(key))
+
+    def test_leaves_the_motion_as_it_is(self, key, robot):
+        motion = known_run(robot)
+        for field in fields(Motion):
+            if field.name != "payload":
+                getattr(motion, field.name).setflags(write=False)
+        effect = default(key)
+        effect.regressor(robot, motion)
+        effect.known_torque(robot, motion)
+        effect.shape_derivatives(robot, motion)
+
+    def test_stands_motions_faster_than_any_robot(self, key, robot):
+        motion = known_run(robot)
+        fast = replace(motion, velocity=1e4 * motion.velocity, load=1e6 * motion.load)
+        effect = default(key)
+        sharp = replace(effect, **{name: shape.low for name, shape in effect.shapes().items()})
+        assert np.isfinite(sharp.regressor(robot, fast)).all()
+        for derivative in sharp.shape_derivatives(robot, fast).values():
+            assert np.isfinite(derivative).all()
+
+
+@pytest.mark.parametrize(("key", "field"), JOINT_FIELDS)
+def test_a_joint_that_is_not_there_is_refused(key, field, robot):
+    effect = default(key, **{field: ("joint9",) if field == "joints" else "joint9"})
+    with pytest.raises(UnknownJoint, match="joint9.*joint1, joint2"):
+        effect.regressor(robot, known_run(robot))
+
+
+@pytest.mark.parametrize("key", POINTWISE)
+def test_a_sample_depends_on_itself_alone(key, robot):
+    effect, motion = default(key), known_run(robot)
+    whole = effect.regressor(robot, motion)
+    for row in (0, 7, len(motion) - 1):
+        alone = effect.regressor(robot, motion[row : row + 1])
+        np.testing.assert_allclose(alone[0], whole[row], rtol=1e-12, atol=1e-12)
+
+
+@pytest.mark.parametrize("key", ON_JOINTS)
+def test_named_joints_are_the_same_columns_as_all(key, robot):
+    motion = known_run(robot)
+    every, some = default(key), default(key, joints=("joint3", "joint1"))
+    names = [parameter.name for parameter in every.parameters(robot)]
+    columns = [names.index(parameter.name) for parameter in some.parameters(robot)]
+    assert {name[-1] for name in np.array(names)[columns]} == {"1", "3"}
+    expected = every.regressor(robot, motion)[:, :, columns]
+    np.testing.assert_array_equal(some.regressor(robot, motion), expected)
+
+
+@pytest.mark.parametrize(("key", "name"), SHAPES)
+@pytest.mark.parametrize("seed", range(4))
+def test_shape_derivative_is_the_finite_difference(key, name, seed, robot):
+    motion, random = known_run(robot), np.random.default_rng(seed)
+    start = default(key)
+    # Any values inside the bounds, and the default at seed 0; over decades where bounds span them.
+    for each, shape in start.shapes().items():
+        if seed:
+            decades = shape.low > 0
+            low, high = (np.log(shape.low), np.log(shape.high)) if decades else (shape.low, shape.high)
+            drawn = random.uniform(low, high)
+            start = replace(start, **{each: float(np.exp(drawn) if decades else drawn)})
+    if not start.pointwise:  # what has a memory saturates in strides of a radian
+        creep = np.cumsum(random.normal(size=motion.position.shape), axis=0) * 1e-4
+        motion = replace(motion, position=creep)
+    value = getattr(start, name)
+    # Small, because reversals of 1e-4 rad/s make the columns steep; of fourth order, to be exact still.
+    step = 1e-6 * abs(value)
+
+    def columns(steps: int) -> np.ndarray:
+        return replace(start, **{name: value + steps * step}).regressor(robot, motion)
+
+    numeric = (8 * (columns(1) - columns(-1)) - (columns(2) - columns(-2))) / (12 * step)
+    analytic = start.shape_derivatives(robot, motion)[name]
+    assert np.abs(analytic).max() > 0.0
+    np.testing.assert_allclose(analytic, numeric, rtol=1e-6, atol=1e-6 * np.abs(numeric).max())
+
+
+def test_all_effects_fit_in_one_model(robot):
+    model = Model(robot, tuple(default(key) for key in EFFECTS))
+    motion = known_run(robot)
+    assert len(set(model.names)) == len(model.names)
+    assert model.regressor(motion).shape == (*motion.position.shape, len(model.names))

@@ -1,0 +1,253 @@
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from exidyn.identify.arm.robot import Robot
+from exidyn.identify.effects import (
+    CoulombFriction,
+    CurrentOffset,
+    LoadDependentFriction,
+    Parameter,
+    Payload,
+    RigidBody,
+    RotorInertia,
+    ViscousFriction,
+    known_parameters,
+)
+from exidyn.identify.fit.base_parameters import base_parameters, from_columns, rich_motion
+from exidyn.identify.model import Model
+from exidyn.identify.robot_files import robots
+from exidyn.identify.robot_files.robot_file import parse_model, read_model
+
+from ...parts.runs.robots import kinematics, random_motion, six_axis, sliding
+
+D2, D3, D4, R4, R6 = 0.35, 1.25, 0.055, -1.1, -0.23
+"""The KR270's geometry, the paper's Table I [m]."""
+
+
+@pytest.fixture(scope="module")
+def kr270():
+    return read_model("kr270")
+
+
+@pytest.fixture(scope="module")
+def base(kr270):
+    return base_parameters(kr270)
+
+
+def tilted():
+    return Robot("tilted", kinematics("rrr", gravity=(2.0, -5.0, -8.0), seed=4))
+
+
+def planar():
+    """Two parallel vertical axes: gravity is never seen."""
+    model = pin.Model()
+    for joint, x in (("a", 0.0), ("b", 0.5)):
+        parent = model.addJoint(
+            model.njoints - 1, pin.JointModelRZ(), pin.SE3(np.eye(3), np.array([x, 0.0, 0.0])), joint
+        )
+        model.appendBodyToJoint(parent, pin.Inertia.Random(), pin.SE3.Identity())
+    return Robot("planar", model)
+
+
+MODELS = {
+    "kr270": lambda: read_model("kr270"),
+    "cobot": lambda: read_model("cobot"),
+    "coupled": lambda: Model(six_axis(), (RigidBody(), RotorInertia(), ViscousFriction(), CoulombFriction())),
+    "sliding": lambda: Model(sliding(), (RigidBody(), RotorInertia(), ViscousFriction())),
+    "tilted": lambda: Model(tilted(), (RigidBody(), CurrentOffset())),
+    "planar": lambda: Model(planar(), (RigidBody(), RotorInertia())),
+}
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_base_columns_make_every_torque_of_independent_motions(name):
+    model = MODELS[name]()
+    base = base_parameters(model)
+    regressor = model.regressor(random_motion(model.robot, samples=60, seed=11))
+    for seed in range(3):
+        values = np.random.default_rng(seed).normal(size=len(model.names))
+        torque = regressor @ values
+        found = regressor[:, :, base.kept] @ (base.regrouping @ values)
+        np.testing.assert_allclose(found, torque, atol=1e-9 * np.abs(torque).max())
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_count_is_the_rank(name):
+    model = MODELS[name]()
+    columns = model.regressor(random_motion(model.robot, samples=200, seed=12)).reshape(-1, len(model.names))
+    size = np.linalg.norm(columns, axis=0)
+    seen = size > 1e-12 * size.max()  # cosines of right angles leave columns of rounding
+    rank = np.linalg.matrix_rank(columns[:, seen] / size[seen], tol=1e-8)
+    assert len(base_parameters(model).kept) == rank
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_kept_and_dropped_are_clearly_apart(name):
+    smallest_kept, largest_dropped = base_parameters(MODELS[name]()).gap
+    assert smallest_kept > 1e-4
+    assert largest_dropped < 1e-12
+
+
+def test_kr270_has_the_papers_count(base):
+    """The paper's b = 66 counts six drive gains: 36 inertial, 4 rotors, 18 of friction, 2 of the spring."""
+    kinds = [name.rstrip("R123456") for name in base.names]
+    assert len(base.names) == 60
+    assert sum(kind in ("Fv", "Fc", "Off") for kind in kinds) == 18
+    assert [name for name in base.names if name.startswith("Ia")] == ["Ia3", "Ia4", "Ia5", "Ia6"]
+    assert {"Kr", "K0"} <= set(base.names)
+    assert sum(kind in ("XX", "XY", "XZ", "YZ", "ZZ", "MX", "MY") for kind in kinds) == 36
+
+
+def test_kr270_regroups_as_the_field_does(base):
+    """The names of Table III, and no YY, MZ or M."""
+    table = {"ZZ1R", "XX2R", "ZZ2R", "MX2R", "XX3R", "ZZ3R", "MX3R", "MY3R", "Kr", "K0"}
+    assert table <= set(base.names)
+    assert not [name for name in base.names if name.startswith(("YY", "MZ")) or name in ("M1", "M6")]
+
+
+def composition(base, name):
+    row = base.regrouping[base.names.index(name)]
+    return {p.name: w for p, w in zip(base.parameters, row, strict=True) if w != 0}
+
+
+def close(found, expected):
+    assert found.keys() == expected.keys()
+    for name, weight in expected.items():
+        assert found[name] == pytest.approx(weight, rel=1e-7, abs=1e-9), name
+
+
+BEYOND = {f"M{k}": 1.0 for k in (4, 5, 6)}
+"""Masses that link 3 carries wholly."""
+
+
+def test_first_moment_of_the_upper_arm(base):
+    """MX2R = MX2 + d3 (M3 + M4 + M5 + M6)."""
+    close(composition(base, "MX2R"), {"MX2": 1.0} | {f"M{k}": D3 for k in (3, 4, 5, 6)})
+
+
+def test_second_moments_of_the_upper_arm(base):
+    """XX2R = XX2 - YY2 - d3^2 m, ZZ2R = ZZ2 + Ia2 + d3^2 m, with m = M3 + M4 + M5 + M6."""
+    carried = {f"M{k}": D3**2 for k in (3, 4, 5, 6)}
+    close(composition(base, "XX2R"), {"XX2": 1.0, "YY2": -1.0} | {k: -w for k, w in carried.items()})
+    close(composition(base, "ZZ2R"), {"ZZ2": 1.0, "Ia2": 1.0} | carried)
+
+
+def test_turning_inertia_of_the_column(base):
+    """ZZ1R = ZZ1 + Ia1 + YY2 + YY3 + d2^2 (M2 + ...) + d3^2 m + d4^2 (...) + what wrist links add."""
+    found = composition(base, "ZZ1R")
+    expected = {"ZZ1": 1.0, "Ia1": 1.0, "YY2": 1.0, "YY3": 1.0, "M2": D2**2, "M3": D2**2 + D3**2}
+    for name, weight in expected.items():
+        assert found[name] == pytest.approx(weight, rel=1e-7), name
+    # M6 goes through links 5, 4 and 3 into link 1: it counts at every d, and none of the r of the wrist
+    assert found["M4"] == pytest.approx(D2**2 + D3**2 + D4**2, rel=1e-7)
+
+
+def test_forearm_takes_the_wrist(base):
+    """MX3R = MX3 + d4 (M4 + M5 + M6), MY3R = MY3 + MZ4 + r4 (M4 + M5 + M6), as alpha4 is -90 degrees."""
+    close(composition(base, "MX3R"), {"MX3": 1.0} | {k: D4 * w for k, w in BEYOND.items()})
+    close(composition(base, "MY3R"), {"MY3": 1.0, "MZ4": 1.0} | {k: R4 * w for k, w in BEYOND.items()})
+
+
+def test_last_link(base):
+    close(composition(base, "XX6R"), {"XX6": 1.0, "YY6": -1.0})
+    assert "ZZ6" in base.names
+
+
+def test_expressions_are_readable(base):
+    text = next(e for e in base.expressions if e.startswith("MX2R"))
+    assert text == "MX2R = MX2 + 1.25 M3 + 1.25 M4 + 1.25 M5 + 1.25 M6"
+    assert "XX6R = XX6 - YY6" in base.expressions
+
+
+def test_no_motion_reveals_what_the_first_link_cannot_show(base):
+    """A vertical first axis shows only ZZ1 of link 1; MZ2, along the second axis, goes into MY1."""
+    hidden = {"XX1", "XY1", "XZ1", "YY1", "YZ1", "MX1", "MY1", "MZ1", "M1", "MZ2"}
+    assert set(base.without_effect) == hidden
+
+
+def test_a_tilted_base_reveals_more():
+    """Gravity across the first axis: its link's first moment is seen, and its rotor apart from nothing."""
+    upright = base_parameters(
+        Model(Robot("up", kinematics("rrr", gravity=(0, 0, -9.81), seed=4)), (RigidBody(),))
+    )
+    flat = base_parameters(Model(tilted(), (RigidBody(),)))
+    assert len(flat.kept) == len(upright.kept)  # axes of no special direction
+    first_vertical = planar()
+    fallen = Robot("fallen", first_vertical.kinematics.copy())
+    fallen.kinematics.gravity.linear = np.array([0.0, -9.81, 0.0])
+    level = base_parameters(Model(first_vertical, (RigidBody(),)))
+    tilted_base = base_parameters(Model(fallen, (RigidBody(),)))
+    assert level.names == ["ZZ1R", "ZZ2", "MX2", "MY2"]
+    assert tilted_base.names == ["ZZ1R", "MX1R", "MY1", "ZZ2", "MX2", "MY2"]
+
+
+def test_a_telescope_shows_mass():
+    """Vertical slide: its torque is (M) (a + g), and nothing else of it is seen."""
+    model = pin.Model()
+    model.appendBodyToJoint(
+        model.addJoint(0, pin.JointModelPZ(), pin.SE3.Identity(), "lift"),
+        pin.Inertia.Random(),
+        pin.SE3.Identity(),
+    )
+    base = base_parameters(Model(Robot("lift", model), (RigidBody(),)))
+    assert base.names == ["M1"]
+    assert len(base.without_effect) == 9
+
+
+def test_two_rails_carry_everything():
+    """On two crossed rails the rest of the arm counts as mass: M1R = M1 + M2 + ..., also for the second."""
+    base = base_parameters(Model(sliding(), (RigidBody(),)))
+    masses = {name for name in base.names if name.startswith("M") and name[1].isdigit()}
+    assert "M1" not in base.without_effect
+    assert masses
+
+
+@pytest.mark.parametrize("payloads", [("",), ("", "L"), ("L",)])
+def test_payload_is_told_apart_only_by_runs_with_and_without(payloads):
+    robot = tilted()
+    model = Model(robot, (RigidBody(), Payload("L", known_parameters(5.0))))
+    names = base_parameters(model, payloads).names
+    seen = [name for name in names if name.rstrip("R").endswith("L")]
+    assert len(seen) == {("",): 0, ("", "L"): 9, ("L",): 0}[payloads]
+
+
+def test_load_dependent_friction_is_no_combination_of_the_others():
+    model = Model(six_axis(), (RigidBody(), CoulombFriction(), LoadDependentFriction()))
+    names = base_parameters(model).names
+    assert [p.name for p in LoadDependentFriction().parameters(model.robot) if p.name not in names] == []
+
+
+def test_rich_motion_keeps_to_the_limits(kr270):
+    limits = kr270.robot.limits
+    position = rich_motion(kr270).position
+    assert np.all(position >= limits.position_lower)
+    assert np.all(position <= limits.position_upper)
+    assert np.all(np.ptp(position, axis=0) > 0.9 * (limits.position_upper - limits.position_lower))
+
+
+def test_order_of_preference_decides_what_is_regrouped():
+    columns = np.random.default_rng(0).normal(size=(20, 2))
+    columns = np.column_stack([columns, columns @ [2.0, -3.0]])  # the third is 2 a - 3 b
+    plain = from_columns(tuple(Parameter(n, "1") for n in "abc"), columns)
+    assert plain.names == ["aR", "bR"]
+    np.testing.assert_allclose(plain.regrouping, [[1, 0, 2], [0, 1, -3]], atol=1e-12)
+    late = from_columns((Parameter("a", "1", regroup=2), Parameter("b", "1"), Parameter("c", "1")), columns)
+    assert late.names == ["bR", "cR"]
+    np.testing.assert_allclose(late.regrouping, [[1.5, 1, 0], [0.5, 0, 1]], atol=1e-12)
+
+
+@pytest.mark.parametrize("rounded", ["1.5708", "1.570796"])
+def test_a_rounded_right_angle_makes_no_base_parameters(rounded):
+    exact = read_model("kr270")
+    text = (Path(robots.__file__).parent / "kr270.toml").read_text().replace("1.5707963267948966", rounded)
+    found, known = base_parameters(parse_model(text)), base_parameters(exact)
+    assert found.names == known.names
+    np.testing.assert_allclose(
+        found.regrouping @ exact.believed_values,
+        known.regrouping @ exact.believed_values,
+        rtol=1e-3,
+        atol=0.05,
+    )

@@ -1,0 +1,104 @@
+"""Do intervals hold the truth as often as they say? Two hundred draws of coloured noise, same motion."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from exidyn.identify.fit.estimators import bayesian, maximum_likelihood, ordinary, reweighted, weighted
+
+from ...parts.small.two_joints import GAIN, coloured, equations
+
+DRAWS = 200
+WIDE = 1.96
+"""Deviations either side that hold 95 % of a normal distribution."""
+
+
+def draws(exact):
+    random = np.random.default_rng(42)
+    for _ in range(DRAWS):
+        noise = [coloured(rows.stop - rows.start, random) for rows in exact.runs]
+        yield replace(exact, current=exact.current + np.concatenate(noise))
+
+
+def held(errors, deviations):
+    """Share of intervals that hold the truth."""
+    return np.mean(np.abs(errors) < WIDE * deviations)
+
+
+def tolerance(parameters):
+    """Three deviations of the share of 200 draws.
+
+    Parameters of a draw are correlated: half of them count as independent.
+    """
+    return 3 * np.sqrt(0.95 * 0.05 / (DRAWS * parameters / 2))
+
+
+def white_deviation(system, estimate):
+    """What least squares claims if noise were white, by inverse(W^T W / sigma^2)."""
+    rows = (system.regressor / estimate.noise[:, None]).reshape(-1, len(estimate.values))
+    return np.sqrt(np.diag(np.linalg.inv(rows.T @ rows)))
+
+
+@pytest.mark.parametrize("estimator", [ordinary, weighted])
+def test_intervals_hold_the_truth(estimator):
+    exact, truth = equations(rows=1200)
+    exact = replace(exact, weight=np.where(np.abs(exact.regressor[:, :, 6:8].sum(axis=2)) > 0.1, 1.0, 0.0))
+    assert 0.01 < np.mean(exact.weight == 0) < 0.2  # some rows stick
+    errors, deviations, naive = [], [], []
+    for system in draws(exact):
+        estimate = estimator(system)
+        errors.append(estimate.values - truth)
+        deviations.append(estimate.std)
+        naive.append(white_deviation(system, estimate))
+    share = held(np.array(errors), np.array(deviations))
+    assert abs(share - 0.95) < tolerance(len(truth)) + 0.005, share  # half a per cent: the noise is estimated
+    assert held(np.array(errors), np.array(naive)) < 0.85
+    # the deviations are those of the scatter, one parameter at a time: 200 draws tell it to 5 %
+    np.testing.assert_allclose(np.mean(deviations, axis=0), np.std(errors, axis=0), rtol=0.2)
+
+
+def test_collisions_widen_robust_intervals_little():
+    """Fifty rows in every draw are 100 N m off: the deviations stay those of the scatter."""
+    exact, truth = equations(rows=600)
+    random = np.random.default_rng(9)
+    errors, deviations = [], []
+    for _ in range(100):
+        current = exact.current + random.normal(size=exact.current.shape) * [0.02, 0.05]
+        start = random.integers(0, 550)
+        current[start : start + 50, 1] += 100.0 / GAIN[1]
+        estimate = reweighted(replace(exact, current=current))
+        errors.append(estimate.values - truth)
+        deviations.append(estimate.std)
+    scatter = np.sqrt(np.mean(np.square(errors), axis=0))
+    assert np.all(np.abs(np.log2(np.mean(deviations, axis=0) / scatter)) < 1)
+
+
+def test_gains_and_values_together():
+    exact, truth = equations(rows=1200, payload=True)
+    errors, deviations = [], []
+    for system in draws(exact):
+        estimate = maximum_likelihood(replace(system, gain=0.9 * GAIN))
+        errors.append(np.concatenate([estimate.values - truth, estimate.gain - GAIN]))
+        deviations.append(np.concatenate([estimate.std, estimate.gain_std]))
+    share = held(np.array(errors), np.array(deviations))
+    assert abs(share - 0.95) < tolerance(len(truth) + 2) + 0.005, share
+    assert np.all(np.abs(np.mean(errors, axis=0)) < 4 * np.std(errors, axis=0) / np.sqrt(DRAWS))
+
+
+def test_beliefs_and_data_together():
+    """The truth scatters as believed, too; noise so large that belief and data count alike."""
+    exact, truth = equations(rows=400)
+    random = np.random.default_rng(7)
+    tolerance_each = np.maximum(0.1 * np.abs(exact.believed), 0.02)
+    errors, deviations = [], []
+    for system in draws(exact):
+        standard = exact.believed + tolerance_each * random.normal(size=len(tolerance_each))
+        truth = exact.base.regrouping @ standard
+        noise = 20.0 * (system.current - exact.current)
+        current = exact.regressor @ truth / GAIN + noise
+        estimate = bayesian(replace(system, current=current, tolerance=tolerance_each))
+        errors.append(estimate.values - truth)
+        deviations.append(estimate.std)
+    share = held(np.array(errors), np.array(deviations))
+    assert abs(share - 0.95) < tolerance(len(truth)) + 0.005, share

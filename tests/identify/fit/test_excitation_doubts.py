@@ -1,0 +1,85 @@
+"""Motions that are too poor are named, and what they cannot tell is not forced to zero."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from exidyn.identify.effects import Belief
+from exidyn.identify.errors import NotExcited
+from exidyn.identify.fit.base_parameters import base_parameters
+from exidyn.identify.fit.essential import unsupported
+from exidyn.identify.fit.estimators import Estimate, weighted
+from exidyn.identify.fit.identification import believed_away_from_zero, solvable
+from exidyn.identify.fit.warnings.excitation_doubts import SMALLEST, WORST, excitation_doubts
+from exidyn.identify.preparation.filters import Decimation
+from exidyn.identify.preparation.noise import quantisation
+
+from ...parts.small import two_joints
+from ...parts.small.small_fit import other_run
+
+
+def moved(ranges):
+    """A prepared run in which the joints cover the given ranges [rad]."""
+    run = other_run()
+    position = np.outer(np.linspace(0, 1, len(run.motion.position)), ranges)
+    return replace(run, motion=replace(run.motion, position=position))
+
+
+def test_a_joint_that_hardly_moves_in_any_run_is_named():
+    names = ("shoulder", "elbow")
+    [doubt] = excitation_doubts(names, [moved([1.0, 0.02]), moved([0.0, 0.04])], 100.0)
+    assert doubt.startswith("elbow moves by only 0.04 rad or m in all runs used (under 0.05)")
+    assert excitation_doubts(names, [moved([1.0, 0.0]), moved([0.0, 1.01 * SMALLEST])], 100.0) == ()
+
+
+@pytest.mark.parametrize("condition", [1.01 * WORST, np.inf, np.nan])
+def test_a_poor_condition_number_is_doubted(condition):
+    [doubt] = excitation_doubts(("a", "b"), [moved([1.0, 1.0])], condition)
+    assert doubt.startswith("the motion is poor: condition number")
+    assert excitation_doubts(("a", "b"), [moved([1.0, 1.0])], 0.99 * WORST) == ()
+
+
+def singular(equations):
+    raise np.linalg.LinAlgError("SVD did not converge")
+
+
+def not_a_number(equations):
+    return replace(weighted(equations), values=np.full(len(equations.names), np.nan))
+
+
+@pytest.mark.parametrize("estimator", [singular, not_a_number])
+def test_arithmetic_that_breaks_down_is_an_error_of_ours(estimator):
+    equations, _ = two_joints.equations(rows=200)
+    with pytest.raises(NotExcited, match="the motion is too poor for this estimator"):
+        solvable(estimator)(equations)
+
+
+def test_arithmetic_that_does_not_is_left_alone():
+    equations, values = two_joints.equations(rows=200)
+    np.testing.assert_allclose(solvable(weighted)(equations).values, values, rtol=1e-6, atol=1e-6)
+
+
+def test_what_is_believed_to_be_far_from_zero_is_not_dropped():
+    estimate = Estimate("test", np.array([0.5, 1.0, 50.0]), np.ones(1), np.diag([1.0, 1, 1, 0]), np.ones(1))
+    assert unsupported(estimate) == [0, 1]
+    assert unsupported(estimate, held=[0]) == [1]
+    assert unsupported(estimate, held=[0, 1, 2]) == []
+
+
+def test_beliefs_two_deviations_from_zero_count_as_far():
+    stated = {"Fv1": Belief(2.1, 1.0), "Fv2": Belief(1.9, 1.0), "Fc1": Belief(-2.1, 1.0), "Fc2": Belief(9.0)}
+    model = replace(two_joints.model(), stated=stated)
+    base = base_parameters(model)
+    far = {base.names[k] for k in believed_away_from_zero(base, model)}
+    assert far & set(stated) == {"Fv1", "Fc1"}
+
+
+def test_the_resolution_of_a_current_is_a_floor_of_its_noise():
+    decimation = Decimation.at(500.0, 10.0)
+    random = np.random.default_rng(0)
+    exact = 20.0 * np.sin(np.arange(20000)[:, None] * [0.003, 0.002]) + random.normal(size=(20000, 2))
+    rounded = np.round(exact / 0.5) * 0.5
+    made = decimation.apply(rounded - exact).std(axis=0)
+    np.testing.assert_allclose(quantisation(rounded, decimation), made, rtol=0.1)
+    assert np.all(quantisation(np.ones((100, 2)), decimation) == 0.0)

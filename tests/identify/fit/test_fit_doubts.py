@@ -1,0 +1,242 @@
+"""What a fit must not claim: units that nobody stated, values that cannot be, runs that say nothing."""
+
+import json
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from exidyn.identify.errors import DifferentRobot, RecordingError
+from exidyn.identify.fit.fit import Fit
+from exidyn.identify.fit.fit_file import fit_text, read_fit
+from exidyn.identify.fit.identification import identify
+from exidyn.identify.fit.payload_centre import payload_centres
+from exidyn.identify.fit.warnings.fit_doubts import FACTOR, far_gains, impossible_values, repeated_runs
+from exidyn.identify.fit.warnings.verdict import UNTESTED, joint_verdicts, verdict
+from exidyn.identify.pages.fit.fit_summary import summary
+from exidyn.identify.pages.fit.report import report_html
+from exidyn.identify.pages.views.view_text import parameters_markdown
+from exidyn.identify.preparation.prepare import Filtering, choose
+from exidyn.identify.recordings.recording import KnownPayload, Recording, Signal
+
+from ...parts.small import two_joints
+from ...parts.small.small_fit import fit, plain_fit
+from ...parts.small.two_joint_files import loaded, run
+
+SCALE = "currents were recorded and no drive gain is known: every value is per N m/A of its joint"
+
+
+def silent(recording: Recording) -> Recording:
+    """The recording, of a robot whose description says nothing of its drives."""
+    return replace(recording, model=two_joints.model(gain=np.ones(2)))
+
+
+@cache
+def amperes() -> Fit:
+    return identify([silent(run("empty"))])
+
+
+@cache
+def found() -> Fit:
+    """Gains that nobody stated, found with a known payload."""
+    return identify([silent(run("empty")), silent(loaded(KnownPayload("L", two_joints.MASS)))])
+
+
+def test_amperes_are_not_called_newton_metres():
+    assert amperes().measures == "current"
+    assert verdict(amperes())[0].startswith(SCALE)
+    assert [doubt for doubt in amperes().doubts if doubt.startswith(SCALE)] == [verdict(amperes())[0]]
+    assert len(set(verdict(amperes()))) == len(verdict(amperes()))
+    text, page = summary(amperes()), report_html(amperes())
+    for written in (text, page, parameters_markdown(amperes())):
+        assert "aken as measured" not in written
+        assert "N m/A" in written
+    assert "residual A" in text
+    assert "residual N m" not in text
+    assert "[A]" in page
+    assert "[N m]" not in page
+    assert "unit per N m/A" in page
+    assert max(map(len, text.splitlines())) <= 110
+    # The shoulder feels the forearm in other amperes than the elbow does: no physics has to be missing.
+    assert "That may be the unknown drive gains alone" in verdict(amperes())[1]
+    [row] = [line.split() for line in text.splitlines() if line.split()[:1] == ["MX2"]]
+    assert np.isfinite(amperes().believed[1][amperes().names.index("MX2")])
+    assert row[-3:] == ["-", "-", "kept"]
+
+
+def test_torque_is_still_torque():
+    recording = run("torque")
+    current = recording.signals["current"]
+    signals = {name: s for name, s in recording.signals.items() if name != "current"}
+    signals["torque"] = Signal(current.time, current.values * two_joints.GAIN)
+    torque = identify([silent(replace(recording, signals=signals))])
+    assert torque.measures == "torque"
+    assert not any(SCALE in line for line in verdict(torque))
+    assert "residual N m" in summary(torque)
+
+
+def test_gains_that_nobody_stated_are_not_compared_with_one():
+    np.testing.assert_allclose(found().estimate.gain, two_joints.GAIN, rtol=0.01)
+    assert not any(SCALE in line for line in verdict(found()))
+    gains = summary(found()).partition("Drive gains")[2].partition("Parameters")[0]
+    assert "off belief" not in gains
+    assert "believed" not in gains
+    assert "1.000" not in gains
+    assert far_gains(found()) == ()
+    assert "off belief" in summary(fit())
+    assert "not stated" in parameters_markdown(found())
+
+
+@pytest.mark.parametrize("which", [amperes, plain_fit])
+def test_what_was_recorded_is_in_the_file(which, tmp_path):
+    path = tmp_path / "fit.json"
+    path.write_text(fit_text(which()))
+    assert read_fit(path).measures == "current"
+    table = json.loads(fit_text(which()))
+    del table["measures"]
+    path.write_text(json.dumps(table))
+    assert read_fit(path).measures == ("torque" if which is amperes else "current")
+
+
+def with_agreement(residual: float, noise_source: str = "rest") -> Fit:
+    """A fit whose shoulder leaves this share of its torque's variation, at the noise."""
+    of = fit().validation[0]
+    measured = of.measured - np.sum(of.measured * of.weight, axis=0) / of.weight.sum(axis=0)
+    predicted = measured * [1.0 - residual, 0.99]
+    run = replace(of, measured=measured, predicted=predicted, noise_source=noise_source)
+    return replace(fit(), validation=(replace(run, noise=run.residual_rms),))
+
+
+def test_noise_explained_by_noise_is_no_explanation():
+    words = [[v.words for v in joint_verdicts(with_agreement(share))] for share in (0.51, 0.49)]
+    assert words == [[UNTESTED, "explained to its noise"], ["explained to its noise"] * 2]
+    first = verdict(with_agreement(0.51))[0]
+    assert "1 of 2 joints is explained" in first
+    assert "Not told from noise on shoulder (1.0 x noise): the motion moves it too little" in first
+
+
+def test_one_run_that_tells_a_joint_from_noise_is_enough():
+    both = (*with_agreement(0.51).validation, *with_agreement(0.2).validation)
+    assert [v.words for v in joint_verdicts(replace(fit(), validation=both))] == [
+        "explained to its noise"
+    ] * 2
+
+
+def test_a_joint_that_never_slides_was_not_tested():
+    run = with_agreement(0.2).validation[0]
+    still = replace(run, weight=run.weight * [0.0, 1.0])
+    assert joint_verdicts(replace(fit(), validation=(still,)))[0].words == UNTESTED
+
+
+def test_joints_of_one_verdict_share_a_sentence():
+    run = fit().validation[0]
+    poor = replace(fit(), validation=(replace(run, noise=run.residual_rms / [4.2, 3.1]),))
+    [first] = [line for line in verdict(poor) if "Physics is missing" in line]
+    assert first.startswith("No joint is explained to its noise on the runs held out. ")
+    assert "Physics is missing on shoulder (4.2 x noise), elbow (3.1 x noise)." in first
+
+
+def test_a_guessed_noise_floor_is_called_a_guess():
+    guess = "The noise floor is a guess from high frequencies, a lower bound"
+    assert any(line.startswith(guess) for line in verdict(with_agreement(0.2, "high frequencies")))
+    assert not any(line.startswith(guess) for line in verdict(with_agreement(0.2)))
+
+
+def test_the_same_recording_is_known_by_its_content():
+    a, b = run("a"), run("b", 2, 3)
+    [twice] = repeated_runs([a, b, replace(a, name="copy")], [])
+    assert twice.startswith("a and copy are the same recording, used twice")
+    [held_out] = repeated_runs([a], [b, replace(a, name="copy")])
+    assert held_out == "copy: validated on a run that was also used (as a): says nothing"
+    assert "validated on twice" in repeated_runs([a], [b, replace(b, name="copy")])[0]
+    assert repeated_runs([a], [b]) == ()
+    current = a.signals["current"]
+    heavier = replace(a, signals={**a.signals, "current": replace(current, values=2 * current.values)})
+    assert repeated_runs([a, heavier], []) == ()
+
+
+def test_a_flattering_validation_is_a_doubt_of_the_fit():
+    recording = run("empty")
+    assert any("says nothing" in d for d in identify([recording], [replace(recording, name="x")]).doubts)
+
+
+def renamed(recording: Recording) -> Recording:
+    robot = recording.robot
+    kinematics = robot.kinematics.copy()
+    kinematics.names[1] = "base_axis"
+    return replace(recording, model=replace(recording.model, robot=replace(robot, kinematics=kinematics)))
+
+
+def test_a_robot_with_other_joints_is_refused_with_both_lists():
+    model = renamed(run("empty")).model
+    with pytest.raises(DifferentRobot, match=r"joints shoulder, elbow\), but .*joints base_axis, elbow\)"):
+        identify([run("empty")], model=model)
+
+
+@pytest.mark.parametrize(
+    ("ratio", "doubted"), [(1.01 * FACTOR, 1), (0.99 / FACTOR, 1), (-1.0, 1), (0.99 * FACTOR, 0)]
+)
+def test_gains_far_from_those_stated_point_to_the_mass(ratio, doubted):
+    gain = fit().model.robot.drive_gain * [1.0, ratio]
+    doubts = far_gains(replace(fit(), estimate=replace(fit().estimate, gain=gain)))
+    assert len(doubts) == doubted
+    assert all("elbow" in d and "check --mass (is its unit kg?" in d for d in doubts)
+
+
+@pytest.mark.parametrize(("deviations", "doubted"), [(-2.1, True), (-1.9, False), (5.0, False)])
+def test_a_negative_friction_is_impossible(deviations, doubted):
+    values = np.array(fit().estimate.values)
+    values[fit().names.index("Fv2")] = deviations * fit().estimate.std[fit().names.index("Fv2")]
+    doubts = impossible_values(replace(fit(), estimate=replace(fit().estimate, values=values)))
+    assert [d.startswith("Fv2 is negative (-0.") for d in doubts] == [True] * doubted
+    assert all("try --estimator consistent" in d for d in doubts)
+
+
+def test_what_is_regrouped_or_has_no_minimum_may_be_negative():
+    values = -1e3 * np.abs(fit().estimate.values)
+    doubts = impossible_values(replace(fit(), estimate=replace(fit().estimate, values=values)))
+    named = {doubt.split()[0] for doubt in doubts}
+    assert {"Fv1", "Fc2"} <= named
+    assert not [name for name in named if name.startswith(("M", "Off")) or name.endswith("R")]
+
+
+def test_the_payload_has_its_centre_of_mass():
+    [words] = payload_centres(fit())
+    assert words in " ".join(summary(fit()).split())
+    x = float(words.partition(": x ")[2].split()[0])
+    z = float(words.partition(", z ")[2].split()[0])
+    assert (x, z) == pytest.approx((0.1, 0.05), abs=0.003)  # MXL and MZL of two_joints, over 3 kg
+    std = float(words.partition(": x ")[2].split()[2].rstrip(","))
+    assert std == pytest.approx(fit().estimate.std[fit().names.index("MXL")] / 3.0, rel=1e-3)
+    assert payload_centres(plain_fit()) == []
+
+
+@pytest.mark.parametrize("option", ["position_cutoff", "torque_cutoff"])
+@pytest.mark.parametrize("value", [125.0, 1e4])
+def test_cutoffs_that_no_filter_has_are_refused(option, value):
+    said = rf"--{option.replace('_', '-')} is {value:g} Hz; it must lie below 125 Hz, half the sample rate of"
+    with pytest.raises(RecordingError, match=said):
+        choose(run("empty"), Filtering(**{option: value}))
+    assert choose(run("empty"), Filtering(position_cutoff=124.0)).position_cutoff == 124.0
+
+
+@pytest.mark.parametrize("option", ["position_cutoff", "torque_cutoff", "standstill"])
+@pytest.mark.parametrize("value", [0.0, -3.0, np.nan])
+def test_filters_are_above_zero(option, value):
+    with pytest.raises(RecordingError, match=rf"--{option.replace('_', '-')} is {value:g} .*must be above 0"):
+        Filtering(**{option: value})
+
+
+def test_a_standstill_above_every_speed_is_refused():
+    with pytest.raises(
+        RecordingError, match=r"--standstill is 100 rad/s; .*highest speed of any joint in empty"
+    ):
+        identify([run("empty")], filtering=Filtering(standstill=100.0))
+
+
+def test_one_is_not_many():
+    page, text = report_html(plain_fit()), " ".join(verdict(replace(plain_fit(), unclear=())))
+    assert "2 joints; 1 run; " in page
+    assert verdict(fit())[0].startswith("Both joints are explained")
+    assert "Each is known to 30 % or better." in text

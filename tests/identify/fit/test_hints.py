@@ -1,0 +1,58 @@
+import numpy as np
+import pytest
+
+from exidyn.identify.effects import RigidBody, RotorInertia, ViscousFriction
+from exidyn.identify.fit.base_parameters import base_parameters
+from exidyn.identify.fit.estimators import Estimate
+from exidyn.identify.fit.warnings.hints import OPEN, unclear
+from exidyn.identify.model import Model
+
+from ...parts.small.two_joints import GAIN, arm
+
+MODEL = Model(arm(), (RigidBody(), RotorInertia(), ViscousFriction()))
+BASE = base_parameters(MODEL)
+
+
+def estimate(open_names, std=10.0):
+    """All parameters are one and known to a per cent, but for the named."""
+    names = BASE.names
+    deviation = np.array([std if name in open_names else 0.01 for name in names])
+    covariance = np.pad(np.diag(deviation**2), (0, 2))
+    return Estimate("test", np.ones(len(names)), GAIN, covariance, np.ones(2))
+
+
+def test_what_is_known_needs_no_hint():
+    assert unclear(MODEL, BASE, estimate([])) == ()
+    assert unclear(MODEL, BASE, estimate(["Fv1"], std=0.99 * OPEN / 100)) == ()
+
+
+@pytest.mark.parametrize(
+    ("name", "hint"),
+    [
+        ("Fv1", "move shoulder fast"),
+        ("Fv2", "move elbow fast"),
+        ("Ia2", "accelerate elbow hard"),
+        ("Ia1", "accelerate shoulder hard"),
+    ],
+)
+def test_the_motion_that_moves_the_column_is_named(name, hint):
+    if name not in BASE.names:
+        name = f"{name}R"
+    found = unclear(MODEL, BASE, estimate([name]))
+    assert [entry.name for entry in found] == [name]
+    assert found[0].std_percent == pytest.approx(1000.0)
+    assert found[0].hint == hint
+
+
+def test_every_open_parameter_is_listed_in_order():
+    found = unclear(MODEL, BASE, estimate(["Fv2", "Fv1"]))
+    assert [entry.name for entry in found] == ["Fv1", "Fv2"]
+
+
+def test_sign_does_not_matter_and_zero_is_open():
+    given = estimate([])
+    values = -given.values
+    values[0] = 0.0
+    found = unclear(MODEL, BASE, Estimate("test", values, GAIN, given.covariance, given.noise))
+    assert [entry.name for entry in found] == [BASE.names[0]]
+    assert np.isfinite(found[0].std_percent)

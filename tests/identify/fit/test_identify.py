@@ -1,0 +1,284 @@
+"""End to end: from recordings of a simulated arm to its parameters."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from exidyn.identify.effects import Payload
+from exidyn.identify.errors import (
+    DifferentRobot,
+    FitError,
+    NotExcited,
+    NotRecorded,
+    RecordingError,
+    RobotError,
+)
+from exidyn.identify.fit.base_parameters import base_parameters
+from exidyn.identify.fit.estimators import ESTIMATORS, ordinary
+from exidyn.identify.fit.identification import identify
+from exidyn.identify.preparation.prepare import Filtering, prepare
+from exidyn.identify.recordings.recording import KnownPayload, Recording, Signal
+from exidyn.identify.simulation.simulate import Sensors, simulate
+
+from ...parts.runs.robots import six_axis
+from ...parts.small.two_joints import GAIN, MASS, arm, model, trajectory, true_values
+
+BODY = KnownPayload("L", MASS)
+SENSORS = Sensors(current_noise=0.01, encoder_noise=1e-5, encoder_step=0.0)
+
+
+def record(seed=0, payload=None, plant_gain=GAIN, believed=None, duration=20.0, rate=500.0):
+    plant = model(Payload("L", MASS))
+    motion = trajectory(duration, seed).at(np.arange(0.0, duration, 1 / rate))
+    return simulate(
+        plant, true_values(plant, 3.0), plant_gain, motion, believed or model(), SENSORS,
+        payload=payload, name=f"run {seed}", seed=seed,
+    )  # fmt: skip
+
+
+def truth(fit):
+    """True values of the base parameters of a fit."""
+    return fit.base.regrouping @ true_values(fit.model, 3.0)
+
+
+@pytest.fixture(scope="module")
+def runs():
+    return [record(0), record(1)]
+
+
+@pytest.fixture(scope="module")
+def fit(runs):
+    return identify(runs, validate=[record(5)])
+
+
+def within(fit, deviations=4.0):
+    return np.abs(fit.estimate.values - truth(fit)) < deviations * fit.estimate.std
+
+
+def test_values_are_the_truth_as_nearly_as_said(fit):
+    assert within(fit).all()
+    assert np.median(fit.estimate.std / np.abs(truth(fit))) < 0.02
+    assert {"YY1R", "MX1R", "Fv1", "Fc2", "Off1"} <= set(fit.names)
+    assert fit.estimate.method == "weighted"
+    assert fit.runs == ("run 0", "run 1")
+
+
+def test_what_is_dropped_is_small_for_what_it_costs(fit, runs):
+    full = identify(runs, drop=False)
+    assert not full.dropped
+    assert len(full.names) == len(fit.names) + len(fit.dropped)
+    assert within(full).all()
+    for name, value in fit.dropped.items():
+        assert value == pytest.approx(full.value(name))
+
+
+def test_validation_is_as_good_as_the_runs_used(fit):
+    validation, used = fit.validation[0], fit.agreement[0]
+    assert validation.run == "run 5"
+    np.testing.assert_allclose(validation.residual_rms, used.residual_rms, rtol=0.3)
+    assert np.all(validation.relative < 0.03)
+    assert np.all(validation.r_squared > 0.999)
+    assert np.all(validation.over_noise < 2.0)
+    assert np.all(validation.over_noise > 0.6)
+
+
+def test_agreement_numbers_by_hand(fit):
+    agreement = fit.agreement[0]
+    for joint in range(2):
+        slides = agreement.weight[:, joint] > 0
+        left = (agreement.measured - agreement.predicted)[slides, joint]
+        measured = agreement.measured[slides, joint]
+        assert agreement.residual_rms[joint] == pytest.approx(np.sqrt(np.mean(left**2)))
+        assert agreement.relative[joint] == pytest.approx(np.linalg.norm(left) / np.linalg.norm(measured))
+        assert agreement.r_squared[joint] == pytest.approx(1 - np.mean(left**2) / np.var(measured))
+        assert agreement.over_noise[joint] == pytest.approx(
+            np.sqrt(np.mean(left**2)) / agreement.noise[joint]
+        )
+
+
+def test_validation_does_not_enter_the_fit(fit, runs):
+    other = identify(runs, validate=[record(6)])
+    np.testing.assert_array_equal(other.estimate.values, fit.estimate.values)
+
+
+def test_a_payload_that_only_validation_carries_is_doubted(fit, runs):
+    doubtful = identify(runs, validate=[record(7, BODY)])
+    assert any("run 7: carries 'L'" in doubt for doubt in doubtful.doubts)
+    assert not any("carries" in doubt for doubt in fit.doubts)
+    assert doubtful.validation[0].over_noise.max() > 5
+
+
+def test_value_by_name_with_and_without_the_r(fit):
+    assert fit.value("MX1R") == fit.value("MX1")
+    with pytest.raises(KeyError, match="no base parameter 'XX9'.*MX1R"):
+        fit.value("XX9")
+
+
+def test_condition_is_that_of_the_weighted_scaled_matrix(fit, runs):
+    from exidyn.identify.fit.equations import assemble
+    from exidyn.identify.fit.identification import pooled_noise
+
+    prepared = pooled_noise([prepare(run, fit.filtering) for run in runs])
+    equations = assemble(fit.model, fit.base, prepared)
+    rows = equations.regressor * (equations.weight / fit.estimate.noise)[:, :, None]
+    rows = rows.reshape(-1, len(fit.names))
+    assert fit.condition == pytest.approx(np.linalg.cond(rows / np.linalg.norm(rows, axis=0)), rel=1e-6)
+    assert fit.rows == int(equations.weight.sum())
+
+
+def test_believed_base_values_and_their_deviation(fit):
+    mean, deviation = fit.believed
+    inertial = np.array([name[:2] not in ("Fv", "Fc", "Of") for name in fit.names])
+    np.testing.assert_allclose(mean[inertial], truth(fit)[inertial], rtol=1e-9)
+    assert np.all(np.isfinite(deviation[inertial]))
+    assert np.all(np.isinf(deviation[~inertial]))
+
+
+def test_gains_come_from_a_known_payload():
+    believed = replace(model(), robot=replace(arm(), drive_gain=GAIN * [0.85, 1.2]))
+    fit = identify([record(0, believed=believed), record(1, BODY, believed=believed)])
+    assert fit.estimate.method == "maximum likelihood"
+    assert np.all(np.abs(fit.estimate.gain - GAIN) < 4 * fit.estimate.gain_std)
+    assert np.all(fit.estimate.gain_std < 0.02 * np.abs(GAIN))
+    assert within(fit).all()
+    assert "MXLR" in fit.names or "MXL" in fit.names
+    assert np.all(fit.agreement[1].over_noise < 2.0)
+
+
+def test_torque_needs_no_gain():
+    recording = record(0)
+    torque = Signal(recording.signals["current"].time, GAIN * recording.signals["current"].values)
+    signals = {"position": recording.signals["position"], "torque": torque}
+    fit = identify([Recording("torques", model(), signals)])
+    np.testing.assert_array_equal(fit.estimate.gain, [1.0, 1.0])
+    assert within(fit).all()
+
+
+@pytest.mark.parametrize("name", ESTIMATORS)
+def test_every_estimator_end_to_end(name):
+    fit = identify([record(0), record(1, BODY)], estimator=ESTIMATORS[name], drop=False)
+    scale = np.maximum(np.abs(truth(fit)), 0.1)
+    # the literal method is what it is; the others are within a few per cent
+    assert np.max(np.abs(fit.estimate.values - truth(fit)) / scale) < (0.5 if name == "literal" else 0.15)
+
+
+def test_at_a_hundred_hertz(fit):
+    slow = identify([record(0, rate=100.0), record(1, rate=100.0)])
+    assert within(slow).all()
+    assert slow.filtering.rate == pytest.approx(100.0, rel=1e-6)
+
+
+def test_jittering_stamps():
+    recording = record(0)
+    random = np.random.default_rng(0)
+    plant = model(Payload("L", MASS))
+    time = np.arange(0.0, 20.0, 0.002) + random.uniform(-3e-4, 3e-4, 10_000)
+    time -= time[0]
+    motion = trajectory(20.0).at(time)
+    jittered = simulate(plant, true_values(plant, 3.0), GAIN, motion, model(), SENSORS)
+    fit = identify([jittered])
+    even = identify([recording])
+    shared = [name for name in even.names if name in fit.names]
+    assert len(shared) > 8
+    for name in shared:
+        assert fit.value(name) == pytest.approx(even.value(name), rel=0.05, abs=0.05)
+
+
+def test_progress_is_told(runs):
+    said = []
+    identify(runs[:1], progress=said.append)
+    assert len(said) >= 4
+    assert all(said)
+
+
+def test_chosen_estimator_and_filters_are_kept(runs):
+    filtering = Filtering(position_cutoff=15.0, torque_cutoff=6.0)
+    fit = identify(runs, estimator=ordinary, filtering=filtering)
+    assert fit.estimate.method == "ordinary"
+    assert (fit.filtering.position_cutoff, fit.filtering.torque_cutoff) == (15.0, 6.0)
+
+
+def test_two_robots_are_refused(runs):
+    other = replace(model(), robot=replace(arm(), kinematics=arm().kinematics.copy()))
+    other.robot.kinematics.jointPlacements[2].translation = np.array([0.5, 0.0, 0.0])
+    moved = replace(record(3), model=other)
+    with pytest.raises(DifferentRobot, match="run 0 .* run 3"):
+        identify([runs[0], moved])
+    six = six_axis()
+    assert six.joints != arm().joints
+
+
+def test_a_still_arm_is_refused():
+    recording = record(0)
+    signals = dict(recording.signals)
+    signals["position"] = Signal(signals["position"].time, np.zeros_like(signals["position"].values))
+    with pytest.raises(NotExcited, match="no joint moves|slides in only"):
+        identify([replace(recording, signals=signals)])
+
+
+def test_one_joint_that_never_moves_is_refused():
+    recording = record(0)
+    signals = dict(recording.signals)
+    position = signals["position"].values.copy()
+    position[:, 1] = 0.3
+    signals["position"] = Signal(signals["position"].time, position)
+    with pytest.raises(NotExcited, match="joint 2|Fv2"):
+        identify([replace(recording, signals=signals)])
+
+
+def test_base_parameters_are_those_of_the_structure(fit):
+    structure = base_parameters(fit.model).names
+    assert [name for name in fit.names if name not in structure] == []
+
+
+def test_only_where_position_and_current_were_both_recorded(fit):
+    """A current that starts late and ends early is not continued by its first and last value."""
+    recording = record(0)
+    signals = dict(recording.signals)
+    signals["current"] = signals["current"][2000:8000]
+    run = prepare(replace(recording, signals=signals))
+    assert run.motion.time[0] >= 4.0 - 0.002
+    assert run.motion.time[-1] <= 16.0 + 0.002
+    part = identify([replace(recording, signals=signals)])
+    assert within(part, 5.0).all()
+
+
+@pytest.mark.parametrize("samples", [1, 2, 5, 20, 63, 200])
+def test_short_runs_are_refused(samples):
+    recording = record(0)
+    short = {name: signal[:samples] for name, signal in recording.signals.items()}
+    with pytest.raises(RecordingError, match="only|too short"):
+        identify([replace(recording, signals=short)])
+
+
+def test_signals_of_two_clocks_are_refused():
+    recording = record(0)
+    signals = dict(recording.signals)
+    signals["current"] = Signal(signals["current"].time + 1000.0, signals["current"].values)
+    with pytest.raises(RecordingError, match="clock|overlap|share"):
+        identify([replace(recording, signals=signals)])
+
+
+def test_a_motor_that_was_not_measured_is_refused():
+    recording = record(0)
+    signals = dict(recording.signals)
+    signals["current"] = Signal(signals["current"].time, signals["current"].values * [1.0, 0.0])
+    with pytest.raises(NotRecorded, match="current: elbow is constant at 0; it was not measured"):
+        identify([replace(recording, signals=signals)])
+
+
+def test_instruments_need_every_joints_command():
+    recording = record(0)
+    signals = dict(recording.signals)
+    signals["command"] = Signal(signals["command"].time, signals["command"].values * [1.0, np.nan])
+    assert within(identify([replace(recording, signals=signals)])).all()
+    with pytest.raises(FitError, match="commanded positions"):
+        identify([replace(recording, signals=signals)], estimator=ESTIMATORS["instrumental"])
+
+
+def test_nothing_to_identify_from():
+    with pytest.raises(RecordingError, match="at least one"):
+        identify([], validate=[record(0)])
+    with pytest.raises(RobotError, match="no effects"):
+        identify([record(0)], model=replace(model(), effects=()))

@@ -1,0 +1,60 @@
+"""The verdict: what is missing, flattering or surprising is said, and only that."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from exidyn.identify.fit.fit import Fit
+from exidyn.identify.fit.warnings.verdict import joint_verdicts, surprises, verdict
+
+from ...parts.pages.report_pages import known_fit
+
+
+@pytest.fixture(scope="module")
+def fit():
+    return known_fit()
+
+
+def with_noise(fit: Fit, *share: float):
+    """The fit with the residual of its validation at so many noises, one number a joint."""
+    run = fit.validation[0]
+    return replace(fit, validation=(replace(run, noise=run.residual_rms / np.array(share)),))
+
+
+def test_verdict_names_the_joint_that_is_not_explained(fit):
+    first = verdict(with_noise(fit, 1.0, 4.2))[0]
+    assert "1 of 2 joints" in first
+    assert "1 of 2 joints is explained to its noise on the runs held out. " in first
+    assert "Physics is missing on elbow (4.2 x noise)." in first
+    assert [v.words for v in joint_verdicts(with_noise(fit, 1.4, 1.29))] == [
+        "a little is missing",
+        "explained to its noise",
+    ]
+
+
+def test_verdict_takes_the_worst_run_of_each_joint(fit):
+    worse = with_noise(fit, 3.0, 0.5).validation[0]
+    better = replace(with_noise(fit, 0.5, 2.0).validation[0], run="other")
+    found = joint_verdicts(replace(fit, validation=(worse, better)))
+    assert [(v.run, round(v.over_noise, 6)) for v in found] == [(worse.run, 3.0), ("other", 2.0)]
+
+
+def test_verdict_warns_without_a_run_held_out(fit):
+    assert "flatters" in verdict(replace(fit, validation=()))[0]
+    assert "flatters" not in verdict(fit)[0]
+
+
+def test_verdict_counts_the_gains_and_repeats_doubts(fit):
+    lines = verdict(replace(fit, doubts=("the clock jumps",)))
+    percent = 100 * fit.estimate.gain_std / np.abs(fit.estimate.gain)
+    assert f"{percent.min():.2g} to {percent.max():.2g} %" in lines[1]
+    assert lines[-1] == "the clock jumps"
+
+
+def test_surprise_is_a_value_far_from_its_belief(fit):
+    deviation = np.full(len(fit.names), np.inf)
+    deviation[2] = 1.0
+    believed = np.array(fit.estimate.values)
+    believed[2] += 3.5 * np.hypot(1.0, fit.estimate.std[2])
+    assert surprises(replace(fit, believed=(believed, deviation))) == [fit.names[2]]

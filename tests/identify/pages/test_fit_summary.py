@@ -1,0 +1,206 @@
+"""The page that a person reads."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from exidyn.identify.fit.fit import Unclear
+from exidyn.identify.fit.fit_file import read_fit, write_fit
+from exidyn.identify.fit.identification import identify
+from exidyn.identify.pages.fit.fit_summary import pooled, summary
+from exidyn.identify.recordings.recording import Signal
+from exidyn.identify.text_table import WIDTH, at_point, digits, paragraph, table
+
+from ...parts.small.small_fit import fit, plain_fit
+from ...parts.small.two_joint_files import run
+
+
+def section(text: str, title: str) -> list[str]:
+    """Lines of a section."""
+    lines = text.splitlines()
+    start = lines.index(title) + 2
+    return lines[start : lines.index("", start) if "" in lines[start:] else None]
+
+
+def row(lines: list[str], name: str) -> list[str]:
+    [found] = [line.split() for line in lines if line.split()[:1] == [name]]
+    return found
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (0.0, "0"),
+        (1.0, "1.000"),
+        (-78500.4, "-78500"),
+        (0.00123456, "0.001235"),
+        (123.456, "123.5"),
+        (9.9999, "10.000"),
+        (1.234e-7, "1.234e-07"),
+        (1.234e9, "1.234e+09"),
+        (np.inf, "-"),
+        (np.nan, "-"),
+    ],
+)
+def test_numbers_have_four_significant_digits(value, text):
+    assert digits(value) == text
+
+
+def test_numbers_stand_with_their_points_below_each_other():
+    texts = at_point([digits(v) for v in (50400.0, -1.5, 0.0123)])
+    wide = [text.rjust(20) for text in texts]
+    assert wide[1].index(".") == wide[2].index(".") == len(wide[0].rstrip())
+
+
+def test_a_table_aligns_names_left_and_numbers_right():
+    assert table(["a", "bb"], [["one", "1"], ["heading"], ["x", "22"]]) == [
+        "a    bb",
+        "one   1",
+        "heading",
+        "x    22",
+    ]
+
+
+def test_paragraphs_stay_on_the_page():
+    lines = paragraph("word " * 100, "    ", "- ")
+    assert max(map(len, lines)) <= WIDTH
+    assert lines[0].startswith("- word")
+    assert all(line.startswith("    word") for line in lines[1:])
+
+
+def test_the_page_is_no_wider_than_a_page_and_has_no_trailing_blanks():
+    for each in (fit(), plain_fit()):
+        lines = summary(each).splitlines()
+        assert max(map(len, lines)) <= WIDTH
+        assert all(line == line.rstrip() for line in lines)
+
+
+def test_the_head_says_what_was_done():
+    head = summary(fit()).partition("Drive gains")[0]
+    for words in (
+        "Identified dynamics of two joints",
+        "1 shoulder, 2 elbow",
+        "maximum likelihood",
+        f"{len(fit().names) + len(fit().dropped)} (rank), {len(fit().names)} kept",
+        f"Rows:             {fit().rows}",
+        f"Torque cut-off:   {digits(fit().filtering.torque_cutoff)} Hz",
+        "Noise floor from: rest",
+        "Identified from:  empty, loaded",
+        "Validated on:     other",
+    ):
+        assert words in head
+
+
+def test_gains_are_printed_with_interval_and_belief():
+    name, gain, percent, low, high, believed, off = row(section(summary(fit()), "Drive gains"), "elbow")
+    assert float(gain) == pytest.approx(fit().estimate.gain[1], rel=1e-3)
+    assert float(high) - float(low) == pytest.approx(2 * 1.96 * fit().estimate.gain_std[1], rel=0.1, abs=2e-3)
+    assert float(percent) == pytest.approx(100 * fit().estimate.gain_std[1] / gain_size(1), rel=1e-3)
+    assert float(believed) == pytest.approx(27.5)
+    assert float(off) == pytest.approx(100 * (fit().estimate.gain[1] / 27.5 - 1), rel=1e-3)
+
+
+def gain_size(joint: int) -> float:
+    return abs(fit().estimate.gain[joint])
+
+
+def test_gains_that_were_not_identified_say_what_they_need():
+    lines = section(summary(plain_fit()), "Drive gains")
+    assert "needs motor currents and a run with a known payload" in " ".join(lines)
+    assert row(lines, "shoulder")[1] == digits(plain_fit().estimate.gain[0])
+
+
+def test_recorded_torque_has_no_gains():
+    recording = run("torque")
+    current = recording.signals["current"]
+    signals = {name: s for name, s in recording.signals.items() if name != "current"}
+    signals["torque"] = Signal(current.time, current.values * [-40.0, 25.0])
+    text = summary(identify([replace(recording, signals=signals)]))
+    assert "Torque was recorded, and taken as measured" in section(text, "Drive gains")[0]
+
+
+def test_every_kept_parameter_has_a_row_with_its_joint_and_every_dropped_one_is_listed():
+    text = summary(fit())
+    lines = section(text, "Parameters")
+    for place, name in enumerate(fit().names):
+        found = row(lines, name)
+        value = next(float(cell) for cell in found[1:] if cell.lstrip("-")[0].isdigit())
+        assert value == pytest.approx(fit().estimate.values[place], rel=1e-3, abs=1e-7)
+    assert row(lines, "Fv2")[1] == "elbow"
+    assert row(lines, "MX1R")[1] == "shoulder"
+    assert "payload L" in lines
+    assert fit().dropped
+    dropped = text.partition("Dropped,")[2].partition("Fit by joint")[0]
+    assert all(f"{name} " in dropped for name in fit().dropped)
+
+
+def test_far_from_belief_is_pointed_out():
+    value, std = fit().estimate.values, fit().estimate.std
+    near = replace(fit(), believed=(value + 2.9 * std, 0 * std))
+    far = replace(fit(), believed=(value + 3.1 * std, 0 * std))
+    nothing = replace(fit(), believed=(value + 3.1 * std, np.full(len(std), np.inf)))
+    marks = [
+        "\n".join(section(summary(each), "Parameters")).count(" off belief\n")
+        for each in (near, far, nothing)
+    ]
+    assert marks == [0, len(value), 0]
+
+
+def test_joints_above_the_noise_limit_are_flagged():
+    worse = replace(fit().validation[0], noise=fit().validation[0].residual_rms / [1.31, 1.29])
+    lines = section(summary(replace(fit(), validation=(worse,))), "Fit by joint")
+    after = lines[lines.index("validated on other") :]
+    assert "*" in row(after, "shoulder")
+    assert "*" not in row(after, "elbow")
+    assert "above 1.3: what the model leaves" in " ".join(lines)
+
+
+def test_runs_used_are_pooled():
+    together = pooled(fit().agreement)
+    squares = sum(np.sum((a.residual * a.weight) ** 2, axis=0) for a in fit().agreement)
+    counts = sum(a.weight.sum(axis=0) for a in fit().agreement)
+    np.testing.assert_allclose(together.residual_rms, np.sqrt(squares / counts))
+    assert "identified from 2 runs together" in summary(fit())
+    assert "identified from empty" in summary(plain_fit())
+
+
+def test_what_remains_open_is_listed_with_the_motion_that_would_settle_it():
+    unclear = (Unclear("MX2", 45.678, "move elbow fast"),)
+    lines = section(summary(replace(fit(), unclear=unclear)), "Open")
+    assert row(lines, "MX2") == ["MX2", "45.68", "move", "elbow", "fast"]
+    assert "Nothing: every parameter" in section(summary(replace(fit(), unclear=())), "Open")[0]
+
+
+def test_composition_has_every_regrouping_and_what_no_motion_reveals():
+    text = "\n".join(section(summary(fit()), "Composition of base parameters"))
+    structure = fit().structure
+    assert structure.expressions
+    joined = " ".join(text.split())
+    for expression in (*structure.expressions, ", ".join(structure.without_effect)):
+        assert expression in joined
+    assert not set(structure.without_effect) & set(fit().dropped)
+
+
+def test_joints_of_long_names_fit_into_the_table():
+    long = tuple(f"{name}_joint_of_the_left_arm" for name in ("shoulder", "elbow_and_everything_behind"))
+    robot = fit().model.robot
+    kinematics = robot.kinematics.copy()
+    for place, name in enumerate(long):
+        kinematics.names[place + 1] = name
+    named = replace(fit(), model=replace(fit().model, robot=replace(robot, kinematics=kinematics)))
+    lines = section(summary(named), "Parameters")
+    assert row(lines, "Fv1")[1] == "shoulder"
+    assert row(lines, "Fv2")[1] == "elbow_and_eve~"
+    assert max(map(len, lines)) <= WIDTH
+
+
+def test_doubts_are_printed():
+    assert "- other: the cable touched the base" in summary(fit())
+
+
+def test_a_fit_that_was_read_has_a_page_too(tmp_path):
+    write_fit(fit(), tmp_path / "fit.json")
+    text = summary(read_fit(tmp_path / "fit.json"))
+    assert "not kept in the file" in section(text, "Fit by joint")[0]
+    assert section(text, "Parameters") == section(summary(fit()), "Parameters")

@@ -1,0 +1,134 @@
+import numpy as np
+import pytest
+from scipy import signal
+
+from exidyn.identify.preparation.filters import Decimation
+from exidyn.identify.preparation.noise import autocovariance, noise_above, noise_at_rest, spectrum
+
+from ...parts.small.two_joints import MIX, POLES, colour_covariance, coloured
+
+
+def exact_autocovariance(lags):
+    """Of `coloured`, from its definition: Gamma(k) = POLES^k Gamma(0)."""
+    return np.stack([np.linalg.matrix_power(POLES, k) @ colour_covariance() for k in range(lags + 1)])
+
+
+def test_autocovariance_of_a_known_process():
+    process = coloured(200_000, np.random.default_rng(0))
+    found = autocovariance([process], [np.ones_like(process)], 3)
+    size = np.sqrt(np.diag(colour_covariance()))
+    # two hundred thousand rows remembered for some five: 0.5 per cent
+    np.testing.assert_allclose(
+        found / np.outer(size, size), exact_autocovariance(3) / np.outer(size, size), atol=0.02
+    )
+    assert abs(found[1][0, 1] - found[1][1, 0]) > 0.1 * abs(found[1][0, 1])  # which lags is told
+
+
+def test_autocovariance_by_hand_with_weights_and_pieces():
+    random = np.random.default_rng(1)
+    pieces = [random.normal(size=(7, 2)), random.normal(size=(4, 2)), random.normal(size=(1, 2))]
+    weights = [(random.uniform(size=p.shape) > 0.3).astype(float) for p in pieces]
+    found = autocovariance(pieces, weights, 2)
+    counts = sum(w.sum(axis=0) for w in weights)
+    for lag in range(3):
+        for i in range(2):
+            for j in range(2):
+                total = sum(
+                    p[k, i] * w[k, i] * p[k - lag, j] * w[k - lag, j]
+                    for p, w in zip(pieces, weights, strict=True)
+                    for k in range(lag, len(p))
+                )
+                assert found[lag, i, j] == pytest.approx(total / np.sqrt(counts[i] * counts[j]), abs=1e-14)
+
+
+def test_mean_of_the_spectrum_is_the_covariance():
+    density = spectrum(exact_autocovariance(20), 512)
+    np.testing.assert_allclose(density.mean(axis=0), colour_covariance(), rtol=1e-10, atol=1e-12)
+    np.testing.assert_allclose(density, density.conj().transpose(0, 2, 1), atol=1e-12 * np.abs(density).max())
+
+
+def test_spectrum_of_a_known_process():
+    """(1 - POLES z)^-1 MIX MIX^T (1 - POLES z)^-H."""
+    density = spectrum(exact_autocovariance(400), 1024)
+    turn = np.exp(-2j * np.pi * np.arange(1024) / 1024)
+    transfer = np.linalg.inv(np.eye(2) - POLES * turn[:, None, None])
+    exact = transfer @ (MIX @ MIX.T) @ transfer.conj().transpose(0, 2, 1)
+    np.testing.assert_allclose(density, exact, atol=0.01 * np.abs(exact).max())
+
+
+def test_spectrum_is_positive_whatever_the_gaps():
+    """Narrow-band noise with holes: lag-by-lag means would make a spectrum that is negative somewhere."""
+    random = np.random.default_rng(2)
+    noise = signal.lfilter(*signal.butter(6, 0.3), random.normal(size=(400, 2)), axis=0)
+    weight = (random.uniform(size=(400, 2)) > 0.3).astype(float)
+    density = spectrum(autocovariance([noise], [weight], 30), 256)
+    sizes = np.linalg.eigvalsh(density)
+    assert sizes.min() > -1e-12 * sizes.max()
+
+
+def filtered_std(noise, decimation):
+    """What the filter leaves of a long stretch of noise."""
+    return np.std(decimation.apply(noise), axis=0)
+
+
+@pytest.mark.parametrize("cutoff", [5.0, 20.0, 80.0])
+def test_noise_at_rest_is_what_the_filter_leaves(cutoff):
+    decimation = Decimation.at(500.0, cutoff)
+    noise = np.random.default_rng(3).normal(size=(200_000, 2)) * [0.3, 2.0]
+    still = np.zeros(len(noise), bool)
+    for start in range(0, len(still), 2000):
+        still[start + 300 : start + 1300] = True
+    moving = np.where(still[:, None], 0.0, 50.0) + 7.0
+    found = noise_at_rest(noise + moving, still, decimation)
+    np.testing.assert_allclose(found, filtered_std(noise, decimation), rtol=0.05)
+
+
+def test_noise_at_rest_sees_colour():
+    decimation = Decimation.at(500.0, 20.0)
+    noise = coloured(60_000, np.random.default_rng(4))
+    still = np.arange(len(noise)) % 3000 < 2000
+    np.testing.assert_allclose(
+        noise_at_rest(noise, still, decimation), filtered_std(noise, decimation), rtol=0.1
+    )
+
+
+def test_creep_at_rest_is_not_noise():
+    decimation = Decimation.at(500.0, 20.0)
+    noise = np.random.default_rng(5).normal(size=(4000, 1))
+    creep = np.linspace(0, 100, 4000)[:, None]
+    still = np.arange(4000) > 500  # rest after a motion
+    plain = noise_at_rest(noise, still, decimation)
+    np.testing.assert_allclose(noise_at_rest(noise + creep, still, decimation), plain, rtol=1e-6)
+
+
+def test_rest_before_the_motion_is_preferred_to_the_creep_after():
+    decimation = Decimation.at(500.0, 20.0)
+    noise = np.random.default_rng(6).normal(size=(4000, 1))
+    rows = np.arange(4000)
+    first = rows < 1500
+    alone = noise_at_rest(noise, first, decimation)
+    disturbed = np.where(rows[:, None] > 3000, 10.0 * noise, noise)
+    np.testing.assert_allclose(noise_at_rest(disturbed, first | (rows > 2500), decimation), alone, rtol=1e-12)
+
+
+def test_no_rest_says_nothing():
+    decimation = Decimation.at(500.0, 20.0)
+    still = np.zeros(4000, bool)
+    assert np.isnan(noise_at_rest(np.ones((4000, 2)), still, decimation)).all()
+    still[::2] = True  # never long enough
+    assert np.isnan(noise_at_rest(np.ones((4000, 2)), still, decimation)).all()
+
+
+def test_white_noise_above_the_cutoff_tells_that_below():
+    decimation = Decimation.at(500.0, 20.0)
+    random = np.random.default_rng(6)
+    time = np.arange(20_000) / 500.0
+    noise = 0.2 * random.normal(size=(20_000, 1))
+    motion = 30.0 * np.sin(2 * np.pi * 0.7 * time)[:, None] + 100.0
+    np.testing.assert_allclose(
+        noise_above(noise + motion, decimation), filtered_std(noise, decimation), rtol=0.05
+    )
+
+
+def test_nothing_above_the_cutoff_says_nothing():
+    assert np.isnan(noise_above(np.ones((100, 2)), Decimation.at(100.0, 50.0))).all()

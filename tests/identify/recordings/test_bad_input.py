@@ -1,0 +1,278 @@
+"""What people give by mistake: each one clear error or warning at the command line."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from exidyn.acquire.command_line import REFUSED, main
+from exidyn.identify.recordings.recording import KnownPayload, Recording, Signal
+from exidyn.identify.robot_files.robot_file import model_text
+
+from ...parts.runs.parser_files import write_case
+from ...parts.small.two_joint_files import loaded, of_another_arm, run, write
+
+RUN = run("run")
+Change = Callable[[np.ndarray, np.ndarray, np.ndarray], tuple]
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def refused(arguments: list[str], capsys) -> str:
+    """The one line that the command says before it gives up."""
+    assert main(arguments) == REFUSED
+    lines = [line for line in capsys.readouterr().err.splitlines() if line.startswith("exidyn: ")]
+    assert len(lines) == 1
+    return lines[0]
+
+
+def table(
+    folder: Path, change: Change = lambda t, q, i: (t, q, i), header: str = "t,q1,q2,i1,i2"
+) -> list[str]:
+    """Arguments that import a table of the run, changed."""
+    signals = RUN.signals
+    columns = change(
+        signals["position"].time.copy(), signals["position"].values.copy(), signals["current"].values.copy()
+    )
+    np.savetxt(folder / "run.csv", np.column_stack(columns), "%.9g", ",", header=header, comments="")
+    (folder / "robot.toml").write_text(model_text(RUN.model))
+    return ["import", "run.csv", "--robot", "robot.toml"]
+
+
+def with_current(current: np.ndarray) -> Recording:
+    signals = {**RUN.signals, "current": Signal(RUN.signals["current"].time, current)}
+    return replace(RUN, signals=signals)
+
+
+def at(rows, columns, value):
+    """A change that puts a value into positions."""
+
+    def change(t, q, i):
+        q[rows, columns] = value
+        return t, q, i
+
+    return change
+
+
+def later(rows, seconds):
+    """A change that shifts time stamps."""
+
+    def change(t, q, i):
+        t[rows] += seconds
+        return t, q, i
+
+    return change
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (
+            at(slice(100, 103), 1, np.nan),
+            "of elbow is not finite in 3 of 5000 samples, first at 0.400 s",
+        ),
+        (
+            later(slice(200, 201), -1.0),
+            "does not increase at 1 of 4999 steps, first from 0.796",
+        ),
+        (lambda t, q, i: (t, np.degrees(q), i), "looks like degrees: import with degrees=True"),
+        (lambda t, q, i: (1000 * t, q, i), "In milliseconds that would be 250 Hz"),
+        (lambda t, q, i: (t, q + [90, 0], i), "shoulder is at"),
+    ],
+    ids=["nan", "time", "degrees", "milliseconds", "90 rad"],
+)
+def test_a_table_that_cannot_be_is_refused(folder, change, words, capsys):
+    assert words in refused(table(folder, change), capsys)
+
+
+def test_a_table_of_more_joints_is_refused(folder, capsys):
+    arguments = table(folder, lambda t, q, i: (t, q, q, i), "t,q1,q2,q3,q4,i1,i2")
+    assert "column q4, but two joints has 2 joints: shoulder, elbow" in refused(arguments, capsys)
+
+
+def test_a_table_of_fewer_joints_is_refused(folder, capsys):
+    arguments = table(folder, lambda t, q, i: (t, q[:, 0], i), "t,q1,i1,i2")
+    assert "no column q2 for position. Columns: t, q1, i1, i2" in refused(arguments, capsys)
+
+
+def test_a_table_without_robot_asks_for_it(folder, capsys):
+    assert "give the robot too" in refused(table(folder)[:2], capsys)
+
+
+def test_a_motor_side_without_gears_is_refused(folder, capsys):
+    said = refused([*table(folder), "--motor-side", "position"], capsys)
+    assert "--motor-side" in said
+    assert "give [drive] gear_ratio" in said
+
+
+@pytest.mark.parametrize(
+    ("change", "header", "words"),
+    [
+        (lambda t, q, i: (t, q, i), "zeit,q1,q2,i1,i2", "name it by --columns time=NAME"),
+        (lambda t, q, i: (t, q, i), "t,a,b,i1,i2", "name others by --columns position=NAME,NAME"),
+        (lambda t, q, i: (t, np.degrees(q), i), "t,q1,q2,i1,i2", "(--degrees)"),
+        (lambda t, q, i: (1000 * t, q, i), "t,q1,q2,i1,i2", "(--time-scale 0.001)"),
+        (at(slice(100, 103), 1, np.nan), "t,q1,q2,i1,i2", "run.csv line 102: run: position of elbow"),
+    ],
+    ids=["time", "position", "degrees", "milliseconds", "nan"],
+)
+def test_what_to_do_about_a_table_is_said_in_options_of_the_command(folder, change, header, words, capsys):
+    assert words in refused(table(folder, change, header), capsys)
+
+
+def test_a_table_without_robot_asks_for_the_option(folder, capsys):
+    assert "--robot FILE" in refused(table(folder)[:2], capsys)
+
+
+def test_gaps_are_warned_of_and_imported(folder, capsys):
+    assert main(table(folder, later(slice(2000, None), 0.5))) == 0
+    printed, warned = capsys.readouterr()
+    assert "warning: position, current: 1 gap of more than 1.5 median periods of 4.000 ms" in warned
+    assert "run.mcap: two joints" in printed
+
+
+@pytest.mark.parametrize("top", [0.6])
+def test_saturated_currents_are_doubted_in_the_summary(folder, top, capsys):
+    current = RUN.signals["current"].values.copy()
+    limit = top * np.abs(current[:, 0]).max()
+    current[:, 0] = np.clip(current[:, 0], -limit, limit)
+    [path] = write(folder, with_current(current))
+    assert main(["identify", path]) == 0
+    printed = " ".join(capsys.readouterr().out.split())
+    assert "run: current: shoulder is at exactly" in printed
+    assert "it is clipped there" in printed
+
+
+def test_a_constant_current_is_refused_with_the_joint(folder, capsys):
+    current = RUN.signals["current"].values.copy()
+    current[:, 1] = 0.25
+    [path] = write(folder, with_current(current))
+    said = refused(["identify", path], capsys)
+    assert "elbow is constant at 0.25" in said
+
+
+def test_a_motion_too_poor_is_refused(folder, capsys):
+    position = RUN.signals["position"]
+    still = Signal(position.time, position.values * [0.0, 1.0])
+    [path] = write(folder, replace(RUN, signals={**RUN.signals, "position": still}))
+    said = refused(["identify", path], capsys)
+    assert "shoulder" in said or "joint 1" in said
+
+
+def test_a_joint_that_hardly_moves_is_doubted(folder, capsys):
+    position = RUN.signals["position"]
+    nearly = Signal(position.time, position.values * [1.0, 0.01])
+    [path] = write(folder, replace(RUN, signals={**RUN.signals, "position": nearly}))
+    assert main(["identify", path]) == 0
+    assert "- elbow moves by only" in capsys.readouterr().out
+
+
+def test_gains_without_a_known_payload_are_refused(folder, capsys):
+    [path] = write(folder, RUN)
+    said = refused(["identify", path, "--estimator", "ml"], capsys)
+    assert "give --payload RUN --mass KG" in said
+
+
+def test_a_payload_run_without_mass_is_refused(folder, capsys):
+    empty, full = write(folder, RUN, loaded())
+    said = refused(["identify", empty, "--payload", full], capsys)
+    assert "says how heavy the payload is. Add --mass KG behind it" in said
+    said = refused(["identify", empty, "--payload", full, "--com", "0", "0", "0.1"], capsys)
+    assert "com given without --mass" in said
+    [silent] = write(folder, loaded(KnownPayload("L")))
+    assert "Add --mass KG" in refused(["identify", empty, "--payload", silent], capsys)
+
+
+@pytest.mark.parametrize("mass", ["0", "-3", "nan"])
+def test_a_mass_that_cannot_be_is_refused(folder, mass, capsys):
+    empty, full = write(folder, RUN, loaded())
+    assert "must be above 0" in refused(["identify", empty, "--payload", full, "--mass", mass], capsys)
+
+
+def test_two_robots_are_refused(folder, capsys):
+    paths = write(folder, RUN, of_another_arm(run("far")))
+    assert "run was recorded on two joints" in refused(["identify", *paths], capsys)
+    assert "with --robot" in refused(["identify", paths[0], "--validate", paths[1]], capsys)
+
+
+def test_a_robot_of_other_joints_is_refused(folder, capsys):
+    [path] = write(folder, RUN)
+    said = refused(["identify", path, "--robot", "kr270"], capsys)
+    assert (
+        "recorded on two joints (joints shoulder, elbow), but the robot given is kr270 (joints joint1,"
+        in said
+    )
+
+
+def test_a_truncated_recording_is_read_with_a_warning(folder, capsys):
+    [path] = write(folder, RUN)
+    whole = Path(path).read_bytes()
+    Path(path).write_bytes(whole[: int(0.8 * len(whole))])
+    assert main(["identify", path]) == 0
+    printed = " ".join(capsys.readouterr().out.split())
+    assert "run: file ends abruptly: the run is known up to" in printed
+    assert main(["info", path]) == 0
+    assert "warning: file ends abruptly" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("share", [0.0, 0.001, 0.06])
+def test_a_recording_cut_off_at_its_beginning_is_refused(folder, share, capsys):
+    [path] = write(folder, RUN)
+    whole = Path(path).read_bytes()
+    Path(path).write_bytes(whole[: int(share * len(whole))])
+    assert "run" in refused(["identify", path], capsys)
+
+
+def test_a_joint_that_the_robot_does_not_have_is_refused(folder, capsys):
+    [path] = write(folder, RUN)
+    effect = '\n[[effect]]\nname = "joint_spring"\njoints = ["wrist"]\n'
+    (folder / "robot.toml").write_text(model_text(RUN.model) + effect)
+    said = refused(["identify", path, "--robot", "robot.toml"], capsys)
+    assert "has no joint 'wrist'. Valid joints: shoulder, elbow" in said
+
+
+BROKEN = """<robot name="broken"><link name="base"/><link name="one"/><link name="lost"/>
+<joint name="a" type="revolute"><parent link="base"/><child link="{child}"/><axis xyz="0 0 1"/>
+<limit lower="-1" upper="1" velocity="1" effort="1"/></joint></robot>"""
+
+
+@pytest.mark.parametrize("child", ["one", "nowhere"])
+def test_a_urdf_with_a_broken_tree_is_refused(folder, child, capsys):
+    [path] = write(folder, RUN)
+    (folder / "broken.urdf").write_text(BROKEN.format(child=child))
+    said = refused(["identify", path, "--robot", "broken.urdf"], capsys)
+    assert "broken" in said
+    assert "lost" in said or "nowhere" in said
+
+
+def test_what_does_not_exist_is_named(folder, capsys):
+    assert "nothing.mcap does not exist" in refused(["identify", "nothing.mcap"], capsys)
+    assert "Built-in robots: cobot, kr270" in refused(["identify", "run.mcap", "--robot", "ur5"], capsys)
+
+
+def test_an_option_that_an_importer_does_not_have_is_refused(folder, capsys):
+    [path] = write(folder, RUN)
+    assert "unknown key 'degrees'" in refused(["import", path, "--degrees"], capsys)
+
+
+def test_an_output_with_the_ending_of_a_recording_is_a_file(folder, capsys):
+    assert main([*table(folder), "-o", "one.mcap"]) == 0
+    assert (folder / "one.mcap").is_file()
+    assert "one.mcap: two joints" in capsys.readouterr().out
+    assert main(["info", "one.mcap"]) == 0
+
+
+def test_several_runs_in_one_file_are_refused(folder, capsys):
+    write_case(folder / "case")
+    said = refused(["import", "case", "-o", "one.mcap"], capsys)
+    assert said.startswith(
+        "exidyn: case holds 2 runs (small/run, small/again), and --output one.mcap is one "
+    )
+    assert said.endswith("Name a folder: --output one")
+    assert not (folder / "one.mcap").exists()

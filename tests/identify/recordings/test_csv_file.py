@@ -1,0 +1,208 @@
+"""Tables, made up and real."""
+
+import numpy as np
+import pytest
+
+from exidyn.identify.arm.robot import Robot
+from exidyn.identify.errors import BadTime, BadUnit, NotAFile, NotFinite, RecordingError, WrongShape
+from exidyn.identify.model import Model
+from exidyn.identify.recordings.importers import import_source
+from exidyn.identify.recordings.mcap.mcap_file import read_recording, write_recording
+from exidyn.identify.recordings.recording import KnownPayload
+from exidyn.identify.robot_files.robot_file import read_model
+
+from ...parts.runs.runs import DATA, TIME, model, motion, needs_data, noise, table
+
+
+@pytest.mark.parametrize(
+    ("name", "separator"), [("run.csv", ","), ("run.csv.gz", ","), ("run.csv", ";"), ("run.tsv", "\t")]
+)
+def test_a_table_with_usual_names(tmp_path, name, separator):
+    header = separator.join("t q1 q2 dq1 dq2 i1 i2 tau1 tau2 temp1 temp2 ql1 ql2 q_ref1 q_ref2".split())
+    columns = [motion(), noise(seed=1), noise(seed=2), noise(seed=3), 40 + noise(), motion(), motion()]
+    [found] = import_source(table(tmp_path / name, header, *columns, separator=separator), model())
+    names = ("position", "velocity", "current", "torque", "temperature", "link_position", "command")
+    assert found.name == "run"
+    assert set(found.signals) == set(names)
+    for signal, values in zip(names, columns, strict=True):
+        assert np.array_equal(found.signals[signal].values, values), signal
+        assert np.array_equal(found.signals[signal].time, np.rint(TIME * 1e9) / 1e9)
+
+
+@pytest.mark.parametrize(
+    "header",
+    ["time,q_axis1,q_axis2,i_axis1,i_axis2", "t,axis1_position,axis2_position,axis1/current,axis2/current"],
+)
+def test_a_table_named_by_joint(tmp_path, header):
+    [found] = import_source(table(tmp_path / "run.csv", header, motion(), noise()), model())
+    assert np.array_equal(found.signals["position"].values, motion())
+    assert np.array_equal(found.signals["current"].values, noise())
+
+
+def test_a_table_with_mapped_names(tmp_path):
+    path = table(
+        tmp_path / "run.csv", "ms,A1,A2,J_axis1_amps,J_axis2_amps", motion(), noise(), time=TIME * 1000
+    )
+    columns = {"time": "ms", "position": ["A1", "A2"], "current": "J_{joint}_amps"}
+    [found] = import_source(path, model(), columns=columns, time_scale=1e-3)
+    assert np.array_equal(found.signals["current"].values, noise())
+    np.testing.assert_allclose(found.signals["current"].time, TIME, atol=1e-9)
+
+
+def test_degrees_and_motor_side_become_the_joint(tmp_path):
+    gears = np.array([100.0, -50.0])
+    header = "t,q1,q2,tau1,tau2"
+    path = table(tmp_path / "run.csv", header, np.degrees(motion()) * gears, noise() / gears)
+    [found] = import_source(path, model(gear_ratio=gears), degrees=True, motor_side=True)
+    np.testing.assert_allclose(found.signals["position"].values, motion(), atol=1e-12)
+    np.testing.assert_allclose(found.signals["torque"].values, noise(), atol=1e-12)
+    path = table(tmp_path / "run.csv", header, motion(), noise() / gears)
+    [found] = import_source(path, model(gear_ratio=gears), motor_side=["torque"])
+    assert np.array_equal(found.signals["position"].values, motion())
+    np.testing.assert_allclose(found.signals["torque"].values, noise(), atol=1e-12)
+
+
+def test_irregular_stamps_stay_and_begin_at_zero(tmp_path):
+    time = 1_000.0 + TIME + np.random.default_rng(0).uniform(0, 0.001, len(TIME))
+    path = table(tmp_path / "run.csv", "t,q1,q2,i1,i2", motion(), noise(), time=time)
+    [found] = import_source(path, model())
+    np.testing.assert_allclose(found.signals["position"].time, time - time[0], atol=1e-9)
+    assert float(found.settings["first_time_stamp_s"]) == time[0]
+
+
+def test_rows_before_the_recorder_settled_can_be_skipped(tmp_path):
+    time = TIME.copy()
+    time[0] = 3000.0
+    path = table(tmp_path / "run.csv", "t,q1,q2,i1,i2", motion(), noise(), time=time)
+    with pytest.raises(BadTime, match="skip_rows"):
+        import_source(path, model())
+    [found] = import_source(path, model(), skip_rows=1)
+    assert len(found.signals["position"]) == len(TIME) - 1
+
+
+def test_joints_without_a_second_encoder_are_silent(tmp_path):
+    path = table(tmp_path / "run.csv", "t,q1,q2,i1,i2,ql1", motion(), noise(), motion()[:, 0])
+    [found] = import_source(path, model())
+    assert np.array_equal(found.signals["link_position"].values[:, 0], motion()[:, 0])
+    assert np.isnan(found.signals["link_position"].values[:, 1]).all()
+
+
+@pytest.mark.parametrize(
+    ("content", "error", "message"),
+    [
+        ("", NotAFile, "is empty"),
+        ("t,q1,q2,i1,i2\n", NotAFile, "has no samples"),
+        ("t,q1,i1,i2\n0,0,0,0\n", WrongShape, "no column q2 for position. Columns: t, q1, i1, i2"),
+        ("x,q1,q2,i1,i2\n0,0,0,0,0\n", WrongShape, "no column of time"),
+        ("t,q1,q2\n0,0,0\n1,1,1\n", WrongShape, "needs position and one of current, torque"),
+        ("t,q1,q2,i1,i2\n0,0,0,0\n", WrongShape, "run.csv line 2: 4 cells for 5 names in line 1$"),
+        (
+            "t,q1,q2,i1,i2\n0,0,0,0,0\n\n.2,,0,0,0\n",
+            NotFinite,
+            "run.csv line 4: run: position of axis1 is not finite in 1 of 2 samples",
+        ),
+        ("t,q1,q2,i1,i2\n0,0,0,0,0\n,0,0,0,0\n", NotFinite, "run.csv line 3: no time stamp"),
+        ("t,q1,q2,i1,i2\n0,0,0,0,0\n1,0,0\n", WrongShape, "run.csv line 3: 3 cells for 5 names in line 1$"),
+        ("t,q1,q2,i1,i2\n0,0,0,0,0\n1,on,0,0,0\n", WrongShape, "line 3: 'on' in column 'q1' is no number"),
+        ("t,q1,q2,i1,i2\n0,0,1,5,0,1,0,1\n", WrongShape, "8 cells .*decimal comma need semicolons"),
+        ("t,q1,q2,i1,i2\n\n0,0,0,0,0\n", NotAFile, "has one sample, in line 3"),
+        ("t,q1,q2,i1,i2\n\n", NotAFile, "has no samples"),
+        (
+            "t,q1,q2,q3,i1,i2,i3\n0,0,0,0,0,0,0\n",
+            WrongShape,
+            "column q3, but small has 2 joints: axis1, axis2",
+        ),
+        ("t,q1,q2,i1,i2\n0,0,0,0,0\n0.002,90,0,1,1\n", BadUnit, "looks like degrees"),
+    ],
+)
+def test_a_bad_table_says_what_is_wrong(tmp_path, content, error, message):
+    (tmp_path / "run.csv").write_text(content)
+    with pytest.raises(error, match=message):
+        import_source(tmp_path / "run.csv", model())
+
+
+def test_decimal_commas_between_semicolons(tmp_path):
+    path = table(tmp_path / "run.csv", "t;q1;q2;i1;i2", motion(), noise(), separator=";")
+    path.write_text(path.read_text().replace(".", ","))
+    [found] = import_source(path, model())
+    assert np.array_equal(found.signals["position"].values, motion())
+    assert np.array_equal(found.signals["current"].values, noise())
+
+
+def test_samples_that_a_controller_left_empty_are_silent(tmp_path):
+    path = table(tmp_path / "run.csv", "t,q1,q2,i1,i2,temp1,temp2", motion(), noise(), 40 + noise())
+    lines = path.read_text().splitlines()
+    lines[2:] = [",".join(line.split(",")[:5]) + ",," for line in lines[2:]]
+    path.write_text("\n".join(lines))
+    [found] = import_source(path, model())
+    assert len(found.signals["temperature"]) == 1
+    assert np.array_equal(found.signals["position"].values, motion())
+
+
+def test_a_table_cut_off_in_the_middle_of_its_compression(tmp_path):
+    path = table(tmp_path / "run.csv.gz", "t,q1,q2,i1,i2", motion(), noise())
+    path.write_bytes(path.read_bytes()[:500])
+    with pytest.raises(NotAFile, match="cannot be read as a table"):
+        import_source(path, model())
+
+
+def test_a_table_that_is_not_compressed_as_it_says(tmp_path):
+    (tmp_path / "run.csv.gz").write_text("t,q1\n")
+    with pytest.raises(NotAFile, match="cannot be read as a table"):
+        import_source(tmp_path / "run.csv.gz", model())
+
+
+def test_bad_maps_are_refused(tmp_path):
+    path = table(tmp_path / "run.csv", "t,q1,q2,i1,i2", motion(), noise())
+    with pytest.raises(WrongShape, match="columns.*: unknown amps. Valid: time, position"):
+        import_source(path, model(), columns={"amps": "i{number}"})
+    with pytest.raises(WrongShape, match="position has 1 columns, small 2 joints"):
+        import_source(path, model(), columns={"position": ["q1"]})
+    with pytest.raises(WrongShape, match="no column amps1, amps2 for current"):
+        import_source(path, model(), columns={"current": "amps{number}"})
+    with pytest.raises(RecordingError, match="give the robot too"):
+        import_source(path)
+
+
+@needs_data
+def test_ur10e_currents_with_their_jitter():
+    folder = DATA / "ur10e_mamedov"
+    payload = KnownPayload("L", (("M", 2.805),))
+    path = folder / "id_ur-20_02_19_14harm50secLoad.csv.gz"
+    [found] = import_source(path, read_model(folder / "ur10e.urdf"), payload=payload)
+    assert set(found.signals) == {"position", "velocity", "current"}
+    assert found.signals["position"].values.shape == (5307, 6)
+    assert found.signals["position"].period == pytest.approx(0.010)
+    assert np.ptp(np.diff(found.signals["position"].time)) > 0
+    assert found.payload == payload
+    assert found.warnings == ()
+
+
+@needs_data
+def test_kr300_torques_come_to_the_joint_and_three_joints_have_a_second_encoder():
+    folder = DATA / "kuka_kr300_weigand"
+    gears = np.array([256.857, 267.429, 252.333, 221, 239.619, 154.323])
+    described = read_model(folder / "kr300.urdf")
+    robot = Robot("kr300", described.robot.kinematics, described.robot.limits, gear_ratio=gears)
+    path = folder / "2020-10-21_A.csv.gz"
+    [found] = import_source(path, Model(robot, described.effects), motor_side=["torque"])
+    raw = np.genfromtxt(path, delimiter=",", names=True)
+    np.testing.assert_allclose(found.signals["torque"].values[:, 1], raw["tau2"] * gears[1])
+    assert np.array_equal(found.signals["position"].values[:, 4], raw["q5"])
+    second = found.signals["link_position"].values
+    assert np.isfinite(second[:, :3]).all()
+    assert np.isnan(second[:, 3:]).all()
+
+
+@needs_data
+def test_panda_keeps_its_stamps_and_says_so(tmp_path):
+    folder = DATA / "panda_gaz"
+    [found] = import_source(folder / "traj1.csv.gz", read_model(folder / "panda.urdf"))
+    assert len(found.signals["torque"]) == 20544
+    assert "gaps" in found.warnings[0]
+    assert "longest 8.800 ms" in found.warnings[0]
+    write_recording(found, tmp_path / "panda.mcap")
+    read = read_recording(tmp_path / "panda.mcap")
+    assert np.array_equal(read.signals["torque"].values, found.signals["torque"].values)
+    assert np.array_equal(read.signals["torque"].time, found.signals["torque"].time)
+    assert read.warnings == found.warnings

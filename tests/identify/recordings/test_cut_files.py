@@ -1,0 +1,168 @@
+"""Files that were cut off or damaged are read as far as they go."""
+
+import numpy as np
+import pytest
+from mcap.reader import make_reader
+from mcap.writer import CompressionType, Writer
+
+from exidyn.identify.errors import ExidynError, NotAFile, RecordingError
+from exidyn.identify.recordings.mcap.mcap_file import read_recording, write_recording
+from exidyn.identify.recordings.mcap.mcap_topics import nanoseconds, topics_of
+from exidyn.identify.recordings.mcap.mcap_writer import EPOCH, Head, RecordingWriter
+
+from ...parts.runs.full_run import SAMPLES, model, recording
+
+
+@pytest.fixture(scope="module")
+def file(tmp_path_factory):
+    path = tmp_path_factory.mktemp("recording") / "run.mcap"
+    write_recording(recording(), path)
+    return path
+
+
+def test_a_file_cut_anywhere_is_read_up_to_the_cut(file, tmp_path):
+    whole, data = recording(), file.read_bytes()
+    cuts = np.random.default_rng(1).integers(9, len(data) - 1, 20)
+    read = 0
+    for cut in np.sort(cuts):
+        path = tmp_path / "cut.mcap"
+        path.write_bytes(data[:cut])
+        try:
+            found = read_recording(path)
+        except NotAFile as error:
+            assert "has no robot inside" in str(error)  # noqa: PT017
+            assert read == 0
+            continue
+        for name, signal in whole.signals.items():
+            known = len(found.signals[name])
+            assert np.array_equal(found.signals[name].values, signal.values[:known], equal_nan=True)
+            assert np.array_equal(found.signals[name].time, signal.time[:known])
+            lost = f"{name}: {known} of {len(signal)} samples were read"
+            assert known == len(signal) or any(lost in doubt for doubt in found.warnings)
+        assert len(found.signals["position"]) >= read
+        read = len(found.signals["position"])
+        assert found.warnings[0].startswith("file ends abruptly")
+    assert read > 0.5 * SAMPLES
+
+
+def test_a_cut_costs_no_more_than_a_block_of_compression(file, tmp_path):
+    data = file.read_bytes()
+    (tmp_path / "cut.mcap").write_bytes(data[: len(data) // 2])
+    found = read_recording(tmp_path / "cut.mcap").signals["position"]
+    # Half of the bytes, less a block of 64 KiB, which is about 250 samples with all their signals.
+    assert len(found) > 0.4 * SAMPLES
+
+
+def test_a_cut_before_the_first_sample_still_tells_which_robot(file, tmp_path):
+    with open(file, "rb") as stream:
+        first = min(chunk.chunk_start_offset for chunk in make_reader(stream).get_summary().chunk_indexes)
+    (tmp_path / "cut.mcap").write_bytes(file.read_bytes()[:first])
+    found = read_recording(tmp_path / "cut.mcap")
+    assert found.robot.joints == ("achse_1", "achse_2", "achse_3")
+    assert len(found.signals["position"]) == 0
+    assert "there is not one sample in it" in found.warnings[0]
+
+
+def test_a_damaged_chunk_is_left_out_and_the_rest_is_read(file, tmp_path):
+    with open(file, "rb") as stream:
+        chunks = make_reader(stream).get_summary().chunk_indexes
+    damaged = bytearray(file.read_bytes())
+    place = chunks[1].chunk_start_offset + chunks[1].chunk_length // 2
+    damaged[place : place + 100] = bytes(100)
+    (tmp_path / "bad.mcap").write_bytes(damaged)
+    found = read_recording(tmp_path / "bad.mcap")
+    assert any("a damaged chunk" in doubt for doubt in found.warnings)
+    assert any(" gap of" in doubt or " gaps of" in doubt for doubt in found.warnings)
+    whole = recording().signals["position"]
+    kept = np.isin(whole.time, found.signals["position"].time)
+    assert 0.5 * SAMPLES < kept.sum() < SAMPLES
+    assert np.array_equal(found.signals["position"].values, whole.values[kept])
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (b"", "is empty"),
+        (b"t,q1,q2\n0,1,2\n", "is not an MCAP file: it begins with b't,q1,q2"),
+        (b"\x89MCAP0\r\n", "has no robot inside"),
+    ],
+)
+def test_what_is_no_recording_is_refused(tmp_path, content, message):
+    (tmp_path / "file.mcap").write_bytes(content)
+    with pytest.raises(NotAFile, match=message):
+        read_recording(tmp_path / "file.mcap")
+
+
+def test_a_missing_file_is_named(tmp_path):
+    with pytest.raises(NotAFile, match="none.mcap cannot be read"):
+        read_recording(tmp_path / "none.mcap")
+
+
+def test_someone_elses_mcap_is_refused(tmp_path):
+    path = tmp_path / "other.mcap"
+    with open(path, "wb") as stream:
+        writer = Writer(stream, compression=CompressionType.NONE)
+        writer.start()
+        writer.finish()
+    with pytest.raises(NotAFile, match="not an exidyn recording"):
+        read_recording(path)
+
+
+def test_a_later_format_is_refused(file, tmp_path):
+    data = file.read_bytes()
+    assert data.count(b"\x06\x00\x00\x00format\x01\x00\x00\x001") == 1
+    later = data.replace(b"format\x01\x00\x00\x001", b"format\x01\x00\x00\x009")
+    (tmp_path / "later.mcap").write_bytes(later)
+    with pytest.raises(RecordingError, match="has format 9; this version reads 1"):
+        read_recording(tmp_path / "later.mcap")
+
+
+def test_another_compression_is_refused_by_name(file, tmp_path):
+    data = file.read_bytes().replace(b"\x03\x00\x00\x00lz4", b"\x03\x00\x00\x00lz5")
+    (tmp_path / "other.mcap").write_bytes(data)
+    with pytest.raises(NotAFile, match="compressed by 'lz5'; read are lz4 and none"):
+        read_recording(tmp_path / "other.mcap")
+
+
+def test_a_damaged_explanation_is_refused(file, tmp_path):
+    data = file.read_bytes()
+    (tmp_path / "bad.mcap").write_bytes(data.replace(b'{"name": "weight"', b'{"nome": "weight"'))
+    with pytest.raises(NotAFile, match="what explains it is damaged: 'name'"):
+        read_recording(tmp_path / "bad.mcap")
+
+
+def test_a_recorder_that_never_finished_is_read(tmp_path):
+    """As acquisition writes it: nobody knows how many samples will come, and then the power fails."""
+    joints = model().robot.joints
+    signals = {name: recording().signals[name] for name in ("position", "torque")}
+    path = tmp_path / "run.mcap"
+    with open(path, "wb") as stream:
+        writer = RecordingWriter(stream, Head("run", model(), host_clock=True))
+        for topic in topics_of(signals):
+            time = nanoseconds(signals[next(iter(topic.fields))].time) + EPOCH
+            for message, moment in zip(topic.messages(joints, signals), time.tolist(), strict=True):
+                writer.write(topic, message.tobytes(), moment, moment + 5)
+    found = read_recording(path)
+    assert set(found.signals) == {"position", "torque"}
+    known = len(found.signals["position"])
+    assert 0.5 * SAMPLES < known
+    assert np.array_equal(found.signals["position"].values, signals["position"].values[:known])
+    assert np.array_equal(found.host_time, nanoseconds(found.signals["position"].time) + EPOCH + 5)
+    assert found.warnings[0].startswith(f"file ends abruptly: the run is known up to {found.duration:.3f}")
+
+
+def test_random_damage_raises_nothing_but_our_errors(file, tmp_path):
+    data, random = file.read_bytes(), np.random.default_rng(2)
+    outcomes = {"read": 0, "refused": 0}
+    for _ in range(20):
+        damaged = bytearray(data)
+        for place in random.integers(8, len(data), 5):
+            damaged[place] ^= 0xFF
+        (tmp_path / "bad.mcap").write_bytes(damaged)
+        try:
+            read_recording(tmp_path / "bad.mcap")
+            outcomes["read"] += 1
+        except ExidynError:
+            outcomes["refused"] += 1
+    assert outcomes["read"] + outcomes["refused"] == 20
+    assert outcomes["read"] > 0

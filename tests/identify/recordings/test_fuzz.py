@@ -1,0 +1,113 @@
+"""Every parser reads a damaged file or refuses it in one line; nothing else comes out of it."""
+
+import warnings
+
+import pytest
+
+from exidyn.drivers.errors import BadSettings
+from exidyn.identify.errors import BrokenTree, ExidynError, RecordingError, RobotError, listed
+from exidyn.identify.recordings.importers import import_source
+from exidyn.identify.robot_files.robot_file import read_model
+from exidyn.identify.robot_files.urdf import parse_urdf
+
+from ...parts.fuzz import fuzz
+from ...parts.fuzz.fuzz_parsers import PARSERS, Parser
+from ...parts.runs import parser_files
+from ...parts.small import two_joints
+
+INPUTS = 150
+"""Of each parser, so that all take half a minute on a busy machine; the benchmark tries more."""
+
+
+@pytest.mark.parametrize("name", PARSERS)
+def test_damaged_files_are_read_or_refused_in_one_line(name, tmp_path):
+    outcome = fuzz.fuzz(name, INPUTS, tmp_path / "input")
+    assert not outcome.failures
+    assert outcome.inputs == INPUTS
+    assert outcome.read > 0
+    assert outcome.refused > 0
+    assert len(outcome.longest) <= fuzz.LONGEST
+
+
+@pytest.mark.parametrize("name", PARSERS)
+def test_valid_files_are_read(name, tmp_path):
+    for chosen in PARSERS[name].damages():
+        folder = tmp_path / "input"
+        content = chosen.finish(chosen.files[chosen.name])
+        parser_files.write({**chosen.files, chosen.name: content}, folder)
+        PARSERS[name].read(folder, chosen.name)
+
+
+def raising(error):
+    def read(folder, name):
+        if isinstance(error, Warning):
+            warnings.warn(error, stacklevel=1)
+        else:
+            raise error
+
+    return Parser(PARSERS["URDF"].damages, read)
+
+
+@pytest.mark.parametrize(
+    "error", [ValueError("bare"), RuntimeWarning("overflow"), MemoryError(), fuzz.Hang()]
+)
+def test_whatever_is_no_error_for_the_user_is_a_failure(error, tmp_path, monkeypatch):
+    monkeypatch.setitem(PARSERS, "URDF", raising(error))
+    outcome = fuzz.fuzz("URDF", 3, tmp_path / "input")
+    assert [seed for seed, _ in outcome.failures] == [0, 1, 2]
+    assert type(error).__name__ in outcome.failures[0][1]
+
+
+def test_a_seed_always_makes_the_same_input(tmp_path):
+    contents = []
+    for _ in range(2):
+        name = fuzz.damage("fit.json", 5, tmp_path / "input")
+        contents.append((tmp_path / "input" / name).read_bytes())
+    assert contents[0] == contents[1]
+    assert contents[0] != parser_files.fit_bytes()
+
+
+@pytest.mark.parametrize("number", ["99999999999999999999", "-99999999999999999999", "0x" + "f" * 5000])
+def test_whole_numbers_that_toml_does_not_have_are_refused(number, tmp_path):
+    path = tmp_path / "robot.toml"
+    text = parser_files.robots()["cobot.toml"]["cobot.toml"].decode()
+    path.write_text(text.replace("inertial_tolerance = 0.1", f"inertial_tolerance = {number}"))
+    with pytest.raises(RobotError, match="inertial_tolerance: a whole number of more than 64 bits"):
+        read_model(path)
+
+
+@pytest.mark.parametrize("key", ["lower", "upper", "velocity", "effort"])
+def test_limits_of_a_urdf_are_numbers(key):
+    value = {"lower": "-2.5", "upper": "2.5", "velocity": "3.0", "effort": "200"}[key]
+    with pytest.raises(BrokenTree, match=f'<limit {key}="fast">: expected 1 finite number'):
+        parse_urdf(parser_files.URDF.replace(f'{key}="{value}"', f'{key}="fast"', 1))
+
+
+@pytest.mark.parametrize("value", ["inf", "-inf", "nan", "1e15", "-3", "1.5"])
+@pytest.mark.parametrize("code", ["220", "221"])
+def test_counts_and_columns_of_a_trace_are_whole_numbers(code, value, tmp_path):
+    name, files = "run_NextGenDrive#1.dat", parser_files.trace()
+    lines = files[name].decode("iso-8859-1").split("\r\n")
+    place = max(k for k, line in enumerate(lines) if line.startswith(f"{code},"))
+    lines[place] = f"{code},{value}"
+    parser_files.write({**files, name: "\r\n".join(lines).encode("iso-8859-1")}, tmp_path / "trace")
+    with pytest.raises(RecordingError, match=f"{name}: channel Iststrom: {code}"):
+        import_source(tmp_path / "trace", two_joints.model())
+
+
+def test_a_message_is_one_line_of_bounded_length():
+    for kind in (ExidynError, BadSettings):
+        said = str(kind(f"robot.toml: expected a number;\n found {'9' * 5000}\x1b[31m. Give one"))
+        assert len(said) <= fuzz.LONGEST - len(fuzz.COMMAND)
+        assert said.startswith("robot.toml: expected a number; found 999")
+        assert said.endswith("\\x1b[31m. Give one")
+    assert str(ExidynError("short")) == "short"
+
+
+def test_a_long_list_shows_what_is_most_alike():
+    names = [f"parameter_{k}" for k in range(100)]
+    said = listed(names, "parameter_77")
+    assert said.startswith("parameter_77, ")
+    assert said.endswith(" more")
+    assert listed(["a", "b"], "c") == "a, b"
+    assert listed([]) == "none"

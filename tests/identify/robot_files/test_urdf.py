@@ -1,0 +1,141 @@
+"""URDFs: what is read, and which culprit a broken one names."""
+
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from exidyn.identify.errors import BrokenTree
+from exidyn.identify.robot_files.robot_file import read_model
+from exidyn.identify.robot_files.urdf import parse_urdf
+
+DATA = Path(os.environ.get("EXIDYN_DATA", Path(__file__).parents[3] / "../shared/data"))
+INERTIAL = '<inertial><mass value="2"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>'
+
+
+def link(name):
+    return f'<link name="{name}">{INERTIAL}</link>'
+
+
+def joint(name, parent, child, kind="revolute", inside=""):
+    return (
+        f'<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/>'
+        f'<axis xyz="0 0 1"/>{inside}</joint>'
+    )
+
+
+LIMIT = '<limit lower="-1" upper="2" velocity="3" effort="4"/>'
+LINKS = link("base") + link("upper") + link("lower")
+JOINTS = joint("shoulder", "base", "upper", inside=LIMIT) + joint("elbow", "upper", "lower", inside=LIMIT)
+
+
+def robot(content):
+    return f'<?xml version="1.0"?><robot name="arm">{content}</robot>'
+
+
+def test_limits_are_read():
+    limits = parse_urdf(robot(LINKS + JOINTS)).limits
+    np.testing.assert_array_equal(limits.position_lower, [-1, -1])
+    np.testing.assert_array_equal(limits.position_upper, [2, 2])
+    np.testing.assert_array_equal(limits.velocity, [3, 3])
+    np.testing.assert_array_equal(limits.torque, [4, 4])
+    assert np.all(np.isinf([limits.acceleration, limits.jerk]))
+
+
+@pytest.mark.parametrize("inside", ["", LIMIT])
+def test_a_continuous_joint_has_one_position_and_no_limit(inside):
+    found = parse_urdf(
+        robot(
+            LINKS
+            + joint("a", "base", "upper", "continuous", inside)
+            + joint("b", "upper", "lower", "prismatic", LIMIT)
+        )
+    )
+    assert found.model.nq == found.model.nv == 2
+    np.testing.assert_array_equal(found.limits.position_upper, [np.inf, 2])
+
+
+def test_an_absent_or_zero_limit_is_none():
+    zero = '<limit lower="0" upper="0" velocity="0" effort="0"/>'
+    limits = parse_urdf(
+        robot(LINKS + joint("a", "base", "upper") + joint("b", "upper", "lower", inside=zero))
+    ).limits
+    assert np.all(np.isinf([limits.position_lower, limits.position_upper, limits.velocity, limits.torque]))
+
+
+def test_an_axis_of_any_length_is_a_direction():
+    text = robot(LINKS + JOINTS)
+    long = parse_urdf(text.replace('"0 0 1"', '"0 0 5"', 1)).model
+    data = long.joints[1].createData()
+    long.joints[1].calc(data, np.zeros(2), np.zeros(2))
+    np.testing.assert_allclose(np.ravel(data.S), [0, 0, 0, 0, 0, 1])
+
+
+@pytest.mark.parametrize("name", ["flange", "tool0", "arm_tool0"])
+def test_the_flange_is_a_fixed_leaf(name):
+    at = '<origin xyz="0.1 0.2 0.3"/>'
+    fixed = joint("mount", "lower", name, "fixed", at)
+    found = parse_urdf(robot(LINKS + JOINTS + link(name) + fixed))
+    np.testing.assert_allclose(found.flange.translation, [0.1, 0.2, 0.3])
+    further = found = parse_urdf(
+        robot(LINKS + JOINTS + link(name) + fixed + link("cup") + joint("c", name, "cup", "fixed"))
+    )
+    assert further.flange.isIdentity()  # something is mounted on it: not where a payload hangs
+
+
+PLANAR = joint("elbow", "upper", "lower", "planar")
+FLOATING = joint("elbow", "upper", "lower", "floating")
+MIMIC = joint("elbow", "upper", "lower", inside='<mimic joint="shoulder"/>')
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("<robot><link></robot>", "not well-formed XML.*line 1"),
+        ("", "not well-formed XML"),
+        ("<sdf/>", "<sdf>, expected <robot>"),
+        (robot(""), "no link"),
+        (robot(LINKS + joint("shoulder", "base", "uper")), "joint 'shoulder' has child link 'uper'.*upper"),
+        (robot(LINKS + joint("shoulder", "bse", "upper")), "joint 'shoulder' has parent link 'bse'"),
+        (robot(LINKS + '<joint name="a" type="fixed"/>'), "joint 'a' has parent link ''"),
+        (robot(LINKS + joint("shoulder", "base", "upper")), "2 roots.*base, lower"),
+        (robot(LINKS + JOINTS + joint("loop", "lower", "base")), "form a loop.*base"),
+        (robot(LINKS + JOINTS + joint("bar", "base", "lower")), "'lower' has two parents.*'bar'"),
+        (robot(LINKS + link("base") + JOINTS), "link name used twice: base"),
+        (
+            robot(LINKS + link("hand") + JOINTS + joint("elbow", "lower", "hand")),
+            "joint name used twice: elbow",
+        ),
+        (robot(LINKS + JOINTS).replace('"elbow"', '""'), "a joint has no name"),
+        (robot(LINKS + JOINTS).replace('mass value="2"', 'mass value="-2"'), "mass -2 kg"),
+        (robot(LINKS + JOINTS).replace('mass value="2"', 'mass value="nan"'), 'value="nan"'),
+        (robot(LINKS + JOINTS).replace('"0 0 1"', '"0 0"', 1), 'axis xyz="0 0".*3'),
+        (robot(LINKS + JOINTS).replace('"0 0 1"', '"0 0 0"', 1), "'shoulder' has an axis of length 0"),
+        (
+            robot(LINKS + joint("shoulder", "base", "upper") + PLANAR),
+            "'elbow' is planar; valid types: revolute",
+        ),
+        (robot(LINKS + joint("shoulder", "base", "upper") + FLOATING), "'elbow' is floating"),
+        (robot(LINKS + joint("shoulder", "base", "upper") + MIMIC), "'elbow' mimics"),
+        (robot(LINKS + JOINTS.replace("revolute", "fixed")), "no joint moves"),
+        ('<robot xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:arm/></robot>', "expand it first"),
+        (robot(LINKS + JOINTS).replace('izz="1"', 'izz="-1"'), "'shoulder': principal moment of inertia -1 "),
+    ],
+)
+def test_a_broken_tree_names_the_culprit(text, says):
+    with pytest.raises(BrokenTree, match=f"arm.urdf.*{says}") as caught:
+        parse_urdf(text, "arm.urdf")
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("path", "joints"),
+    [("kuka_kr300_weigand/kr300.urdf", 6), ("panda_gaz/panda.urdf", 7), ("ur10e_mamedov/ur10e.urdf", 6)],
+)
+def test_real_robots_load(path, joints):
+    if not (DATA / path).exists():
+        pytest.skip(f"no {path} in {DATA}; set EXIDYN_DATA")
+    model = read_model(DATA / path)
+    assert model.robot.dof == joints
+    assert len(model.names) == joints * (10 + 4)

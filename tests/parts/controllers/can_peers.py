@@ -1,0 +1,76 @@
+"""A driver on CAN and its peer in another process, for tests."""
+
+from contextlib import contextmanager
+
+import numpy as np
+import pytest
+
+from exidyn.drivers import Arm, Command, create
+
+from ...peers.can_arm import ObedientArm, canopen_settings, mit_settings
+from ...peers.peer_process import NoBus, Peer
+
+SLOW = 0.01
+"""Cycle of these tests [s]: busy machines keep to it."""
+
+ARM = Arm(ObedientArm.joints, np.full(6, -3.0), np.full(6, 3.0), np.full(6, 3.0))
+
+
+@contextmanager
+def peer(script, *arguments):
+    try:
+        process = Peer(script, "--robot", "obedient", *arguments)
+    except NoBus as error:
+        pytest.skip(str(error))
+    with process:
+        yield process
+
+
+@contextmanager
+def drives(*arguments, **settings):
+    """CiA 402 drives, and their driver, not open yet."""
+    with peer("can_nodes.py", *arguments) as process:
+        table = {**canopen_settings(process.address), "cycle": SLOW, **settings}
+        with create("canopen_402", table, ARM) as driver:
+            yield process, driver
+
+
+@contextmanager
+def motors(*arguments, maker="damiao", **settings):
+    """Motors with the MIT frame, and their driver, not open yet."""
+    with peer("mit_motors.py", "--maker", maker, "--cycle", SLOW, *arguments) as process:
+        table = {**mit_settings(process.address, maker=maker), "cycle": SLOW, **settings}
+        with create("can_mit", table, ARM) as driver:
+            yield process, driver
+
+
+def standing(driver):
+    """Where the joints stand: what a few samples agree on; more where a busy machine is late for those."""
+    seen = [driver.exchange(None).position for _ in range(5)]
+    while np.isnan(seen).all(axis=0).any() and len(seen) < 200:
+        seen.append(driver.exchange(None).position)
+    return np.nanmedian(seen, axis=0)
+
+
+def command(position, velocity=0.0):
+    return Command(np.array(position, float), np.full(len(position), float(velocity)))
+
+
+def follow(driver, where, cycles=100):
+    """Samples of a calm motion away from a position and back; ends early with a fault."""
+    samples = []
+    for k in range(cycles):
+        phase = 2.0 * np.pi * k / cycles
+        samples.append(driver.exchange(command(where + 0.05 * (1.0 - np.cos(phase)))))
+        if samples[-1].fault:
+            break
+    return samples
+
+
+def until_fault(driver, where, cycles=200):
+    """The first sample with a fault, while told to stay."""
+    for _ in range(cycles):
+        sample = driver.exchange(command(where))
+        if sample.fault:
+            return sample
+    raise AssertionError("no fault")

@@ -1,0 +1,81 @@
+"""Servo drivers against their peers, which run as processes."""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+
+from exidyn.drivers import Arm, Command, create
+
+from ...peers.peer_process import Peer
+
+sys.path.append(str(Path(__file__).parents[2] / "peers"))
+import servo_units  # noqa: E402 - the peers' own, which are programs
+
+SETTINGS = {"dynamixel": servo_units.dynamixel_settings, "feetech": servo_units.feetech_settings}
+JOINTS = 6
+
+
+def arm(joints=JOINTS):
+    limit = np.full(joints, 7.0)
+    return Arm(tuple(f"joint{k + 1}" for k in range(joints)), -limit, limit, limit)
+
+
+def peer(kind, *arguments):
+    return Peer(f"{kind}_bus.py", *arguments)
+
+
+def driver(kind, peer, **settings):
+    """Not open yet; a bus watchdog is so slow that a busy machine does not trip it."""
+    patient = {"watchdog": 2.0} if kind == "dynamixel" else {}
+    return create(kind, SETTINGS[kind](peer.address) | patient | settings, arm())
+
+
+def tell(peer, line):
+    """Have something happen, and wait until it has."""
+    count = peer.lines.count(f"did {line}\n")
+    peer.process.stdin.write(line + "\n")
+    peer.process.stdin.flush()
+    with peer._news:
+        assert peer._news.wait_for(lambda: peer.lines.count(f"did {line}\n") > count, 20.0)
+
+
+def still(driver):
+    """Where the arm is once it has stopped moving."""
+    last = fresh(driver)
+    for _ in range(100):
+        for _ in range(20):
+            now = fresh(driver)
+        if np.all(np.abs(now.position - last.position) < 5e-4):
+            return now.position
+        last = now
+    raise AssertionError("the arm does not stop")
+
+
+def servo(number):
+    """Id of the servo of a joint."""
+    return servo_units.ids(JOINTS)[number]
+
+
+def hold(position):
+    return Command(np.asarray(position), np.zeros(len(position)))
+
+
+def fresh(driver, command=None, cycles=200):
+    """The next sample of which no joint is stale."""
+    for _ in range(cycles):
+        sample = driver.exchange(command)
+        if not sample.stale.any():
+            return sample
+    raise AssertionError("the joints stay silent")
+
+
+def until(driver, condition, command=None, cycles=1000):
+    """The next sample of which something is true, and all events on the way."""
+    events = []
+    for _ in range(cycles):
+        sample = driver.exchange(command)
+        events += sample.events
+        if condition(sample):
+            return sample, events
+    raise AssertionError(f"it never happened; events: {events}")

@@ -1,0 +1,190 @@
+"""Every parser with valid files for it: what is damaged, how, and how it is read."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from exidyn.acquire.arguments.controllers import make_driver, read_controller
+from exidyn.acquire.commands.info_command import describe
+from exidyn.acquire.files.diagnosis_files import read_answers
+from exidyn.acquire.files.report_files import read_told
+from exidyn.acquire.terminal.json_output import json_text
+from exidyn.acquire.terminal.recording_table import recording_table
+from exidyn.acquire.views.kinds import view_of
+from exidyn.drivers.kuka_rsi.config import read_config, standard_config
+from exidyn.drivers.kuka_rsi.config_text import config_text
+from exidyn.identify.fit.fit_file import read_fit
+from exidyn.identify.recordings.importers import import_source
+from exidyn.identify.recordings.mcap.mcap_recover import recover
+from exidyn.identify.robot_files.robot_file import read_model
+from exidyn.trajectories.plans.plan_file import read_plan
+
+from ..runs import parser_files
+from ..runs.parser_files import Files
+from ..small import two_joints
+from .fuzz_mutations import BINARY, JSON, TEXT, Mutation, double, number, tree, value
+
+
+class Damage(NamedTuple):
+    """One file of a valid set, and what is done to it.
+
+    Attributes:
+        files: The set.
+        name: Of the file.
+        mutations: To choose from.
+        finish: Makes the file of what was mutated, where that is a part of it.
+    """
+
+    files: Files
+    name: str
+    mutations: tuple[Mutation, ...]
+    finish: Callable[[bytes], bytes] = bytes
+
+
+class Parser(NamedTuple):
+    """A parser.
+
+    Attributes:
+        damages: Which files are damaged and how, in turns.
+        read: Given the folder and the damaged file's name.
+    """
+
+    damages: Callable[[], list[Damage]]
+    read: Callable[[Path, str], object]
+
+
+def _one(
+    name: str, content: Callable[[], bytes], mutations: tuple[Mutation, ...]
+) -> Callable[[], list[Damage]]:
+    return lambda: [Damage({name: content()}, name, mutations)]
+
+
+def _robots() -> list[Damage]:
+    sets = parser_files.robots()
+    damages = [Damage(files, name, TEXT) for name, files in sets.items()]
+    return [*damages, Damage(sets["robot.toml"], "robot.toml", TEXT)]
+
+
+def _plan() -> list[Damage]:
+    files = {"plan.toml": parser_files.plan().encode()}
+    return [Damage(files, "plan.toml", TEXT), *[Damage(files, "plan.toml", TEXT, _by_hand)] * 3]
+
+
+def _by_hand(text: bytes) -> bytes:
+    """Without the checksum, as what was written by hand."""
+    return b"\n".join(line for line in text.split(b"\n") if not line.startswith(b"checksum"))
+
+
+def _case() -> list[Damage]:
+    files = parser_files.case()
+    names = ("case.toml", "case.toml", "case.toml", "robot.urdf", "run.csv")
+    return [Damage(files, name, TEXT) for name in names]
+
+
+def _recording() -> list[Damage]:
+    """The file as it is; without compression; what explains it; and its values."""
+    name, loose = "run.mcap", parser_files.rewritten()
+    files, contents = {name: loose}, parser_files.explanation()
+    robot = {name: contents.attachments["robot.toml"].data}
+    said = {name: json.dumps(contents.metadata["exidyn"]).encode()}
+    values = {name: np.array(parser_files.short_run().signals["position"].values).tobytes()}
+    return [
+        Damage({name: parser_files.recording_bytes()}, name, BINARY),
+        Damage(files, name, BINARY),
+        Damage(files, name, TEXT),
+        Damage(robot, name, TEXT, lambda text: parser_files.rewritten(attachments={"robot.toml": text})),
+        Damage(said, name, (tree, number, value), _explained),
+        Damage(values, name, (double,), parser_files.with_positions),
+    ]
+
+
+def _explained(text: bytes) -> bytes:
+    """A recording that says of itself what this JSON does."""
+    try:
+        table = json.loads(text)
+    except ValueError:
+        table = {"format": "1", "name": text.decode()}
+    entries = table.items() if isinstance(table, dict) else ()
+    printable = {str(key): str(entry).encode(errors="replace").decode() for key, entry in entries}
+    return parser_files.rewritten({"exidyn": printable})
+
+
+def _trace() -> list[Damage]:
+    files = parser_files.trace()
+    header, data = "run_NextGenDrive#1.dat", "run_NextGenDrive#1.r64"
+    return [Damage(files, header, TEXT), Damage(files, header, TEXT), Damage(files, data, BINARY)]
+
+
+def _diagnosis() -> list[Damage]:
+    files = parser_files.diagnosis_files()
+    alone = {"diagnosis.json": files["diagnosis.json"]}
+    return [
+        Damage(alone, "diagnosis.json", JSON),
+        Damage(files, "diagnosis.json", JSON),
+        Damage(files, "traces.npz", BINARY),
+    ]
+
+
+def _controllers() -> list[Damage]:
+    texts = [
+        f'driver = "{name}"\n[settings]\n{settings}' for name, settings in parser_files.CONTROLLERS.items()
+    ]
+    return [Damage({"cell.toml": text.encode()}, "cell.toml", TEXT) for text in texts]
+
+
+def _read_recording(folder: Path, name: str) -> None:
+    """As `exidyn info` does, printed and as JSON; and as `exidyn recover` does."""
+    for recording in import_source(folder / name):
+        describe(recording)
+        json_text({"recordings": [recording_table(recording)]})
+
+
+def _recover(folder: Path, name: str) -> None:
+    (folder / "whole.mcap").unlink(missing_ok=True)
+    recover(folder / name, folder / "whole.mcap")
+
+
+def _read_diagnosis(folder: Path, name: str) -> None:
+    read_told(folder / "diagnosis.json")
+
+
+def _view_diagnosis(folder: Path, name: str) -> None:
+    view_of([folder / "diagnosis.json"])
+
+
+def _read_controller(folder: Path, name: str) -> None:
+    driver, settings = read_controller(folder / name, None, ())
+    make_driver(driver, settings, two_joints.arm())
+
+
+MODEL = two_joints.model()
+PARSERS: dict[str, Parser] = {
+    "robot.toml": Parser(_robots, lambda folder, name: read_model(folder / name)),
+    "trajectory.toml": Parser(_plan, lambda folder, name: read_plan(folder / name)),
+    "case folder": Parser(_case, lambda folder, name: import_source(folder)),
+    "URDF": Parser(
+        _one("robot.urdf", parser_files.URDF.encode, TEXT), lambda folder, name: read_model(folder / name)
+    ),
+    "CSV": Parser(
+        _one("run.csv", parser_files.table, TEXT), lambda folder, name: import_source(folder / name, MODEL)
+    ),
+    "recording": Parser(_recording, _read_recording),
+    "recovery": Parser(lambda: _recording()[:3], _recover),
+    "KUKA trace": Parser(_trace, lambda folder, name: import_source(folder, MODEL)),
+    "fit.json": Parser(
+        _one("fit.json", parser_files.fit_bytes, JSON), lambda folder, name: read_fit(folder / name)
+    ),
+    "diagnosis": Parser(_diagnosis, _read_diagnosis),
+    "diagnosis view": Parser(_diagnosis, _view_diagnosis),
+    "answers": Parser(
+        _one("answers.json", parser_files.answers, JSON), lambda folder, name: read_answers(folder / name)
+    ),
+    "controller.toml": Parser(_controllers, _read_controller),
+    "RSI configuration": Parser(
+        _one("rsi.xml", lambda: config_text(standard_config("172.31.1.150")).encode(), TEXT),
+        lambda folder, name: read_config(folder / name),
+    ),
+}

@@ -1,0 +1,53 @@
+"""What tests of excitation share: small goals and settings, motions that fit nothing else, differences."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from exidyn.identify.effects import CoulombFriction, CurrentOffset, RigidBody, ViscousFriction
+from exidyn.identify.model import Model
+from exidyn.trajectories.limits.usable_limits import usable
+from exidyn.trajectories.search.basis import Basis
+from exidyn.trajectories.search.excite import Setting
+from exidyn.trajectories.search.goals import Identify
+from exidyn.trajectories.search.information import Experiment
+
+from ..small import two_joints
+
+TICK = 0.004
+
+
+def smooth_model(*more):
+    """The two-joint arm with friction that turns slowly enough for differences."""
+    friction = (ViscousFriction(), CoulombFriction(reversal=0.08))
+    return Model(two_joints.arm(), (RigidBody(), *friction, CurrentOffset(), *more))
+
+
+def coefficients(basis, dof, seed=0, size=0.5):
+    """Random, with fading harmonics, shape (k, n)."""
+    fade = 1.0 / np.arange(1, basis.harmonics + 1)
+    one = np.concatenate([[0.5], fade, fade])
+    random = np.random.default_rng(seed).normal(size=(basis.rows, dof))
+    return size * random * np.tile(one, basis.series)[:, None]
+
+
+def small_basis(series=1, period=4.0, harmonics=3):
+    return Basis(period, harmonics, 12 * harmonics, series)
+
+
+def limits(robot=None):
+    return usable(robot or two_joints.arm()).limits
+
+
+def goal(model=None, **said):
+    return Identify(Experiment.of(model or two_joints.model()), **said)
+
+
+def setting(**said):
+    """Two harmonics in four seconds: a start takes a second."""
+    return replace(Setting(limits(), harmonics=2, periods=(4.0,), tick=TICK), **said)
+
+
+def along(function, at, direction, step=1e-6):
+    """Central difference of a function along a direction."""
+    return (function(at + step * direction) - function(at - step * direction)) / (2 * step)

@@ -1,0 +1,307 @@
+"""A valid file of every kind that exidyn reads, of one small arm of two joints, as a folder on the disk."""
+
+import json
+import struct
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import cache
+from importlib import resources
+from io import BytesIO
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+from mcap.writer import CompressionType, Writer
+
+from exidyn.acquire.files.diagnosis_files import write_diagnosis
+from exidyn.identify.fit.fit_file import fit_text
+from exidyn.identify.recordings.mcap.mcap_file import write_recording
+from exidyn.identify.recordings.mcap.mcap_records import Contents, read_contents
+from exidyn.identify.recordings.recording import Recording, Signal
+from exidyn.identify.recordings.run_log import Event, Timing
+from exidyn.identify.robot_files.robot_file import builtin_names, model_text
+from exidyn.trajectories.plans.plan_text import plan_text
+
+from ..plans import plans
+from ..small import small_diagnosis, small_fit
+from ..small.two_joint_files import run
+
+Files = Mapping[str, bytes]
+"""Name below the folder -> content."""
+EMPTY: Mapping[str, Any] = MappingProxyType({})
+
+URDF = """<?xml version="1.0"?>
+<robot name="small">
+  <link name="base"/>
+  <link name="arm">
+    <inertial><origin xyz="0.2 0.01 0.03" rpy="0 0 0"/><mass value="5.0"/>
+      <inertia ixx="0.05" ixy="0" ixz="0" iyy="0.05" iyz="0" izz="0.05"/></inertial>
+    <visual><geometry><box size="0.1 0.1 0.4"/></geometry></visual>
+  </link>
+  <link name="tool0">
+    <inertial><mass value="4.6"/>
+      <inertia ixx="0.05" ixy="0" ixz="0" iyy="0.05" iyz="0" izz="0.05"/></inertial>
+  </link>
+  <joint name="shoulder" type="revolute">
+    <parent link="base"/><child link="arm"/><origin xyz="0 0 0.3" rpy="0 0 0"/><axis xyz="0 1 0"/>
+    <limit lower="-2.5" upper="2.5" velocity="3.0" effort="200"/>
+  </joint>
+  <joint name="elbow" type="revolute">
+    <parent link="arm"/><child link="tool0"/><origin xyz="0.4 0 0"/><axis xyz="0 1 0"/>
+    <limit lower="-2.5" upper="2.5" velocity="3.0" effort="200"/>
+  </joint>
+</robot>
+"""
+CASE = """[case]
+format = 1
+name = "small"
+
+[robot]
+name = "small"
+urdf = "robot.urdf"
+
+[limits]
+position_lower = [-2.5, -2.5]
+position_upper = [2.5, 2.5]
+velocity = [3.0, 3.0]
+acceleration = [12.0, 12.0]
+torque = [200.0, 200.0]
+
+[believed]
+gravity = [0.0, 0.0, -9.81]
+drive_gain = [-40.0, 25.0]
+drive_gain_tolerance = 0.1
+inertial_tolerance = 0.1
+gear_ratio = [100.0, 80.0]
+rotor_inertia = [1.0, 0.5]
+rotor_inertia_tolerance = 0.1
+friction_viscous = [3.0, 1.5]
+friction_coulomb = [4.0, 2.0]
+friction_tolerance = 0.2
+
+[believed.terms]
+rotor_inertia = [true, true]
+viscous = [true, true]
+coulomb = [true, false]
+offset = [false, true]
+balancer = true
+
+[believed.balancer]
+joint = 2
+d21 = 0.7
+d22 = 0.2
+phi = -1.6
+Kr = 5000.0
+K0 = 785.0
+
+[[runs]]
+file = "run.csv"
+role = "identify"
+
+[[runs]]
+file = "again.csv"
+role = "payload"
+payload = { mass = 3.0, com = [0.1, 0.0, 0.05], inertia = [0.01, 0.0, 0.0, 0.01, 0.0, 0.01] }
+"""
+CONTROLLERS = {
+    "mock": """cycle = 0.004
+""",
+    "can_mit": """channel = "can0"
+model = ["DM4340", "DM4310"]
+ids = [1, 2]
+masters = [17, 18]
+kp = 100
+kd = [4, 3.5]
+""",
+    "canopen_402": """channel = "can0"
+nodes = [1, 2]
+counts = 65536
+gear = [101, 51.0]
+sign = [1, -1]
+zero = [0.0, -1.5708]
+ampere = "rms"
+at_close = "off"
+""",
+    "dynamixel": """port = "/dev/ttyUSB0"
+ids = [11, 12]
+baudrate = 4_000_000
+operating_mode = "extended"
+sign = [1, -1]
+zero = [2048, 2048]
+""",
+    "feetech": """port = "/dev/ttyUSB0"
+ids = [1, 2]
+cycle = 0.003
+""",
+}
+"""Driver -> settings that suffice for two joints."""
+SAMPLES = 100
+
+
+@cache
+def short_run() -> Recording:
+    """One second with every kind of signal, an event, the timing of the loop, and a planned motion."""
+    made = run("run")
+    signals = {name: signal[:SAMPLES] for name, signal in made.signals.items()}
+    time, count = signals["position"].time, SAMPLES
+    warm = Signal(time[::50], 40.0 + np.outer(time[::50], [1.0, 2.0]))
+    return replace(
+        made,
+        signals={**signals, "temperature": warm, "command": signals["position"]},
+        trajectory=plan(),
+        settings={"role": "identify", "driver": "mock"},
+        host_time=1_700_000_000_000_000_000 + np.arange(count) * 4_000_000,
+        events=(Event(0.5, "note", "half way", {"joint": "elbow"}),),
+        timing=Timing(time, np.full(count, 1e-4), np.zeros(count), np.zeros(count), ("move",)),
+        outcome={"stop": "none", "text": "the motion came to its end"},
+    )
+
+
+@cache
+def plan() -> str:
+    """A trajectory file."""
+    return plan_text(plans.known_plan(plans.sequence()))
+
+
+@cache
+def table() -> bytes:
+    """A run as CSV."""
+    signals = short_run().signals
+    columns = signals["position"].time, signals["position"].values, signals["current"].values
+    rows = [",".join(f"{value:.6g}" for value in row) for row in np.column_stack(columns)]
+    return "\n".join(["t,q1,q2,i1,i2", *rows, ""]).encode()
+
+
+def robots() -> dict[str, Files]:
+    """Robot files: spelled out, by modified DH, by a URDF beside them."""
+    robots = resources.files("exidyn.identify.robot_files").joinpath("robots")
+    built_in = {f"{name}.toml": robots.joinpath(f"{name}.toml").read_bytes() for name in builtin_names()}
+    spelled = model_text(small_fit.fit().model).encode()
+    beside = (
+        b'format = 1\nname = "small"\nurdf = "robot.urdf"\n[limits]\nvelocity = [3.0, 2.0]\njerk = 200.0\n'
+    )
+    return {name: {name: text} for name, text in built_in.items()} | {
+        "robot.toml": {"robot.toml": spelled},
+        "urdf.toml": {"urdf.toml": beside, "robot.urdf": URDF.encode()},
+    }
+
+
+def case() -> Files:
+    """A case folder."""
+    texts = {"case.toml": CASE.encode(), "robot.urdf": URDF.encode()}
+    return texts | {"run.csv": table(), "again.csv": table()}
+
+
+def write_case(folder: Path) -> None:
+    """Write a case folder."""
+    write(case(), folder)
+
+
+def write(files: Files, folder: Path) -> None:
+    """Write files into a folder."""
+    folder.mkdir(exist_ok=True)
+    for name, content in files.items():
+        (folder / name).write_bytes(content)
+
+
+def with_positions(values: bytes) -> bytes:
+    """The recording with these positions, two doubles a sample."""
+    made = short_run()
+    positions = Signal(made.signals["position"].time, np.frombuffer(values).reshape(SAMPLES, 2))
+    return written(replace(made, signals={**made.signals, "position": positions}))
+
+
+@cache
+def recording_bytes() -> bytes:
+    """A recording."""
+    return written(short_run())
+
+
+def written(recording: Recording) -> bytes:
+    """A recording as the bytes of its file."""
+    with TemporaryDirectory() as folder:
+        write_recording(recording, Path(folder) / "run.mcap")
+        return (Path(folder) / "run.mcap").read_bytes()
+
+
+@cache
+def explanation() -> Contents:
+    """What explains the recording, and its messages."""
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "run.mcap"
+        path.write_bytes(recording_bytes())
+        return read_contents(path)
+
+
+def rewritten(metadata: Mapping[str, Mapping[str, str]] = EMPTY, attachments: Files = EMPTY) -> bytes:
+    """The recording, with some of what explains it replaced.
+
+    Without compression and checksums, so that damage reaches the parser.
+    """
+    contents, file = explanation(), BytesIO()
+    writer = Writer(file, compression=CompressionType.NONE, enable_crcs=False)
+    writer.start(profile="ros2", library="exidyn")
+    for name, record in (contents.metadata | dict(metadata)).items():
+        writer.add_metadata(name, dict(record))
+    for one in contents.attachments.values():
+        data = attachments.get(one.name, one.data)
+        writer.add_attachment(one.create_time, one.log_time, one.name, one.media_type, data)
+    schemas = {0: 0} | {
+        number: writer.register_schema(schema.name, schema.encoding, schema.data)
+        for number, schema in contents.schemas.items()
+    }
+    channels = {
+        number: writer.register_channel(
+            channel.topic, channel.message_encoding, schemas[channel.schema_id], channel.metadata
+        )
+        for number, channel in contents.channels.items()
+    }
+    for message in contents.every_message():
+        number = channels[message.channel_id]
+        writer.add_message(number, message.log_time, message.data, message.publish_time)
+    writer.finish()
+    return file.getvalue()
+
+
+def trace() -> Files:
+    """A KUKA trace of two drives."""
+    signals = short_run().signals
+    files: dict[str, bytes] = {}
+    for axis in range(2):
+        channels = {
+            "Istposition,°": np.degrees(signals["position"].values[:, axis]),
+            "Iststrom,A": signals["current"].values[:, axis],
+        }
+        rows = ["DIAEXTENDED  {@:ENGLISH", "#BEGINCHANNELHEADER", "200,Zeit", "202,s", "210,IMPLIZIT"]
+        rows += [f"220,{SAMPLES}", "240,0", "241,0.004", "#ENDCHANNELHEADER"]
+        for place, name in enumerate(channels):
+            title, unit = name.split(",")
+            rows += ["#BEGINCHANNELHEADER", f"200,{title}", f"202,{unit}", "210,EXPLIZIT"]
+            rows += [f"211,run_NextGenDrive#{axis + 1}.r64", "213,BLOCK", "214,REAL64", f"220,{SAMPLES}"]
+            rows += [f"221,{place + 1}", "240,0.0", "241,1.0", "#ENDCHANNELHEADER"]
+        stem = f"run_NextGenDrive#{axis + 1}"
+        files[f"{stem}.dat"] = "\r\n".join(rows).encode("iso-8859-1")
+        values = np.column_stack(list(channels.values())).ravel()
+        files[f"{stem}.r64"] = struct.pack(f"<{len(values)}d", *values)
+    return files
+
+
+@cache
+def fit_bytes() -> bytes:
+    """A fit."""
+    return fit_text(small_fit.fit()).encode()
+
+
+@cache
+def diagnosis_files() -> Files:
+    """A diagnosis and its samples."""
+    with TemporaryDirectory() as name:
+        write_diagnosis(small_diagnosis.diagnosis(), None, None, Path(name))
+        return {one: (Path(name) / one).read_bytes() for one in ("diagnosis.json", "traces.npz")}
+
+
+def answers() -> bytes:
+    """Answers of cases, as `exidyn diagnose --answer` collects them."""
+    return json.dumps({"one": {"findings": [{"effect": "joint_spring", "joint": 2}]}}, indent=1).encode()

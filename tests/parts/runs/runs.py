@@ -1,0 +1,50 @@
+"""Small runs of a small arm, and where the real ones lie."""
+
+import gzip
+import os
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from exidyn.identify.arm.robot import Robot
+from exidyn.identify.effects import RigidBody
+from exidyn.identify.model import Model
+
+BESIDE = Path(__file__).parents[4] / "shared"
+DATA = Path(os.environ.get("EXIDYN_DATA", BESIDE / "data"))
+CASES = Path(os.environ.get("EXIDYN_CASES", BESIDE / "cases"))
+needs_data = pytest.mark.skipif(
+    not DATA.is_dir(), reason="no real recordings; set EXIDYN_DATA to their folder"
+)
+needs_cases = pytest.mark.skipif(
+    not CASES.is_dir(), reason="no sample cases; set EXIDYN_CASES to their folder"
+)
+
+TIME = np.arange(200) * 0.004
+
+
+def model(joints: int = 2, **options) -> Model:
+    kinematics = pin.Model()
+    for place in range(joints):
+        index = kinematics.addJoint(place, pin.JointModelRZ(), pin.SE3.Identity(), f"axis{place + 1}")
+        kinematics.appendBodyToJoint(index, pin.Inertia(1.0, np.zeros(3), np.eye(3)), pin.SE3.Identity())
+    return Model(Robot("small", kinematics, **options), (RigidBody(),))
+
+
+def motion(joints: int = 2) -> np.ndarray:
+    return 0.5 * np.sin(np.outer(TIME, 3.0 + np.arange(joints)))
+
+
+def noise(joints: int = 2, seed: int = 0) -> np.ndarray:
+    return np.random.default_rng(seed).normal(size=(len(TIME), joints))
+
+
+def table(path: Path, header: str, *columns: np.ndarray, separator: str = ",", time=TIME) -> Path:
+    rows = np.column_stack([time, *columns])
+    lines = [header, *(separator.join(map(repr, row)) for row in rows.tolist())]
+    opener = gzip.open if path.suffix == ".gz" else open
+    with opener(path, "wt") as file:
+        file.write("\n".join(lines) + "\n")
+    return path

@@ -1,0 +1,216 @@
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from exidyn.identify.errors import RobotError
+from exidyn.identify.robot_files.toml_fields import parse_toml
+from exidyn.trajectories.clearances.clearance import RESOLUTION
+from exidyn.trajectories.clearances.configurations import clear_position, random_positions
+from exidyn.trajectories.clearances.region import HalfSpace, Region, box
+from exidyn.trajectories.clearances.region_rows import read_regions
+from exidyn.trajectories.clearances.self_collision import SelfCollision
+from exidyn.trajectories.errors import BadLimits, Infeasible
+
+from ...parts.plans.sine_motion import SineMotion, sine_motion
+from ...parts.runs.robots import sliding
+from ...parts.small import two_joints
+from ...parts.small.small_arm import small_arm
+
+EVERYWHERE = np.full(3, np.inf)
+WALLS = [
+    *box(np.array([-1.0, -np.inf, 0.1]), np.array([0.7, 2.0, np.inf])),
+    HalfSpace.of(np.array([1.0, 2.0, -2.0]), 0.5),
+]
+
+
+def region(robot, walls=WALLS, radius=0.03):
+    return Region.of(robot, "flange", walls, [0.1, -0.05, 0.2], radius)
+
+
+def differences(function, position, step=1e-6):
+    return np.stack(
+        [
+            (function(position + step * unit) - function(position - step * unit)) / (2 * step)
+            for unit in np.eye(position.shape[1])
+        ],
+        axis=-1,
+    )
+
+
+def test_margins_are_distances_to_the_walls():
+    robot = sliding()
+    position = random_positions(robot, 8)
+    margins, data = region(robot).margins(position), robot.kinematics.createData()
+    for row, one in enumerate(position):
+        pin.forwardKinematics(robot.kinematics, data, one)
+        x, y, z = (data.oMi[robot.dof] * robot.flange).act(np.array([0.1, -0.05, 0.2]))
+        slant = 0.5 - (x + 2 * y - 2 * z) / 3
+        expected = np.array([x + 1.0, 0.7 - x, 2.0 - y, z - 0.1, slant]) - 0.03
+        np.testing.assert_allclose(margins[row], expected, atol=1e-12)
+
+
+@pytest.mark.parametrize("point", ["flange", "slide", "tool", "upper", "mast", "pan"])
+def test_gradient_meets_finite_differences(tmp_path, point):
+    robot, _ = small_arm(tmp_path)
+    kept = Region.of(robot, point, WALLS, [0.1, -0.05, 0.2])
+    position = random_positions(robot, 20)
+    margin, gradient = kept.gradient(position)
+    np.testing.assert_allclose(margin, kept.margins(position), atol=1e-12)
+    np.testing.assert_allclose(gradient, differences(kept.margins, position), atol=1e-8)
+    reach = kept.reach(np.max(np.abs(position), axis=0))
+    assert np.all(np.abs(gradient) <= reach + 1e-12)
+
+
+def test_a_point_of_the_base_stays(tmp_path):
+    robot, _ = small_arm(tmp_path)
+    kept = Region.of(robot, "base", WALLS)
+    position = random_positions(robot, 3)
+    assert np.all(kept.gradient(position)[1] == 0)
+    np.testing.assert_allclose(kept.margins(position), np.tile([1.0, 0.7, 2.0, 0.4, 0.5 + 1 / 3], (3, 1)))
+
+
+def test_a_frame_is_meant_in_its_own_axes(tmp_path):
+    """The tool is fixed at an angle on what slides."""
+    robot, _ = small_arm(tmp_path)
+    position, data = random_positions(robot, 1)[0], robot.kinematics.createData()
+    pin.framesForwardKinematics(robot.kinematics, data, position)
+    frame = data.oMf[robot.kinematics.getFrameId("tool")]
+    found = Region.of(robot, "tool", WALLS, [0.1, 0.2, 0.3]).points(position[None])[0]
+    np.testing.assert_allclose(found, frame.act(np.array([0.1, 0.2, 0.3])), atol=1e-12)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_nothing_on_a_trajectory_is_nearer_than_proved(seed):
+    robot = sliding()
+    kept, trajectory = region(robot), sine_motion(robot, seed)
+    found = kept.worst(trajectory)
+    seen = kept.margins(trajectory.every(1e-3).position)
+    assert found.bound <= np.min(seen) + 1e-12
+    assert found.bound <= found.margin <= found.bound + max(RESOLUTION, 0.1 * found.margin) + 1e-12
+    assert found.name in kept.names
+
+
+@pytest.mark.parametrize(("phase", "peak"), [(0.0, 0.075), (np.pi / 2, 0.05)])
+def test_a_wall_crossed_between_samples_is_found(phase, peak):
+    """The arm swings at 10 Hz, so that every tenth of a second shows it in one place, or at rest there."""
+    robot = two_joints.arm()
+    kept = Region.of(robot, "flange", [HalfSpace.of(np.array([0.0, 0.0, 1.0]), 0.3)])
+    swing = SineMotion(np.zeros(2), np.array([0.8, 0.0]), np.full(2, 20 * np.pi), np.full(2, phase), 1.0)
+    assert np.min(kept.margins(swing.every(0.1).position)) > 0.29
+    found = kept.worst(swing)
+    # 0.7 m of arm, 0.8 rad up
+    assert found.margin == pytest.approx(0.3 - 0.7 * np.sin(0.8), abs=RESOLUTION)
+    assert found.time % 0.1 == pytest.approx(peak, abs=2e-3)
+    assert not found.allowed
+
+
+def test_a_position_that_is_clear_of_all(tmp_path):
+    robot, geometry = small_arm(tmp_path)
+    kept = Region.of(robot, "tool", box(np.array([-1.0, 0.1, 0.3]), np.array([1.0, 0.6, 1.0])), radius=0.05)
+    collision = SelfCollision.of(robot, geometry)
+    position = clear_position(robot, [kept, collision])
+    assert np.min(kept.margins(position[None])) >= 0
+    assert np.min(collision.margins(position[None])) >= 0
+    bounded = np.isfinite(robot.limits.position_upper)
+    assert np.all((np.abs(position) <= 3.0)[bounded])
+
+
+def test_a_region_of_a_centimetre_is_found(tmp_path):
+    """Random positions hit it once in about a million; the gradient leads in."""
+    robot, _ = small_arm(tmp_path)
+    corner = np.array([0.5, 0.3, 0.8])
+    kept = Region.of(robot, "tool", box(corner, corner + 0.012))
+    assert np.max(np.min(kept.margins(random_positions(robot, 2000)), axis=1)) < 0
+    assert np.min(kept.margins(clear_position(robot, [kept])[None])) >= 0
+
+
+def test_a_region_out_of_reach_is_named_with_the_nearest_miss():
+    robot = two_joints.arm()  # its flange is at most 0.7 m from the shoulder
+    kept = Region.of(robot, "flange", box(np.array([0.9, -np.inf, -np.inf]), EVERYWHERE))
+    with pytest.raises(Infeasible, match=r"two joints: .*flange x >= 0.9 m by 0.2\d* m missed") as caught:
+        clear_position(robot, [kept])
+    assert "shoulder" in str(caught.value)
+    assert "elbow" in str(caught.value)
+
+
+def test_limits_count_among_what_keeps_it_out():
+    robot = two_joints.arm()
+    robot.limits.position_lower[:], robot.limits.position_upper[:] = 0.5, 1.0  # about y, and so down
+    up = Region.of(robot, "flange", box(np.array([-np.inf, -np.inf, 0.3]), EVERYWHERE))
+    with pytest.raises(Infeasible, match="flange z >= 0.3 m by 0."):
+        clear_position(robot, [up])
+
+
+def test_an_unknown_point_lists_the_valid_ones():
+    with pytest.raises(RobotError, match="no point 'hand'. Valid: flange, shoulder, elbow"):
+        Region.of(two_joints.arm(), "hand", WALLS)
+
+
+def test_a_box_turned_inside_out_is_refused():
+    with pytest.raises(BadLimits, match="lower y = 1 m is not below upper 0 m"):
+        box(np.array([0.0, 1.0, 0.0]), np.array([1.0, 0.0, 1.0]))
+
+
+@pytest.mark.parametrize(
+    ("walls", "radius"), [([], 0.0), (WALLS, -0.1), (WALLS, np.nan), (box(-EVERYWHERE, EVERYWHERE), 0.0)]
+)
+def test_a_region_without_walls_or_with_a_negative_ball_is_refused(walls, radius):
+    with pytest.raises(BadLimits, match="give at least one wall"):
+        Region.of(two_joints.arm(), "flange", walls, radius=radius)
+
+
+@pytest.mark.parametrize(("normal", "offset"), [([0, 0, 0], 1.0), ([0, 0, 1], np.inf), ([np.nan, 0, 1], 1.0)])
+def test_a_half_space_without_direction_or_place_is_refused(normal, offset):
+    with pytest.raises(BadLimits, match="half-space"):
+        HalfSpace.of(np.array(normal, float), offset)
+
+
+TOML = """
+[[region]]
+point = "elbow"
+offset = [0, 0, 0.1]
+radius = 0.05
+lower = [-inf, -1, 0.2]
+upper = [inf, 1, inf]
+half_space = [{ normal = [0, 3, 4], offset = 0.8 }]
+
+[[region]]
+upper = [1, 1, 1]
+"""
+
+
+def test_regions_are_read_from_toml():
+    robot = two_joints.arm()
+    elbow, flange = read_regions(parse_toml(TOML, "test")["region"], robot)
+    assert elbow.names == [
+        "elbow y >= -1 m",
+        "elbow y <= 1 m",
+        "elbow z >= 0.2 m",
+        "elbow wall [0.0, 3.0, 4.0] <= 0.8 m",
+    ]
+    # at zero the elbow is at x = 0.4 and the point 0.1 above it
+    expected = np.array([1.0, 1.0, -0.1, 0.8 - 0.08]) - 0.05
+    np.testing.assert_allclose(elbow.margins(np.zeros((1, 2)))[0], expected, atol=1e-12)
+    assert flange.point == "flange"
+    np.testing.assert_allclose(flange.margins(np.zeros((1, 2)))[0], [0.3, 1.0, 1.0])
+
+
+@pytest.mark.parametrize(
+    ("row", "said"),
+    [
+        ({"lowr": [0, 0, 0]}, "region 1: unknown key 'lowr'. Valid keys: half_space, lower"),
+        ({"lower": [0, 0]}, "region 1 lower: 2 values, expected 3"),
+        ({"upper": [1, 1, float("nan")]}, "expected a number; found nan"),
+        ({"half_space": [{"normal": [1, 0, 0]}]}, "half_space offset: expected a number; found None"),
+        ({"half_space": [{"normal": 1, "offset": 1, "at": 2}]}, "unknown key 'at'"),
+        ({"radius": -1, "upper": [1, 1, 1]}, "radius: -1 is less than 0"),
+    ],
+)
+def test_a_wrong_row_is_named(row, said):
+    with pytest.raises(RobotError, match=said.replace("[", r"\[")):
+        read_regions([row], two_joints.arm())
+
+
+def test_rows_that_are_no_rows():
+    with pytest.raises(RobotError, match="expected rows headed"):
+        read_regions({"lower": 1}, two_joints.arm())

@@ -1,0 +1,197 @@
+"""Separation of models, its gradient, and the trajectory that it is the goal of."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from exidyn.identify.arm.motion import Motion
+from exidyn.identify.effects import (
+    JointSpring,
+    SpringBalancer,
+)
+from exidyn.trajectories.discrimination.discriminate import FLOOR, Discriminate, Separate
+from exidyn.trajectories.discrimination.hypothesis import Hypothesis
+from exidyn.trajectories.discrimination.separation import Observation, probability, separation
+from exidyn.trajectories.errors import NotComparable
+from exidyn.trajectories.search.basis import Basis
+from exidyn.trajectories.search.excite import FINE, Setting, excite, random_start
+
+from ...parts.plans.hypotheses import (
+    NOISE,
+    OBSERVATION,
+    as_told_by,
+    balancer,
+    carrying,
+    gain,
+    grease,
+    hypothesis,
+    load_friction,
+    model,
+    motion,
+    refitted,
+    spring,
+    stacked,
+    stribeck,
+)
+from ...parts.small.two_joints import arm
+
+PAIRS = {
+    "springs": (balancer, spring),
+    "frictions": (stribeck, grease),
+    "gain": (gain, spring),
+    "through the load": (load_friction, stribeck),
+}
+
+
+@pytest.mark.parametrize("pair", PAIRS.values(), ids=PAIRS.keys())
+@pytest.mark.parametrize("power", [2.0, np.inf])
+def test_gradient_of_the_objective(pair, power):
+    payloads = ("", "L")
+    hypotheses = tuple(carrying(one()) for one in pair)
+    goal = Discriminate(hypotheses, Observation(NOISE, 100.0, payloads), np.array([[0.0, 0.3], [0.1, 0.0]]))
+    objective, at = Separate(goal, power), motion()
+    random, step = np.random.default_rng(5), 1e-6
+    shift = {name: random.normal(size=at.position.shape) for name in ("position", "velocity", "acceleration")}
+
+    def value(by):
+        return objective.value(replace(at, **{n: getattr(at, n) + by * s for n, s in shift.items()}))
+
+    found, gradient = objective(at)
+    assert found == pytest.approx(value(0.0), rel=1e-12)
+    expected = (value(step) - value(-step)) / (2 * step)
+    along = sum(np.sum(getattr(gradient, name) * s) for name, s in shift.items())
+    assert along == pytest.approx(expected, rel=2e-5, abs=1e-7)
+
+
+COUPLING = np.array([[1.0, 0.0], [0.8, 1.0]])
+
+
+def coupled(one):
+    return one.changed(lambda of: replace(of, robot=replace(of.robot, coupling=COUPLING)))
+
+
+def test_coupled_drives_are_seen_one_by_one():
+    """Rows are the drives' torques, each with its own noise, as those of identification are."""
+    true, rival = coupled(stribeck()), coupled(spring())
+    at = true.model.loaded(motion())
+    seen = OBSERVATION.seen(true, at)
+    on_drives = true.model.torque(at, true.values) @ np.linalg.inv(COUPLING)
+    np.testing.assert_allclose(seen.torque, on_drives / NOISE, rtol=1e-9, atol=1e-9)
+    objective, random, step = (
+        Separate(Discriminate((true, rival), OBSERVATION)),
+        np.random.default_rng(3),
+        1e-6,
+    )
+    shift = random.normal(size=at.position.shape)
+    sides = [objective.value(replace(at, position=at.position + s * shift)) for s in (step, -step)]
+    along = np.sum(objective(at)[1].position * shift)
+    assert along == pytest.approx((sides[0] - sides[1]) / (2 * step), rel=2e-5, abs=1e-7)
+
+
+def test_gradient_of_three_hypotheses_by_coefficients():
+    goal = Discriminate((balancer(), spring(), stribeck()), OBSERVATION)
+    basis, random = Basis(5.0, 3, 60), np.random.default_rng(2)
+    coefficients, direction = random.normal(size=(2, basis.rows, 2)) / 3
+    objective = Separate(goal, 4.0)
+    gradient = basis.pull(objective(basis.motion(coefficients))[1])
+    sides = [objective.value(basis.motion(coefficients + s * direction)) for s in (1e-6, -1e-6)]
+    assert np.sum(gradient * direction) == pytest.approx((sides[0] - sides[1]) / 2e-6, rel=1e-5)
+
+
+@pytest.mark.parametrize("pair", PAIRS.values(), ids=PAIRS.keys())
+def test_separation_is_the_chi_squared_of_a_fit(pair):
+    true, rival = (one() for one in pair)
+    at = true.model.loaded(motion())
+    found = separation(true, rival, at, replace(OBSERVATION, rows=len(at)))
+    columns, own = stacked(rival, rival.model.loaded(at))
+    misfit, move = refitted(rival, columns, stacked(true, at)[1], own)
+    assert found.separation == pytest.approx(float(misfit), rel=1e-6)
+    assert found.hypothesis.values[~rival.free] == pytest.approx(rival.values[~rival.free])
+
+
+def test_separations_of_two_runs_add_up():
+    true, rival = balancer(), spring()
+    first, second = motion(0), motion(1)
+    one = separation(true, rival, first, OBSERVATION)
+    two = separation(true, one.hypothesis, second, OBSERVATION)
+    arrays = {
+        n: np.concatenate([getattr(m, n) for m in (first, second)])
+        for n in ("position", "velocity", "acceleration")
+    }
+    both = Motion.of(np.arange(120) * 1.0, *arrays.values())
+    together = separation(true, rival, both, replace(OBSERVATION, rows=400.0))
+    assert one.separation + two.separation == pytest.approx(together.separation, rel=1e-8)
+
+
+def test_no_separation_from_itself_or_from_what_is_contained():
+    free = dict.fromkeys(("Ks1", "Ts1"), np.inf)
+    wider = hypothesis(
+        "wider", SpringBalancer("shoulder", 0.3, 0.2, 0.4), JointSpring(("shoulder",)), deviations=free
+    )
+    wider = replace(wider, values=np.append(balancer().values, [0.0, 0.0]))
+    assert separation(balancer(), balancer(), motion(), OBSERVATION).separation == pytest.approx(
+        0.0, abs=1e-12
+    )
+    assert separation(balancer(), wider, motion(), OBSERVATION).separation == pytest.approx(0.0, abs=1e-12)
+    assert separation(wider, balancer(), motion(), OBSERVATION).separation == pytest.approx(0.0, abs=1e-12)
+
+
+def test_beliefs_hold_the_rival():
+    true = hypothesis("stiff", JointSpring(("shoulder",)), values={"Ks1": 20.0})
+    free = hypothesis("free", JointSpring(("shoulder",)))
+    fixed = hypothesis("fixed", JointSpring(("shoulder",)), deviations={"Ks1": 0.0, "Ts1": 0.0})
+    tight = hypothesis("tight", JointSpring(("shoulder",)), deviations={"Ks1": 1e-7, "Ts1": 1e-7})
+    found = {
+        one.name: separation(true, one, motion(), OBSERVATION).separation for one in (free, fixed, tight)
+    }
+    assert found["free"] == pytest.approx(0.0, abs=1e-9)
+    assert found["fixed"] > 1.0
+    assert found["tight"] == pytest.approx(found["fixed"], rel=1e-4)
+
+
+def test_identical_hypotheses_have_a_finite_objective():
+    twin = replace(balancer(), name="twin")
+    value, gradient = Separate(Discriminate((balancer(), twin), OBSERVATION))(motion())
+    assert value == pytest.approx(-np.log(FLOOR), abs=1e-3)
+    assert all(np.all(np.isfinite(getattr(gradient, n))) for n in ("position", "velocity", "acceleration"))
+
+
+def test_excite_takes_the_goal():
+    goal = Discriminate((stribeck(), as_told_by(stribeck(), grease(), motion())), OBSERVATION)
+    setting = Setting(arm().limits, harmonics=3, periods=(5.0,))
+    basis, last = Basis(5.0, 3, 500), goal.objectives(setting.limits, FINE)[-1]
+    begun = last.value(basis.motion(random_start(goal, setting, basis, 0)))
+    found = excite(goal, setting, starts=1, seconds=20.0)
+    assert np.exp(-found.value) > 1.5 * np.exp(-begun)  # separation; every limit costs some
+    assert (
+        goal.words(found.value)
+        == f"probability of choosing right {100 * probability(np.exp(-found.value)):.3g} %"
+    )
+
+
+def test_fixed_hypotheses_have_nothing_to_move():
+    fixed = hypothesis("fixed", deviations=dict.fromkeys(model().names, 0.0))
+    true = hypothesis("more friction", values={"Fv1": 4.0})
+    found = separation(true, fixed, motion(), OBSERVATION)
+    drag = motion().velocity[:, 0] / NOISE[0]
+    assert found.separation == pytest.approx(200.0 * np.mean(drag**2))
+    assert np.all(found.hypothesis.values == fixed.values)
+
+
+@pytest.mark.parametrize(
+    ("make", "said"),
+    [
+        (lambda: Discriminate((balancer(),), OBSERVATION), "two or more"),
+        (lambda: Discriminate((balancer(), balancer()), OBSERVATION), "a name of its own"),
+        (lambda: Discriminate((balancer(), spring()), Observation(np.zeros(2), 1.0)), "above 0"),
+        (lambda: Discriminate((balancer(), spring()), Observation(np.ones(3), 1.0)), "a drive"),
+        (lambda: Discriminate((balancer(), spring()), OBSERVATION, np.zeros((3, 3))), "earlier"),
+        (lambda: Hypothesis.believed("x", model(), {"Kr": 1.0}), "no parameter 'Kr'. Valid: XX1"),
+        (lambda: Hypothesis("x", model(), np.zeros(3), np.eye(3)), "parameters of its model"),
+        (lambda: replace(balancer(), values=np.full(len(balancer().values), np.nan)), "NaN"),
+    ],
+)
+def test_bad_input(make, said):
+    with pytest.raises(NotComparable, match=said):
+        make()

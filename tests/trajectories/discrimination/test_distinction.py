@@ -1,0 +1,133 @@
+"""What is said of pairs that a run leaves open, and of those that no motion tells apart."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from exidyn.identify.effects import (
+    JointSpring,
+    NonlinearViscousFriction,
+    SpringBalancer,
+    StribeckFriction,
+)
+from exidyn.trajectories.discrimination.discriminate import Discriminate
+from exidyn.trajectories.discrimination.distinction import SURE, distinguish, sentences
+from exidyn.trajectories.discrimination.most_telling import most_telling, states_within
+from exidyn.trajectories.discrimination.remedies import known_payload, link_encoders, tilted
+from exidyn.trajectories.discrimination.separation import explain, probability, separation
+
+from ...parts.plans.hypotheses import (
+    OBSERVATION,
+    as_told_by,
+    balancer,
+    gain,
+    grease,
+    hypothesis,
+    motion,
+    stribeck,
+)
+from ...parts.small.two_joints import arm
+
+
+def zero_length_balancer():
+    """A spring that is as long as its ends are apart: its torque is that of a weight."""
+    return hypothesis(
+        "balancer",
+        SpringBalancer("shoulder", 0.3, 0.2, 0.4),
+        values={"Kr": 60.0},
+        deviations={"K0": 0.0, "MX1": 1e-3, "MZ1": 1e-3},
+    )
+
+
+def heavier():
+    """The shoulder stands on a fixed axis, so that its first moment shows in its weight alone."""
+    return hypothesis("centre of mass", deviations={"MX1": np.inf, "MZ1": np.inf})
+
+
+def test_no_motion_tells_a_balancer_from_a_weight_and_a_tilted_base_does():
+    true = zero_length_balancer()
+    goal = Discriminate((true, as_told_by(true, heavier(), motion())), OBSERVATION)
+    (found,) = distinguish(goal, motion(), arm().limits, 5.0)
+    assert not found.possible
+    assert found.runs is None
+    assert found.probability_hour < SURE
+    offers = {offer.name: offer.probability for offer in found.remedies}
+    assert offers["the base tilted by 15 degrees about y"] > SURE
+    assert offers["link-side encoders"] < SURE
+    (text,) = sentences([found])
+    assert "No motion tells them apart" in text
+    assert "What would: the same run once more, with the base tilted" in text
+
+
+def test_link_side_encoders_tell_what_is_before_the_gear_from_what_is_behind():
+    held = {"Ks1": 0.0, "Off1": 0.0}
+    hose = hypothesis("hose", JointSpring(("shoulder",)), values={"Ts1": 20.0}, deviations=held)
+    offset = hypothesis("offset", deviations={"Off1": np.inf})
+    goal = Discriminate((hose, as_told_by(hose, offset, motion())), OBSERVATION)
+    (found,) = distinguish(goal, motion(), arm().limits, 5.0)
+    assert not found.possible
+    assert found.remedies[0].name == "link-side encoders"
+    assert found.remedies[0].probability > SURE
+    assert all(offer.probability < 0.6 for offer in found.remedies[1:])
+
+
+def test_what_a_run_tells_apart_needs_no_remedy():
+    true = hypothesis("stribeck", StribeckFriction(("elbow",), reversal=0.05), values={"Fs2": 20.0})
+    (found,) = distinguish(Discriminate((true, grease()), OBSERVATION), motion(), arm().limits, 5.0)
+    assert found.possible
+    assert found.runs == 1
+    assert found.remedies == ()
+    assert "No motion" not in sentences([found])[0]
+
+
+def test_weak_pairs_are_told_how_many_runs():
+    true = hypothesis("stribeck", StribeckFriction(("elbow",), reversal=0.05), values={"Fs2": 0.5})
+    rival = as_told_by(true, hypothesis("grease", NonlinearViscousFriction(("elbow",))), motion())
+    goal = Discriminate((true, rival), replace(OBSERVATION, rows=50.0))
+    (found,) = distinguish(goal, motion(), arm().limits, 5.0, remedies=())
+    assert found.runs > 1
+    share = found.runs * 50.0 / 60
+    seen = [goal.observation.seen(one, motion()) for one in goal.hypotheses]
+    enough = [
+        explain(goal.hypotheses[r], seen[r], seen[t].torque, share).separation for t, r in ((0, 1), (1, 0))
+    ]
+    assert found.possible == (found.probability_hour >= SURE)
+    assert probability(min(enough)) >= SURE
+    assert f"About {found.runs} such runs" in sentences([found])[0]
+
+
+def test_bounds_of_the_most_telling_states_hold_a_motion():
+    true, rival, limits = stribeck(), grease(), arm().limits
+    low, high = most_telling(true, rival, OBSERVATION, limits, 200.0)
+    random = explain_states(true, rival, states_within(limits, 300, seed=4), 200.0)
+    assert random < low <= high
+    assert high < 2.0 * low
+
+
+def explain_states(true, rival, at, rows):
+    return separation(true, rival, at, replace(OBSERVATION, rows=rows)).separation
+
+
+def test_remedies_change_what_they_say():
+    hypotheses, at = (balancer(), gain()), motion()
+    case = known_payload(hypotheses, at, OBSERVATION)
+    weight = OBSERVATION.seen(hypotheses[1], at).torque, case.observation.seen(case.hypotheses[1], at).torque
+    assert case.name == "a known payload of 0.96 kg"
+    assert np.max(np.abs(weight[1] - weight[0])) > 1.0
+    turned = tilted(1)(hypotheses, at, OBSERVATION).hypotheses[1].model
+    inner = turned.effects[-1].model
+    for robot in (turned.robot, inner.robot):
+        assert np.linalg.norm(robot.gravity) == pytest.approx(9.81)
+        assert robot.gravity[2] == pytest.approx(-9.81 * np.cos(np.deg2rad(15)))
+    assert hypotheses[1].model.robot.gravity[2] == pytest.approx(-9.81)
+
+
+def test_friction_is_not_seen_behind_the_gear():
+    at = motion()
+    case = link_encoders((stribeck(), grease()), at, OBSERVATION)
+    seen = case.observation.seen(case.hypotheses[0], at)
+    names = case.hypotheses[0].model.names
+    assert np.all(seen.columns[:, :, names.index("Fs2")] == 0.0)
+    compliance = seen.columns[:, 1, names.index("compliance2")]
+    assert compliance == pytest.approx(seen.torque[:, 1])

@@ -1,0 +1,228 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from exidyn.trajectories.clearances.region import Region, box
+from exidyn.trajectories.errors import BadLimits, Infeasible
+from exidyn.trajectories.families.chirp import Chirp
+from exidyn.trajectories.families.fourier import Fourier
+from exidyn.trajectories.families.jets import derivatives, exponential, power, product, sine
+from exidyn.trajectories.families.phases import Phases
+from exidyn.trajectories.kinds.with_chirp import STEPS, with_chirp
+from exidyn.trajectories.limits.check import check
+from exidyn.trajectories.limits.leads import with_leads
+
+from ...parts.small.two_joints import arm
+
+LIMITS = arm().limits
+TICK = 0.002
+NAMES = ("position", "velocity", "acceleration", "jerk")
+REST = Phases.hold(np.array([0.1, -0.3]), 8.0)
+
+
+def moving():
+    sine, cosine = 0.15 * np.random.default_rng(0).normal(size=(2, 2, 3))
+    return Fourier(8.0, np.zeros(2), sine, cosine)
+
+
+CHIRPS = {
+    "rest": lambda: with_chirp(REST, [1], LIMITS, TICK),
+    "moving": lambda: with_chirp(moving(), [0, 1], LIMITS, TICK),
+    "even": lambda: with_chirp(REST, [1, 0], LIMITS, TICK, logarithmic=False),
+    "later": lambda: Chirp(REST, (0,), np.array([[0.5, 0.5, 3.0, 80.0]]), 2.0, 9.0, 1.5, 4.0, 2.0),
+}
+
+
+@pytest.fixture(params=CHIRPS)
+def chirp(request):
+    return CHIRPS[request.param]()
+
+
+def alone(chirp, time):
+    """Position to jerk of the chirp without what is under it, shape (4, t, n)."""
+    return np.stack(chirp.at(time)[1:]) - np.stack(chirp.base.at(time)[1:])
+
+
+def test_jets_are_derivatives_of_known_functions():
+    """x^2.5 sin(x^2) e^x at some places, by its own formula and finite differences of it."""
+    time = np.array([0.3, 0.7, 1.9])
+    x = np.zeros((4, 3))
+    x[0], x[1] = time, 1.0
+    jet = derivatives(product(product(power(x, 2.5), sine(product(x, x))), exponential(x)))
+
+    def value(t):
+        return t**2.5 * np.sin(t**2) * np.exp(t)
+
+    h = 1e-3
+    expected = [
+        value(time),
+        (value(time + h) - value(time - h)) / (2 * h),
+        (value(time + h) - 2 * value(time) + value(time - h)) / h**2,
+        (value(time + 2 * h) - 2 * value(time + h) + 2 * value(time - h) - value(time - 2 * h)) / (2 * h**3),
+    ]
+    np.testing.assert_allclose(jet, expected, rtol=1e-4)
+
+
+def test_derivatives_meet_finite_differences(chirp):
+    time = np.random.default_rng(1).uniform(0.01, chirp.duration - 0.01, 400)
+    step = 1e-5
+    here, before, after = (np.stack(chirp.at(time + s)[1:]) for s in (0.0, -step, step))
+    slope = (after - before) / (2 * step)
+    for order in (1, 2, 3):
+        largest = np.max(np.abs(here[order]))
+        np.testing.assert_allclose(slope[order - 1], here[order], atol=1e-6 * largest)
+
+
+def test_it_begins_and_ends_with_nothing(chirp):
+    end = chirp.begin + chirp.length
+    outside = np.array([0.0, chirp.begin, chirp.begin + 1e-8, end - 1e-8, end, chirp.duration])
+    np.testing.assert_allclose(alone(chirp, outside)[:3], 0.0, atol=1e-6)
+
+
+def test_the_frequency_is_that_of_its_zeros(chirp):
+    """Counted on the motion itself: half a period from each zero to the next."""
+    time = np.linspace(chirp.begin + 1e-6, chirp.begin + chirp.length - 1e-6, 400_001)
+    wave = alone(chirp, time)[0, :, chirp.joints[0]]
+    crossings = np.flatnonzero(np.diff(np.signbit(wave)))[2:-2]
+    exact = time[crossings] - wave[crossings] * (time[1] - time[0]) / (wave[crossings + 1] - wave[crossings])
+    counted, middle = 0.5 / np.diff(exact), 0.5 * (exact[1:] + exact[:-1])
+    np.testing.assert_allclose(counted, chirp.frequency(middle), rtol=0.02)
+    np.testing.assert_allclose(
+        chirp.frequency(np.array([chirp.begin, chirp.begin + chirp.length])), [chirp.low, chirp.high]
+    )
+    half = float(chirp.frequency(np.array([chirp.begin + chirp.length / 2]))[0])
+    mean = np.sqrt(chirp.low * chirp.high) if chirp.logarithmic else 0.5 * (chirp.low + chirp.high)
+    assert half == pytest.approx(mean)
+
+
+def test_extremes_are_bounds_and_near_what_is_reached(chirp):
+    """Of the chirp alone, so that what is added for a base that moves does not hide how near."""
+    size = np.abs(alone(chirp, np.linspace(0.0, chirp.duration, 400_001))).max(axis=1)
+    for place, joint in enumerate(chirp.joints):
+        found = size[:, joint]
+        assert np.all(chirp.reached[place] >= found)
+        np.testing.assert_allclose(chirp.reached[place], found, rtol=0.01)
+    states = chirp.at(np.linspace(0.0, chirp.duration, 400_001))
+    for name, found in zip(NAMES, chirp.extremes(), strict=True):
+        assert np.all(found.upper >= getattr(states, name).max(axis=0))
+        assert np.all(found.lower <= getattr(states, name).min(axis=0))
+
+
+@pytest.mark.parametrize("order", range(6))
+def test_the_bound_of_each_derivative_holds_inside_its_cells(chirp, order):
+    for wave in chirp._waves:
+        left, right = wave._edges[:-1], wave._edges[1:]
+        bound = derivatives(wave._bound(left, right))[order]
+        for share in np.linspace(0.01, 0.99, 7):
+            size = np.abs(derivatives(wave._jet(left + share * (right - left), 6))[order])
+            assert np.all(size <= bound)
+
+
+def test_the_amplitude_is_the_smallest_that_four_limits_allow(chirp):
+    frequency = np.geomspace(chirp.low, chirp.high, 50)
+    angular = 2 * np.pi * frequency[:, None, None]
+    smallest = np.min(chirp.largest / angular ** np.arange(4), axis=2)
+    amplitude = chirp.amplitude(frequency)
+    assert np.all(amplitude <= smallest)
+    assert np.all(amplitude >= 4 ** (-1 / 4) * smallest)
+
+
+@pytest.mark.parametrize("share", [0.2, 1.0])
+@pytest.mark.parametrize("base", [REST, moving()])
+def test_it_uses_its_share_of_what_the_motion_leaves_and_no_more(share, base):
+    chirp = with_chirp(base, [0, 1], LIMITS, TICK, share=share)
+    assert check(chirp, LIMITS, TICK) == []
+    assert check(with_leads(chirp, LIMITS, TICK), LIMITS, TICK) == []
+    used = []
+    for under, limit in zip(base.extremes(), (2.5, 3.0, 12.0, 200.0), strict=True):
+        used.append(share * np.minimum(limit - under.upper, limit + under.lower))
+    used = chirp.reached / np.array(used).T
+    assert np.all(used <= 1.0 + 1e-9)
+    assert np.all(used.max(axis=1) > 0.9)
+
+
+def test_it_shrinks_until_it_can_be_stopped():
+    """A tenth of a radian from a limit, where full speed would run over it."""
+    near = Phases.hold(np.array([2.4, 0.0]), 8.0)
+    chirp = with_chirp(near, [0], LIMITS, TICK, share=1.0)
+    assert check(chirp, LIMITS, TICK) == []
+    free = with_chirp(Phases.hold(np.zeros(2), 8.0), [0], LIMITS, TICK, share=1.0)
+    assert chirp.reached[0, 1] < 0.9 * free.reached[0, 1]
+
+
+def test_unless_told_it_ends_at_20_hz_or_six_ticks_a_period():
+    assert with_chirp(REST, [0], LIMITS, 0.002).high == pytest.approx(20.0)
+    assert with_chirp(REST, [0], LIMITS, 0.012).high == pytest.approx(1 / 0.072)
+
+
+def test_an_amplitude_below_the_encoder_is_refused_and_says_from_which_frequency():
+    whole = with_chirp(REST, [0], LIMITS, TICK)
+    coarse = 1.01 / STEPS * float(whole.amplitude(np.array([10.0]))[0, 0])
+    with pytest.raises(Infeasible, match=r"joint 1: at 20 Hz .* from (9\.\d+|10) Hz on .* Try"):
+        with_chirp(REST, [0], LIMITS, TICK, high=20.0, resolution=coarse)
+    with_chirp(REST, [0], LIMITS, TICK, high=9.0, resolution=coarse)
+    assert 4.0 < with_chirp(REST, [0], LIMITS, TICK, resolution=coarse).high < 10.0
+
+
+def test_a_motion_that_leaves_nothing_names_joint_and_quantity():
+    reached = moving().extremes()
+    tight = replace(LIMITS, velocity=np.array([3.0, float(reached.velocity.upper[1])]))
+    with pytest.raises(Infeasible, match="joint 2: the motion's own velocity"):
+        with_chirp(moving(), [0, 1], tight, TICK)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "words"),
+    [
+        ({"joints": [2]}, "joint number 2; valid are 0 to 1"),
+        ({"joints": []}, "no joint is to move"),
+        ({"high": 200.0}, "200 Hz.*allows up to 83.33 Hz"),
+        ({"low": 30.0}, "from 30 to 20 Hz"),
+        ({"low": np.nan}, "from nan"),
+        ({"low": 0.1}, "20 s at 0.1 Hz"),
+        ({"share": 1.2}, "share of 1.2"),
+        ({"tick": 0.0}, "tick of 0 s"),
+        ({"limits": replace(LIMITS, jerk=np.array([1.0, np.inf]))}, "joint 2: jerk limit inf"),
+        ({"limits": replace(LIMITS, velocity=np.array([np.inf, 1.0]))}, "joint 1: limit velocity is inf"),
+    ],
+)
+def test_what_is_no_chirp_is_said(wrong, words):
+    said = {"base": REST, "joints": [0], "limits": LIMITS, "tick": TICK} | wrong
+    with pytest.raises(BadLimits, match=words):
+        with_chirp(**said)
+
+
+def floor(depth):
+    """A floor so far under the flange at the pose of `REST` [m]."""
+    wide = np.full(3, 9.0)
+    room = Region.of(arm(), "flange", box(-wide, wide)).points(REST.position)[0, 2]
+    return Region.of(arm(), "flange", box(np.array([-9.0, -9.0, room - depth]), wide))
+
+
+def test_nothing_is_touched():
+    free = with_chirp(REST, [0, 1], LIMITS, TICK)
+    near = floor(0.02)
+    kept = with_chirp(REST, [0, 1], LIMITS, TICK, clearances=[near])
+    assert not near.worst(free).allowed
+    assert near.worst(kept).allowed
+    assert not near.worst(kept.scaled(1 / 0.8)).allowed
+    with pytest.raises(Infeasible, match=r"the motion under the chirp: flange z >= .* m misses its margin"):
+        with_chirp(REST, [0, 1], LIMITS, TICK, clearances=[floor(-0.02)])
+
+
+@pytest.mark.parametrize(
+    ("wrong", "words"),
+    [
+        ({"joints": (0, 0)}, "joints"),
+        ({"joints": (2,)}, "expected different ones of 0 to 1"),
+        ({"largest": np.array([[1.0, 1.0, 1.0, 0.0]])}, "above 0"),
+        ({"largest": np.array([[1.0, 1.0, 1.0, np.nan]])}, "above 0"),
+        ({"high": 2.0}, "from 2 to 2 Hz"),
+        ({"length": 7.0}, "lasts 8 s"),
+        ({"fade": 2.1}, "rising and falling for 2.1 s"),
+    ],
+)
+def test_fields_that_make_no_chirp_are_refused(wrong, words):
+    with pytest.raises(BadLimits, match=words):
+        replace(CHIRPS["later"](), **wrong)

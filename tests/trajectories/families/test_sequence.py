@@ -1,0 +1,164 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from exidyn.trajectories.errors import BadLimits, Infeasible, NotContinuous
+from exidyn.trajectories.families.fourier import Fourier
+from exidyn.trajectories.families.phases import Phases
+from exidyn.trajectories.families.sequence import Sequence
+from exidyn.trajectories.limits.brake import stoppable
+from exidyn.trajectories.limits.leads import lead_in, with_leads
+from exidyn.trajectories.limits.moves import move
+from exidyn.trajectories.trajectory import State
+
+from ...parts.small.two_joints import arm
+
+LIMITS = arm().limits
+TICK = 0.002
+
+
+def series(seed=0, size=0.15, centre=0.0, period=5.0):
+    sine, cosine = size * np.random.default_rng(seed).normal(size=(2, 2, 4))
+    return Fourier(period, np.full(2, centre), sine, cosine)
+
+
+def first(trajectory):
+    return trajectory.at(np.zeros(1)).state(0)
+
+
+def there_and_back():
+    start, middle = State.at_rest(np.array([0.0, 0.3])), first(series())
+    there = move(start, middle, LIMITS, TICK)
+    return there, move(middle, start, LIMITS, TICK)
+
+
+def test_parts_follow_one_another():
+    there, back = there_and_back()
+    both = Sequence((there, back, Phases.hold(np.array([0.0, 0.3]), 0.5)))
+    assert both.duration == pytest.approx(there.duration + back.duration + 0.5)
+    time = np.array([0.0, 0.03, there.duration, there.duration + 0.03, both.duration - 0.1])
+    states = both.at(time)
+    for row, (part, local) in enumerate([(there, 0.0), (there, 0.03), (back, 0.0), (back, 0.03)]):
+        expected = part.at(np.array([local])).state(0)
+        np.testing.assert_allclose(states.state(row), expected, atol=1e-12)
+    np.testing.assert_array_equal(states.state(4), State.at_rest(np.array([0.0, 0.3])))
+    np.testing.assert_array_equal(states.time, time)
+
+
+def test_extremes_are_those_of_all_parts_at_their_times():
+    there, back = there_and_back()
+    both = Sequence((there, back))
+    for name, found in zip(("position", "velocity", "acceleration", "jerk"), both.extremes(), strict=True):
+        parts = [getattr(part.extremes(), name) for part in both.parts]
+        np.testing.assert_array_equal(found.lower, np.min([part.lower for part in parts], axis=0))
+        np.testing.assert_array_equal(found.upper, np.max([part.upper for part in parts], axis=0))
+        if name == "jerk":
+            continue
+        for joint in range(2):
+            reached = getattr(both.at(found.upper_time[[joint]]), name)[0, joint]
+            assert reached == pytest.approx(found.upper[joint], abs=1e-9)
+            reached = getattr(both.at(found.lower_time[[joint]]), name)[0, joint]
+            assert reached == pytest.approx(found.lower[joint], abs=1e-9)
+
+
+@pytest.mark.parametrize("order", [0, 1, 2])
+def test_a_jump_names_joint_quantity_and_parts(order):
+    rest = Phases.hold(np.zeros(2), 1.0)
+    state = State(*np.zeros((3, 2)))
+    state[order][1] = 1e-5
+    moving = Phases.of_jerks(state, np.array([1.0]), np.zeros((1, 2)))
+    with pytest.raises(
+        NotContinuous, match=f"joint 2: {State._fields[order]} jumps from 0 to 1e-05 .*parts 2 and 3"
+    ):
+        Sequence((rest, rest, moving))
+
+
+def test_no_parts_and_parts_of_different_arms_are_refused():
+    for parts in ((), (Phases.hold(np.zeros(2), 1.0), Phases.hold(np.zeros(3), 1.0))):
+        with pytest.raises(NotContinuous, match="joints"):
+            Sequence(parts)
+
+
+@pytest.mark.parametrize("seed", range(10))
+@pytest.mark.parametrize("start", [None, np.array([0.2, -0.3])])
+def test_leads_begin_and_end_at_rest_and_keep_every_limit(seed, start):
+    core = series(seed)
+    run = with_leads(core, LIMITS, TICK, start, rest=0.5)
+    rest, into, middle, out, again = run.parts
+    assert middle is core
+    for part in run.parts:
+        assert part.duration / TICK == pytest.approx(round(part.duration / TICK), abs=1e-6)
+    np.testing.assert_array_equal(rest.start_state, again.end_state)
+    assert not np.any([rest.start_state.velocity, rest.start_state.acceleration])
+    if start is not None:
+        np.testing.assert_array_equal(rest.start_state.position, start)
+    for lead in (into, out):
+        assert np.all(stoppable(lead.every(TICK), LIMITS))
+        reached = lead.extremes()
+        assert np.all(reached.position.upper <= LIMITS.position_upper)
+        assert np.all(reached.position.lower >= LIMITS.position_lower)
+        assert np.all(np.maximum(reached.velocity.upper, -reached.velocity.lower) <= LIMITS.velocity + 1e-9)
+    assert run.duration == pytest.approx(1.0 + into.duration + 5.0 + out.duration)
+
+
+def test_unless_told_it_starts_near():
+    """A given start far off takes longer to come in from than the one it finds."""
+    core = series()
+    own, far = with_leads(core, LIMITS, TICK), with_leads(core, LIMITS, TICK, np.array([2.0, -2.0]))
+    assert own.parts[1].duration < 0.5 * far.parts[1].duration
+
+
+def test_a_rest_is_at_least_as_long_as_asked_and_ends_on_a_tick():
+    rest = with_leads(series(), LIMITS, TICK, rest=0.0031).parts[0].duration
+    assert rest == pytest.approx(0.004, abs=1e-12)
+
+
+def test_a_lead_that_overshoots_a_limit_says_which():
+    """It begins fast and just inside a limit, so that getting up to speed needs room beyond it."""
+    core = series(seed=1)
+    begin = first(core)
+    fast = int(np.argmax(np.abs(begin.velocity)))
+    forward = begin.velocity[fast] > 0
+    side = "position_lower" if forward else "position_upper"
+    bound = getattr(LIMITS, side).copy()
+    bound[fast] = begin.position[fast] - (0.001 if forward else -0.001)
+    with_leads(core, LIMITS, TICK, begin.position)
+    with pytest.raises(
+        Infeasible, match=rf"joint {fast + 1}: the lead-.* reaches .* limit .*Try another start"
+    ):
+        with_leads(core, replace(LIMITS, **{side: bound}), TICK, begin.position)
+    with pytest.raises(Infeasible, match=rf"no pose was found.*joint {fast + 1}"):
+        with_leads(core, replace(LIMITS, **{side: bound}), TICK)
+
+
+def test_a_core_that_ends_between_two_ticks_is_refused():
+    with pytest.raises(BadLimits, match=r"5\.001 s, 2500\.5 ticks of 0\.002 s.*Try a duration of 5 s"):
+        with_leads(series(period=5.001), LIMITS, TICK)
+
+
+@pytest.mark.parametrize("tick", [0.0, np.nan])
+def test_a_tick_must_be_one(tick):
+    with pytest.raises(BadLimits, match="tick of"):
+        with_leads(series(), LIMITS, tick)
+
+
+def test_lead_in_from_a_measured_state_joins_the_trajectory():
+    core = series()
+    measured = State(np.array([-1.0, 0.7]), np.array([0.3, -0.2]), np.array([1.0, 2.0]))
+    way = lead_in(measured, core, LIMITS, TICK)
+    np.testing.assert_array_equal(way.start_state, measured)
+    run = Sequence((way, core))
+    np.testing.assert_allclose(way.end_state, first(core), atol=1e-8)
+    assert run.duration == pytest.approx(way.duration + 5.0)
+
+
+def test_a_joint_measured_outside_is_let_in_but_no_further_out():
+    core = series()
+    outside = State.at_rest(np.array([0.0, 2.6]))  # the limit is 2.5
+    assert lead_in(outside, core, LIMITS, TICK).extremes().position.upper[1] == pytest.approx(2.6, abs=1e-9)
+    leaving = State(outside.position, np.array([0.0, 0.5]), np.zeros(2))
+    with pytest.raises(
+        Infeasible, match=r"joint 2: the lead-in or a stop during it reaches 2\.6.* limit 2\.5"
+    ):
+        lead_in(leaving, core, LIMITS, TICK)

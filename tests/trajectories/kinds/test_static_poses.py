@@ -1,0 +1,197 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from exidyn.identify.arm.motion import Motion
+from exidyn.identify.effects import CoulombFriction, CurrentOffset, Hysteresis, RigidBody
+from exidyn.identify.model import Model
+from exidyn.trajectories.clearances.clearance import Clearance
+from exidyn.trajectories.clearances.configurations import random_positions
+from exidyn.trajectories.clearances.self_collision import SelfCollision
+from exidyn.trajectories.errors import BadLimits, Infeasible, NothingToIdentify
+from exidyn.trajectories.kinds.pose_choice import informative, spread_out
+from exidyn.trajectories.kinds.static_poses import APPROACH, static_poses
+from exidyn.trajectories.limits.check import check
+from exidyn.trajectories.limits.leads import with_leads
+from exidyn.trajectories.limits.usable_limits import usable
+
+from ...parts.runs.robots import six_axis
+from ...parts.small import small_arm, two_joints
+
+LIMITS = two_joints.arm().limits
+TICK = 0.004
+
+
+@pytest.fixture(scope="module")
+def run():
+    return static_poses(LIMITS, 8, TICK, dwell=0.5, model=two_joints.model())
+
+
+def test_each_pose_is_held_twice_come_from_below_and_from_above(run):
+    assert run.poses.shape == (8, 2)
+    assert run.notes == ()
+    for pose, rests in zip(run.poses, run.rests, strict=True):
+        for (begin, end), sign in zip(rests, (1.0, -1.0), strict=True):
+            assert end - begin == pytest.approx(0.5)
+            held = run.trajectory.at(np.linspace(begin + 1e-6, end - 1e-6, 20))
+            np.testing.assert_allclose(held.position, np.tile(pose, (20, 1)), atol=1e-6)
+            np.testing.assert_allclose(held.velocity, 0.0, atol=1e-9)
+            before = run.trajectory.at(np.linspace(begin - 0.1, begin, 20))
+            travel = sign * (pose - before.position)
+            assert np.all(travel >= -1e-6)
+            assert np.all(travel[0] > 0.1 * APPROACH)
+
+
+def test_it_begins_and_ends_at_rest_at_one_pose_within_all_limits(run):
+    ends = run.trajectory.at(np.array([0.0, run.trajectory.duration]))
+    np.testing.assert_allclose(ends.position[0], ends.position[1], atol=1e-8)
+    np.testing.assert_allclose([ends.velocity, ends.acceleration], 0.0, atol=1e-8)
+    assert check(run.trajectory, LIMITS, TICK) == []
+    assert check(with_leads(run.trajectory, LIMITS, TICK), LIMITS, TICK) == []
+
+
+def test_a_given_start_is_kept_and_the_way_is_short():
+    start = np.array([2.0, -2.0])
+    found = static_poses(LIMITS, 8, TICK, start=start)
+    ends = found.trajectory.at(np.array([0.0, found.trajectory.duration]))
+    np.testing.assert_allclose(ends.position, [start, start], atol=1e-8)
+
+    def length(poses):
+        return np.sum(np.max(np.abs(np.diff([start, *poses], axis=0)), axis=1))
+
+    shuffled = [length(np.random.default_rng(k).permutation(found.poses)) for k in range(20)]
+    assert length(found.poses) < np.mean(shuffled)
+
+
+def gravity_information(model, poses):
+    """Log determinant by the known columns of gravity alone: what the first moments of the links do."""
+    still = np.zeros_like(poses)
+    columns = model.regressor(Motion.of(np.arange(len(poses)) * 1.0, poses, still, still))
+    rows = columns.reshape(-1, columns.shape[2])
+    everywhere = random_positions(model.robot, 300, seed=9)
+    still = np.zeros_like(everywhere)
+    wide = model.regressor(Motion.of(np.arange(300) * 1.0, everywhere, still, still)).reshape(900 * 2, -1)
+    _, size, basis = np.linalg.svd(wide, full_matrices=False)
+    seen = basis[size > 1e-6 * size[0]] / size[size > 1e-6 * size[0], None]
+    return np.linalg.slogdet(seen @ rows.T @ rows @ seen.T)[1], len(seen)
+
+
+def test_chosen_poses_tell_more_than_random_ones():
+    robot = replace(six_axis(), limits=usable_six())
+    model = Model(robot, (RigidBody(), CurrentOffset()))
+    candidates = random_positions(robot, 200, seed=1)
+    best, count = gravity_information(model, candidates[informative(candidates, 6, robot.limits, model)])
+    others = [gravity_information(model, random_positions(robot, 6, seed=seed))[0] for seed in range(2, 30)]
+    assert best > max(others)
+    assert best - np.median(others) > 0.25 * count  # each unknown's deviation an eighth smaller
+
+
+def usable_six():
+    limits = six_axis().limits
+    far = np.full(6, 2.5)
+    return replace(limits, position_lower=-far, position_upper=far)
+
+
+def test_what_the_way_decides_at_rest_does_not_choose_poses():
+    """Hysteresis keeps a torque at rest; between unrelated poses it would be noise."""
+    robot = replace(six_axis(), limits=usable_six())
+    candidates = random_positions(robot, 100, seed=1)
+    plain = Model(robot, (RigidBody(), CurrentOffset()))
+    rubbing = plain + CoulombFriction() + Hysteresis()
+    np.testing.assert_array_equal(
+        informative(candidates, 6, robot.limits, plain), informative(candidates, 6, robot.limits, rubbing)
+    )
+
+
+def test_without_a_model_poses_are_spread_out():
+    candidates = np.random.default_rng(0).uniform(LIMITS.position_lower, LIMITS.position_upper, (200, 2))
+
+    def nearest(poses):
+        gaps = np.linalg.norm(poses[:, None] - poses[None], axis=2)
+        return np.min(gaps[np.triu_indices(len(poses), 1)])
+
+    chosen = spread_out(candidates, 9, LIMITS)
+    assert len(set(chosen)) == 9
+    assert nearest(candidates[chosen]) > 3 * nearest(candidates[:9])
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_an_arm_that_could_touch_itself_never_does(tmp_path, seed):
+    robot, geometry = small_arm.small_arm(tmp_path)
+    collision, limits = SelfCollision.of(robot, geometry), usable(robot).limits
+    model = Model(robot, (RigidBody(), CurrentOffset()))
+    said = {"dwell": 0.2, "seed": seed, "model": model}
+    free = static_poses(limits, 8, TICK, **said)
+    assert not collision.worst(free.trajectory).allowed
+    kept = static_poses(limits, 8, TICK, clearances=[collision], **said)
+    assert collision.worst(kept.trajectory).allowed
+    assert check(kept.trajectory, limits, TICK) == []
+    left_out = [note for note in kept.notes if "left out" in note]
+    assert len(kept.poses) + len(left_out) == 8
+    assert len(kept.poses) >= 4
+    assert len(kept.rests) == len(kept.poses)
+
+
+def test_what_is_left_out_and_what_goes_round_is_said(tmp_path):
+    robot, geometry = small_arm.small_arm(tmp_path)
+    collision, limits = SelfCollision.of(robot, geometry), usable(robot).limits
+    notes = [
+        note
+        for seed in range(4)
+        for note in static_poses(limits, 8, TICK, dwell=0.0, seed=seed, clearances=[collision]).notes
+    ]
+    assert any("left out: the way between two poses: " in note and " m after " in note for note in notes)
+    assert any(note.endswith("goes round") for note in notes)
+
+
+def test_an_arm_without_gravity_has_nothing_to_tell():
+    robot = two_joints.arm()
+    robot.kinematics.gravity.linear = np.zeros(3)
+    with pytest.raises(NothingToIdentify, match="two joints: at rest no parameter"):
+        static_poses(LIMITS, 4, TICK, model=Model(robot, (RigidBody(), CoulombFriction())))
+
+
+@pytest.mark.parametrize(
+    ("wrong", "kind", "words"),
+    [
+        ({"count": 0}, BadLimits, "0 poses"),
+        ({"dwell": -1.0}, BadLimits, "rests of -1 s"),
+        ({"dwell": np.nan}, BadLimits, "rests of nan s"),
+        ({"approach": 0.0}, BadLimits, "approach over 0 rad"),
+        ({"approach": 2.6}, Infeasible, "joint 1: -2.5 to 2.5 rad, less 2.6"),
+        ({"start": np.array([0.0, -2.6])}, Infeasible, "joint 2: pose -2.6"),
+        ({"tick": 0.0}, BadLimits, "tick of 0 s"),
+        (
+            {"limits": replace(LIMITS, acceleration=np.array([1.0, np.inf]))},
+            BadLimits,
+            "joint 2: limit accel",
+        ),
+    ],
+)
+def test_what_cannot_be_asked_for_says_why(wrong, kind, words):
+    said = {"limits": LIMITS, "count": 4, "tick": TICK} | wrong
+    with pytest.raises(kind, match=words):
+        static_poses(**said)
+
+
+class Crowded(Clearance):
+    """No room but where both joints are all but straight."""
+
+    @property
+    def names(self):
+        return ["arm to wall", "arm to floor"]
+
+    def margins(self, position):
+        return 1e-3 - np.abs(position)
+
+    def gradient(self, position):
+        raise NotImplementedError
+
+    def reach(self, travel):
+        return np.eye(2)
+
+
+def test_a_cell_without_room_says_how_much_is_missing():
+    with pytest.raises(Infeasible, match=r"0 of 4000 .* 3 are wanted; .* has -0.\d+ m of room \(arm to "):
+        static_poses(LIMITS, 3, TICK, clearances=[Crowded()])

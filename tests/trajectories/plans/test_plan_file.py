@@ -1,0 +1,226 @@
+"""Trajectory files: exact both ways for every family; a bad one is refused by name of file and key."""
+
+import re
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+import pytest
+
+from exidyn.identify.arm.robot import Limits
+from exidyn.trajectories.errors import NotATrajectory
+from exidyn.trajectories.families import FAMILIES
+from exidyn.trajectories.families.fourier import Fourier
+from exidyn.trajectories.plans import trajectory_rows
+from exidyn.trajectories.plans.plan import Plan, fits, model_differences, robot_differences
+from exidyn.trajectories.plans.plan_file import parse_plan, plan_text, read_plan, write_plan
+from exidyn.trajectories.trajectory import Trajectory
+
+from ...parts.plans.plans import SAMPLES, fourier, known_plan, phases
+from ...parts.small import two_joints
+
+
+def same(one, other):
+    """Whether two values are the same to the last bit, whatever they are made of."""
+    if isinstance(one, np.ndarray):
+        return other.dtype == one.dtype and np.array_equal(one, other, equal_nan=True)
+    if isinstance(one, Trajectory | Limits | Plan):
+        return type(one) is type(other) and all(
+            same(getattr(one, f.name), getattr(other, f.name)) for f in fields(one)
+        )
+    if isinstance(one, tuple):
+        return len(one) == len(other) and all(map(same, one, other))
+    if isinstance(one, dict):
+        return one.keys() == other.keys() and all(same(one[key], other[key]) for key in one)
+    return type(one) is type(other) and (one == other or (one != one and other != other))
+
+
+@pytest.mark.parametrize("family", FAMILIES)
+def test_every_family_comes_back_to_the_last_bit(family, tmp_path):
+    plan = known_plan(SAMPLES[family]())
+    assert type(plan.trajectory) is FAMILIES[family]
+    write_plan(plan, tmp_path / "plan.toml")
+    assert same(read_plan(tmp_path / "plan.toml"), plan)
+    assert [path.name for path in tmp_path.iterdir()] == ["plan.toml"]
+
+
+@dataclass(frozen=True, eq=False)
+class Made(Fourier):
+    """A family of this test, with every kind of field."""
+
+    inner: Fourier | None = None
+    parts: tuple[Trajectory, ...] = ()
+    joints: tuple[str, ...] = ()
+    order: tuple[int, ...] = ()
+    label: str = "made"
+    forward: bool = True
+    unit: float = 1.0
+
+
+@pytest.fixture
+def made(monkeypatch):
+    monkeypatch.setitem(trajectory_rows.FAMILIES, "made", Made)
+    base = {f.name: getattr(fourier(), f.name) for f in fields(Fourier)}
+    inside = Made(**base, parts=(phases(3),))
+    return Made(
+        **base, inner=fourier(3), parts=(phases(), inside, fourier(1, 4)), joints=("a", "b"), order=(1, 0)
+    )
+
+
+def test_a_new_family_costs_one_line(made):
+    text = plan_text(known_plan(made))
+    assert "[[trajectory.parts.parts]]" in text
+    assert same(parse_plan(text).trajectory, made)
+
+
+def test_an_inner_trajectory_of_the_wrong_family_is_refused(made):
+    text = plan_text(known_plan(made))
+    head, inner, rest = re.split(r"(?<=\n)(\[trajectory.inner\]\n.*?)(?=\[\[)", text, maxsplit=1, flags=re.S)
+    other = plan_text(known_plan(phases())).split("[trajectory]\n")[1].split("[margins]")[0]
+    with pytest.raises(
+        NotATrajectory, match=r"inner: a phases, expected a trajectory of family fourier or made"
+    ):
+        parse_plan(head + "[trajectory.inner]\n" + other + rest)
+    assert "fourier" in inner
+
+
+def test_a_family_that_is_in_no_table_cannot_be_written():
+    with pytest.raises(LookupError, match="called 'Made'. Valid: chirp, fourier"):
+        plan_text(known_plan(Made(**{f.name: getattr(fourier(), f.name) for f in fields(Fourier)})))
+
+
+def test_infinite_limits_and_a_criterion_of_nothing_come_back():
+    plan = replace(known_plan(), limits=Limits.none(2), criterion="", reached=float("nan"), details={})
+    assert same(parse_plan(plan_text(plan)), plan)
+
+
+def test_defaults_go_without_saying():
+    text = plan_text(known_plan())
+    for key in ("checksum", "criterion", "reached", "seed", "tick", "payload_pair", "assumed", "periods"):
+        text = re.sub(rf"^{key} = .*\n", "", text, flags=re.M)
+    plan = parse_plan(text)
+    assert (plan.criterion, plan.seed, plan.payload_pair, plan.assumed) == ("", 0, False, ())
+    assert plan.trajectory.periods == 1
+
+
+@pytest.mark.parametrize("family", FAMILIES)
+def test_a_file_cut_off_anywhere_is_refused(family):
+    text = plan_text(known_plan(SAMPLES[family]())).rstrip()
+    for end in np.linspace(0, len(text) - 1, 150).astype(int):
+        with pytest.raises(NotATrajectory, match="cut off|no key 'kind'|kind = |no key 'family'|family '"):
+            parse_plan(text[:end])
+
+
+@pytest.mark.parametrize(
+    ("found", "put", "said"),
+    [
+        ("format = 1", "format = 2", "format 2; this version reads format 1; update exidyn"),
+        ("format = 1", 'format = "1"', "format '1'; this version reads format 1"),
+        ('kind = "trajectory"', 'kind = "robot"', "not a trajectory file: kind = 'robot'"),
+        ('kind = "trajectory"', "", "not a trajectory file: no key 'kind'"),
+        ('"fourier"', '"furier"', r"\[trajectory\]: family 'furier'; expected one of: chirp, fourier"),
+        ('family = "fourier"', "", r"\[trajectory\]: no key 'family'; expected one of: chirp"),
+        ("period = 3.3333333333333335", "", r"\[trajectory\]: key 'period' is missing, expected a number"),
+        (
+            "period = ",
+            "periode = ",
+            r"\[trajectory\]: unknown key 'periode'. Valid keys: centre, cosine, fam",
+        ),
+        ("periods = 2", "periods = 2.5", r"\[trajectory\] periods: expected a whole number; found 2.5"),
+        ("periods = 2", "periods = 0", r"\[trajectory\]: Fourier: period 3.33333 s, 0 times"),
+        (
+            "centre = [0.1",
+            "centre = [nan",
+            r"\[trajectory\] centre\[0\]: expected a finite number; found nan",
+        ),
+        ("centre = [0.1", "centre = [true", r"\[trajectory\] centre\[0\]: expected a number; found True"),
+        ("centre = [0.1, ", "centre = [", r"\[trajectory\]: Fourier: centre \(1,\), sine \(2, 5\)"),
+        ("  [0.01257302210933933, ", "  [", r"\[trajectory\] sine: row 1 has shape \(5,\), and row 0 \(4,\)"),
+        ("seed = 12", 'seed = "x"', "seed: expected a whole number; found 'x'"),
+        ("tick = 0.004", "tick = 0.0", "tick is 0 s, expected above 0"),
+        ("tick = 0.004", "tick = nan", "tick: expected a finite number; found nan"),
+        ("seed = 12", "sead = 12", "unknown key 'sead'. Valid keys: assumed, checksum, criterion, details"),
+        ('units = ["rad", "rad"]', 'units = ["rad", "deg"]', "units: 'deg' is none of rad, m"),
+        (
+            'units = ["rad", "rad"]',
+            'units = ["rad"]',
+            "units has 1 entries, and the trajectory moves 2 joints",
+        ),
+        ('joints = ["shoulder", "elbow"]', 'joints = "shoulder"', "joints: expected a list of texts"),
+        ('["shoulder", "elbow"]', '["a", "b", "c"]', r"\[limits\] position_lower: 2 values, expected 3"),
+        ("velocity = 0.02", "velocity = nan", r"\[margins\] velocity: expected a finite number"),
+        (
+            "velocity = [3.0, 3.0]",
+            "velocity = [3.0, nan]",
+            r"\[limits\] velocity\[1\]: expected a number; found",
+        ),
+        ("jerk = [200.0, 200.0]", "", r"\[limits\]: key 'jerk' is missing"),
+        ("[margins]", "[margin]", "unknown key 'margin'"),
+        ("[details]", "details = 3\n[detail]", "unknown key 'detail'"),
+    ],
+)
+def test_a_wrong_file_is_refused_in_one_sentence(found, put, said, tmp_path):
+    text = plan_text(known_plan())
+    assert found in text
+    (tmp_path / "bad.toml").write_text(text.replace(found, put, 1), encoding="utf-8")
+    with pytest.raises(NotATrajectory, match=said) as refused:
+        read_plan(tmp_path / "bad.toml")
+    assert str(refused.value).startswith(f"{tmp_path / 'bad.toml'}: ")
+
+
+def test_what_is_no_text_or_no_file_is_refused(tmp_path):
+    (tmp_path / "picture.png").write_bytes(b"\x89PNG\xff")
+    for name, said in (("picture.png", "not a text file"), ("none.toml", "No such file"), (".", "directory")):
+        with pytest.raises(NotATrajectory, match=said):
+            read_plan(tmp_path / name)
+
+
+def test_a_plan_needs_what_its_trajectory_moves():
+    with pytest.raises(
+        NotATrajectory, match=r"limits.position_lower has 3 entries, and the .* moves 2 joints"
+    ):
+        replace(known_plan(), limits=Limits.none(3))
+
+
+def test_a_plan_fits_the_model_it_was_made_for():
+    assert fits(known_plan(), two_joints.model()) == []
+
+
+def test_other_masses_change_the_model_and_not_the_robot():
+    model = two_joints.model(gain=2 * two_joints.GAIN)
+    assert robot_differences(known_plan(), model.robot) == []
+    (said,) = model_differences(known_plan(), model)
+    assert "not the one planned with" in said
+    assert fits(known_plan(), model) == [said]
+
+
+def test_other_limits_are_named():
+    robot = two_joints.arm()
+    slower = replace(robot.limits, velocity=np.array([3.0, 2.0]))
+    (said,) = robot_differences(known_plan(), replace(robot, limits=slower))
+    assert said == "limit velocity of elbow is 2; it was 3 when the plan was made"
+
+
+def test_another_geometry_and_other_joints_are_told():
+    robot = two_joints.arm()
+    longer = robot.kinematics.copy()
+    longer.jointPlacements[2].translation = np.array([0.5, 0.0, 0.0])
+    (said,) = robot_differences(known_plan(), replace(robot, kinematics=longer))
+    assert "another geometry" in said
+    plan = replace(known_plan(), joints=("A1", "A2"))
+    (said,) = robot_differences(plan, robot)
+    assert said == "the plan is for the joints A1, A2 of two joints; two joints has shoulder, elbow"
+
+
+def test_a_changed_digit_is_another_motion_and_refused():
+    text = plan_text(known_plan())
+    place = text.index("0.", text.index("[trajectory]")) + 2
+    changed = text[:place] + ("7" if text[place] != "7" else "3") + text[place + 1 :]
+    with pytest.raises(NotATrajectory, match="has changed since exidyn wrote it.*remove the line"):
+        parse_plan(changed)
+    meant = re.sub(r'checksum = ".*"\n', "", changed)
+    assert not same(parse_plan(meant), known_plan())
+
+
+def test_line_ends_are_no_change():
+    plan = known_plan()
+    assert same(parse_plan(plan_text(plan).replace("\n", "\r\n")), plan)

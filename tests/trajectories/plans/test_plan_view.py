@@ -1,0 +1,122 @@
+"""The Rerun recording of a plan: read back, it is the trajectory's; a viewer takes all of it."""
+
+from dataclasses import replace
+
+import numpy as np
+import pinocchio as pin
+import pytest
+import rerun as rr
+
+from exidyn.identify.arm.link_frames import link_poses
+from exidyn.identify.arm.robot import Limits
+from exidyn.identify.effects import Payload
+from exidyn.trajectories.plans import view
+from exidyn.trajectories.plans.plan_check import believed_torque
+from exidyn.trajectories.plans.plan_plots import plan_curves
+
+from ...parts.pages.rerun_viewer import (
+    complaints,
+    headless_viewer,
+    last_time,
+    numbers,
+    numbers_nested,
+    read,
+    seconds,
+    settled,
+)
+from ...parts.plans.plans import fourier, known_plan
+from ...parts.runs.robots import six_axis
+from ...parts.small import two_joints
+from .test_plan_plots import BODY
+
+MODEL = two_joints.model(Payload("L", BODY))
+
+
+@pytest.fixture(scope="module")
+def plan():
+    """Beyond some limits, to be run twice."""
+    return known_plan(fourier().scaled(4.0))
+
+
+@pytest.fixture(scope="module")
+def chunks(plan, tmp_path_factory):
+    path = tmp_path_factory.mktemp("view") / "plan.rrd"
+    view.save_rerun(plan, MODEL, path)
+    return read(path)
+
+
+def test_curves_read_back_are_those_of_the_trajectory(chunks, plan):
+    states = plan.trajectory.every(plan.tick)
+    for k, joint in enumerate(plan.joints):
+        for name in ("position", "velocity", "acceleration", "jerk"):
+            entity = f"/{name}/{joint}/planned"
+            np.testing.assert_array_equal(numbers(chunks, entity), getattr(states, name)[:, k])
+            np.testing.assert_allclose(seconds(chunks, entity), states.time, atol=2e-9)
+
+
+def test_torque_has_a_curve_for_each_run(chunks, plan):
+    for run, values in believed_torque(plan, MODEL).runs:
+        np.testing.assert_array_equal(numbers(chunks, f"/torque/elbow/{run}"), values[:, 1])
+
+
+def test_limits_and_what_is_beyond_are_there(chunks, plan):
+    np.testing.assert_array_equal(numbers(chunks, "/velocity/shoulder/upper limit"), [3.0, 3.0])
+    np.testing.assert_array_equal(numbers(chunks, "/velocity/shoulder/lower limit"), [-3.0, -3.0])
+    np.testing.assert_allclose(
+        seconds(chunks, "/velocity/shoulder/lower limit"), [0.0, plan.trajectory.every(plan.tick).time[-1]]
+    )
+    velocity = plan.trajectory.every(plan.tick).velocity[:, 0]
+    expected = velocity[np.abs(velocity) > 3.0]
+    assert len(expected) > 0
+    np.testing.assert_array_equal(numbers(chunks, "/velocity/shoulder/planned beyond"), expected)
+
+
+def test_shares_are_of_the_limits(chunks, plan):
+    found = numbers(chunks, "/share/velocity").reshape(-1, 2)
+    np.testing.assert_allclose(found, 100 / 3.0 * plan.trajectory.every(plan.tick).velocity)
+
+
+def test_arm_moves_as_planned(chunks, plan):
+    position = plan.trajectory.every(1.0 / view.FRAMES).position
+    poses = link_poses(MODEL.robot.kinematics, position)
+    for k, joint in enumerate(plan.joints):
+        place = numbers_nested(chunks, f"/arm/moves/{joint}", "Transform3D:translation", 3)
+        turn = numbers_nested(chunks, f"/arm/moves/{joint}", "Transform3D:quaternion", 4)
+        np.testing.assert_allclose(place, poses[:, k, :3], atol=1e-6)
+        np.testing.assert_allclose(np.abs(np.sum(turn * poses[:, k, 3:], axis=1)), 1.0, atol=1e-6)
+
+
+def test_summary_says_what_is_beyond(chunks):
+    (text,) = chunks["/summary", "TextDocument:text"][0].to_pylist()[0]
+    assert "Motion for two joints" in text
+    assert "BEYOND: shoulder: velocity" in text
+
+
+def test_flange_goes_along_its_path():
+    robot = six_axis()
+    position = np.random.default_rng(0).uniform(-1, 1, (4, 6))
+    kinematics = robot.kinematics.copy()
+    frame = kinematics.addFrame(pin.Frame("flange", 6, 0, robot.flange, pin.FrameType.OP_FRAME))
+    for pose, place in zip(position, view.flange_path(robot, position), strict=True):
+        data = kinematics.createData()
+        pin.framesForwardKinematics(kinematics, data, pose)
+        np.testing.assert_allclose(place, data.oMf[frame].translation, atol=1e-12)
+
+
+@pytest.mark.parametrize("limited", [True, False])
+def test_viewer_shows_every_view_without_complaint(plan, limited):
+    plan = plan if limited else replace(plan, limits=Limits.none(2))
+    curves = plan_curves(plan, believed_torque(plan, MODEL))
+    end = plan.trajectory.every(1.0 / view.FRAMES).time[-1]
+    # five quantities together, five of each of two joints, the arm and the summary
+    expected = 5 + 5 * 2 + 2
+    recording = rr.RecordingStream("exidyn_plan")
+    with headless_viewer() as (client, address):
+        recording.connect_grpc(address, default_blueprint=view.blueprint(plan, MODEL, curves))
+        view.log_plan(recording, plan, MODEL, curves)
+        recording.flush()
+        state = settled(client, end, expected)
+        recording.disconnect()
+    assert last_time(state) == pytest.approx(end, abs=1e-6)
+    assert len(state.views) == expected
+    assert not complaints(state)

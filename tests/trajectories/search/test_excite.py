@@ -1,0 +1,196 @@
+"""The search as a whole: starts inside, better ends, the best of several, and errors that say why."""
+
+import threading
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from exidyn.identify.arm.robot import Limits, Robot
+from exidyn.trajectories.clearances.region import Region, box
+from exidyn.trajectories.errors import BadLimits, Infeasible
+from exidyn.trajectories.limits.check import check
+from exidyn.trajectories.limits.usable_limits import usable
+from exidyn.trajectories.search import excite as searching
+from exidyn.trajectories.search.basis import Basis
+from exidyn.trajectories.search.criteria import volume
+from exidyn.trajectories.search.excite import FINE, excite, finished, one_start, problem_of, random_start
+from exidyn.trajectories.search.solve import Search
+from exidyn.trajectories.search.torque_bound import TorqueBound
+
+from ...parts.plans.excitation import TICK, goal, limits, setting, smooth_model
+from ...parts.runs.robots import kinematics
+from ...parts.small import two_joints
+
+NEVER = 1e6
+"""Seconds that no search here takes."""
+
+
+QUICK = goal(criterion=volume)
+"""One objective in place of four, where it does not matter which."""
+
+
+def never():
+    return False
+
+
+def region():
+    return Region.of(two_joints.arm(), "flange", box([-0.6, -1.0, -0.3], [0.75, 1.0, 0.3]))
+
+
+@pytest.fixture(scope="module")
+def found():
+    return one_start(goal(), setting(), 3, NEVER, never)
+
+
+def nothing_violated(one, of, kept, clearances=()):
+    for series in one.series:
+        assert not check(series, kept, TICK, TorqueBound(of.model, kept.torque).of(""))
+        for clearance in clearances:
+            assert clearance.worst(series).allowed
+
+
+def test_it_is_better_than_its_start_and_inside(found):
+    of, within = goal(), setting()
+    problem = problem_of(of, within, 4.0)
+    start = random_start(of, within, problem.basis, 3)
+    begun = finished(of, within, problem.basis.fourier(start), 3, Search())
+    assert found.value < begun.value - 0.3
+    assert found.seed == 3
+    nothing_violated(found, of, limits())
+    assert found.series[0].period == 4.0
+    assert found.series[0].harmonics == 2
+
+
+def test_its_value_is_that_of_the_criterion_at_fine_samples(found):
+    of = goal()
+    motion = found.series[0].at(np.arange(0.0, 4.0, FINE)).motion()
+    expected = of.objectives(limits(), FINE)[-1].value(motion)
+    assert found.value == pytest.approx(expected, rel=1e-9)
+
+
+def test_the_same_seed_gives_the_same_and_another_another():
+    one, again, other = (one_start(QUICK, setting(), seed, NEVER, never) for seed in (3, 3, 4))
+    np.testing.assert_array_equal(again.series[0].sine, one.series[0].sine)
+    assert again.value == one.value
+    assert not np.allclose(other.series[0].sine, one.series[0].sine)
+
+
+@pytest.mark.parametrize("series", [1, 2])
+def test_starts_keep_to_ninety_per_cent_and_differ(series):
+    basis = Basis(4.0, 2, 40, series)
+    start = random_start(goal(), setting(series=series), basis, 0)
+    every = basis.fourier(start)
+    for one in every:
+        assert not check(one.scaled(1 / 0.9 - 1e-9), replace(limits(), torque=np.full(2, np.inf)), TICK)
+        found, kept = one.extremes(), limits()
+        shares = [found.velocity.upper / kept.velocity, found.acceleration.upper / kept.acceleration]
+        shares += [found.position.upper / kept.position_upper, found.jerk.upper / kept.jerk]
+        shares += [-found.velocity.lower / kept.velocity, -found.acceleration.lower / kept.acceleration]
+        shares += [found.position.lower / kept.position_lower, -found.jerk.lower / kept.jerk]
+        np.testing.assert_allclose(np.max(shares, axis=0), 0.9, rtol=1e-6)
+    assert series == 1 or not np.allclose(every[0].sine, every[1].sine)
+
+
+def test_several_series_are_planned_together_and_complement_each_other():
+    """Two of four seconds tell no less than one does."""
+    within = setting(series=2, harmonics=1)
+    both = one_start(QUICK, within, 0, NEVER, never)
+    assert len(both.series) == 2
+    nothing_violated(both, QUICK, limits())
+    assert not np.allclose(both.series[0].sine, both.series[1].sine, atol=0.01)
+    alone = one_start(QUICK, setting(harmonics=1), 0, NEVER, never)
+    assert both.value < alone.value
+
+
+def test_clearances_hold_between_samples():
+    within = setting(clearances=(region(),), limits=replace(limits(), torque=np.full(2, np.inf)))
+    one = one_start(QUICK, within, 0, NEVER, never)
+    nothing_violated(one, QUICK, within.limits, within.clearances)
+    free = one_start(QUICK, setting(), 0, NEVER, never)
+    assert not region().worst(free.series[0]).allowed
+
+
+def test_stopped_at_once_it_still_has_its_start():
+    one = one_start(goal(), setting(), 0, NEVER, lambda: True)
+    nothing_violated(one, goal(), limits())
+    assert np.isfinite(one.value)
+
+
+def test_the_best_of_several_starts_is_returned_and_all_are_told_of():
+    said = []
+    with ThreadPoolExecutor(2) as pool:
+        best = excite(QUICK, setting(), starts=2, seed=3, seconds=NEVER, executor=pool, progress=said.append)
+    singles = [one_start(QUICK, setting(), seed, NEVER, never) for seed in (3, 4)]
+    assert best.value == min(one.value for one in singles)
+    assert best.seed == min(singles, key=lambda one: one.value).seed
+    assert [line.split(":")[0] for line in said] == [f"start {k} of 2" for k in (1, 2)]
+    assert said[-1].endswith(f"best so far mean relative deviation {np.exp(best.value):.4g}")
+
+
+def test_starts_take_the_periods_in_turn():
+    within = setting(periods=(4.0, 3.0))
+    found = [one_start(goal(), within, seed, 0.0, never).series[0].period for seed in (0, 1, 2)]
+    assert found == [4.0, 3.0, 4.0]
+
+
+def test_a_search_that_no_start_fits_says_why(monkeypatch):
+    nowhere = Region.of(two_joints.arm(), "flange", box([2.0, -1.0, -1.0], [3.0, 1.0, 1.0]))
+    said = []
+    with pytest.raises(Infeasible, match=r"no position within the joints' limits keeps to: flange x >= 2 m"):
+        excite(goal(), setting(clearances=(nowhere,)), starts=1, progress=said.append)
+    assert said == []
+
+
+def test_too_heavy_to_hold_is_told(monkeypatch):
+    monkeypatch.setattr("exidyn.trajectories.search.shrink.STEPS", 5)
+    weak = replace(limits(), torque=np.array([20.0, 190.0]))
+    reason = one_start(goal(), setting(limits=weak), 0, 0.0, never)
+    assert "shoulder: torque" in reason
+    with pytest.raises(Infeasible, match="shoulder: torque"):
+        excite(goal(), setting(limits=weak), starts=1, seconds=1e-3)
+
+
+@pytest.mark.parametrize(("wrong", "words"), [({"starts": 0}, "0 starts"), ({"seconds": -1.0}, "in -1 s")])
+def test_a_search_of_nothing_is_refused(wrong, words):
+    with pytest.raises(BadLimits, match=words):
+        excite(goal(), setting(), **wrong)
+    with pytest.raises(BadLimits, match="in nan s"):
+        excite(goal(), setting(), seconds=np.nan)
+    with pytest.raises(BadLimits, match="seed: -1"):
+        excite(goal(), setting(), seed=-1)
+
+
+def test_without_torque_limits_there_is_no_torque_bound():
+    free = replace(limits(), torque=np.full(2, np.inf))
+    kinds = [type(b) for b in problem_of(goal(), setting(limits=free), 4.0).bounds]
+    assert TorqueBound not in kinds
+    assert TorqueBound in [type(b) for b in problem_of(goal(), setting(), 4.0).bounds]
+
+
+@pytest.mark.parametrize("joints", ["r", "pr"])
+def test_arms_of_one_joint_and_of_slides(joints):
+    n = len(joints)
+    bounds = Limits(*np.outer([-1.0, 1.0, 2.0, 8.0, 100.0, 2000.0], np.ones(n)))
+    robot = Robot("other", kinematics(joints), limits=bounds)
+    kept = usable(robot).limits
+    of = goal(replace(smooth_model(), robot=robot), criterion=volume)
+    one = one_start(of, setting(limits=kept), 0, NEVER, never)
+    nothing_violated(one, of, kept)
+
+
+def test_a_stop_from_another_thread_ends_a_search_of_hours(monkeypatch):
+    """What a graphical program does: searches in a thread, and asks it to end."""
+    monkeypatch.setattr("exidyn.trajectories.search.solve.STEPS", 10**6)
+    asked, begun = threading.Event(), []
+
+    def stop():
+        begun.append(1)
+        if len(begun) > 5:
+            asked.set()
+        return asked.is_set()
+
+    one = searching.one_start(goal(), setting(), 0, NEVER, stop)
+    assert len(begun) == 6
+    nothing_violated(one, goal(), limits())

@@ -1,0 +1,168 @@
+"""Tasks side by side: every result, an end in time, and errors that reach the caller."""
+
+import multiprocessing
+import os
+import signal
+import threading
+import time
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import pytest
+
+from exidyn.trajectories.errors import TrajectoryError
+from exidyn.trajectories.search import parallel
+from exidyn.trajectories.search.parallel import run_all
+
+from ...parts.plans.parallel_work import (
+    LONG,
+    dying,
+    failing,
+    pressing,
+    pressing_twice,
+    square,
+    telling,
+    told_time,
+    until_asked,
+)
+
+
+@pytest.fixture
+def two(monkeypatch):
+    """Two processes whatever the machine has, which find what to do."""
+    monkeypatch.setattr(parallel.os, "cpu_count", lambda: 2)
+    monkeypatch.syspath_prepend(str(Path(__file__).parents[3]))
+
+
+def collected(work, tasks, seconds=LONG, executor=None, note=lambda _: None):
+    found = []
+
+    def keep(result):
+        found.append(result)
+        note(result)
+
+    run_all(work, [(task,) for task in tasks], seconds, executor, keep)
+    return found
+
+
+def test_one_task_runs_here():
+    assert [r[:2] for r in collected(square, [3])] == [(9, os.getpid())]
+
+
+def test_several_run_in_other_processes_on_one_thread_each(two, monkeypatch):
+    monkeypatch.setenv("OMP_NUM_THREADS", "7")
+    monkeypatch.delenv("MKL_NUM_THREADS", raising=False)
+    found = collected(square, [1, 2, 3])
+    assert sorted(r[0] for r in found) == [1, 4, 9]
+    assert os.getpid() not in {r[1] for r in found}
+    assert {r[2] for r in found} == {"1"}
+    assert os.environ["OMP_NUM_THREADS"] == "7"
+    assert "MKL_NUM_THREADS" not in os.environ
+    assert not multiprocessing.active_children()
+
+
+def test_at_the_end_of_the_time_running_tasks_tell_what_they_have(two):
+    found = collected(until_asked, [1, 2, 3, 4, 5, 6], seconds=0.5)
+    assert found
+    assert set(found) < {1, 2, 3, 4, 5, 6}
+    assert not multiprocessing.active_children()
+
+
+@pytest.mark.parametrize("after", [0, 4], ids=["while they begin", "while they work"])
+def test_an_interrupt_of_all_processes_asks_them_to_end(two, monkeypatch, after):
+    """Ctrl-C reaches the whole group; those that work must live to tell what they have."""
+    waits, wait = [], parallel.wait
+
+    def interrupted(left, **named):
+        waits.append(len(waits))
+        if waits[-1] == after:
+            while not all(future.running() for future in left):  # else the pool may leave one out
+                time.sleep(0.01)
+            for child in multiprocessing.active_children():
+                os.kill(child.pid, signal.SIGINT)
+            raise KeyboardInterrupt
+        return wait(left, **named)
+
+    monkeypatch.setattr(parallel, "wait", interrupted)
+    assert set(collected(until_asked, [1, 2])) == {1, 2}
+    assert len(waits) > after + 1
+    assert not multiprocessing.active_children()
+
+
+def test_an_interrupt_while_a_result_is_noted_loses_no_other():
+    """It falls between two results that came together."""
+    noted = []
+
+    def note(result):
+        noted.append(result[0])
+        if len(noted) == 1:
+            raise KeyboardInterrupt
+
+    with ThreadPoolExecutor(1) as pool:
+        release = threading.Event()
+        pool.submit(release.wait)
+        threading.Timer(0.05, release.set).start()
+        collected(square, [1, 2, 3], executor=pool, note=note)
+    assert noted[0] in (1, 4, 9)
+    assert len(set(noted)) == len(noted)
+
+
+def test_an_error_in_a_process_is_raised_here_and_ends_the_others(two):
+    with pytest.raises(ZeroDivisionError, match="one"):
+        collected(failing, [1, 2, 3, 4])
+    assert not multiprocessing.active_children()
+
+
+def test_a_process_that_dies_is_told_of(two):
+    with pytest.raises(TrajectoryError, match="a process of the search died.*__main__"):
+        collected(dying, [1, 2])
+
+
+def test_an_executor_of_the_caller_is_used_and_left_open():
+    with ThreadPoolExecutor(1) as pool:
+        found = collected(square, [1, 2, 3], executor=pool)
+        assert sorted(r[0] for r in found) == [1, 4, 9]
+        assert {r[1] for r in found} == {os.getpid()}
+        with pytest.raises(ZeroDivisionError):
+            collected(failing, [0, 1, -1], executor=pool)
+        assert pool.submit(pow, 2, 3).result() == 8
+
+
+def test_work_in_another_thread_than_the_main_one(two):
+    with ThreadPoolExecutor(1) as pool:
+        found = pool.submit(collected, square, [1, 2]).result()
+    assert sorted(r[0] for r in found) == [1, 4]
+
+
+def test_the_time_is_shared_by_tasks_that_must_wait(monkeypatch):
+    monkeypatch.setattr(parallel.os, "cpu_count", lambda: 1)
+    assert collected(told_time, [0, 0, 0, 0], seconds=8.0) == [2.0] * 4
+    assert collected(told_time, [0], seconds=8.0) == [8.0]
+
+
+def test_an_interrupt_on_one_core_ends_all_tasks_with_what_the_first_has(monkeypatch):
+    monkeypatch.setattr(parallel.os, "cpu_count", lambda: 1)
+    before = signal.getsignal(signal.SIGINT)
+    assert collected(pressing, [1, 2, 3]) == [(1, True)]
+    with pytest.raises(KeyboardInterrupt):
+        collected(pressing_twice, [1])
+    assert signal.getsignal(signal.SIGINT) == before
+
+
+def test_no_tasks_are_no_results():
+    assert collected(square, []) == []
+
+
+@pytest.mark.parametrize("tasks", [[3], [3, 4]], ids=["here", "in other processes"])
+def test_what_tasks_tell_is_heard_before_they_end(two, tasks):
+    order = []
+    run_all(
+        telling,
+        [(task,) for task in tasks],
+        LONG,
+        None,
+        lambda result: order.append(("ended", result)),
+        lambda said: order.append(("told", said)),
+    )
+    for task in tasks:
+        assert order.index(("told", 10 * task)) < order.index(("ended", task))
