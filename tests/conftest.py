@@ -1,6 +1,7 @@
 """Marks the tests of arithmetic, which `check` runs under a second kernel of the linear algebra library too.
 
-Marks those against the clock as well, which it runs one at a time.
+Marks those against the clock as well, which it runs one at a time, and slow ones, which `check --fast` leaves
+out.
 """
 
 import pytest
@@ -17,6 +18,16 @@ FILES = {f"test_{name}.py" for name in NUMERICAL}
 SLOW = ("test_instruments_see_through_the_loop", "test_sandwich_is_the_sum_over_lags_of_the_known_colour")
 """Of those files, what takes as long as all others together: many repetitions, of which the mean counts."""
 
+LENGTHY = (
+    "api", "bad_input", "chirp", "command_line", "compare", "concealed", "coverage", "diagnose_command",
+    "diagnose_real", "diagnosis_budget", "diagnosis_coupling", "diagnosis_delay", "diagnosis_link_encoders",
+    "diagnosis_ripple", "diagnosis_search", "diagnosis_states", "diagnosis_tilt", "diagnosis_toy",
+    "discriminate", "estimators", "excite", "fuzz", "identify", "improved", "kernels", "kinds", "moves",
+    "notebooks", "plan_view", "planning", "plant", "plant_parts", "report_command", "shrink",
+    "simulate_command", "single_joint", "static_poses", "sweeps", "whole_run",
+)  # fmt: skip
+"""Files test_NAME.py of more than some seconds, which `check --fast` leaves out."""
+
 CLOCKED = (
     "brake", "can", "command_help", "confirm", "controllers", "driver", "dynamixel", "escalation", "example",
     "excite_command", "feetech", "host_clock", "jog", "krc", "kuka", "live", "loop", "mock", "parallel",
@@ -31,5 +42,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     for item in items:
         if item.path.name in FILES and not item.name.startswith(SLOW):
             item.add_marker(pytest.mark.numerical)
+        if item.path.stem.removeprefix("test_") in LENGTHY:
+            item.add_marker(pytest.mark.slow)
         if item.path.name.removeprefix("test_").startswith(CLOCKED):
             item.add_marker(pytest.mark.clocked)

@@ -104,8 +104,8 @@ def _nothing(diagnosis: Diagnosis) -> str:
     where = f"{lower(joint_words(worst, diagnosis.joints))} with {ratio[worst]:.2f} x noise"
     if ratio[worst] <= TO_NOISE:
         return (
-            "Nothing is missing. With its parameters moved within their tolerances the model explains every "
-            f"joint to its noise on runs held out; the worst is {where}."
+            "Nothing is missing. With parameters moved within their tolerances, the residual of every joint "
+            f"is at the noise floor on runs held out; the largest is that of {where}."
         )
     return f"{unknown}. But it is more than noise; the worst is {where}."
 

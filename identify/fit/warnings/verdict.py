@@ -20,7 +20,7 @@ TESTED = 0.75
 """R^2 below which a joint was not tested, whatever its noise: the residual is then more than half of what
 the torque varies by, root mean square. A model without most of the joint's physics would do nearly as well,
 and a residual at the noise floor says only that there was little else than noise to explain."""
-EXPLAINED, LITTLE, LACKING = "explained to its noise", "a little is missing", "physics is missing"
+EXPLAINED, LITTLE, LACKING = "residual at the noise floor", "a little is missing", "physics is missing"
 UNTESTED = "not told from noise: the motion moves it too little, or the current does not follow the model"
 LISTED = 3
 """Unclear parameters named in the verdict; tables have the rest."""
@@ -131,24 +131,19 @@ def _joints(fit: Fit) -> str:
     open_ones = [v for v in found if v.words != EXPLAINED]
     worst = max(found, key=lambda v: v.over_noise)
     if not open_ones:
-        every = (
-            f"{'Both' if len(found) == 2 else f'All {len(found)}'} joints are"
-            if len(found) > 1
-            else "The one joint is"
-        )
+        every = {1: "the one joint", 2: "both joints"}.get(len(found), f"all {len(found)} joints")
         return (
-            f"{every} explained to {'their' if len(found) > 1 else 'its'} noise on the {kind}; the worst is "
+            f"The residual of {every} is at the noise floor on the {kind}; the largest is that of "
             f"{worst.joint} with {worst.over_noise:.2f} times its noise."
         )
     fine = len(found) - len(open_ones)
-    are = f"{fine} of {len(found)} joints {'is' if fine == 1 else 'are'}" if fine else "No joint is"
-    its = "their" if fine > 1 else "its"
+    which = f"{fine} of {len(found)} joints" if fine else "no joint"
     sentences = [_listed(words, open_ones) for words in (LACKING, LITTLE, UNTESTED)]
     if fit.unscaled and any(v.over_noise > TO_NOISE for v in open_ones):
         sentences.append(
             " That may be the unknown drive gains alone: two joints then feel one link in different scales."
         )
-    return f"{are} explained to {its} noise on the {kind}." + "".join(sentences)
+    return f"The residual of {which} is at the noise floor on the {kind}." + "".join(sentences)
 
 
 def _listed(words: str, found: Sequence[JointVerdict]) -> str:

@@ -110,16 +110,16 @@ def with_agreement(residual: float, noise_source: str = "rest") -> Fit:
 
 def test_noise_explained_by_noise_is_no_explanation():
     words = [[v.words for v in joint_verdicts(with_agreement(share))] for share in (0.51, 0.49)]
-    assert words == [[UNTESTED, "explained to its noise"], ["explained to its noise"] * 2]
+    assert words == [[UNTESTED, "residual at the noise floor"], ["residual at the noise floor"] * 2]
     first = verdict(with_agreement(0.51))[0]
-    assert "1 of 2 joints is explained" in first
+    assert "The residual of 1 of 2 joints is at the noise floor" in first
     assert "Not told from noise on shoulder (1.0 x noise): the motion moves it too little" in first
 
 
 def test_one_run_that_tells_a_joint_from_noise_is_enough():
     both = (*with_agreement(0.51).validation, *with_agreement(0.2).validation)
     assert [v.words for v in joint_verdicts(replace(fit(), validation=both))] == [
-        "explained to its noise"
+        "residual at the noise floor"
     ] * 2
 
 
@@ -133,7 +133,7 @@ def test_joints_of_one_verdict_share_a_sentence():
     run = fit().validation[0]
     poor = replace(fit(), validation=(replace(run, noise=run.residual_rms / [4.2, 3.1]),))
     [first] = [line for line in verdict(poor) if "Physics is missing" in line]
-    assert first.startswith("No joint is explained to its noise on the runs held out. ")
+    assert first.startswith("The residual of no joint is at the noise floor on the runs held out. ")
     assert "Physics is missing on shoulder (4.2 x noise), elbow (3.1 x noise)." in first
 
 
@@ -238,5 +238,5 @@ def test_a_standstill_above_every_speed_is_refused():
 def test_one_is_not_many():
     page, text = report_html(plain_fit()), " ".join(verdict(replace(plain_fit(), unclear=())))
     assert "2 joints; 1 run; " in page
-    assert verdict(fit())[0].startswith("Both joints are explained")
+    assert verdict(fit())[0].startswith("The residual of both joints is at the noise floor")
     assert "Each is known to 30 % or better." in text

@@ -25,11 +25,11 @@ def with_noise(fit: Fit, *share: float):
 def test_verdict_names_the_joint_that_is_not_explained(fit):
     first = verdict(with_noise(fit, 1.0, 4.2))[0]
     assert "1 of 2 joints" in first
-    assert "1 of 2 joints is explained to its noise on the runs held out. " in first
+    assert "The residual of 1 of 2 joints is at the noise floor on the runs held out. " in first
     assert "Physics is missing on elbow (4.2 x noise)." in first
     assert [v.words for v in joint_verdicts(with_noise(fit, 1.4, 1.29))] == [
         "a little is missing",
-        "explained to its noise",
+        "residual at the noise floor",
     ]
 
 
