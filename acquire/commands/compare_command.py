@@ -96,7 +96,7 @@ def parser() -> argparse.ArgumentParser:
     found.add_argument(
         "simulated", type=Path, metavar="SIM", help="recording of any simulator (.mcap, .csv), or another run"
     )
-    found.add_argument("recorded", type=Path, metavar="REAL", help="recording that is believed")
+    found.add_argument("recorded", type=Path, metavar="REAL", help="recording of the real arm")
     add_robot(found, "for tables, which do not say of which robot they are")
     found.add_argument(
         "--offset",

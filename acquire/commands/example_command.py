@@ -48,7 +48,7 @@ class Example(NamedTuple):
 
 NAMED = {
     "gains": Example(
-        "drive gains that are believed 10 % too large: excite, record, identify",
+        "nominal drive gains that are 10 % too large: excite, record, identify",
         Path("exidyn-example"),
         40.0,
         20.0,
@@ -57,7 +57,7 @@ NAMED = {
         example_gains.outcome,
     ),
     "balancer": Example(
-        "a spring balancer that nobody told of: excite, record, identify, diagnose, simulate, export",
+        "a spring balancer that the model lacks: excite, record, identify, diagnose, simulate, export",
         Path("exidyn-example-balancer"),
         30.0,
         10.0,

@@ -54,7 +54,7 @@ def parser() -> argparse.ArgumentParser:
     """What `exidyn export` takes."""
     found = command_parser(
         "export",
-        "Write an identified or believed model for a simulator, and say what that leaves out.",
+        "Write an identified or nominal model for a simulator, and say what that leaves out.",
         EXAMPLES,
         table_help("formats", {name: form.text for name, form in FORMATS.items()}),
     )

@@ -161,7 +161,7 @@ def main(arguments: Sequence[str]) -> int:
     outcome, recorder = run_recorded(driver, jog.job, path, head, progress, [kept])
     judgements = judge(kept.course(), way, model, payload.name if payload else "")
     _tell(jog, outcome, judgements, path)
-    say_where(recorder, path, f"info {path} tells what happened")
+    say_where(recorder, path, f"info {path} shows what happened")
     if outcome.stop is not None:
         return STOPPED
     return WRONG if any(one.verdict is Verdict.WRONG for one in judgements) else DONE

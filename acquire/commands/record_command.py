@@ -154,6 +154,6 @@ def _record(
     outcome, recorder = run_recorded(driver, job, path, head, viewers)
     table = run_summary.table(outcome) | {"written": str(path)}
     hand_over(run_summary.after(outcome), json_text(table), json_file)
-    advice = "identify {} finds the dynamics in it" if outcome.stop is None else "info {} tells what happened"
+    advice = "identify {} finds the dynamics in it" if outcome.stop is None else "info {} shows what happened"
     say_where(recorder, path, advice.format(path))
     return outcome

@@ -98,7 +98,7 @@ def summary(joint: str, judgements: Sequence[Judgement]) -> str:
     if not named[Verdict.RIGHT]:
         return f"{joint}: nothing can be told."
     unknown = (
-        f" Not told by this motion: {', '.join(named[Verdict.UNKNOWN])}." if named[Verdict.UNKNOWN] else ""
+        f" Not shown by this motion: {', '.join(named[Verdict.UNKNOWN])}." if named[Verdict.UNKNOWN] else ""
     )
     return f"{joint} looks right: {', '.join(named[Verdict.RIGHT])}.{unknown}"
 

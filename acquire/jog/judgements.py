@@ -196,18 +196,18 @@ def _zero(
     """How wrong the zero could be without gravity showing it, if gain and masses are as believed."""
     name = "encoder zero"
     if gravity.verdict is not Verdict.RIGHT or not model.robot.revolute[way.joint]:
-        return _unknown(name, "cannot be told from this motion")
+        return _unknown(name, "cannot be judged from this motion")
     low, high = (_hidden(measured, sign, effort, way, model, payload) for sign in (-1.0, 1.0))
     if not np.isfinite(low) and not np.isfinite(high):
         far = f"{np.degrees(FARTHEST):g} degrees from where the joint says it is"
-        return _unknown(name, f"cannot be told from this motion: {far} gravity would be as measured too")
+        return _unknown(name, f"cannot be judged from this motion: {far} gravity would be as measured too")
     shows = [f"{np.degrees(end):+.0f}" for end in (-low, high) if np.isfinite(end)]
     text = (
         f"{' or '.join(shows)} degrees from where the joint says it is, gravity would not be as measured, if "
         "gain and masses are right"
     )
     if len(shows) < 2:
-        return _unknown(name, f"{text}; the other way it cannot be told from this motion")
+        return _unknown(name, f"{text}; the other way it cannot be judged from this motion")
     ends = np.degrees([-low, high])
     return Judgement(name, np.nan, ends[0], ends[1], "deg", Verdict.RIGHT, text)
 

@@ -90,7 +90,7 @@ def telling_joint(diagnosis: Diagnosis, finding: Finding) -> int:
 def _nothing(diagnosis: Diagnosis) -> str:
     found = diagnosis.improvement
     if found is None:
-        return "Nothing is missing, as far as runs can tell that the parameters were fitted to."
+        return "Nothing is missing, as far as the fitted runs show; no run was held out."
     unknown = (
         "Nothing was found to be missing: what is left on runs held out goes with nothing that was recorded"
     )

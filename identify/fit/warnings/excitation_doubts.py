@@ -21,7 +21,7 @@ def excitation_doubts(joints: Sequence[str], runs: Sequence[Prepared], condition
     upper = np.max([run.motion.position.max(axis=0) for run in runs], axis=0)
     doubts = [
         f"{joint} moves by only {reach:.2g} rad or m in all runs used (under {SMALLEST}): its friction and "
-        "inertia cannot be told; add a run in which it moves"
+        "inertia cannot be found; add a run in which it moves"
         for joint, reach in zip(joints, upper - lower, strict=True)
         if reach < SMALLEST
     ]

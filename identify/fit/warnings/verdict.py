@@ -21,7 +21,9 @@ TESTED = 0.75
 the torque varies by, root mean square. A model without most of the joint's physics would do nearly as well,
 and a residual at the noise floor says only that there was little else than noise to explain."""
 EXPLAINED, LITTLE, LACKING = "residual at the noise floor", "a little is missing", "physics is missing"
-UNTESTED = "not told from noise: the motion moves it too little, or the current does not follow the model"
+UNTESTED = (
+    "not distinguished from noise: the motion moves it too little, or the current does not follow the model"
+)
 LISTED = 3
 """Unclear parameters named in the verdict; tables have the rest."""
 SURPRISE = 3.0
@@ -161,7 +163,7 @@ def gains_sentence(fit: Fit) -> str:
         if fit.measures == "torque":
             return "Torque was recorded, and taken as measured; there are no drive gains to find."
         return (
-            "Drive gains are as believed, not measured: an error in them is an error of every parameter. "
+            "Drive gains are nominal, not measured: an error in them is an error of every parameter. "
             "Finding them needs motor currents and a run with a known payload."
         )
     percent = 100.0 * fit.estimate.gain_std / np.abs(fit.estimate.gain)
@@ -182,7 +184,7 @@ def _parameters(fit: Fit) -> list[str]:
     else:
         lines.append(f"Each is known to {OPEN:g} % or better.")
     if far := surprises(fit):
-        lines.append(f"Far from what was believed: {', '.join(far)}.")
+        lines.append(f"Far from their nominal values: {', '.join(far)}.")
     return lines
 
 

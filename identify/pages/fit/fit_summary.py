@@ -40,7 +40,11 @@ def summary(fit: Fit) -> str:
         ["Open", *_rule(), *_open(fit)],
         ["Composition of base parameters", *_rule(), *_composition(fit)],
         ["Shapes of effects, as stated or fitted", *_rule(), *_shapes(fit)],
-        ["Verdict and doubts", *_rule(), *(line for v in verdict(fit) for line in paragraph(v, "  ", "- "))],
+        [
+            "Verdict and warnings",
+            *_rule(),
+            *(line for v in verdict(fit) for line in paragraph(v, "  ", "- ")),
+        ],
     ]
     return "\n\n".join("\n".join(part) for part in parts) + "\n" + "=" * WIDTH
 
@@ -109,7 +113,7 @@ def _gains(fit: Fit) -> list[str]:
             100 * (estimate.gain / robot.drive_gain - 1),
         )
     ]
-    head = ["joint", "N m/A", "std %", "from", "to (95 %)", "believed", "off belief %"]
+    head = ["joint", "N m/A", "std %", "from", "to (95 %)", "nominal", "off nominal %"]
     if fit.gains_unstated:  # nobody believed in a gain of 1
         head, columns = head[:5], columns[:4]
     return table(head, _rows(list(robot.joints), *columns))
@@ -121,7 +125,7 @@ def _rows(first: Sequence[str], *columns: Sequence[str]) -> list[list[str]]:
 
 def _parameters(fit: Fit) -> list[str]:
     unit = "unit/(N m/A)" if fit.unscaled else "unit"
-    head = ["name", "joint", "value", unit, "std %", "from", "to (95 %)", "believed", "+- std", "note"]
+    head = ["name", "joint", "value", unit, "std %", "from", "to (95 %)", "nominal", "+- std", "note"]
     places = _places(fit.model)
     rows: list[list[str]] = []
     columns = [fit.base.parameters[column].name for column in fit.base.kept]
@@ -134,7 +138,7 @@ def _parameters(fit: Fit) -> list[str]:
     lines += paragraph(
         "std %: standard deviation over value, with the residual's autocorrelation in it. "
         f"open: above {OPEN:g} %. "
-        f"off belief: more than {SURPRISE:g} standard deviations of value and belief together."
+        f"off nominal: more than {SURPRISE:g} standard deviations of value and nominal value together."
     )
     return lines + _dropped(fit)
 
@@ -161,7 +165,7 @@ def _group(fit: Fit, members: Sequence[int], joints: Sequence[str]) -> list[list
     values, percents, low, high, prior, spread = (at_point(column) for column in columns)
     far = surprises(fit)
     notes = [
-        ", ".join(note for note, on in (("open", p > OPEN), ("off belief", fit.names[row] in far)) if on)
+        ", ".join(note for note, on in (("open", p > OPEN), ("off nominal", fit.names[row] in far)) if on)
         or "kept"
         for row, p in zip(members, percent, strict=True)
     ]

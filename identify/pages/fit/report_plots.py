@@ -98,7 +98,7 @@ def velocity_grid(fastest: float) -> np.ndarray:
 def interval_bar(value: float, std: float, belief: float, tolerance: float) -> str:
     """A value's 95 % interval on the scale of its belief: grey where it was expected."""
     if not (np.isfinite(tolerance) and tolerance > 0.0):
-        return "no belief"
+        return "no nominal value"
     width, height = 220.0, 16.0
     per_deviation = width / (2 * REACH)
     centre = np.clip((value - belief) / tolerance, -REACH + 0.2, REACH - 0.2)

@@ -37,9 +37,9 @@ def verdict_section(fit: Fit) -> str:
 def gains_section(fit: Fit) -> str:
     """Drive gains."""
     note = (
-        "Torque per motor current, signed. Grey: where the belief puts it with 95 %; blue: the estimate "
-        "with its 95 % interval, on the scale of the belief's deviation; an arrow points to what lies "
-        "outside."
+        "Torque per motor current, signed. Grey: the nominal value with its 95 % interval; blue: the "
+        "estimate with its interval, on the scale of the nominal value's deviation; an arrow points to what "
+        "lies outside."
     )
     if not gains_estimated(fit):
         note = gains_sentence(fit)
@@ -52,8 +52,8 @@ def parameters_section(fit: Fit) -> str:
     """Base parameters with intervals against beliefs."""
     note = (
         f"Base parameters by {fit.estimate.method}, in SI units. R marks one into which others are "
-        "regrouped. Grey: where the belief puts it with 95 %; blue: the estimate with its 95 % interval; "
-        "the line in the middle is the believed value, and the width is nine deviations of the belief."
+        "regrouped. Grey: the nominal value with its 95 % interval; blue: the estimate with its interval; "
+        "the line in the middle is the nominal value, and the width is nine of its deviations."
     )
     content = [paragraph(note), parameter_tables(fit)]
     if fit.unclear:
@@ -136,11 +136,9 @@ def data_section(fit: Fit) -> str:
     """Runs, filters and doubts."""
     held_out = ", ".join(run.run for run in fit.validation) or "none"
     runs = f"Identified from {', '.join(fit.runs)}; held out: {held_out}."
-    doubts = (
-        listing(fit.doubts) if fit.doubts else paragraph("Nothing about the recordings gives rise to doubt.")
-    )
+    doubts = listing(fit.doubts) if fit.doubts else paragraph("The recordings gave no warnings.")
     return section(
-        "data", "Data, filters, doubts", paragraph(runs), filter_table(fit), "<h3>Doubts</h3>", doubts
+        "data", "Data, filters, warnings", paragraph(runs), filter_table(fit), "<h3>Warnings</h3>", doubts
     )
 
 

@@ -68,10 +68,10 @@ def gain_table(fit: Fit) -> str:
             continue
         cells += [number(belief), number(tolerance, 2)]
         rows.append(
-            [escape(name), *cells, interval_bar(gain, std, belief, tolerance) if found else "believed"]
+            [escape(name), *cells, interval_bar(gain, std, belief, tolerance) if found else "nominal"]
         )
     return table(
-        ["joint", "gain", "unit", "\u00b1 95 %", "std %", "belief", "\u00b1 std", "against belief"],
+        ["joint", "gain", "unit", "\u00b1 95 %", "std %", "nominal", "\u00b1 std", "against nominal"],
         rows,
         (2, 7),
     )
@@ -102,7 +102,7 @@ def parameter_tables(fit: Fit) -> str:
     rows = parameter_rows(fit)
     half = (len(rows) + 1) // 2
     unit = "unit per N m/A" if fit.unscaled else "unit"
-    head = ["parameter", "value", unit, "\u00b1 95 %", "std %", "belief", "\u00b1 std", "against belief"]
+    head = ["parameter", "value", unit, "\u00b1 95 %", "std %", "nominal", "\u00b1 std", "against nominal"]
     halves = [table(head, part, words=(2, 7)) for part in (rows[:half], rows[half:]) if part]
     return f'<div class="grid two tables">{"".join(halves)}</div>'
 

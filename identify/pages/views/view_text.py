@@ -15,9 +15,9 @@ def verdict_markdown(fit: Fit) -> str:
 def parameters_markdown(fit: Fit) -> str:
     """Gains and parameters as Markdown tables."""
     estimate, (believed, deviation) = fit.estimate, fit.believed
-    lines = ["## Drive gains", "| joint | gain | \u00b1 95 % | belief |", "|---|---|---|---|"]
+    lines = ["## Drive gains", "| joint | gain | \u00b1 95 % | nominal |", "|---|---|---|---|"]
     for k, (joint, belief) in enumerate(zip(fit.model.robot.joints, fit.model.robot.drive_gain, strict=True)):
-        half = rounded(NORMAL_95 * estimate.gain_std[k], 2) if gains_estimated(fit) else "as believed"
+        half = rounded(NORMAL_95 * estimate.gain_std[k], 2) if gains_estimated(fit) else "as stated"
         prior = "not stated" if fit.gains_unstated else rounded(belief)
         half = "unknown" if fit.unscaled else half
         lines.append(f"| {joint} | {rounded(estimate.gain[k], 5)} | {half} | {prior} |")
@@ -25,7 +25,7 @@ def parameters_markdown(fit: Fit) -> str:
         "## Parameters",
         "| | parameter | value | \u00b1 95 % | "
         + ("unit per N m/A" if fit.unscaled else "unit")
-        + " | belief |",
+        + " | nominal |",
         "|---|---|---|---|---|---|",
     ]
     for k, (name, unit) in enumerate(zip(fit.names, fit.base.units, strict=True)):

@@ -89,7 +89,7 @@ def test_a_joint_that_gravity_does_not_pull_at_tells_no_gain(capsys):
     assert code == DONE
     assert verdicts(said)[GRAVITY] == "unknown"
     assert verdicts(said)[ZERO] == "unknown"
-    assert "cannot be told from this motion" in said["judgements"][-1]["text"]
+    assert "cannot be judged from this motion" in said["judgements"][-1]["text"]
     assert verdicts(said)[FRICTION] == "right"
 
 

@@ -167,7 +167,7 @@ def test_nothing_is_said_plainly_and_only_where_it_is_true():
     assert verdict(diagnosis())[0].startswith("Nothing is missing. With parameters")
     worse = verdict(diagnosis(after=(1.0, 1.0, 1.8)))[0]
     assert "But it is more than noise; the worst is joint 3 with 1.80 x noise" in worse
-    assert "as far as runs can tell" in verdict(diagnosis(improvement=None))[0]
+    assert "as far as the fitted runs show" in verdict(diagnosis(improvement=None))[0]
 
 
 @pytest.mark.parametrize(

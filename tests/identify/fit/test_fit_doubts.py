@@ -80,11 +80,11 @@ def test_gains_that_nobody_stated_are_not_compared_with_one():
     np.testing.assert_allclose(found().estimate.gain, two_joints.GAIN, rtol=0.01)
     assert not any(SCALE in line for line in verdict(found()))
     gains = summary(found()).partition("Drive gains")[2].partition("Parameters")[0]
-    assert "off belief" not in gains
+    assert "off nominal" not in gains
     assert "believed" not in gains
     assert "1.000" not in gains
     assert far_gains(found()) == ()
-    assert "off belief" in summary(fit())
+    assert "off nominal" in summary(fit())
     assert "not stated" in parameters_markdown(found())
 
 
@@ -113,7 +113,7 @@ def test_noise_explained_by_noise_is_no_explanation():
     assert words == [[UNTESTED, "residual at the noise floor"], ["residual at the noise floor"] * 2]
     first = verdict(with_agreement(0.51))[0]
     assert "The residual of 1 of 2 joints is at the noise floor" in first
-    assert "Not told from noise on shoulder (1.0 x noise): the motion moves it too little" in first
+    assert "Not distinguished from noise on shoulder (1.0 x noise): the motion moves it too little" in first
 
 
 def test_one_run_that_tells_a_joint_from_noise_is_enough():

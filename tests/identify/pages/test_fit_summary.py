@@ -141,7 +141,7 @@ def test_far_from_belief_is_pointed_out():
     far = replace(fit(), believed=(value + 3.1 * std, 0 * std))
     nothing = replace(fit(), believed=(value + 3.1 * std, np.full(len(std), np.inf)))
     marks = [
-        "\n".join(section(summary(each), "Parameters")).count(" off belief\n")
+        "\n".join(section(summary(each), "Parameters")).count(" off nominal\n")
         for each in (near, far, nothing)
     ]
     assert marks == [0, len(value), 0]
