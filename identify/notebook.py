@@ -9,6 +9,11 @@ from .errors import MissingPackage
 EXTRA = 'pip install "exidyn[notebook]"'
 
 
+def counted(count: int, what: str) -> str:
+    """A number with its noun, such as "1 run" or "6 joints"."""
+    return f"{count} {what}" if count == 1 else f"{count} {what}s"
+
+
 class InNotebook:
     """A value whose text is what a notebook shows."""
 

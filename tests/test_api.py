@@ -80,7 +80,7 @@ def test_a_diagnosis_finds_the_spring_and_shows_itself_in_a_few_lines(runs):
     found = ex.diagnose(runs[:2], runs[2])
     assert isinstance(found, Diagnosis)
     assert [one.effect for one in found.findings] == ["joint_spring"]
-    assert repr(found).splitlines()[0].startswith("Diagnosis of two joints: 1 findings")
+    assert repr(found).splitlines()[0].startswith("Diagnosis of two joints: 1 finding,")
     assert "joint_spring (elbow): probability" in repr(found)
     assert found._repr_html_().startswith("<pre")
     with pytest.raises(ex.api.ExidynError, match="nothing to diagnose"):

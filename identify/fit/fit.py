@@ -7,7 +7,7 @@ import numpy as np
 
 from ..errors import FitError
 from ..model import Model
-from ..notebook import InNotebook, optional
+from ..notebook import InNotebook, counted, optional
 from ..preparation.prepare import Filtering, Prepared
 from .base_parameters import BaseParameters
 from .equations import decimated_regressor
@@ -185,14 +185,16 @@ class Fit(InNotebook):
         raise KeyError(f"no base parameter '{name}'. Valid: {', '.join(self.names)}")
 
     def __repr__(self) -> str:
-        runs = f"{len(self.runs)} run{'s' * (len(self.runs) != 1)}"
+        runs = counted(len(self.runs), "run")
         gains = "drive gains estimated" if np.any(self.estimate.gain_std > 0.0) else "drive gains as stated"
         lines = [f"Fit of {self.model.robot.name}: {len(self.names)} base parameters from {runs}, {gains}"]
         for run in (self.validation or self.agreement)[:3]:
             ratios = ", ".join(f"{ratio:.3g}" for ratio in run.over_noise)
             lines.append(f"  {run.run}: residual over noise, by joint: {ratios}")
         lines += [f"  condition number {self.condition:.3g}; dropped: {', '.join(self.dropped) or 'none'}"]
-        lines += [f"  {len(self.doubts)} warnings, the first: {self.doubts[0]}"] if self.doubts else []
+        if self.doubts:
+            number = counted(len(self.doubts), "warning")
+            lines.append(f"  {number}, the first: {self.doubts[0]}")
         return "\n".join(lines)
 
     def to_dataframe(self) -> Any:

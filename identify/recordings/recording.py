@@ -10,7 +10,7 @@ from ..arm.rigid_regressor import INERTIAL
 from ..arm.robot import Robot
 from ..errors import RecordingError, WrongShape
 from ..model import Model
-from ..notebook import InNotebook, optional
+from ..notebook import InNotebook, counted, optional
 from .run_log import Event, Timing
 
 SIGNALS: dict[str, str] = {
@@ -189,7 +189,9 @@ class Recording(InNotebook):
         lines = [f"Recording {self.name} of {self.robot.name}: {size}"]
         for name, signal in self.signals.items():
             lines.append(f"  {name:16} {len(signal):8} samples  {signal.rate:.4g} Hz  [{SIGNALS[name]}]")
-        lines += [f"  {len(self.warnings)} warnings, the first: {self.warnings[0]}"] if self.warnings else []
+        if self.warnings:
+            number = counted(len(self.warnings), "warning")
+            lines.append(f"  {number}, the first: {self.warnings[0]}")
         return "\n".join(lines)
 
     def to_dataframe(self) -> Any:

@@ -6,80 +6,49 @@ on single joints: whatever is in `EFFECTS`.
 """
 
 from collections.abc import Iterator
+from importlib import import_module
 
 from ...effects import EFFECTS, load_installed
 from ...model import Model
 from ..findings.kind import Kind
 from ..questions.candidate import Candidate
-from . import (
-    backlash,
-    base_tilt,
-    contact_event,
-    coulomb_friction,
-    current_clipping,
-    current_crosstalk,
-    current_offset,
-    drive_gain,
-    drive_gain_saturation,
-    encoder_offset,
-    friction_asymmetry,
-    hose_spring,
-    hysteresis,
-    joint_elasticity,
-    joint_spring,
-    kinematic_coupling,
-    link_inertia,
-    load_dependent_friction,
-    neighbour_friction,
-    nonlinear_viscous_friction,
-    payload,
-    position_dependent_friction,
-    rotor_inertia,
-    spring_balancer,
-    stribeck_friction,
-    supply_sag,
-    temperature_dependent_friction,
-    time_delay,
-    torque_ripple,
-    viscous_friction,
-)
 from .parts.of_effect import on_each_joint, on_single_joints
 
-KINDS: dict[str, Kind] = {
-    module.__name__.rpartition(".")[2]: module.KIND
-    for module in (
-        backlash,
-        base_tilt,
-        contact_event,
-        coulomb_friction,
-        current_clipping,
-        current_crosstalk,
-        current_offset,
-        drive_gain,
-        drive_gain_saturation,
-        encoder_offset,
-        friction_asymmetry,
-        hose_spring,
-        hysteresis,
-        joint_elasticity,
-        joint_spring,
-        kinematic_coupling,
-        link_inertia,
-        load_dependent_friction,
-        neighbour_friction,
-        nonlinear_viscous_friction,
-        payload,
-        position_dependent_friction,
-        rotor_inertia,
-        spring_balancer,
-        stribeck_friction,
-        supply_sag,
-        temperature_dependent_friction,
-        time_delay,
-        torque_ripple,
-        viscous_friction,
-    )
-}
+FILES = (
+    "backlash",
+    "base_tilt",
+    "contact_event",
+    "coulomb_friction",
+    "current_clipping",
+    "current_crosstalk",
+    "current_offset",
+    "drive_gain",
+    "drive_gain_saturation",
+    "encoder_offset",
+    "friction_asymmetry",
+    "hose_spring",
+    "hysteresis",
+    "joint_elasticity",
+    "joint_spring",
+    "kinematic_coupling",
+    "link_inertia",
+    "load_dependent_friction",
+    "neighbour_friction",
+    "nonlinear_viscous_friction",
+    "payload",
+    "position_dependent_friction",
+    "rotor_inertia",
+    "spring_balancer",
+    "stribeck_friction",
+    "supply_sag",
+    "temperature_dependent_friction",
+    "time_delay",
+    "torque_ripple",
+    "viscous_friction",
+)
+"""One each, in this folder."""
+
+KINDS: dict[str, Kind] = {name: import_module(f".{name}", __name__).KIND for name in FILES}
 """Name -> what is known of it; also of what has no name in the vocabulary."""
 
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...notebook import InNotebook
+from ...notebook import InNotebook, counted
 from ..questions.block_answer import Answer
 from ..questions.candidate import Candidate
 from .trace import Evidence
@@ -215,7 +215,8 @@ class Diagnosis(InNotebook):
     moments: tuple[Moment, ...] = ()
 
     def __repr__(self) -> str:
-        lines = [f"Diagnosis of {self.name}: {len(self.findings)} findings, {len(self.undecided)} undecided"]
+        number = counted(len(self.findings), "finding")
+        lines = [f"Diagnosis of {self.name}: {number}, {len(self.undecided)} undecided"]
         for one in (*self.findings, *self.undecided)[:7]:
             where = ", ".join(self.joints[joint] for joint in one.joints) or "arm"
             state = "" if one in self.findings else ", undecided"

@@ -156,8 +156,10 @@ def _beside_all(scene: Scene, found: list[Found], total: float) -> list[Found]:
 
 def _in_shape(scene: Scene, prediction: Prediction, answer: Answer) -> Answer:
     """The answer refined in shape beside everything else; it was chosen at the cost that it has."""
+    if not answer.candidate.bounds:
+        return answer
     again = ask(prediction, [(answer.candidate, answer.columns)])
-    if not answer.candidate.bounds or not again:
+    if not again:
         return answer
     return replace(refined(prediction, replace(again[0], cost=answer.cost), scene.runs), cost=answer.cost)
 

@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...notebook import counted as counted
 from ..fit import Agreement, Fit, Scores
 from .fit_doubts import unknown_scale
 from .hints import OPEN
@@ -83,11 +84,6 @@ def verdict(fit: Fit) -> list[str]:
     first = (gains, joints) if fit.unscaled else (joints, gains)
     sentences = (*first, *_noise(fit), *_parameters(fit), *fit.doubts)
     return list(dict.fromkeys(sentences))  # a doubt that is a sentence of its own is not said twice
-
-
-def counted(count: int, what: str) -> str:
-    """A number with its noun, such as "1 run" or "6 joints"."""
-    return f"{count} {what}" if count == 1 else f"{count} {what}s"
 
 
 def _noise(fit: Fit) -> list[str]:
