@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from ..fit.identification import with_payloads
+from ..fit.identification import pooled_noise, with_payloads
 from ..model import Model
 from ..preparation.prepare import Filtering
 from ..recordings.recording import Recording
@@ -60,7 +60,7 @@ def _diagnosed(
     runs, warnings = usable(model, recordings, filtering)
     found = search(Scene.of(model, runs)).ordered()
     fitted, apart = found.scene.fitted, found.scene.held_out
-    noise, rested = noise_floor(fitted), fitted[0].prepared.noise_source == "rest"
+    noise, rested = noise_floor(found.scene.runs)
     residuals = Residuals.of(found)
     left = discrepancies(found.scene, found.prediction)
     every, named = _findings(found), sum(one.named for one in found.found)
@@ -89,10 +89,10 @@ def nominal(model: Model) -> Model:
     return replace(model, robot=replace(model.robot, inertial_tolerance=UNSTATED))
 
 
-def noise_floor(runs: Sequence[Driven]) -> np.ndarray:
-    """Noise of each joint's torque behind the filter, shape (n,) [N m]."""
-    squares = [(run.prepared.noise * run.prepared.gain) ** 2 for run in runs]
-    return np.sqrt(np.mean(squares, axis=0))
+def noise_floor(runs: Sequence[Driven]) -> tuple[np.ndarray, bool]:
+    """Noise of each joint's torque behind the filter, shape (n,) [N m], and whether it was seen at rest."""
+    first = pooled_noise([run.prepared for run in runs])[0]
+    return first.noise * first.gain, first.noise_source == "rest"
 
 
 def _findings(found: Searched) -> list[Finding]:

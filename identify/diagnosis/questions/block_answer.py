@@ -1,11 +1,11 @@
 """Block answer: what a candidate does for each of the blocks, predicted by the others."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
-from ..blocks.block_likelihood import log_odds
+from ..blocks.amplitude import Amplitude, amplitude
 from ..blocks.prediction import CERTAIN
 from .candidate import SIZE, Candidate, Thinned
 
@@ -42,6 +42,7 @@ class Answer:
         independent: Independent rows over all rows by which the gains are weighed, shape (n,).
         fitted: Whether a block is fitted, shape (k,); the others are only predicted.
         relief: Logarithm of how much more probable all that was believed is, beside it.
+        choice: What choosing the shape costs the odds by scatter, as `cost` does the gain.
     """
 
     candidate: Candidate
@@ -57,6 +58,7 @@ class Answer:
     independent: np.ndarray | None = None
     fitted: np.ndarray | None = None
     relief: float = 0.0
+    choice: float = 0.0
 
     @cached_property
     def gain(self) -> float:
@@ -79,24 +81,18 @@ class Answer:
         return 0.0 if self.fitted is None else float(self.by_block[~self.fitted].sum())
 
     @cached_property
-    def amplitude(self) -> tuple[float, float, float]:
-        """How much of the predicted effect the blocks have, its t over blocks, and their effective number.
-
-        One is all of it. A block says as much as the effect is large in it.
-        """
-        total = float(self.size.sum())
-        if total <= 0.0:
-            return 0.0, 0.0, 1.0
-        amplitude = float(self.along.sum()) / total
-        left = self.along - amplitude * self.size
-        error = np.sqrt(float(left @ left) * len(left) / (len(left) - 1.0)) / total
-        return amplitude, amplitude / max(float(error), 1e-9), total**2 / float(self.size @ self.size)
+    def amplitude(self) -> Amplitude:
+        """How much of the predicted effect the blocks have."""
+        return amplitude(self.along, self.size)
 
     @property
     def odds(self) -> float:
         """Logarithm of the odds that blocks left out have the effect, by how they scatter, and by beliefs."""
-        _, t, effective = self.amplitude
-        return log_odds(t, max(effective - 1.0, 1.0)) + self.relief
+        return self.amplitude.log_odds + self.relief - self.choice
+
+    def chosen_as(self, other: "Answer") -> "Answer":
+        """The same at the cost of another choice of shape."""
+        return replace(self, cost=other.cost, choice=other.choice)
 
     @property
     def torque(self) -> np.ndarray:

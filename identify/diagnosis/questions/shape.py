@@ -136,7 +136,7 @@ def with_shape(
         return None
     # Weighed as the answer is: of two shapes the faster one would have more independent rows.
     assert answer.independent is not None
-    return replace(weighed(prediction, found[0], answer.independent), cost=answer.cost)
+    return weighed(prediction, found[0], answer.independent).chosen_as(answer)
 
 
 def reshaped(candidate: Candidate, shape: dict[str, float]) -> Candidate:

@@ -84,15 +84,23 @@ class Scene:
         """With the columns of what was found, its noise searched from that of a like prediction on."""
         return _predicted(with_found(self.rows, found), self.blocks, self.runs, near)
 
-    def at_its_word(self, believed: Prediction) -> np.ndarray:
-        """Unknowns (b,) of the model at its word, without findings; what nobody stated is fitted."""
-        rows = believed.rows
-        free = np.array([name.startswith(FREE) for name in rows.names])
+    @property
+    def stated(self) -> np.ndarray:
+        """Which unknowns of its rows the model states a value of, shape (b,)."""
+        free = np.array([name.startswith(FREE) for name in self.rows.names])
         if not self.model.robot.inertias_stated:
             free[: len(self.model.names)] = True
-        held = ~free & np.isfinite(rows.std)
+        return ~free & np.isfinite(self.rows.std)
+
+    def at_nominal(self) -> "Scene":
+        """The same with all that the model states held at its nominal value."""
+        return replace(self, rows=replace(self.rows, std=np.where(self.stated, CERTAIN, self.rows.std)))
+
+    def at_its_word(self, believed: Prediction) -> np.ndarray:
+        """Unknowns (b,) of the nominal model, without findings; what nobody stated is fitted."""
+        rows = believed.rows
         matrix, right = believed.normal
-        precision = np.where(held, CERTAIN**-2.0, 0.0)
+        precision = np.where(self.stated, CERTAIN**-2.0, 0.0)
         return solve(factored(matrix + np.diag(precision)), right + precision * rows.mean)
 
     def without(self, aside: np.ndarray) -> "Scene":

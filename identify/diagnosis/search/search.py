@@ -82,6 +82,7 @@ def search(scene: Scene) -> Searched:
         # What went out once is not asked for again: it would come and go.
         out |= gone
     found = _never_worse(scene, _beside_all(scene, found, total), believed)
+    scene = _nominal_where_better(scene, found, believed)
     return Searched(scene, tuple(found), scene.prediction(_answers(found)), believed, tuple(single))
 
 
@@ -110,21 +111,11 @@ def _never_worse(scene: Scene, found: list[Found], believed: Prediction) -> list
     One goes if the joint that is predicted worst gains by that, and more than any other loses where it has a
     name; the least credible first. What none of them is to blame for stays as it is.
     """
-    which = ~scene.blocks.fitted
-    if not np.any(which):
-        return found
-    word = believed.sums.errors(np.tile(scene.at_its_word(believed), (len(which), 1)))
-    least = np.minimum(believed.power(believed.errors, which), believed.power(word, which))
-
-    def held_out(some: Sequence[Found]) -> np.ndarray:
-        now = scene.prediction(_answers(some))
-        return now.power(now.errors, which) / least
-
-    while np.max(now := held_out(found), initial=0.0) > WORSE**2:
+    while np.max(now := _held_out(scene, found, believed), initial=0.0) > WORSE**2:
         going, kept = None, found
         for one in sorted((one for one in found if not one.once), key=lambda one: one.certainty):
             others = [other for other in found if other is not one]
-            without = held_out(others)
+            without = _held_out(scene, others, believed)
             gained = float(np.max(now) / np.max(without))
             lost = float(np.max(without / now)) if one.named else 1.0
             if gained > max(WORSE, lost) and (going is None or gained > going * WORSE):
@@ -133,6 +124,26 @@ def _never_worse(scene: Scene, found: list[Found], believed: Prediction) -> list
             break
         found = kept
     return found
+
+
+def _nominal_where_better(scene: Scene, found: Sequence[Found], believed: Prediction) -> Scene:
+    """The scene with the nominal values of parameters, where those fitted predict a joint held out worse."""
+    worst = np.max(_held_out(scene, found, believed), initial=0.0)
+    nominal = scene.at_nominal()
+    if not found or worst <= WORSE**2 or np.max(_held_out(nominal, found, believed)) >= worst:
+        return scene
+    return nominal
+
+
+def _held_out(scene: Scene, found: Sequence[Found], believed: Prediction) -> np.ndarray:
+    """Squared residuals of runs held out with findings, over those without any, shape (n,); else empty."""
+    which = ~scene.blocks.fitted
+    if not np.any(which):
+        return np.zeros(0)
+    word = believed.sums.errors(np.tile(scene.at_its_word(believed), (len(which), 1)))
+    least = np.minimum(believed.power(believed.errors, which), believed.power(word, which))
+    now = scene.prediction(_answers(found))
+    return now.power(now.errors, which) / least
 
 
 def _beside_all(scene: Scene, found: list[Found], total: float) -> list[Found]:
@@ -146,9 +157,9 @@ def _beside_all(scene: Scene, found: list[Found], total: float) -> list[Found]:
         first = _in_shape(scene, prediction, one.answer)
         keys = {other.answer.candidate.key for other in others}
         rivals = [answer for answer, _ in one.not_excluded if answer.candidate.key not in keys]
-        costs = {rival.candidate.key: rival.cost for rival in (first, *rivals)}
+        chosen = {rival.candidate.key: rival for rival in (first, *rivals)}
         asked = [(rival.candidate, rival.columns) for rival in (first, *rivals)]
-        again = [replace(answer, cost=costs[answer.candidate.key]) for answer in ask(prediction, asked)]
+        again = [one.chosen_as(chosen[one.candidate.key]) for one in ask(prediction, asked)]
         again = sorted(levelled(prediction, again), key=lambda answer: -answer.gain)
         found = [*found[:place], judged(again, total) or one, *found[place + 1 :]]
     return found
@@ -161,7 +172,7 @@ def _in_shape(scene: Scene, prediction: Prediction, answer: Answer) -> Answer:
     again = ask(prediction, [(answer.candidate, answer.columns)])
     if not again:
         return answer
-    return replace(refined(prediction, replace(again[0], cost=answer.cost), scene.runs), cost=answer.cost)
+    return refined(prediction, again[0].chosen_as(answer), scene.runs).chosen_as(answer)
 
 
 def total_prior(best: Sequence[Answer], scene: Scene) -> float:
@@ -196,10 +207,14 @@ def _by_hypothesis(answers: Sequence[Answer]) -> list[Answer]:
     found = []
     for group in groups.values():
         best = max(group, key=lambda one: one.gain)
-        gains = [one.gain for one in group]
-        mean = float(np.logaddexp.reduce(gains) - np.log(len(gains)))
-        found.append(replace(best, cost=best.cost + best.gain - mean))
+        gain, odds = (float(np.logaddexp.reduce(own) - np.log(len(group))) for own in _measures(group))
+        choice = best.choice + max(best.odds - odds, 0.0)
+        found.append(replace(best, cost=best.cost + best.gain - gain, choice=choice))
     return sorted(found, key=lambda one: -one.gain)
+
+
+def _measures(group: Sequence[Answer]) -> tuple[list[float], list[float]]:
+    return [one.gain for one in group], [one.odds for one in group]
 
 
 def _answers(found: Sequence[Found]) -> list[Answer]:
@@ -227,4 +242,4 @@ def again_beside(scene: Scene, answer: Answer, others: Sequence[Answer], near: P
     """The answer of the same candidate beside some others; None where physics excludes it there."""
     prediction = scene.prediction(others, near)
     again = ask(prediction, [(answer.candidate, answer.columns)])
-    return replace(colouring(prediction, again[0]), cost=answer.cost) if again else None
+    return colouring(prediction, again[0]).chosen_as(answer) if again else None

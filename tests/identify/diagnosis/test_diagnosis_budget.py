@@ -1,5 +1,6 @@
 """Where the misfit goes: shares that add up, and are as large as the effects are."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -10,8 +11,10 @@ from exidyn.identify.diagnosis.questions.question import ask
 from exidyn.identify.diagnosis.results.budget import NOISE, OTHER, budget
 from exidyn.identify.diagnosis.results.changes import changes
 from exidyn.identify.diagnosis.results.remainder import discrepancies
+from exidyn.identify.diagnosis.runs.usable import usable
 from exidyn.identify.diagnosis.search.found import Found
 from exidyn.identify.effects import JointSpring, LoadDependentFriction
+from exidyn.identify.preparation.prepare import Filtering
 
 from ...parts.small.small_diagnosis import believed
 from ...parts.small.small_rows import asked, blocks, predicted, rows
@@ -81,7 +84,7 @@ def test_the_budget_of_an_arm_adds_up_with_what_is_left():
     for kept in (found.found, found.found[:1], ()):
         prediction = found.scene.prediction([one.answer for one in kept])
         left = discrepancies(found.scene, prediction)
-        one = budget(found.scene, kept, left, noise_floor(found.scene.fitted))
+        one = budget(found.scene, kept, left, noise_floor(found.scene.runs)[0])
         np.testing.assert_allclose(sum(share.shares for share in one.shares), [1.0, 1.0])
         assert all(np.all(share.shares >= 0.0) for share in one.shares)
         if not kept:
@@ -109,3 +112,14 @@ def test_changes_are_what_a_candidate_alone_takes_from_the_error():
     assert by_joint[0].change == pytest.approx(expected, abs=3 * by_joint[0].std + 0.01)
     assert by_joint[1].change == pytest.approx(-second / (second + WHITE**2), abs=0.03)
     assert all(0.0 < one.std < 0.1 for one in table)
+
+
+def test_noise_measured_at_rest_in_one_run_holds_for_all():
+    """What is above the band of the motion is less than coloured noise within it."""
+    run = usable(believed(), record(), Filtering())[0][0]
+    rest = replace(run, prepared=replace(run.prepared, noise=2.0 * run.prepared.noise, noise_source="rest"))
+    above = replace(run, prepared=replace(run.prepared, noise_source="high frequencies"))
+    floor, rested = noise_floor([above, rest, above])
+    assert rested
+    np.testing.assert_allclose(floor, 2.0 * run.prepared.noise * run.prepared.gain)
+    assert not noise_floor([above])[1]

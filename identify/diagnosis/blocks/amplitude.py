@@ -1,0 +1,61 @@
+"""Amplitude: how much of a predicted effect left-out blocks have, where its formula is wrong by a share."""
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy import special, stats
+
+SHARES = 40
+"""Variances of the formula's error that are weighed against each other, from none to all there is."""
+
+
+class Amplitude(NamedTuple):
+    """One is all of the effect.
+
+    Attributes:
+        mean: Amplitude.
+        t: Over its standard deviation.
+        effective: Number of blocks that say it.
+        log_odds: Logarithm of the odds that it is above zero.
+    """
+
+    mean: float
+    t: float
+    effective: float
+    log_odds: float
+
+
+NOTHING = Amplitude(0.0, 0.0, 1.0, 0.0)
+
+
+def amplitude(along: np.ndarray, size: np.ndarray) -> Amplitude:
+    """Amplitude of an effect of which each block has its own share.
+
+    The amplitude in block i is u_i = along_i / size_i. It is off from the common one by noise, of variance
+    s² / size_i, and by the error of the effect's formula, of variance e²: the random-effects model of
+    meta-analysis. Both variances are unknown; s² is estimated (restricted likelihood), e² / s² is integrated
+    over. Where noise prevails, a block counts for what it sees; where the formula's error does, all that see
+    the effect count alike.
+
+    Args:
+        along: Residual of each block along the predicted effect, over noise, shape (k,).
+        size: Square of the predicted effect, over noise, shape (k,).
+    """
+    sees = size > 1e-9 * np.max(size, initial=0.0)
+    if np.count_nonzero(sees) < 2:
+        return NOTHING
+    own, noise = along[sees] / size[sees], 1.0 / size[sees]
+    ratio = np.append(0.0, np.geomspace(0.01 * noise.min(), 10.0 * noise.max(), SHARES))
+    weight = 1.0 / (noise + ratio[:, None])
+    total = weight.sum(axis=1)
+    mean = weight @ own / total
+    left = np.sum(weight * (own - mean[:, None]) ** 2, axis=1)
+    freedom = len(own) - 1.0
+    likelihood = 0.5 * (np.log(weight).sum(axis=1) - np.log(total) - freedom * np.log(left))
+    share = np.exp(likelihood - special.logsumexp(likelihood))
+    t = mean / np.sqrt(left / freedom / total)
+    effective = total**2 / np.sum(weight**2, axis=1)
+    free = np.maximum(effective - 1.0, 1.0)
+    above, below = (special.logsumexp(tail(t, free), b=share) for tail in (stats.t.logcdf, stats.t.logsf))
+    best = int(np.argmax(share))
+    return Amplitude(float(mean[best]), float(t[best]), float(share @ effective), float(above - below))

@@ -1,0 +1,52 @@
+"""How much of a predicted effect blocks have: by noise, and by the error of the effect's formula."""
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from exidyn.identify.diagnosis.blocks.amplitude import amplitude
+
+BLOCKS = 24
+REPEATS = 400
+
+
+def blocks(seed, mean, error, size):
+    """Residual of each block along an effect of which it has `mean` on average, off by a share `error`."""
+    rng = np.random.default_rng(seed)
+    own = mean + error * rng.normal(size=len(size))
+    return own * size + np.sqrt(size) * rng.normal(size=len(size))
+
+
+def test_nothing_is_as_often_above_as_below_zero():
+    size = np.random.default_rng(1).lognormal(1.0, 1.5, BLOCKS)
+    odds = np.array([amplitude(blocks(seed, 0.0, 0.0, size), size).log_odds for seed in range(REPEATS)])
+    above = 1.0 / (1.0 + np.exp(-odds))
+    assert np.mean(above > 0.95) < 0.05 + 3.0 * np.sqrt(0.05 * 0.95 / REPEATS)
+    assert stats.kstest(above, "uniform").statistic < 0.12  # cautious, since few blocks count for most
+
+
+def test_what_stands_in_for_an_effect_with_either_sign_is_not_that_effect():
+    size = np.random.default_rng(2).lognormal(5.0, 1.5, BLOCKS)
+    odds = np.array([amplitude(blocks(seed, 0.0, 1.0, size), size).log_odds for seed in range(REPEATS)])
+    assert np.mean(odds > np.log(19.0)) < 0.05 + 3.0 * np.sqrt(0.05 * 0.95 / REPEATS)
+
+
+def test_a_formula_wrong_by_a_third_is_certain_by_the_number_of_blocks():
+    """Four blocks have nearly all of the effect, but all have the same sign of it."""
+    size = np.append(np.full(4, 800.0), np.full(BLOCKS - 4, 30.0))
+    found = amplitude(blocks(3, 1.0, 0.35, size), size)
+    assert found.mean == pytest.approx(1.0, abs=0.35)
+    assert found.effective > 15.0
+    assert found.log_odds > 15.0
+
+
+def test_where_noise_prevails_a_block_counts_for_what_it_sees():
+    size = np.append(np.full(4, 800.0), np.full(BLOCKS - 4, 0.01))
+    found = amplitude(blocks(4, 1.0, 0.0, size), size)
+    assert found.effective < 6.0
+    assert found.mean == pytest.approx(1.0, abs=0.1)
+
+
+def test_one_block_says_nothing():
+    assert amplitude(np.array([50.0, 0.0, 0.0]), np.array([50.0, 0.0, 0.0])).log_odds == 0.0
+    assert amplitude(np.zeros(5), np.zeros(5)).log_odds == 0.0
