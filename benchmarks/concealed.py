@@ -20,12 +20,12 @@ from typing import Any
 os.environ.setdefault("OMP_NUM_THREADS", "1")  # before numpy: one thread a process, and two processes
 
 from common import save
-from concealed_answerers import NAMES, Answerer, answerer
-from concealed_answers import read_answer, read_truths
-from concealed_case import Draw, concealed_set, make, quick_set, warm_up
-from concealed_effects import VOCABULARY
-from concealed_score import pairs, print_scores
-from concealed_sweep import sweep
+from parts.concealed.answerers import NAMES, Answerer, answerer
+from parts.concealed.case import Draw, concealed_set, make, quick_set, warm_up
+from parts.concealed.effects.vocabulary import VOCABULARY
+from parts.concealed.scoring.answers import read_answer, read_truths
+from parts.concealed.scoring.score import pairs, print_scores
+from parts.concealed.sweep import sweep
 
 PROCESSES = 2
 
