@@ -4,6 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from parts.concealed.answerers import answerer
 from parts.concealed.case import concealed_set, draw, stands
 from parts.concealed.effects.outside import OUTSIDE
 from parts.concealed.effects.vocabulary import VOCABULARY
@@ -13,6 +14,8 @@ from parts.concealed.recordings.write import write_case
 from parts.concealed.robots.arms import ARMS
 from parts.concealed.robots.robot import honest
 
+from exidyn.identify import diagnosis
+from exidyn.identify.diagnosis.words import answer
 from exidyn.identify.recordings.importers import import_source
 
 
@@ -23,7 +26,9 @@ def test_noise_has_the_size_that_truth_states():
     assert np.corrcoef(noise[1:, 0], noise[:-1, 0])[0, 1] == pytest.approx(0.85, abs=0.02)
 
 
-def test_a_case_is_read_as_a_user_would_and_tells_nothing(tmp_path):
+@pytest.fixture
+def written(tmp_path):
+    """A robot with nothing wrong, and the folder of its case: an arm at rest with and without a load."""
     arm = ARMS["kr270"]()
     robot = honest(arm, np.random.default_rng(5))
     time = np.arange(100) / RATE
@@ -41,17 +46,39 @@ def test_a_case_is_read_as_a_user_would_and_tells_nothing(tmp_path):
         for name in ("identify_b", "payload")
     ]
     write_case(tmp_path / "c007", robot, runs)
-    first, second = import_source(tmp_path / "c007")
+    return robot, tmp_path / "c007"
+
+
+def test_a_case_is_read_as_a_user_would_and_tells_nothing(written):
+    robot, folder = written
+    arm = robot.arm
+    first, second = import_source(folder)
     assert [first.settings["role"], second.settings["role"]] == ["identify", "payload"]
     assert dict(second.payload.known)["M"] == arm.tool.mass
+    rest = np.tile(arm.home, (100, 1))
     np.testing.assert_allclose(first.signals["position"].values, rest, atol=1e-7)
     np.testing.assert_allclose(first.model.robot.drive_gain, robot.belief.gain, rtol=1e-5)
     known = first.model.robot.kinematics
     np.testing.assert_allclose([body.mass for body in known.inertias[1:]], robot.belief.body.mass)
-    text = (tmp_path / "c007" / "case.toml").read_text()
+    text = (folder / "case.toml").read_text()
     assert not [
         name for name in {*VOCABULARY, *OUTSIDE} - {"rotor_inertia", "payload", "drive_gain"} if name in text
     ]
+
+
+def test_bare_answers_are_of_the_same_runs_by_a_prior_without_values(written, monkeypatch):
+    given = []
+    monkeypatch.setattr(diagnosis, "diagnose", lambda model, runs, **_: given.append((model, runs)))
+    monkeypatch.setattr(answer, "answer", lambda _: {"findings": []})
+    for who in ("product", "bare"):
+        answerer(who, written[1])(written[1])
+    (told, runs), (bare, same) = given
+    assert told.stated
+    assert told.robot.inertias_stated
+    assert not bare.stated
+    assert not bare.robot.inertias_stated
+    assert bare.effects == told.effects
+    assert [run.name for _, run in same] == [run.name for _, run in runs]
 
 
 def test_the_whole_set_has_every_effect_under_names_that_tell_nothing():

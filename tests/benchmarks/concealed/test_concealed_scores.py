@@ -4,9 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from parts.concealed.effects.outside import OUTSIDE
+from parts.concealed.effects.vocabulary import VOCABULARY
 from parts.concealed.scoring.answers import Guess, Truth, read_answer
 from parts.concealed.scoring.half_way import half_way
-from parts.concealed.scoring.score import Pair, figures, sensitivity, simulated_share
+from parts.concealed.scoring.score import Pair, figures, simulated_share
+from parts.concealed.scoring.tables import outside, print_scores, sensitivity
+
+from exidyn.identify.diagnosis.candidates import kinds
 
 
 def told(kind: str, *effects: tuple[str, set[int]], evidence: float = 1000.0) -> Truth:
@@ -93,3 +98,35 @@ def test_simulation_counts_on_the_joints_concerned():
     [[effect, half, low, high, count]] = sensitivity([Pair(truth, answer)])
     assert (effect, count) == ("viscous_friction", 1)
     assert low < half < 3.0 < high  # it was found at three times the noise
+
+
+def test_candidates_have_the_names_of_what_is_concealed():
+    assert set(VOCABULARY) <= set(kinds())
+    assert set(kinds()) - set(VOCABULARY) < set(OUTSIDE)
+
+
+def test_what_is_outside_and_asked_for_is_apart_from_what_nobody_asks_for():
+    asked, never = "hose_spring", "floor_vibration"
+    cases = [
+        Pair(told("outside", (asked, set())), said(unexplained=True)),
+        Pair(told("outside", (asked, set())), said(("payload", []))),
+        Pair(told("outside", (never, set())), said(("payload", []), unexplained=True)),
+        Pair(told("single", ("payload", set())), said(("payload", []))),
+    ]
+    assert outside(cases) == [["has a candidate", 2, 0.5, 0.5], ["has none", 1, 1.0, 1.0]]
+    assert print_scores({"product": cases})["outside"] == outside(cases)
+    assert not outside(cases[3:])
+
+
+def test_answers_without_values_stand_beside_the_others(capsys):
+    truth = told("single", ("payload", set()))
+    right, wrong = [Pair(truth, said(("payload", [])))], [Pair(truth, said(("backlash", [1])))]
+    found = print_scores({"product": right, "bare": wrong})
+    alone = print_scores({"bare": wrong})
+    assert (found["top1"], found["bare"]["top1"]) == (1.0, 0.0)
+    assert found["bare"]["confusion"] == [["payload", "backlash", 1]]
+    assert found["bare"].keys() == alone.keys() == found.keys() - {"bare"}
+    both, single = capsys.readouterr().out.split("\nconcealed cases")[1:]
+    assert both.split()[:3] == ["figure", "product", "bare"]
+    assert ["top1", "1", "0"] in [line.split() for line in both.splitlines()]
+    assert ["top1", "0"] in [line.split() for line in single.splitlines()]

@@ -113,11 +113,6 @@ def read_answer(case: Mapping[str, Any]) -> Answer:
     )
 
 
-def read_answers(path: Path) -> dict[str, Answer]:
-    """All cases of an answer file."""
-    return {name: read_answer(case) for name, case in json.loads(path.read_text()).items()}
-
-
 def read_truth(path: Path) -> Truth:
     """A truth file."""
     case = json.loads(path.read_text())

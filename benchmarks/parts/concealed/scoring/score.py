@@ -1,19 +1,14 @@
 """Scores answers to concealed cases against their truths."""
 
-from collections import Counter
 from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
-from common import show
 
-from .answers import NOTHING, UNEXPLAINED, Answer, Truth
-from .half_way import half_way
+from .answers import Answer, Truth
 
 DETECTABLE = 50.0
 """Gain in chi-squared from which an oracle can tell an effect from hundreds of others, on other joints."""
-STRENGTHS = (0.0, 0.5, 1.0, 2.0, 5.0, np.inf)
-CONFIDENCES = (0.0, 0.5, 0.7, 0.8, 0.9, 0.95, 0.99, 1.0 + 1e-9)
 
 
 class Pair(NamedTuple):
@@ -142,88 +137,4 @@ def figures(cases: list[Pair]) -> dict[str, Any]:
         "simulated_share": float(np.median(simulated)) if simulated else float("nan"),
         "seconds": float(np.median(seconds)) if seconds else float("nan"),
         "seconds_max": max(seconds, default=float("nan")),
-    }
-
-
-def calibration(cases: list[Pair]) -> list[list[Any]]:
-    """Stated probability against the share that was right: from, to, findings, mean stated, right."""
-    stated = [
-        (found.confidence, right)
-        for case in cases
-        for found, right in zip(case.answer.findings, precise(case), strict=True)
-    ]
-    rows: list[list[Any]] = []
-    for low, high in zip(CONFIDENCES, CONFIDENCES[1:], strict=False):
-        inside = [pair for pair in stated if low <= pair[0] < high]
-        if inside:
-            rows.append([low, min(high, 1.0), len(inside), *np.mean(inside, axis=0)])
-    return rows
-
-
-def by_strength(cases: list[Pair]) -> list[list[Any]]:
-    """Detectable singles by visibility: from, to, cases, top 1, with alternatives, said to be nothing."""
-    rows: list[list[Any]] = []
-    for low, high in zip(STRENGTHS, STRENGTHS[1:], strict=False):
-        inside = [
-            case
-            for case in of_kind(cases, "single")
-            if visible(case) and low <= case.truth.visibility[0] < high
-        ]
-        if inside:
-            silent = share(not alarmed(case) for case in inside)
-            rows.append(
-                [low, high, len(inside), share(map(top1, inside)), share(map(covered, inside)), silent]
-            )
-    return rows
-
-
-def sensitivity(cases: list[Pair]) -> list[list[Any]]:
-    """Strength of each effect that is found half of the time, its 90 % interval, and of how many cases."""
-    tried: dict[str, list[tuple[float, bool]]] = {}
-    for case in of_kind(cases, "single"):
-        [effect], [strength] = case.truth.effects, case.truth.visibility
-        if np.isfinite(strength):
-            tried.setdefault(effect.effect, []).append((strength, any(recalled(case))))
-    return [[effect, *half_way(own), len(own)] for effect, own in sorted(tried.items())]
-
-
-def confusion(cases: list[Pair]) -> list[list[Any]]:
-    """What singles, outside and nothing were called: truth, called, times; agreement left out."""
-    counts: Counter[tuple[str, str]] = Counter()
-    for truth, answer in cases:
-        if truth.kind == "double":
-            continue
-        name = truth.effects[0].effect if truth.effects else NOTHING
-        right = top1(Pair(truth, answer)) if truth.kind == "single" else answer.called == (
-            UNEXPLAINED if truth.kind == "outside" else NOTHING
-        )  # fmt: skip
-        if not right:
-            wrong_joint = truth.kind == "single" and answer.called == name
-            counts[name, "the same, on another joint" if wrong_joint else answer.called] += 1
-    return [[name, called, times] for (name, called), times in sorted(counts.items())]
-
-
-def print_scores(cases: list[Pair]) -> dict[str, Any]:
-    """Print every table; gives the figures."""
-    found = figures(cases)
-    show("concealed cases", ["figure", "value"], [[name, value] for name, value in found.items()])
-    if rows := by_strength(cases):
-        show(
-            "by strength (effect over noise)",
-            ["from", "to", "cases", "top 1", "with alternatives", "silent"],
-            rows,
-        )
-    if rows := sensitivity(cases):
-        show(
-            "found half of the time (effect over noise)", ["effect", "strength", "from", "to", "cases"], rows
-        )
-    if rows := calibration(cases):
-        show("stated probabilities", ["from", "to", "findings", "stated", "right"], rows)
-    if rows := confusion(cases):
-        show("called otherwise", ["truth", "called", "times"], rows)
-    return found | {
-        "calibration": calibration(cases),
-        "by_strength": by_strength(cases),
-        "sensitivity": sensitivity(cases),
-        "confusion": confusion(cases),
     }
