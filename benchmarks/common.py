@@ -1,7 +1,9 @@
-"""What every benchmark shares: its options, its tables, its JSON file."""
+"""What every benchmark shares: its options, its tables, its JSON file, what its processes import from."""
 
 import argparse
 import json
+import os
+import sys
 from collections.abc import Collection, Sequence
 from pathlib import Path
 from typing import Any
@@ -51,6 +53,11 @@ def save(path: Path | None, figures: dict[str, Any]) -> None:
     if path is not None:
         path.write_text(json.dumps(figures, indent=2, default=_plain) + "\n")
         print(f"\nfigures in {path}")
+
+
+def imports_as_here() -> dict[str, str]:
+    """Environment of a Python process that imports from where this one does."""
+    return {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
 
 
 def _plain(value: Any) -> Any:

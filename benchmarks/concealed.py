@@ -20,12 +20,13 @@ from typing import Any
 os.environ.setdefault("OMP_NUM_THREADS", "1")  # before numpy: one thread a process, and two processes
 
 from common import save
-from concealed_answerers import NAMES, Answerer, answerer
-from concealed_answers import read_answer, read_truths
-from concealed_case import Draw, concealed_set, make, quick_set, warm_up
-from concealed_effects import VOCABULARY
-from concealed_score import pairs, print_scores
-from concealed_sweep import sweep
+from parts.concealed.answerers import NAMES, Answerer, answerer
+from parts.concealed.case import Draw, concealed_set, make, quick_set, warm_up
+from parts.concealed.effects.vocabulary import VOCABULARY
+from parts.concealed.scoring.answers import read_answer, read_truths
+from parts.concealed.scoring.score import Pair, pairs
+from parts.concealed.scoring.tables import print_scores
+from parts.concealed.sweep import sweep
 
 PROCESSES = 2
 
@@ -37,6 +38,9 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--json", type=Path, metavar="FILE", help="write the figures to FILE")
     parser.add_argument("--keep", type=Path, metavar="FOLDER", help="cases, truth and answers stay in FOLDER")
     parser.add_argument("--answer", choices=NAMES, default="product", help="who answers")
+    parser.add_argument(
+        "--bare", action="store_true", help="answer every case a second time, without the values it states"
+    )
     parser.add_argument("--seed", type=int, default=1, help="another set of cases")
     parser.add_argument("--only", nargs="+", metavar="EFFECT", help="only cases of these effects")
     parser.add_argument("--make", action="store_true", help="make the cases, and answer none")
@@ -44,7 +48,13 @@ def arguments() -> argparse.Namespace:
     parser.add_argument(
         "--sweep", type=int, nargs="?", const=8, metavar="TRIALS", help="sensitivity of every effect"
     )
-    return parser.parse_args()
+    found = parser.parse_args()
+    if found.bare and found.sweep:
+        parser.error(
+            "--bare answers the same cases twice, and a sweep makes each by the answer before: with "
+            "--sweep, give --answer bare"
+        )
+    return found
 
 
 def timed(folder: Path, answer: Answerer) -> dict[str, Any]:
@@ -62,17 +72,16 @@ def make_all(cases: Sequence[Draw], folder: Path, pool: Executor) -> None:
     list(pool.map(partial(make, cases=folder / "cases", truths=folder / "truth"), cases))
 
 
-def answer_all(folder: Path, answer: Answerer, pool: Executor, only: set[str] | None) -> dict[str, Any]:
-    """Answers to all cases of a folder, written beside them."""
+def answered(who: str, file: str, folder: Path, pool: Executor, only: set[str] | None) -> list[Pair]:
+    """All cases of a folder with the answers of `who`, which go into a file beside them."""
     places = sorted(place for place in (folder / "cases").iterdir() if only is None or place.name in only)
-    said = dict(
-        zip([place.name for place in places], pool.map(partial(timed, answer=answer), places), strict=True)
-    )
+    answer = partial(timed, answer=answerer(who, folder / "truth"))
+    said = dict(zip([place.name for place in places], pool.map(answer, places), strict=True))
     for name, case in said.items():
         if "error" in case:
             print(f"{name}: {case['error']}")
-    (folder / "answers.json").write_text(json.dumps(said, indent=1) + "\n")
-    return said
+    (folder / file).write_text(json.dumps(said, indent=1) + "\n")
+    return pairs(read_truths(folder / "truth"), {name: read_answer(case) for name, case in said.items()})
 
 
 def main(options: argparse.Namespace) -> dict[str, Any]:
@@ -92,9 +101,10 @@ def main(options: argparse.Namespace) -> dict[str, Any]:
         if options.make:
             return {"cases": len(cases)}
         only = None if options.made else {case.name for case in cases}
-        said = answer_all(folder, answerer(options.answer, folder / "truth"), pool, only)
-        answers = {name: read_answer(case) for name, case in said.items()}
-        return print_scores(pairs(read_truths(folder / "truth"), answers))
+        files = {options.answer: "answers.json"}
+        if options.bare:
+            files.setdefault("bare", "answers-bare.json")
+        return print_scores({who: answered(who, file, folder, pool, only) for who, file in files.items()})
 
 
 if __name__ == "__main__":

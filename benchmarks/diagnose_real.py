@@ -1,8 +1,8 @@
 """Real arms with a plain prior: which of the effects that are known to be there are named, and what else is.
 
 The prior is a bare description: no friction values, inertias not stated, except where somebody weighed them.
-Default filters. What is known of each set, and how, is in `diagnose_real_known.py`; on controls every name is
-wrong. Each set is diagnosed again with what was named in its model: none of it may be named twice.
+Default filters. What is known of each set, and how, is in `parts/diagnose_real/known.py`; on controls every
+name is wrong. Each set is diagnosed again with what was named in its model: none of it may be named twice.
 """
 
 import os
@@ -14,9 +14,9 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")  # before numpy: times are those o
 
 import numpy as np
 from common import parser, save, show
-from diagnose_real_answer import answer
-from diagnose_real_sets import CASES, FOLDER
-from proof_page import write_pages
+from parts.diagnose_real.answer import answer
+from parts.diagnose_real.sets import CASES, FOLDER
+from parts.proof.page import write_pages
 
 from exidyn.identify.diagnosis.search.found import NAMED
 

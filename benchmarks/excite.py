@@ -16,15 +16,13 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any
 
-import excite_discriminate
-import excite_kr270
-import excite_limits
-import figaroh_excitation
 import numpy as np
 from common import options, save, show
-from excite_arm import Arm, ur10, why_no_arm
-from excite_ours import every_seed, gradient, ours
-from excite_peers import PeerResult, random_search, slsqp
+from parts.excite import discriminate, kr270, limits
+from parts.excite.arm import Arm, ur10, why_no_arm
+from parts.excite.ours import every_seed, gradient, ours
+from parts.excite.peers import PeerResult, random_search, slsqp
+from parts.figaroh import excitation as figaroh_excitation
 
 BUDGET, QUICK_BUDGET = 40.0, 2.0
 """Seconds each tool has; FIGAROH takes 50 s for its hundred iterations and is near its end in 40."""
@@ -112,9 +110,9 @@ def main() -> None:
         if not chosen.quick:
             figures |= against_peers(arm, budget, [0], collisions=True)
         figures |= every_seed(arm, *((2, 1.0) if chosen.quick else (20, 8.0)))
-    figures |= excite_kr270.run(chosen.quick)
-    figures |= excite_limits.run(range(4 if chosen.quick else 200))
-    figures |= excite_discriminate.run(chosen.quick)
+    figures |= kr270.run(chosen.quick)
+    figures |= limits.run(range(4 if chosen.quick else 200))
+    figures |= discriminate.run(chosen.quick)
     print(f"\n{time.perf_counter() - begun:.0f} s in all")
     save(chosen.json, figures)
 

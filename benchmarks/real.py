@@ -23,9 +23,9 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")  # before numpy: one thread a proc
 
 import numpy as np
 from common import options, save, show
-from real_choice import LAWS, Compared, choose, in_words
-from real_data import FOLDER, KR300, PANDA, UR10E, DataSet
-from real_payload import payloads
+from parts.real.choice import LAWS, Compared, choose, in_words
+from parts.real.data import FOLDER, KR300, PANDA, UR10E, DataSet
+from parts.real.payload import payloads
 
 from exidyn.identify.model import Model
 

@@ -11,23 +11,21 @@ import os
 
 os.environ["OMP_NUM_THREADS"] = "1"
 
-import record_agreement
-import record_drivers
-import record_escalation
-import record_example
-import record_faults
-import record_fuzz
-import record_kill
 from common import options, save
+from parts.record import example, fuzz, kill
+from parts.record.drivers import agreement
+from parts.record.drivers import table as drivers
+from parts.record.escalation import table as escalation
+from parts.record.faults import table as faults
 
 PARTS = {
-    "drivers": record_drivers.main,
-    "faults": record_faults.main,
-    "escalation": record_escalation.main,
-    "kills": record_kill.main,
-    "parsers": record_fuzz.main,
-    "agreement": record_agreement.main,
-    "example": record_example.main,
+    "drivers": drivers.main,
+    "faults": faults.main,
+    "escalation": escalation.main,
+    "kills": kill.main,
+    "parsers": fuzz.main,
+    "agreement": agreement.main,
+    "example": example.main,
 }
 
 QUICK = ("drivers", "faults", "escalation", "kills", "parsers")

@@ -13,8 +13,8 @@ os.environ["OMP_NUM_THREADS"] = "1"  # before numpy: one thread on both sides
 
 import numpy as np
 from common import options, save, show
-from simulate_runs import Run, bare, motion_of, ours, theirs
-from simulate_torques import round_trips
+from parts.simulate.runs import Run, bare, motion_of, ours, theirs
+from parts.simulate.torques import round_trips
 
 from exidyn.identify.arm.motion import Motion
 from exidyn.identify.export import FORMATS, Portable

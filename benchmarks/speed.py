@@ -19,8 +19,8 @@ os.environ["OMP_NUM_THREADS"] = "1"  # before numpy: one thread on both sides
 
 import numpy as np
 from common import options, save, show
-from figaroh_peer import FigarohArm, Settings, why_absent
-from floor import regressor_floor
+from parts.figaroh.peer import FigarohArm, Settings, why_absent
+from parts.regressor_floor import regressor_floor
 
 from exidyn.identify.arm.motion import Motion
 from exidyn.identify.fit.estimators import weighted

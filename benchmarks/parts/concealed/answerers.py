@@ -1,0 +1,92 @@
+"""Who answers concealed cases: the product, simulating or not, and two that show what the scores mean."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from .recordings.truth import told_truth
+
+if TYPE_CHECKING:
+    from exidyn.identify.model import Model
+
+Answerer = Callable[[Path], dict[str, Any]]
+"""From the folder of a case to its answer; it can be sent to another process."""
+
+
+def product(folder: Path, simulate: bool = False, values: bool = True) -> dict[str, Any]:
+    """What exidyn says; it is given the folder of the case and nothing else.
+
+    Args:
+        folder: Of the case.
+        simulate: Whether the run held out is simulated too, as believed and with what was found.
+        values: Whether the values that the case states of inertias and friction are used.
+    """
+    from exidyn.acquire.files.diagnosis_case import COMPARISON_CUTOFF
+    from exidyn.identify.diagnosis import diagnose
+    from exidyn.identify.diagnosis.improved.forward import forward
+    from exidyn.identify.diagnosis.words.answer import answer
+    from exidyn.identify.errors import ExidynError
+    from exidyn.identify.preparation.prepare import Filtering
+    from exidyn.identify.recordings.importers import import_source
+
+    runs = import_source(folder)
+    roles = [(run.settings["role"], run) for run in runs]
+    model = runs[0].model if values else without_values(runs[0].model)
+    diagnosis = diagnose(model, roles, filtering=Filtering(torque_cutoff=COMPARISON_CUTOFF))
+    said: dict[str, Any] = answer(diagnosis)
+    if not simulate or not said["findings"]:
+        return said
+    [held_out] = [run for run in runs if run.settings["role"] == "validate"]
+    try:
+        simulated = forward(diagnosis, held_out)
+    except ExidynError as error:  # the answer stands all the same
+        return said | {"not_simulated": str(error)}
+    assert simulated is not None
+    return said | {
+        "simulated_before": simulated.before.tolist(),
+        "simulated_after": simulated.after.tolist(),
+    }
+
+
+def without_values(model: "Model") -> "Model":
+    """A model of which nobody states inertias, friction or offsets."""
+    return replace(model, stated={}, robot=replace(model.robot, inertias_stated=False))
+
+
+def silent(folder: Path) -> dict[str, Any]:
+    """Never finds anything: what a score is worth without work."""
+    return {"findings": [], "unexplained": False, "seconds": 0.0}
+
+
+def oracle(folder: Path, truths: Path) -> dict[str, Any]:
+    """Reads the truth: whether the scorer gives full marks."""
+    told = told_truth(truths, folder.name)
+    outside = told["kind"] == "outside"
+    findings = [
+        {"effect": effect["effect"], "joints": effect["joints"], "confidence": 1.0, "alternatives": []}
+        for effect in told["effects"]
+    ]
+    return {
+        "findings": [] if outside else findings,
+        "unexplained": outside,
+        "torque_rms_before": told["noise_floor_filtered"],
+        "torque_rms_after": told["noise_floor_filtered"],
+        "torque_rms_filter_hz": told["noise_filter_hz"],
+        "seconds": 0.0,
+    }
+
+
+def answerer(name: str, truths: Path) -> Answerer:
+    """By name: product, bare, simulating, silent or oracle."""
+    return {
+        "product": product,
+        "bare": partial(product, values=False),
+        "simulating": partial(product, simulate=True),
+        "silent": silent,
+        "oracle": partial(oracle, truths=truths),
+    }[name]
+
+
+NAMES = ("product", "bare", "simulating", "silent", "oracle")

@@ -1,0 +1,146 @@
+"""Newton-Euler dynamics of a chain of bodies, for numba: shares nothing with what is under test.
+
+Link frames turn about their own z; `rotation` and `translation` place joint j in link j - 1.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from .jit import njit
+
+
+class Body(NamedTuple):
+    """Rigid bodies of an arm, each in its own link frame.
+
+    Attributes:
+        rotation: Of each joint at zero, to the frame before it, (n, 3, 3).
+        translation: Of each joint in the frame before it, (n, 3) [m].
+        mass: Shape (n,) [kg].
+        com: Centre of mass, (n, 3) [m].
+        inertia: About the centre of mass, (n, 3, 3) [kg m^2].
+        gravity: In the base, (3,) [m/s^2].
+    """
+
+    rotation: np.ndarray
+    translation: np.ndarray
+    mass: np.ndarray
+    com: np.ndarray
+    inertia: np.ndarray
+    gravity: np.ndarray
+
+
+def weld(body: Body, link: int, mass: float, com: np.ndarray, inertia: np.ndarray) -> Body:
+    """The arm with another body (inertia about its own centre) fixed to a link."""
+    total = body.mass[link] + mass
+    centre = (body.mass[link] * body.com[link] + mass * com) / total
+    parts = ((body.mass[link], body.com[link], body.inertia[link]), (mass, com, inertia))
+    about = sum(
+        i + m * (np.dot(c - centre, c - centre) * np.eye(3) - np.outer(c - centre, c - centre))
+        for m, c, i in parts
+    )
+    new = [np.array(part) for part in (body.mass, body.com, body.inertia)]
+    new[0][link], new[1][link], new[2][link] = total, centre, about
+    return body._replace(mass=new[0], com=new[1], inertia=new[2])
+
+
+@njit(cache=True)
+def turn(rotation, position, turned):
+    """Rotation of every link to the one before it at a position, into `turned` (n, 3, 3)."""
+    for j in range(len(position)):
+        c, s = np.cos(position[j]), np.sin(position[j])
+        for k in range(3):
+            turned[j, k, 0] = c * rotation[j, k, 0] + s * rotation[j, k, 1]
+            turned[j, k, 1] = c * rotation[j, k, 1] - s * rotation[j, k, 0]
+            turned[j, k, 2] = rotation[j, k, 2]
+
+
+@njit(cache=True)
+def flange(translation, turned, place, frame):
+    """Position (3,) and rotation (3, 3) of the last link in the base."""
+    place[:] = 0.0
+    frame[:] = np.eye(3)
+    for j in range(len(turned)):
+        place[:] += frame @ translation[j]
+        frame[:] = frame @ turned[j]
+
+
+@njit(cache=True)
+def cross(a, b, out):
+    """Vector product."""
+    out[0] = a[1] * b[2] - a[2] * b[1]
+    out[1] = a[2] * b[0] - a[0] * b[2]
+    out[2] = a[0] * b[1] - a[1] * b[0]
+
+
+@njit(cache=True)
+def back(rotation, vector, out):
+    """A vector of the frame before, in the link's own frame."""
+    for k in range(3):
+        out[k] = rotation[0, k] * vector[0] + rotation[1, k] * vector[1] + rotation[2, k] * vector[2]
+
+
+@njit(cache=True)
+def forth(rotation, vector, out):
+    """A vector of the link's frame, in the frame before."""
+    for k in range(3):
+        out[k] = rotation[k, 0] * vector[0] + rotation[k, 1] * vector[1] + rotation[k, 2] * vector[2]
+
+
+@njit(cache=True)
+def inverse_dynamics(body, turned, velocity, acceleration, base, pull, torque):
+    """Joint torques of a motion, into `torque` (n,).
+
+    Args:
+        body: The bodies.
+        turned: From `turn`.
+        velocity: Shape (n,) [rad/s].
+        acceleration: Shape (n,) [rad/s^2].
+        base: Acceleration of the base, gravity taken off, (3,) [m/s^2].
+        pull: Force on the flange from outside, in the last link's frame, (3,) [N].
+        torque: Result, (n,) [N m].
+    """
+    n = len(velocity)
+    force, moment = np.empty((n, 3)), np.empty((n, 3))
+    spin, twist, linear = np.zeros(3), np.zeros(3), base.copy()
+    a, b, c, d = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
+    for j in range(n):
+        p, r = body.translation[j], turned[j]
+        cross(spin, p, a)
+        cross(spin, a, b)
+        cross(twist, p, c)
+        for k in range(3):
+            d[k] = linear[k] + b[k] + c[k]
+        back(r, d, linear)
+        back(r, spin, a)
+        back(r, twist, b)
+        b[0] += a[1] * velocity[j]
+        b[1] -= a[0] * velocity[j]
+        b[2] += acceleration[j]
+        a[2] += velocity[j]
+        spin[:], twist[:] = a, b
+        centre = body.com[j]
+        cross(spin, centre, a)
+        cross(spin, a, b)
+        cross(twist, centre, c)
+        for k in range(3):
+            force[j, k] = body.mass[j] * (linear[k] + b[k] + c[k])
+        inertia = body.inertia[j]
+        for k in range(3):
+            a[k] = inertia[k, 0] * spin[0] + inertia[k, 1] * spin[1] + inertia[k, 2] * spin[2]
+            c[k] = inertia[k, 0] * twist[0] + inertia[k, 1] * twist[1] + inertia[k, 2] * twist[2]
+        cross(spin, a, b)
+        cross(centre, force[j], d)
+        for k in range(3):
+            moment[j, k] = c[k] + b[k] + d[k]
+    for k in range(3):
+        force[n - 1, k] -= pull[k]
+    torque[n - 1] = moment[n - 1, 2]
+    for j in range(n - 1, 0, -1):
+        forth(turned[j], force[j], a)
+        forth(turned[j], moment[j], b)
+        cross(body.translation[j], a, c)
+        for k in range(3):
+            force[j - 1, k] += a[k]
+            moment[j - 1, k] += b[k] + c[k]
+        torque[j - 1] = moment[j - 1, 2]

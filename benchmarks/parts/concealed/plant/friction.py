@@ -1,0 +1,135 @@
+"""Friction of the recorded arm: bristles (LuGre), slipping blocks, and what makes their strength vary."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from .jit import njit
+
+
+class Friction(NamedTuple):
+    """Friction at each motor, referred to its joint.
+
+    Attributes:
+        coulomb: Shape (n,) [N m].
+        viscous: What motors feel of their own and of each other's speed, (n, n) [N m s/rad].
+        bristle: Presliding distance of the LuGre bristles, (n,) [rad].
+        damping: Micro-damping of the bristles, (n,) [N m s/rad].
+        creep: Velocity over which the sign turns where there are no bristles, (n,) [rad/s]; zero: bristles.
+        asymmetry: Share by which forward friction is larger than the mean, dry and viscous, (n, 2) [-].
+        rise: Friction at standstill above the sliding one, (n,) [N m].
+        fade: Velocity at which it is gone to 1/e, (n,) [rad/s].
+        load: Dry friction per torque carried, (n,) [-].
+        bend: Friction with a power of the speed, (n,) [N m at 1 rad/s].
+        power: That power, (n,) [-].
+        thinning: Share of friction lost per kelvin, (n,) [1/K].
+        spot: Rough spot: share more friction, its angle and width, (n, 3) [-, rad, rad].
+        neighbour: Share more dry friction per sine of another joint's angle, (n, n) [-].
+        block: Torque at which each sliding block gives way, (n, m) [N m].
+        give: Deflection at which it does, (n, m) [rad].
+        pair: Joints whose sum of speeds turns a common gear, and the second's ratio, (3,); first -1: none.
+        common: Dry friction and presliding distance of that gear, (2,) [N m, rad].
+    """
+
+    coulomb: np.ndarray
+    viscous: np.ndarray
+    bristle: np.ndarray
+    damping: np.ndarray
+    creep: np.ndarray
+    asymmetry: np.ndarray
+    rise: np.ndarray
+    fade: np.ndarray
+    load: np.ndarray
+    bend: np.ndarray
+    power: np.ndarray
+    thinning: np.ndarray
+    spot: np.ndarray
+    neighbour: np.ndarray
+    block: np.ndarray
+    give: np.ndarray
+    pair: np.ndarray
+    common: np.ndarray
+
+
+BLOCKS = 4
+REFERENCE_TEMPERATURE = 35.0
+"""At which friction has the values above [deg C]: half-way between a cold and a warm arm."""
+
+
+def plain_friction(
+    coulomb: np.ndarray, viscous: np.ndarray, bristle: np.ndarray, creep: np.ndarray, inertia: np.ndarray
+) -> Friction:
+    """Dry and viscous friction alone; bristles are damped to a fifth of critical against the inertia (n,)."""
+    n = len(coulomb)
+    damping = 0.4 * np.sqrt(coulomb / bristle * inertia)
+    return Friction(
+        coulomb, np.diag(viscous), bristle, damping, creep, np.zeros((n, 2)), np.zeros(n), np.ones(n),
+        np.zeros(n), np.zeros(n), np.ones(n), np.zeros(n), np.tile([0.0, 0.0, 1.0], (n, 1)), np.zeros((n, n)),
+        np.zeros((n, BLOCKS)), np.ones((n, BLOCKS)), np.array([-1.0, -1.0, 0.0]), np.array([0.0, 1e-5]),
+    )  # fmt: skip
+
+
+@njit(cache=True)
+def bend_bristle(deflection, velocity, reach, step):
+    """Deflection of a bristle a step later; implicit, so that fast sliding cannot overshoot."""
+    return (deflection + velocity * step) / (1.0 + abs(velocity) * step / reach)
+
+
+@njit(cache=True)
+def dry(friction, j, position, velocity, load, warmth):
+    """Level of dry friction of joint j [N m]."""
+    level = friction.coulomb[j] * (1.0 + friction.asymmetry[j, 0] * np.sign(velocity[j]))
+    level *= np.exp(-0.3 * friction.thinning[j] * warmth)
+    away = (position[j] - friction.spot[j, 1]) / friction.spot[j, 2]
+    level *= 1.0 + friction.spot[j, 0] * np.exp(-(away**2))
+    for k in range(len(position)):
+        if friction.neighbour[j, k] != 0.0:
+            level *= 1.0 + friction.neighbour[j, k] * np.sin(position[k])
+    level += friction.rise[j] * np.exp(-abs(velocity[j]) / friction.fade[j])
+    # Teeth carry their preload too, so that friction sets in softly with the load.
+    preload = 2.0 * friction.coulomb[j]
+    return level + friction.load[j] * (np.sqrt(preload**2 + load[j] ** 2) - preload)
+
+
+@njit(cache=True)
+def wet(friction, j, velocity, warmth):
+    """Friction of joint j that depends on speed [N m]."""
+    drag = 0.0
+    for k in range(len(velocity)):
+        drag += friction.viscous[j, k] * velocity[k]
+    drag *= 1.0 + friction.asymmetry[j, 1] * np.sign(velocity[j])
+    drag *= np.exp(-friction.thinning[j] * warmth)
+    return drag + friction.bend[j] * np.sign(velocity[j]) * abs(velocity[j]) ** friction.power[j]
+
+
+@njit(cache=True)
+def slide(friction, j, blocks, velocity, step):
+    """Torque of the sliding blocks of joint j, whose deflections (m,) move on."""
+    torque = 0.0
+    for k in range(len(blocks)):
+        reach = friction.give[j, k]
+        blocks[k] = min(max(blocks[k] + velocity * step, -reach), reach)
+        torque += friction.block[j, k] * blocks[k] / reach
+    return torque
+
+
+@njit(cache=True)
+def rub(friction, position, velocity, load, temperature, bristles, blocks, step, torque):
+    """Friction torque of all joints, into `torque` (n,); moves the bristles (n + 1,) and blocks (n, m) on."""
+    n = len(velocity)
+    for j in range(n):
+        warmth = temperature[j] - REFERENCE_TEMPERATURE
+        before, reach = bristles[j], friction.bristle[j]
+        bristles[j] = bend_bristle(before, velocity[j], reach, step)
+        level = dry(friction, j, position, velocity, load, warmth)
+        if friction.creep[j] > 0.0:
+            torque[j] = level * velocity[j] / np.sqrt(velocity[j] ** 2 + friction.creep[j] ** 2)
+        else:
+            torque[j] = level * bristles[j] / reach + friction.damping[j] * (bristles[j] - before) / step
+        torque[j] += wet(friction, j, velocity, warmth) + slide(friction, j, blocks[j], velocity[j], step)
+    a, b = int(friction.pair[0]), int(friction.pair[1])
+    if a >= 0:
+        ratio, reach = friction.pair[2], friction.common[1]
+        bristles[n] = bend_bristle(bristles[n], velocity[a] + ratio * velocity[b], reach, step)
+        torque[a] += friction.common[0] * bristles[n] / reach
+        torque[b] += ratio * friction.common[0] * bristles[n] / reach

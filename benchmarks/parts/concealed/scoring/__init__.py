@@ -1,0 +1,5 @@
+"""Answers beside truths.
+
+In: answer files, truth files.
+Out: tables, and figures by name.
+"""

@@ -1,0 +1,136 @@
+"""Answers and truths of concealed cases, and whether a finding is right."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+NOTHING, UNEXPLAINED = "nothing", "unexplained"
+
+
+@dataclass(frozen=True)
+class Guess:
+    """An effect on joints, counted from 1; none for the whole arm."""
+
+    effect: str
+    joints: frozenset[int]
+
+    def meets(self, truth: "Guess") -> bool:
+        """Whether it is what is concealed; of an effect between two joints, one of them will do."""
+        return self.effect == truth.effect and self.same_joints(truth)
+
+    def same_joints(self, truth: "Guess") -> bool:
+        """Whether the joints are right; what belongs to the whole arm is on any."""
+        if not truth.joints:
+            return True
+        return self.joints == truth.joints or (
+            len(truth.joints) > 1 and bool(self.joints) and self.joints < truth.joints
+        )
+
+
+@dataclass(frozen=True)
+class Finding:
+    """A guess with its stated probability and what else it might be."""
+
+    guess: Guess
+    confidence: float
+    alternatives: tuple[Guess, ...]
+
+    def covers(self, truth: Guess) -> bool:
+        """Whether the guess or an alternative is right."""
+        return any(guess.meets(truth) for guess in (self.guess, *self.alternatives))
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What was said about a case; rms held out, (n,) [N m], behind a low-pass if one is named.
+
+    Those of simulations, before and after, are empty where nothing was simulated.
+    """
+
+    findings: tuple[Finding, ...]
+    unexplained: bool
+    before: np.ndarray
+    after: np.ndarray
+    filter_hz: float | None
+    seconds: float
+    simulated_before: np.ndarray
+    simulated_after: np.ndarray
+
+    @property
+    def called(self) -> str:
+        """The first finding in a word."""
+        if self.findings:
+            return self.findings[0].guess.effect
+        return UNEXPLAINED if self.unexplained else NOTHING
+
+
+@dataclass(frozen=True)
+class Truth:
+    """What is concealed in a case; `visibility` and `evidence` are NaN where not measured."""
+
+    name: str
+    kind: str
+    robot: str
+    effects: tuple[Guess, ...]
+    visibility: tuple[float, ...]
+    evidence: tuple[float, ...]
+    loudest: tuple[int, ...]
+    noise: np.ndarray
+    noise_filtered: np.ndarray
+    filter_hz: float
+
+
+def _guess(effect: str, joints: Any) -> Guess:
+    return Guess(effect, frozenset(int(joint) for joint in joints or ()))
+
+
+def _finding(found: Mapping[str, Any]) -> Finding:
+    guess = _guess(found["effect"], found.get("joints"))
+    others = [
+        Guess(other, guess.joints)  # a bare name is on the same joints
+        if isinstance(other, str)
+        else _guess(other["effect"], other.get("joints", guess.joints))
+        for other in found.get("alternatives", ())
+    ]
+    return Finding(guess, float(found.get("confidence", np.nan)), tuple(others))
+
+
+def read_answer(case: Mapping[str, Any]) -> Answer:
+    """One case of an answer file."""
+    return Answer(
+        tuple(_finding(found) for found in case.get("findings", ())),
+        bool(case.get("unexplained", False)),
+        np.array(case.get("torque_rms_before", ()), float),
+        np.array(case.get("torque_rms_after", ()), float),
+        case.get("torque_rms_filter_hz"),
+        float(case.get("seconds", np.nan)),
+        np.array(case.get("simulated_before", ()), float),
+        np.array(case.get("simulated_after", ()), float),
+    )
+
+
+def read_truth(path: Path) -> Truth:
+    """A truth file."""
+    case = json.loads(path.read_text())
+    effects = case["effects"]
+    return Truth(
+        case["name"],
+        case["kind"],
+        case["robot"],
+        tuple(_guess(effect["effect"], effect["joints"]) for effect in effects),
+        tuple(float(effect.get("visibility", np.nan)) for effect in effects),
+        tuple(float(effect.get("evidence", np.nan)) for effect in effects),
+        tuple(1 + int(np.argmax(seen)) for seen in (e.get("visibility_by_joint") for e in effects) if seen),
+        np.array(case["noise_floor"], float),
+        np.array(case["noise_floor_filtered"], float),
+        float(case["noise_filter_hz"]),
+    )
+
+
+def read_truths(folder: Path) -> dict[str, Truth]:
+    """All truth files of a folder."""
+    return {path.stem: read_truth(path) for path in sorted(folder.glob("*.json"))}

@@ -1,0 +1,237 @@
+"""One diagnosis of a real arm, and how its names compare with what is known of that arm."""
+
+import time
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from exidyn.identify.diagnosis.diagnose import diagnose
+from exidyn.identify.diagnosis.findings.finding import Diagnosis, Finding
+from exidyn.identify.diagnosis.improved.improved import Arm, with_finding
+from exidyn.identify.model import Model
+from exidyn.identify.simulation.plant import Transmission
+
+from ..proof.open_loop import open_loop
+from .known import TURN, Known, numbers
+from .sets import CASES, FOLDER, Case
+
+STATES = 256
+"""Places in one turn of the motor over which ripple is drawn: seven of a period of the 36th harmonic."""
+
+
+@dataclass(frozen=True)
+class Named:
+    """One finding.
+
+    Attributes:
+        effect: Name in the vocabulary.
+        joints: Names of where it acts.
+        probability: Stated.
+        size: Its numbers, in words.
+        verdict: "known", "false" or "unverified"; "undecided" where it was not named.
+        why: Why it is false; what it might be instead where it is undecided.
+        instead: Probability of the most credible other name where it is undecided.
+    """
+
+    effect: str
+    joints: str
+    probability: float
+    size: str
+    verdict: str
+    why: str = ""
+    instead: float = 0.0
+
+
+def answer(key: str, again: bool = True) -> dict[str, Any]:
+    """Diagnose a set; with its own findings put into the model, once more.
+
+    Returns:
+        What is printed, written as JSON and drawn.
+    """
+    case = CASES[key]
+    model, runs = case.ask()
+    clock, used = time.monotonic(), time.process_time()
+    found = diagnose(model, runs, key, case.filtering)
+    clock, used = time.monotonic() - clock, time.process_time() - used
+    more = repeated(case, model, runs, found) if again and found.findings else None
+    return {
+        "case": key,
+        "known": [compared(known, found) for known in case.known],
+        "named": [asdict(named(case, one)) for one in found.findings],
+        "undecided": [asdict(undecided(one)) for one in found.undecided],
+        "again": more,
+        "left": [
+            f"J{one.joint + 1} {one.over_noise:.1f} x noise, goes with {one.depends_on}"
+            for one in found.remainders
+        ],
+        "moments": [
+            f"{m.run} {m.start:.1f} s, {joints_words(m.joints)}, {m.force:.3g} N" for m in found.moments
+        ],
+        "band": found.improvement.band if found.improvement else None,
+        "improvement": improvement(found),
+        "budget": budget(found),
+        "doubts": list(found.doubts),
+        "seconds": clock,
+        "process_seconds": used,
+        "data_seconds": sum(run.duration for _, run in runs),
+        "joints": len(found.joints),
+        "over_a_turn": over_a_turn(found) if case.folder.startswith("odrive") else None,
+        "open_loop": open_loop(found, runs) if key == "emps" else None,
+    }
+
+
+def compared(known: Known, found: Diagnosis) -> dict[str, Any]:
+    """A known effect and the finding that is it, or how near one came."""
+    told = {name: getattr(known, name) for name in ("effect", "how", "size", "counted")}
+    one, told = known.is_in(found.findings), told | {"joints": joints_words(known.joints)}
+    if one is None:
+        return told | {"named": False, "near": near(known, found)}
+    return told | {
+        "named": True,
+        "found": size(one),
+        "probability": one.probability,
+        "right": known.right(one),
+    }
+
+
+def named(case: Case, one: Finding) -> Named:
+    """A finding and whether it is known to be there, known not to be, or neither."""
+    verdict, why = "unverified", ""
+    if any(known.is_in([one]) for known in case.known):
+        verdict = "known"
+    elif case.control:
+        verdict, why = "false", "nothing is missing on this set"
+    elif one.effect in case.absent:
+        verdict, why = "false", case.absent[one.effect]
+    return Named(one.effect, joints_words(one.joints), one.probability, size(one), verdict, why)
+
+
+def undecided(one: Finding) -> Named:
+    """A finding without a certain name."""
+    others = [f"{o.effect} {joints_words(o.joints)} {o.probability:.2f}" for o in one.alternatives[:3]]
+    instead = max((other.probability for other in one.alternatives), default=0.0)
+    why = ", ".join(others)
+    return Named(one.effect, joints_words(one.joints), one.probability, size(one), "undecided", why, instead)
+
+
+def near(known: Known, found: Diagnosis) -> str:
+    """How near an effect that is not named was to it: undecided, or what its kind alone would change."""
+    for one in found.undecided:
+        for other in (one, *one.alternatives):
+            if (other.effect, other.joints) == (known.effect, known.joints):
+                return f"undecided, probability {other.probability:.2f}"
+    for one in found.changes:
+        if (one.effect, one.joints) == (known.effect, known.joints):
+            change = f"power {100 * one.change:+.0f} ± {100 * one.std:.0f} % at J{one.joint + 1}"
+            return f"alone, {change}, gain {one.gain:.1f}"
+    return "not among what alone would change most"
+
+
+def size(one: Finding) -> str:
+    """Coefficients and shape of a finding with one standard deviation."""
+    units = {name: q.unit for name, q in one.parameters.items()} | DERIVED
+    return ", ".join(
+        f"{name} {value:.4g}"
+        + (f" ± {std:.2g}" if np.isfinite(std) else "")
+        + (f" {units[name]}" if units[name] != "1" else "")
+        for name, (value, std) in numbers(one).items()
+        if name in units
+    )
+
+
+DERIVED = {"amplitude": "N m", "gear stiffness": "N m/rad", "harmonic": "1"}
+"""Units of numbers that follow from others."""
+
+
+def joints_words(joints: Sequence[int]) -> str:
+    """J2 J3; a dash for the whole arm."""
+    return " ".join(f"J{joint + 1}" for joint in joints) or "-"
+
+
+def repeated(case: Case, model: Model, runs: Any, found: Diagnosis) -> dict[str, Any]:
+    """What is named with the findings in the model, and which of that was in it already."""
+    arm = Arm(
+        model, np.zeros(len(model.names)), np.ones(model.robot.dof), Transmission.rigid(model.robot.dof)
+    )
+    held, kept = arm, []
+    for one in found.findings:
+        more = with_finding(held, one) if one.candidate.instance is not None else None
+        held, kept = (held, kept) if more is None else (more, [*kept, one])
+    if not kept:
+        return {"held": [], "same": [], "named": []}
+    second = diagnose(held.model, runs, case.title, case.filtering)
+    same = [one for one in second.findings if any(alike(one, before) for before in kept)]
+    return {
+        "held": [words(one) for one in kept],
+        "same": [words(one) for one in same],
+        "named": [words(one) for one in second.findings],
+    }
+
+
+def words(one: Finding) -> str:
+    """A finding in one line."""
+    return f"{one.effect} {joints_words(one.joints)}, {one.probability:.3f}: {size(one)}"
+
+
+def alike(one: Finding, other: Finding) -> bool:
+    """Whether two findings are the same thing."""
+    if (one.effect, one.joints) != (other.effect, other.joints):
+        return False
+    if one.effect != "torque_ripple":
+        return True
+    orders = [numbers(ripple)["harmonic"][0] for ripple in (one, other)]
+    return abs(orders[0] - orders[1]) < TURN
+
+
+def improvement(found: Diagnosis) -> dict[str, Any] | None:
+    """Residual of runs held out per joint [N m]."""
+    if found.improvement is None:
+        return None
+    before, after, noise = found.improvement.before, found.improvement.after, found.improvement.noise
+    return {"before": before.tolist(), "after": after.tolist(), "noise": noise.tolist()}
+
+
+def budget(found: Diagnosis) -> dict[str, Any] | None:
+    """Shares of the misfit per joint, by words."""
+    if found.budget is None:
+        return None
+    every = (*found.findings, *found.undecided)
+    shares = []
+    for one in found.budget.shares:
+        what = one.kind or f"{every[one.finding].effect} {joints_words(every[one.finding].joints)}"
+        part = (
+            "kind" if one.finding is None else "named" if one.finding < len(found.findings) else "undecided"
+        )
+        shares.append({"what": what, "part": part, "shares": one.shares.tolist()})
+    return {"before": found.budget.before.tolist(), "after": found.budget.after.tolist(), "shares": shares}
+
+
+def over_a_turn(found: Diagnosis) -> dict[str, Any]:
+    """What the model leaves over one turn of the motor, what is explained of it, and the independent map [A].
+
+    Also the share of samples in which harmonic 7 is slower than the end of the band that is compared.
+    """
+    assert found.evidence is not None
+    ratio, angle, left, told = found.evidence.model.robot.gear_ratio[0], [], [], []
+    for trace in found.evidence.traces:
+        angle.append(np.mod(trace.motor_angle[:, 0], 2 * np.pi))
+        left.append(trace.before[:, 0])
+        told.append(trace.explained[: len(found.findings), :, 0].sum(axis=0))
+    place = (np.concatenate(angle) * STATES / (2 * np.pi)).astype(int) % STATES
+    count = np.maximum(np.bincount(place, minlength=STATES), 1)
+    mean = [np.bincount(place, np.concatenate(one), STATES) / count for one in (left, told)]
+    table = np.loadtxt(FOLDER / "odrive_spin_slow/cogging_map_truth.csv", delimiter=",", skiprows=1)
+    grid = (np.arange(STATES) + 0.5) * 2 * np.pi / STATES
+    known = np.interp(grid, table[:, 0], table[:, 1], period=2 * np.pi)
+    rows = {
+        "left": mean[0] - mean[0].mean(),
+        "explained": mean[1] - mean[1].mean(),
+        "map": known - known.mean(),
+    }
+    speed = np.concatenate([trace.velocity[:, 0] for trace in found.evidence.traces])
+    assert found.improvement is not None
+    seventh = 7 * np.abs(speed) * ratio / (2 * np.pi)
+    seen = float(np.mean(seventh < found.improvement.band))
+    return {"angle": grid.tolist(), "seen": seen} | {name: values.tolist() for name, values in rows.items()}

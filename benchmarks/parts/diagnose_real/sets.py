@@ -1,0 +1,211 @@
+"""What is asked of the real recordings: priors without friction values, and runs."""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
+from typing import Any
+
+from exidyn.identify.diagnosis.runs.usable import HELD_OUT
+from exidyn.identify.effects import known_parameters
+from exidyn.identify.fit.identification import identify
+from exidyn.identify.fit.identified import identified
+from exidyn.identify.model import Model
+from exidyn.identify.preparation.prepare import Filtering
+from exidyn.identify.recordings.importers import import_source
+from exidyn.identify.recordings.recording import KnownPayload, Recording
+from exidyn.identify.robot_files.robot_file import read_model
+
+from ..real.data import FOLDER, KR300, LOADED, PANDA, UR10E, DataSet
+from .known import ABSENT, KNOWN, Known, uncounted
+
+Runs = list[tuple[str, Recording]]
+Ask = Callable[[], tuple[Model, Runs]]
+
+CAD, WEIGHED = 0.1, 0.02
+"""Relative standard deviation of inertias that are drawn, and of those that were weighed or identified from
+minutes of motion [-]: the tolerance that exidyn takes for a drawing by default, and a fifth of it."""
+GIVEN = Filtering(torque_cutoff=60.0, position_cutoff=80.0)
+"""Cut-offs that the README of the motor's recordings identifies with [Hz]."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """One diagnosis.
+
+    Attributes:
+        title: In the tables.
+        folder: Of the recordings.
+        prior: Of the robot, and what was not told, in words.
+        ask: Makes the prior and reads the runs.
+        known: What is known to be there.
+        absent: Effect -> why it cannot be there.
+        control: Whether nothing at all is there, so that every name is wrong.
+        counted: Whether its names and residuals are counted.
+        quick: Whether it is asked with --quick.
+        filtering: Given cut-offs; chosen from the data by default.
+    """
+
+    title: str
+    folder: str
+    prior: str
+    ask: Ask
+    known: tuple[Known, ...] = ()
+    absent: Mapping[str, str] = field(default_factory=dict)
+    control: bool = False
+    counted: bool = True
+    quick: bool = False
+    filtering: Filtering = Filtering()  # noqa: RUF009
+
+
+def read(folder: str, robot: str, fitted: Sequence[str], held_out: Sequence[str], **options: Any) -> Any:
+    """Model of a folder's robot file, and its runs."""
+    model = read_model(FOLDER / folder / robot)
+
+    def run(name: str) -> Recording:
+        return import_source(FOLDER / folder / f"{name}.csv.gz", model, **options)[0]
+
+    return model, [*(("identify", run(n)) for n in fitted), *((HELD_OUT, run(n)) for n in held_out)]
+
+
+def of_set(data: DataSet, fitted: Sequence[str], held_out: Sequence[str]) -> tuple[Model, Runs]:
+    """Bare URDF and runs of an arm."""
+    runs = [*(("identify", data.run(n)) for n in fitted), *((HELD_OUT, data.run(n)) for n in held_out)]
+    return data.model(), runs
+
+
+KR300_RUNS = (
+    ("2020-10-21_A", "2020-10-21_C", "2020-10-16_A", "2020-10-19_B"),
+    ("2020-10-21_B", "2020-10-19_C"),
+)
+
+
+def kr300_drawn() -> tuple[Model, Runs]:
+    """The KR300 with its links as drawn; what it carries is a body of which nothing is said."""
+    model, runs = of_set(KR300, *KR300_RUNS)
+    robot = replace(model.robot, inertias_stated=True, inertial_tolerance=CAD)
+    carried = [(role, replace(run, payload=KnownPayload("tool"))) for role, run in runs]
+    return replace(model, robot=robot), carried
+
+
+def ur10e_loaded() -> tuple[Model, Runs]:
+    """The UR10e as exidyn identified it without a load; and runs with one, of which nobody is told."""
+    fit = identify([UR10E.run(name) for name in UR10E.train], model=UR10E.model())
+    model = identified(fit)
+    robot = replace(model.robot, inertias_stated=True, inertial_tolerance=WEIGHED)
+    loaded = [("identify", UR10E.run(LOADED[0][0])), (HELD_OUT, UR10E.run("id_ur-20_01_31-load"))]
+    return Model(robot, model.effects), loaded  # friction is left open: oil has another temperature each day
+
+
+MASSES = {"m535": 0.0, "m741": 0.206, "m969": 0.434, "m1168": 0.633}
+"""Body of the servo's runs -> mass on the flange above that of the robot file [kg]."""
+MOTIONS = ("sin_sin_kp16", "sin_time_square_kp16", "up_and_down_kp16"), ("sin_sin_kp24",)
+
+
+def kscale() -> tuple[Model, Runs]:
+    """The servo with weighed masses: one in the robot file, three as payloads."""
+    names = [[f"{body}_l100_{motion}" for body in MASSES for motion in motions] for motions in MOTIONS]
+    model, runs = read("kscale_sts3215", "robot.toml", *names)
+    robot = replace(model.robot, inertias_stated=True, inertial_tolerance=WEIGHED)
+    return replace(model, robot=robot), [(role, on_flange(run)) for role, run in runs]
+
+
+def on_flange(run: Recording) -> Recording:
+    """A run of the servo with the mass that its name says."""
+    body = run.name.split("_")[0]
+    if not MASSES[body]:
+        return run
+    return replace(run, payload=KnownPayload(body, known_parameters(MASSES[body], (0.0, 0.0, 0.0))))
+
+
+BARE = "bare URDF, inertias not stated"
+STATES = [(state, current) for state in ("nocomp", "comp") for current in ("measured", "setpoint")]
+"""The motor's compensation off and on, and which current is taken for its torque."""
+
+
+def odrive(state: str, current: str, filtering: Filtering | None = None) -> Case:
+    """The motor in one state, with default filters or given ones."""
+    numbers = {"nocomp": (4, 5, 6), "comp": (3, 7, 8)}[state]
+    *fitted, held_out = (f"{state}_{number}_{current}" for number in numbers)
+    control = (state, current) == ("comp", "setpoint")
+    counted = filtering is None and (control or (state, current) == ("nocomp", "measured"))
+    known = () if control else KNOWN["odrive"] if counted else uncounted(*KNOWN["odrive"])
+    words = "off" if state == "nocomp" else "on", "measured" if current == "measured" else "set"
+    return Case(
+        f"motor, compensation {words[0]}, {words[1]} current{', cut-offs given' if filtering else ''}",
+        "odrive_spin_slow",
+        "robot.toml, inertia not stated",
+        partial(read, "odrive_spin_slow", "robot.toml", fitted, [held_out], motor_side=["position"]),
+        known,
+        ABSENT["odrive"],
+        control,
+        counted,
+        quick=counted,
+        filtering=filtering or Filtering(),
+    )
+
+
+def case(key: str, title: str, folder: str, prior: str, ask: Ask, **more: Any) -> Case:
+    """A set with what is known of it."""
+    return Case(title, folder, prior, ask, KNOWN[key], ABSENT[key], **more)
+
+
+def cases() -> Iterator[tuple[str, Case]]:
+    """Key and diagnosis."""
+    arms: dict[str, tuple[str, str, str, Ask]] = {
+        "emps": (
+            "EMPS",
+            "emps",
+            "robot.toml, mass not stated",
+            partial(read, "emps", "robot.toml", ["train"], ["heldout_pulses"]),
+        ),
+        "tx40": (
+            "TX40",
+            "staubli_tx40",
+            BARE,
+            partial(read, "staubli_tx40", "robot.toml", ["train"], ["heldout"]),
+        ),
+        "panda": (
+            "Panda",
+            "panda_gaz",
+            f"{BARE}, links of 1 kg",
+            partial(of_set, PANDA, PANDA.train, PANDA.held_out),
+        ),
+        "kr300": ("KR300", "kuka_kr300_weigand", BARE, partial(of_set, KR300, *KR300_RUNS)),
+        "kr300_drawn": (
+            "KR300, links as drawn",
+            "kuka_kr300_weigand",
+            "URDF with CAD masses stated to 10 %, an unknown body on the flange",
+            kr300_drawn,
+        ),
+        "ur10e": (
+            "UR10e",
+            "ur10e_mamedov",
+            f"{BARE}, published drive gains",
+            partial(of_set, UR10E, UR10E.train, UR10E.held_out[:2]),
+        ),
+        "ur10e_loaded": (
+            "UR10e with a load",
+            "ur10e_mamedov",
+            "identified by exidyn without a load, inertias stated to 2 %, friction left open",
+            ur10e_loaded,
+        ),
+        "kscale": (
+            "STS3215",
+            "kscale_sts3215",
+            "robot.toml, masses stated to 2 %, three as payloads",
+            kscale,
+        ),
+    }
+    yield "odrive_off", odrive("nocomp", "measured")
+    yield "odrive_on", odrive("comp", "setpoint")
+    for key, told in arms.items():
+        yield key, case(key, *told, control=key == "panda", quick=key in QUICK)
+    yield "odrive_off_set", odrive("nocomp", "setpoint")
+    yield "odrive_on_measured", odrive("comp", "measured")
+    for state, current in STATES:
+        yield f"odrive_{state}_{current}_given", odrive(state, current, GIVEN)
+
+
+QUICK = ("emps", "tx40", "panda")
+CASES = dict(cases())
+"""Key -> diagnosis."""

@@ -1,0 +1,246 @@
+"""What finds an exciting trajectory without our optimiser: random search, and plain SLSQP.
+
+Both search the same Fourier series, as long as FIGAROH's trajectory, with the same limits, criterion and
+clock. Every candidate that counts is judged afterwards, densely, off the clock.
+"""
+
+import time
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
+
+import numpy as np
+from scipy.optimize import minimize
+
+from .arm import RATE, Arm, States, Verdict
+
+DURATION = 12.0
+"""Length of every trajectory: six moves of two seconds in FIGAROH's UR10 example [s]."""
+HARMONICS = 5
+SEARCH_RATE = 20.0
+"""Samples a second while searching, as in FIGAROH's UR10 example [Hz]."""
+CONSTRAINT_RATE = 10.0
+"""Samples a second at which SLSQP sees the limits: 24 a period of the highest harmonic, so that a peak
+between them is at most 0.9 % higher [Hz]."""
+CLEARANCE_RATE = 5.0
+"""Samples a second at which SLSQP sees the clearance of the links [Hz]; FIGAROH sees one a way-point."""
+CLEARANCE = 0.01
+"""Between links that are not neighbours, FIGAROH's default, which it keeps at its way-points [m]."""
+SCREEN = 0.1
+"""Clearance beyond which it makes no difference how far links are apart [m]."""
+Clock = Callable[[], float]
+
+
+@dataclass(frozen=True, eq=False)
+class PeerResult:
+    """What a tool reached.
+
+    Attributes:
+        name: Which tool.
+        condition: Of the best trajectory that keeps to the limits; infinite where there is none.
+        seconds: Time it took, by the clock it was given [s].
+        history: When it first held a feasible trajectory so good: seconds, condition number.
+        note: What it did and what its best trajectory violates.
+        states: Best trajectory at `RATE`, or none.
+        verdict: What the judge says of it.
+    """
+
+    name: str
+    condition: float
+    seconds: float
+    history: list[tuple[float, float]]
+    note: str
+    states: States | None = None
+    verdict: Verdict | None = None
+
+
+@dataclass
+class Best:
+    """Judges candidates in the order in which they were found, and keeps the best feasible one."""
+
+    arm: Arm
+    collisions: bool
+    history: list[tuple[float, float]] = field(default_factory=list)
+    states: States | None = None
+    verdict: Verdict | None = None
+    infeasible: int = 0
+
+    def offer(self, seconds: float, states: States) -> None:
+        """Judge a candidate found after so many seconds."""
+        verdict = self.arm.judge(states)
+        if not verdict.feasible(self.collisions):
+            self.infeasible += 1
+        elif self.verdict is None or verdict.condition < self.verdict.condition:
+            self.states, self.verdict = states, verdict
+            self.history.append((seconds, verdict.condition))
+
+    def result(self, name: str, seconds: float, notes: Iterable[str]) -> PeerResult:
+        """The result, with what the best trajectory violates among its notes."""
+        said = [*notes]
+        if self.infeasible:
+            said.append(f"{self.infeasible} candidates outside the limits")
+        if self.verdict and (breaches := self.verdict.breaches()):
+            said.append(f"its best: {breaches}")
+        if not self.verdict:
+            said.append("nothing feasible found")
+        condition = self.verdict.condition if self.verdict else np.inf
+        return PeerResult(name, condition, seconds, self.history, "; ".join(said), self.states, self.verdict)
+
+
+class Series:
+    """Position = centre + sum over harmonics k of sine_k sin(k w t) + cosine_k cos(k w t), on a grid.
+
+    Coefficients are one vector: for each of 1 + 2 harmonics functions, n values, one a joint.
+    """
+
+    def __init__(self, joints: int, rate: float, duration: float = DURATION) -> None:
+        time_axis = np.arange(round(duration * rate)) / rate
+        w = 2 * np.pi / duration * np.arange(1, HARMONICS + 1)
+        sine, cosine = np.sin(np.outer(time_axis, w)), np.cos(np.outer(time_axis, w))
+        one = np.ones((len(time_axis), 1))
+        self.joints = joints
+        self._position = np.hstack([one, sine, cosine])
+        self._velocity = np.hstack([0 * one, w * cosine, -w * sine])
+        self._acceleration = np.hstack([0 * one, -(w**2) * sine, -(w**2) * cosine])
+
+    def at(self, coefficients: np.ndarray) -> States:
+        """Sampled motion of the coefficients, shape ((1 + 2 harmonics) n,) [rad]."""
+        table = coefficients.reshape(-1, self.joints)
+        return States(self._position @ table, self._velocity @ table, self._acceleration @ table)
+
+
+def random_search(
+    arm: Arm,
+    budget_seconds: float,
+    seed: int,
+    *,
+    collisions: bool = False,
+    clock: Clock = time.perf_counter,
+) -> PeerResult:
+    """Best of as many random series, scaled into the limits, as the budget allows."""
+    random, grid = np.random.default_rng(seed), Series(arm.dof, SEARCH_RATE)
+    found, best, tried, start = [], np.inf, 0, clock()
+    while clock() - start < budget_seconds:
+        tried += 1
+        coefficients = random_coefficients(arm, grid, random)
+        if coefficients is None:
+            continue
+        states = grid.at(coefficients)
+        condition = arm.condition(*states)
+        if condition < best and not (collisions and not arm.clear(states.position)):
+            best = condition
+            found.append((clock() - start, coefficients))
+    return _judged("random search", arm, found, clock() - start, [f"{tried} tried"], collisions)
+
+
+def random_coefficients(arm: Arm, grid: Series, random: np.random.Generator) -> np.ndarray | None:
+    """A random series scaled to the largest amplitude that the limits allow; none if torque forbids it."""
+    limits, n = arm.limits, arm.dof
+    wave = random.normal(size=(2, HARMONICS, n)) / np.arange(1, HARMONICS + 1)[:, None]
+    table = np.concatenate([np.zeros((1, n)), wave.reshape(-1, n)])
+    trial = grid.at(table.ravel())
+    half = 0.5 * (limits.position_upper - limits.position_lower)
+    reach = np.max(np.abs(trial.position), axis=0)
+    # 1 % is kept for what the grid does not see between its samples.
+    scale = 0.99 * np.minimum(limits.velocity / np.max(np.abs(trial.velocity), axis=0), half / reach)
+    room = half - scale * reach
+    table *= scale
+    table[0] = 0.5 * (limits.position_lower + limits.position_upper) + random.uniform(-room, room)
+    for _ in range(5):
+        if np.all(np.abs(arm.torque(grid.at(table.ravel()))) <= 0.99 * limits.torque):
+            return table.ravel()
+        table[1:] *= 0.8
+    return None
+
+
+class _Expired(Exception):
+    """The budget is used up."""
+
+
+def slsqp(
+    arm: Arm,
+    budget_seconds: float,
+    seed: int,
+    *,
+    collisions: bool = False,
+    clock: Clock = time.perf_counter,
+) -> PeerResult:
+    """SciPy's SLSQP with two-point differences on the condition number, from random starts.
+
+    Position, velocity and torque limits are sampled inequality constraints, and so is, if `collisions`
+    count, the clearance of every pair of links; starts are clear then.
+    """
+    random, grid = np.random.default_rng(seed), Series(arm.dof, SEARCH_RATE)
+    found: list[tuple[float, np.ndarray]] = []
+    start = clock()
+
+    def condition(coefficients: np.ndarray) -> float:
+        if clock() - start > budget_seconds:
+            raise _Expired
+        return arm.condition(*grid.at(coefficients))
+
+    def keep(coefficients: np.ndarray) -> None:
+        found.append((clock() - start, coefficients.copy()))
+
+    limits, starts, finished = _Limits(arm, collisions), 0, 0
+    try:
+        while clock() - start < budget_seconds:
+            guess = random_coefficients(arm, grid, random)
+            if guess is None or (collisions and not arm.clear(grid.at(guess).position)):
+                continue
+            starts += 1
+            keep(guess)
+            minimize(
+                condition,
+                guess,
+                method="SLSQP",
+                callback=keep,
+                constraints={"type": "ineq", "fun": limits},
+                options={"maxiter": 200, "ftol": 1e-3},
+            )
+            finished += 1
+    except _Expired:
+        pass
+    notes = [f"{starts} starts, {finished} of them ended, {len(found) - starts} iterations"]
+    return _judged("finite-difference SLSQP", arm, found, clock() - start, notes, collisions)
+
+
+class _Limits:
+    """How far position, velocity and torque are inside their limits, as shares of them, at samples.
+
+    And how far the hulls of every pair of links are apart beyond `CLEARANCE`, as a share of `SCREEN`, if
+    `collisions` count.
+    """
+
+    def __init__(self, arm: Arm, collisions: bool) -> None:
+        self.arm, self.grid, self.collisions = arm, Series(arm.dof, CONSTRAINT_RATE), collisions
+        limits = arm.limits
+        self.middle = 0.5 * (limits.position_lower + limits.position_upper)
+        self.half = 0.5 * (limits.position_upper - limits.position_lower)
+
+    def __call__(self, coefficients: np.ndarray) -> np.ndarray:
+        states, limits = self.grid.at(coefficients), self.arm.limits
+        shares = [
+            (states.position - self.middle) / self.half,
+            states.velocity / limits.velocity,
+            self.arm.torque(states) / limits.torque,
+        ]
+        rows = [side.ravel() for share in shares for side in (1 - share, 1 + share)]
+        if self.collisions:
+            seen = states.position[:: round(CONSTRAINT_RATE / CLEARANCE_RATE)]
+            apart = np.minimum(self.arm.clearance(seen), SCREEN)
+            rows.append((apart - CLEARANCE) / SCREEN)
+        return np.concatenate(rows)
+
+
+def _judged(
+    name: str,
+    arm: Arm,
+    found: list[tuple[float, np.ndarray]],
+    seconds: float,
+    notes: list[str],
+    collisions: bool,
+) -> PeerResult:
+    best, dense = Best(arm, collisions), Series(arm.dof, RATE)
+    for when, coefficients in found:
+        best.offer(when, dense.at(coefficients))
+    return best.result(name, seconds, notes)

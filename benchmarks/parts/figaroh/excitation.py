@@ -1,0 +1,84 @@
+"""FIGAROH's own optimal trajectory, for comparison.
+
+It runs in a process of its own (`trajectory.py`), which a budget ends; its clock starts when its
+`solve` does. More than FIGAROH itself would hand over counts for it: the best of all its iterates that keep
+to the limits, even those of an attempt that it calls failed or that the budget cuts short.
+"""
+
+import multiprocessing
+import time
+import warnings
+
+from ..excite.arm import Arm
+from ..excite.peers import Best, Clock, PeerResult
+from .peer import why_absent as why_no_figaroh
+from .trajectory import FigarohSettings, Told, work
+
+GRACE = 20.0
+"""How many times its budget, and one minute, the process may live before it is taken for hung: its clock may
+count CPU seconds on a busy machine."""
+
+
+def why_absent() -> str:
+    """Sentence that says why FIGAROH's trajectory cannot be compared with; empty where it can."""
+    if absent := why_no_figaroh():
+        return absent
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # ndcurves registers converters that are there already
+            import cyipopt  # noqa: F401
+            import ndcurves  # noqa: F401
+    except ImportError as missing:
+        return f"FIGAROH's trajectory is left out ({missing}); pip install 'exidyn[bench]' brings it."
+    return ""
+
+
+def figaroh(
+    arm: Arm,
+    budget_seconds: float,
+    seed: int,
+    *,
+    settings: FigarohSettings | None = None,
+    clock: Clock = time.perf_counter,
+) -> PeerResult:
+    """FIGAROH's optimal trajectory within a budget.
+
+    Args:
+        arm: Robot and limits.
+        budget_seconds: By the clock, from the call of its `solve` [s].
+        seed: Of its random numbers.
+        settings: FIGAROH's UR10 example unless given.
+        clock: `time.perf_counter`, or `time.process_time` of its process.
+    """
+    if absent := why_absent():
+        raise ImportError(absent)
+    settings = settings or FigarohSettings()
+    spawn = multiprocessing.get_context("spawn")
+    ours, theirs = spawn.Pipe(duplex=False)
+    process = spawn.Process(target=work, args=(theirs, arm, budget_seconds, seed, settings, clock))
+    process.start()
+    theirs.close()
+    try:
+        if not ours.poll(GRACE * budget_seconds + 60.0):
+            raise TimeoutError(f"{settings.name} did not end long after its budget of {budget_seconds:g} s")
+        told = ours.recv()
+    except EOFError as error:
+        raise RuntimeError(f"{settings.name} ended without a word") from error
+    finally:
+        ours.close()
+        process.kill()
+        process.join()
+    if isinstance(told, str):
+        raise RuntimeError(f"{settings.name} failed: {told}")
+    return _result(arm, settings, told)
+
+
+def _result(arm: Arm, settings: FigarohSettings, told: Told) -> PeerResult:
+    best = Best(arm, settings.collisions)
+    for seconds, states in told.iterates:
+        best.offer(seconds, states)
+    said = [
+        f"{told.attempts} attempts, {told.accepted} accepted by itself, {len(told.iterates)} iterates",
+        *(f"{told.complaints.count(line)} x '{line}'" for line in dict.fromkeys(told.complaints)),
+    ]
+    return best.result(settings.name, told.seconds, said)

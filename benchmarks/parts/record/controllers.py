@@ -1,0 +1,116 @@
+"""Each driver and the controller it is held against: a peer in a process of its own."""
+
+import socket
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from can_arm import canopen_settings, mit_settings
+from peer_process import NoBus as NoBus
+from peer_process import Peer
+from servo_units import dynamixel_settings, feetech_settings
+
+from exidyn.acquire.arguments.controllers import make_driver
+from exidyn.drivers import Driver
+from exidyn.drivers.kuka_rsi.config import standard_config
+from exidyn.drivers.kuka_rsi.config_text import config_text
+from exidyn.identify.simulation.plant import typical_plant
+
+from .motion import MODEL, ROBOT, START
+
+PRIORITY = 70
+"""Of the peers, below the loop: a controller has a processor of its own, and these share ours."""
+WINDOW = 360.0
+"""Of the KUKA controller's corrections [deg]: wide, as for identification."""
+FEETECH_CYCLE = 0.0025
+"""What six servos need on a line of 1 Mbaud, in halves of a millisecond [s]."""
+
+
+CURRENT_RANGE = 40.0
+"""What an answer of a MIT motor can say: twice the largest current of the arm [A]."""
+MIT_MOTORS = ("--maker", "t-motor", "--torque-range", str(CURRENT_RANGE))
+
+
+class Controlled(NamedTuple):
+    """A driver that is not open yet, and the peer at its other end; the mock has none."""
+
+    driver: Driver
+    peer: Peer | None
+
+
+@contextmanager
+def mock(folder: Path, settings: Mapping[str, Any], arguments: tuple[str, ...]) -> Iterator[Controlled]:
+    """The simulated arm on the host's own clock."""
+    given = {"clock": "real", **settings}
+    yield Controlled(make_driver("mock", given, MODEL.robot, lambda: typical_plant(MODEL, START)), None)
+
+
+@contextmanager
+def kuka_rsi(folder: Path, settings: Mapping[str, Any], arguments: tuple[str, ...]) -> Iterator[Controlled]:
+    """A KRC4 with a clock of 4 ms."""
+    config = rsi_config(folder)
+    given = {"controller": "127.0.0.1", "config": str(config), "wait": 20.0}
+    given |= {"window_lower": -WINDOW, "window_upper": WINDOW, "overall": WINDOW, **settings}
+    with krc(config, *arguments) as peer:
+        yield Controlled(make_driver("kuka_rsi", given, MODEL.robot), peer)
+
+
+def rsi_config(folder: Path) -> Path:
+    """A configuration file that controller and driver share, with a port of its own."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        probe.bind(("127.0.0.1", 0))
+        port = probe.getsockname()[1]
+    path = folder / "RSI_EthernetConfig.xml"
+    path.write_text(config_text(standard_config("127.0.0.1", port)))
+    return path
+
+
+def krc(config: Path, *arguments: str) -> Peer:
+    """A KUKA controller."""
+    window = ("--axiscorr", f"{WINDOW:g}", "--axiscorrmon", f"{WINDOW:g}")
+    return Peer(
+        "krc.py", "--config", str(config), "--robot", ROBOT, "--fifo", str(PRIORITY), *window, *arguments
+    )
+
+
+def _on_a_bus(script: str, name: str, settings_of: Callable[..., dict[str, Any]], *always: str) -> Any:
+    @contextmanager
+    def controller(
+        folder: Path, settings: Mapping[str, Any], arguments: tuple[str, ...]
+    ) -> Iterator[Controlled]:
+        with Peer(script, "--robot", ROBOT, *always, *arguments) as peer:
+            yield Controlled(make_driver(name, settings_of(peer.address) | settings, MODEL.robot), peer)
+
+    return controller
+
+
+def _mit(address: str) -> dict[str, Any]:
+    """T-Motor's answer with a current; Damiao's have a torque, which says nothing of the drive gains."""
+    return mit_settings(address, maker="t-motor") | {"current_range": CURRENT_RANGE}
+
+
+def _feetech(address: str) -> dict[str, Any]:
+    return feetech_settings(address) | {"cycle": FEETECH_CYCLE}
+
+
+CONTROLLERS: dict[str, Any] = {
+    "mock": mock,
+    "kuka_rsi": kuka_rsi,
+    "canopen_402": _on_a_bus("can_nodes.py", "canopen_402", canopen_settings, "--fifo"),
+    "can_mit": _on_a_bus("mit_motors.py", "can_mit", _mit, "--fifo", *MIT_MOTORS),
+    "dynamixel": _on_a_bus("dynamixel_bus.py", "dynamixel", dynamixel_settings),
+    "feetech": _on_a_bus("feetech_bus.py", "feetech", _feetech, "--cycle", str(FEETECH_CYCLE)),
+}
+
+
+def controller(name: str, folder: Path, *arguments: str, **settings: Any) -> Any:
+    """A driver and its peer, as a context manager that gives a `Controlled`.
+
+    Args:
+        name: Of the driver.
+        folder: Where files of theirs may go.
+        arguments: More of the peer's command line.
+        settings: Of the driver, other than those that fit the peer.
+    """
+    return CONTROLLERS[name](folder, settings, arguments)

@@ -1,0 +1,121 @@
+"""The same arm through several drivers: what is identified of it beside what it is, and beside each other."""
+
+import tempfile
+from contextlib import nullcontext
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from common import show
+
+from exidyn.identify import Fit, identify, read_recording
+
+from ..controllers import NoBus, controller
+from ..motion import MODEL, job
+from ..run import run
+from .lockstep import lockstep
+from .table import PATIENT
+
+DRIVERS = ("mock", "kuka_rsi", "canopen_402", "can_mit", "dynamixel", "feetech")
+QUICK_DRIVERS = ("mock", "canopen_402")
+ATTEMPTS = 3
+"""At a whole run: a machine that is busy otherwise can be too late for one."""
+OTHER = {"mock": {"clock": "stepped"}}
+"""Settings of drivers that fit here better: nobody waits for what is only simulated."""
+OWN_TIME = ("mock", "kuka_rsi")
+"""Drivers whose controller has a clock of its own; for others, this machine's lateness is left out."""
+INSIDE = 1.96
+"""Deviation of 95 % of normal numbers [standard deviations]."""
+
+
+class Identified(NamedTuple):
+    """What a recording tells.
+
+    Attributes:
+        names: Of base parameters.
+        values: Shape (p,), as identified.
+        std: Shape (p,).
+        truth: Shape (p,), of the arm that was simulated.
+        over_noise: Median over joints of the residual over the noise floor [-].
+    """
+
+    names: tuple[str, ...]
+    values: np.ndarray
+    std: np.ndarray
+    truth: np.ndarray
+    over_noise: float
+
+    @property
+    def error(self) -> np.ndarray:
+        """Away from the truth, shape (p,) [standard deviations]."""
+        return (self.values - self.truth) / self.std
+
+
+def identified(path: Path) -> Identified:
+    """Base parameters out of a recording, drive gains believed."""
+    fit: Fit = identify([read_recording(path)], drop=False)
+    true = dict(zip(MODEL.names, MODEL.believed_values, strict=True))
+    truth = fit.base.regrouping @ [true[parameter.name] for parameter in fit.base.parameters]
+    noise = float(np.median(fit.agreement[0].over_noise))
+    return Identified(tuple(fit.base.names), fit.estimate.values, fit.estimate.std, truth, noise)
+
+
+def recordings(names: tuple[str, ...], seconds: float, folder: Path) -> dict[str, Path]:
+    """The motion recorded through each driver, one after another."""
+    found = {}
+    for name in names:
+        for attempt in range(ATTEMPTS):
+            try:
+                arguments = () if name in OWN_TIME else ("--lockstep",)
+                with (
+                    nullcontext() if name in OWN_TIME else lockstep(),
+                    controller(name, folder, *arguments, **OTHER.get(name, {})) as (driver, _),
+                ):
+                    ran = run(driver, job(seconds, watch=PATIENT), folder / f"{name}-{attempt}.mcap")
+            except NoBus as error:
+                print(f"{name}: {error}")
+                break
+            if ran.outcome.stop is None:
+                found[name] = ran.path
+                break
+            print(f"{name}: stopped: {ran.outcome.stop.text}")
+    return found
+
+
+def agreement(paths: dict[str, Path]) -> dict[str, Any]:
+    """Print how well recordings agree; the figures. The mock's is one of them."""
+    found = {name: identified(path) for name, path in paths.items()}
+    rows = [_row(name, one, found["mock"]) for name, one in found.items()]
+    header = [
+        "driver", "parameters", "truth in 95 % %", "most std off", "at", "mock's in 95 % %", "most std off",
+        "std over mock's", "residual over noise",
+    ]  # fmt: skip
+    show("Base parameters identified from recordings of the same arm and motion", header, rows)
+    return {
+        "agreement": {name: _inside(one.error) for name, one in found.items()},
+        "agreement_with_mock": {name: _inside(_between(one, found["mock"])) for name, one in found.items()},
+        "most_std_off": {name: float(np.max(np.abs(one.error))) for name, one in found.items()},
+    }
+
+
+def _row(name: str, one: Identified, mock: Identified) -> list[Any]:
+    worst = int(np.argmax(np.abs(one.error)))
+    apart, std = _between(one, mock), float(np.median(one.std / mock.std))
+    own = [len(one.names), 100 * _inside(one.error), abs(one.error[worst]), one.names[worst]]
+    other = [np.nan, np.nan] if one is mock else [100 * _inside(apart), np.max(np.abs(apart))]
+    return [name, *own, *other, std, one.over_noise]
+
+
+def _between(one: Identified, other: Identified) -> np.ndarray:
+    """Apart from each other, shape (p,) [standard deviations of the difference]."""
+    return (one.values - other.values) / np.hypot(one.std, other.std)
+
+
+def _inside(error: np.ndarray) -> float:
+    return float(np.mean(np.abs(error) < INSIDE))
+
+
+def main(quick: bool) -> dict[str, Any]:
+    with tempfile.TemporaryDirectory() as folder:
+        names, seconds = (QUICK_DRIVERS, 8.0) if quick else (DRIVERS, 20.0)
+        return agreement(recordings(names, seconds, Path(folder)))

@@ -1,0 +1,127 @@
+"""The floor: how late a loop that does nothing is, on this machine and at the same time.
+
+Run as a module with a cycle [s], it is the loop in Python, where there is no compiler.
+"""
+
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import cache
+from pathlib import Path
+from shutil import which
+
+import numpy as np
+from common import imports_as_here
+
+from exidyn.acquire.run.realtime import PRIORITY, realtime
+
+MOST = 1_000_000
+"""Ticks that the loop in C has room for."""
+PROGRAM = r"""
+#include <sched.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <sys/mman.h>
+#include <time.h>
+
+static volatile sig_atomic_t ended;
+static double late[%d];
+static void end(int number) { ended = number; }
+
+int main(int count, char **given) {
+    long cycle = atol(given[1]), ticks = 0;
+    struct sched_param priority = {.sched_priority = atoi(given[2])};
+    struct sigaction on_end = {.sa_handler = end};
+    struct timespec due, now;
+    sched_setscheduler(0, SCHED_FIFO, &priority);
+    mlockall(MCL_CURRENT | MCL_FUTURE);
+    sigaction(SIGTERM, &on_end, 0);
+    clock_gettime(CLOCK_MONOTONIC, &due);
+    while (!ended && ticks < %d) {
+        due.tv_nsec += cycle;
+        if (due.tv_nsec >= 1000000000L) { due.tv_nsec -= 1000000000L; due.tv_sec++; }
+        if (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &due, 0)) continue;
+        clock_gettime(CLOCK_MONOTONIC, &now);
+        late[ticks++] = (now.tv_sec - due.tv_sec) + 1e-9 * (now.tv_nsec - due.tv_nsec);
+    }
+    return fwrite(late, sizeof *late, ticks, stdout) != (size_t)ticks;
+}
+"""
+
+
+class Floor:
+    """What the bare loop found; filled when it has ended.
+
+    Attributes:
+        what: Which loop it was.
+        lateness: Of each tick [s].
+    """
+
+    def __init__(self, what: str) -> None:
+        self.what = what
+        self.lateness = np.zeros(0)
+
+
+@contextmanager
+def floor(cycle: float) -> Iterator[Floor]:
+    """A loop that does nothing, in real time at the priority of ours, beside what goes on in the block.
+
+    Its lateness is that of ours: from the deadline of the tick until the program runs.
+    """
+    program = _compiled()
+    in_c = [program, str(round(1e9 * cycle)), str(PRIORITY)]
+    command = in_c if program else [sys.executable, "-P", "-m", __name__, str(cycle)]
+    found = Floor("C" if program else "Python")
+    with subprocess.Popen(command, stdout=subprocess.PIPE, env=imports_as_here()) as loop:
+        try:
+            yield found
+        finally:
+            loop.send_signal(signal.SIGTERM)
+            assert loop.stdout is not None
+            found.lateness = np.frombuffer(loop.stdout.read())
+
+
+@cache
+def _compiled() -> str:
+    """The loop in C; empty where there is no compiler."""
+    compiler = which("cc") or which("gcc")
+    if compiler is None:
+        return ""
+    folder = Path(_folder().name)
+    source, program = folder / "floor.c", folder / "floor"
+    source.write_text(PROGRAM % (MOST, MOST))
+    subprocess.run([compiler, "-O2", "-o", str(program), str(source)], check=True)
+    return str(program)
+
+
+@cache
+def _folder() -> tempfile.TemporaryDirectory[str]:
+    """Kept until this process ends."""
+    return tempfile.TemporaryDirectory(prefix="exidyn-floor-")
+
+
+def python_loop(cycle: float) -> None:
+    """The same in Python, with lateness on standard output at SIGTERM."""
+    late: list[float] = []
+
+    def end(*_: object) -> None:
+        sys.stdout.buffer.write(np.array(late).tobytes())
+        sys.stdout.flush()
+        sys.exit()
+
+    signal.signal(signal.SIGTERM, end)
+    with realtime():
+        due, step = time.monotonic_ns(), round(1e9 * cycle)
+        while True:
+            due += step
+            time.sleep(max(due - time.monotonic_ns(), 0) * 1e-9)
+            late.append((time.monotonic_ns() - due) * 1e-9)
+
+
+if __name__ == "__main__":
+    python_loop(float(sys.argv[1]))

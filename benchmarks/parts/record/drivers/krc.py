@@ -1,0 +1,44 @@
+"""How soon the KUKA controller's telegrams are answered: by the driver, and by the barest echo."""
+
+import json
+import re
+import socket
+import time
+from pathlib import Path
+from typing import Any
+
+from exidyn.acquire.run.realtime import realtime
+
+from ..controllers import Peer, krc, rsi_config
+
+ANSWER = (
+    b'<Sen Type="ImFree"><AK A1="0" A2="0" A3="0" A4="0" A5="0" A6="0"/><Stop>0</Stop><IPOC>%s</IPOC></Sen>'
+)
+
+
+def told(peer: Peer) -> dict[str, Any]:
+    """What the controller counted in a session; it is ended with that."""
+    peer.close()
+    return json.loads(peer.lines[-1])
+
+
+def timeouts(said: dict[str, Any]) -> int:
+    """Whether it stopped because too many answers were missing."""
+    return int("RSITimeout" in said["stopped"])
+
+
+def echo(folder: Path, seconds: float) -> dict[str, Any]:
+    """What the controller counts when each telegram is answered by the fewest lines of Python.
+
+    In real time as our loop is, with the arm held where it stands.
+    """
+    config = rsi_config(folder)
+    address = "127.0.0.1", int(re.findall(r"<PORT>(\d+)", config.read_text())[0])
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as link, krc(config) as peer:
+        link.bind(address)
+        with realtime():
+            end = time.monotonic() + seconds
+            while time.monotonic() < end:
+                data, sender = link.recvfrom(65535)
+                link.sendto(ANSWER % data[data.rindex(b"<IPOC>") + 6 : data.rindex(b"</IPOC>")], sender)
+        return told(peer)

@@ -1,0 +1,142 @@
+"""Every driver against its peer: cycles, what was missed, how late, what it takes; beside the floor."""
+
+import tempfile
+from contextlib import nullcontext
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from common import show
+
+from exidyn.acquire.run.watch import WatchLimits
+
+from ..controllers import CONTROLLERS, NoBus, controller
+from ..motion import job
+from ..run import Ran, cpu_time, run
+from .floor import Floor, floor
+from .krc import echo, timeouts, told
+
+HEADER = [
+    "driver", "cycle ms", "cycles", "missed", "floor's", "late p50 us", "p99 us", "max us", "floor p50 us",
+    "p99 us", "max us", "p99 / floor", "CPU loop %", "recorder %", "peer %", "kB/s", "ended by",
+]  # fmt: skip
+PATIENT = WatchLimits(missed=1.0, silence=0.2, stall=0.5)
+"""For runs that are to be measured to their end, however late this machine is."""
+MEANING = """\
+  missed    cycles without an exchange, and those in which a joint was silent; the floor's are those that it
+            slept through, and for kuka_rsi answers that came later than the next telegram. A run would be
+            stopped by them; here it is not, so that they can be counted
+  late      from the deadline of a cycle until the loop runs; for the mock, that includes its own arithmetic
+  kuka_rsi  from a telegram until the controller has the answer, as the controller measures it
+  floor     the same for a loop in {} that does nothing, at the same time, cycle and priority; for kuka_rsi a
+            session with the same controller, answered by six lines of Python
+  peer      simulates drives and arm on this computer's processors, as a controller would not"""
+
+
+@dataclass(frozen=True)
+class Measured:
+    """One driver's run and what belongs to it.
+
+    Attributes:
+        ran: The run.
+        lateness: Median, 99th percentile and largest [us].
+        bare: The same of the floor.
+        bare_missed: Cycles that the floor missed.
+        cpu_peer: CPU time that the peer took [s].
+        krc: What the KUKA controller counted; empty for others.
+        bare_loop: What the floor is written in.
+    """
+
+    ran: Ran
+    lateness: tuple[float, float, float]
+    bare: tuple[float, float, float]
+    bare_missed: int
+    cpu_peer: float
+    krc: dict[str, Any]
+    bare_loop: str
+
+    @property
+    def missed(self) -> int:
+        """Cycles without an exchange, or with a joint that was silent."""
+        counts = self.ran.outcome.counts
+        return counts.skipped + counts.stale
+
+    @property
+    def ratio(self) -> float:
+        """99th percentile of the lateness over that of the floor."""
+        return self.lateness[1] / self.bare[1]
+
+
+def measure(name: str, seconds: float, folder: Path) -> Measured:
+    """Run one driver for some seconds; its recording is in the folder.
+
+    Raises:
+        NoBus: This machine has no such bus.
+    """
+    bare_krc = echo(folder, seconds) if name == "kuka_rsi" else {}
+    with controller(name, folder) as (driver, peer):
+        beside = nullcontext(Floor("")) if bare_krc else floor(driver.settings.cycle)
+        before = cpu_time(peer.process.pid) if peer else 0.0
+        with beside as bare:
+            ran = run(driver, job(seconds, watch=PATIENT), folder / f"{name}.mcap")
+        used = cpu_time(peer.process.pid) - before if peer else 0.0
+        krc = told(peer) if bare_krc and peer else {}
+    if bare_krc:
+        return Measured(ran, _of_krc(krc), _of_krc(bare_krc), bare_krc["late"], used, krc, "Python")
+    slept = int(np.sum(bare.lateness // driver.settings.cycle))
+    return Measured(ran, _of(ran.outcome.counts.lateness), _of(bare.lateness), slept, used, {}, bare.what)
+
+
+def _of(lateness: Any) -> tuple[float, float, float]:
+    p50, p99, most = 1e6 * np.percentile(lateness, [50, 99, 100])
+    return float(p50), float(p99), float(most)
+
+
+def _of_krc(said: dict[str, Any]) -> tuple[float, float, float]:
+    latency = said["latency_us"]
+    return latency["p50"], latency["p99"], latency["max"]
+
+
+def measure_all(seconds: float, folder: Path) -> dict[str, Measured]:
+    """All drivers, one after another; those without a bus on this machine are told and left out."""
+    found = {}
+    for name in CONTROLLERS:
+        try:
+            found[name] = measure(name, seconds, folder)
+        except NoBus as error:
+            print(f"{name}: {error}")
+    return found
+
+
+def table(found: dict[str, Measured], seconds: float) -> dict[str, Any]:
+    """Print the table; the figures of it."""
+    bare = "C" if any(one.bare_loop == "C" for one in found.values()) else "Python"
+    show(f"{seconds:g} s of motion through each driver", HEADER, [_row(*one) for one in found.items()])
+    print(MEANING.format(bare))
+    refused = {text for one in found.values() for text in one.ran.refused}
+    for text in sorted(refused):
+        print(f"  refused: {text}")
+    return {
+        "missed_cycles": {name: one.missed for name, one in found.items()},
+        "missed_cycles_floor": {name: one.bare_missed for name, one in found.items()},
+        "cycles": {name: one.ran.outcome.counts.cycles for name, one in found.items()},
+        "lateness_p99_over_floor": {name: one.ratio for name, one in found.items()},
+        "rsi_timeout_stops": sum(timeouts(one.krc) for one in found.values() if one.krc),
+        "ended_early": [name for name, one in found.items() if one.ran.outcome.stop],
+    }
+
+
+def _row(name: str, one: Measured) -> list[Any]:
+    ran, counts = one.ran, one.ran.outcome.counts
+    cpu = [100 * used / ran.seconds for used in (ran.cpu, ran.cpu_recorder, one.cpu_peer)]
+    rate = ran.path.stat().st_size / ran.seconds * 1e-3 if ran.path.exists() else np.nan
+    stop = ran.outcome.stop
+    loop = [name, 1e3 * ran.outcome.info.cycle, counts.cycles, one.missed, one.bare_missed, *one.lateness]
+    return [*loop, *one.bare, one.ratio, *cpu, rate, stop.text if stop else "its end"]
+
+
+def main(quick: bool) -> dict[str, Any]:
+    seconds = 1.5 if quick else 60.0
+    with tempfile.TemporaryDirectory() as folder:
+        return table(measure_all(seconds, Path(folder)), seconds)

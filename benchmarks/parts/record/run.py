@@ -1,0 +1,95 @@
+"""One run as `exidyn record` makes it: recorder in its own process, loop in real time, everything counted."""
+
+import os
+import time
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack, closing
+from pathlib import Path
+from typing import NamedTuple
+
+from exidyn.acquire.run.frames import END, text_frame
+from exidyn.acquire.run.perform import Job, Outcome, perform
+from exidyn.acquire.run.pipe_sink import PipeSink
+from exidyn.acquire.run.realtime import realtime
+from exidyn.acquire.run.recorder import start_recorder
+from exidyn.acquire.run.run_head import RunHead
+from exidyn.acquire.run.sink import Sink
+from exidyn.acquire.run.stop import Stop
+from exidyn.acquire.terminal import run_summary
+from exidyn.drivers import Driver, Info, Sample
+
+from .motion import MODEL
+
+
+class Ran(NamedTuple):
+    """A run.
+
+    Attributes:
+        outcome: How it went.
+        path: Of the recording.
+        seconds: From opening the driver to closing it [s].
+        cpu: Of the loop's process in that time [s].
+        cpu_recorder: Of the recorder's [s].
+        refused: What the operating system refused of real time.
+        recorder: As the loop saw it.
+    """
+
+    outcome: Outcome
+    path: Path
+    seconds: float
+    cpu: float
+    cpu_recorder: float
+    refused: Sequence[str]
+    recorder: PipeSink
+
+
+def run(
+    driver: Driver,
+    job: Job,
+    path: Path,
+    asked: Callable[[], Stop | None] = lambda: None,
+    sinks: Callable[[PipeSink], Sequence[Sink]] = lambda recorder: (),
+) -> Ran:
+    """Play a job and record it.
+
+    Args:
+        driver: Not open yet.
+        job: What to do.
+        path: Of a recording that is not there yet.
+        asked: Called every cycle; may ask to stop.
+        sinks: Makes who else is handed every frame, beside the recorder; closed here too.
+    """
+    with ExitStack() as stack:
+        recorder = stack.enter_context(start_recorder(path))
+        others = [stack.enter_context(closing(sink)) for sink in sinks(recorder)]
+        everybody = [recorder, *others]
+        refused = stack.enter_context(realtime()) if driver.in_real_time else []
+        began, used = time.monotonic(), time.process_time()
+        before = cpu_time(recorder.process_id)
+        outcome = perform(driver, job, everybody, lambda info: _head(path, info), asked)
+        seconds, used = time.monotonic() - began, time.process_time() - used
+        by_recorder = cpu_time(recorder.process_id) - before
+        for sink in everybody:
+            sink.put(text_frame(END, run_summary.end(outcome)))
+    return Ran(outcome, path, seconds, used, by_recorder, refused, recorder)
+
+
+def _head(path: Path, info: Info) -> Callable[[Sample], bytes]:
+    head = RunHead(
+        name=path.stem,
+        model=MODEL,
+        signals=info.signals,
+        settings=info.settings,
+        warnings=info.warnings,
+    )
+    begun = head.written()
+    return lambda sample: begun(sample.host_time, sample.controller_time)
+
+
+def cpu_time(process: int) -> float:
+    """CPU time that a process has used [s]; NaN where nobody can say."""
+    try:
+        fields = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()
+    except OSError:
+        return float("nan")
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
