@@ -18,7 +18,7 @@ from parts.diagnose_real.answer import answer
 from parts.diagnose_real.sets import CASES, FOLDER
 from parts.proof.page import write_pages
 
-from exidyn.identify.diagnosis.search.found import NAMED
+from exidyn.identify.diagnosis.search.selected import NAMED
 
 WORSE = 1.02
 """Residual held out, after over before, from which a joint counts as worse: less is chance."""

@@ -20,10 +20,10 @@ from .results.remainder import discrepancies, remainders, rms
 from .results.shape_doubt import deviations
 from .runs.driven import Driven
 from .runs.usable import HELD_OUT, usable
-from .search.found import Found
 from .search.once import moments
-from .search.scene import Scene
-from .search.search import Searched, search
+from .search.problem import Problem
+from .search.search import SearchResult, search
+from .search.selected import Selected
 
 UNSTATED = 100.0
 """Relative standard deviation of inertias that nobody stated [-]: flat, and still a number."""
@@ -58,12 +58,12 @@ def _diagnosed(
     began = time.monotonic()
     model = nominal(with_payloads(model, [recording for _, recording in recordings]))
     runs, warnings = usable(model, recordings, filtering)
-    found = search(Scene.of(model, runs)).ordered()
-    fitted, apart = found.scene.fitted, found.scene.held_out
-    noise, rested = noise_floor(found.scene.runs)
+    found = search(Problem.of(model, runs)).ordered()
+    fitted, apart = found.problem.fitted, found.problem.held_out
+    noise, rested = noise_floor(found.problem.runs)
     residuals = Residuals.of(found)
-    left = discrepancies(found.scene, found.prediction)
-    every, named = _findings(found), sum(one.named for one in found.found)
+    left = discrepancies(found.problem, found.prediction)
+    every, named = _findings(found), sum(one.named for one in found.selected)
     return Diagnosis(
         name=name or model.robot.name,
         joints=model.robot.joints,
@@ -75,10 +75,10 @@ def _diagnosed(
         doubts=tuple(warnings),
         evidence=evidence(found, residuals, noise),
         seconds=time.monotonic() - began,
-        tried=found.scene.tried,
-        budget=budget(found.scene, found.found, left, noise if rested else np.zeros_like(noise)),
-        changes=tuple(changes(found.scene, found.single)),
-        moments=tuple(moments(found.scene, found.prediction)),
+        tried=found.problem.tried,
+        budget=budget(found.problem, found.selected, left, noise if rested else np.zeros_like(noise)),
+        changes=tuple(changes(found.problem, found.single)),
+        moments=tuple(moments(found.problem, found.prediction)),
     )
 
 
@@ -95,18 +95,18 @@ def noise_floor(runs: Sequence[Driven]) -> tuple[np.ndarray, bool]:
     return first.noise * first.gain, first.noise_source == "rest"
 
 
-def _findings(found: Searched) -> list[Finding]:
+def _findings(found: SearchResult) -> list[Finding]:
     spread = deviations(found)
-    return [_finding(found, place, spread[place]) for place in range(len(found.found))]
+    return [_finding(found, place, spread[place]) for place in range(len(found.selected))]
 
 
-def _finding(found: Searched, place: int, spread: tuple[np.ndarray, dict[str, float]]) -> Finding:
-    one: Found = found.found[place]
+def _finding(found: SearchResult, place: int, spread: tuple[np.ndarray, dict[str, float]]) -> Finding:
+    one: Selected = found.selected[place]
     answer, values = one.answer, found.prediction.values[places_of(found, place)]
     candidate = answer.candidate
     torque = np.zeros(found.prediction.joints)
     torque[answer.columns.joints] = np.sqrt(np.mean((answer.columns.values @ values) ** 2, axis=0))
-    held_out = answer.gains[~found.scene.blocks.fitted]
+    held_out = answer.gains[~found.problem.blocks.fitted]
     return Finding(
         candidate.effect,
         candidate.joints,
@@ -120,17 +120,17 @@ def _finding(found: Searched, place: int, spread: tuple[np.ndarray, dict[str, fl
 
 
 def _improvement(
-    found: Searched, residuals: Residuals, runs: Sequence[Driven], noise: np.ndarray
+    found: SearchResult, residuals: Residuals, runs: Sequence[Driven], noise: np.ndarray
 ) -> Improvement | None:
     if not runs:
         return None
     rows = np.concatenate([np.arange(own.stop - own.start) + own.start for own in _held_out(found)])
-    weight = found.scene.base.weight[rows]
+    weight = found.problem.base.weight[rows]
     before, after = (rms(one[rows], weight) for one in (residuals.before, residuals.after))
     band = min(run.prepared.decimation.cutoff for run in runs)
     return Improvement(tuple(run.prepared.name for run in runs), before, after, noise, band)
 
 
-def _held_out(found: Searched) -> list[slice]:
-    pairs = zip(found.prediction.rows.runs, found.scene.runs, strict=True)
+def _held_out(found: SearchResult) -> list[slice]:
+    pairs = zip(found.prediction.rows.runs, found.problem.runs, strict=True)
     return [rows for rows, run in pairs if run.role == HELD_OUT]

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from exidyn.identify.diagnosis.search.found import NAMED
+from exidyn.identify.diagnosis.search.selected import NAMED
 
 from ..diagnose_real.sets import CASES
 from .pictures import budget_picture, turn_picture

@@ -14,7 +14,7 @@ from ..findings.finding import Finding
 from ..findings.kind import Kind
 from ..questions.candidate import Candidate
 from ..runs.driven import Driven
-from ..runs.twisted import loose
+from ..runs.gear_twist import loose
 from .parts.gears import bending, link_size
 
 STEP = 1.5

@@ -199,7 +199,7 @@ def candidate(model: Model, contact: Contact) -> Candidate:
     return Candidate(
         "contact_event", (), columns, ("fx", "fy", "fz"), ("N", "N", "N"), (-np.inf,) * 3,
         kind=f"{contact.name} at {contact.start:.2f} s",
-        told={name: (value, "s") for name, value in timing.items()},
+        reported={name: (value, "s") for name, value in timing.items()},
     )  # fmt: skip
 
 

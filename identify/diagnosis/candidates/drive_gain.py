@@ -30,7 +30,7 @@ def gains(model: Model) -> Iterator[Candidate]:
             ("1",),
             (-np.inf,),
             rows=(joint,),
-            told_as=_of_gain,
+            reported_as=_of_gain,
             loaded=True,
             reloads=True,
         )

@@ -68,7 +68,7 @@ def _gear(model: Model, joint: int, inertia: float, resonance: float, ratio: flo
         },
         reshaped,
         expected=((1.0, SCATTER),),
-        told={"stiffness": (stiffness, "N m/rad")},
+        reported={"stiffness": (stiffness, "N m/rad")},
         loaded=True,
     )
 
@@ -78,7 +78,7 @@ def of_stiffness(model: Model, joint: int, stiffness: float, std: float) -> Cand
     inertia = max(float(link_size(model)[0][joint]), 1e-9)
     resonance = float(np.sqrt(stiffness / inertia) / (2 * np.pi))
     gear = _gear(model, joint, inertia, resonance, RATIO)
-    return replace(gear, bounds={}, told={"stiffness": (stiffness, "N m/rad")}, known={"stiffness": std})
+    return replace(gear, bounds={}, reported={"stiffness": (stiffness, "N m/rad")}, known={"stiffness": std})
 
 
 def _held(arm: Arm, finding: Finding) -> Arm:

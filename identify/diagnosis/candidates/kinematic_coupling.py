@@ -54,7 +54,7 @@ def _one_motor(candidate: Candidate, effect: Effect) -> Candidate:
     def products(values: np.ndarray, std: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         return signs * values, std
 
-    return replace(candidate, columns=columns, lower=(0.0, 0.0, 0.0), led=2, told_as=products)
+    return replace(candidate, columns=columns, lower=(0.0, 0.0, 0.0), led=2, reported_as=products)
 
 
 def _elsewhere(model: Model, motor: int, other: int, ratio: float) -> Candidate:

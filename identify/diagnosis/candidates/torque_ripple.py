@@ -16,7 +16,7 @@ from .parts.waves import MULTIPLES, amplitude
 
 NAME = "torque_ripple"
 LOWEST = 1.5
-"""Waves in the joint's own range from which on they are told from a spring or an offset [-]."""
+"""Waves in the joint's own range from which on they are distinguished from a spring or an offset [-]."""
 SLOW = 10.0
 """Percentage of the samples that are slow enough to see the highest frequency within the filter's band."""
 PEAKS = 3

@@ -29,7 +29,7 @@ def quantities(
     numbers = {
         name: Quantity(float(value), float(deviation), unit)
         for name, value, deviation, unit in zip(
-            candidate.names, *candidate.told_as(within, std), candidate.units, strict=True
+            candidate.names, *candidate.reported_as(within, std), candidate.units, strict=True
         )
         if not name.startswith(UNNAMED)
     }
@@ -44,6 +44,6 @@ def quantities(
         }
         | {
             name: Quantity(value, shape.get(name, float("nan")), unit)
-            for name, (value, unit) in candidate.told.items()
+            for name, (value, unit) in candidate.reported.items()
         }
     )

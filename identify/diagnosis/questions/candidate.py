@@ -15,18 +15,17 @@ logarithm only."""
 KNOWN = 0.01
 """Share by which a coefficient may be wrong that is known by definition, and not by what was measured [-]."""
 UNNAMED = "unnamed"
-"""How coefficients are called that only give an effect its freedom, and are not told."""
+"""How coefficients are called that only give an effect its freedom, and are not reported."""
 
 Columns = Callable[[Driven], np.ndarray]
 """Torque of the motors per unit of each coefficient in one run, at full rate (t, n, p) [N m / unit]."""
 
-
-Told = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
-"""Coefficients and their standard deviations, each (p,), as those that were fitted are told to people."""
+Reported = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
+"""Coefficients and their standard deviations, each (p,), as those that were fitted are reported."""
 
 
 def as_fitted(values: np.ndarray, std: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Told as they are."""
+    """Reported as they are."""
     return values, std
 
 
@@ -57,8 +56,8 @@ class Candidate:
         most: Largest coefficient, either way, for which its columns are right.
         everywhere: Whether every joint has to be predicted better with it.
         kind: What sets it apart from others of its effect on its joints, as frequencies of ripple.
-        told: What follows from the shape, in words that people use: name -> value and unit.
-        told_as: How its coefficients are told.
+        reported: What follows from the shape, in the field's words: name -> value and unit.
+        reported_as: How its coefficients are reported.
         known: Standard deviations of what was measured otherwise, by name.
         loaded: Whether its columns depend on the torque of the motors, or on the load of the gears.
         carried: Whether gears transmit its torque.
@@ -88,8 +87,8 @@ class Candidate:
     most: float = np.inf
     everywhere: bool = False
     kind: str = ""
-    told: Mapping[str, tuple[float, str]] = field(default_factory=dict)
-    told_as: Told = as_fitted
+    reported: Mapping[str, tuple[float, str]] = field(default_factory=dict)
+    reported_as: Reported = as_fitted
     known: Mapping[str, float] = field(default_factory=dict)
     loaded: bool = False
     carried: bool = False

@@ -34,7 +34,7 @@ def refined(
     """The answer in its best shape between the neighbours on its grid.
 
     It costs as much as the grid, or as the number of shapes that blocks tell apart within the bounds. The
-    nearer it comes, the more rows of what it leaves are independent, and the finer shapes are told apart.
+    nearer it comes, the more rows of what it leaves are independent, and the finer shapes are distinguished.
     That number is too large where the numbers of a shape stand in for one another; by how much the shapes of
     the grid do worse on average is then the lower of the two.
     """
@@ -112,16 +112,16 @@ def _together(prediction: Prediction, start: Answer, runs: Sequence[Driven]) -> 
 
 
 def _choice(tried: Sequence[tuple[float, float]], whole: float) -> float:
-    """Logarithm of the number of shapes that are told apart within the whole range of a number.
+    """Logarithm of the number of shapes that are distinguished within the whole range of a number.
 
     Args:
         tried: Distance from the best, and by how much less probable the blocks are there.
         whole: Range of the number.
     """
-    told = [(distance, loss) for distance, loss in tried if loss > APART]
-    if not told:
+    apart = [(distance, loss) for distance, loss in tried if loss > APART]
+    if not apart:
         return 0.0
-    distance, loss = min(told)
+    distance, loss = min(apart)
     width = np.sqrt(2 * np.pi) * distance / np.sqrt(2 * loss)
     return max(float(np.log(whole / width)), 0.0)
 

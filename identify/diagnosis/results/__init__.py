@@ -1,5 +1,5 @@
 """What a search says of its runs.
 
-In: `Searched`.
+In: `SearchResult`.
 Out: the budget of the misfit, what is left, deviations, evidence.
 """

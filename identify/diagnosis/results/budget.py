@@ -6,8 +6,8 @@ import numpy as np
 
 from ..findings.finding import Budget, Share
 from ..questions.block_answer import Answer
-from ..search.found import Found
-from ..search.scene import Scene
+from ..search.problem import Problem
+from ..search.selected import Selected
 
 NOISE, OTHER = "sensor noise", "nothing that was recorded"
 
@@ -19,7 +19,7 @@ class _Left(NamedTuple):
     which: np.ndarray
 
 
-def budget(scene: Scene, found: tuple[Found, ...], left: list[Answer], noise: np.ndarray) -> Budget:
+def budget(problem: Problem, found: tuple[Selected, ...], left: list[Answer], noise: np.ndarray) -> Budget:
     """Shares of the power that the fitted nominal model leaves of blocks which it did not see.
 
     Those are the runs held out; without any, the blocks of the fitted runs, each predicted by the others.
@@ -27,12 +27,12 @@ def budget(scene: Scene, found: tuple[Found, ...], left: list[Answer], noise: np
     of position, velocity, load, time ... predict of it; the sum is one.
 
     Args:
-        scene: The runs.
+        problem: The runs.
         found: Findings in order.
         left: Answers of smooth functions beside all findings.
         noise: Of each joint's torque, shape (n,) [N m]; zero where it is not known.
     """
-    powers, which = _powers(scene, found)
+    powers, which = _powers(problem, found)
     total = np.maximum(powers[0], 1e-300)
     steps = np.maximum(powers[:-1] - powers[1:], 0.0)
     # A finding that costs a joint something takes it from the others.
@@ -40,24 +40,26 @@ def budget(scene: Scene, found: tuple[Found, ...], left: list[Answer], noise: np
     steps = steps * np.clip(scale, 0.0, 1.0)
     rest = total - steps.sum(axis=0)
     quiet = np.minimum(noise**2, rest)
-    kinds = _kinds(scene, left, rest - quiet, which)
+    kinds = _kinds(problem, left, rest - quiet, which)
     shares = [Share(place, "", step / total) for place, step in enumerate(steps)]
     shares += [Share(None, kind, power / total) for kind, power in kinds.items()]
     shares += [Share(None, NOISE, quiet / total)]
-    return Budget(np.sqrt(total), np.sqrt(powers[-1]), tuple(shares), bool(len(scene.held_out)))
+    return Budget(np.sqrt(total), np.sqrt(powers[-1]), tuple(shares), bool(len(problem.held_out)))
 
 
-def _powers(scene: Scene, found: tuple[Found, ...]) -> _Left:
-    which = ~scene.blocks.fitted if len(scene.held_out) else np.ones(len(scene.blocks), bool)
+def _powers(problem: Problem, found: tuple[Selected, ...]) -> _Left:
+    which = ~problem.blocks.fitted if len(problem.held_out) else np.ones(len(problem.blocks), bool)
     answers = [one.answer for one in found]
     every = []
     for count in range(len(found) + 1):
-        prediction = scene.prediction(answers[:count])
+        prediction = problem.prediction(answers[:count])
         every.append(prediction.power(prediction.errors, which))
     return _Left(np.array(every), which)
 
 
-def _kinds(scene: Scene, left: list[Answer], rest: np.ndarray, which: np.ndarray) -> dict[str, np.ndarray]:
+def _kinds(
+    problem: Problem, left: list[Answer], rest: np.ndarray, which: np.ndarray
+) -> dict[str, np.ndarray]:
     """Power (n,) of what is left by what it goes with, in proportion to what each kind predicts alone."""
     explained: dict[str, np.ndarray] = {}
     for one in left:

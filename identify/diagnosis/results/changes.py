@@ -6,20 +6,20 @@ import numpy as np
 
 from ..findings.finding import Change
 from ..questions.block_answer import Answer
-from ..search.scene import Scene
+from ..search.problem import Problem
 
 MOST = 20
 """Rows of the table."""
 
 
-def changes(scene: Scene, single: Sequence[Answer]) -> list[Change]:
+def changes(problem: Problem, single: Sequence[Answer]) -> list[Change]:
     """The candidates that alone predict most, with the change of the joint that gains most.
 
     Args:
-        scene: The runs.
+        problem: The runs.
         single: Answers of all candidates, each beside nothing else.
     """
-    which = ~scene.blocks.fitted if len(scene.held_out) else np.ones(len(scene.blocks), bool)
+    which = ~problem.blocks.fitted if len(problem.held_out) else np.ones(len(problem.blocks), bool)
     found = [_change(one, which) for one in single if one.gain > 0.0]
     return sorted(found, key=lambda one: one.change)[:MOST]
 

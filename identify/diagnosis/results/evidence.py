@@ -8,7 +8,7 @@ from ...model import Model
 from ..findings.trace import Evidence, Trace
 from ..runs.driven import Driven
 from ..runs.rows import Rows
-from ..search.search import Searched
+from ..search.search import SearchResult
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,14 +26,14 @@ class Residuals:
     explained: np.ndarray
 
     @classmethod
-    def of(cls, found: Searched) -> "Residuals":
+    def of(cls, found: SearchResult) -> "Residuals":
         """Of a search."""
         rows, values = found.prediction.rows, found.prediction.values
         before = rows.difference - rows.columns @ at_its_word(found)
         return cls(before, found.prediction.residual, explained(found, rows, values))
 
 
-def evidence(found: Searched, residuals: Residuals, noise: np.ndarray) -> Evidence:
+def evidence(found: SearchResult, residuals: Residuals, noise: np.ndarray) -> Evidence:
     """What the answer rests on, runs held out first.
 
     Args:
@@ -41,13 +41,13 @@ def evidence(found: Searched, residuals: Residuals, noise: np.ndarray) -> Eviden
         residuals: Of all its rows.
         noise: Noise floor of each joint's torque, shape (n,) [N m].
     """
-    model, word, fitted = found.scene.model, at_its_word(found), found.prediction.values
-    runs, count = found.scene.runs, len(model.names)
+    model, word, fitted = found.problem.model, at_its_word(found), found.prediction.values
+    runs, count = found.problem.runs, len(model.names)
     traces = [
-        _trace(model, run, residuals, rows, found.scene.base.weight[rows])
+        _trace(model, run, residuals, rows, found.problem.base.weight[rows])
         for run, rows in zip(runs, found.prediction.rows.runs, strict=True)
     ]
-    fitted_runs = len(found.scene.fitted)
+    fitted_runs = len(found.problem.fitted)
     return Evidence(
         model=model,
         before=model.believed_values + word[:count],
@@ -60,29 +60,29 @@ def evidence(found: Searched, residuals: Residuals, noise: np.ndarray) -> Eviden
     )
 
 
-def at_its_word(found: Searched) -> np.ndarray:
+def at_its_word(found: SearchResult) -> np.ndarray:
     """Unknowns (b,) of a model at its word, without any finding; what nobody stated is fitted."""
-    word = found.scene.at_its_word(found.believed)
+    word = found.problem.at_its_word(found.believed)
     return np.append(word, np.zeros(len(found.prediction.rows.names) - len(word)))
 
 
-def places_of(found: Searched, place: int) -> np.ndarray:
+def places_of(found: SearchResult, place: int) -> np.ndarray:
     """Places of a finding's coefficients among all unknowns."""
-    counts = [len(one.answer.values) for one in found.found]
+    counts = [len(one.answer.values) for one in found.selected]
     start = len(found.prediction.rows.names) - sum(counts[place:])
     return np.arange(start, start + counts[place])
 
 
-def explained(found: Searched, rows: Rows, values: np.ndarray) -> np.ndarray:
+def explained(found: SearchResult, rows: Rows, values: np.ndarray) -> np.ndarray:
     """Torque of each finding by unknowns (b,), shape (f, r, n) [N m]."""
-    own = [places_of(found, place) for place in range(len(found.found))]
+    own = [places_of(found, place) for place in range(len(found.selected))]
     parts = [rows.columns[:, :, places] @ values[places] for places in own]
     return np.array(parts).reshape(len(parts), *rows.difference.shape)
 
 
-def _gains(found: Searched, values: np.ndarray) -> np.ndarray:
+def _gains(found: SearchResult, values: np.ndarray) -> np.ndarray:
     """Drive gains out of the shares by which they are off, among all unknowns (b,)."""
-    believed = found.scene.runs[0].prepared.gain
+    believed = found.problem.runs[0].prepared.gain
     places = dict(zip(found.prediction.rows.names, values, strict=True))
     return believed * (
         1.0 + np.array([places.get(f"gain{joint + 1}", 0.0) for joint in range(len(believed))])

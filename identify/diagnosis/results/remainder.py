@@ -11,8 +11,8 @@ from ..questions.block_answer import Answer
 from ..questions.candidate import Thinned
 from ..questions.comparison import colouring
 from ..questions.question import ask
-from ..search.found import odds_of
-from ..search.scene import Scene
+from ..search.problem import Problem
+from ..search.selected import odds_of
 from .discrepancy import KINDS, features
 
 CREDIBLE = 0.99
@@ -33,9 +33,9 @@ LINES = 1e-4
 """Probability with which noise alone has a spectral line that stands out as far."""
 
 
-def discrepancies(scene: Scene, prediction: Prediction) -> list[Answer]:
+def discrepancies(problem: Problem, prediction: Prediction) -> list[Answer]:
     """Answers of all kinds of features on each joint, beside what the prediction has."""
-    asked = [(one, Thinned.of(one, scene.runs)) for one in features(scene.model)]
+    asked = [(one, Thinned.of(one, problem.runs)) for one in features(problem.model)]
     found = ask(prediction, [pair for pair in asked if not pair[1].empty])
     return [colouring(prediction, one) if one.gain > 0.0 else one for one in found]
 

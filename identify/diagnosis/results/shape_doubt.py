@@ -12,42 +12,44 @@ import numpy as np
 from ..blocks.prediction import Prediction
 from ..questions.candidate import Candidate, Thinned
 from ..runs.nuisances import CLOCK
-from ..search.search import Searched
+from ..search.search import SearchResult
 from .evidence import places_of
 
 STEP = 0.02
 """Of the difference that gives a column, share of a number or of its bounds [-]."""
 
 
-def deviations(found: Searched) -> list[tuple[np.ndarray, dict[str, float]]]:
+def deviations(found: SearchResult) -> list[tuple[np.ndarray, dict[str, float]]]:
     """Standard deviations of each finding: of its coefficients (p,), and of its shape by name."""
-    every = [(place, name) for place, one in enumerate(found.found) for name in one.answer.candidate.bounds]
+    every = [
+        (place, name) for place, one in enumerate(found.selected) for name in one.answer.candidate.bounds
+    ]
     prediction = found.prediction
     count, rows = len(prediction.rows.names), prediction.rows
     if every:
         columns = np.stack([_more(found, place, name) for place, name in every], axis=2)
-        bounds = [found.found[place].answer.candidate.bounds[name] for place, name in every]
+        bounds = [found.selected[place].answer.candidate.bounds[name] for place, name in every]
         # Anywhere within its bounds is as likely beforehand.
         spread = np.array([(one.high - one.low) / np.sqrt(12.0) for one in bounds])
         rows = rows.plus([name for _, name in every], columns, spread)
         prediction = Prediction.of(rows, prediction.blocks, prediction.rate)
     std = np.sqrt(np.diag(prediction.covariance))
-    shapes: list[dict[str, float]] = [{} for _ in found.found]
+    shapes: list[dict[str, float]] = [{} for _ in found.selected]
     for (place, name), deviation in zip(every, std[count:], strict=True):
         shapes[place][name] = float(deviation)
     return [
-        (std[places_of(found, place)], shape | _told(found.found[place].answer.candidate, shape))
+        (std[places_of(found, place)], shape | _of_reported(found.selected[place].answer.candidate, shape))
         for place, shape in enumerate(shapes)
     ]
 
 
-def _told(candidate: Candidate, std: Mapping[str, float]) -> dict[str, float]:
+def _of_reported(candidate: Candidate, std: Mapping[str, float]) -> dict[str, float]:
     """Of what follows from the shape, to first order."""
-    changes = {name: 0.0 for name in candidate.told}
+    changes = {name: 0.0 for name in candidate.reported}
     for name, deviation in std.items():
         low, high = (_shaped(candidate, name, sign * deviation * STEP) for sign in (-1, 1))
-        for told in changes:
-            changes[told] += ((high.told[told][0] - low.told[told][0]) / (2 * STEP)) ** 2
+        for one in changes:
+            changes[one] += ((high.reported[one][0] - low.reported[one][0]) / (2 * STEP)) ** 2
     return {name: float(np.sqrt(change)) for name, change in changes.items()}
 
 
@@ -58,9 +60,9 @@ def _shaped(candidate: Candidate, name: str, more: float) -> Candidate:
     return candidate.reshaped(shape | {name: shape[name] + more})
 
 
-def _more(found: Searched, place: int, name: str) -> np.ndarray:
+def _more(found: SearchResult, place: int, name: str) -> np.ndarray:
     """Torque by a little more of one number of a finding's shape, shape (r, n) [N m per its unit]."""
-    answer, rows = found.found[place].answer, found.prediction.rows
+    answer, rows = found.selected[place].answer, found.prediction.rows
     if np.all(answer.columns.whole):
         # A delay moves noise too, which says nothing of it: what does is what says how late a clock is.
         return rows.columns[:, :, rows.names.index(CLOCK)]
@@ -69,7 +71,7 @@ def _more(found: Searched, place: int, name: str) -> np.ndarray:
     step = STEP * min(abs(at) or np.inf, bounds.high - bounds.low)
     low, high = max(-step, bounds.low - at), min(step, bounds.high - at)
     torques = [
-        Thinned.of(_shaped(candidate, name, more), found.scene.runs).values @ values for more in (low, high)
+        Thinned.of(_shaped(candidate, name, more), found.problem.runs).values @ values for more in (low, high)
     ]
     whole = np.zeros(rows.difference.shape)
     whole[:, answer.columns.joints] = (torques[1] - torques[0]) / (high - low)

@@ -22,46 +22,46 @@ from ..questions.comparison import colouring
 from ..questions.question import ask
 from ..runs.driven import Driven
 from ..runs.rows import Rows
-from .found import CERTAIN_ODDS, Found, odds_of
-from .scene import Scene
+from .problem import Problem
+from .selected import CERTAIN_ODDS, Selected, odds_of
 
 SIGN = 0.003
 """Speed within which a gear's friction turns [rad/s]."""
 
 
-def measured_gears(scene: Scene) -> list[Found]:
+def measured_gears(problem: Problem) -> list[Selected]:
     """Elastic gears whose twist goes with their load, the most certain first."""
-    if all(run.prepared.link_position is None for run in scene.runs):
+    if all(run.prepared.link_position is None for run in problem.runs):
         return []
     # Every run has a zero of its own, so that there is none to be predicted only.
-    blocks = replace(scene.blocks, fitted=np.ones(len(scene.blocks), bool))
-    prediction = Prediction.of(_rows(scene), blocks, 1.0 / period(scene.runs[0]))
+    blocks = replace(problem.blocks, fitted=np.ones(len(problem.blocks), bool))
+    prediction = Prediction.of(_rows(problem), blocks, 1.0 / period(problem.runs[0]))
     found = []
-    for answer in ask(prediction, _loads(scene, prediction)):
+    for answer in ask(prediction, _loads(problem, prediction)):
         one = colouring(prediction, answer)
         odds = odds_of(one, prediction.joints)
         if odds > CERTAIN_ODDS:
-            found.append(Found(_as_gear(scene, prediction, one), odds, (), once=True))
+            found.append(Selected(_as_gear(problem, prediction, one), odds, (), once=True))
     return sorted(found, key=lambda one: -one.odds)
 
 
-def _rows(scene: Scene) -> Rows:
+def _rows(problem: Problem) -> Rows:
     """Twist of each gear (r, n) [rad], with friction's hold, time and the zero in each run as unknowns."""
-    joints, each = scene.model.robot.dof, len(scene.runs) + 2
-    twist = np.concatenate([_twist(run) for run in scene.runs])
-    velocity = np.concatenate([run.thinned(run.motion.velocity) for run in scene.runs])
-    sign = np.concatenate([run.thinned(smooth_sign(run.motion.velocity, SIGN)) for run in scene.runs])
+    joints, each = problem.model.robot.dof, len(problem.runs) + 2
+    twist = np.concatenate([_twist(run) for run in problem.runs])
+    velocity = np.concatenate([run.thinned(run.motion.velocity) for run in problem.runs])
+    sign = np.concatenate([run.thinned(smooth_sign(run.motion.velocity, SIGN)) for run in problem.runs])
     columns = np.zeros((*twist.shape, joints * each))
     for joint in range(joints):
         columns[:, joint, joint * each] = sign[:, joint]
         columns[:, joint, joint * each + 1] = velocity[:, joint]
-        for number, rows in enumerate(scene.base.runs):
+        for number, rows in enumerate(problem.base.runs):
             columns[rows, joint, joint * each + number + 2] = 1.0
     known, count = np.isfinite(twist), joints * each
     return Rows(
-        scene.base.runs,
+        problem.base.runs,
         np.where(known, twist, 0.0),
-        scene.base.weight * known,
+        problem.base.weight * known,
         columns,
         tuple(f"twist{place}" for place in range(count)),
         np.full(count, np.inf),
@@ -77,9 +77,9 @@ def _twist(run: Driven) -> np.ndarray:
     return run.thinned(run.motion.position - behind)
 
 
-def _loads(scene: Scene, prediction: Prediction) -> Iterator[tuple[Candidate, Thinned]]:
+def _loads(problem: Problem, prediction: Prediction) -> Iterator[tuple[Candidate, Thinned]]:
     """The load of every gear whose twist was measured, per unit of compliance."""
-    load = np.concatenate([run.thinned(run.motion.load) for run in scene.runs])
+    load = np.concatenate([run.thinned(run.motion.load) for run in problem.runs])
     for joint in np.flatnonzero(prediction.rows.weight.any(axis=0)):
         candidate = Candidate(
             "joint_elasticity", (int(joint),), _not_of_torque, ("compliance",), ("rad/(N m)",), (0.0,)
@@ -94,12 +94,12 @@ def _not_of_torque(run: Driven) -> np.ndarray:
     raise NotImplementedError("a compliance gives twist, not torque")
 
 
-def _as_gear(scene: Scene, prediction: Prediction, answer: Answer) -> Answer:
+def _as_gear(problem: Problem, prediction: Prediction, answer: Answer) -> Answer:
     """The gear of that stiffness among the columns of torque, there whole."""
     [joint], [compliance] = answer.candidate.joints, answer.values
     left = list(_left_out(prediction, answer))
     spread = float(np.sqrt((len(left) - 1) * np.var(left)))
-    gear = of_stiffness(scene.model, joint, 1.0 / float(compliance), spread / float(compliance) ** 2)
+    gear = of_stiffness(problem.model, joint, 1.0 / float(compliance), spread / float(compliance) ** 2)
     still = np.zeros((len(prediction.rows.difference), 1, 1))
     columns = replace(answer.columns, values=still, mean=np.ones(1))
     return replace(answer, candidate=gear, columns=columns, values=np.ones(1), free=np.zeros(1, bool))

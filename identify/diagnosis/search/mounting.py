@@ -27,13 +27,13 @@ from ..questions.comparison import colouring
 from ..questions.question import ask
 from ..runs.driven import Driven, gear_torque
 from ..runs.rows import Rows, model_rows
-from .found import CERTAIN_ODDS
-from .scene import Asked, Scene
+from .problem import Asked, Problem
+from .selected import CERTAIN_ODDS
 
 FAR = STRANGE * LEANING
 """Angle from which on a base does not lean, but is mounted otherwise [rad]: 5 degrees."""
 DIRECTIONS = round(4.0 / LEANING**2)
-"""Directions of gravity that are told apart beforehand, a degree apart."""
+"""Directions of gravity that are distinguished beforehand, a degree apart."""
 WHOLE = 1e-6
 """By how much the torque of turned gravity may be more or less than all of it [-]: not at all."""
 EVALUATIONS = 40
@@ -46,26 +46,26 @@ some moments of the first link do not show there."""
 RINGS = tuple(angle * np.eye(2) for angle in (NEARER, FARTHER))
 
 
-def mounted_otherwise(scene: Scene) -> Asked:
+def mounted_otherwise(problem: Problem) -> Asked:
     """A base that leans far, if the blocks say that it may; nothing otherwise."""
-    rough = _rough(scene, scene.prediction([]))
+    rough = _rough(problem, problem.prediction([]))
     if rough is None:
         return []
-    fields = _Fields.of(scene)
+    fields = _Fields.of(problem)
     starts = [rough, *np.eye(3), *-np.eye(3)]
     start = max(starts, key=fields.log_probability)
     lean, std = _refined(fields, start)
     direction = _turned(start, lean)
     if _angle(direction, fields.nominal) < FAR:
         return []
-    values = fields.prediction(direction).values[: len(scene.model.names)]
-    candidate = _candidate(scene.model, direction, scene.model.believed_values + values, std)
-    return [(candidate, Thinned.of(candidate, scene.runs))]
+    values = fields.prediction(direction).values[: len(problem.model.names)]
+    candidate = _candidate(problem.model, direction, problem.model.believed_values + values, std)
+    return [(candidate, Thinned.of(candidate, problem.runs))]
 
 
-def _rough(scene: Scene, prediction: Prediction) -> np.ndarray | None:
+def _rough(problem: Problem, prediction: Prediction) -> np.ndarray | None:
     """Direction of gravity by the torque of the nominal bodies along three axes; None where it is near."""
-    model = scene.model
+    model = problem.model
 
     def columns(run: Driven) -> np.ndarray:
         return gravity_columns(model, run, (0, 1, 2))
@@ -74,7 +74,7 @@ def _rough(scene: Scene, prediction: Prediction) -> np.ndarray | None:
     candidate = Candidate(
         "base_tilt", (), columns, names, ("1",) * 3, free, smooth=True, expected=((0.0, 1.0),) * 3
     )
-    answers: Sequence[Answer] = ask(prediction, [(candidate, Thinned.of(candidate, scene.runs))])
+    answers: Sequence[Answer] = ask(prediction, [(candidate, Thinned.of(candidate, problem.runs))])
     found = [one for one in answers if colouring(prediction, one).gain > CERTAIN_ODDS]
     nominal = _unit(model.robot.gravity)
     if not found or not np.any(model.robot.gravity):
@@ -88,32 +88,32 @@ class _Fields:
     """Rows by the direction of gravity.
 
     Attributes:
-        scene: Whose rows they are.
+        problem: Whose rows they are.
         still: Columns (r, n, p) and difference (r, n) without gravity.
         along: What gravity along each axis of the base adds to both.
         independent: Independent rows over all rows by which directions are compared, shape (n,).
     """
 
-    scene: Scene
+    problem: Problem
     still: tuple[np.ndarray, np.ndarray]
     along: list[tuple[np.ndarray, np.ndarray]]
     independent: np.ndarray
 
     @classmethod
-    def of(cls, scene: Scene) -> "_Fields":
+    def of(cls, problem: Problem) -> "_Fields":
         """Four sets of rows."""
-        size = float(np.linalg.norm(scene.model.robot.gravity))
+        size = float(np.linalg.norm(problem.model.robot.gravity))
         every = [
-            model_rows(_under(scene.model, size * axis), scene.runs) for axis in (np.zeros(3), *np.eye(3))
+            model_rows(_under(problem.model, size * axis), problem.runs) for axis in (np.zeros(3), *np.eye(3))
         ]
         still = every[0].columns, every[0].difference
         along = [(one.columns - still[0], one.difference - still[1]) for one in every[1:]]
-        return cls(scene, still, along, scene.prediction([]).weighting.independent)
+        return cls(problem, still, along, problem.prediction([]).weighting.independent)
 
     @property
     def nominal(self) -> np.ndarray:
         """Direction of the model's gravity."""
-        return _unit(self.scene.model.robot.gravity)
+        return _unit(self.problem.model.robot.gravity)
 
     def prediction(self, direction: np.ndarray) -> Prediction:
         """Of all blocks under gravity of that direction, shape (3,)."""
@@ -121,10 +121,10 @@ class _Fields:
             own + sum(share * more[place] for share, more in zip(direction, self.along, strict=True))
             for place, own in enumerate(self.still)
         )
-        rows: Rows = self.scene.rows
+        rows: Rows = self.problem.rows
         own = np.concatenate([columns, rows.columns[:, :, columns.shape[2] :]], axis=2)
         rows = replace(rows, columns=own, difference=difference)
-        return Prediction.of(rows, self.scene.blocks, 1.0 / period(self.scene.runs[0]))
+        return Prediction.of(rows, self.problem.blocks, 1.0 / period(self.problem.runs[0]))
 
     def log_probability(self, direction: np.ndarray) -> float:
         """Of all blocks, each predicted by the others."""
@@ -155,11 +155,11 @@ def _candidate(model: Model, direction: np.ndarray, values: np.ndarray, std: flo
         more = gear_torque(turned, motion, values) - gear_torque(model, motion, values)
         return on_motors(model.robot, more[:, :, None])
 
-    told = {f"gravity_{axis}": (float(part), "1") for axis, part in zip("xyz", direction, strict=True)}
-    told["lean"] = _angle(direction, _unit(model.robot.gravity)), "rad"
+    reported = {f"gravity_{axis}": (float(part), "1") for axis, part in zip("xyz", direction, strict=True)}
+    reported["lean"] = _angle(direction, _unit(model.robot.gravity)), "rad"
     return Candidate(
         "base_tilt", (), columns, (UNNAMED,), ("1",), (0.0,), smooth=True, expected=((1.0, WHOLE),),
-        told=told, known=dict.fromkeys(told, std), among=DIRECTIONS, carried=True,
+        reported=reported, known=dict.fromkeys(reported, std), among=DIRECTIONS, carried=True,
     )  # fmt: skip
 
 

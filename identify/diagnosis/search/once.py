@@ -7,8 +7,8 @@ from ..candidates.contact_event import Contact, candidate, contacts
 from ..findings.finding import Moment
 from ..questions.block_answer import Answer
 from ..questions.candidate import Thinned
-from .found import CERTAIN_ODDS, Found
-from .scene import Scene
+from .problem import Problem
+from .selected import CERTAIN_ODDS, Selected
 
 FEW = 3
 """Contacts of one search: what happens more often is no contact, but something that comes again."""
@@ -20,37 +20,37 @@ MARGIN = 0.2
 """Time about a contact that is set aside with it [s]: a push begins and ends within it."""
 
 
-def only_once(scene: Scene, found: list[Found]) -> tuple[Scene, list[Found]]:
-    """The scene and the findings with all contacts beside them; none where there are too many to be any."""
-    wider, more = scene, list(found)
+def only_once(problem: Problem, found: list[Selected]) -> tuple[Problem, list[Selected]]:
+    """The problem and the findings with all contacts beside them; none where there are too many to be any."""
+    wider, more = problem, list(found)
     for _ in range(FEW + 1):
         pushed = _contact(wider, wider.prediction([one.answer for one in more]))
         if pushed is None:
             return wider, more
         wider, more = pushed[0], [*more, pushed[1]]
-    return scene, found
+    return problem, found
 
 
-def _contact(scene: Scene, prediction: Prediction) -> tuple[Scene, Found] | None:
-    """The most credible contact, and the scene without the time that it takes; None without any.
+def _contact(problem: Problem, prediction: Prediction) -> tuple[Problem, Selected] | None:
+    """The most credible contact, and the problem without the time that it takes; None without any.
 
     At least two joints feel it: what one joint alone feels is its own affair.
     """
-    best = next(iter(contacts(scene.model, prediction, scene.runs, scene.reaches)), None)
+    best = next(iter(contacts(problem.model, prediction, problem.runs, problem.reaches)), None)
     if best is None:
         return None
-    prior = np.log(len(scene.tried))
+    prior = np.log(len(problem.tried))
     odds = min(best.gain, best.without_one) - prior
     if not odds > CERTAIN_ODDS:
         return None
-    return scene.without(_during(scene, prediction, best)), Found(
-        _answer(scene, prediction, best), odds, (), True
+    return problem.without(_during(problem, prediction, best)), Selected(
+        _answer(problem, prediction, best), odds, (), True
     )
 
 
-def moments(scene: Scene, prediction: Prediction) -> list[Moment]:
+def moments(problem: Problem, prediction: Prediction) -> list[Moment]:
     """Windows of all runs in which a force explains far more than at other times, the greatest first."""
-    every = contacts(scene.model, prediction, scene.runs, scene.reaches)
+    every = contacts(problem.model, prediction, problem.runs, problem.reaches)
     found: list[Contact] = []
     for one in every:
         if one.gain < CERTAIN_ODDS or len(found) == MOST:
@@ -78,23 +78,23 @@ def _moment(one: Contact) -> Moment:
     )
 
 
-def _during(scene: Scene, prediction: Prediction, one: Contact) -> np.ndarray:
+def _during(problem: Problem, prediction: Prediction, one: Contact) -> np.ndarray:
     """Rows of a contact, shape (r,)."""
     found = np.zeros(len(prediction.rows.difference), bool)
-    run, rows = scene.runs[one.run], prediction.rows.runs[one.run]
+    run, rows = problem.runs[one.run], prediction.rows.runs[one.run]
     time = run.motion.time[run.prepared.decimation.centres(len(run.motion))[: run.rows]]
     found[rows] = (time > one.start - MARGIN) & (time < one.start + one.duration + MARGIN)
     return found
 
 
-def _answer(scene: Scene, prediction: Prediction, one: Contact) -> Answer:
+def _answer(problem: Problem, prediction: Prediction, one: Contact) -> Answer:
     """As columns whose coefficients are what they were where it happened."""
-    pushed = candidate(scene.model, one)
+    pushed = candidate(problem.model, one)
     gains = np.zeros(prediction.errors.shape)
-    during = np.flatnonzero(_during(scene, prediction, one))
+    during = np.flatnonzero(_during(problem, prediction, one))
     gains[prediction.blocks.number[during[len(during) // 2]]] = one.gains
     still = np.zeros(len(gains))
-    columns = Thinned.of(pushed, scene.runs)
+    columns = Thinned.of(pushed, problem.runs)
     held = np.zeros(len(one.force), bool)
     errors = prediction.errors
     return Answer(

@@ -13,11 +13,11 @@ from ..questions.candidate_fit import FORMULA
 from ..questions.comparison import colouring, levelled
 from ..questions.question import ask
 from ..questions.shape import refined
-from .found import CERTAIN_ODDS, Found, judged, log_prior
 from .link_encoders import measured_gears
 from .mounting import mounted_otherwise
 from .once import only_once
-from .scene import Scene
+from .problem import Problem
+from .selected import CERTAIN_ODDS, Selected, judged, log_prior
 
 TURNS = 16
 """Times that something is added, at most: what came in may go out again for something better."""
@@ -35,64 +35,64 @@ NEAR = 0.5
 
 
 @dataclass(frozen=True, eq=False)
-class Searched:
+class SearchResult:
     """What a search has come to.
 
     Attributes:
-        scene: The runs, and what was asked.
-        found: In the order of their columns, the greatest first.
+        problem: The runs, and what was asked.
+        selected: In the order of their columns, the greatest first.
         prediction: With columns for everything that was found, at the end of its rows.
         believed: Prediction without any of them.
         single: Answers of all hypotheses, each beside nothing else, the most probable first.
     """
 
-    scene: Scene
-    found: tuple[Found, ...]
+    problem: Problem
+    selected: tuple[Selected, ...]
     prediction: Prediction
     believed: Prediction
     single: tuple[Answer, ...]
 
-    def ordered(self) -> "Searched":
+    def ordered(self) -> "SearchResult":
         """The same with those findings first that are certain enough to be named."""
-        found = sorted(self.found, key=lambda one: not one.named)
-        return replace(self, found=tuple(found), prediction=self.scene.prediction(_answers(found)))
+        selected = sorted(self.selected, key=lambda one: not one.named)
+        return replace(self, selected=tuple(selected), prediction=self.problem.prediction(_answers(selected)))
 
 
-def search(scene: Scene) -> Searched:
+def search(problem: Problem) -> SearchResult:
     """Find what the model leaves out."""
-    found = list(measured_gears(scene))
-    scene = replace(scene, asked=[*scene.asked, *mounted_otherwise(scene)])
-    believed, single = scene.prediction([]), list[Answer]()
+    found = list(measured_gears(problem))
+    problem = replace(problem, asked=[*problem.asked, *mounted_otherwise(problem)])
+    believed, single = problem.prediction([]), list[Answer]()
     out: set[object] = set()
     total = 1.0
     for _ in range(TURNS):
-        scene, found = only_once(scene, found)
-        best = ranked(scene, found)
-        single, total = single or best, total_prior(best, scene)
+        problem, found = only_once(problem, found)
+        best = ranked(problem, found)
+        single, total = single or best, total_prior(best, problem)
         open_ = [one for one in best if one.candidate.key not in out and _material(one, believed)]
         one = judged(open_, total)
         if one is None:
             break
-        settled, stay = _settled(scene, [*found, one])
+        settled, stay = _settled(problem, [*found, one])
         gone = _keys([*found, one]) - _keys(stay)
         if gone and _less_probable(settled, stay, found):
             out.add(one.answer.candidate.key)  # it takes out what explains more
             continue
-        scene, found = settled, stay
+        problem, found = settled, stay
         # What went out once is not asked for again: it would come and go.
         out |= gone
-    found = _never_worse(scene, _beside_all(scene, found, total), believed)
-    scene = _nominal_where_better(scene, found, believed)
-    return Searched(scene, tuple(found), scene.prediction(_answers(found)), believed, tuple(single))
+    found = _never_worse(problem, _beside_all(problem, found, total), believed)
+    problem = _nominal_where_better(problem, found, believed)
+    return SearchResult(problem, tuple(found), problem.prediction(_answers(found)), believed, tuple(single))
 
 
-def _keys(found: Sequence[Found]) -> set[object]:
+def _keys(found: Sequence[Selected]) -> set[object]:
     return {one.answer.candidate.key for one in found}
 
 
-def _less_probable(scene: Scene, some: Sequence[Found], others: Sequence[Found]) -> bool:
+def _less_probable(problem: Problem, some: Sequence[Selected], others: Sequence[Selected]) -> bool:
     """Whether blocks are less probable with some findings than with others."""
-    one, other = (scene.prediction(_answers(found)) for found in (some, others))
+    one, other = (problem.prediction(_answers(found)) for found in (some, others))
     independent = other.weighting.independent
     gain = one.log_probability(one.errors, independent) - other.log_probability(other.errors, independent)
     return float(gain.sum()) < 0.0
@@ -105,17 +105,17 @@ def _material(one: Answer, believed: Prediction) -> bool:
     return less > MATERIAL * float(believed.errors[:, joint].sum()) or one.relief > CERTAIN_ODDS
 
 
-def _never_worse(scene: Scene, found: list[Found], believed: Prediction) -> list[Found]:
+def _never_worse(problem: Problem, found: list[Selected], believed: Prediction) -> list[Selected]:
     """Findings with which no joint of the runs held out is predicted worse than without any.
 
     One goes if the joint that is predicted worst gains by that, and more than any other loses where it has a
     name; the least credible first. What none of them is to blame for stays as it is.
     """
-    while np.max(now := _held_out(scene, found, believed), initial=0.0) > WORSE**2:
+    while np.max(now := _held_out(problem, found, believed), initial=0.0) > WORSE**2:
         going, kept = None, found
         for one in sorted((one for one in found if not one.once), key=lambda one: one.certainty):
             others = [other for other in found if other is not one]
-            without = _held_out(scene, others, believed)
+            without = _held_out(problem, others, believed)
             gained = float(np.max(now) / np.max(without))
             lost = float(np.max(without / now)) if one.named else 1.0
             if gained > max(WORSE, lost) and (going is None or gained > going * WORSE):
@@ -126,35 +126,35 @@ def _never_worse(scene: Scene, found: list[Found], believed: Prediction) -> list
     return found
 
 
-def _nominal_where_better(scene: Scene, found: Sequence[Found], believed: Prediction) -> Scene:
-    """The scene with the nominal values of parameters, where those fitted predict a joint held out worse."""
-    worst = np.max(_held_out(scene, found, believed), initial=0.0)
-    nominal = scene.at_nominal()
+def _nominal_where_better(problem: Problem, found: Sequence[Selected], believed: Prediction) -> Problem:
+    """The problem at nominal parameters, where those fitted predict a joint held out worse."""
+    worst = np.max(_held_out(problem, found, believed), initial=0.0)
+    nominal = problem.at_nominal()
     if not found or worst <= WORSE**2 or np.max(_held_out(nominal, found, believed)) >= worst:
-        return scene
+        return problem
     return nominal
 
 
-def _held_out(scene: Scene, found: Sequence[Found], believed: Prediction) -> np.ndarray:
+def _held_out(problem: Problem, found: Sequence[Selected], believed: Prediction) -> np.ndarray:
     """Squared residuals of runs held out with findings, over those without any, shape (n,); else empty."""
-    which = ~scene.blocks.fitted
+    which = ~problem.blocks.fitted
     if not np.any(which):
         return np.zeros(0)
-    word = believed.sums.errors(np.tile(scene.at_its_word(believed), (len(which), 1)))
+    word = believed.sums.errors(np.tile(problem.at_its_word(believed), (len(which), 1)))
     least = np.minimum(believed.power(believed.errors, which), believed.power(word, which))
-    now = scene.prediction(_answers(found))
+    now = problem.prediction(_answers(found))
     return now.power(now.errors, which) / least
 
 
-def _beside_all(scene: Scene, found: list[Found], total: float) -> list[Found]:
+def _beside_all(problem: Problem, found: list[Selected], total: float) -> list[Selected]:
     """Findings each in its best shape, and compared anew with what else it may be, beside all others."""
-    whole = scene.prediction(_answers(found))
+    whole = problem.prediction(_answers(found))
     for place, one in enumerate(found):
         if one.once or not (one.others or one.answer.candidate.bounds):
             continue
         others = [other for other in found if other is not one]
-        prediction = scene.prediction(_answers(others), whole)
-        first = _in_shape(scene, prediction, one.answer)
+        prediction = problem.prediction(_answers(others), whole)
+        first = _in_shape(problem, prediction, one.answer)
         keys = {other.answer.candidate.key for other in others}
         rivals = [answer for answer, _ in one.not_excluded if answer.candidate.key not in keys]
         chosen = {rival.candidate.key: rival for rival in (first, *rivals)}
@@ -165,37 +165,37 @@ def _beside_all(scene: Scene, found: list[Found], total: float) -> list[Found]:
     return found
 
 
-def _in_shape(scene: Scene, prediction: Prediction, answer: Answer) -> Answer:
+def _in_shape(problem: Problem, prediction: Prediction, answer: Answer) -> Answer:
     """The answer refined in shape beside everything else; it was chosen at the cost that it has."""
     if not answer.candidate.bounds:
         return answer
     again = ask(prediction, [(answer.candidate, answer.columns)])
     if not again:
         return answer
-    return refined(prediction, again[0].chosen_as(answer), scene.runs).chosen_as(answer)
+    return refined(prediction, again[0].chosen_as(answer), problem.runs).chosen_as(answer)
 
 
-def total_prior(best: Sequence[Answer], scene: Scene) -> float:
+def total_prior(best: Sequence[Answer], problem: Problem) -> float:
     """Sum of the prior weights of all hypotheses."""
-    by_key = {candidate.key: candidate.prior for candidate, _ in scene.asked}
+    by_key = {candidate.key: candidate.prior for candidate, _ in problem.asked}
     return float(sum((by_key | {one.candidate.key: one.candidate.prior for one in best}).values()))
 
 
-def ranked(scene: Scene, found: Sequence[Found]) -> list[Answer]:
+def ranked(problem: Problem, found: Sequence[Selected]) -> list[Answer]:
     """One answer for each hypothesis beside what was found, the most probable first."""
     taken = {one.answer.candidate.key for one in found}
-    prediction = scene.prediction(_answers(found))
-    asked = [pair for pair in scene.asked if pair[0].key not in taken]
+    prediction = problem.prediction(_answers(found))
+    asked = [pair for pair in problem.asked if pair[0].key not in taken]
     for kind in kinds().values():
-        rest = kind.ask_of_rest(scene.model, prediction, scene.runs) if kind.ask_of_rest else ()
-        asked += [(one, Thinned.of(one, scene.runs)) for one in rest if one.key not in taken]
+        rest = kind.ask_of_rest(problem.model, prediction, problem.runs) if kind.ask_of_rest else ()
+        asked += [(one, Thinned.of(one, problem.runs)) for one in rest if one.key not in taken]
     best = _by_hypothesis(ask(prediction, asked))
     foremost = levelled(prediction, best[:COLOURED])
     foremost.sort(key=lambda one: -one.gain)
     for place, one in enumerate(foremost[:REFINE]):
         if one.candidate.bounds and one.gain > NEAR * foremost[0].gain > 0.0:
             grid = [pair for pair in asked if pair[0].key == one.candidate.key]
-            foremost[place] = refined(prediction, one, scene.runs, grid if one.candidate.among == 1 else ())
+            foremost[place] = refined(prediction, one, problem.runs, grid if one.candidate.among == 1 else ())
     return sorted([*foremost, *best[COLOURED:]], key=lambda one: -one.gain)
 
 
@@ -217,29 +217,31 @@ def _measures(group: Sequence[Answer]) -> tuple[list[float], list[float]]:
     return [one.gain for one in group], [one.odds for one in group]
 
 
-def _answers(found: Sequence[Found]) -> list[Answer]:
+def _answers(found: Sequence[Selected]) -> list[Answer]:
     return [one.answer for one in found]
 
 
-def _settled(scene: Scene, found: list[Found]) -> tuple[Scene, list[Found]]:
+def _settled(problem: Problem, found: list[Selected]) -> tuple[Problem, list[Selected]]:
     """Findings that are each still needed beside the one that came last, at the load they leave."""
-    scene, answers = scene.bearing(_answers(found))
+    problem, answers = problem.bearing(_answers(found))
     found = [one._replace(answer=answer) for one, answer in zip(found, answers, strict=True)]
-    whole = scene.prediction(_answers(found))
+    whole = problem.prediction(_answers(found))
     for one in [one for one in found[:-1] if not one.once]:
         others = [other for other in found if other is not one]
-        again = again_beside(scene, one.answer, _answers(others), whole)
-        if again is None or again.gain + log_prior(again, len(scene.tried)) < CERTAIN_ODDS:
+        again = again_beside(problem, one.answer, _answers(others), whole)
+        if again is None or again.gain + log_prior(again, len(problem.tried)) < CERTAIN_ODDS:
             found = others
             continue
         # Beside others a coefficient may have come to a limit of physics, or left it.
         bounded = replace(one.answer, values=again.values, free=again.free)
         found = [other._replace(answer=bounded) if other is one else other for other in found]
-    return scene, found
+    return problem, found
 
 
-def again_beside(scene: Scene, answer: Answer, others: Sequence[Answer], near: Prediction) -> Answer | None:
+def again_beside(
+    problem: Problem, answer: Answer, others: Sequence[Answer], near: Prediction
+) -> Answer | None:
     """The answer of the same candidate beside some others; None where physics excludes it there."""
-    prediction = scene.prediction(others, near)
+    prediction = problem.prediction(others, near)
     again = ask(prediction, [(answer.candidate, answer.columns)])
     return colouring(prediction, again[0]).chosen_as(answer) if again else None

@@ -9,7 +9,7 @@ from ..candidates import kind_of, kinds
 from ..findings.finding import Alternative, Diagnosis, Finding, Remainder
 from ..improved.rivals import FOUND, Rival, rivals
 from ..results.remainder import MATERIAL
-from ..search.found import EXCLUDED
+from ..search.selected import EXCLUDED
 from .measures import by_kind, noise_measured, slides, torque_units
 from .moments_words import sentence as moment_sentence
 from .naming import capital, effect_words, joined, joint_words, lower

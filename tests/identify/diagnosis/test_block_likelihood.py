@@ -6,7 +6,7 @@ import pytest
 from exidyn.identify.diagnosis.blocks.block_likelihood import independent_share, log_probability, trust
 from exidyn.identify.diagnosis.questions.comparison import colouring, levelled
 from exidyn.identify.diagnosis.questions.question import ask
-from exidyn.identify.diagnosis.search.found import CERTAIN_ODDS, CREDIBLE, odds_of
+from exidyn.identify.diagnosis.search.selected import CERTAIN_ODDS, CREDIBLE, odds_of
 
 from ...parts.small.small_rows import RATE, asked, blocks, predicted, remembering, rows
 

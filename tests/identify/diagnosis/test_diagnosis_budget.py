@@ -12,7 +12,7 @@ from exidyn.identify.diagnosis.results.budget import NOISE, OTHER, budget
 from exidyn.identify.diagnosis.results.changes import changes
 from exidyn.identify.diagnosis.results.remainder import discrepancies
 from exidyn.identify.diagnosis.runs.usable import usable
-from exidyn.identify.diagnosis.search.found import Found
+from exidyn.identify.diagnosis.search.selected import Selected
 from exidyn.identify.effects import JointSpring, LoadDependentFriction
 from exidyn.identify.preparation.prepare import Filtering
 
@@ -41,14 +41,14 @@ def synthetic(held_out):
 
     pairs = [asked(columns[0], (0,)), asked(columns[1], (0, 1), where=())]
     answers = ask(prediction([]), pairs)
-    scene = SimpleNamespace(prediction=prediction, blocks=pieces, held_out=held_out)
-    return scene, tuple(Found(one, 50.0) for one in answers)
+    problem = SimpleNamespace(prediction=prediction, blocks=pieces, held_out=held_out)
+    return problem, tuple(Selected(one, 50.0) for one in answers)
 
 
 @pytest.mark.parametrize("held_out", [(), (16, 17, 18, 19)])
 def test_shares_of_known_effects_are_their_powers(held_out):
-    scene, found = synthetic(held_out)
-    one = budget(scene, found, [], np.full(2, WHITE))
+    problem, found = synthetic(held_out)
+    one = budget(problem, found, [], np.full(2, WHITE))
     first, second = SIZES[0] ** 2, SIZES[1] ** 2
     total = np.array([first + second, second]) + WHITE**2
     shares = {
@@ -65,14 +65,14 @@ def test_shares_of_known_effects_are_their_powers(held_out):
 
 
 def test_a_finding_that_costs_a_joint_something_has_no_share_of_it():
-    scene, found = synthetic(())
+    problem, found = synthetic(())
     wrong = found[0]._replace(
         answer=ask(
-            scene.prediction([]),
+            problem.prediction([]),
             [asked(np.random.default_rng(5).normal(size=(COUNT, 2, 1)), (0, 1), where=(), effect="nothing")],
         )[0]
     )
-    one = budget(scene, (found[1], wrong), [], np.full(2, WHITE))
+    one = budget(problem, (found[1], wrong), [], np.full(2, WHITE))
     assert all(np.all(share.shares >= 0.0) for share in one.shares)
     np.testing.assert_allclose(sum(share.shares for share in one.shares), [1.0, 1.0])
     assert np.all(one.shares[1].shares < 0.01)
@@ -81,10 +81,10 @@ def test_a_finding_that_costs_a_joint_something_has_no_share_of_it():
 def test_the_budget_of_an_arm_adds_up_with_what_is_left():
     effects = [JointSpring(("elbow",)), LoadDependentFriction(("shoulder",))]
     found = searched(record(effects, {"Ks2": 6.0, "mu1": 0.08}))
-    for kept in (found.found, found.found[:1], ()):
-        prediction = found.scene.prediction([one.answer for one in kept])
-        left = discrepancies(found.scene, prediction)
-        one = budget(found.scene, kept, left, noise_floor(found.scene.runs)[0])
+    for kept in (found.selected, found.selected[:1], ()):
+        prediction = found.problem.prediction([one.answer for one in kept])
+        left = discrepancies(found.problem, prediction)
+        one = budget(found.problem, kept, left, noise_floor(found.problem.runs)[0])
         np.testing.assert_allclose(sum(share.shares for share in one.shares), [1.0, 1.0])
         assert all(np.all(share.shares >= 0.0) for share in one.shares)
         if not kept:
@@ -102,9 +102,9 @@ def test_a_diagnosis_says_where_the_misfit_goes():
 
 
 def test_changes_are_what_a_candidate_alone_takes_from_the_error():
-    scene, found = synthetic((16, 17, 18, 19))
+    problem, found = synthetic((16, 17, 18, 19))
     answers = [one.answer for one in found]
-    table = changes(scene, answers)
+    table = changes(problem, answers)
     assert [one.effect for one in table] == ["something"] * 2
     by_joint = {one.joint: one for one in table}
     first, second = SIZES[0] ** 2, SIZES[1] ** 2

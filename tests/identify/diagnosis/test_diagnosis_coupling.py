@@ -10,7 +10,7 @@ from exidyn.identify.diagnosis.words.sentences import sentence
 
 from ...parts.small import two_joints
 from ...parts.small.small_diagnosis import believed
-from ...parts.small.small_search import record, scene
+from ...parts.small.small_search import problem, record
 
 KINEMATICS = two_joints.arm().kinematics
 
@@ -35,7 +35,7 @@ def coupled(coupling):
 
 @pytest.mark.parametrize(("motor", "other", "ratio"), [(1, 0, 1.0), (0, 1, -0.5)])
 def test_columns_are_what_links_elsewhere_ask_of_both_motors(motor, other, ratio):
-    at = scene(record(roles=("identify",)))
+    at = problem(record(roles=("identify",)))
     coupling = np.eye(2)
     coupling[motor, other] = ratio
     [candidate] = [

@@ -5,19 +5,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from exidyn.identify.diagnosis.search.scene import Scene
+from exidyn.identify.diagnosis.search.problem import Problem
 from exidyn.identify.diagnosis.search.search import search
 from exidyn.identify.effects import JointSpring
 
-from ...parts.small.small_search import names, record, scene
+from ...parts.small.small_search import names, problem, record
 
 STIFFNESS = np.array([40e3, 15e3])
 LATE = 1e-3
 NOISE = 2e-6
 
 
-def bending(at: Scene) -> Scene:
-    """The scene with encoders behind the gears, read a millisecond later, with a zero of their own."""
+def bending(at: Problem) -> Problem:
+    """The problem with encoders behind the gears, read a millisecond later, with a zero of their own."""
     rng, runs = np.random.default_rng(5), []
     for run in at.runs:
         motion = run.motion
@@ -28,15 +28,15 @@ def bending(at: Scene) -> Scene:
 
 
 def test_stiffness_is_that_between_the_encoders_whatever_else_is_found():
-    at = scene(record([JointSpring(("elbow",))], {"Ks2": 60.0, "Ts2": 5.0}))
+    at = problem(record([JointSpring(("elbow",))], {"Ks2": 60.0, "Ts2": 5.0}))
     without, found = search(at), search(bending(at))
     gears = {("joint_elasticity", (0,)), ("joint_elasticity", (1,))}
     assert gears < set(names(found))
     assert set(names(found)) - gears == set(names(without))
-    for one in found.found:
+    for one in found.selected:
         if one.answer.candidate.effect == "joint_elasticity":
             [joint] = one.answer.candidate.joints
-            stiffness = one.answer.candidate.told["stiffness"][0]
+            stiffness = one.answer.candidate.reported["stiffness"][0]
             assert stiffness == pytest.approx(STIFFNESS[joint], rel=0.15)
             # The spring changes the load; a gear that was measured has no torque at any.
             assert not np.any(one.answer.columns.values)

@@ -9,7 +9,7 @@ from exidyn.identify.arm.motion import Motion
 from exidyn.identify.diagnosis.candidates.torque_ripple import _peaks, ripples
 from exidyn.identify.diagnosis.results.evidence import places_of
 from exidyn.identify.diagnosis.runs.usable import usable
-from exidyn.identify.diagnosis.search.scene import Scene
+from exidyn.identify.diagnosis.search.problem import Problem
 from exidyn.identify.diagnosis.search.search import search
 from exidyn.identify.effects import TorqueRipple
 from exidyn.identify.preparation.prepare import Filtering
@@ -61,7 +61,7 @@ def runs(harmonic, size, joint="elbow"):
         )
         made.append((role, one))
     filtering = Filtering(position_cutoff=40.0, torque_cutoff=25.0)
-    return Scene.of(model, usable(model, made, filtering)[0])
+    return Problem.of(model, usable(model, made, filtering)[0])
 
 
 WAVES = [30.65 / GEAR, 7.0, 14.0, 28.0]
@@ -72,7 +72,7 @@ def test_a_ripple_of_any_frequency_is_named_with_it(harmonic):
     found = search(runs(harmonic, 0.3))
     assert names(found)[0] == ("torque_ripple", (1,))
     assert [name for name, _ in names(found)].count("torque_ripple") == 1
-    candidate = found.found[0].answer.candidate
+    candidate = found.selected[0].answer.candidate
     assert candidate.shape["harmonic"] == pytest.approx(harmonic, rel=0.01)
     values = found.prediction.values[places_of(found, 0)]
     assert np.hypot(*values) == pytest.approx(0.3, rel=0.1)

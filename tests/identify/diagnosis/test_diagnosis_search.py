@@ -15,15 +15,15 @@ from exidyn.identify.diagnosis.questions.shape import refined, with_shape
 from exidyn.identify.diagnosis.results.evidence import places_of
 from exidyn.identify.diagnosis.results.shape_doubt import deviations
 from exidyn.identify.diagnosis.runs.nuisances import CLOCK, torque_rate
-from exidyn.identify.diagnosis.search.found import CREDIBLE, judged, log_prior, odds_of
 from exidyn.identify.diagnosis.search.once import moments
 from exidyn.identify.diagnosis.search.search import _by_hypothesis
+from exidyn.identify.diagnosis.search.selected import CREDIBLE, judged, log_prior, odds_of
 from exidyn.identify.effects import JointSpring, LoadDependentFriction, NonlinearViscousFriction
 from exidyn.identify.recordings.recording import Signal
 
 from ...parts.small import two_joints
 from ...parts.small.small_diagnosis import believed
-from ...parts.small.small_search import names, record, scene, searched
+from ...parts.small.small_search import names, problem, record, searched
 
 SPRING, SOFT = JointSpring(("elbow",)), {"Ks2": 6.0}
 BLOCKS = 20
@@ -47,7 +47,7 @@ def sizes(found):
     spread = deviations(found)
     return [
         (found.prediction.values[places_of(found, place)][0], spread[place][0][0])
-        for place in range(len(found.found))
+        for place in range(len(found.selected))
     ]
 
 
@@ -55,7 +55,7 @@ def test_one_effect_that_is_missing_is_named_first_with_its_size():
     found = searched(record([SPRING], SOFT))
     assert names(found) == [("joint_spring", (1,))]
     assert found.single[0].candidate.effect == "joint_spring"
-    assert found.found[0].probability > CREDIBLE
+    assert found.selected[0].probability > CREDIBLE
     [(value, std)] = sizes(found)
     assert abs(value - 6.0) < 3 * std < 0.2
 
@@ -64,14 +64,14 @@ def test_two_effects_at_once_are_both_named():
     found = searched(record([SPRING, LoadDependentFriction(("shoulder",))], SOFT | {"mu1": 0.08}))
     assert set(names(found)) == {("joint_spring", (1,)), ("load_dependent_friction", (0,))}
     truth = {"joint_spring": 6.0, "load_dependent_friction": 0.08}
-    for one, (value, std) in zip(found.found, sizes(found), strict=True):
+    for one, (value, std) in zip(found.selected, sizes(found), strict=True):
         assert abs(value - truth[one.answer.candidate.effect]) < 3 * std < 0.1 * value
 
 
 def test_nothing_is_named_where_nothing_is_missing():
     found = searched(record())
     assert names(found) == []
-    assert all(odds_of(one, sum(found.scene.tried.values())) < 1.0 for one in found.single)
+    assert all(odds_of(one, sum(found.problem.tried.values())) < 1.0 for one in found.single)
 
 
 def test_what_the_runs_held_out_do_not_have_is_not_named():
@@ -99,10 +99,10 @@ def test_a_push_in_the_run_held_out_is_a_contact_and_a_moment():
     runs = record(change=pushed)
     found = searched(runs)
     assert names(found) == [("contact_event", ())]
-    assert found.found[0].once
-    told = found.found[0].answer.candidate.told
+    assert found.selected[0].once
+    told = found.selected[0].answer.candidate.reported
     assert told["start"][0] == pytest.approx(3.0, abs=0.3)
-    at = scene(runs)
+    at = problem(runs)
     [moment] = moments(at, at.prediction([]))
     assert (moment.run, moment.joints) == ("validate2", (0, 1))
     assert moment.start < 3.5 < moment.end
@@ -127,7 +127,7 @@ def test_a_delay_is_that_of_all_drives_only_where_every_joint_has_it():
 
 
 def test_clocks_and_delays_have_the_sign_of_what_comes_late():
-    at = scene(record(change=late(0.004, (0, 1))))
+    at = problem(record(change=late(0.004, (0, 1))))
     prediction = at.prediction([])
     values = dict(zip(prediction.rows.names, prediction.values, strict=True))
     # What all clocks and a drive's own tell is a sum.
@@ -149,11 +149,11 @@ def test_clocks_and_delays_have_the_sign_of_what_comes_late():
 
 def test_a_torque_that_was_recorded_has_no_gain():
     runs = [(role, as_torque(run)) for role, run in record(roles=("identify", "validate"))]
-    at = scene(runs)
+    at = problem(runs)
     assert {"joint_spring", "encoder_offset", "time_delay"} <= set(at.tried)
     assert not {"drive_gain", "drive_gain_saturation"} & set(at.tried)
     assert not any(name.startswith("gain") for name in at.rows.names)
-    assert {"drive_gain", "drive_gain_saturation"} <= set(scene(record(roles=("identify",))).tried)
+    assert {"drive_gain", "drive_gain_saturation"} <= set(problem(record(roles=("identify",))).tried)
 
 
 def as_torque(run):
@@ -170,7 +170,7 @@ def test_inertias_that_nobody_stated_may_be_anything_and_others_no_more_than_the
     found = searched(record(values=heavier))
     # On the last link both are the same body.
     assert set(names(found)) <= {("payload", ()), ("link_inertia", (1,))}
-    [one] = found.found
+    [one] = found.selected
     assert {one.answer.candidate.effect, *(other.candidate.effect for other, _ in one.others)} >= {
         "payload",
         "link_inertia",
@@ -197,7 +197,7 @@ def test_a_drive_gain_beyond_its_tolerance_is_named_and_one_within_is_not():
 def test_a_delay_is_as_long_as_it_is(seconds):
     found = searched(record(change=late(seconds, (0, 1))))
     assert names(found) == [("time_delay", ())]
-    assert found.found[0].answer.candidate.shape["delay"] == pytest.approx(seconds, abs=2.5e-4)
+    assert found.selected[0].answer.candidate.shape["delay"] == pytest.approx(seconds, abs=2.5e-4)
 
 
 # What it takes to be named.
@@ -281,7 +281,7 @@ def test_what_predicts_alike_is_told_apart_by_what_its_shape_cost():
 
 
 def test_a_shape_costs_how_many_are_told_apart_within_its_bounds():
-    at = scene(record([NonlinearViscousFriction(("elbow",), 1.7)], {"Fn2": 1.5}))
+    at = problem(record([NonlinearViscousFriction(("elbow",), 1.7)], {"Fn2": 1.5}))
     prediction = at.prediction([])
     [whole] = [pair for pair in at.asked if pair[0].key == ("nonlinear_viscous_friction", (1,), "")][2:3]
     [start] = ask(prediction, [whole])

@@ -9,9 +9,9 @@ from scipy import signal
 
 from exidyn.identify.diagnosis.candidates import backlash, contact_event, joint_elasticity
 from exidyn.identify.diagnosis.runs.driven import Driven
+from exidyn.identify.diagnosis.runs.gear_twist import bent, loose
 from exidyn.identify.diagnosis.runs.tangent import carrying, tangent
-from exidyn.identify.diagnosis.runs.twisted import bent, loose
-from exidyn.identify.diagnosis.search.found import CERTAIN_ODDS
+from exidyn.identify.diagnosis.search.selected import CERTAIN_ODDS
 from exidyn.identify.preparation.filters import Decimation
 from exidyn.identify.simulation.plant import Plant, Transmission
 

@@ -9,13 +9,13 @@ import pytest
 from exidyn.identify.diagnosis.candidates.base_tilt import tilts
 from exidyn.identify.diagnosis.diagnose import diagnose
 from exidyn.identify.diagnosis.improved.improved import as_found
-from exidyn.identify.diagnosis.search.scene import Scene
+from exidyn.identify.diagnosis.search.problem import Problem
 from exidyn.identify.diagnosis.words.sentences import sentence
 from exidyn.identify.model import Model
 from exidyn.identify.recordings.recording import Recording
 
 from ...parts.small.small_diagnosis import believed
-from ...parts.small.small_search import names, record, scene, searched
+from ...parts.small.small_search import names, problem, record, searched
 
 
 def leaning(model: Model, x: float, y: float) -> Model:
@@ -41,7 +41,7 @@ def runs_of(plant: Model, nominal: Model) -> list[tuple[str, Recording]]:
 
 
 def test_columns_are_what_gravity_adds_along_each_axis():
-    at: Scene = scene(record(roles=("identify",)))
+    at: Problem = problem(record(roles=("identify",)))
     run = at.runs[0]
     [candidate] = tilts(at.model)
     columns = candidate.columns(run)
@@ -60,7 +60,7 @@ def test_a_base_that_leans_is_told_with_its_angle():
     nominal = believed()
     found = searched(runs_of(leaning(nominal, 0.03, 0.0), nominal))
     # All joints of this arm turn about one direction: the first one's zero leans it as well.
-    [one] = found.found
+    [one] = found.selected
     every = {other.candidate.key[:2]: other for other in (one.answer, *(other for other, _ in one.others))}
     assert set(names(found)) <= {("base_tilt", ()), ("encoder_offset", (0,))}
     tilt, zero = every["base_tilt", ()], every["encoder_offset", (0,)]

@@ -10,7 +10,7 @@ from scipy import optimize
 from exidyn.identify.diagnosis.questions.block_answer import Answer
 from exidyn.identify.diagnosis.questions.candidate import Candidate, Thinned
 from exidyn.identify.diagnosis.results.shape_doubt import deviations
-from exidyn.identify.diagnosis.search.found import Found
+from exidyn.identify.diagnosis.search.selected import Selected
 from exidyn.identify.effects import Shape
 
 from ...parts.small.small_rows import blocks, predicted, rows
@@ -29,7 +29,7 @@ def fading(speed: float) -> Candidate:
     return Candidate(
         "stribeck_friction", (0,), lambda run: np.exp(-SPEED / speed)[:, None, None], ("Fs",), ("N m",),
         (0.0,), {"speed": speed}, {"speed": Shape("rad/s", 0.01, 10.0)}, reshaped,
-        told={"half": (speed * np.log(2.0), "rad/s")},
+        reported={"half": (speed * np.log(2.0), "rad/s")},
     )  # fmt: skip
 
 
@@ -43,8 +43,8 @@ def searched(candidate: Candidate, torque: np.ndarray) -> SimpleNamespace:
     answer = Answer(
         candidate, columns, np.array([2.0]), np.ones(1, bool), nothing, nothing, still, still, nothing
     )
-    scene = SimpleNamespace(runs=(run,))
-    return SimpleNamespace(prediction=prediction, found=(Found(answer, 100.0),), scene=scene)
+    problem = SimpleNamespace(runs=(run,))
+    return SimpleNamespace(prediction=prediction, selected=(Selected(answer, 100.0),), problem=problem)
 
 
 def noise(seed):

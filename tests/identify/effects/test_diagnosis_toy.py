@@ -83,7 +83,7 @@ def test_where_the_shape_is_another_the_effect_with_a_shape_is_named(monkeypatch
     monkeypatch.setitem(EFFECTS, TOY, QuadraticViscousFriction)
     found = searched(record([NonlinearViscousFriction(("elbow",), 1.7)], {"Fn2": 1.5}))
     assert names(found) == [("nonlinear_viscous_friction", (1,))]
-    assert found.found[0].answer.candidate.shape["exponent"] == pytest.approx(1.7, abs=0.05)
+    assert found.selected[0].answer.candidate.shape["exponent"] == pytest.approx(1.7, abs=0.05)
 
 
 # Installed packages.

@@ -8,8 +8,8 @@ import numpy as np
 from exidyn.identify.arm.motion import Motion
 from exidyn.identify.diagnosis.diagnose import nominal
 from exidyn.identify.diagnosis.runs.usable import usable
-from exidyn.identify.diagnosis.search.scene import Scene
-from exidyn.identify.diagnosis.search.search import Searched, search
+from exidyn.identify.diagnosis.search.problem import Problem
+from exidyn.identify.diagnosis.search.search import SearchResult, search
 from exidyn.identify.effects import Effect
 from exidyn.identify.model import Model
 from exidyn.identify.recordings.recording import Recording, Signal
@@ -63,14 +63,14 @@ def record(
     return runs
 
 
-def scene(runs: Sequence[tuple[str, Recording]], model: Model | None = None) -> Scene:
+def problem(runs: Sequence[tuple[str, Recording]], model: Model | None = None) -> Problem:
     model = nominal(believed() if model is None else model)
-    return Scene.of(model, usable(model, runs)[0])
+    return Problem.of(model, usable(model, runs)[0])
 
 
-def searched(runs: Sequence[tuple[str, Recording]], model: Model | None = None) -> Searched:
-    return search(scene(runs, model))
+def searched(runs: Sequence[tuple[str, Recording]], model: Model | None = None) -> SearchResult:
+    return search(problem(runs, model))
 
 
-def names(found: Searched) -> list[tuple[str, tuple[int, ...]]]:
-    return [(one.answer.candidate.effect, one.answer.candidate.joints) for one in found.found]
+def names(found: SearchResult) -> list[tuple[str, tuple[int, ...]]]:
+    return [(one.answer.candidate.effect, one.answer.candidate.joints) for one in found.selected]

@@ -10,8 +10,8 @@ import pinocchio as pin
 
 from ....model import Model
 from ...runs.driven import Driven
+from ...runs.gear_twist import bent
 from ...runs.tangent import carrying
-from ...runs.twisted import bent
 
 POSES = 64
 """Over which the inertia of a link is averaged."""

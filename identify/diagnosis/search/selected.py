@@ -1,4 +1,4 @@
-"""Found: an effect that is credible, and what else may explain the same."""
+"""Selected: an effect that is credible, and what else may explain the same."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -14,12 +14,12 @@ CREDIBLE = 0.95
 NAMED = 0.9
 """Probability from which on something is named: it is nine times as likely as all else together."""
 EXCLUDED = 0.01
-"""Probability below which something is no alternative any more: nobody is told to look for it."""
+"""Probability below which something is no alternative any more, and is not listed."""
 CERTAIN_ODDS = float(np.log(CREDIBLE / (1 - CREDIBLE)))
 """Logarithm of the odds at that probability."""
 
 
-class Found(NamedTuple):
+class Selected(NamedTuple):
     """An effect that was found, and what else it might be.
 
     Attributes:
@@ -113,7 +113,7 @@ def _everywhere(answer: Answer) -> bool:
     return bool(np.all(answer.by_joint > 0.0)) and bool(np.median(answer.by_joint) > SEEN)
 
 
-def judged(best: Sequence[Answer], total: float) -> Found | None:
+def judged(best: Sequence[Answer], total: float) -> Selected | None:
     """The foremost hypothesis that is credible, with what else may explain the same.
 
     Another counts for no more than the odds that it is there at all.
@@ -137,7 +137,7 @@ def judged(best: Sequence[Answer], total: float) -> Found | None:
         if one is not first and competing(one, first) and one.gain > 0.0
     ]
     others.sort(key=lambda pair: pair[1])
-    return Found(first, odds, tuple(others))
+    return Selected(first, odds, tuple(others))
 
 
 def _against(one: Answer, other: Answer, total: float) -> float:

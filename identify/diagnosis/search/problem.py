@@ -1,4 +1,4 @@
-"""Scene: what a search looks at: the runs, their rows and blocks, and all that is asked of them."""
+"""Problem: what a search looks at: the runs, their rows and blocks, and all that is asked of them."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -25,7 +25,7 @@ FREE = ("Fv", "Fc", "Off", "reversal", CLOCK)
 
 
 @dataclass(frozen=True, eq=False)
-class Scene:
+class Problem:
     """What a search looks at.
 
     Attributes:
@@ -49,7 +49,7 @@ class Scene:
     reaches: tuple[Reach, ...]
 
     @classmethod
-    def of(cls, model: Model, runs: Sequence[Driven]) -> "Scene":
+    def of(cls, model: Model, runs: Sequence[Driven]) -> "Problem":
         """With the load of a first fit."""
         runs = sorted(runs, key=lambda run: run.role == HELD_OUT)
         blocks, base = Blocks.of(runs, HELD_OUT), model_rows(model, runs)
@@ -92,7 +92,7 @@ class Scene:
             free[: len(self.model.names)] = True
         return ~free & np.isfinite(self.rows.std)
 
-    def at_nominal(self) -> "Scene":
+    def at_nominal(self) -> "Problem":
         """The same with all that the model states held at its nominal value."""
         return replace(self, rows=replace(self.rows, std=np.where(self.stated, CERTAIN, self.rows.std)))
 
@@ -103,12 +103,12 @@ class Scene:
         precision = np.where(self.stated, CERTAIN**-2.0, 0.0)
         return solve(factored(matrix + np.diag(precision)), right + precision * rows.mean)
 
-    def without(self, aside: np.ndarray) -> "Scene":
+    def without(self, aside: np.ndarray) -> "Problem":
         """The same where some rows (r,) are fitted no more, and not predicted either."""
         weight = self.rows.weight * ~aside[:, None]
         return replace(self, rows=replace(self.rows, weight=weight))
 
-    def bearing(self, found: Sequence[Answer]) -> "tuple[Scene, list[Answer]]":
+    def bearing(self, found: Sequence[Answer]) -> "tuple[Problem, list[Answer]]":
         """The same, and the findings, with the load that gears transmit beside what was found."""
         unsettled = any(one.candidate.carried or one.candidate.reloads for one in found)
         if not unsettled and self.known.first:
