@@ -12,6 +12,7 @@ from ...findings.kind import Kind
 from ...questions.candidate import Candidate
 from ...runs.driven import Driven
 from .motors import coupled, on_motors
+from .turning import with_turning
 
 FORGOTTEN = 5.0
 """How much likelier a model lacks what it has on other joints than what it has nowhere [-]."""
@@ -36,7 +37,9 @@ def on_each_joint(model: Model, name: str, kind: Kind, also: Also = as_it_is) ->
     for joint in model.robot.joints:
         for given in kind.shapes:
             effect = EFFECTS[name](joints=(joint,), **given)  # type: ignore[call-arg]
-            yield of_effect(model, name, effect, kind, (model.robot.index(joint),), also)
+            place = model.robot.index(joint)
+            one = of_effect(model, name, effect, kind, (place,), also)
+            yield with_turning(model, place, one) if kind.dry else one
 
 
 def of_effect(
