@@ -92,9 +92,9 @@ def gradient(arm: Arm, repeats: int = 5) -> dict[str, float]:
     def value(unknowns: np.ndarray) -> float:
         return objective.value(problem.basis.motion(problem.coefficients(unknowns)))
 
-    exact = problem.value(at, objective)[1]
+    exact = problem.value(at, objective)[1]()
     central = np.array([_central(value, at, k) for k in range(len(at))])
-    exact_time = _fastest(lambda: problem.value(at, objective), repeats)
+    exact_time = _fastest(lambda: problem.value(at, objective)[1](), repeats)
     steps = 1e-7 * np.eye(len(at))
     forward_time = _fastest(lambda: [value(at), *(value(at + step) for step in steps)], 2)
     error = float(np.max(np.abs(exact - central)) / np.max(np.abs(central)))

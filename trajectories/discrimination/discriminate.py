@@ -6,7 +6,7 @@ minimum (envelope theorem): with the residual e at the minimum, :math:`dT = 2 e^
 Gradients are therefore one pass of each model over the motion, whatever the number of pairs.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import permutations
 
@@ -100,7 +100,7 @@ class Discriminate:
 
 
 @dataclass(frozen=True, eq=False)
-class Separate:
+class Separate(Objective):
     """Objective: minus the logarithm of the smallest separation, earlier data's included.
 
     Attributes:
@@ -111,16 +111,15 @@ class Separate:
     goal: Discriminate
     power: float = np.inf
 
-    def __call__(self, motion: Motion) -> tuple[float, MotionGradient]:
+    def __call__(self, motion: Motion) -> tuple[float, Callable[[], MotionGradient]]:
         found = self.goal.explanations(motion)
         value, by = self._smallest(found)
-        total = MotionGradient.none(motion.position.shape)
-        for place in range(len(self.goal.hypotheses)):
-            total = total + self._pull(place, motion, found, by)
-        return value, total
 
-    def value(self, motion: Motion) -> float:
-        return self._smallest(self.goal.explanations(motion))[0]
+        def gradient() -> MotionGradient:
+            pulls = [self._pull(place, motion, found, by) for place in range(len(self.goal.hypotheses))]
+            return sum(pulls, MotionGradient.none(motion.position.shape))
+
+        return value, gradient
 
     def _smallest(self, found: dict[Pair, Explanation]) -> tuple[float, dict[Pair, float]]:
         """Value, and its derivative by the separation of each pair."""

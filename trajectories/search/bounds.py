@@ -4,6 +4,7 @@ Each is made dimensionless by its limit, so that 0.01 is one per cent of the roo
 """
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -14,17 +15,20 @@ from exidyn.identify.arm.robot import Limits
 from ..limits.brake import stopping_reach, stopping_reach_gradient
 from ..trajectory import States
 
+Slopes = tuple[np.ndarray | None, np.ndarray | None, np.ndarray | None, np.ndarray | None]
+"""Derivatives by position, velocity, acceleration and jerk, each (t, m, n), or None for zero."""
+
 
 class Margins(NamedTuple):
     """Margins of some rows at each sample, and their derivatives by the state there.
 
     Attributes:
         value: Shape (t, m); at least zero where allowed [-].
-        by: Derivatives by position, velocity, acceleration and jerk, each (t, m, n), or None for zero.
+        slopes: Computes the derivatives, which cost more than the margins and are needed less often.
     """
 
     value: np.ndarray
-    by: tuple[np.ndarray | None, np.ndarray | None, np.ndarray | None, np.ndarray | None]
+    slopes: Callable[[], Slopes]
 
 
 class Bound(ABC):
@@ -54,13 +58,15 @@ class RateBound(Bound):
     def margins(self, states: States) -> Margins:
         value = (states.velocity, states.acceleration, states.jerk)[self.order - 1][:, self.joints]
         lower, upper = self.lower[self.joints], self.upper[self.joints]
-        ahead, behind = value / upper, value / lower
-        own = _diagonal(np.concatenate([-1.0 / upper, -1.0 / lower]), len(value))
-        slope = np.zeros((*own.shape[:2], len(self.upper)))
-        slope[:, :, self.joints] = own
-        by: list[np.ndarray | None] = [None, None, None, None]
-        by[self.order] = slope
-        return Margins(np.concatenate([1.0 - ahead, 1.0 - behind], axis=1), tuple(by))  # type: ignore[arg-type]
+        both = np.concatenate([1.0 - value / upper, 1.0 - value / lower], axis=1)
+
+        def slopes() -> Slopes:
+            own = _diagonal(np.concatenate([-1.0 / upper, -1.0 / lower]), len(value))
+            slope = np.zeros((*own.shape[:2], len(self.upper)))
+            slope[:, :, self.joints] = own
+            return tuple(slope if order == self.order else None for order in range(4))  # type: ignore[return-value]
+
+        return Margins(both, slopes)
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,14 +83,20 @@ class StopBound(Bound):
         lower, upper = self.limits.position_lower, self.limits.position_upper
         room = 0.5 * (upper - lower)
         down, up = stopping_reach(states.velocity, states.acceleration, self.limits)
-        slope = stopping_reach_gradient(states.velocity, states.acceleration, self.limits)
         value = [(upper - states.position - up) / room, (states.position + down - lower) / room]
-        position = _diagonal(np.concatenate([-1.0 / room, 1.0 / room]), len(up))
-        by_velocity = [-slope.upper_by_velocity / room, slope.lower_by_velocity / room]
-        by_acceleration = [-slope.upper_by_acceleration / room, slope.lower_by_acceleration / room]
-        velocity = _diagonal(np.concatenate(by_velocity, axis=1), len(up))
-        acceleration = _diagonal(np.concatenate(by_acceleration, axis=1), len(up))
-        return Margins(np.concatenate(value, axis=1), (position, velocity, acceleration, None))
+
+        def slopes() -> Slopes:
+            slope = stopping_reach_gradient(states.velocity, states.acceleration, self.limits)
+            by_velocity = [-slope.upper_by_velocity / room, slope.lower_by_velocity / room]
+            by_acceleration = [-slope.upper_by_acceleration / room, slope.lower_by_acceleration / room]
+            return (
+                _diagonal(np.concatenate([-1.0 / room, 1.0 / room]), len(up)),
+                _diagonal(np.concatenate(by_velocity, axis=1), len(up)),
+                _diagonal(np.concatenate(by_acceleration, axis=1), len(up)),
+                None,
+            )
+
+        return Margins(np.concatenate(value, axis=1), slopes)
 
 
 def _diagonal(values: np.ndarray, samples: int) -> np.ndarray:

@@ -2,8 +2,6 @@
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from ..clearances.clearance import Clearance
 from ..trajectory import States
 from .bounds import Bound, Margins
@@ -20,4 +18,4 @@ class ClearanceBound(Bound):
 
     def margins(self, states: States) -> Margins:
         value, slope = self.clearance.gradient(states.position)
-        return Margins(np.asarray(value) / SCALE, (np.asarray(slope) / SCALE, None, None, None))
+        return Margins(value / SCALE, lambda: (slope / SCALE, None, None, None))

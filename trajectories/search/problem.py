@@ -1,6 +1,6 @@
 """Problem: what excitation minimises, under which bounds, as functions of Fourier coefficients."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -11,23 +11,24 @@ from exidyn.identify.effects import MotionGradient
 
 from ..trajectory import States
 from .basis import Basis
-from .bounds import Bound
+from .bounds import Bound, Margins
 from .criteria import Criterion
 from .information import Experiment
 
 
 class Objective(Protocol):
-    """A number that a motion makes, to be minimised, and its gradient by the motion."""
+    """A number that a motion makes, to be minimised."""
 
-    def __call__(self, motion: Motion) -> tuple[float, MotionGradient]:
-        """Value and gradient."""
+    def __call__(self, motion: Motion) -> tuple[float, Callable[[], MotionGradient]]:
+        """Value, and what computes its gradient by the motion: a line search asks for the value alone."""
 
     def value(self, motion: Motion) -> float:
-        """Value alone, which is cheaper."""
+        """Value alone."""
+        return self(motion)[0]
 
 
 @dataclass(frozen=True, eq=False)
-class Informative:
+class Informative(Objective):
     """Objective: a criterion of the information that an experiment gives per run of unit length.
 
     Attributes:
@@ -43,16 +44,12 @@ class Informative:
     size: np.ndarray
     rows: float = 1.0
 
-    def __call__(self, motion: Motion) -> tuple[float, MotionGradient]:
+    def __call__(self, motion: Motion) -> tuple[float, Callable[[], MotionGradient]]:
         share = self.rows / len(motion)
         columns = self.experiment.columns(motion)
         information = self.experiment.gathered(columns, share)
         value, by = self.criterion(information, self.size)
-        return value, self.experiment.pull(motion, columns, by, share)
-
-    def value(self, motion: Motion) -> float:
-        information = self.experiment.information(motion, self.rows / len(motion))
-        return self.criterion(information, self.size)[0]
+        return value, lambda: self.experiment.pull(motion, columns, by, share)
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,24 +78,25 @@ class Problem:
         """Inverse of `coefficients`."""
         return np.asarray((coefficients / self.scale).ravel())
 
-    def value(self, unknowns: np.ndarray, objective: Objective) -> tuple[float, np.ndarray]:
-        """Objective and its gradient by the unknowns."""
+    def value(self, unknowns: np.ndarray, objective: Objective) -> tuple[float, Callable[[], np.ndarray]]:
+        """Objective, and what computes its gradient by the unknowns, shape (k n,)."""
         value, gradient = objective(self.basis.motion(self.coefficients(unknowns)))
-        return value, (self.basis.pull(gradient) * self.scale).ravel()
+        return value, lambda: (self.basis.pull(gradient()) * self.scale).ravel()
 
-    def margins(self, unknowns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Margins of all bounds, shape (r,), and their derivatives by the unknowns, shape (r, k n)."""
+    def margins(self, unknowns: np.ndarray) -> tuple[np.ndarray, Callable[[], np.ndarray]]:
+        """Margins of all bounds, (r,), and what computes their derivatives by the unknowns, (r, k n)."""
         matrices = [matrix[:: self.every] for matrix in self.basis.matrices]
         coefficients = self.coefficients(unknowns)
         states = States(self.basis.time[:: self.every], *(matrix @ coefficients for matrix in matrices))
-        values, slopes = [], []
-        for bound in self.bounds:
-            found = bound.margins(states)
+        found = [bound.margins(states) for bound in self.bounds]
+
+        def slopes(one: Margins) -> np.ndarray:
             slope = sum(
                 np.einsum("tk,tmn->tmkn", matrix, by * self.scale, optimize=True)
-                for matrix, by in zip(matrices, found.by, strict=True)
+                for matrix, by in zip(matrices, one.slopes(), strict=True)
                 if by is not None
             )
-            values.append(found.value.ravel())
-            slopes.append(np.asarray(slope).reshape(found.value.size, -1))
-        return np.concatenate(values), np.concatenate(slopes)
+            return np.asarray(slope).reshape(one.value.size, -1)
+
+        values = np.concatenate([one.value.ravel() for one in found])
+        return values, lambda: np.concatenate([slopes(one) for one in found])

@@ -7,11 +7,13 @@ has found so far is kept at every step, so that there is an answer whenever it i
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import partial
+from typing import Any
 
 import numpy as np
 from scipy.optimize import minimize
 
-from .problem import Objective, Problem
+from .problem import Problem
 
 TOLERANCE = 0.01
 """Margin by which a sample may miss a bound and still count as kept, as a share of its room; the exact
@@ -61,13 +63,14 @@ def solve(
         stop: Asked at every step whether to end.
         report: Called whenever something better is found.
     """
-    search, begun, last = Search(), time.monotonic(), problem.objectives[-1]
+    search, begun = Search(), time.monotonic()
     margins, unknowns = _Remembered(problem.margins), np.array(start)
+    values = [_Remembered(partial(problem.value, objective=one)) for one in problem.objectives]
 
     def note(at: np.ndarray) -> None:
         """Keep what is best by the last objective; end when asked."""
-        if np.min(margins(at)[0]) >= -TOLERANCE:
-            value = last.value(problem.basis.motion(problem.coefficients(at)))
+        if np.min(margins.value(at)) >= -TOLERANCE:
+            value = values[-1].value(at)
             if value < search.value:
                 search.unknowns, search.value = at.copy(), value
                 search.history.append((time.monotonic() - begun, value))
@@ -77,17 +80,16 @@ def solve(
 
     try:
         note(unknowns)
-        for objective in problem.objectives:
-            steps = LAST_STEPS if objective is last else STEPS
-            unknowns = _minimise(problem, objective, margins, unknowns, note, search, steps)
+        for objective in values:
+            steps = LAST_STEPS if objective is values[-1] else STEPS
+            unknowns = _minimise(objective, margins, unknowns, note, search, steps)
     except (_Stopped, KeyboardInterrupt):  # in a process of its own, or at the keyboard
         pass
     return search
 
 
 def _minimise(
-    problem: Problem,
-    objective: Objective,
+    objective: "_Remembered",
     margins: "_Remembered",
     start: np.ndarray,
     note: Callable[[np.ndarray], None],
@@ -96,26 +98,35 @@ def _minimise(
 ) -> np.ndarray:
     """Minimum of one objective; what `note` is given is every iterate."""
 
-    def value(at: np.ndarray) -> tuple[float, np.ndarray]:
+    def value(at: np.ndarray) -> float:
         search.evaluations += 1
-        return problem.value(at, objective)
+        return objective.value(at)
 
-    rows = {"type": "ineq", "fun": lambda at: margins(at)[0], "jac": lambda at: margins(at)[1]}
+    rows = {"type": "ineq", "fun": margins.value, "jac": margins.slope}
     options = {"maxiter": steps, "ftol": GAIN}
     found = minimize(
-        value, start, jac=True, method="SLSQP", constraints=[rows], options=options, callback=note
+        value, start, jac=objective.slope, method="SLSQP", constraints=[rows], options=options, callback=note
     )
     return np.asarray(found.x) if np.all(np.isfinite(found.x)) else start
 
 
 class _Remembered:
-    """A function of one array that keeps its last result: margins and their slopes are asked for in turn."""
+    """A function of one array and its slope, computed once where value and slope are asked for in turn.
 
-    def __init__(self, function: Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]) -> None:
+    The solver wants slopes at its iterates alone, and values at every step of its line searches too.
+    """
+
+    def __init__(self, function: Callable[[np.ndarray], tuple[Any, Callable[[], np.ndarray]]]) -> None:
         self._function, self._at = function, np.empty(0)
-        self._result = (np.empty(0), np.empty(0))
 
-    def __call__(self, at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def value(self, at: np.ndarray) -> Any:
+        """Value there."""
         if not np.array_equal(at, self._at):
-            self._at, self._result = at.copy(), self._function(at)
-        return self._result
+            self._value, self._slope = self._function(at)
+            self._at = at.copy()
+        return self._value
+
+    def slope(self, at: np.ndarray) -> np.ndarray:
+        """Slope there."""
+        self.value(at)
+        return self._slope()

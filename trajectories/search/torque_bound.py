@@ -9,7 +9,7 @@ from exidyn.identify.arm.motion import Motion
 from exidyn.identify.model import Model
 
 from ..trajectory import States
-from .bounds import Bound, Margins
+from .bounds import Bound, Margins, Slopes
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,16 +40,18 @@ class TorqueBound(Bound):
 
     def margins(self, states: States) -> Margins:
         limited = np.flatnonzero(np.isfinite(self.limit))
-        parts = [self._margins(states, payload, limited) for payload in self.payloads]
-        by = [np.concatenate([part.by[k] for part in parts], axis=1) for k in range(3)]
-        return Margins(np.concatenate([part.value for part in parts], axis=1), (by[0], by[1], by[2], None))
+        shares = [self.torque(states, payload)[:, limited] / self.limit[limited] for payload in self.payloads]
+        value = np.concatenate([1.0 + sign * share for share in shares for sign in (-1.0, 1.0)], axis=1)
 
-    def _margins(self, states: States, payload: str, limited: np.ndarray) -> Margins:
-        share = self.torque(states, payload)[:, limited] / self.limit[limited]
-        by = self._slopes(states, payload, limited)
-        value = np.concatenate([1.0 - share, 1.0 + share], axis=1)
-        both = tuple(np.concatenate([-one, one], axis=1) for one in by)
-        return Margins(value, (both[0], both[1], both[2], None))
+        def slopes() -> Slopes:
+            runs = [self._slopes(states, payload, limited) for payload in self.payloads]
+            position, velocity, acceleration = (
+                np.concatenate([sign * one for one in kind for sign in (-1.0, 1.0)], axis=1)
+                for kind in zip(*runs, strict=True)
+            )
+            return position, velocity, acceleration, None
+
+        return Margins(value, slopes)
 
     def _slopes(self, states: States, payload: str, limited: np.ndarray) -> list[np.ndarray]:
         """Derivatives of each limited joint's share, each (t, m, n).

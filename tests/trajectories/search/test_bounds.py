@@ -59,7 +59,7 @@ def test_slopes_are_those_of_differences(bound):
     """But for a sample that lies on a kink of the stop, and zero where a torque is far from its limit."""
     at = states()
     found = bound.margins(at)
-    for order, by in zip(ORDERS, found.by, strict=True):
+    for order, by in zip(ORDERS, found.slopes(), strict=True):
         for joint in range(2):
             shift = np.zeros(2)
             shift[joint] = STEP
@@ -114,11 +114,11 @@ def test_torque_is_inside_where_its_margin_is_positive_in_every_run():
 
 
 def test_a_drive_without_torque_limit_has_no_rows():
-    value, by = BOUNDS["torque"].margins(states())
+    value, slopes = BOUNDS["torque"].margins(states())
     assert value.shape == (60, 2)
     torque = BOUNDS["torque"].torque(states(), "")[:, 0] / 60.0
     np.testing.assert_allclose(value, np.stack([1 - torque, 1 + torque], axis=1))
-    assert by[3] is None
+    assert slopes()[3] is None
 
 
 def test_a_clearance_is_inside_where_its_margin_is_positive():

@@ -141,7 +141,7 @@ def gradient_is_right(problem):
     assert value == pytest.approx(objective.value(motion), rel=1e-12)
     direction = np.random.default_rng(3).normal(size=unknowns.size)
     expected = along(lambda u: problem.value(u, objective)[0], unknowns, direction, 1e-6)
-    assert gradient @ direction == pytest.approx(expected, rel=2e-4, abs=1e-6)
+    assert gradient() @ direction == pytest.approx(expected, rel=2e-4, abs=1e-6)
 
 
 @pytest.mark.parametrize("name", EXPERIMENTS)
@@ -177,11 +177,11 @@ def test_margins_and_their_slopes(series):
     states = problem.basis.states(problem.coefficients(unknowns))
     expected = [bound.margins(type(states)(*(part[::4] for part in states))).value for bound in bounds]
     np.testing.assert_allclose(value, np.concatenate([part.ravel() for part in expected]), atol=1e-12)
-    assert slope.shape == (value.size, unknowns.size)
+    assert slope().shape == (value.size, unknowns.size)
     direction = np.random.default_rng(3).normal(size=unknowns.size)
     differences = along(lambda u: problem.margins(u)[0], unknowns, direction, 1e-7)
     np.testing.assert_allclose(
-        slope @ direction, differences, rtol=1e-4, atol=1e-4 * np.abs(differences).max()
+        slope() @ direction, differences, rtol=1e-4, atol=1e-4 * np.abs(differences).max()
     )
 
 

@@ -159,7 +159,7 @@ class Hole:
 
     def __call__(self, motion):
         none = MotionGradient.none(motion.position.shape)
-        return self.value(motion), replace(none, position=-np.ones(motion.position.shape))
+        return self.value(motion), lambda: replace(none, position=-np.ones(motion.position.shape))
 
     def value(self, motion):
         return float(-np.sum(motion.position)) if motion.position.max() < 0.5 else np.nan
