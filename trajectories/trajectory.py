@@ -69,13 +69,15 @@ def widest(ranges: Sequence[Range], begins: np.ndarray | float = 0.0) -> Range:
     """Smallest and largest of all; times are later by when each range `begins`, shape (k,) [s]."""
     lower, upper, lower_time, upper_time = np.moveaxis(np.array(ranges), 1, 0)
     later = np.reshape(begins, (-1, 1))
+    return lowest_and_highest(lower, upper, lower_time + later, upper_time + later)
+
+
+def lowest_and_highest(
+    lower: np.ndarray, upper: np.ndarray, lower_time: np.ndarray, upper_time: np.ndarray
+) -> Range:
+    """The lowest of lower and the highest of upper values of each joint, and when; each of shape (k, n)."""
     low, high, joint = np.argmin(lower, axis=0), np.argmax(upper, axis=0), np.arange(lower.shape[1])
-    return Range(
-        lower[low, joint],
-        upper[high, joint],
-        (lower_time + later)[low, joint],
-        (upper_time + later)[high, joint],
-    )
+    return Range(lower[low, joint], upper[high, joint], lower_time[low, joint], upper_time[high, joint])
 
 
 class Extremes(NamedTuple):

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..errors import BadLimits
-from ..trajectory import Extremes, Range, State, States, Trajectory
+from ..trajectory import Extremes, Range, State, States, Trajectory, lowest_and_highest
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,8 +112,7 @@ class Phases(Trajectory):
         """Smallest and largest of candidates, both of shape (candidates, k, n); `since` the piece's start."""
         time = (since + self.start[:, None]).reshape(-1, self.dof)
         value = value.reshape(-1, self.dof)
-        low, high, joint = np.argmin(value, axis=0), np.argmax(value, axis=0), np.arange(self.dof)
-        return Range(value[low, joint], value[high, joint], time[low, joint], time[high, joint])
+        return lowest_and_highest(value, value, time, time)
 
 
 def integrated(

@@ -16,6 +16,7 @@ from ..errors import BadLimits, Infeasible
 from ..families.fourier import Fourier
 from ..families.sequence import Sequence
 from ..limits.brake import stoppable
+from ..limits.usable_limits import ranges
 from ..trajectory import Trajectory, whole_ticks
 from .rests import clear_range, pause, require_joints, require_limits, require_pose
 
@@ -110,15 +111,10 @@ def _wave(limits: Limits, pose: np.ndarray, joint: int, widest: float, periods: 
 
 def _fastest(wave: Fourier, limits: Limits, share: float, tick: float) -> Fourier:
     """The same with the shortest period, in ticks, that keeps to a share of all limits and can be stopped."""
-    _, velocity, acceleration, jerk = wave.extremes()
-    uses = (
-        (1, velocity, limits.velocity_lower, limits.velocity),
-        (2, acceleration, limits.acceleration_lower, limits.acceleration),
-        (3, jerk, -limits.jerk, limits.jerk),
-    )
+    uses = list(zip(wave.extremes(), ranges(limits).values(), strict=True))[1:]
     needed = [
         np.max(np.maximum(reached.upper / upper, reached.lower / lower) / share) ** (1 / order)
-        for order, reached, lower, upper in uses
+        for order, (reached, (lower, upper)) in enumerate(uses, start=1)
     ]
     found = replace(wave, period=whole_ticks(max(needed), tick))
     while not np.all(stoppable(found.every(tick), limits)):

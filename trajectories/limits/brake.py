@@ -19,7 +19,7 @@ import numpy as np
 from exidyn.identify.arm.robot import Limits
 
 from ..trajectory import States
-from .usable_limits import require_jerk, require_movable
+from .usable_limits import require_jerk
 
 
 class Reach(NamedTuple):
@@ -86,7 +86,6 @@ def _low_and_high(
     velocity: np.ndarray, acceleration: np.ndarray, limits: Limits
 ) -> tuple[np.ndarray, np.ndarray]:
     """Lowest and highest displacement, each (3, t, n): value, derivatives by velocity and acceleration."""
-    require_movable(limits)
     require_jerk(limits)
     left = velocity + 0.5 * acceleration * np.abs(acceleration) / limits.jerk
     sign = np.where(left < 0.0, -1.0, 1.0)

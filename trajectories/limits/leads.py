@@ -12,6 +12,7 @@ from ..families.sequence import Sequence
 from ..trajectory import PART_OF_TICK, State, Trajectory, whole_ticks
 from .brake import stopping_reach
 from .moves import brake, move
+from .usable_limits import require_tick
 
 ROUNDING = 1e-9
 """Radians beyond a position limit that are rounding."""
@@ -112,8 +113,7 @@ def _require_inside(what: str, way: Phases, limits: Limits, tick: float) -> None
 
 
 def _require_ticks(core: Trajectory, tick: float) -> None:
-    if not 0.0 < tick < np.inf:
-        raise BadLimits(f"a tick of {tick:g} s; it must be above 0")
+    require_tick(tick)
     ticks = core.duration / tick
     if abs(ticks - round(ticks)) > PART_OF_TICK:
         raise BadLimits(

@@ -16,7 +16,7 @@ from ..errors import BadLimits, Infeasible
 from ..families.phases import Phases
 from ..trajectory import State, whole_ticks
 from .brake import Reach
-from .usable_limits import require_jerk, require_movable
+from .usable_limits import require_jerk, require_tick
 
 NEGLIGIBLE = 1e-12
 """Seconds by which a joint may end before the others through rounding alone; at a jerk of 1000 rad/s^3
@@ -39,10 +39,7 @@ def move(start: State, target: State, limits: Limits, tick: float) -> Phases:
         BadLimits: Limits within which no joint can move, or a tick that is none.
         Infeasible: A state that is not a number, or a target beyond the limits.
     """
-    if not 0.0 < tick < np.inf:
-        raise BadLimits(
-            f"a tick of {tick:g} s; it must be above 0. Try the cycle of the controller, such as 0.002"
-        )
+    require_tick(tick)
     _require_state("start", start, limits)
     _require_state("target", target, limits)
     question = _question(limits)
@@ -104,7 +101,6 @@ def brake_reach(velocity: np.ndarray, acceleration: np.ndarray, limits: Limits) 
 
 
 def _question(limits: Limits) -> ruckig.InputParameter:
-    require_movable(limits)
     require_jerk(limits)
     question = ruckig.InputParameter(len(limits.jerk))
     question.max_velocity = list(limits.velocity)

@@ -13,6 +13,7 @@ import numpy as np
 from exidyn.identify.arm.robot import Limits
 
 from ..limits.brake import stopping_reach, stopping_reach_gradient
+from ..limits.usable_limits import ranges
 from ..trajectory import States
 
 Slopes = tuple[np.ndarray | None, np.ndarray | None, np.ndarray | None, np.ndarray | None]
@@ -117,14 +118,9 @@ def kinematic_bounds(limits: Limits, highest: float = np.inf) -> list[Bound]:
         highest: Frequency of the highest harmonic [rad/s]. A series within v changes by at most `highest`
             times v (Bernstein's inequality), so a limit beyond that is kept by the one before it.
     """
-    ranges = [
-        (limits.velocity_lower, limits.velocity),
-        (limits.acceleration_lower, limits.acceleration),
-        (-limits.jerk, limits.jerk),
-    ]
     bounds: list[Bound] = [StopBound(limits)]
     steepest = np.full(len(limits.velocity), np.inf)
-    for order, (lower, upper) in enumerate(ranges, start=1):
+    for order, (lower, upper) in enumerate(list(ranges(limits).values())[1:], start=1):
         joints = np.flatnonzero(np.minimum(-lower, upper) < steepest)
         if len(joints):
             bounds.append(RateBound(order, lower, upper, joints))
