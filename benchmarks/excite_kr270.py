@@ -18,9 +18,9 @@ from exidyn.identify.fit.estimators import ESTIMATORS
 from exidyn.identify.recordings.recording import KnownPayload, Recording
 from exidyn.identify.robot_files.robot_file import read_model
 from exidyn.identify.simulation.simulate import Sensors, exact_current, simulate
-from exidyn.trajectories.planning import plan
-from exidyn.trajectories.random_fourier import random_fourier
-from exidyn.trajectories.wishes import Wishes
+from exidyn.trajectories.planning.planner import plan
+from exidyn.trajectories.planning.wishes import Wishes
+from exidyn.trajectories.random_motion import random_fourier
 
 TICK = 0.002
 NAMES = [f"gain {joint + 1}" for joint in range(6)] + ["K_r", "K_0"]

@@ -13,10 +13,10 @@ from exidyn.identify.robot_files.geometry import read_geometry
 from exidyn.trajectories.clearances.self_collision import SelfCollision
 from exidyn.trajectories.families.fourier import Fourier
 from exidyn.trajectories.search.excite import Setting, problem_of, random_start
-from exidyn.trajectories.search.goals import Identify
-from exidyn.trajectories.search.information import Experiment
+from exidyn.trajectories.search.information.experiment import Experiment
+from exidyn.trajectories.search.information.goals import Identify
 from exidyn.trajectories.search.shrink import shrink_inside
-from exidyn.trajectories.search.solve import Search, solve
+from exidyn.trajectories.search.solver.solve import Search, solve
 
 FAR = 1e4
 """Acceleration and jerk limits that bind nowhere [rad/s^2, rad/s^3]: the other tools know none."""

@@ -19,8 +19,8 @@ from exidyn.identify.effects import MotionGradient
 from exidyn.identify.model import Model
 
 from ..errors import NotComparable
-from ..search.design_model import design_model
-from ..search.problem import Objective
+from ..search.information.design_model import design_model
+from ..search.information.objective import Objective
 from .hypothesis import Hypothesis
 from .separation import Explanation, Observation, explain, probability
 

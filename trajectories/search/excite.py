@@ -14,16 +14,16 @@ from ..clearances.clearance import Clearance
 from ..clearances.configurations import clear_position
 from ..errors import BadLimits, Infeasible
 from ..families.fourier import Fourier
-from .basis import Basis
-from .bounds import kinematic_bounds
-from .clearance_bound import ClearanceBound
-from .design_model import design_model
-from .goals import Goal
+from .bounds.clearance_bound import ClearanceBound
+from .bounds.kinematic_bounds import kinematic_bounds
+from .bounds.torque_bound import TorqueBound
+from .information.design_model import design_model
+from .information.goals import Goal
 from .parallel import Stop, run_all, tell
-from .problem import Problem
 from .shrink import inside_kinematics, shrink_inside
-from .solve import Search, solve
-from .torque_bound import TorqueBound
+from .solver.basis import Basis
+from .solver.problem import Problem
+from .solver.solve import Search, solve
 
 PER_HARMONIC = 20
 """Samples of the objective a period of the highest harmonic: inertial torque has up to four times its

@@ -10,8 +10,8 @@ from ..clearances.clearance import Clearance
 from ..errors import Infeasible
 from ..families.fourier import Fourier
 from ..limits.check import Violation, check
-from .goals import Goal
-from .torque_bound import TorqueBound
+from .bounds.torque_bound import TorqueBound
+from .information.goals import Goal
 
 STEP = 0.99
 """Share of the excursion left after a step where no ratio says how much is too much."""

@@ -14,8 +14,8 @@ from exidyn.trajectories.discrimination.discriminate import FLOOR, Discriminate,
 from exidyn.trajectories.discrimination.hypothesis import Hypothesis
 from exidyn.trajectories.discrimination.separation import Observation, probability, separation
 from exidyn.trajectories.errors import NotComparable
-from exidyn.trajectories.search.basis import Basis
 from exidyn.trajectories.search.excite import FINE, Setting, excite, random_start
+from exidyn.trajectories.search.solver.basis import Basis
 
 from ...parts.plans.hypotheses import (
     NOISE,
