@@ -92,7 +92,7 @@ def excite(
         setting: Limits, harmonics, period.
         starts: Random starts, with seeds `seed`, `seed` + 1 and so on.
         seed: Of the first.
-        seconds: Time after which the best so far is returned [s].
+        seconds: Of search, after which the best so far is returned; to start processes comes before [s].
         executor: Where starts run; a pool of processes unless given.
         progress: Called with a sentence whenever a start ends, and now and then while they run.
 
