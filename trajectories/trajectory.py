@@ -17,6 +17,17 @@ PART_OF_TICK = 1e-6
 """Share of a tick by which a duration may miss a whole number of ticks."""
 
 
+UNITS = {"position": "rad", "velocity": "rad/s", "acceleration": "rad/s^2", "jerk": "rad/s^3"}
+"""Of a joint that turns."""
+
+
+def unit_of(name: str, position: str = "rad") -> str:
+    """Unit of a quantity, or of the torque, of a joint whose position is in `position`, "rad" or "m"."""
+    if name == "torque":
+        return "N m" if position == "rad" else "N"
+    return UNITS[name].replace("rad", position)
+
+
 class State(NamedTuple):
     """Where the joints are and how they move, at one instant; units as in `States`, each of shape (n,)."""
 

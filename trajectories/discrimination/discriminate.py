@@ -20,6 +20,7 @@ from exidyn.identify.model import Model
 
 from ..errors import NotComparable
 from ..search.information.design_model import design_model
+from ..search.information.experiment import loaded_runs, whitening
 from ..search.information.objective import Objective
 from .hypothesis import Hypothesis
 from .separation import Explanation, Observation, explain, probability
@@ -137,19 +138,19 @@ class Separate(Objective):
     ) -> MotionGradient:
         """What one hypothesis' torque gains, where it is true and where it is the rival."""
         observation, model = self.goal.observation, self.goal.hypotheses[place].model
-        share, whitening = 2.0 * observation.rows / len(motion), observation.whitening(model.robot)
+        share, white = 2.0 * observation.rows / len(motion), whitening(model, observation.noise)
         weights, known = 0.0, 0.0
         for (true, rival), one in found.items():
             if place not in (true, rival) or by[true, rival] == 0.0:
                 continue
             sign = 1.0 if place == true else -1.0
             values = self.goal.hypotheses[true].values if place == true else one.hypothesis.values
-            pull = sign * share * by[true, rival] * one.residual @ whitening
+            pull = sign * share * by[true, rival] * one.residual @ white
             weights, known = weights + pull[:, :, None] * values, known + pull
         total = MotionGradient.none(motion.position.shape)
         if np.ndim(known) == 0:
             return total
-        runs = observation.loaded(model, motion)
+        runs = loaded_runs(model, motion, observation.payloads)
         parts = zip(runs, np.split(weights, len(runs)), np.split(known, len(runs)), strict=True)
         for run, run_weights, run_known in parts:
             total = total + model.motion_gradient(run, run_weights, run_known)

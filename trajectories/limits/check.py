@@ -8,7 +8,7 @@ import numpy as np
 from exidyn.identify.arm.robot import Limits
 
 from ..errors import BadLimits
-from ..trajectory import Range, States, Trajectory, lowest_and_highest
+from ..trajectory import UNITS, Range, States, Trajectory, lowest_and_highest, unit_of
 from .brake import stopping_reach
 from .moves import brake_reach
 from .torque_peaks import torque_peaks
@@ -16,22 +16,15 @@ from .usable_limits import ranges
 
 ROUNDING = 1e-9
 """Share of a limit (of the range, for a position) by which passing it is rounding."""
-UNITS = {
-    "position": "rad",
-    "velocity": "rad/s",
-    "acceleration": "rad/s^2",
-    "jerk": "rad/s^3",
-    "stop": "rad",
-    "torque": "N m",
-}
-"""What can be violated, and its unit on a joint that turns; `no number` has none."""
+VIOLATED = (*UNITS, "stop", "torque")
+"""What can be violated, beside `no number`."""
 
 
 class Violation(NamedTuple):
     """One limit of one joint that is not kept, where it is worst.
 
     Attributes:
-        what: A key of `UNITS`, or `no number` where a state or torque is NaN or infinite.
+        what: One of `VIOLATED`, or `no number` where a state or torque is NaN or infinite.
         joint: Which joint, from 0.
         time: When; of a stop, when it begins [s].
         value: What is reached, in SI units.
@@ -47,11 +40,10 @@ class Violation(NamedTuple):
     def sentence(self, joints: Sequence[str], sliding: Collection[int] = ()) -> str:
         """The same in words; `sliding` are the joints that do not turn."""
         name = joints[self.joint]
-        if self.what not in UNITS:
+        if self.what not in VIOLATED:
             return f"{name}: {self.what} at {self.time:.3f} s, but {self.value:g}"
-        unit = UNITS[self.what]
-        if self.joint in sliding:
-            unit = "N" if self.what == "torque" else unit.replace("rad", "m")
+        quantity = "position" if self.what == "stop" else self.what
+        unit = unit_of(quantity, "m" if self.joint in sliding else "rad")
         what = "a stop begun" if self.what == "stop" else self.what
         reaches = "reaches" if self.what == "stop" else "is"
         return (

@@ -36,16 +36,12 @@ def after_fit(fit: Fit, model: Model, payloads: tuple[str, ...], wishes: Wishes)
         what = "shapes" if wishes.shapes else "a payload"
         raise NothingToIdentify(f"the fit knows nothing of {what}; plan for {what} without a fit")
     noise = np.maximum(fit.estimate.noise, np.finfo(float).tiny)
-    experiment = _with_gains(fit, payloads, noise) if _gains_found(fit) else _values(fit, payloads, noise)
+    gains_found = bool(np.all(fit.estimate.gain_std > 0.0))  # then they too are known only so well
+    experiment = (_with_gains if gains_found else _values)(fit, payloads, noise)
     criterion: Criterion = CRITERIA["worst" if wishes.criterion == "condition" else wishes.criterion]
     if wishes.focus:
         criterion = Focus.on(experiment.base.names, wishes.focus)
     return Identify(experiment, criterion, rows_of(wishes, fit.filtering.torque_cutoff), learned(fit))
-
-
-def _gains_found(fit: Fit) -> bool:
-    """Whether the fit estimated the drive gains, so that they too are known only so well."""
-    return bool(np.all(fit.estimate.gain_std > 0.0))
 
 
 def _values(fit: Fit, payloads: tuple[str, ...], noise: np.ndarray) -> Experiment:

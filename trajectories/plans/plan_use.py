@@ -59,9 +59,6 @@ def limit_use(plan: Plan) -> list[Use]:
     return [Use(name, reached, *bounds[name]) for name, reached in extremes._asdict().items()]
 
 
-def unit_of(name: str, position: str) -> str:
-    """Unit of a quantity of a joint whose position is in `position`, "rad" or "m"."""
-    powers = {"position": "", "velocity": "/s", "acceleration": "/s^2", "jerk": "/s^3"}
-    if name == "torque":
-        return "N m" if position == "rad" else "N"
-    return position + powers[name]
+def percent(share: float, unknown: str) -> str:
+    """The share of a limit that is used in per cent, or what stands for one that is not known."""
+    return f"{100.0 * abs(share):.1f}" if np.isfinite(share) else unknown

@@ -195,7 +195,6 @@ def finished(goal: Goal, setting: Setting, series: list[Fourier], seed: int, sea
 
 def joined(motions: Sequence[Motion]) -> Motion:
     """Motions one after the other, as one."""
-    position = np.concatenate([motion.position for motion in motions])
-    velocity = np.concatenate([motion.velocity for motion in motions])
-    acceleration = np.concatenate([motion.acceleration for motion in motions])
+    states = [(motion.position, motion.velocity, motion.acceleration) for motion in motions]
+    position, velocity, acceleration = (np.concatenate(parts) for parts in zip(*states, strict=True))
     return Motion.of(np.arange(len(position)) * FINE, position, velocity, acceleration)

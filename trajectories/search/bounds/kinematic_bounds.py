@@ -87,15 +87,12 @@ class StopBound(Bound):
         value = [(upper - states.position - up) / room, (states.position + down - lower) / room]
 
         def slopes() -> Slopes:
-            slope = stopping_reach_gradient(states.velocity, states.acceleration, self.limits)
-            by_velocity = [-slope.upper_by_velocity / room, slope.lower_by_velocity / room]
-            by_acceleration = [-slope.upper_by_acceleration / room, slope.lower_by_acceleration / room]
-            return (
-                _diagonal(np.concatenate([-1.0 / room, 1.0 / room]), len(up)),
-                _diagonal(np.concatenate(by_velocity, axis=1), len(up)),
-                _diagonal(np.concatenate(by_acceleration, axis=1), len(up)),
-                None,
+            position = _diagonal(np.concatenate([-1.0 / room, 1.0 / room]), len(up))
+            velocity, acceleration = (
+                _diagonal(np.concatenate([-by.upper / room, by.lower / room], axis=1), len(up))
+                for by in stopping_reach_gradient(states.velocity, states.acceleration, self.limits)
             )
+            return position, velocity, acceleration, None
 
         return Margins(np.concatenate(value, axis=1), slopes)
 

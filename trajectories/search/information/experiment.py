@@ -59,16 +59,9 @@ class Experiment:
 
     def columns(self, motion: Motion) -> list[np.ndarray]:
         """Base regressor of each run in units of its noise, each (t, n, b)."""
-        found = []
-        for payload in self.payloads:
-            loaded = self.model.loaded(replace(motion, payload=payload))
-            found.append(self._rows @ self.model.regressor(loaded)[:, :, self.base.kept])
-        return found
-
-    @property
-    def _rows(self) -> np.ndarray:
-        """Joint torque to motor torque over its noise, shape (n, n) [1 / N m]."""
-        return self.model.robot.to_motors / self.noise[:, None]
+        rows = whitening(self.model, self.noise)
+        runs = loaded_runs(self.model, motion, self.payloads)
+        return [rows @ self.model.regressor(run)[:, :, self.base.kept] for run in runs]
 
     def gathered(self, columns: Sequence[np.ndarray], share: float) -> np.ndarray:
         """Information after runs with these columns, shape (b, b), each sample counted `share` times."""
@@ -82,13 +75,25 @@ class Experiment:
         self, motion: Motion, columns: Sequence[np.ndarray], by: np.ndarray, share: float
     ) -> MotionGradient:
         """Gradient of a function of the information by the motion, from its derivative by it, (b, b)."""
-        total = MotionGradient.none(motion.position.shape)
-        for payload, run in zip(self.payloads, columns, strict=True):
-            loaded = self.model.loaded(replace(motion, payload=payload))
+        total, rows = MotionGradient.none(motion.position.shape), whitening(self.model, self.noise)
+        for run, seen in zip(loaded_runs(self.model, motion, self.payloads), columns, strict=True):
             weights = np.zeros((*motion.position.shape, len(self.model.names)))
-            weights[:, :, self.base.kept] = 2.0 * share * self._rows.T @ (run @ by)
-            total = total + self.model.motion_gradient(loaded, weights)
+            weights[:, :, self.base.kept] = 2.0 * share * rows.T @ (seen @ by)
+            total = total + self.model.motion_gradient(run, weights)
         return total
+
+
+def loaded_runs(model: Model, motion: Motion, payloads: Sequence[str]) -> list[Motion]:
+    """The same motion with each payload, the loads of the gears by the model."""
+    return [model.loaded(replace(motion, payload=payload)) for payload in payloads]
+
+
+def whitening(model: Model, noise: np.ndarray) -> np.ndarray:
+    """Joint torque to drive torque over its noise (n,), shape (n, n) [1 / N m].
+
+    Where a wrist is coupled a drive's torque is a mixture of the joints'.
+    """
+    return model.robot.to_motors / noise[:, None]
 
 
 def _gram(columns: np.ndarray) -> np.ndarray:

@@ -99,15 +99,11 @@ def with_shapes(model: Model, keys: Sequence[str]) -> Model:
     for key in keys:
         if key not in shaped:
             raise UnknownChoice("effect with shapes in the model", key, shaped or ["none"])
-    return _with_shapes_of(model, {EFFECTS[key] for key in keys})
-
-
-def _with_shapes_of(model: Model, kinds: set[type[Effect]]) -> Model:
-    out, start = model, 0
+    wanted, out, start = {EFFECTS[key] for key in keys}, model, 0
     for effect in model.effects:
         stop = start + len(effect.parameters(model.robot))
         values = model.believed_values[start:stop]
-        if type(effect) in kinds:
+        if type(effect) in wanted:
             pieces = effect.apart(model.robot)
             share = len(values) // len(pieces)
             for place, piece in enumerate(pieces):
