@@ -80,7 +80,7 @@ class Phases(Trajectory):
     @property
     def end_state(self) -> State:
         """State at the end."""
-        return self.at(np.array([self.end])).state(0)
+        return self.state_at(self.end)
 
     def at(self, time: np.ndarray) -> States:
         """States at given times; at a switch the jerk is that of the piece which begins there."""

@@ -86,12 +86,9 @@ def single_joint_runs(
 
 def _within(limits: Limits, joint: int, lower: float, upper: float) -> Limits:
     """Limits with a narrower range of one joint, so that its stops, too, end where it is clear."""
-    index = np.arange(len(limits.velocity)) == joint
-    return replace(
-        limits,
-        position_lower=np.where(index, lower, limits.position_lower),
-        position_upper=np.where(index, upper, limits.position_upper),
-    )
+    narrow = [limits.position_lower.copy(), limits.position_upper.copy()]
+    narrow[0][joint], narrow[1][joint] = lower, upper
+    return replace(limits, position_lower=narrow[0], position_upper=narrow[1])
 
 
 def _wave(limits: Limits, pose: np.ndarray, joint: int, widest: float, periods: int) -> Fourier:

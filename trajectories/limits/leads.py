@@ -102,14 +102,13 @@ def _require_inside(what: str, way: Phases, limits: Limits, tick: float) -> None
     highest = np.maximum(reached.upper, (states.position + reach.upper).max(axis=0))
     lower = np.minimum(limits.position_lower, way.position[0]) - ROUNDING
     upper = np.maximum(limits.position_upper, way.position[0]) + ROUNDING
-    for joint in range(way.dof):
+    for joint in np.flatnonzero((lowest < lower) | (highest > upper)):
         below = lowest[joint] < lower[joint]
-        if below or highest[joint] > upper[joint]:
-            value, limit = (lowest, limits.position_lower) if below else (highest, limits.position_upper)
-            raise Infeasible(
-                f"joint {joint + 1}: the {what} or a stop during it reaches {value[joint]:g} rad, limit "
-                f"{limit[joint]:g}. Try another start pose, or begin the motion at a slower instant"
-            )
+        value, limit = (lowest, limits.position_lower) if below else (highest, limits.position_upper)
+        raise Infeasible(
+            f"joint {joint + 1}: the {what} or a stop during it reaches {value[joint]:g} rad, limit "
+            f"{limit[joint]:g}. Try another start pose, or begin the motion at a slower instant"
+        )
 
 
 def _require_ticks(core: Trajectory, tick: float) -> None:

@@ -53,14 +53,8 @@ def plan(
     limits, assumed = usable(model.robot, wishes.margins, wishes.window, wishes.start)
     assumed += unstated(model, limits)
     goal = goal or identification_goal(model, wishes, limits)
-    setting = Setting(
-        limits,
-        wishes.harmonics,
-        periods_of(wishes, limits),
-        wishes.clearances,
-        wishes.series,
-        wishes.tick,
-    )
+    periods = periods_of(wishes, limits)
+    setting = Setting(limits, wishes.harmonics, periods, wishes.clearances, wishes.series, wishes.tick)
     with in_words_of(model.robot):
         found = excite(
             goal, setting, starts=starts, seed=seed, seconds=seconds, executor=executor, progress=progress
