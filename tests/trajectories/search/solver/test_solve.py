@@ -7,6 +7,7 @@ import pytest
 
 from exidyn.identify.effects import MotionGradient
 from exidyn.trajectories.search.bounds.kinematic_bounds import kinematic_bounds
+from exidyn.trajectories.search.information.objective import Objective
 from exidyn.trajectories.search.solver import solve as solver
 from exidyn.trajectories.search.solver.problem import Problem
 from exidyn.trajectories.search.solver.solve import TOLERANCE, solve
@@ -151,6 +152,29 @@ def test_each_objective_starts_where_the_last_ended(problem, start, search):
     first = solve(replace(problem, objectives=problem.objectives[:1]), start)
     assert value(problem, first.unknowns) >= search.value - 1e-9
     assert first.evaluations < search.evaluations
+
+
+@dataclass(eq=False)
+class Counting(Objective):
+    """An objective that counts how often its gradient is asked for."""
+
+    inner: object
+    gradients: int = 0
+
+    def __call__(self, motion):
+        value, gradient = self.inner(motion)
+
+        def counted():
+            self.gradients += 1
+            return gradient()
+
+        return value, counted
+
+
+def test_steps_of_a_line_search_need_no_gradient(problem, start):
+    counting = Counting(problem.objectives[-1])
+    found = solve(replace(problem, objectives=[counting]), start)
+    assert 0 < counting.gradients < found.evaluations
 
 
 @dataclass(eq=False)
