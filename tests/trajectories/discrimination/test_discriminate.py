@@ -154,7 +154,7 @@ def test_identical_hypotheses_have_a_finite_objective():
     twin = replace(balancer(), name="twin")
     value, gradient = Separate(Discriminate((balancer(), twin), OBSERVATION))(motion())
     assert value == pytest.approx(-np.log(FLOOR), abs=1e-3)
-    assert all(np.all(np.isfinite(getattr(gradient, n))) for n in ("position", "velocity", "acceleration"))
+    assert all(np.all(np.isfinite(getattr(gradient(), n))) for n in ("position", "velocity", "acceleration"))
 
 
 def test_excite_takes_the_goal():
