@@ -73,11 +73,6 @@ class Phases(Trajectory):
         return int(np.shape(self.position)[-1])
 
     @property
-    def start_state(self) -> State:
-        """State at time zero."""
-        return State(self.position[0], self.velocity[0], self.acceleration[0])
-
-    @property
     def end_state(self) -> State:
         """State at the end."""
         return self.state_at(self.end)

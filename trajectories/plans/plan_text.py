@@ -8,7 +8,7 @@ line was changed: a digit that a disk, a copy or an editor changed leaves a moti
 import hashlib
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import MISSING, fields
+from dataclasses import fields
 from functools import partial
 from typing import Any
 
@@ -27,7 +27,7 @@ from exidyn.identify.robot_files.toml_text import block, lines
 
 from ..errors import NotATrajectory
 from .plan import Plan
-from .trajectory_rows import read_trajectory, trajectory_blocks
+from .trajectory_rows import needed, read_trajectory, trajectory_blocks
 
 FORMAT = 1
 """Goes up when a reader of the former version would misunderstand a file."""
@@ -78,9 +78,9 @@ def parse_plan(text: str, where: str = "trajectory file") -> Plan:
 def _plan(table: Mapping[str, Any]) -> Plan:
     _check_kind(table)
     check_keys(table, KEYS, "top level")
-    needed = {f.name for f in fields(Plan) if f.default is MISSING and f.default_factory is MISSING}
+    wanted = {*TABLES, *(f.name for f in fields(Plan) if needed(f))}
     for key in KEYS:
-        if key not in table and (key in needed or key in TABLES):
+        if key not in table and key in wanted:
             raise NotATrajectory(f"'{key}' is missing; was the file cut off?")
     joints = _strings(table["joints"], "joints")
     given = {key: read(table[key], key) for key, read in READERS.items() if key in table}
