@@ -30,7 +30,7 @@ from exidyn.identify.model import Model
 from exidyn.identify.preparation.prepare import Filtering
 from exidyn.identify.recordings.recording import Recording, Signal
 from exidyn.identify.robot_files.robot_file import read_model, urdf_text
-from exidyn.trajectories.random_fourier import random_fourier
+from exidyn.trajectories.random_motion import random_fourier
 
 NOISE = np.array([1.0, 1.0, 0.6, 0.3, 0.3, 0.15])
 """Torque noise of each joint [N m]."""

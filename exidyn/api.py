@@ -31,7 +31,7 @@ from exidyn.identify.simulation.plant import Transmission
 from exidyn.trajectories.planning import plan as _plan
 from exidyn.trajectories.plans.plan import Plan
 from exidyn.trajectories.plans.plan_file import read_plan
-from exidyn.trajectories.wishes import Wishes
+from exidyn.trajectories.planning.wishes import Wishes
 
 Run = Recording | Path | str
 Arm = Model | Path | str

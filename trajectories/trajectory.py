@@ -17,6 +17,17 @@ PART_OF_TICK = 1e-6
 """Share of a tick by which a duration may miss a whole number of ticks."""
 
 
+UNITS = {"position": "rad", "velocity": "rad/s", "acceleration": "rad/s^2", "jerk": "rad/s^3"}
+"""Of a joint that turns."""
+
+
+def unit_of(name: str, position: str = "rad") -> str:
+    """Unit of a quantity, or of the torque, of a joint whose position is in `position`, "rad" or "m"."""
+    if name == "torque":
+        return "N m" if position == "rad" else "N"
+    return UNITS[name].replace("rad", position)
+
+
 class State(NamedTuple):
     """Where the joints are and how they move, at one instant; units as in `States`, each of shape (n,)."""
 
@@ -69,13 +80,15 @@ def widest(ranges: Sequence[Range], begins: np.ndarray | float = 0.0) -> Range:
     """Smallest and largest of all; times are later by when each range `begins`, shape (k,) [s]."""
     lower, upper, lower_time, upper_time = np.moveaxis(np.array(ranges), 1, 0)
     later = np.reshape(begins, (-1, 1))
+    return lowest_and_highest(lower, upper, lower_time + later, upper_time + later)
+
+
+def lowest_and_highest(
+    lower: np.ndarray, upper: np.ndarray, lower_time: np.ndarray, upper_time: np.ndarray
+) -> Range:
+    """The lowest of lower and the highest of upper values of each joint, and when; each of shape (k, n)."""
     low, high, joint = np.argmin(lower, axis=0), np.argmax(upper, axis=0), np.arange(lower.shape[1])
-    return Range(
-        lower[low, joint],
-        upper[high, joint],
-        (lower_time + later)[low, joint],
-        (upper_time + later)[high, joint],
-    )
+    return Range(lower[low, joint], upper[high, joint], lower_time[low, joint], upper_time[high, joint])
 
 
 class Extremes(NamedTuple):

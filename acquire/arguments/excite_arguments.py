@@ -7,7 +7,7 @@ from pathlib import Path
 from exidyn.identify.effects import EFFECTS
 from exidyn.identify.robot_files.robot_file import builtin_names
 from exidyn.trajectories.kinds import KINDS
-from exidyn.trajectories.search.criteria import CRITERIA
+from exidyn.trajectories.search.information.criteria import CRITERIA
 
 from ..terminal.json_output import add_json
 from .common import add_output, any_number, command_parser, integer, positive

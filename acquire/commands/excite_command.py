@@ -25,17 +25,17 @@ from exidyn.trajectories.discrimination.distinction import distinguish, sentence
 from exidyn.trajectories.discrimination.hypothesis import Hypothesis
 from exidyn.trajectories.discrimination.separation import Observation
 from exidyn.trajectories.errors import BadLimits
-from exidyn.trajectories.identification_goal import believed_noise
-from exidyn.trajectories.joint_words import in_words_of
+from exidyn.trajectories.joint_names_in_errors import in_words_of
 from exidyn.trajectories.kinds import KINDS
 from exidyn.trajectories.limits.usable_limits import Margins, usable
-from exidyn.trajectories.planning import plan
+from exidyn.trajectories.planning.identification_goal import believed_noise
+from exidyn.trajectories.planning.planner import plan
+from exidyn.trajectories.planning.wishes import Wishes, rows_of
 from exidyn.trajectories.plans.plan import Plan
 from exidyn.trajectories.plans.plan_check import believed_torque, violations
 from exidyn.trajectories.plans.plan_file import write_plan
 from exidyn.trajectories.plans.plan_summary import summary
 from exidyn.trajectories.plans.plan_use import limit_use
-from exidyn.trajectories.wishes import Wishes, rows_of
 
 from ..arguments.excite_arguments import OPTIMISED, excite_options
 from ..arguments.excite_arguments import parser as parser

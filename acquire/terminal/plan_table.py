@@ -4,7 +4,8 @@ from collections.abc import Sequence
 from typing import Any
 
 from exidyn.trajectories.plans.plan import Plan
-from exidyn.trajectories.plans.plan_use import Use, unit_of
+from exidyn.trajectories.plans.plan_use import Use
+from exidyn.trajectories.trajectory import unit_of
 
 from .json_output import plain
 

@@ -15,7 +15,7 @@ from exidyn.identify.preparation.prepare import Filtering, prepare
 from exidyn.identify.recordings.recording import KnownPayload, Recording
 from exidyn.identify.robot_files.robot_file import read_model
 from exidyn.identify.simulation.simulate import Sensors, simulate
-from exidyn.trajectories.random_fourier import random_fourier
+from exidyn.trajectories.random_motion import random_fourier
 
 MASS = 175.0
 BODY = known_parameters(MASS, com=(0.04, -0.03, -0.219), inertia=(8.0, 0.1, 0.2, 9.0, 0.3, 7.0))

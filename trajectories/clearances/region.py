@@ -130,15 +130,14 @@ class Region(Clearance):
         return poses.rotation[:, self.body] @ self.place + poses.origin[:, self.body]
 
     def margins(self, position: np.ndarray) -> np.ndarray:
-        return self._offsets - self.points(position) @ self._normals.T - self.radius
+        return self._room(self.points(position))
 
     def gradient(self, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         joints, point = joints_of(self.kinematics), self.points(position)
         shape = (len(position), len(self.walls), 3)
         at, inward = np.broadcast_to(point[:, None], shape), np.broadcast_to(-self._normals, shape)
         slope = slopes(joints, joint_poses(joints, position), at, inward)
-        margin = self._offsets - point @ self._normals.T - self.radius
-        return margin, slope * moves(joints, self.body)
+        return self._room(point), slope * moves(joints, self.body)
 
     def reach(self, travel: np.ndarray) -> np.ndarray:
         joints, ball = joints_of(self.kinematics), Cover(self.body, self.place[None])
@@ -150,9 +149,9 @@ class Region(Clearance):
     def _normals(self) -> np.ndarray:
         return np.array([wall.normal for wall in self.walls])
 
-    @property
-    def _offsets(self) -> np.ndarray:
-        return np.array([wall.offset for wall in self.walls])
+    def _room(self, point: np.ndarray) -> np.ndarray:
+        """Between the ball around points (t, 3) and each wall, shape (t, m) [m]."""
+        return np.array([wall.offset for wall in self.walls]) - point @ self._normals.T - self.radius
 
 
 def _frame(robot: Robot, point: str) -> tuple[int, pin.SE3]:

@@ -62,18 +62,13 @@ class SelfCollision(Clearance):
 
     @property
     def names(self) -> list[str]:
-        return [
-            f"{bodies[pair.first].name} to {bodies[pair.second].name}"
-            for bodies in [self.geometry.geometryObjects]
-            for pair in self.geometry.collisionPairs
-        ]
+        names = [body.name for body in self.geometry.geometryObjects]
+        return [f"{names[first]} to {names[second]}" for first, second in self._pairs]
 
     @property
-    def _ends(self) -> np.ndarray:
-        """Joint that carries either body of each pair, -1 for the base; shape (m, 2)."""
-        carriers = [body.parentJoint - 1 for body in self.geometry.geometryObjects]
-        pairs = self.geometry.collisionPairs
-        return np.array([[carriers[p.first], carriers[p.second]] for p in pairs], int).reshape(-1, 2)
+    def _pairs(self) -> np.ndarray:
+        """Places of both bodies of each pair, shape (m, 2)."""
+        return np.array([[p.first, p.second] for p in self.geometry.collisionPairs], int).reshape(-1, 2)
 
     def distances(self, position: np.ndarray) -> np.ndarray:
         """Distance of each pair, negative by the depth where they overlap; shape (t, m) [m]."""
@@ -122,15 +117,15 @@ class SelfCollision(Clearance):
         covers = [cover(body) for body in self.geometry.geometryObjects]
         # either body may be seen as the one at rest; the bound that is tighter holds
         far = np.array([[reach(joints, j, c, travel) for j in range(len(joints))] for c in covers])
-        pairs = [[p.first, p.second] for p in self.geometry.collisionPairs]
-        nearer = np.min(far[np.array(pairs, int).reshape(-1, 2)], axis=1)
+        nearer = np.min(far[self._pairs], axis=1)
         return nearer * np.abs(self._between(joints))
 
     def _between(self, joints: list[Joint]) -> np.ndarray:
         """1 where a joint moves a pair's second body only, -1 the first only, 0 both; shape (m, n)."""
-        carried = np.array([moves(joints, body) for body in range(-1, len(joints))]).astype(int)
-        first, second = self._ends.T + 1
-        return carried[second] - carried[first]
+        bodies = self.geometry.geometryObjects
+        carried = np.array([moves(joints, body.parentJoint - 1) for body in bodies], int)
+        first, second = np.moveaxis(carried.reshape(-1, len(joints))[self._pairs], 1, 0)
+        return second - first
 
     def _measured(self, position: np.ndarray) -> Iterator[pin.StdVec_DistanceResult]:
         """Results of all pairs, sample by sample; each is overwritten by the next."""

@@ -6,7 +6,7 @@ minimum (envelope theorem): with the residual e at the minimum, :math:`dT = 2 e^
 Gradients are therefore one pass of each model over the motion, whatever the number of pairs.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import permutations
 
@@ -19,8 +19,9 @@ from exidyn.identify.effects import MotionGradient
 from exidyn.identify.model import Model
 
 from ..errors import NotComparable
-from ..search.design_model import design_model
-from ..search.problem import Objective
+from ..search.information.design_model import design_model
+from ..search.information.experiment import loaded_runs, whitening
+from ..search.information.objective import Objective
 from .hypothesis import Hypothesis
 from .separation import Explanation, Observation, explain, probability
 
@@ -100,7 +101,7 @@ class Discriminate:
 
 
 @dataclass(frozen=True, eq=False)
-class Separate:
+class Separate(Objective):
     """Objective: minus the logarithm of the smallest separation, earlier data's included.
 
     Attributes:
@@ -111,16 +112,15 @@ class Separate:
     goal: Discriminate
     power: float = np.inf
 
-    def __call__(self, motion: Motion) -> tuple[float, MotionGradient]:
+    def __call__(self, motion: Motion) -> tuple[float, Callable[[], MotionGradient]]:
         found = self.goal.explanations(motion)
         value, by = self._smallest(found)
-        total = MotionGradient.none(motion.position.shape)
-        for place in range(len(self.goal.hypotheses)):
-            total = total + self._pull(place, motion, found, by)
-        return value, total
 
-    def value(self, motion: Motion) -> float:
-        return self._smallest(self.goal.explanations(motion))[0]
+        def gradient() -> MotionGradient:
+            pulls = [self._pull(place, motion, found, by) for place in range(len(self.goal.hypotheses))]
+            return sum(pulls, MotionGradient.none(motion.position.shape))
+
+        return value, gradient
 
     def _smallest(self, found: dict[Pair, Explanation]) -> tuple[float, dict[Pair, float]]:
         """Value, and its derivative by the separation of each pair."""
@@ -138,19 +138,19 @@ class Separate:
     ) -> MotionGradient:
         """What one hypothesis' torque gains, where it is true and where it is the rival."""
         observation, model = self.goal.observation, self.goal.hypotheses[place].model
-        share, whitening = 2.0 * observation.rows / len(motion), observation.whitening(model.robot)
+        share, white = 2.0 * observation.rows / len(motion), whitening(model, observation.noise)
         weights, known = 0.0, 0.0
         for (true, rival), one in found.items():
             if place not in (true, rival) or by[true, rival] == 0.0:
                 continue
             sign = 1.0 if place == true else -1.0
             values = self.goal.hypotheses[true].values if place == true else one.hypothesis.values
-            pull = sign * share * by[true, rival] * one.residual @ whitening
+            pull = sign * share * by[true, rival] * one.residual @ white
             weights, known = weights + pull[:, :, None] * values, known + pull
         total = MotionGradient.none(motion.position.shape)
         if np.ndim(known) == 0:
             return total
-        runs = observation.loaded(model, motion)
+        runs = loaded_runs(model, motion, observation.payloads)
         parts = zip(runs, np.split(weights, len(runs)), np.split(known, len(runs)), strict=True)
         for run, run_weights, run_known in parts:
             total = total + model.motion_gradient(run, run_weights, run_known)

@@ -16,7 +16,7 @@ from exidyn.identify.arm.robot import Robot
 from exidyn.identify.effects import Belief, Effect, Parameter, Payload, known_parameters
 from exidyn.identify.model import Model
 
-from ..search.unknowns import DriveGains
+from ..search.information.unknowns import DriveGains
 from .hypothesis import Hypothesis
 from .separation import Observation
 

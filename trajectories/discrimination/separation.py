@@ -35,9 +35,8 @@ from scipy.linalg import eigh
 from scipy.special import ndtr, ndtri
 
 from exidyn.identify.arm.motion import Motion
-from exidyn.identify.arm.robot import Robot
-from exidyn.identify.model import Model
 
+from ..search.information.experiment import loaded_runs, whitening
 from .hypothesis import Hypothesis
 
 UNSEEN = 1e-12
@@ -69,23 +68,13 @@ class Observation:
     rows: float
     payloads: Sequence[str] = ("",)
 
-    def loaded(self, model: Model, motion: Motion) -> list[Motion]:
-        """The motion of each run."""
-        return [model.loaded(replace(motion, payload=payload)) for payload in self.payloads]
-
     def seen(self, hypothesis: Hypothesis, motion: Motion) -> "Seen":
         """What the hypothesis predicts of all k runs."""
-        model, runs = hypothesis.model, self.loaded(hypothesis.model, motion)
-        columns = self.whitening(model.robot) @ np.concatenate([model.regressor(run) for run in runs])
-        known = np.concatenate([model.known_torque(run) for run in runs]) @ self.whitening(model.robot).T
+        model, white = hypothesis.model, whitening(hypothesis.model, self.noise)
+        runs = loaded_runs(model, motion, self.payloads)
+        columns = white @ np.concatenate([model.regressor(run) for run in runs])
+        known = np.concatenate([model.known_torque(run) for run in runs]) @ white.T
         return Seen(columns, columns @ hypothesis.values + known)
-
-    def whitening(self, robot: Robot) -> np.ndarray:
-        """Joint torque to drive torque over its noise, shape (n, n) [1 / N m].
-
-        As in `Experiment`: where a wrist is coupled a drive's torque is a mixture of the joints'.
-        """
-        return robot.to_motors / self.noise[:, None]
 
 
 class Seen(NamedTuple):

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..errors import BadLimits
-from ..trajectory import Extremes, Range, State, States, Trajectory
+from ..trajectory import Extremes, Range, State, States, Trajectory, lowest_and_highest
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,14 +73,9 @@ class Phases(Trajectory):
         return int(np.shape(self.position)[-1])
 
     @property
-    def start_state(self) -> State:
-        """State at time zero."""
-        return State(self.position[0], self.velocity[0], self.acceleration[0])
-
-    @property
     def end_state(self) -> State:
         """State at the end."""
-        return self.at(np.array([self.end])).state(0)
+        return self.state_at(self.end)
 
     def at(self, time: np.ndarray) -> States:
         """States at given times; at a switch the jerk is that of the piece which begins there."""
@@ -112,8 +107,7 @@ class Phases(Trajectory):
         """Smallest and largest of candidates, both of shape (candidates, k, n); `since` the piece's start."""
         time = (since + self.start[:, None]).reshape(-1, self.dof)
         value = value.reshape(-1, self.dof)
-        low, high, joint = np.argmin(value, axis=0), np.argmax(value, axis=0), np.arange(self.dof)
-        return Range(value[low, joint], value[high, joint], time[low, joint], time[high, joint])
+        return lowest_and_highest(value, value, time, time)
 
 
 def integrated(

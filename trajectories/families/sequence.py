@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..errors import NotContinuous
-from ..trajectory import Extremes, State, States, Trajectory, widest
+from ..trajectory import UNITS, Extremes, State, States, Trajectory, widest
 
 JOIN = 1e-6
 """Step in position [rad], velocity [rad/s] or acceleration [rad/s^2] between two parts that is rounding: a
@@ -61,12 +61,10 @@ class Sequence(Trajectory):
 
 
 def _require_join(number: int, before: State, after: State) -> None:
-    for name, unit, left, right in zip(
-        State._fields, ("rad", "rad/s", "rad/s^2"), before, after, strict=True
-    ):
+    for name, left, right in zip(State._fields, before, after, strict=True):
         for joint in np.flatnonzero(~(np.abs(right - left) <= JOIN)):
             raise NotContinuous(
-                f"joint {joint + 1}: {name} jumps from {left[joint]:.9g} to {right[joint]:.9g} {unit} "
+                f"joint {joint + 1}: {name} jumps from {left[joint]:.9g} to {right[joint]:.9g} {UNITS[name]} "
                 f"between parts {number} and {number + 1}; a part must begin as the one before it ends. "
                 "Try a move between"
             )

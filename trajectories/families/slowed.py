@@ -39,13 +39,8 @@ class Slowed(Trajectory):
         return States(time, *powers)
 
     def extremes(self) -> Extremes:
-        return Extremes(*(self._slower(each, order) for order, each in enumerate(self.full.extremes())))
-
-    def _slower(self, reached: Range, order: int) -> Range:
-        share = self.speed**order
-        return Range(
-            reached.lower * share,
-            reached.upper * share,
-            reached.lower_time / self.speed,
-            reached.upper_time / self.speed,
-        )
+        slower = []
+        for order, (lower, upper, *times) in enumerate(self.full.extremes()):
+            share = self.speed**order
+            slower.append(Range(lower * share, upper * share, *(time / self.speed for time in times)))
+        return Extremes(*slower)

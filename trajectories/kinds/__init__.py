@@ -10,9 +10,9 @@ from exidyn.identify.arm.robot import Limits
 from exidyn.identify.model import Model
 
 from ..clearances.configurations import clear_position
-from ..planning import plan
+from ..planning.planner import plan
+from ..planning.wishes import Wishes
 from ..trajectory import Trajectory
-from ..wishes import Wishes
 from .single_joint import single_joint_runs
 from .static_poses import static_poses
 from .sweeps import constant_velocity_sweeps

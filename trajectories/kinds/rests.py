@@ -10,7 +10,7 @@ from ..clearances.clearance import Approach, Clearance
 from ..errors import BadLimits, Infeasible
 from ..families.phases import Phases
 from ..limits.moves import move
-from ..limits.usable_limits import require_jerk, require_movable
+from ..limits.usable_limits import require_jerk, require_tick
 from ..trajectory import State, Trajectory, whole_ticks
 
 STEPS = 240
@@ -70,12 +70,8 @@ def require_limits(limits: Limits, tick: float) -> None:
     Raises:
         BadLimits: A limit but the torque's that is infinite, zero or no number; no tick.
     """
-    require_movable(limits)
     require_jerk(limits)
-    if not 0.0 < tick < np.inf:
-        raise BadLimits(
-            f"a tick of {tick:g} s; it must be above 0. Try the cycle of the controller, such as 0.002"
-        )
+    require_tick(tick)
     for name, values in vars(limits).items():
         for joint in np.flatnonzero(~np.isfinite(values)):
             if name != "torque":

@@ -16,6 +16,7 @@ from ..errors import BadLimits, Infeasible
 from ..families.fourier import Fourier
 from ..families.sequence import Sequence
 from ..limits.brake import stoppable
+from ..limits.usable_limits import ranges
 from ..trajectory import Trajectory, whole_ticks
 from .rests import clear_range, pause, require_joints, require_limits, require_pose
 
@@ -85,12 +86,9 @@ def single_joint_runs(
 
 def _within(limits: Limits, joint: int, lower: float, upper: float) -> Limits:
     """Limits with a narrower range of one joint, so that its stops, too, end where it is clear."""
-    index = np.arange(len(limits.velocity)) == joint
-    return replace(
-        limits,
-        position_lower=np.where(index, lower, limits.position_lower),
-        position_upper=np.where(index, upper, limits.position_upper),
-    )
+    narrow = [limits.position_lower.copy(), limits.position_upper.copy()]
+    narrow[0][joint], narrow[1][joint] = lower, upper
+    return replace(limits, position_lower=narrow[0], position_upper=narrow[1])
 
 
 def _wave(limits: Limits, pose: np.ndarray, joint: int, widest: float, periods: int) -> Fourier:
@@ -110,15 +108,10 @@ def _wave(limits: Limits, pose: np.ndarray, joint: int, widest: float, periods: 
 
 def _fastest(wave: Fourier, limits: Limits, share: float, tick: float) -> Fourier:
     """The same with the shortest period, in ticks, that keeps to a share of all limits and can be stopped."""
-    _, velocity, acceleration, jerk = wave.extremes()
-    uses = (
-        (1, velocity, limits.velocity_lower, limits.velocity),
-        (2, acceleration, limits.acceleration_lower, limits.acceleration),
-        (3, jerk, -limits.jerk, limits.jerk),
-    )
+    uses = list(zip(wave.extremes(), ranges(limits).values(), strict=True))[1:]
     needed = [
         np.max(np.maximum(reached.upper / upper, reached.lower / lower) / share) ** (1 / order)
-        for order, reached, lower, upper in uses
+        for order, (reached, (lower, upper)) in enumerate(uses, start=1)
     ]
     found = replace(wave, period=whole_ticks(max(needed), tick))
     while not np.all(stoppable(found.every(tick), limits)):

@@ -65,13 +65,15 @@ def constant_velocity_sweeps(
     """
     require_limits(limits, tick)
     require_joints(joints, limits)
-    rooms = _Rooms(limits, tuple(joints), ranges, tuple(clearances))
     poses = [require_pose(row, limits) for row in np.atleast_2d(np.asarray(pose, float))]
     speeds = _speeds(velocities, len(joints))
+    allowed = np.asarray(ranges, float)
+    if ranges is not None and allowed.shape != (len(joints), 2):
+        raise BadLimits(f"ranges of shape {allowed.shape}; expected ({len(joints)}, 2)")
     parts: list[Trajectory] = []
     for here, following in zip(poses, [*poses[1:], poses[0]], strict=True):
         for place, joint in enumerate(joints):
-            room = rooms.at(here, place)
+            room = _room(limits, joint, here, None if ranges is None else allowed[place], clearances)
             own = _chosen(limits, room, joint, tick) if speeds is None else speeds[place]
             passes = [_pass(limits, room, here, joint, float(v), tick, longest) for v in own]
             parts += _joined(here, joint, passes, limits, tick, rest)
@@ -79,29 +81,23 @@ def constant_velocity_sweeps(
     return Sequence(tuple(part for part in parts if part.duration > 0.0))
 
 
-class _Rooms(NamedTuple):
-    """Where each of the joints may sweep; fields as the arguments of the same names."""
-
-    limits: Limits
-    joints: tuple[int, ...]
-    ranges: np.ndarray | None
-    clearances: tuple[Clearance, ...]
-
-    def at(self, pose: np.ndarray, place: int) -> tuple[float, float]:
-        """Range of the joint at a place of the list, around a pose and clear of everything [rad]."""
-        joint = self.joints[place]
-        lower, upper = clear_range(self.limits, pose, joint, self.clearances)
-        if self.ranges is not None:
-            wanted = np.asarray(self.ranges, float)
-            if wanted.shape != (len(self.joints), 2):
-                raise BadLimits(f"ranges of shape {wanted.shape}; expected ({len(self.joints)}, 2)")
-            lower, upper = max(lower, float(wanted[place, 0])), min(upper, float(wanted[place, 1]))
-        if not lower < upper:
-            raise Infeasible(
-                f"joint {joint + 1}: no room to sweep, {lower:g} to {upper:g} rad. Try a wider range, or "
-                "a pose with more room around it"
-            )
-        return lower, upper
+def _room(
+    limits: Limits,
+    joint: int,
+    pose: np.ndarray,
+    allowed: np.ndarray | None,
+    clearances: Collection[Clearance],
+) -> tuple[float, float]:
+    """Range of a joint around a pose, clear of everything and within what is `allowed`, shape (2,) [rad]."""
+    lower, upper = clear_range(limits, pose, joint, clearances)
+    if allowed is not None:
+        lower, upper = max(lower, float(allowed[0])), min(upper, float(allowed[1]))
+    if not lower < upper:
+        raise Infeasible(
+            f"joint {joint + 1}: no room to sweep, {lower:g} to {upper:g} rad. Try a wider range, or "
+            "a pose with more room around it"
+        )
+    return lower, upper
 
 
 class _Pass(NamedTuple):

@@ -11,6 +11,7 @@ from ..clearances.clearance import Clearance
 from ..errors import BadLimits, Infeasible
 from ..families.chirp import Chirp
 from ..limits.brake import stoppable
+from ..limits.usable_limits import ranges
 from ..trajectory import Trajectory
 from .rests import require_clear, require_joints, require_limits
 
@@ -113,14 +114,9 @@ def _highest(
 
 def _room(base: Trajectory, joints: tuple[int, ...], limits: Limits) -> np.ndarray:
     """What a motion leaves of position, velocity, acceleration and jerk either way, shape (k, 4)."""
-    bounds = (
-        ("position", limits.position_lower, limits.position_upper),
-        ("velocity", limits.velocity_lower, limits.velocity),
-        ("acceleration", limits.acceleration_lower, limits.acceleration),
-        ("jerk", -limits.jerk, limits.jerk),
-    )
     room = np.empty((len(joints), 4))
-    for order, ((name, lower, upper), found) in enumerate(zip(bounds, base.extremes(), strict=True)):
+    bounds = zip(ranges(limits).items(), base.extremes(), strict=True)
+    for order, ((name, (lower, upper)), found) in enumerate(bounds):
         left = np.minimum(upper - found.upper, found.lower - lower)
         for place, joint in enumerate(joints):
             room[place, order] = left[joint]

@@ -19,7 +19,7 @@ import numpy as np
 from exidyn.identify.arm.robot import Limits
 
 from ..trajectory import States
-from .usable_limits import require_jerk, require_movable
+from .usable_limits import require_jerk
 
 
 class Reach(NamedTuple):
@@ -32,22 +32,6 @@ class Reach(NamedTuple):
 
     lower: np.ndarray
     upper: np.ndarray
-
-
-class ReachGradient(NamedTuple):
-    """Derivatives of a reach by the state in which the stop begins.
-
-    Attributes:
-        lower_by_velocity: Shape (t, n) [s].
-        lower_by_acceleration: Shape (t, n) [s^2].
-        upper_by_velocity: Shape (t, n) [s].
-        upper_by_acceleration: Shape (t, n) [s^2].
-    """
-
-    lower_by_velocity: np.ndarray
-    lower_by_acceleration: np.ndarray
-    upper_by_velocity: np.ndarray
-    upper_by_acceleration: np.ndarray
 
 
 def stopping_reach(velocity: np.ndarray, acceleration: np.ndarray, limits: Limits) -> Reach:
@@ -65,14 +49,16 @@ def stopping_reach(velocity: np.ndarray, acceleration: np.ndarray, limits: Limit
     return Reach(low[0], high[0])
 
 
-def stopping_reach_gradient(velocity: np.ndarray, acceleration: np.ndarray, limits: Limits) -> ReachGradient:
-    """Derivatives of `stopping_reach`, which takes the same arguments.
+def stopping_reach_gradient(
+    velocity: np.ndarray, acceleration: np.ndarray, limits: Limits
+) -> tuple[Reach, Reach]:
+    """Derivatives of `stopping_reach`, of the same arguments, by velocity [s] and acceleration [s^2].
 
     Exact but where the reach itself has a kink: where the arm begins to turn on the way, where its end
     comes back to where it began, and at rest.
     """
     low, high = _low_and_high(velocity, acceleration, limits)
-    return ReachGradient(low[1], low[2], high[1], high[2])
+    return Reach(low[1], high[1]), Reach(low[2], high[2])
 
 
 def stoppable(states: States, limits: Limits) -> np.ndarray:
@@ -86,7 +72,6 @@ def _low_and_high(
     velocity: np.ndarray, acceleration: np.ndarray, limits: Limits
 ) -> tuple[np.ndarray, np.ndarray]:
     """Lowest and highest displacement, each (3, t, n): value, derivatives by velocity and acceleration."""
-    require_movable(limits)
     require_jerk(limits)
     left = velocity + 0.5 * acceleration * np.abs(acceleration) / limits.jerk
     sign = np.where(left < 0.0, -1.0, 1.0)

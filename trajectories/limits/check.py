@@ -8,29 +8,23 @@ import numpy as np
 from exidyn.identify.arm.robot import Limits
 
 from ..errors import BadLimits
-from ..trajectory import Extremes, States, Trajectory
-from .brake import Reach, stopping_reach
+from ..trajectory import UNITS, Range, States, Trajectory, lowest_and_highest, unit_of
+from .brake import stopping_reach
 from .moves import brake_reach
 from .torque_peaks import torque_peaks
+from .usable_limits import ranges
 
 ROUNDING = 1e-9
 """Share of a limit (of the range, for a position) by which passing it is rounding."""
-UNITS = {
-    "position": "rad",
-    "velocity": "rad/s",
-    "acceleration": "rad/s^2",
-    "jerk": "rad/s^3",
-    "stop": "rad",
-    "torque": "N m",
-}
-"""What can be violated, and its unit on a joint that turns; `no number` has none."""
+VIOLATED = (*UNITS, "stop", "torque")
+"""What can be violated, beside `no number`."""
 
 
 class Violation(NamedTuple):
     """One limit of one joint that is not kept, where it is worst.
 
     Attributes:
-        what: A key of `UNITS`, or `no number` where a state or torque is NaN or infinite.
+        what: One of `VIOLATED`, or `no number` where a state or torque is NaN or infinite.
         joint: Which joint, from 0.
         time: When; of a stop, when it begins [s].
         value: What is reached, in SI units.
@@ -46,11 +40,10 @@ class Violation(NamedTuple):
     def sentence(self, joints: Sequence[str], sliding: Collection[int] = ()) -> str:
         """The same in words; `sliding` are the joints that do not turn."""
         name = joints[self.joint]
-        if self.what not in UNITS:
+        if self.what not in VIOLATED:
             return f"{name}: {self.what} at {self.time:.3f} s, but {self.value:g}"
-        unit = UNITS[self.what]
-        if self.joint in sliding:
-            unit = "N" if self.what == "torque" else unit.replace("rad", "m")
+        quantity = "position" if self.what == "stop" else self.what
+        unit = unit_of(quantity, "m" if self.joint in sliding else "rad")
         what = "a stop begun" if self.what == "stop" else self.what
         reaches = "reaches" if self.what == "stop" else "is"
         return (
@@ -88,11 +81,12 @@ def check(
     found = list(_not_numbers(states))
     if found:
         return found
-    found += _beyond_extremes(trajectory.extremes(), limits)
+    for (what, bounds), reached in zip(ranges(limits).items(), trajectory.extremes(), strict=True):
+        found += _beyond(what, reached, *bounds)
     found += _beyond_stops(states, limits)
     if torque is not None and np.any(np.isfinite(limits.torque)):
         peaks = torque_peaks(trajectory, torque, tick)
-        found += _beyond("torque", *peaks[:4], -limits.torque, limits.torque)
+        found += _beyond("torque", Range(*peaks[:4]), -limits.torque, limits.torque)
     return found
 
 
@@ -106,46 +100,26 @@ def _not_numbers(states: States) -> Iterable[Violation]:
         yield Violation("no number", int(joint), float(states.time[row]), value, np.nan)
 
 
-def _beyond_extremes(extremes: Extremes, limits: Limits) -> list[Violation]:
-    return [
-        *_beyond("position", *extremes.position, limits.position_lower, limits.position_upper),
-        *_beyond("velocity", *extremes.velocity, limits.velocity_lower, limits.velocity),
-        *_beyond("acceleration", *extremes.acceleration, limits.acceleration_lower, limits.acceleration),
-        *_beyond("jerk", *extremes.jerk, -limits.jerk, limits.jerk),
-    ]
-
-
 def _beyond_stops(states: States, limits: Limits) -> list[Violation]:
     """Stops that leave the position limits, by either of the two computations."""
+    time = np.broadcast_to(states.time[:, None], states.position.shape)
     found: list[Violation] = []
     for reach_of in (stopping_reach, brake_reach):
         if not found:
-            found = _beyond_reach(states, reach_of(states.velocity, states.acceleration, limits), limits)
+            reach = reach_of(states.velocity, states.acceleration, limits)
+            down, up = states.position + reach.lower, states.position + reach.upper
+            found = _beyond("stop", lowest_and_highest(down, up, time, time), *ranges(limits)["position"])
     return found
 
 
-def _beyond_reach(states: States, reach: Reach, limits: Limits) -> list[Violation]:
-    down, up = states.position + reach.lower, states.position + reach.upper
-    low, high, joint = np.argmin(down, axis=0), np.argmax(up, axis=0), np.arange(down.shape[1])
-    times = states.time[low], states.time[high]
-    return _beyond(
-        "stop", down[low, joint], up[high, joint], *times, limits.position_lower, limits.position_upper
-    )
-
-
-def _beyond(
-    what: str,
-    lowest: np.ndarray,
-    highest: np.ndarray,
-    lowest_time: np.ndarray,
-    highest_time: np.ndarray,
-    lower: np.ndarray,
-    upper: np.ndarray,
-) -> list[Violation]:
-    """Where a range leaves its limits, each argument of shape (n,)."""
+def _beyond(what: str, reached: Range, lower: np.ndarray, upper: np.ndarray) -> list[Violation]:
+    """Where a range leaves its limits, shape (n,)."""
     room = np.where(np.isfinite(upper - lower), upper - lower, 1.0) if what in ("position", "stop") else None
     found = []
-    sides = ((lowest, lowest_time, lower, -1.0), (highest, highest_time, upper, 1.0))
+    sides = (
+        (reached.lower, reached.lower_time, lower, -1.0),
+        (reached.upper, reached.upper_time, upper, 1.0),
+    )
     for value, time, limit, side in sides:
         slack = ROUNDING * (np.where(np.isfinite(limit), np.abs(limit), 0.0) if room is None else room)
         for joint in np.flatnonzero(~(side * value <= side * limit + slack)):

@@ -12,6 +12,7 @@ from ..families.sequence import Sequence
 from ..trajectory import PART_OF_TICK, State, Trajectory, whole_ticks
 from .brake import stopping_reach
 from .moves import brake, move
+from .usable_limits import require_tick
 
 ROUNDING = 1e-9
 """Radians beyond a position limit that are rounding."""
@@ -101,19 +102,17 @@ def _require_inside(what: str, way: Phases, limits: Limits, tick: float) -> None
     highest = np.maximum(reached.upper, (states.position + reach.upper).max(axis=0))
     lower = np.minimum(limits.position_lower, way.position[0]) - ROUNDING
     upper = np.maximum(limits.position_upper, way.position[0]) + ROUNDING
-    for joint in range(way.dof):
+    for joint in np.flatnonzero((lowest < lower) | (highest > upper)):
         below = lowest[joint] < lower[joint]
-        if below or highest[joint] > upper[joint]:
-            value, limit = (lowest, limits.position_lower) if below else (highest, limits.position_upper)
-            raise Infeasible(
-                f"joint {joint + 1}: the {what} or a stop during it reaches {value[joint]:g} rad, limit "
-                f"{limit[joint]:g}. Try another start pose, or begin the motion at a slower instant"
-            )
+        value, limit = (lowest, limits.position_lower) if below else (highest, limits.position_upper)
+        raise Infeasible(
+            f"joint {joint + 1}: the {what} or a stop during it reaches {value[joint]:g} rad, limit "
+            f"{limit[joint]:g}. Try another start pose, or begin the motion at a slower instant"
+        )
 
 
 def _require_ticks(core: Trajectory, tick: float) -> None:
-    if not 0.0 < tick < np.inf:
-        raise BadLimits(f"a tick of {tick:g} s; it must be above 0")
+    require_tick(tick)
     ticks = core.duration / tick
     if abs(ticks - round(ticks)) > PART_OF_TICK:
         raise BadLimits(

@@ -14,9 +14,9 @@ from exidyn.identify.arm.robot import Limits
 
 from ..errors import BadLimits, Infeasible
 from ..families.phases import Phases
-from ..trajectory import State, whole_ticks
+from ..trajectory import UNITS, State, whole_ticks
 from .brake import Reach
-from .usable_limits import require_jerk, require_movable
+from .usable_limits import ranges, require_jerk, require_tick
 
 NEGLIGIBLE = 1e-12
 """Seconds by which a joint may end before the others through rounding alone; at a jerk of 1000 rad/s^3
@@ -39,10 +39,7 @@ def move(start: State, target: State, limits: Limits, tick: float) -> Phases:
         BadLimits: Limits within which no joint can move, or a tick that is none.
         Infeasible: A state that is not a number, or a target beyond the limits.
     """
-    if not 0.0 < tick < np.inf:
-        raise BadLimits(
-            f"a tick of {tick:g} s; it must be above 0. Try the cycle of the controller, such as 0.002"
-        )
+    require_tick(tick)
     _require_state("start", start, limits)
     _require_state("target", target, limits)
     question = _question(limits)
@@ -104,7 +101,6 @@ def brake_reach(velocity: np.ndarray, acceleration: np.ndarray, limits: Limits) 
 
 
 def _question(limits: Limits) -> ruckig.InputParameter:
-    require_movable(limits)
     require_jerk(limits)
     question = ruckig.InputParameter(len(limits.jerk))
     question.max_velocity = list(limits.velocity)
@@ -143,14 +139,14 @@ def _calculate(solver: ruckig.Ruckig, question: ruckig.InputParameter, answer: r
 
 
 def _require_state(what: str, state: State, limits: Limits) -> None:
-    for name, values, unit in zip(State._fields, state, ("rad", "rad/s", "rad/s^2"), strict=True):
+    for name, values in state._asdict().items():
         if np.shape(values) != np.shape(limits.jerk):
             raise BadLimits(
                 f"{what}: {name} of shape {np.shape(values)}; the limits have {len(limits.jerk)} joints"
             )
         for joint in np.flatnonzero(~np.isfinite(values)):
             raise Infeasible(
-                f"joint {joint + 1}: {what} has {name} {values[joint]:g} {unit}; it must be a number"
+                f"joint {joint + 1}: {what} has {name} {values[joint]:g} {UNITS[name]}; it must be a number"
             )
 
 
@@ -159,21 +155,16 @@ def _require_target(target: State, limits: Limits) -> None:
     with np.errstate(divide="ignore"):
         gained = 0.5 * target.acceleration * np.abs(target.acceleration) / limits.jerk
     checks = (
-        ("velocity", target.velocity, limits.velocity_lower, limits.velocity, "rad/s"),
-        ("acceleration", target.acceleration, limits.acceleration_lower, limits.acceleration, "rad/s^2"),
-        (
-            "velocity before its acceleration",
-            target.velocity - gained,
-            limits.velocity_lower,
-            limits.velocity,
-            "rad/s",
-        ),
+        ("velocity", "", target.velocity),
+        ("acceleration", "", target.acceleration),
+        ("velocity", " before its acceleration", target.velocity - gained),
     )
-    for name, values, lower, upper, unit in checks:
+    for name, when, values in checks:
+        lower, upper = ranges(limits)[name]
         for joint in np.flatnonzero((values < lower) | (values > upper)):
             raise Infeasible(
-                f"joint {joint + 1}: {name} of the target is {values[joint]:g} {unit}, allowed are "
-                f"{lower[joint]:g} to {upper[joint]:g}. Try a slower target"
+                f"joint {joint + 1}: {name}{when} of the target is {values[joint]:g} {UNITS[name]}, "
+                f"allowed are {lower[joint]:g} to {upper[joint]:g}. Try a slower target"
             )
 
 

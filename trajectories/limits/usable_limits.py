@@ -1,6 +1,5 @@
 """Usable limits: what a planner keeps to of what the robot may do."""
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -9,6 +8,7 @@ import numpy as np
 from exidyn.identify.arm.robot import Limits, Robot
 
 from ..errors import BadLimits, Infeasible
+from ..joint_names_in_errors import in_words_of
 
 HALF_TURN = np.pi
 """How far a joint without position limits is turned each way, so that cables do not wind up [rad]."""
@@ -78,31 +78,46 @@ def usable(
         BadLimits: A limit that no joint can move within, or that is not said and cannot be assumed.
         Infeasible: A start outside the limits, or nothing left of them.
     """
-    margins = margins or Margins()
-    given = robot.limits
-    require_movable(given, robot)
-    _require_speed(given, robot)
-    lower, upper, assumed = _positions(robot, margins)
-    _require_room(
-        robot, lower, upper, "the margins leave nothing of the position limits. Try smaller margins"
-    )
-    if start is not None:
-        _require_inside(robot, np.asarray(start, float), lower, upper)
-    if window is not None:
-        lower, upper = _in_window(robot, lower, upper, np.asarray(window, float), start)
+    margins, given = margins or Margins(), robot.limits
+    with in_words_of(robot):
+        require_movable(given)
+        _require_speed(given)
+        lower, upper, assumed = _positions(robot, margins)
+        _require_room(lower, upper, "the margins leave nothing of the position limits. Try smaller margins")
+        if start is not None:
+            _require_inside(np.asarray(start, float), lower, upper)
+        if window is not None:
+            lower, upper = _in_window(lower, upper, np.asarray(window, float), start)
     velocity, backward = ((1 - margins.velocity) * v for v in (given.velocity, given.velocity_lower))
-    accelerations, unsaid = _accelerations(robot, margins, velocity, backward)
-    assumed += unsaid
-    jerk = _jerk(given.jerk, margins, *accelerations)
+    unsaid = ~np.isfinite(given.acceleration), ~np.isfinite(given.acceleration_lower)
+    share = 1 - margins.acceleration
+    with np.errstate(invalid="ignore"):  # a share of infinity where nobody said
+        forward = np.where(unsaid[0], velocity / SPEED_UP, share * given.acceleration)
+        slowing = np.where(unsaid[1], backward / SPEED_UP, share * given.acceleration_lower)
+    gentle = np.minimum(forward, -slowing) / BUILD_UP
+    jerk = np.where(np.isfinite(given.jerk), (1 - margins.jerk) * given.jerk, gentle)
+    torque = (1 - margins.torque) * given.torque
+    assumed += _sentence(
+        robot, unsaid[0] | unsaid[1], f"acceleration limit; full speed within {SPEED_UP:g} s"
+    )
     assumed += _sentence(
         robot, ~np.isfinite(given.jerk), f"jerk limit; full acceleration within {BUILD_UP:g} s"
     )
-    torque = (1 - margins.torque) * given.torque
-    limits = Limits(lower, upper, velocity, accelerations[0], jerk, torque, backward, accelerations[1])
+    limits = Limits(lower, upper, velocity, forward, jerk, torque, backward, slowing)
     return UsableLimits(limits, tuple(assumed))
 
 
-def require_movable(limits: Limits, robot: Robot | None = None) -> None:
+def ranges(limits: Limits) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """Lower and upper limit of position, velocity, acceleration and jerk, each of shape (n,), by name."""
+    return {
+        "position": (limits.position_lower, limits.position_upper),
+        "velocity": (limits.velocity_lower, limits.velocity),
+        "acceleration": (limits.acceleration_lower, limits.acceleration),
+        "jerk": (-limits.jerk, limits.jerk),
+    }
+
+
+def require_movable(limits: Limits) -> None:
     """Raise unless every joint has room to move; infinity is room, but not where nobody could ask.
 
     Raises:
@@ -111,49 +126,58 @@ def require_movable(limits: Limits, robot: Robot | None = None) -> None:
     shapes = {name: np.shape(value) for name, value in vars(limits).items()}
     if set(shapes.values()) != {np.shape(limits.velocity)} or np.ndim(limits.velocity) != 1:
         raise BadLimits(f"limits of different shapes: {shapes}; expected one value a joint for each")
-    for what, order, values in _sizes(limits):
-        for joint in _which(~(values > 0.0)):
+    sizes = (
+        ("velocity", "rad/s", limits.velocity),
+        ("backward velocity", "rad/s", -limits.velocity_lower),
+        ("acceleration", "rad/s^2", limits.acceleration),
+        ("backward acceleration", "rad/s^2", -limits.acceleration_lower),
+        ("jerk", "rad/s^3", limits.jerk),
+        ("torque", "N m", limits.torque),
+    )
+    for what, unit, values in sizes:
+        for joint in np.flatnonzero(~(values > 0.0)):
             raise BadLimits(
-                f"{_name(robot, joint)}: {what} limit {values[joint]:g} {_unit(robot, joint, order)}; "
+                f"joint {joint + 1}: {what} limit {values[joint]:g} {unit}; "
                 "no joint can move within it. Try the value of the data sheet, or leave it out if unknown"
             )
-    for joint in _which(~(limits.position_lower < limits.position_upper)):
+    for joint in np.flatnonzero(~(limits.position_lower < limits.position_upper)):
         raise BadLimits(
-            f"{_name(robot, joint)}: lower position limit {limits.position_lower[joint]:g} is not below the "
-            f"upper, {limits.position_upper[joint]:g} {_unit(robot, joint, 0)}. Try to swap or correct them"
+            f"joint {joint + 1}: lower position limit {limits.position_lower[joint]:g} is not below the "
+            f"upper, {limits.position_upper[joint]:g} rad. Try to swap or correct them"
         )
 
 
-def require_jerk(limits: Limits, robot: Robot | None = None) -> None:
-    """Raise where the jerk is not limited: nothing that is asked of a drive may jump in acceleration.
+def require_jerk(limits: Limits) -> None:
+    """Raise as `require_movable`, or where the jerk is not limited: no acceleration of a drive may jump.
 
     Raises:
-        BadLimits: An infinite jerk limit.
+        BadLimits: An infinite jerk limit, or one that no joint can move within.
     """
-    for joint in _which(~np.isfinite(limits.jerk)):
+    require_movable(limits)
+    for joint in np.flatnonzero(~np.isfinite(limits.jerk)):
         raise BadLimits(
-            f"{_name(robot, joint)}: jerk limit {limits.jerk[joint]:g}; a move needs a finite one. "
+            f"joint {joint + 1}: jerk limit {limits.jerk[joint]:g}; a move needs a finite one. "
             "Try `usable`, which assumes one"
         )
 
 
-def _sizes(limits: Limits) -> Iterable[tuple[str, int, np.ndarray]]:
-    """Name, order of derivative (or -1 for torque) and size of the limits that must be above zero."""
-    return (
-        ("velocity", 1, limits.velocity),
-        ("backward velocity", 1, -limits.velocity_lower),
-        ("acceleration", 2, limits.acceleration),
-        ("backward acceleration", 2, -limits.acceleration_lower),
-        ("jerk", 3, limits.jerk),
-        ("torque", -1, limits.torque),
-    )
+def require_tick(tick: float) -> None:
+    """Raise unless a cycle of the controller [s] is above 0 and finite.
+
+    Raises:
+        BadLimits: It is not.
+    """
+    if not 0.0 < tick < np.inf:
+        raise BadLimits(
+            f"a tick of {tick:g} s; it must be above 0. Try the cycle of the controller, such as 0.002"
+        )
 
 
-def _require_speed(limits: Limits, robot: Robot) -> None:
+def _require_speed(limits: Limits) -> None:
     for key, values in (("velocity", limits.velocity), ("velocity_lower", limits.velocity_lower)):
-        for joint in _which(~np.isfinite(values)):
+        for joint in np.flatnonzero(~np.isfinite(values)):
             raise BadLimits(
-                f"{robot.joints[joint]}: no velocity limit is given. Try `{key}` under [limits] in the robot "
+                f"joint {joint + 1}: no velocity limit is given. Try `{key}` under [limits] in the robot "
                 "file, or the velocity of its limit in the URDF"
             )
 
@@ -162,9 +186,9 @@ def _positions(robot: Robot, margins: Margins) -> tuple[np.ndarray, np.ndarray, 
     """Position limits less margins; half a turn each way where there are none."""
     lower, upper = robot.limits.position_lower, robot.limits.position_upper
     endless = np.isinf(lower) & np.isinf(upper) & robot.revolute
-    for joint in _which((np.isinf(lower) | np.isinf(upper)) & ~endless):
+    for joint in np.flatnonzero((np.isinf(lower) | np.isinf(upper)) & ~endless):
         raise BadLimits(
-            f"{robot.joints[joint]}: position limits {lower[joint]:g} to {upper[joint]:g}; only a joint that "
+            f"joint {joint + 1}: position limits {lower[joint]:g} to {upper[joint]:g}; only a joint that "
             "turns without end may have none. Try both limits"
         )
     margin = np.where(robot.revolute, margins.position, margins.slide)
@@ -176,81 +200,47 @@ def _positions(robot: Robot, margins: Margins) -> tuple[np.ndarray, np.ndarray, 
     )
 
 
-def _accelerations(
-    robot: Robot, margins: Margins, velocity: np.ndarray, backward: np.ndarray
-) -> tuple[tuple[np.ndarray, np.ndarray], list[str]]:
-    given = robot.limits
-    unsaid = ~np.isfinite(given.acceleration), ~np.isfinite(given.acceleration_lower)
-    share = 1 - margins.acceleration
-    with np.errstate(invalid="ignore"):  # a share of infinity where nobody said
-        upper = np.where(unsaid[0], velocity / SPEED_UP, share * given.acceleration)
-        lower = np.where(unsaid[1], backward / SPEED_UP, share * given.acceleration_lower)
-    text = f"acceleration limit; full speed within {SPEED_UP:g} s"
-    return (upper, lower), _sentence(robot, unsaid[0] | unsaid[1], text)
-
-
-def _jerk(given: np.ndarray, margins: Margins, upper: np.ndarray, lower: np.ndarray) -> np.ndarray:
-    return np.where(np.isfinite(given), (1 - margins.jerk) * given, np.minimum(upper, -lower) / BUILD_UP)
-
-
 def _in_window(
-    robot: Robot, lower: np.ndarray, upper: np.ndarray, window: np.ndarray, start: np.ndarray | None
+    lower: np.ndarray, upper: np.ndarray, window: np.ndarray, start: np.ndarray | None
 ) -> tuple[np.ndarray, np.ndarray]:
     """Position limits within a window around the start pose."""
+    n = len(lower)
     if start is None:
         raise BadLimits("a correction window is around the start pose. Try to give the start pose with it")
-    if window.shape == (robot.dof,):
+    if window.shape == (n,):
         window = np.stack([-window, window], axis=1)
-    if window.shape != (robot.dof, 2):
-        raise BadLimits(f"window of shape {window.shape}; expected ({robot.dof},) or ({robot.dof}, 2)")
-    for joint in _which(~((window[:, 0] <= 0) & (0 <= window[:, 1]) & (window[:, 0] < window[:, 1]))):
-        low, high = window[joint]
+    if window.shape != (n, 2):
+        raise BadLimits(f"window of shape {window.shape}; expected ({n},) or ({n}, 2)")
+    low, high = window.T
+    for joint in np.flatnonzero(~((low <= 0) & (0 <= high) & (low < high))):
         raise BadLimits(
-            f"{robot.joints[joint]}: correction window {low:g} to {high:g} {_unit(robot, joint, 0)}; it must "
+            f"joint {joint + 1}: correction window {low[joint]:g} to {high[joint]:g} rad; it must "
             "hold the start pose, at 0, and be wider than nothing. Try the limits of AXISCORR"
         )
-    lower, upper = np.maximum(lower, start + window[:, 0]), np.minimum(upper, start + window[:, 1])
+    lower, upper = np.maximum(lower, start + low), np.minimum(upper, start + high)
     _require_room(
-        robot, lower, upper, "nothing is left in the correction window. Try another start or a wider window"
+        lower, upper, "nothing is left in the correction window. Try another start or a wider window"
     )
     return lower, upper
 
 
-def _require_room(robot: Robot, lower: np.ndarray, upper: np.ndarray, why: str) -> None:
-    for joint in _which(~(lower < upper)):
-        raise Infeasible(
-            f"{robot.joints[joint]}: {lower[joint]:g} to {upper[joint]:g} {_unit(robot, joint, 0)}: {why}"
-        )
+def _require_room(lower: np.ndarray, upper: np.ndarray, why: str) -> None:
+    for joint in np.flatnonzero(~(lower < upper)):
+        raise Infeasible(f"joint {joint + 1}: {lower[joint]:g} to {upper[joint]:g} rad: {why}")
 
 
-def _require_inside(robot: Robot, start: np.ndarray, lower: np.ndarray, upper: np.ndarray) -> None:
-    if start.shape != (robot.dof,):
+def _require_inside(start: np.ndarray, lower: np.ndarray, upper: np.ndarray) -> None:
+    if start.shape != lower.shape:
         raise BadLimits(
-            f"start pose of shape {start.shape}; expected one position for each of {robot.dof} joints"
+            f"start pose of shape {start.shape}; expected one position for each of {len(lower)} joints"
         )
-    for joint in _which(~((lower <= start) & (start <= upper))):
+    for joint in np.flatnonzero(~((lower <= start) & (start <= upper))):
         raise Infeasible(
-            f"{robot.joints[joint]}: start {start[joint]:g} is outside {lower[joint]:g} to {upper[joint]:g} "
-            f"{_unit(robot, joint, 0)}, the position limits less margin. "
-            "Try a start inside, or a smaller margin"
+            f"joint {joint + 1}: start {start[joint]:g} is outside {lower[joint]:g} to {upper[joint]:g} "
+            "rad, the position limits less margin. Try a start inside, or a smaller margin"
         )
 
 
 def _sentence(robot: Robot, which: np.ndarray, text: str) -> list[str]:
-    names = [robot.joints[joint] for joint in _which(which)]
+    names = [robot.joints[joint] for joint in np.flatnonzero(which)]
     return [f"{', '.join(names)}: no {text} is assumed"] if names else []
-
-
-def _which(joints: np.ndarray) -> list[int]:
-    return [int(joint) for joint in np.flatnonzero(joints)]
-
-
-def _name(robot: Robot | None, joint: int) -> str:
-    return f"joint {joint + 1}" if robot is None else robot.joints[joint]
-
-
-def _unit(robot: Robot | None, joint: int, order: int) -> str:
-    turns = robot is None or bool(robot.revolute[joint])
-    if order < 0:
-        return "N m" if turns else "N"
-    return ("rad" if turns else "m") + ("", "/s", "/s^2", "/s^3")[order]

@@ -11,7 +11,7 @@ from exidyn.identify.model import Model
 
 from ..limits.check import Violation, check
 from ..limits.torque_peaks import torque_peaks
-from ..search.torque_bound import TorqueBound
+from ..search.bounds.torque_bound import TorqueBound
 from ..trajectory import Range, widest
 from .plan import Plan
 from .plan_use import Use

@@ -8,11 +8,12 @@ import numpy as np
 from exidyn.identify.pages.report_html import NAMELESS, figure, listing, paragraph, rounded, section, table
 from exidyn.identify.pages.report_style import STYLE as REPORT_STYLE
 
+from ..trajectory import unit_of
 from .plan import Plan
 from .plan_check import Torque
 from .plan_plots import STYLE, joint_plot, plan_curves
 from .plan_summary import plan_facts, span
-from .plan_use import Use, unit_of
+from .plan_use import Use, percent
 
 NEAR = 0.9
 """Share of a limit from which a number is coloured as one that is near it."""
@@ -89,15 +90,11 @@ def _use_table(plan: Plan, uses: Sequence[Use]) -> str:
             plan.units[j],
             _cell(span(place.reached.lower[j], place.reached.upper[j]), place, j),
             span(place.lower[j], place.upper[j]),
-            *(_cell(_percent(use.share[j]), use, j) for use in uses[1:]),
+            *(_cell(percent(use.share[j], NAMELESS), use, j) for use in uses[1:]),
         ]
         for j, name in enumerate(plan.joints)
     ]
     return table(head, rows, words=(0, 1))
-
-
-def _percent(share: float) -> str:
-    return f"{100.0 * abs(share):.1f}" if np.isfinite(share) else NAMELESS
 
 
 def _cell(words: str, use: Use, joint: int) -> str:

@@ -7,9 +7,10 @@ import numpy as np
 from exidyn.identify.pages.svg import COLUMNS, Panel, legend, picture, text
 from exidyn.identify.pages.svg_scale import Span
 
+from ..trajectory import unit_of
 from .plan import Plan
 from .plan_check import Torque
-from .plan_use import Use, limit_use, unit_of
+from .plan_use import Use, limit_use, percent
 
 LEFT, WIDTH, RIGHT = 64.0, 512.0, 56.0
 """Pixels: where a panel begins, beside its labels, how wide it is, and what is left for its percentage."""
@@ -119,6 +120,5 @@ def _used(use: Use, joint: int, top: float) -> str:
     if not np.isfinite(share):
         return text(left, middle + 4, "no limit", "tick")
     style = "over" if use.violated[joint] else "inside"
-    return text(left, middle - 2, f"{100.0 * abs(share):.1f} %", style) + text(
-        left, middle + 11, "of limit", "tick"
-    )
+    used = text(left, middle - 2, f"{percent(share, '')} %", style)
+    return used + text(left, middle + 11, "of limit", "tick")

@@ -2,12 +2,10 @@
 
 from collections.abc import Sequence
 
-import numpy as np
-
 from exidyn.identify.text_table import digits, paragraph, table
 
 from .plan import Plan
-from .plan_use import Use
+from .plan_use import Use, percent
 from .trajectory_rows import family_words
 
 
@@ -48,7 +46,7 @@ def use_table(plan: Plan, uses: Sequence[Use]) -> list[str]:
             name,
             f"{span(position.reached.lower[j], position.reached.upper[j])} {plan.units[j]}",
             span(position.lower[j], position.upper[j]),
-            *(_percent(use.share[j]) for use in others),
+            *(percent(use.share[j], "no limit") for use in others),
         ]
         for j, name in enumerate(plan.joints)
     ]
@@ -58,7 +56,3 @@ def use_table(plan: Plan, uses: Sequence[Use]) -> list[str]:
 def span(low: float, high: float) -> str:
     """A range with two digits behind the point."""
     return f"{low:.2f} .. {high:.2f}"
-
-
-def _percent(share: float) -> str:
-    return f"{100.0 * abs(share):.1f}" if np.isfinite(share) else "no limit"

@@ -1,11 +1,14 @@
 """A plan as TOML that people can read, and back, every float to its last digit.
 
 The tables that a plan must have stand last, behind the coefficients, so that a file that was cut off
-anywhere lacks one and cannot pass for a shorter motion.
+anywhere lacks one and cannot pass for a shorter motion. The checksum in the second line shows that any other
+line was changed: a digit that a disk, a copy or an editor changed leaves a motion that is as well formed.
 """
 
+import hashlib
+import re
 from collections.abc import Callable, Mapping
-from dataclasses import MISSING, fields
+from dataclasses import fields
 from functools import partial
 from typing import Any
 
@@ -23,9 +26,8 @@ from exidyn.identify.robot_files.toml_fields import (
 from exidyn.identify.robot_files.toml_text import block, lines
 
 from ..errors import NotATrajectory
-from .checksum import require_unchanged, sealed
 from .plan import Plan
-from .trajectory_rows import read_trajectory, trajectory_blocks
+from .trajectory_rows import needed, read_trajectory, trajectory_blocks
 
 FORMAT = 1
 """Goes up when a reader of the former version would misunderstand a file."""
@@ -38,6 +40,7 @@ HEAD = (
 TABLES = ("details", "trajectory", "margins", "limits")
 KEYS = ("checksum", "format", "kind", *HEAD, *TABLES)
 UNITS = ("rad", "m")
+CHECKSUM = re.compile(r'^checksum = "([^"\n]*)"\r?\n', re.MULTILINE)
 REMARK = "# A motion planned by exidyn, in SI units; 'exidyn show' plots it."
 
 
@@ -51,7 +54,7 @@ def plan_text(plan: Plan) -> str:
         block("[margins]", plan.margins),
         block("[limits]", {f.name: getattr(plan.limits, f.name) for f in fields(Limits)}),
     ]
-    return sealed("\n\n".join(parts) + "\n")
+    return _sealed("\n\n".join(parts) + "\n")
 
 
 def parse_plan(text: str, where: str = "trajectory file") -> Plan:
@@ -66,7 +69,7 @@ def parse_plan(text: str, where: str = "trajectory file") -> Plan:
         raise NotATrajectory(f"{error}; was the file cut off?") from error
     try:
         plan = _plan(table)
-        require_unchanged(text)
+        _require_unchanged(text)
         return plan
     except (NotATrajectory, RobotError) as error:
         raise NotATrajectory(f"{where}: {error}") from error
@@ -75,9 +78,9 @@ def parse_plan(text: str, where: str = "trajectory file") -> Plan:
 def _plan(table: Mapping[str, Any]) -> Plan:
     _check_kind(table)
     check_keys(table, KEYS, "top level")
-    needed = {f.name for f in fields(Plan) if f.default is MISSING and f.default_factory is MISSING}
+    wanted = {*TABLES, *(f.name for f in fields(Plan) if needed(f))}
     for key in KEYS:
-        if key not in table and (key in needed or key in TABLES):
+        if key not in table and key in wanted:
             raise NotATrajectory(f"'{key}' is missing; was the file cut off?")
     joints = _strings(table["joints"], "joints")
     given = {key: read(table[key], key) for key, read in READERS.items() if key in table}
@@ -87,6 +90,31 @@ def _plan(table: Mapping[str, Any]) -> Plan:
         limits=_limits(table["limits"], len(joints)),
         **given,
     )
+
+
+def _sealed(text: str) -> str:
+    """The text with its checksum in the second line."""
+    first, rest = text.split("\n", 1)
+    return f'{first}\nchecksum = "{_checksum(text)}"\n{rest}'
+
+
+def _require_unchanged(text: str) -> None:
+    """Compare a text with its checksum; one without was written by hand and passes.
+
+    Raises:
+        NotATrajectory: It is another text than was sealed.
+    """
+    found = CHECKSUM.search(text)
+    if found and found[1] != _checksum(text[: found.start()] + text[found.end() :]):
+        raise NotATrajectory(
+            f"the file has changed since exidyn wrote it: its checksum is not {found[1]} any more. Plan the "
+            "motion again, or, if the change is meant, remove the line that begins with 'checksum'"
+        )
+
+
+def _checksum(text: str) -> str:
+    """Of the lines, however they end."""
+    return hashlib.sha256("\n".join(text.splitlines()).encode()).hexdigest()[:16]
 
 
 def _check_kind(table: Mapping[str, Any]) -> None:

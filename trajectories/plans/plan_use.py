@@ -5,10 +5,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ..limits.check import ROUNDING
+from ..limits.usable_limits import ranges
 from ..trajectory import Range
 from .plan import Plan
-
-DERIVATIVES = ("position", "velocity", "acceleration", "jerk")
 
 
 class Use(NamedTuple):
@@ -56,19 +55,10 @@ class Use(NamedTuple):
 
 def limit_use(plan: Plan) -> list[Use]:
     """Position, velocity, acceleration and jerk against the limits, between samples too."""
-    limits, extremes = plan.limits, plan.trajectory.extremes()
-    bounds = {
-        "position": (limits.position_lower, limits.position_upper),
-        "velocity": (limits.velocity_lower, limits.velocity),
-        "acceleration": (limits.acceleration_lower, limits.acceleration),
-        "jerk": (-limits.jerk, limits.jerk),
-    }
-    return [Use(name, getattr(extremes, name), *bounds[name]) for name in DERIVATIVES]
+    bounds, extremes = ranges(plan.limits), plan.trajectory.extremes()
+    return [Use(name, reached, *bounds[name]) for name, reached in extremes._asdict().items()]
 
 
-def unit_of(name: str, position: str) -> str:
-    """Unit of a quantity of a joint whose position is in `position`, "rad" or "m"."""
-    powers = {"position": "", "velocity": "/s", "acceleration": "/s^2", "jerk": "/s^3"}
-    if name == "torque":
-        return "N m" if position == "rad" else "N"
-    return position + powers[name]
+def percent(share: float, unknown: str) -> str:
+    """The share of a limit that is used in per cent, or what stands for one that is not known."""
+    return f"{100.0 * abs(share):.1f}" if np.isfinite(share) else unknown

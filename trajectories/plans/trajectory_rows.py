@@ -87,7 +87,7 @@ def read_trajectory(table: object, where: str) -> Trajectory:
     assert isinstance(table, Mapping)
     hints = get_type_hints(kind)
     for name, declaration in declared.items():
-        if name not in table and _needed(declaration):
+        if name not in table and needed(declaration):
             expected = _words(hints[name])
             raise NotATrajectory(
                 f"{where}: key '{name}' is missing, expected {expected}; was the file cut off?"
@@ -109,7 +109,8 @@ def _family(table: object, where: str) -> type[Trajectory]:
     return FAMILIES[name]
 
 
-def _needed(declaration: "Field[Any]") -> bool:
+def needed(declaration: "Field[Any]") -> bool:
+    """Whether a field has no default, so that a file must say it."""
     return declaration.default is MISSING and declaration.default_factory is MISSING
 
 

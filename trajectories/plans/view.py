@@ -14,11 +14,11 @@ from exidyn.identify.model import Model
 from exidyn.identify.pages.views.view_arm import arm_tree, arm_view, log_arm
 from exidyn.identify.pages.views.view_parts import JOINTS, TIMELINE, WHITE, open_viewer, send
 
+from ..trajectory import unit_of
 from .plan import Plan
 from .plan_check import believed_torque, violations
 from .plan_plots import Curve, plan_curves
 from .plan_summary import summary
-from .plan_use import unit_of
 
 ARM = "arm"
 FRAMES = 60.0

@@ -14,16 +14,16 @@ from ..clearances.clearance import Clearance
 from ..clearances.configurations import clear_position
 from ..errors import BadLimits, Infeasible
 from ..families.fourier import Fourier
-from .basis import Basis
-from .bounds import kinematic_bounds
-from .clearance_bound import ClearanceBound
-from .design_model import design_model
-from .goals import Goal
+from .bounds.clearance_bound import ClearanceBound
+from .bounds.kinematic_bounds import kinematic_bounds
+from .bounds.torque_bound import TorqueBound
+from .information.design_model import design_model
+from .information.goals import Goal
 from .parallel import Stop, run_all, tell
-from .problem import Problem
 from .shrink import inside_kinematics, shrink_inside
-from .solve import Search, solve
-from .torque_bound import TorqueBound
+from .solver.basis import Basis
+from .solver.problem import Problem
+from .solver.solve import Search, solve
 
 PER_HARMONIC = 20
 """Samples of the objective a period of the highest harmonic: inertial torque has up to four times its
@@ -92,7 +92,7 @@ def excite(
         setting: Limits, harmonics, period.
         starts: Random starts, with seeds `seed`, `seed` + 1 and so on.
         seed: Of the first.
-        seconds: Time after which the best so far is returned [s].
+        seconds: Of search, after which the best so far is returned; to start processes comes before [s].
         executor: Where starts run; a pool of processes unless given.
         progress: Called with a sentence whenever a start ends, and now and then while they run.
 
@@ -195,7 +195,6 @@ def finished(goal: Goal, setting: Setting, series: list[Fourier], seed: int, sea
 
 def joined(motions: Sequence[Motion]) -> Motion:
     """Motions one after the other, as one."""
-    position = np.concatenate([motion.position for motion in motions])
-    velocity = np.concatenate([motion.velocity for motion in motions])
-    acceleration = np.concatenate([motion.acceleration for motion in motions])
+    states = [(motion.position, motion.velocity, motion.acceleration) for motion in motions]
+    position, velocity, acceleration = (np.concatenate(parts) for parts in zip(*states, strict=True))
     return Motion.of(np.arange(len(position)) * FINE, position, velocity, acceleration)

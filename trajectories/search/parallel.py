@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
+from math import inf
 from multiprocessing import get_context
 from threading import current_thread, main_thread
 from typing import Any
@@ -20,6 +21,8 @@ POLL = 0.2
 
 _stopping: Any = None
 """In a process of the pool: the event that asks it to end."""
+_begun: Any = None
+"""In a process of the pool: the event that says that a task has begun."""
 _teller: Callable[[Any], None] = lambda _: None  # noqa: E731
 """Where what a task tells goes."""
 
@@ -40,7 +43,7 @@ def run_all(
     Args:
         work: What to do; must be importable by other processes.
         tasks: Arguments of each call.
-        seconds: For all together [s].
+        seconds: For all together, from when the first begins: a process takes seconds to start [s].
         executor: Where to run; unless given a pool of processes, or this one for one task or on one core.
         note: Called in this process.
         hear: Called in this process with what tasks `tell` while they run; an executor's are not heard.
@@ -72,17 +75,17 @@ def _in_processes(
 ) -> None:
     """In a pool of processes, which is gone when this returns or raises."""
     context = get_context("spawn")
-    event, said = context.Event(), context.SimpleQueue()
+    event, begun, said = context.Event(), context.Event(), context.SimpleQueue()
 
     def listen() -> None:
         while not said.empty():
             hear(said.get())
 
-    with _one_thread_each(), ProcessPoolExecutor(workers, context, _begin, (event, said)) as pool:
+    with _one_thread_each(), ProcessPoolExecutor(workers, context, _begin, (event, begun, said)) as pool:
         try:
             with _deaf_to_interrupts():  # else it would kill a process that still imports
                 futures = [pool.submit(_call, work, task, share) for task in tasks]
-            _gather(futures, seconds, note, event.set, listen)
+            _gather(futures, seconds, note, event.set, listen, begun.is_set)
         except BrokenProcessPool as error:
             raise TrajectoryError(
                 "a process of the search died: memory may have run out, or a script was not guarded. Try to "
@@ -98,19 +101,22 @@ def _gather(
     note: Callable[[Any], None],
     ask_to_stop: Callable[[], None],
     listen: Callable[[], None] = lambda: None,
+    begun: Callable[[], bool] = lambda: True,
 ) -> None:
-    """Hand results on as they come; stop at the end of the time or on an interrupt."""
-    begun, left, stopped = time.monotonic(), set(futures), False
+    """Hand results on as they come; stop at the end of the time after one has begun, or on an interrupt."""
+    end, left, stopped = inf, set(futures), False
     try:
         while left:
             try:
+                if end == inf and begun():
+                    end = time.monotonic() + seconds
                 done = wait(left, timeout=POLL, return_when="FIRST_COMPLETED").done
                 listen()
                 while done:
                     future = done.pop()
                     left.discard(future)
                     note(future.result())
-                enough = time.monotonic() - begun > seconds
+                enough = time.monotonic() > end
             except KeyboardInterrupt:
                 if stopped:
                     raise  # asked twice
@@ -125,6 +131,8 @@ def _gather(
 
 
 def _call(work: Callable[..., Any], task: tuple[Any, ...], seconds: float) -> Any:
+    if _begun is not None:
+        _begun.set()
     return work(*task, seconds, _asked)
 
 
@@ -149,10 +157,10 @@ def _told_to(hear: Callable[[Any], None]) -> Iterator[None]:
         _teller = before
 
 
-def _begin(event: Any, said: Any) -> None:
+def _begin(event: Any, begun: Any, said: Any) -> None:
     """First thing in a process of the pool: an interrupt is the parent's to handle."""
-    global _stopping, _teller
-    _stopping, _teller = event, said.put
+    global _stopping, _begun, _teller
+    _stopping, _begun, _teller = event, begun, said.put
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
@@ -193,13 +201,11 @@ def _deaf_to_interrupts() -> Iterator[None]:
 def _one_thread_each() -> Iterator[None]:
     """Processes begun inside do their linear algebra on one thread, so as not to take each other's core."""
     names = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
-    before = {name: os.environ.get(name) for name in names}
+    before = {name: os.environ[name] for name in names if name in os.environ}
     os.environ.update(dict.fromkeys(names, "1"))
     try:
         yield
     finally:
-        for name, value in before.items():
-            if value is None:
-                del os.environ[name]
-            else:
-                os.environ[name] = value
+        for name in names:
+            del os.environ[name]
+        os.environ.update(before)

@@ -10,8 +10,9 @@ from ..clearances.clearance import Clearance
 from ..errors import Infeasible
 from ..families.fourier import Fourier
 from ..limits.check import Violation, check
-from .goals import Goal
-from .torque_bound import TorqueBound
+from ..limits.usable_limits import ranges
+from .bounds.torque_bound import TorqueBound
+from .information.goals import Goal
 
 STEP = 0.99
 """Share of the excursion left after a step where no ratio says how much is too much."""
@@ -21,17 +22,10 @@ STEPS = 150
 
 def inside_kinematics(series: Fourier, limits: Limits, share: float = 1.0) -> Fourier:
     """Each joint's excursion scaled to `share` of what its tightest limit allows; up or down."""
-    found = series.extremes()
-    centre = series.centre
-    room = [
-        (limits.position_upper - centre) / (found.position.upper - centre),
-        (limits.position_lower - centre) / (found.position.lower - centre),
-        limits.velocity / found.velocity.upper,
-        limits.velocity_lower / found.velocity.lower,
-        limits.acceleration / found.acceleration.upper,
-        limits.acceleration_lower / found.acceleration.lower,
-        limits.jerk / np.maximum(found.jerk.upper, -found.jerk.lower),
-    ]
+    room = []
+    for (name, (lower, upper)), found in zip(ranges(limits).items(), series.extremes(), strict=True):
+        about = series.centre if name == "position" else 0.0
+        room += [(upper - about) / (found.upper - about), (lower - about) / (found.lower - about)]
     return series.scaled(share * np.min(room, axis=0))
 
 

@@ -17,9 +17,9 @@ from exidyn.identify.fit.estimators import ESTIMATORS
 from exidyn.identify.recordings.recording import KnownPayload, Recording
 from exidyn.identify.robot_files.robot_file import read_model
 from exidyn.identify.simulation.simulate import Sensors, exact_current, simulate
-from exidyn.trajectories.planning import plan
-from exidyn.trajectories.random_fourier import random_fourier
-from exidyn.trajectories.wishes import Wishes
+from exidyn.trajectories.planning.planner import plan
+from exidyn.trajectories.planning.wishes import Wishes
+from exidyn.trajectories.random_motion import random_fourier
 
 from ..kr270 import MASS, believed, equations_of, gain_error, plant
 

@@ -24,10 +24,10 @@ from exidyn.trajectories.clearances.region_rows import read_regions
 from exidyn.trajectories.errors import Infeasible
 from exidyn.trajectories.limits.check import check
 from exidyn.trajectories.limits.moves import brake_reach
-from exidyn.trajectories.planning import plan
+from exidyn.trajectories.planning.planner import plan
+from exidyn.trajectories.planning.wishes import Wishes
 from exidyn.trajectories.plans.plan import Plan
 from exidyn.trajectories.trajectory import States
-from exidyn.trajectories.wishes import Wishes
 
 FINER = 10
 """Samples a tick in the check; a joint at 3 rad/s and 20 rad/s^2 then moves 4e-7 rad off a straight line."""

@@ -11,10 +11,10 @@ from exidyn.identify.robot_files.geometry import read_geometry
 from exidyn.trajectories.clearances.self_collision import SelfCollision
 from exidyn.trajectories.families.fourier import Fourier
 from exidyn.trajectories.search.excite import Setting, problem_of, random_start
-from exidyn.trajectories.search.goals import Identify
-from exidyn.trajectories.search.information import Experiment
+from exidyn.trajectories.search.information.experiment import Experiment
+from exidyn.trajectories.search.information.goals import Identify
 from exidyn.trajectories.search.shrink import shrink_inside
-from exidyn.trajectories.search.solve import Search, solve
+from exidyn.trajectories.search.solver.solve import Search, solve
 
 from .arm import RATE, Arm, States
 from .peers import DURATION, HARMONICS, Best, Clock, PeerResult
@@ -93,9 +93,9 @@ def gradient(arm: Arm, repeats: int = 5) -> dict[str, float]:
     def value(unknowns: np.ndarray) -> float:
         return objective.value(problem.basis.motion(problem.coefficients(unknowns)))
 
-    exact = problem.value(at, objective)[1]
+    exact = problem.value(at, objective)[1]()
     central = np.array([_central(value, at, k) for k in range(len(at))])
-    exact_time = _fastest(lambda: problem.value(at, objective), repeats)
+    exact_time = _fastest(lambda: problem.value(at, objective)[1](), repeats)
     steps = 1e-7 * np.eye(len(at))
     forward_time = _fastest(lambda: [value(at), *(value(at + step) for step in steps)], 2)
     error = float(np.max(np.abs(exact - central)) / np.max(np.abs(central)))

@@ -11,7 +11,7 @@ from exidyn.identify.export.mjcf import STEP
 from exidyn.identify.model import Model
 from exidyn.identify.simulation.follow import follow
 from exidyn.identify.simulation.plant import DriveControl, Plant
-from exidyn.trajectories.random_fourier import random_fourier
+from exidyn.trajectories.random_motion import random_fourier
 
 TICK = 0.002
 """From command to command, and from sample to sample [s]."""

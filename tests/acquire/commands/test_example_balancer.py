@@ -16,7 +16,7 @@ from exidyn.trajectories.families.fourier import Fourier
 from exidyn.trajectories.limits.leads import with_leads
 from exidyn.trajectories.plans.plan import Plan
 from exidyn.trajectories.plans.plan_file import write_plan
-from exidyn.trajectories.random_fourier import random_fourier
+from exidyn.trajectories.random_motion import random_fourier
 
 TICK, PERIOD = 0.002, 6.0
 

@@ -13,7 +13,7 @@ from exidyn.identify.model import Model
 from exidyn.identify.preparation.prepare import Filtering, prepare
 from exidyn.identify.recordings.recording import KnownPayload, Recording, Signal
 from exidyn.identify.simulation.simulate import Sensors, simulate
-from exidyn.trajectories.random_fourier import random_fourier
+from exidyn.trajectories.random_motion import random_fourier
 
 from ...parts.runs.robots import six_axis
 from ...parts.small.two_joints import GAIN, MASS, model, trajectory, true_values

@@ -27,7 +27,7 @@ from exidyn.identify.simulation.plant import (
 )
 from exidyn.identify.simulation.plant.typical import typical_parts
 from exidyn.identify.simulation.simulate import exact_current
-from exidyn.trajectories.random_fourier import random_fourier
+from exidyn.trajectories.random_motion import random_fourier
 
 from ...parts.runs.robots import six_axis, sliding
 from ...parts.runs.simulated import (

@@ -9,7 +9,7 @@ from exidyn.acquire.run.run_head import RunHead
 from exidyn.drivers import Command, Sample
 from exidyn.identify.effects import Payload
 from exidyn.identify.simulation.simulate import Sensors, exact_current
-from exidyn.trajectories.random_fourier import random_fourier
+from exidyn.trajectories.random_motion import random_fourier
 
 SENSORS = Sensors(current_noise=0.01, encoder_noise=1e-6, encoder_step=4e-6)
 EPOCH = 1_700_000_000_000_000_000

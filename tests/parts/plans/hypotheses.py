@@ -20,8 +20,8 @@ from exidyn.identify.effects import (
 from exidyn.identify.model import Model
 from exidyn.trajectories.discrimination.hypothesis import Hypothesis
 from exidyn.trajectories.discrimination.separation import Observation, separation
-from exidyn.trajectories.search.basis import Basis
-from exidyn.trajectories.search.unknowns import DriveGains
+from exidyn.trajectories.search.information.unknowns import DriveGains
+from exidyn.trajectories.search.solver.basis import Basis
 
 from ..small.two_joints import arm
 

@@ -12,7 +12,7 @@ from exidyn.identify.effects import Belief, JointSpring
 from exidyn.identify.model import Model
 from exidyn.identify.recordings.recording import Recording
 from exidyn.identify.simulation.simulate import simulate
-from exidyn.trajectories.random_fourier import random_fourier
+from exidyn.trajectories.random_motion import random_fourier
 
 from . import two_joints
 

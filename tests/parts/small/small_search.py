@@ -14,7 +14,7 @@ from exidyn.identify.effects import Effect
 from exidyn.identify.model import Model
 from exidyn.identify.recordings.recording import Recording, Signal
 from exidyn.identify.simulation.simulate import simulate
-from exidyn.trajectories.random_fourier import random_fourier
+from exidyn.trajectories.random_motion import random_fourier
 
 from . import two_joints
 from .small_diagnosis import TRUE, believed

@@ -10,7 +10,7 @@ from exidyn.identify.effects import CoulombFriction, CurrentOffset, Payload, Rig
 from exidyn.identify.fit.base_parameters import base_parameters
 from exidyn.identify.fit.equations import Equations
 from exidyn.identify.model import Model
-from exidyn.trajectories.random_fourier import random_fourier
+from exidyn.trajectories.random_motion import random_fourier
 
 GAIN = np.array([-40.0, 25.0])
 """Believed and true drive gains [N m/A]."""

@@ -14,8 +14,8 @@ from exidyn.trajectories.discrimination.discriminate import FLOOR, Discriminate,
 from exidyn.trajectories.discrimination.hypothesis import Hypothesis
 from exidyn.trajectories.discrimination.separation import Observation, probability, separation
 from exidyn.trajectories.errors import NotComparable
-from exidyn.trajectories.search.basis import Basis
 from exidyn.trajectories.search.excite import FINE, Setting, excite, random_start
+from exidyn.trajectories.search.solver.basis import Basis
 
 from ...parts.plans.hypotheses import (
     NOISE,
@@ -60,7 +60,7 @@ def test_gradient_of_the_objective(pair, power):
     found, gradient = objective(at)
     assert found == pytest.approx(value(0.0), rel=1e-12)
     expected = (value(step) - value(-step)) / (2 * step)
-    along = sum(np.sum(getattr(gradient, name) * s) for name, s in shift.items())
+    along = sum(np.sum(getattr(gradient(), name) * s) for name, s in shift.items())
     assert along == pytest.approx(expected, rel=2e-5, abs=1e-7)
 
 
@@ -85,7 +85,7 @@ def test_coupled_drives_are_seen_one_by_one():
     )
     shift = random.normal(size=at.position.shape)
     sides = [objective.value(replace(at, position=at.position + s * shift)) for s in (step, -step)]
-    along = np.sum(objective(at)[1].position * shift)
+    along = np.sum(objective(at)[1]().position * shift)
     assert along == pytest.approx((sides[0] - sides[1]) / (2 * step), rel=2e-5, abs=1e-7)
 
 
@@ -94,7 +94,7 @@ def test_gradient_of_three_hypotheses_by_coefficients():
     basis, random = Basis(5.0, 3, 60), np.random.default_rng(2)
     coefficients, direction = random.normal(size=(2, basis.rows, 2)) / 3
     objective = Separate(goal, 4.0)
-    gradient = basis.pull(objective(basis.motion(coefficients))[1])
+    gradient = basis.pull(objective(basis.motion(coefficients))[1]())
     sides = [objective.value(basis.motion(coefficients + s * direction)) for s in (1e-6, -1e-6)]
     assert np.sum(gradient * direction) == pytest.approx((sides[0] - sides[1]) / 2e-6, rel=1e-5)
 
@@ -154,7 +154,7 @@ def test_identical_hypotheses_have_a_finite_objective():
     twin = replace(balancer(), name="twin")
     value, gradient = Separate(Discriminate((balancer(), twin), OBSERVATION))(motion())
     assert value == pytest.approx(-np.log(FLOOR), abs=1e-3)
-    assert all(np.all(np.isfinite(getattr(gradient, n))) for n in ("position", "velocity", "acceleration"))
+    assert all(np.all(np.isfinite(getattr(gradient(), n))) for n in ("position", "velocity", "acceleration"))
 
 
 def test_excite_takes_the_goal():

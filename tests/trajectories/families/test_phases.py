@@ -32,7 +32,7 @@ def test_it_is_the_jerk_integrated():
         np.testing.assert_allclose(
             change, rate * np.diff(time)[:, None], atol=2e-11 if lower != "acceleration" else 2e-5
         )
-    np.testing.assert_array_equal(motion.start_state, start)
+    np.testing.assert_array_equal(motion.state_at(0.0), start)
     np.testing.assert_allclose(motion.end_state.acceleration, [-0.5 + 0.2 - 0.6, 0.6 + 0.9])
 
 

@@ -89,10 +89,10 @@ def test_leads_begin_and_end_at_rest_and_keep_every_limit(seed, start):
     assert middle is core
     for part in run.parts:
         assert part.duration / TICK == pytest.approx(round(part.duration / TICK), abs=1e-6)
-    np.testing.assert_array_equal(rest.start_state, again.end_state)
-    assert not np.any([rest.start_state.velocity, rest.start_state.acceleration])
+    np.testing.assert_array_equal(rest.state_at(0.0), again.end_state)
+    assert not np.any([rest.state_at(0.0).velocity, rest.state_at(0.0).acceleration])
     if start is not None:
-        np.testing.assert_array_equal(rest.start_state.position, start)
+        np.testing.assert_array_equal(rest.state_at(0.0).position, start)
     for lead in (into, out):
         assert np.all(stoppable(lead.every(TICK), LIMITS))
         reached = lead.extremes()
@@ -147,7 +147,7 @@ def test_lead_in_from_a_measured_state_joins_the_trajectory():
     core = series()
     measured = State(np.array([-1.0, 0.7]), np.array([0.3, -0.2]), np.array([1.0, 2.0]))
     way = lead_in(measured, core, LIMITS, TICK)
-    np.testing.assert_array_equal(way.start_state, measured)
+    np.testing.assert_array_equal(way.state_at(0.0), measured)
     run = Sequence((way, core))
     np.testing.assert_allclose(way.end_state, first(core), atol=1e-8)
     assert run.duration == pytest.approx(way.duration + 5.0)

@@ -52,7 +52,7 @@ def test_derivatives_are_those_of_the_reach(seed):
     velocity, acceleration, limits = random_case(seed)
     slopes = stopping_reach_gradient(velocity, acceleration, limits)
     step = 1e-6
-    for shift, found in (((step, 0.0), slopes[0::2]), ((0.0, step), slopes[1::2])):
+    for shift, found in (((step, 0.0), slopes[0]), ((0.0, step), slopes[1])):
         here = np.stack(stopping_reach(velocity, acceleration, limits))
         after = np.stack(stopping_reach(velocity + shift[0], acceleration + shift[1], limits))
         before = np.stack(stopping_reach(velocity - shift[0], acceleration - shift[1], limits))

@@ -8,7 +8,7 @@ from exidyn.trajectories.families.fourier import Fourier
 from exidyn.trajectories.families.phases import Phases
 from exidyn.trajectories.limits import check as check_module
 from exidyn.trajectories.limits.brake import Reach
-from exidyn.trajectories.limits.check import UNITS, Violation, check
+from exidyn.trajectories.limits.check import VIOLATED, Violation, check
 from exidyn.trajectories.limits.torque_peaks import torque_peaks
 from exidyn.trajectories.trajectory import Extremes, Range, State, States, Trajectory
 
@@ -145,7 +145,7 @@ def test_sentences_name_joint_value_limit_and_unit():
     stop = Violation("stop", 0, 0.5, 2.0, 1.0).sentence(("a", "b"))
     assert stop == "a: a stop begun at 0.500 s reaches 2, limit 1 rad"
     assert Violation("torque", 0, 0.5, 2.0, 1.0).sentence(("a",), {0}).endswith("limit 1 N")
-    assert set(UNITS) == {"position", "velocity", "acceleration", "jerk", "stop", "torque"}
+    assert set(VIOLATED) == {"position", "velocity", "acceleration", "jerk", "stop", "torque"}
 
 
 @dataclass(frozen=True, eq=False)

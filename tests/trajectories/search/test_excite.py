@@ -13,11 +13,11 @@ from exidyn.trajectories.errors import BadLimits, Infeasible
 from exidyn.trajectories.limits.check import check
 from exidyn.trajectories.limits.usable_limits import usable
 from exidyn.trajectories.search import excite as searching
-from exidyn.trajectories.search.basis import Basis
-from exidyn.trajectories.search.criteria import volume
+from exidyn.trajectories.search.bounds.torque_bound import TorqueBound
 from exidyn.trajectories.search.excite import FINE, excite, finished, one_start, problem_of, random_start
-from exidyn.trajectories.search.solve import Search
-from exidyn.trajectories.search.torque_bound import TorqueBound
+from exidyn.trajectories.search.information.criteria import volume
+from exidyn.trajectories.search.solver.basis import Basis
+from exidyn.trajectories.search.solver.solve import Search
 
 from ...parts.plans.excitation import TICK, goal, limits, setting, smooth_model
 from ...parts.runs.robots import kinematics
@@ -182,7 +182,7 @@ def test_arms_of_one_joint_and_of_slides(joints):
 
 def test_a_stop_from_another_thread_ends_a_search_of_hours(monkeypatch):
     """What a graphical program does: searches in a thread, and asks it to end."""
-    monkeypatch.setattr("exidyn.trajectories.search.solve.STEPS", 10**6)
+    monkeypatch.setattr("exidyn.trajectories.search.solver.solve.STEPS", 10**6)
     asked, begun = threading.Event(), []
 
     def stop():

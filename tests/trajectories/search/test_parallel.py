@@ -25,6 +25,7 @@ from ...parts.plans.parallel_work import (
     told_time,
     until_asked,
 )
+from ...parts.plans.slow_to_import import time_until_asked
 
 
 @pytest.fixture
@@ -66,6 +67,11 @@ def test_at_the_end_of_the_time_running_tasks_tell_what_they_have(two):
     assert found
     assert set(found) < {1, 2, 3, 4, 5, 6}
     assert not multiprocessing.active_children()
+
+
+def test_the_time_begins_when_a_process_has_begun_to_work(two):
+    """Not when it is started: to import the linear algebra alone takes longer than a short search."""
+    assert max(collected(time_until_asked, [1, 2], seconds=0.3)) > 0.2
 
 
 @pytest.mark.parametrize("after", [0, 4], ids=["while they begin", "while they work"])

@@ -1,0 +1,317 @@
+"""Planning: from wishes to plans that can be run, and one clear error for each wish that cannot be."""
+
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from exidyn.identify.effects import Payload, known_parameters
+from exidyn.identify.errors import DifferentRobot
+from exidyn.identify.model import Model
+from exidyn.identify.robot_files.robot_file import read_model
+from exidyn.trajectories.errors import BadLimits, Infeasible, NothingToIdentify, UnknownChoice
+from exidyn.trajectories.families.fourier import Fourier
+from exidyn.trajectories.limits.check import check
+from exidyn.trajectories.limits.usable_limits import usable
+from exidyn.trajectories.planning.goal_after_fit import learned
+from exidyn.trajectories.planning.identification_goal import (
+    NOISE,
+    believed_noise,
+    identification_goal,
+)
+from exidyn.trajectories.planning.planner import plan
+from exidyn.trajectories.planning.wishes import Wishes, periods_of
+from exidyn.trajectories.search.bounds.torque_bound import TorqueBound
+from exidyn.trajectories.search.information.criteria import Focus, average, condition, worst
+
+from ...parts.plans.excitation import TICK, limits, smooth_model
+from ...parts.small import two_joints
+from ...parts.small.small_fit import fit, plain_fit
+
+WISHES = Wishes(harmonics=2, period=4.0, seconds=7.0, tick=TICK, rest=0.5)
+BODY = known_parameters(3.0, (0.1, 0.0, 0.05))
+
+
+def planned(wishes=WISHES, model=None, **said):
+    """One start, here."""
+    return plan(model or two_joints.model(), wishes, starts=1, seconds=1e6, **said)
+
+
+def core(one):
+    return next(part for part in one.trajectory.parts if isinstance(part, Fourier))
+
+
+def inside(one, model, payloads=("",), kept=None):
+    kept = kept or limits()
+    for payload in payloads:
+        assert not check(one.trajectory, kept, TICK, TorqueBound(model, kept.torque).of(payload))
+
+
+@pytest.fixture(scope="module")
+def usual():
+    (one,) = planned(seed=5)
+    return one
+
+
+def test_a_plan_says_what_it_is(usual):
+    assert (usual.criterion, usual.seed, usual.tick, usual.payload_pair) == ("condition", 5, TICK, False)
+    assert usual.details["goal"] == f"condition number {usual.reached:.4g}"
+    assert usual.details["period"] == 4.0
+    assert usual.details["harmonics"] == 2
+    assert usual.margins == vars(WISHES.margins)
+    (said,) = usual.assumed
+    assert said.startswith("Fv1, Fv2, Fc1, Fc2, Off1, Off2: nothing is said of them")
+
+
+def test_a_plan_is_a_whole_run_inside_all_limits(usual):
+    inside(usual, two_joints.model())
+    motion = core(usual)
+    assert (motion.period, motion.periods) == (4.0, 2)
+    states = usual.trajectory.every(TICK)
+    assert not np.any(states.velocity[[0, -1]])
+    assert not np.any(states.velocity[: int(0.5 / TICK)])
+    assert usual.trajectory.duration / TICK == pytest.approx(round(usual.trajectory.duration / TICK))
+
+
+def test_a_plan_is_as_good_as_it_says(usual):
+    """Condition number of the measured base regressor of the periods, by numpy."""
+    of = two_joints.model()
+    goal = identification_goal(of, WISHES, limits())
+    motion = core(usual).at(np.arange(0.0, 4.0, 0.002)).motion()
+    rows = of.regressor(motion)[:, :, goal.experiment.base.kept] / goal.experiment.noise[:, None]
+    rows = rows.reshape(-1, rows.shape[2])
+    found = np.linalg.cond(rows / np.linalg.norm(rows, axis=0))
+    assert found == pytest.approx(usual.reached, rel=0.02)
+
+
+def test_a_pair_keeps_to_the_torque_limit_unloaded_and_loaded():
+    weak = replace(two_joints.arm(), limits=replace(two_joints.arm().limits, torque=np.array([110.0, 60.0])))
+    of = replace(two_joints.model(), robot=weak)
+    (one,) = planned(replace(WISHES, payload=BODY, criterion="volume"), of)
+    assert one.payload_pair
+    goal = identification_goal(of, replace(WISHES, payload=BODY), usable(weak).limits)
+    assert goal.payloads == ("", "L")
+    assert [name for name in goal.experiment.base.names if name.startswith("gain")] == ["gain1", "gain2"]
+    inside(one, goal.model, ("", "L"), usable(weak).limits)
+
+
+def test_a_focus_is_on_what_is_named():
+    wishes = replace(WISHES, payload=BODY, focus=("gain", "Fc2"))
+    goal = identification_goal(two_joints.model(), wishes, limits())
+    assert isinstance(goal.criterion, Focus)
+    names = [goal.experiment.base.names[k] for k in goal.criterion.columns]
+    assert sorted(names) == ["Fc2", "gain1", "gain2"]
+    (one,) = planned(replace(wishes, period=2.0, harmonics=1))
+    assert one.criterion == "focus on gain Fc2"
+    with pytest.raises(UnknownChoice, match="no base parameter called 'Kr'. Valid: Fc1, Fc2"):
+        identification_goal(two_joints.model(), replace(WISHES, focus=("Kr",)), limits())
+
+
+def test_after_a_fit_what_is_known_counts():
+    """The believed torque is that of the fit, and what it knows least comes to matter."""
+    of = replace(two_joints.model(), effects=fit().model.effects)
+    goal = identification_goal(of, replace(WISHES, fit=fit()), limits())
+    names = goal.experiment.base.names
+    told = [name for name in fit().names if not name.endswith("L")]
+    assert names == [*told, "gain1", "gain2"]
+    assert goal.criterion is worst
+    covariance = np.linalg.inv(goal.experiment.known)
+    np.testing.assert_allclose(
+        np.sqrt(np.diag(covariance))[: len(told)], fit().estimate.std[: len(told)], rtol=1e-4
+    )
+    relative = fit().estimate.gain_std / np.abs(fit().estimate.gain)
+    np.testing.assert_allclose(np.sqrt(np.diag(covariance))[-2:], relative, rtol=1e-4)
+    loaded = identification_goal(two_joints.model(), replace(WISHES, fit=fit(), payload=BODY), limits())
+    assert loaded.experiment.base.names == [*fit().names, "gain1", "gain2"]
+    np.testing.assert_allclose(goal.experiment.noise, fit().estimate.noise)
+    assert goal.rows == pytest.approx(2.0 * fit().filtering.torque_cutoff * 7.0)
+    (one,) = planned(replace(WISHES, fit=fit()), of)
+    assert one.criterion == "worst"
+    inside(one, goal.model)
+    objective = goal.objectives(limits(), 0.01)[-1]
+    still = core(one).scaled(1e-6).at(np.arange(0.0, 4.0, 0.01)).motion()
+    assert one.reached < 0.9 * np.exp(objective.value(still))
+
+
+def test_what_an_unloaded_run_cannot_tell_is_what_the_fit_says_least_surely():
+    """Gains and parameters all larger by a share make the same currents without a known body."""
+    of = replace(two_joints.model(), effects=fit().model.effects)
+    goal = identification_goal(of, replace(WISHES, fit=fit()), limits())
+    motion = core(planned(WISHES)[0]).at(np.arange(0.0, 4.0, 0.02)).motion()
+    (columns,) = goal.experiment.columns(motion)
+    count = columns.shape[2] - 2
+    larger = np.concatenate([fit().estimate.values[:count], -np.ones(2)])
+    assert np.linalg.norm(columns @ larger) < 1e-6 * np.linalg.norm(columns[:, :, -2:])
+    smaller = np.concatenate([fit().estimate.values[:count], np.ones(2)])
+    known = goal.experiment.known
+    assert larger @ known @ larger < 0.1 * smaller @ known @ smaller
+
+
+def test_more_runs_after_a_fit_are_more_rows():
+    one, two = (
+        identification_goal(fit().model, replace(WISHES, fit=fit(), series=series), limits())
+        for series in (1, 2)
+    )
+    assert two.rows == pytest.approx(2 * one.rows)
+
+
+def test_a_fit_is_believed_as_it_was_found():
+    of = learned(fit())
+    np.testing.assert_allclose(fit().base.regrouping @ of.believed_values, fit().estimate.values, rtol=1e-9)
+    belief = dict(zip(of.names, of.beliefs, strict=True))
+    assert belief["Fc1"].value == pytest.approx(fit().value("Fc1"))
+    assert belief["Fc1"].std == pytest.approx(fit().estimate.std[fit().names.index("Fc1")])
+
+
+def test_after_a_fit_a_loaded_run_needs_a_body_that_the_fit_knows():
+    wishes = replace(WISHES, fit=plain_fit(), payload=BODY)
+    with pytest.raises(NothingToIdentify, match="the fit knows nothing of a payload"):
+        identification_goal(two_joints.model(), wishes, limits())
+    with pytest.raises(NothingToIdentify, match="the fit knows nothing of shapes"):
+        identification_goal(
+            two_joints.model(), replace(WISHES, fit=fit(), shapes=("coulomb_friction",)), limits()
+        )
+
+
+def test_a_fit_of_another_arm_is_refused():
+    with pytest.raises(DifferentRobot, match=r"the fit is of two joints \(joints shoulder, elbow\)"):
+        identification_goal(read_model("kr270"), replace(WISHES, fit=fit()), limits())
+
+
+def test_a_window_around_the_start_pose_is_kept():
+    start = np.array([0.5, -0.4])
+    wishes = replace(WISHES, criterion="volume", start=start, window=np.array([0.4, 0.6]))
+    (one,) = planned(wishes)
+    reached = one.trajectory.extremes().position
+    assert np.all(reached.lower >= start - [0.4, 0.6] - 1e-9)
+    assert np.all(reached.upper <= start + [0.4, 0.6] + 1e-9)
+    assert np.all(reached.upper - reached.lower > 0.2)
+    for time in (0.0, one.trajectory.duration):
+        np.testing.assert_allclose(one.trajectory.at(np.array([time])).position[0], start, atol=1e-6)
+
+
+def test_trajectories_planned_together_are_as_many_plans():
+    both = planned(replace(WISHES, series=2, harmonics=1, criterion="volume"))
+    assert len(both) == 2
+    assert not np.allclose(core(both[0]).sine, core(both[1]).sine)
+    for one in both:
+        inside(one, two_joints.model())
+
+
+def test_another_goal_is_named():
+    of = identification_goal(two_joints.model(), replace(WISHES, criterion="average"), limits())
+    (one,) = planned(replace(WISHES, harmonics=1), goal=of)
+    assert one.criterion == "average"
+    assert of.criterion is average
+
+
+@pytest.mark.parametrize("period", [None, 3.3333, 0.0051])
+def test_periods_are_whole_ticks(period):
+    periods = periods_of(replace(WISHES, period=period), limits())
+    ticks = np.array(periods) / TICK
+    np.testing.assert_allclose(ticks, np.round(ticks), atol=1e-9)
+    if period is None:
+        assert len(periods) == 3
+        across = np.max(2 * limits().position_upper / limits().velocity)
+        assert periods[0] == pytest.approx(2 * across, abs=TICK)
+    else:
+        assert periods[0] == pytest.approx(period, abs=0.5 * TICK)
+
+
+def test_the_exciting_part_is_as_long_as_wished():
+    for seconds, periods in ((0.5, 1), (4.0, 1), (4.1, 2), (12.0, 3)):
+        with ThreadPoolExecutor(1) as pool:
+            (one,) = plan(
+                two_joints.model(), replace(WISHES, seconds=seconds), starts=1, seconds=1e-3, executor=pool
+            )
+        assert core(one).periods == periods
+
+
+def test_noise_is_a_share_of_the_torque():
+    of = two_joints.model()
+    noise = believed_noise(of, limits())
+    heavier = replace(of.robot, kinematics=of.robot.kinematics.copy())
+    for joint in (1, 2):
+        heavier.kinematics.inertias[joint] = type(of.robot.kinematics.inertias[1])(
+            3 * of.robot.kinematics.inertias[joint].mass,
+            of.robot.kinematics.inertias[joint].lever,
+            3 * of.robot.kinematics.inertias[joint].inertia,
+        )
+    np.testing.assert_allclose(believed_noise(replace(of, robot=heavier), limits()), 3 * noise, rtol=1e-9)
+    holding = np.abs(of.torque(of.loaded(limits_rest()), of.believed_values)).max(axis=0)
+    assert np.all((0.1 * NOISE * holding < noise) & (noise < 3 * NOISE * holding))
+
+
+def limits_rest():
+    """Standing stretched out, as heavy as it gets."""
+    still = np.zeros((1, 2))
+    return replace(two_joints.motion(1), position=still, velocity=still, acceleration=still)
+
+
+def test_noise_where_nothing_is_believed_is_one():
+    of = Model(two_joints.arm(), smooth_model().effects[1:])
+    np.testing.assert_array_equal(believed_noise(of, limits()), [1.0, 1.0])
+
+
+def test_a_criterion_that_there_is_not_lists_those_there_are():
+    with pytest.raises(UnknownChoice, match="no criterion called 'best'. Valid: average, condition, volume"):
+        planned(replace(WISHES, criterion="best"))
+    assert identification_goal(two_joints.model(), WISHES, limits()).criterion is condition
+
+
+def test_a_model_without_effects_has_nothing_to_identify():
+    with pytest.raises(NothingToIdentify, match="two joints: the model has no effects"):
+        planned(model=Model(two_joints.arm(), ()))
+    with pytest.raises(NothingToIdentify, match="two joints: no parameter of the model makes any torque"):
+        planned(model=Model(two_joints.arm(), (Payload("L"),)))
+
+
+@pytest.mark.parametrize("kind", ["velocity", "acceleration", "jerk", "torque"])
+@pytest.mark.parametrize("value", [0.0, np.nan, -1.0])
+def test_a_limit_that_is_none_names_the_joint(kind, value):
+    robot = two_joints.arm()
+    wrong = np.where([False, True], value, getattr(robot.limits, kind))
+    of = replace(two_joints.model(), robot=replace(robot, limits=replace(robot.limits, **{kind: wrong})))
+    with pytest.raises(BadLimits, match=f"elbow: .*{kind} limit {value:g}"):
+        planned(model=of)
+
+
+def test_a_start_outside_the_limits_names_the_joint():
+    with pytest.raises(Infeasible, match="elbow: start 3 is outside"):
+        planned(replace(WISHES, start=np.array([0.0, 3.0])))
+
+
+@pytest.mark.parametrize(
+    ("wrong", "words"),
+    [
+        ({"tick": 0.0}, "tick: 0 s"),
+        ({"tick": np.nan}, "tick: nan s"),
+        ({"period": np.nan}, "period: nan s"),
+        ({"period": 0.0}, "period: 0 s"),
+        ({"period": np.inf}, "period: inf s"),
+        ({"seconds": -3.0}, "length: -3 s"),
+        ({"seconds": np.inf}, "length: inf s"),
+        ({"rest": -1.0}, "rest: -1 s"),
+        ({"rest": np.nan}, "rest: nan s"),
+        ({"harmonics": 0}, "harmonics: 0"),
+        ({"series": 0}, "trajectories: 0"),
+    ],
+)
+def test_wishes_that_make_no_sense_are_refused(wrong, words):
+    with pytest.raises(BadLimits, match=words):
+        replace(WISHES, **wrong)
+
+
+@pytest.mark.parametrize("wrong", [{"starts": 0}, {"seconds": 0.0}, {"seconds": np.nan}, {"seed": -2}])
+def test_a_search_that_makes_no_sense_is_refused(wrong):
+    with pytest.raises(BadLimits):
+        plan(two_joints.model(), WISHES, **wrong)
+
+
+def test_in_a_narrow_window_it_is_acceleration_that_makes_a_period_long():
+    narrow = replace(limits(), position_lower=np.full(2, -0.01), position_upper=np.full(2, 0.01))
+    slowest = min(periods_of(replace(WISHES, period=None), narrow))
+    rate = 2 * np.pi / slowest
+    assert 0.01 * rate**2 <= 2.5 * np.max(narrow.acceleration)
+    assert 2.0 * 0.02 / np.max(narrow.velocity) < slowest

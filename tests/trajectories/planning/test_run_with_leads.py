@@ -1,0 +1,120 @@
+"""A whole run: rest, lead-in, periods, lead-out, rest, joined and inside every limit."""
+
+import contextlib
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from exidyn.trajectories.clearances.region import Region, box
+from exidyn.trajectories.errors import Infeasible
+from exidyn.trajectories.families.fourier import Fourier
+from exidyn.trajectories.limits.check import check
+from exidyn.trajectories.limits.leads import with_leads
+from exidyn.trajectories.planning.run_with_leads import whole_run
+from exidyn.trajectories.search.bounds.torque_bound import TorqueBound
+from exidyn.trajectories.search.shrink import inside_kinematics
+
+from ...parts.plans.excitation import TICK, limits
+from ...parts.small import two_joints
+
+JOIN = 1e-6
+
+
+def series(share=0.8, seed=0):
+    random = np.random.default_rng(seed)
+    motion = Fourier(4.0, np.array([0.2, -0.3]), *random.normal(size=(2, 2, 3)) / [1, 2, 3])
+    return inside_kinematics(motion, limits(), share)
+
+
+def core(run):
+    return next(part for part in run.parts if isinstance(part, Fourier))
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_it_begins_and_ends_at_rest_and_joins(seed):
+    run = whole_run(series(seed=seed), limits(), TICK, repeats=3, rest=0.5)
+    ends = run.at(np.array([0.0, 0.5, run.duration - 0.5, run.duration]))
+    assert not np.any(ends.velocity)
+    assert not np.any(ends.acceleration)
+    np.testing.assert_allclose(ends.position, np.tile(ends.position[0], (4, 1)), atol=JOIN)
+    for time in run.begins[1:-1]:
+        before, after = run.at(np.array([time - 1e-9])), run.at(np.array([time]))
+        for kind in ("position", "velocity", "acceleration"):
+            np.testing.assert_allclose(getattr(before, kind), getattr(after, kind), atol=1e-5)
+    ticks = run.begins / TICK
+    np.testing.assert_allclose(ticks, np.round(ticks), atol=1e-6)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_it_keeps_to_all_limits_between_samples(seed):
+    model = two_joints.model()
+    torque = TorqueBound(model, limits().torque).of("")
+    run = whole_run(series(0.99, seed), limits(), TICK, torques=[torque])
+    assert not check(run, limits(), TICK, torque)
+
+
+def test_the_periods_are_those_of_the_series_from_another_moment():
+    given = series()
+    run = whole_run(given, limits(), TICK, repeats=3)
+    found = core(run)
+    assert (found.period, found.periods) == (4.0, 3)
+    radius = np.hypot(given.sine, given.cosine)
+    np.testing.assert_allclose(np.hypot(found.sine, found.cosine), radius, rtol=1e-9)
+    np.testing.assert_array_equal(found.centre, given.centre)
+    for kind in range(4):
+        np.testing.assert_allclose(found.extremes()[kind][:2], given.extremes()[kind][:2], atol=1e-6)
+
+
+def test_it_begins_and_ends_at_the_pose_that_was_asked_for():
+    start = np.array([0.7, -1.1])
+    run = whole_run(series(), limits(), TICK, start=start)
+    for time in (0.0, 1.0, run.duration):
+        np.testing.assert_allclose(run.at(np.array([time])).position[0], start, atol=JOIN)
+
+
+def test_leads_are_the_shortest_of_the_moments_tried():
+    """Forty of the period, a whole number of ticks from its beginning."""
+    given, durations = series(), []
+    for shift in np.round(np.linspace(0.0, 4.0, 40, endpoint=False) / TICK) * TICK:
+        with contextlib.suppress(Infeasible):
+            durations.append(with_leads(given.shifted(shift), limits(), TICK).duration)
+    assert len(durations) > 20
+    assert whole_run(given, limits(), TICK).duration == pytest.approx(min(durations), abs=1e-9)
+    assert max(durations) > min(durations) + 0.2
+
+
+def test_leads_are_gentler_where_the_drives_are_weak():
+    """At full acceleration they ask 58 N m of the shoulder, and the motion itself 38."""
+    kept = replace(limits(), torque=np.array([48.0, 190.0]))
+    torque = TorqueBound(two_joints.model(), kept.torque).of("")
+    start, slow = np.array([0.3, -0.3]), series(0.1)
+    free = whole_run(slow, kept, TICK, start=start)
+    assert {violation.what for violation in check(free, kept, TICK, torque)} == {"torque"}
+    gentle = whole_run(slow, kept, TICK, start=start, torques=[torque])
+    assert not check(gentle, kept, TICK, torque)
+    assert gentle.duration > free.duration
+
+
+def test_a_region_holds_for_leads_too():
+    floor = Region.of(two_joints.arm(), "flange", box([-9.0, -9.0, -0.5], [9.0, 9.0, 9.0]))
+    run = whole_run(series(0.3), limits(), TICK, start=np.array([-1.5, 0.0]), clearances=[floor])
+    assert floor.worst(run).allowed
+
+
+def test_a_start_below_the_floor_is_told():
+    floor = Region.of(two_joints.arm(), "flange", box([-9.0, -9.0, -0.5], [9.0, 9.0, 9.0]))
+    with pytest.raises(Infeasible, match=r"no lead into the motion.* flange z >= .* mm of room at"):
+        whole_run(series(0.1), limits(), TICK, start=np.array([1.5, 0.0]), clearances=[floor])
+
+
+def test_a_start_too_heavy_to_hold_is_told():
+    kept = replace(limits(), torque=np.array([90.0, 190.0]))
+    torque = TorqueBound(two_joints.model(), np.array([20.0, 190.0])).of("")
+    with pytest.raises(Infeasible, match="no lead into the motion keeps to the limits: joint 1: torque"):
+        whole_run(series(0.1), replace(kept, torque=np.array([20.0, 190.0])), TICK, torques=[torque])
+
+
+def test_a_start_outside_the_limits_is_told():
+    with pytest.raises(Infeasible, match="joint 1: the lead"):
+        whole_run(series(0.1), limits(), TICK, start=np.array([2.6, 0.0]))

@@ -1,0 +1,132 @@
+"""Criteria: what they mean, and gradients that are those of differences."""
+
+from functools import partial
+
+import numpy as np
+import pytest
+
+from exidyn.trajectories.search.information.criteria import (
+    CRITERIA,
+    Focus,
+    average,
+    condition,
+    volume,
+    worst,
+)
+
+from ....parts.plans.excitation import along
+
+COLUMNS = 7
+CASES = {
+    "condition": condition,
+    "condition power 2": partial(condition, power=2.0),
+    "condition power 8": partial(condition, power=8.0),
+    "volume": volume,
+    "average": average,
+    "worst": worst,
+    "worst power 4": partial(worst, power=4.0),
+    "focus on some": Focus((1, 4, 5)),
+    "focus on one": Focus((2,)),
+    "focus on all": Focus(tuple(range(COLUMNS))),
+}
+
+
+def regressor(seed=0, rows=30):
+    """Columns of very different size, correlated."""
+    random = np.random.default_rng(seed)
+    mix = np.eye(COLUMNS) + 0.3 * random.normal(size=(COLUMNS, COLUMNS))
+    return random.normal(size=(rows, COLUMNS)) @ mix * 10.0 ** random.uniform(-2, 2, COLUMNS)
+
+
+def sizes(seed=0):
+    """Of parameters that make a tenth to ten of the noise."""
+    share = 10.0 ** np.random.default_rng(100 + seed).uniform(-1, 1, COLUMNS)
+    return share / np.linalg.norm(regressor(seed), axis=0)
+
+
+def information(seed=0):
+    matrix = regressor(seed)
+    return matrix.T @ matrix
+
+
+@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("criterion", CASES.values(), ids=CASES.keys())
+def test_gradient_is_that_of_differences(criterion, seed):
+    """Along random symmetric directions that leave the matrix positive."""
+    matrix, size = information(seed), sizes(seed)
+    root = np.linalg.cholesky(matrix)
+    half = np.random.default_rng(seed).normal(size=(COLUMNS, COLUMNS))
+    direction = root @ (half + half.T) @ root.T
+    expected = along(lambda m: criterion(m, size)[0], matrix, direction)
+    gradient = criterion(matrix, size)[1]
+    np.testing.assert_allclose(gradient, gradient.T, rtol=1e-6, atol=1e-12 * np.abs(gradient).max())
+    assert np.sum(gradient * direction) == pytest.approx(expected, rel=1e-5, abs=1e-8)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_condition_is_that_of_the_scaled_regressor(seed):
+    matrix = regressor(seed)
+    expected = np.linalg.cond(matrix / np.linalg.norm(matrix, axis=0))
+    value = condition(matrix.T @ matrix, np.ones(COLUMNS))[0]
+    assert np.exp(value) == pytest.approx(expected, rel=1e-8)
+    for power in (2.0, 8.0, 64.0):
+        above = condition(matrix.T @ matrix, np.ones(COLUMNS), power)[0]
+        assert value <= above <= value + np.log(COLUMNS) / power + 1e-12
+
+
+def covariance(seed):
+    """Of parameters in units of their size."""
+    return np.linalg.inv(information(seed)) / np.outer(sizes(seed), sizes(seed))
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_deviations_are_those_of_the_inverse(seed):
+    matrix, size, found = information(seed), sizes(seed), covariance(seed)
+    variance = np.diag(found)
+    assert volume(matrix, size)[0] == pytest.approx(0.5 * np.linalg.slogdet(found)[1] / COLUMNS, rel=1e-6)
+    assert average(matrix, size)[0] == pytest.approx(0.5 * np.log(np.mean(variance)), rel=1e-6)
+    largest = 0.5 * np.log(np.max(variance))
+    assert largest - 1e-9 <= worst(matrix, size)[0] <= largest + 0.5 * np.log(COLUMNS) / 16
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_focus_is_the_volume_of_some_with_the_others_unknown(seed):
+    matrix, size, found = information(seed), sizes(seed), covariance(seed)
+    some = found[np.ix_([1, 4], [1, 4])]
+    value = Focus((1, 4))(matrix, size)[0]
+    assert value == pytest.approx(0.25 * np.linalg.slogdet(some)[1], rel=1e-6)
+    every = Focus(tuple(range(COLUMNS)))(matrix, size)[0]
+    assert every == pytest.approx(volume(matrix, size)[0], rel=1e-6)
+
+
+@pytest.mark.parametrize("criterion", CASES.values(), ids=CASES.keys())
+def test_more_of_the_same_information_is_better_or_as_good(criterion):
+    """Condition does not count rows; everything else falls as a deviation does."""
+    matrix, size = information(), sizes()
+    gain = criterion(matrix, size)[0] - criterion(9 * matrix, size)[0]
+    unmoved = criterion in [c for n, c in CASES.items() if n.startswith("condition")]
+    assert gain == pytest.approx(0.0 if unmoved else np.log(3.0), abs=1e-8)
+
+
+@pytest.mark.parametrize("criterion", CASES.values(), ids=CASES.keys())
+def test_units_of_a_parameter_do_not_matter(criterion):
+    matrix, size, unit = information(), sizes(), 10.0 ** np.linspace(-2, 2, COLUMNS)
+    other = criterion(matrix * np.outer(unit, unit), size / unit)[0]
+    assert other == pytest.approx(criterion(matrix, size)[0], rel=1e-6, abs=1e-8)
+
+
+@pytest.mark.parametrize("criterion", CASES.values(), ids=CASES.keys())
+def test_two_columns_that_cannot_be_told_apart_are_bad_but_a_number(criterion):
+    """A start may leave them so: the solver must still see a number and a way out."""
+    matrix, size = regressor(), sizes()
+    matrix[:, 5] = 2.0 * matrix[:, 1]
+    value, gradient = criterion(matrix.T @ matrix, size)
+    assert np.all(np.isfinite([value, *gradient.ravel()]))
+    touched = not isinstance(criterion, Focus) or criterion.columns != (2,)
+    if touched:
+        assert value > criterion(information(), size)[0] + 1.0
+
+
+def test_every_name_has_a_criterion_of_its_own():
+    values = [criterion(information(), sizes())[0] for criterion in CRITERIA.values()]
+    assert len(set(np.round(values, 6))) == len(CRITERIA) == 4

@@ -1,0 +1,126 @@
+"""Information: what runs tell about base parameters, and its gradient by the motion."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from exidyn.identify.arm.robot import Robot
+from exidyn.identify.effects import Payload
+from exidyn.identify.effects import known_parameters as known
+from exidyn.identify.model import Model
+from exidyn.trajectories.errors import NothingToIdentify
+from exidyn.trajectories.search.information.experiment import Experiment
+from exidyn.trajectories.search.information.unknowns import with_drive_gains
+
+from ....parts.plans.excitation import smooth_model
+from ....parts.runs.robots import kinematics, random_motion, six_axis
+from ....parts.small import two_joints
+
+NOISE = np.array([0.7, 0.2])
+STEP = 1e-6
+
+
+def experiment(**said):
+    of = smooth_model(Payload("L", known(3.0, (0.1, 0.0, 0.05))))
+    return Experiment.of(of, **{"payloads": ("", "L"), "noise": NOISE} | said)
+
+
+def motion(seed=0):
+    return random_motion(two_joints.arm(), samples=30, seed=seed)
+
+
+def regressor(of, payload, at):
+    """Rows of one run over their noise, without anything of the code under test."""
+    full = of.model.regressor(replace(at, payload=payload))
+    return (full[:, :, of.base.kept] / NOISE[None, :, None]).reshape(-1, len(of.base.kept))
+
+
+@pytest.mark.parametrize("share", [1.0, 0.03])
+def test_information_is_that_of_the_rows_of_all_runs(share):
+    of, at = experiment(), motion()
+    rows = np.concatenate([regressor(of, payload, at) for payload in ("", "L")])
+    np.testing.assert_allclose(of.information(at, share), share * rows.T @ rows, rtol=1e-10, atol=1e-9)
+
+
+def test_information_of_runs_and_of_earlier_ones_adds_up():
+    of, at = experiment(), motion()
+    alone = [replace(of, payloads=(payload,)).information(at) for payload in ("", "L")]
+    np.testing.assert_allclose(of.information(at), sum(alone), rtol=1e-12)
+    assert not np.allclose(*alone, rtol=0.01)
+    more = replace(of, known=alone[1])
+    np.testing.assert_allclose(more.information(at, 0.1), alone[1] + 0.1 * sum(alone), rtol=1e-12)
+
+
+def test_noisier_joints_tell_less():
+    one = experiment(payloads=("",)).information(motion())
+    other = experiment(payloads=("",), noise=3 * NOISE).information(motion())
+    np.testing.assert_allclose(one, 9 * other, rtol=1e-12)
+    assert np.allclose(experiment(noise=None).noise, 1.0)
+
+
+def test_pull_is_the_gradient_through_every_run():
+    pull_is_right(experiment(), motion())
+
+
+def pull_is_right(of, at):
+    random = np.random.default_rng(1)
+    by = random.normal(size=(len(of.base.kept),) * 2)
+    by = by + by.T
+    names = ("position", "velocity", "acceleration")
+    shift = {name: random.normal(size=at.position.shape) for name in names}
+
+    def value(step):
+        moved = replace(at, **{name: getattr(at, name) + step * shift[name] for name in names})
+        return np.sum(by * of.information(moved, 0.2))
+
+    gradient = of.pull(at, of.columns(at), by, 0.2)
+    found = sum(np.sum(getattr(gradient, name) * shift[name]) for name in names)
+    assert found == pytest.approx((value(STEP) - value(-STEP)) / (2 * STEP), rel=1e-6)
+
+
+def coupled():
+    """Six joints with a coupled wrist, a body on the flange, and gains unknown."""
+    body = Payload("L", known(3.0, (0.1, 0.0, 0.05)))
+    return with_drive_gains(replace(smooth_model(body), robot=six_axis()))
+
+
+def test_rows_of_a_coupled_wrist_are_its_motors():
+    """Of n equal noises; the gain of a drive is that of its motor's torque, which is what it multiplies."""
+    of = coupled()
+    at = replace(random_motion(of.robot, samples=10), payload="L")
+    experiment = Experiment.of(of, ("L",), np.arange(1.0, 7.0))
+    believed = replace(of, effects=of.effects[:-1])
+    on_motors = believed.torque(at, believed.believed_values) @ np.linalg.inv(of.robot.coupling)
+    columns = np.zeros((10, 6, len(of.names)))
+    for drive in range(6):
+        columns[:, drive, len(believed.names) + drive] = on_motors[:, drive]
+    regressor = believed.regressor(at)
+    for joint in range(6):
+        for drive in range(6):
+            share = np.linalg.inv(of.robot.coupling)[joint, drive]
+            columns[:, drive, : len(believed.names)] += share * regressor[:, joint]
+    columns = columns[:, :, experiment.base.kept] / np.arange(1.0, 7.0)[:, None]
+    np.testing.assert_allclose(experiment.columns(at)[0], columns, rtol=1e-9, atol=1e-9)
+
+
+def test_pull_of_a_coupled_wrist():
+    of = Experiment.of(coupled(), ("", "L"), np.arange(1.0, 7.0))
+    pull_is_right(of, random_motion(of.model.robot, samples=10))
+
+
+def test_there_must_be_something_to_identify():
+    with pytest.raises(NothingToIdentify, match="two joints: the model has no effects"):
+        Experiment.of(Model(two_joints.arm(), ()))
+
+
+def test_a_body_that_no_run_carries_leaves_nothing():
+    with pytest.raises(NothingToIdentify, match="two joints: no parameter .* makes any torque"):
+        Experiment.of(Model(two_joints.arm(), (Payload("L"),)), ("",))
+
+
+@pytest.mark.parametrize("joints", ["r", "p", "pr"])
+def test_arms_of_one_joint_and_of_slides(joints):
+    of = Experiment.of(replace(smooth_model(), robot=Robot("other", kinematics(joints))))
+    information = of.information(random_motion(of.model.robot, samples=30))
+    assert np.linalg.eigvalsh(information)[0] > 0

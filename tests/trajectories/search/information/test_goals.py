@@ -1,0 +1,201 @@
+"""Goals: what is asked of a motion, unknowns beyond the parameters, and friction as an optimiser sees it."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from exidyn.identify.effects import (
+    Belief,
+    CoulombFriction,
+    LoadDependentFriction,
+    Payload,
+    RigidBody,
+    StribeckFriction,
+    known_parameters,
+)
+from exidyn.identify.model import Model
+from exidyn.trajectories.errors import UnknownChoice
+from exidyn.trajectories.search.information.criteria import (
+    CRITERIA,
+    Focus,
+    average,
+    condition,
+    worst,
+)
+from exidyn.trajectories.search.information.design_model import design_model
+from exidyn.trajectories.search.information.experiment import Experiment
+from exidyn.trajectories.search.information.goals import Identify, parameter_sizes
+from exidyn.trajectories.search.information.unknowns import (
+    DriveGains,
+    ShapesOf,
+    with_drive_gains,
+    with_shapes,
+)
+
+from ....parts.plans.excitation import goal, limits, smooth_model
+from ....parts.runs.robots import random_motion
+from ....parts.small import two_joints
+
+BODY = known_parameters(3.0, (0.1, 0.0, 0.05))
+FRICTION = {
+    "mu1": Belief(0.1),
+    "mu2": Belief(0.2),
+    "Fc1": Belief(4.0, 1.0),
+    "Fc2": Belief(2.0),
+    "Fv1": Belief(3.0),
+    "Fv2": Belief(1.5),
+}
+
+
+def believed(*more):
+    return replace(smooth_model(*more), stated=FRICTION)
+
+
+def motion(payload="", samples=20):
+    return random_motion(two_joints.arm(), samples, payload=payload)
+
+
+@pytest.mark.parametrize("payload", ["", "L"])
+def test_a_gain_is_the_torque_that_flows_through_it(payload):
+    """What changes when all currents of one drive are read one per cent larger."""
+    of = believed(LoadDependentFriction(), Payload("L", BODY))
+    at = motion(payload)
+    torque = of.torque(of.loaded(at), of.believed_values)
+    columns = DriveGains(of).regressor(of.robot, at)
+    assert columns.shape == (20, 2, 2)
+    np.testing.assert_allclose(columns.sum(axis=2), torque)
+    assert not np.any(columns[:, 0, 1])
+    assert not np.any(columns[:, 1, 0])
+
+
+def test_all_gains_are_told_by_a_pair_alone():
+    """Without a known body, all of them scaled together are all parameters scaled: one is regrouped."""
+    of = with_drive_gains(believed(Payload("L", BODY)))
+    alone, pair = (Experiment.of(of, payloads).base.names for payloads in ([""], ["", "L"]))
+    assert [name for name in alone if name.startswith("gain")] == ["gain1R"]
+    assert [name for name in pair if name.startswith("gain")] == ["gain1", "gain2"]
+
+
+def test_gains_are_believed_as_the_robot_says():
+    robot = replace(two_joints.arm(), drive_gain_tolerance=0.03)
+    beliefs = DriveGains(Model(robot, (RigidBody(),))).beliefs(robot)
+    assert beliefs == {"gain1": Belief(0.0, 0.03), "gain2": Belief(0.0, 0.03)}
+
+
+def shaped(fade, joints=None):
+    effect = StribeckFriction(joints, fade=fade, reversal=0.08)
+    return replace(smooth_model(effect), stated=FRICTION | {"Fs1": Belief(3.0), "Fs2": Belief(5.0)})
+
+
+def test_shapes_are_columns_of_the_derivative_joint_by_joint():
+    of, step, at = shaped(0.3), 1e-6, motion()
+    columns = with_shapes(of, ["stribeck_friction"])
+    names = columns.names[len(of.names) :]
+    assert names == ["fade_Fs1", "reversal_Fs1", "fade_Fs2", "reversal_Fs2"]
+    torques = [shaped(0.3 + side * step).torque(at, of.believed_values) for side in (1, -1)]
+    expected = (torques[0] - torques[1]) / (2 * step)
+    found = columns.regressor(at)[:, :, len(of.names) :]
+    np.testing.assert_allclose(found[:, :, 0] + found[:, :, 2], expected, atol=1e-7)
+    assert not np.any(found[:, 1, :2])
+    assert not np.any(found[:, 0, 2:])
+    assert np.any(found[:, 0, 0])
+    assert np.any(found[:, 1, 2])
+
+
+def test_shapes_of_effects_that_were_not_named_stay_known():
+    of = shaped(0.3, ("elbow",))
+    assert with_shapes(of, []) == of
+    assert with_shapes(of, ["stribeck_friction"]).names == [*of.names, "fade_Fs2", "reversal_Fs2"]
+    assert with_shapes(of, ["coulomb_friction"]).names == [*of.names, "reversal_Fc1", "reversal_Fc2"]
+
+
+@pytest.mark.parametrize("key", ["load_dependent_friction", "viscous_friction", "nonsense"])
+def test_shapes_that_the_model_does_not_have_are_told(key):
+    with pytest.raises(UnknownChoice, match=f"'{key}'. Valid: coulomb_friction, stribeck_friction$"):
+        with_shapes(shaped(0.3, ("elbow",)), [key])
+
+
+def test_shapes_that_need_the_load_get_it():
+    of = replace(smooth_model(LoadDependentFriction()), stated={"mu1": Belief(0.1), "mu2": Belief(0.1)})
+    effect = with_shapes(of, ["load_dependent_friction"]).effects[-1]
+    assert isinstance(effect, ShapesOf)
+    assert effect.needs_load
+
+
+def test_friction_turns_over_what_a_sample_covers():
+    """Acceleration limit 11.4 rad/s^2: half of it for a hundredth of a second is 0.057 rad/s."""
+    of = Model(two_joints.arm(), (RigidBody(), CoulombFriction(reversal=0.003)))
+    assert design_model(of, limits(), 0.01).effects[1].reversal == pytest.approx(0.057)
+    assert design_model(of, limits(), 1e-5).effects[1].reversal == 0.003
+    high = CoulombFriction.shapes()["reversal"].high
+    assert design_model(of, limits(), 10.0).effects[1].reversal == high
+    assert design_model(of, limits(), 10.0).effects[0] == RigidBody()
+    assert design_model(of, limits(), 1e-5).robot is of.robot
+
+
+def test_friction_that_turns_more_gradually_stays_as_it_is():
+    of = smooth_model()
+    assert design_model(of, limits(), 0.001).effects == of.effects
+
+
+@pytest.mark.parametrize("criterion", CRITERIA.values(), ids=CRITERIA.keys())
+def test_the_goal_itself_is_the_last_objective(criterion):
+    """What comes before is smoother, and for the condition number never below it."""
+    objectives = goal(criterion=criterion, rows=7.0).objectives(limits(), 0.01)
+    assert objectives[-1].criterion is criterion
+    assert [objective.criterion for objective in objectives[:-1]].count(criterion) == 0
+    assert all(objective.rows == 7.0 for objective in objectives)
+    if criterion is condition:
+        values = [objective.value(motion()) for objective in objectives]
+        assert len(values) > 1
+        assert min(values[:-1]) > values[-1]
+
+
+def test_objectives_see_gradual_friction_and_the_torque_limit_the_believed_one():
+    of = goal(two_joints.model(), believed=smooth_model())
+    smooth = of.objectives(limits(), 0.01)[0].experiment.model
+    assert smooth.effects[2].reversal == pytest.approx(0.057)
+    assert of.experiment.model.effects[2].reversal == two_joints.model().effects[2].reversal
+    assert of.model is of.believed
+    plain = goal()
+    assert plain.model is plain.experiment.model
+
+
+def test_sizes_are_of_what_is_believed():
+    """Regrouped ones with all that is regrouped into them: elbow's mass at 0.4 m."""
+    experiment = Experiment.of(believed())
+    size = dict(zip(experiment.base.names, parameter_sizes(experiment), strict=True))
+    belief = dict(zip(experiment.model.names, experiment.model.beliefs, strict=True))
+    assert size["Fc1"] == pytest.approx(np.hypot(4.0, 1.0))
+    assert size["MX2"] == pytest.approx(np.hypot(*belief["MX2"]))
+    deviation = np.hypot(belief["MX1"].std, 0.4 * belief["M2"].std)
+    assert size["MX1R"] == pytest.approx(np.hypot(belief["MX1"].value + 0.4 * belief["M2"].value, deviation))
+
+
+def test_what_nobody_believes_has_the_size_of_the_noise():
+    """A deviation of one is then one noise of torque."""
+    noise = np.array([0.3, 0.7])
+    experiment = Experiment.of(smooth_model(), noise=noise)
+    size = dict(zip(experiment.base.names, parameter_sizes(experiment), strict=True))
+    assert size["Off2"] == pytest.approx(0.7)
+    assert size["Fc1"] == pytest.approx(0.3, rel=0.05)
+    assert np.all(np.isfinite(list(size.values())))
+    assert min(size.values()) > 0
+
+
+def test_words_name_the_criterion():
+    said = {name: goal(criterion=c).words(np.log(2.5)) for name, c in CRITERIA.items()}
+    assert said == {
+        "condition": "condition number 2.5",
+        "volume": "mean relative deviation 2.5",
+        "average": "root mean square relative deviation 2.5",
+        "worst": "worst relative deviation 2.5",
+    }
+    assert goal(criterion=Focus((1,))).words(0.0) == "mean relative deviation of what is in focus 1"
+
+
+def test_payloads_are_those_of_the_experiment():
+    of = Identify(Experiment.of(believed(Payload("L", BODY)), ("", "L")), worst)
+    assert of.payloads == ("", "L")
+    assert {average, worst} < set(CRITERIA.values())

@@ -1,0 +1,197 @@
+"""Problem: the basis against the series it stands for, and gradients by the coefficients."""
+
+from dataclasses import replace
+from functools import cache, partial
+
+import numpy as np
+import pytest
+
+from exidyn.identify.effects import (
+    Belief,
+    LoadDependentFriction,
+    Payload,
+    RigidBody,
+    StribeckFriction,
+    known_parameters,
+)
+from exidyn.identify.model import Model
+from exidyn.identify.robot_files.robot_file import read_model
+from exidyn.trajectories.clearances.region import Region, box
+from exidyn.trajectories.families.fourier import Fourier
+from exidyn.trajectories.search.bounds.clearance_bound import ClearanceBound
+from exidyn.trajectories.search.bounds.kinematic_bounds import kinematic_bounds
+from exidyn.trajectories.search.bounds.torque_bound import TorqueBound
+from exidyn.trajectories.search.information.criteria import (
+    Focus,
+    average,
+    condition,
+    volume,
+    worst,
+)
+from exidyn.trajectories.search.information.design_model import design_model
+from exidyn.trajectories.search.information.experiment import Experiment
+from exidyn.trajectories.search.information.goals import parameter_sizes
+from exidyn.trajectories.search.information.objective import Informative
+from exidyn.trajectories.search.information.unknowns import with_drive_gains, with_shapes
+from exidyn.trajectories.search.solver.basis import Basis
+from exidyn.trajectories.search.solver.problem import Problem
+
+from ....parts.plans.excitation import along, coefficients, limits, small_basis, smooth_model
+from ....parts.runs.robots import sliding
+
+KINDS = ("position", "velocity", "acceleration", "jerk")
+BODY = known_parameters(3.0, (0.1, 0.0, 0.05))
+FRICTION = {"Fc1": Belief(4.0), "Fc2": Belief(2.0), "Fv1": Belief(3.0), "Fs1": Belief(2.0)}
+
+
+@pytest.mark.parametrize("series", [1, 3])
+def test_basis_is_the_series_at_its_samples(series):
+    basis = small_basis(series)
+    given = coefficients(basis, 2)
+    states, parts = basis.states(given), basis.fourier(given)
+    assert states.position.shape == (series * basis.samples, 2)
+    assert len(parts) == series
+    for number, part in enumerate(parts):
+        rows = slice(number * basis.samples, (number + 1) * basis.samples)
+        expected = part.at(basis.time[: basis.samples])
+        for kind in KINDS:
+            largest = np.abs(getattr(expected, kind)).max()
+            np.testing.assert_allclose(
+                getattr(states, kind)[rows], getattr(expected, kind), rtol=0, atol=1e-12 * max(largest, 1.0)
+            )
+
+
+@pytest.mark.parametrize("series", [1, 3])
+def test_coefficients_are_the_inverse_of_the_series(series):
+    basis = small_basis(series)
+    given = coefficients(basis, 2)
+    np.testing.assert_array_equal(basis.coefficients(basis.fourier(given)), given)
+    one = Fourier(4.0, np.array([1.0, 2.0]), np.arange(6.0).reshape(2, 3), -np.arange(6.0).reshape(2, 3))
+    rows = small_basis().coefficients([one])
+    np.testing.assert_array_equal(rows[:, 1], [2, 3, 4, 5, -3, -4, -5])
+
+
+def test_samples_are_spread_over_one_period():
+    basis = small_basis(2)
+    assert basis.time[1] == pytest.approx(4.0 / 36)
+    assert len(basis.time) == 72
+    motion = basis.motion(coefficients(basis, 2))
+    np.testing.assert_array_equal(motion.time, basis.time)
+
+
+def test_unknowns_are_coefficients_over_the_scale():
+    problem = Problem(small_basis(), (), (), 1, np.array([0.5, 2.0]))
+    given = coefficients(problem.basis, 2)
+    unknowns = problem.unknowns(given)
+    np.testing.assert_allclose(
+        unknowns[:4], [given[0, 0] / 0.5, given[0, 1] / 2, given[1, 0] / 0.5, given[1, 1] / 2]
+    )
+    np.testing.assert_allclose(problem.coefficients(unknowns), given, rtol=1e-15)
+
+
+@cache
+def kr270():
+    return design_model(read_model("kr270"), limits(read_model("kr270").robot), 0.1)
+
+
+def load_friction():
+    stated = FRICTION | {"mu1": Belief(0.1), "mu2": Belief(0.1)}
+    return replace(smooth_model(LoadDependentFriction(reversal=0.08)), stated=stated)
+
+
+def gains():
+    return with_drive_gains(replace(smooth_model(Payload("L", BODY)), stated=FRICTION))
+
+
+def shapes():
+    of = smooth_model(StribeckFriction(("shoulder",), fade=0.3, reversal=0.08))
+    return with_shapes(replace(of, stated=FRICTION), ["stribeck_friction"])
+
+
+def slides():
+    robot = sliding()
+    return Model(replace(robot, limits=replace(robot.limits)), (RigidBody(),))
+
+
+EXPERIMENTS = {
+    "kr270: friction, balancer": (kr270, ("",)),
+    "load": (load_friction, ("",)),
+    "pair with gains": (gains, ("", "L")),
+    "shapes": (shapes, ("",)),
+    "slides": (slides, ("",)),
+}
+CRITERIA = {
+    "condition": condition,
+    "smooth condition": partial(condition, power=2.0),
+    "volume": volume,
+    "average": average,
+    "worst": worst,
+    "focus": Focus((1, 2)),
+}
+
+
+def problem_of(name, criterion, series=1):
+    model, payloads = EXPERIMENTS[name][0](), EXPERIMENTS[name][1]
+    n = model.robot.dof
+    count = len(Experiment.of(model, payloads).base.kept)
+    experiment = Experiment.of(model, payloads, 1.0 + np.arange(n), 1e-3 * np.eye(count))
+    objective = Informative(experiment, criterion, parameter_sizes(experiment), rows=50.0)
+    return Problem(small_basis(series), [objective], [], 2, np.linspace(0.5, 1.5, n))
+
+
+def gradient_is_right(problem):
+    n = len(problem.scale)
+    unknowns = problem.unknowns(coefficients(problem.basis, n))
+    objective = problem.objectives[0]
+    value, gradient = problem.value(unknowns, objective)
+    motion = problem.basis.motion(problem.coefficients(unknowns))
+    assert value == pytest.approx(objective.value(motion), rel=1e-12)
+    direction = np.random.default_rng(3).normal(size=unknowns.size)
+    expected = along(lambda u: problem.value(u, objective)[0], unknowns, direction, 1e-6)
+    assert gradient() @ direction == pytest.approx(expected, rel=2e-4, abs=1e-6)
+
+
+@pytest.mark.parametrize("name", EXPERIMENTS)
+def test_gradient_by_the_coefficients(name):
+    gradient_is_right(problem_of(name, volume))
+
+
+@pytest.mark.parametrize("criterion", CRITERIA.values(), ids=CRITERIA.keys())
+def test_gradient_of_every_criterion(criterion):
+    gradient_is_right(problem_of("pair with gains", criterion))
+
+
+def test_gradient_for_several_series():
+    gradient_is_right(problem_of("load", worst, series=2))
+
+
+def test_information_does_not_depend_on_how_finely_it_is_sampled():
+    """Rows are counted by the time of the run, not by the samples of the optimiser."""
+    objective = problem_of("load", volume).objectives[0]
+    series = small_basis().fourier(coefficients(small_basis(), 2))[0]
+    values = [objective.value(series.at(np.arange(m) * 4.0 / m).motion()) for m in (400, 800)]
+    assert values[0] == pytest.approx(values[1], abs=1e-3)
+
+
+@pytest.mark.parametrize("series", [1, 2])
+def test_margins_and_their_slopes(series):
+    of, kept = load_friction(), limits()
+    region = Region.of(of.robot, "flange", box([-0.5, -1, -0.3], [0.6, 1, 0.4]))
+    bounds = [*kinematic_bounds(kept), TorqueBound(of, np.array([1e-2, 1e-2])), ClearanceBound(region)]
+    problem = Problem(small_basis(series), [], bounds, 4, np.array([0.5, 1.5]))
+    unknowns = problem.unknowns(coefficients(problem.basis, 2))
+    value, slope = problem.margins(unknowns)
+    states = problem.basis.states(problem.coefficients(unknowns))
+    expected = [bound.margins(type(states)(*(part[::4] for part in states))).value for bound in bounds]
+    np.testing.assert_allclose(value, np.concatenate([part.ravel() for part in expected]), atol=1e-12)
+    assert slope().shape == (value.size, unknowns.size)
+    direction = np.random.default_rng(3).normal(size=unknowns.size)
+    differences = along(lambda u: problem.margins(u)[0], unknowns, direction, 1e-7)
+    np.testing.assert_allclose(
+        slope() @ direction, differences, rtol=1e-4, atol=1e-4 * np.abs(differences).max()
+    )
+
+
+def test_a_period_is_sampled_as_evenly_by_one_harmonic():
+    basis = Basis(2.0, 1, 4)
+    np.testing.assert_allclose(basis.matrices[0], [[1, 0, 1], [1, 1, 0], [1, 0, -1], [1, -1, 0]], atol=1e-15)

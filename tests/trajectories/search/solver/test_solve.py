@@ -1,0 +1,196 @@
+"""One start of the search: better, inside, and with an answer whenever it ends."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+
+from exidyn.identify.effects import MotionGradient
+from exidyn.trajectories.search.bounds.kinematic_bounds import kinematic_bounds
+from exidyn.trajectories.search.information.objective import Objective
+from exidyn.trajectories.search.solver import solve as solver
+from exidyn.trajectories.search.solver.problem import Problem
+from exidyn.trajectories.search.solver.solve import TOLERANCE, solve
+
+from ....parts.plans.excitation import coefficients, goal, limits, small_basis
+
+
+@pytest.fixture(scope="module")
+def problem():
+    kept = limits()
+    basis = small_basis(harmonics=2)
+    objectives = goal().objectives(kept, basis.period / basis.samples)
+    return Problem(basis, objectives, kinematic_bounds(kept), 2, np.ones(2))
+
+
+@pytest.fixture(scope="module")
+def start(problem):
+    """Slow, and so inside."""
+    return problem.unknowns(coefficients(problem.basis, 2, size=0.1))
+
+
+def value(problem, unknowns):
+    return problem.objectives[-1].value(problem.basis.motion(problem.coefficients(unknowns)))
+
+
+def inside(problem, unknowns):
+    return np.min(problem.margins(unknowns)[0]) >= -TOLERANCE
+
+
+@pytest.fixture(scope="module")
+def search(problem, start):
+    return solve(problem, start)
+
+
+def test_it_finds_better_and_stays_inside(problem, start, search):
+    assert inside(problem, start)
+    assert inside(problem, search.unknowns)
+    assert search.value < value(problem, start) - 0.5
+    assert search.value == pytest.approx(value(problem, search.unknowns), rel=1e-12)
+    assert search.evaluations > 3
+
+
+def test_history_falls_to_the_value(search):
+    times, values = np.array(search.history).T
+    assert np.all(np.diff(values) < 0)
+    assert np.all(np.diff(times) >= 0)
+    assert values[-1] == search.value
+
+
+def test_what_it_ends_at_is_a_minimum(problem, search):
+    """No small step that keeps to the bounds makes it better by more than the tolerance of the solver."""
+    random, better, tried = np.random.default_rng(0), 0, 0
+    room = np.min(problem.margins(search.unknowns)[0])
+    for _ in range(300):
+        step = search.unknowns + 1e-3 * random.normal(size=search.unknowns.size)
+        if np.min(problem.margins(step)[0]) >= room:
+            tried += 1
+            better += value(problem, step) < search.value - 1e-3
+    assert tried > 10
+    assert better == 0
+
+
+def test_the_same_start_gives_the_same(problem, start, search):
+    again = solve(problem, start)
+    np.testing.assert_array_equal(again.unknowns, search.unknowns)
+    assert again.evaluations == search.evaluations
+
+
+def test_a_start_outside_is_brought_inside(problem):
+    far = problem.unknowns(coefficients(problem.basis, 2, size=1.0))
+    assert not inside(problem, far)
+    found = solve(problem, far)
+    assert inside(problem, found.unknowns)
+    assert np.isfinite(found.value)
+
+
+def test_where_nothing_was_inside_nothing_is_returned(problem):
+    far = problem.unknowns(coefficients(problem.basis, 2, size=1.0))
+    found = solve(problem, far, stop=lambda: True)
+    assert found.unknowns is None
+    assert found.value == np.inf
+    assert found.history == []
+
+
+def test_asked_to_stop_it_ends_with_its_start(problem, start):
+    found = solve(problem, start, stop=lambda: True)
+    np.testing.assert_array_equal(found.unknowns, start)
+    assert found.value == pytest.approx(value(problem, start), rel=1e-12)
+    assert found.evaluations == 0
+
+
+def test_asked_to_stop_on_the_way_it_ends_with_the_best(problem, start, search):
+    reports = []
+    found = solve(problem, start, stop=lambda: len(reports) >= 4, report=lambda s: reports.append(s.value))
+    assert len(reports) == 4
+    assert found.value == reports[-1] == min(reports)
+    assert search.value < found.value < value(problem, start)
+    assert inside(problem, found.unknowns)
+
+
+def test_without_time_it_ends_with_its_start(problem, start):
+    found = solve(problem, start, seconds=0.0)
+    np.testing.assert_array_equal(found.unknowns, start)
+
+
+def test_a_clock_that_runs_out_ends_it(problem, start, search, monkeypatch):
+    now = iter(np.arange(0.0, 1e6))
+    monkeypatch.setattr(solver.time, "monotonic", lambda: next(now))
+    found = solve(problem, start, seconds=8.0)
+    assert inside(problem, found.unknowns)
+    assert search.value < found.value <= value(problem, start)
+    assert found.history[-1][0] <= 9.0
+
+
+@dataclass(eq=False)
+class Interrupting:
+    """An objective during which somebody presses Ctrl-C."""
+
+    inner: object
+    calls: int = 0
+
+    def __call__(self, motion):
+        self.calls += 1
+        if self.calls > 5:
+            raise KeyboardInterrupt
+        return self.inner(motion)
+
+    def value(self, motion):
+        return self.inner.value(motion)
+
+
+def test_an_interrupt_keeps_the_best(problem, start):
+    interrupting = Interrupting(problem.objectives[-1])
+    found = solve(replace(problem, objectives=[interrupting]), start)
+    assert interrupting.calls == 6
+    assert inside(problem, found.unknowns)
+    assert found.value == pytest.approx(value(problem, found.unknowns), rel=1e-12)
+
+
+def test_each_objective_starts_where_the_last_ended(problem, start, search):
+    """The last alone counts: what the smooth ones find is judged by it."""
+    first = solve(replace(problem, objectives=problem.objectives[:1]), start)
+    assert value(problem, first.unknowns) >= search.value - 1e-9
+    assert first.evaluations < search.evaluations
+
+
+@dataclass(eq=False)
+class Counting(Objective):
+    """An objective that counts how often its gradient is asked for."""
+
+    inner: object
+    gradients: int = 0
+
+    def __call__(self, motion):
+        value, gradient = self.inner(motion)
+
+        def counted():
+            self.gradients += 1
+            return gradient()
+
+        return value, counted
+
+
+def test_steps_of_a_line_search_need_no_gradient(problem, start):
+    counting = Counting(problem.objectives[-1])
+    found = solve(replace(problem, objectives=[counting]), start)
+    assert 0 < counting.gradients < found.evaluations
+
+
+@dataclass(eq=False)
+class Hole:
+    """An objective that is no number far from its start."""
+
+    def __call__(self, motion):
+        none = MotionGradient.none(motion.position.shape)
+        return self.value(motion), lambda: replace(none, position=-np.ones(motion.position.shape))
+
+    def value(self, motion):
+        return float(-np.sum(motion.position)) if motion.position.max() < 0.5 else np.nan
+
+
+def test_an_objective_that_is_no_number_somewhere_spoils_nothing(problem):
+    start = problem.unknowns(coefficients(problem.basis, 2, size=0.02))
+    found = solve(replace(problem, objectives=[Hole()]), start)
+    assert np.all(np.isfinite(found.unknowns))
+    assert np.isfinite(found.value)

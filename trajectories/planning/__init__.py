@@ -1,0 +1,3 @@
+"""Planning: a model and wishes come in, a plan goes out that a recorder can run."""
+
+from .planner import plan as plan

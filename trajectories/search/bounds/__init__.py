@@ -1,0 +1,1 @@
+"""What a search must keep: states come in, margins and their slopes go out."""

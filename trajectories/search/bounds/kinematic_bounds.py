@@ -1,0 +1,125 @@
+"""Bounds: what an optimiser must keep, as margins that are positive inside, with their gradients.
+
+Each is made dimensionless by its limit, so that 0.01 is one per cent of the room there is.
+"""
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from exidyn.identify.arm.robot import Limits
+
+from ...limits.brake import stopping_reach, stopping_reach_gradient
+from ...limits.usable_limits import ranges
+from ...trajectory import States
+
+Slopes = tuple[np.ndarray | None, np.ndarray | None, np.ndarray | None, np.ndarray | None]
+"""Derivatives by position, velocity, acceleration and jerk, each (t, m, n), or None for zero."""
+
+
+class Margins(NamedTuple):
+    """Margins of some rows at each sample, and their derivatives by the state there.
+
+    Attributes:
+        value: Shape (t, m); at least zero where allowed [-].
+        slopes: Computes the derivatives, which cost more than the margins and are needed less often.
+    """
+
+    value: np.ndarray
+    slopes: Callable[[], Slopes]
+
+
+class Bound(ABC):
+    """Something that must hold at every sample, given by the state there."""
+
+    @abstractmethod
+    def margins(self, states: States) -> Margins:
+        """Margins and their derivatives."""
+
+
+@dataclass(frozen=True, eq=False)
+class RateBound(Bound):
+    """Velocity, acceleration or jerk within its limits.
+
+    Attributes:
+        order: 1 for velocity, 2 for acceleration, 3 for jerk.
+        lower: Shape (n,), below zero.
+        upper: Shape (n,), above zero.
+        joints: Which it is asked of, shape (k,).
+    """
+
+    order: int
+    lower: np.ndarray
+    upper: np.ndarray
+    joints: np.ndarray
+
+    def margins(self, states: States) -> Margins:
+        value = (states.velocity, states.acceleration, states.jerk)[self.order - 1][:, self.joints]
+        lower, upper = self.lower[self.joints], self.upper[self.joints]
+        both = np.concatenate([1.0 - value / upper, 1.0 - value / lower], axis=1)
+
+        def slopes() -> Slopes:
+            own = _diagonal(np.concatenate([-1.0 / upper, -1.0 / lower]), len(value))
+            slope = np.zeros((*own.shape[:2], len(self.upper)))
+            slope[:, :, self.joints] = own
+            return tuple(slope if order == self.order else None for order in range(4))  # type: ignore[return-value]
+
+        return Margins(both, slopes)
+
+
+@dataclass(frozen=True, eq=False)
+class StopBound(Bound):
+    """Position, and the farthest it gets when the brake comes down now, within the limits.
+
+    Attributes:
+        limits: Of all kinds; the brake keeps to acceleration and jerk.
+    """
+
+    limits: Limits
+
+    def margins(self, states: States) -> Margins:
+        lower, upper = self.limits.position_lower, self.limits.position_upper
+        room = 0.5 * (upper - lower)
+        down, up = stopping_reach(states.velocity, states.acceleration, self.limits)
+        value = [(upper - states.position - up) / room, (states.position + down - lower) / room]
+
+        def slopes() -> Slopes:
+            position = _diagonal(np.concatenate([-1.0 / room, 1.0 / room]), len(up))
+            velocity, acceleration = (
+                _diagonal(np.concatenate([-by.upper / room, by.lower / room], axis=1), len(up))
+                for by in stopping_reach_gradient(states.velocity, states.acceleration, self.limits)
+            )
+            return position, velocity, acceleration, None
+
+        return Margins(np.concatenate(value, axis=1), slopes)
+
+
+def _diagonal(values: np.ndarray, samples: int) -> np.ndarray:
+    """Derivatives of two rows a joint, each by its own joint; values (2 n,) or (t, 2 n) to (t, 2 n, n)."""
+    values = np.broadcast_to(values, (samples, values.shape[-1]))
+    joints = values.shape[1] // 2
+    out = np.zeros((samples, 2 * joints, joints))
+    rows = np.arange(2 * joints)
+    out[:, rows, rows % joints] = values
+    return out
+
+
+def kinematic_bounds(limits: Limits, highest: float = np.inf) -> list[Bound]:
+    """Position with room to stop, velocity, acceleration and jerk.
+
+    Args:
+        limits: Finite but for the torque.
+        highest: Frequency of the highest harmonic [rad/s]. A series within v changes by at most `highest`
+            times v (Bernstein's inequality), so a limit beyond that is kept by the one before it.
+    """
+    bounds: list[Bound] = [StopBound(limits)]
+    steepest = np.full(len(limits.velocity), np.inf)
+    for order, (lower, upper) in enumerate(list(ranges(limits).values())[1:], start=1):
+        joints = np.flatnonzero(np.minimum(-lower, upper) < steepest)
+        if len(joints):
+            bounds.append(RateBound(order, lower, upper, joints))
+        steepest = highest * np.minimum(np.maximum(-lower, upper), steepest)
+    return bounds

@@ -1,0 +1,101 @@
+"""Information that a motion gives about a model's unknowns, and its gradient by the motion."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from exidyn.identify.arm.motion import Motion
+from exidyn.identify.effects import MotionGradient
+from exidyn.identify.errors import RobotError
+from exidyn.identify.fit.base_parameters import BaseParameters, base_parameters
+from exidyn.identify.model import Model
+
+from ...errors import NothingToIdentify
+
+
+@dataclass(frozen=True, eq=False)
+class Experiment:
+    """What is asked of the motion: the unknowns of a model, in runs that differ in what hangs on the flange.
+
+    Rows are motors' torques times gear ratio, as in `identify.equations`: where a wrist is coupled they are
+    mixtures of the joints'.
+
+    Attributes:
+        model: Robot and effects.
+        base: Its base parameters over all runs.
+        payloads: Body carried in each run of the same motion; empty for none.
+        noise: Standard deviation of each drive's torque, shape (n,) [N m].
+        known: Information that is there already, from earlier runs or beliefs, about the base parameters,
+            shape (b, b).
+    """
+
+    model: Model
+    base: BaseParameters
+    payloads: tuple[str, ...]
+    noise: np.ndarray
+    known: np.ndarray
+
+    @classmethod
+    def of(
+        cls,
+        model: Model,
+        payloads: Sequence[str] = ("",),
+        noise: np.ndarray | None = None,
+        known: np.ndarray | None = None,
+    ) -> "Experiment":
+        """The experiment that tells a model's base parameters.
+
+        Raises:
+            NothingToIdentify: The model has no parameter that moves a joint.
+        """
+        try:
+            base = base_parameters(model, payloads)
+        except RobotError as error:
+            raise NothingToIdentify(str(error)) from error
+        count = len(base.kept)
+        noise = np.ones(model.robot.dof) if noise is None else np.asarray(noise, float)
+        return cls(model, base, tuple(payloads), noise, np.zeros((count, count)) if known is None else known)
+
+    def columns(self, motion: Motion) -> list[np.ndarray]:
+        """Base regressor of each run in units of its noise, each (t, n, b)."""
+        rows = whitening(self.model, self.noise)
+        runs = loaded_runs(self.model, motion, self.payloads)
+        return [rows @ self.model.regressor(run)[:, :, self.base.kept] for run in runs]
+
+    def gathered(self, columns: Sequence[np.ndarray], share: float) -> np.ndarray:
+        """Information after runs with these columns, shape (b, b), each sample counted `share` times."""
+        return self.known + share * sum(_gram(run) for run in columns)
+
+    def information(self, motion: Motion, share: float = 1.0) -> np.ndarray:
+        """The same for a motion."""
+        return self.gathered(self.columns(motion), share)
+
+    def pull(
+        self, motion: Motion, columns: Sequence[np.ndarray], by: np.ndarray, share: float
+    ) -> MotionGradient:
+        """Gradient of a function of the information by the motion, from its derivative by it, (b, b)."""
+        total, rows = MotionGradient.none(motion.position.shape), whitening(self.model, self.noise)
+        for run, seen in zip(loaded_runs(self.model, motion, self.payloads), columns, strict=True):
+            weights = np.zeros((*motion.position.shape, len(self.model.names)))
+            weights[:, :, self.base.kept] = 2.0 * share * rows.T @ (seen @ by)
+            total = total + self.model.motion_gradient(run, weights)
+        return total
+
+
+def loaded_runs(model: Model, motion: Motion, payloads: Sequence[str]) -> list[Motion]:
+    """The same motion with each payload, the loads of the gears by the model."""
+    return [model.loaded(replace(motion, payload=payload)) for payload in payloads]
+
+
+def whitening(model: Model, noise: np.ndarray) -> np.ndarray:
+    """Joint torque to drive torque over its noise (n,), shape (n, n) [1 / N m].
+
+    Where a wrist is coupled a drive's torque is a mixture of the joints'.
+    """
+    return model.robot.to_motors / noise[:, None]
+
+
+def _gram(columns: np.ndarray) -> np.ndarray:
+    rows = columns.reshape(-1, columns.shape[2])
+    return rows.T @ rows

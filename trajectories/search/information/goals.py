@@ -1,0 +1,112 @@
+"""Goals: what a trajectory is to be best for, as objectives that come nearer to it one after the other."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Protocol
+
+import numpy as np
+
+from exidyn.identify.arm.robot import Limits
+from exidyn.identify.fit.base_parameters import rich_motion
+from exidyn.identify.model import Model
+
+from .criteria import Criterion, condition, name_of, volume
+from .design_model import design_model
+from .experiment import Experiment
+from .objective import Informative, Objective
+
+LADDER: dict[Criterion, tuple[Criterion, ...]] = {
+    condition: (partial(condition, power=8.0), partial(condition, power=32.0))
+}
+"""Stand-ins for a criterion that is not smooth: where several eigenvalues are nearly the smallest, they pull
+together, with a power of 8 all within some ten per cent of it, with 32 within two or three. Before any other
+criterion comes the volume, which all parameters move."""
+
+
+class Goal(Protocol):
+    """What a trajectory is to be best for."""
+
+    @property
+    def model(self) -> Model:
+        """What the arm is believed to be: for its torque."""
+
+    @property
+    def payloads(self) -> Sequence[str]:
+        """Body carried in each run of the motion."""
+
+    def objectives(self, limits: Limits, spacing: float) -> Sequence[Objective]:
+        """Objectives for samples that are `spacing` apart [s]; the last is the goal itself."""
+
+    def reached(self, value: float) -> float:
+        """What a value of the last objective means, as a number: a condition number, a probability."""
+
+    def words(self, value: float) -> str:
+        """The same in words."""
+
+
+@dataclass(frozen=True, eq=False)
+class Identify:
+    """To tell a model's unknowns.
+
+    Attributes:
+        experiment: Unknowns and runs.
+        criterion: What to make small.
+        rows: Independent rows of a run, seconds times rows a second; matters beside earlier information.
+        believed: The model whose torque is kept to the limits; that of the experiment unless given.
+    """
+
+    experiment: Experiment
+    criterion: Criterion = condition
+    rows: float = 1.0
+    believed: Model | None = None
+
+    @property
+    def model(self) -> Model:
+        """What the arm is believed to be."""
+        return self.believed or self.experiment.model
+
+    @property
+    def payloads(self) -> Sequence[str]:
+        """Body carried in each run."""
+        return self.experiment.payloads
+
+    def objectives(self, limits: Limits, spacing: float) -> Sequence[Objective]:
+        smooth = replace(self.experiment, model=design_model(self.experiment.model, limits, spacing))
+        size = parameter_sizes(self.experiment)
+        before = () if self.criterion is volume else LADDER.get(self.criterion, (volume,))
+        ladder: tuple[Criterion, ...] = (*before, self.criterion)
+        return [Informative(smooth, criterion, size, self.rows) for criterion in ladder]
+
+    def reached(self, value: float) -> float:
+        return float(np.exp(value))
+
+    def words(self, value: float) -> str:
+        return f"{MEANING[name_of(self.criterion)]} {self.reached(value):.4g}"
+
+
+MEANING = {
+    "condition": "condition number",
+    "volume": "mean relative deviation",
+    "average": "root mean square relative deviation",
+    "worst": "worst relative deviation",
+    "focus": "mean relative deviation of what is in focus",
+}
+"""Name of a criterion -> what the exponential of its value is."""
+
+
+def parameter_sizes(experiment: Experiment) -> np.ndarray:
+    """What counts as one of each base parameter, shape (b,).
+
+    It is the root sum square of believed value and deviation; where nothing is believed, what makes as
+    much torque as the noise in a rich motion.
+    """
+    model, base = experiment.model, experiment.base
+    tolerance = np.array([belief.std for belief in model.beliefs])
+    entering = base.regrouping != 0
+    deviation = np.sqrt(np.sum((np.where(entering, tolerance, 0.0) * base.regrouping) ** 2, axis=1))
+    size = np.hypot(base.regrouping @ model.believed_values, deviation)
+    motion = rich_motion(model, payload=experiment.payloads[-1])
+    columns = experiment.columns(motion)[-1]
+    noise = 1.0 / np.sqrt(np.mean(np.sum(columns**2, axis=1), axis=0))
+    return np.where(np.isfinite(size) & (size > 0), size, noise)

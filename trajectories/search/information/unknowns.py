@@ -1,0 +1,114 @@
+"""Unknowns beyond a model's linear parameters, as effects: their columns are first derivatives."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from exidyn.identify.arm.motion import Motion
+from exidyn.identify.arm.robot import Robot
+from exidyn.identify.effects import EFFECTS, Belief, Effect, MotionGradient, Parameter
+from exidyn.identify.effects.effect import differences
+from exidyn.identify.model import Model
+
+from ...errors import UnknownChoice
+
+
+@dataclass(frozen=True, eq=False)
+class DriveGains(Effect):
+    """Relative errors of the drive gains: a gain off by one per cent is torque off by one per cent.
+
+    Its equations, gain * current = regressor @ values + known torque, make the torque itself the column.
+    Only a run with a known payload tells it from all parameters scaled together.
+
+    Attributes:
+        model: Whose believed torque flows through the drives.
+    """
+
+    model: Model
+
+    def parameters(self, robot: Robot) -> list[Parameter]:
+        return [Parameter(f"gain{joint + 1}", "1", regroup=2) for joint in range(robot.dof)]
+
+    def beliefs(self, robot: Robot) -> Mapping[str, Belief]:
+        error = Belief(0.0, robot.drive_gain_tolerance)
+        return {parameter.name: error for parameter in self.parameters(robot)}
+
+    def regressor(self, robot: Robot, motion: Motion) -> np.ndarray:
+        torque = self.model.torque(self.model.loaded(motion), self.model.believed_values)
+        on_motors = torque @ robot.to_motors.T
+        return on_motors[:, None, :] * robot.coupling.T  # back to the joints, drive by drive
+
+    def motion_gradient(
+        self, robot: Robot, motion: Motion, weights: np.ndarray, known: np.ndarray
+    ) -> MotionGradient:
+        own = np.einsum("tji,ij->ti", weights, robot.coupling) @ robot.to_motors
+        values = self.model.believed_values
+        return self.model.motion_gradient(self.model.loaded(motion), own[:, :, None] * values, own)
+
+
+@dataclass(frozen=True, eq=False)
+class ShapesOf(Effect):
+    """Shapes of an effect (a Stribeck velocity, say) as unknowns, near what they are believed to be.
+
+    Attributes:
+        effect: Whose shapes.
+        values: Its parameters' believed values, shape (p,).
+        label: Puts the parameters of several apart.
+    """
+
+    effect: Effect
+    values: np.ndarray
+    label: str
+
+    @property
+    def needs_load(self) -> bool:  # type: ignore[override]
+        """As the effect itself."""
+        return self.effect.needs_load
+
+    def parameters(self, robot: Robot) -> list[Parameter]:
+        return [Parameter(f"{name}_{self.label}", s.unit) for name, s in self.effect.shapes().items()]
+
+    def regressor(self, robot: Robot, motion: Motion) -> np.ndarray:
+        by_shape = self.effect.shape_derivatives(robot, motion)
+        return np.stack([by_shape[name] @ self.values for name in self.effect.shapes()], axis=2)
+
+    def motion_gradient(
+        self, robot: Robot, motion: Motion, weights: np.ndarray, known: np.ndarray
+    ) -> MotionGradient:
+        return differences(self.regressor, robot, motion, weights, self.effect.needs_load)
+
+
+def with_drive_gains(model: Model) -> Model:
+    """The model with its drive gains unknown."""
+    return model + DriveGains(model)
+
+
+def with_shapes(model: Model, keys: Sequence[str]) -> Model:
+    """The model with the shapes of the named effects unknown, joint by joint where they may differ.
+
+    Args:
+        model: Robot and effects.
+        keys: Of `EFFECTS`.
+
+    Raises:
+        UnknownChoice: A key that is of no effect of the model with shapes.
+    """
+    kinds = {type(effect) for effect in model.effects}
+    shaped = [key for key, kind in EFFECTS.items() if kind in kinds and kind.shapes()]
+    for key in keys:
+        if key not in shaped:
+            raise UnknownChoice("effect with shapes in the model", key, shaped or ["none"])
+    wanted, out, start = {EFFECTS[key] for key in keys}, model, 0
+    for effect in model.effects:
+        stop = start + len(effect.parameters(model.robot))
+        values = model.believed_values[start:stop]
+        if type(effect) in wanted:
+            pieces = effect.apart(model.robot)
+            share = len(values) // len(pieces)
+            for place, piece in enumerate(pieces):
+                own = values[place * share : (place + 1) * share]
+                label = piece.parameters(model.robot)[0].name
+                out = out + ShapesOf(piece, own, label)
+        start = stop
+    return out
