@@ -6,6 +6,7 @@ from html import escape
 from itertools import pairwise
 
 import numpy as np
+from markupsafe import Markup
 
 from .svg_scale import Span, label, ticks
 
@@ -110,9 +111,10 @@ def legend(x: float, y: float, entries: Sequence[tuple[str, str]]) -> str:
     return "".join(parts)
 
 
-def picture(width: float, height: float, title: str, content: str) -> str:
+def picture(width: float, height: float, title: str, content: str) -> Markup:
     """A plot that fills its column; the title is read aloud and shown on hovering."""
-    return f'<svg viewBox="0 0 {width:g} {height:g}" role="img"><title>{escape(title)}</title>{content}</svg>'
+    head = f'<svg viewBox="0 0 {width:g} {height:g}" role="img"><title>{escape(title)}</title>'
+    return Markup(f"{head}{content}</svg>")
 
 
 def _path(steps: str, style: str) -> str:

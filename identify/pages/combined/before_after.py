@@ -8,15 +8,15 @@ from ...diagnosis.findings.finding import Improvement
 from ...fit.fit import Agreement, Fit
 from ..diagnosis.plots import bars
 from ..diagnosis.sections import forward_section, improvement
-from ..report_html import figure, paragraph, section
+from ..report_html import figure, grid, paragraph, section
 from .compared import compared_sections
 from .material import Fitted, Material
 
 
 def before_and_after(material: Material) -> str:
     """What identification gained, what the diagnosis gained, and what simulations come to."""
-    fits = "".join(_identified(fitted, place) for place, fitted in enumerate(material.fits))
-    return fits + _diagnosed(material) + compared_sections(material.comparisons)
+    fits = [_identified(fitted, place) for place, fitted in enumerate(material.fits)]
+    return "".join([*fits, _diagnosed(material), compared_sections(material.comparisons)])
 
 
 def _identified(fitted: Fitted, place: int) -> str:
@@ -39,7 +39,7 @@ def _identified(fitted: Fitted, place: int) -> str:
         f"values{place or ''}",
         "Nominal and identified values",
         paragraph(note),
-        f'<div class="grid two">{figure("Residual over noise", remark, picture)}</div>',
+        grid(figure("Residual over noise", remark, picture)),
     )
 
 

@@ -1,11 +1,9 @@
 """The runs of a joined report: a table, and what each joint did in each."""
 
-from html import escape
-
 import numpy as np
 
 from ...arm.robot import Robot
-from ..report_html import NAMELESS, figure, listing, number, paragraph, rounded, section, table
+from ..report_html import NAMELESS, figure, grid, listing, number, paragraph, rounded, section, table
 from ..svg import Panel, picture, text
 from ..svg_scale import Span, label, ticks
 from .material import Material, Run
@@ -29,21 +27,20 @@ def runs_sections(material: Material) -> str:
     figures = [figure(run.name, run.role, _strips(run, material)) for run in material.runs]
     doubts = [f"{run.name}: {doubt}" for run in material.runs for doubt in run.doubts]
     said = listing(doubts) if doubts else ""
-    strips = f'<div class="grid two">{"".join(figures)}</div>'
     recorded = section("table", "What was recorded", _table(material), said)
-    return recorded + section("motion", "What the arm did", paragraph(note), strips)
+    return recorded + section("motion", "What the arm did", paragraph(note), grid(*figures))
 
 
 def _table(material: Material) -> str:
     head = ["run", "role", "duration [s]", "rate [Hz]", "beside position", "payload"]
     rows = [
         [
-            escape(run.name),
-            escape(run.role) or NAMELESS,
+            run.name,
+            run.role or NAMELESS,
             number(np.ptp(run.time), 4),
             number(run.rate, 3),
             run.quantity,
-            escape(run.payload) or NAMELESS,
+            run.payload or NAMELESS,
         ]
         for run in material.runs
     ]

@@ -1,7 +1,6 @@
 """Pictures of a diagnosis: profiles, spectra, bars over noise, a map of where and when."""
 
 from collections.abc import Sequence
-from html import escape
 
 import numpy as np
 
@@ -215,7 +214,7 @@ def where_and_when(trace: Trace, level: np.ndarray, names: Sequence[str], residu
     frame = f'<rect class="frame" x="{left:g}" y="8" width="{width:g}" height="{bottom - 10:g}"/>'
     first, last = f"{trace.time[0]:.0f} s", f"{trace.time[-1]:.0f} s"
     ends = text(left, bottom + 12, first, "tick") + text(left + width, bottom + 12, last, "tick end")
-    title = f"{escape(trace.name)}, {residuals}: where and when it is left"
+    title = f"{trace.name}, {residuals}: where and when it is left"
     return picture(472, bottom + 18, title, frame + "".join(parts) + ends)
 
 

@@ -1,6 +1,7 @@
 """The pictures of a report: torque over time, friction over velocity, intervals against beliefs."""
 
 import numpy as np
+from markupsafe import Markup
 
 from ...arm.robot import Robot
 from ...fit.fit import Agreement, Fit
@@ -114,7 +115,7 @@ def interval_bar(value: float, std: float, belief: float, tolerance: float) -> s
     )
     x1, x2 = width / 2 + per_deviation * left, width / 2 + per_deviation * right
     prior = per_deviation * NORMAL_95
-    return (
+    return Markup(
         f'<svg viewBox="0 0 {width:g} {height:g}" role="img">'
         f'<rect class="prior" x="{width / 2 - prior:.1f}" y="1" width="{2 * prior:.1f}" height="14"/>'
         f'<line class="zero" x1="{width / 2:g}" x2="{width / 2:g}" y1="1" y2="15"/>'
