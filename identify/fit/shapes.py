@@ -85,8 +85,7 @@ class _Trial:
     ) -> None:
         self.model, self.effect, self.runs = model, model.effects[place], runs
         self.equations = equations
-        start = sum(len(e.parameters(model.robot)) for e in model.effects[:place])
-        columns = range(start, start + len(self.effect.parameters(model.robot)))
+        columns = range(len(model.names))[model.columns[place]]
         self.own = [k for k, column in enumerate(columns) if column in base.kept]
         self.kept = [int(np.flatnonzero(base.kept == columns[k])[0]) for k in self.own]
         self.compressed = Compressed.of(equations)

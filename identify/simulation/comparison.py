@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..preparation.prepare import Prepared
-from ..recordings.recording import Recording
+from ..recordings.recording import SIGNALS, Recording
 from .side_by_side import side_by_side
 
 THIRDS = 3
@@ -150,7 +150,7 @@ def _mismatch(
     ours = np.where(kept, ours, np.nan)
     return Mismatch(
         quantity=quantity,
-        units=_units(quantity, recording),
+        units=recording.robot.units(SIGNALS[quantity]),
         rms=_rms(difference),
         mean=_mean(difference),
         size=_rms(ours - _mean(ours)),
@@ -183,13 +183,6 @@ def _mean(values: np.ndarray) -> np.ndarray:
 
 def _rms(values: np.ndarray) -> np.ndarray:
     return np.sqrt(_mean(values**2))
-
-
-def _units(quantity: str, recording: Recording) -> tuple[str, ...]:
-    """The unit of each joint; those that slide have their own."""
-    turning = {"position": "rad", "velocity": "rad/s", "current": "A", "torque": "N m"}[quantity]
-    sliding = {"position": "m", "velocity": "m/s", "current": "A", "torque": "N"}[quantity]
-    return tuple(turning if turns else sliding for turns in recording.robot.revolute)
 
 
 def _doubts(simulated: Recording, recorded: Recording, effort: str) -> list[str]:

@@ -4,7 +4,6 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ...diagnosis.findings.finding import Improvement
 from ...fit.fit import Agreement, Fit
 from ..diagnosis.plots import bars
 from ..diagnosis.sections import forward_section, improvement
@@ -25,16 +24,15 @@ def _identified(fitted: Fitted, place: int) -> str:
         return ""
     before, after = (_rms(_runs(fit)) for fit in (fitted.believed, fitted.fit))
     noise = np.sqrt(np.mean([run.noise**2 for run in runs], axis=0))
-    names = tuple(run.run for run in runs)
-    found = Improvement(names, before, after, noise, fitted.fit.filtering.torque_cutoff or np.nan)
     note = (
         "Before: the robot as it was described, with its drive gains; what that does not state counts as "
         "zero. "
         "After: the same model with the values identified. Each is judged by the torque that its own drive "
         "gains make of the currents, over the noise floor."
     )
-    remark = ", ".join(names) + (", held out" if fitted.fit.validation else ", used for the fit")
-    picture = bars(found, fitted.fit.model.robot.joints)
+    role = "held out" if fitted.fit.validation else "used for the fit"
+    remark = ", ".join([*(run.run for run in runs), role])
+    picture = bars(before / noise, after / noise, fitted.fit.model.robot.joints, "residual over noise")
     return section(
         f"values{place or ''}",
         "Nominal and identified values",

@@ -5,7 +5,6 @@ from collections.abc import Sequence
 import numpy as np
 from markupsafe import Markup
 
-from ...diagnosis.findings.finding import Improvement
 from ...fit.warnings.verdict import EXPLAINED, LITTLE, MISSING, TO_NOISE
 from ...simulation.comparison import NAMES, Comparison, Mismatch
 from ..diagnosis.plots import bars
@@ -32,9 +31,8 @@ def _alike(first: Comparison, last: Comparison) -> bool:
 def _pair(first: Comparison, last: Comparison) -> str:
     quantity = first.effort.quantity
     before, after = (one.effort.rms / one.effort.noise for one in (first, last))
-    found = Improvement((first.recorded,), before, after, np.ones_like(after), last.cutoff)
     note = f"Before: {first.simulated}, after: {last.simulated}; both beside the recording {first.recorded}."
-    picture = bars(found, first.joints)
+    picture = bars(before, after, first.joints, "residual over noise")
     return section(
         "pair",
         "Two simulations",

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ...arm.robot import Robot
+from ...recordings.recording import SIGNALS
 from ..report_html import NAMELESS, figure, grid, listing, number, paragraph, rounded, section, table
 from ..svg import Panel, picture, text
 from ..svg_scale import Span, label, ticks
@@ -50,13 +50,13 @@ def _table(material: Material) -> str:
 def _strips(run: Run, material: Material) -> str:
     """Two columns, a row a joint."""
     across = Span.around(run.time, margin=0.0)
-    robot = material.model.robot if material.model else None
     parts = []
     for column, (name, time, values) in enumerate(
         (("position", run.time, run.position), (run.quantity, run.effort_time, run.effort))
     ):
         left = LEFT + column * (WIDTH + GAP)
-        parts.append(text(left, 13, f"{name} [{_units(name, robot)}]", "axis"))
+        units = material.model.robot.units(SIGNALS[name]) if material.model else (SIGNALS[name],)
+        parts.append(text(left, 13, f"{name} [{', '.join(dict.fromkeys(units))}]", "axis"))
         for joint, words in enumerate(material.joints):
             panel = Panel(across, Span.around(values[:, joint]), left, TOP + STEP * joint, WIDTH, HEIGHT)
             parts.append(_strip(panel, time, values[:, joint]))
@@ -83,11 +83,3 @@ def _strip(panel: Panel, time: np.ndarray, values: np.ndarray) -> str:
     ends = (float(np.min(values[known])), panel.height - 1), (float(np.max(values[known])), 10)
     scale = "".join(text(panel.left - 4, panel.top + y, rounded(value, 3), "tick end") for value, y in ends)
     return frame + scale + panel.line(time[known], values[known], "after thin", COLUMNS)
-
-
-def _units(quantity: str, robot: Robot | None) -> str:
-    """The unit, or the two of an arm whose joints turn and slide."""
-    turning = {"position": "rad", "current": "A", "torque": "N m"}[quantity]
-    sliding = {"position": "m", "current": "A", "torque": "N"}[quantity]
-    revolute = robot.revolute if robot is not None else np.ones(1, bool)
-    return ", ".join(dict.fromkeys(turning if turns else sliding for turns in revolute))

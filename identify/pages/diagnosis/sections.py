@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from ...diagnosis.candidates import kind_of
+from ...diagnosis.findings.finding import Improvement
 from ...diagnosis.findings.quantities import SLIDING, TURNING
 from ...diagnosis.words.naming import effect_words, joint_words, named
 from ...fit.warnings.verdict import NORMAL_95
@@ -14,7 +15,6 @@ from .budget_section import budget_section
 from .candidates_section import changes_section, moments_section
 from .plots import (
     bars,
-    forward_bars,
     forward_plot,
     orders_plot,
     profile_plot,
@@ -42,13 +42,22 @@ def said(diagnosis: Told) -> str:
 
 def improvement(diagnosis: Told) -> str:
     """Residual held out before and after, by joint, and where and when it is; nothing without such runs."""
-    if diagnosis.improvement is None:
+    if (found := diagnosis.improvement) is None:
         return ""
-    words = ", ".join(diagnosis.improvement.runs)
-    remark = f"before: nominal values, friction and offsets fitted; {words}"
+    remark = f"before: nominal values, friction and offsets fitted; {', '.join(found.runs)}"
     over = " over noise" if diagnosis.over_noise else ""
-    picture = bars(diagnosis.improvement, _names(diagnosis), _units(diagnosis))
+    picture = _bars(diagnosis, found, found.noise, "residual", _units(diagnosis))
     return grid(figure(f"Held-out residual{over}", remark, picture), *_map(diagnosis))
+
+
+def _bars(
+    diagnosis: Told, found: Improvement | Simulated, noise: np.ndarray, label: str, units: Sequence[str]
+) -> str:
+    """Bars in units, or over noise (n,) where there are none."""
+    if units:
+        return bars(found.before, found.after, _names(diagnosis), label, units)
+    over = label + (", over noise" if isinstance(found, Simulated) else " over noise")
+    return bars(found.before / noise, found.after / noise, _names(diagnosis), over)
 
 
 def _units(diagnosis: Told) -> tuple[str, ...]:
@@ -191,7 +200,7 @@ def forward_section(diagnosis: Told) -> str:
     noise = diagnosis.noise if len(diagnosis.noise) else np.ones(len(diagnosis.joints))
     units = _units(diagnosis) if len(diagnosis.noise) else diagnosis.units
     remark = f"simulated less recorded torque, root mean square{'' if units else ' over noise'}"
-    figures = [figure("All joints", remark, forward_bars(found, noise, _names(diagnosis), units))]
+    figures = [figure("All joints", remark, _bars(diagnosis, found, noise, "simulated less recorded", units))]
     if not np.all(np.isfinite([found.before, found.after])):
         note += " It diverged: where it did, there is no number."
     if (samples := found.samples) is not None:

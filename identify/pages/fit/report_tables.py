@@ -6,7 +6,7 @@ from markupsafe import Markup
 from ...fit.fit import Agreement, Fit, Scores
 from ...fit.warnings.verdict import EXPLAINED, LITTLE, NORMAL_95, gains_estimated, joint_verdicts, judged
 from ..report_html import NAMELESS, grid, number, table, unit
-from .report_plots import interval_bar, measured_unit, torque_unit
+from .report_plots import interval_bar, measured_unit
 
 WORST_PAIRS = 12
 """Pairs of correlated parameters that are listed."""
@@ -60,7 +60,7 @@ def gain_table(fit: Fit) -> str:
     for joint, name in enumerate(robot.joints):
         gain, std, belief = estimate.gain[joint], estimate.gain_std[joint], robot.drive_gain[joint]
         tolerance = robot.drive_gain_tolerance * abs(belief)
-        cells = [number(gain, 5), f"{torque_unit(robot, joint)}/A"]
+        cells = [number(gain, 5), f"{robot.units('N m')[joint]}/A"]
         cells += [number(NORMAL_95 * std, 3), number(100 * std / abs(gain), 2)] if found else [NAMELESS] * 2
         if fit.gains_unstated:  # the belief of 1 is nobody's
             rows.append([name, *cells, NAMELESS, NAMELESS, NAMELESS])
