@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...arm.robot import Robot
-from ...effects import EFFECTS, Belief, Effect, Parameter, RigidBody
+from ...effects import Belief, Effect, Parameter, RigidBody, name_of
 from ...model import Model
 from ..report_html import NAMELESS, number, paragraph, section, table, unit
 
@@ -75,12 +75,11 @@ def _links(robot: Robot) -> str:
 def _effects(model: Model) -> str:
     """A row a kind of parameter, a column a joint."""
     beliefs = dict(zip(model.names, model.beliefs, strict=True))
-    names = {kind: name for name, kind in EFFECTS.items()}
     rows = []
     for effect in model.effects:
         if isinstance(effect, RigidBody):
             continue
-        first = names[type(effect)].replace("_", " ")
+        first = name_of(effect).replace("_", " ")
         for what, measure, cells in _rows(effect, model.robot, beliefs):
             rows.append([first, what, unit(measure), *cells])
             first = ""
