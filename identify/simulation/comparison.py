@@ -100,10 +100,11 @@ def compare(simulated: Recording, recorded: Recording, offset: float = 0.0) -> C
     slides = ours.weight > 0
     everywhere = np.ones_like(slides)
     axes = _axes(ours)
-    series: tuple[tuple[str, Callable[[Prepared], np.ndarray], np.ndarray], ...] = (
-        ("position", lambda run: run.decimation.apply(run.motion.position), everywhere),
-        ("velocity", lambda run: run.decimation.apply(run.motion.velocity), everywhere),
-        (effort, lambda run: run.decimated_current, slides),
+    unknown = np.full(noise.shape, np.nan)
+    series: tuple[tuple[str, Callable[[Prepared], np.ndarray], np.ndarray, np.ndarray], ...] = (
+        ("position", lambda run: run.decimation.apply(run.motion.position), everywhere, unknown),
+        ("velocity", lambda run: run.decimation.apply(run.motion.velocity), everywhere, unknown),
+        (effort, lambda run: run.decimated_current, slides, noise),
     )
     return Comparison(
         simulated=simulated.name,
@@ -113,16 +114,8 @@ def compare(simulated: Recording, recorded: Recording, offset: float = 0.0) -> C
         duration=float(np.ptp(ours.motion.time)),
         cutoff=ours.decimation.cutoff,
         mismatches=tuple(
-            _mismatch(
-                name,
-                recorded,
-                of(theirs),
-                of(ours),
-                kept,
-                noise if name == effort else np.full(noise.shape, np.nan),
-                axes,
-            )
-            for name, of, kept in series
+            _mismatch(name, recorded, of(theirs), of(ours), kept, floor, axes)
+            for name, of, kept, floor in series
         ),
         doubts=tuple(_doubts(simulated, recorded, effort)),
     )

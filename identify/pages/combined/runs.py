@@ -73,13 +73,9 @@ def _strips(run: Run, material: Material) -> str:
 
 def _strip(panel: Panel, time: np.ndarray, values: np.ndarray) -> str:
     """A line in its frame, with the ends of its scale beside."""
-    frame = (
-        f'<rect class="frame" x="{panel.left:.1f}" y="{panel.top:.1f}" '
-        f'width="{panel.width:.1f}" height="{panel.height:.1f}"/>'
-    )
     known = np.isfinite(values)
     if not np.any(known):
-        return frame + text(panel.left + 6, panel.top + panel.height / 2 + 4, "not measured", "tick")
+        return panel.frame + text(panel.left + 6, panel.top + panel.height / 2 + 4, "not measured", "tick")
     ends = (float(np.min(values[known])), panel.height - 1), (float(np.max(values[known])), 10)
     scale = "".join(text(panel.left - 4, panel.top + y, rounded(value, 3), "tick end") for value, y in ends)
-    return frame + scale + panel.line(time[known], values[known], "after thin", COLUMNS)
+    return panel.frame + scale + panel.line(time[known], values[known], "after thin", COLUMNS)
