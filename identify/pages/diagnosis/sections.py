@@ -113,22 +113,24 @@ NOTE = (
 
 def findings_section(diagnosis: Told) -> str:
     """Pictures of every finding."""
-    if not diagnosis.findings:
-        return ""
-    content = [_finding(diagnosis, one, place) for place, one in enumerate(diagnosis.findings)]
-    return section("findings", "Findings", paragraph(NOTE if diagnosis.traces else WITHOUT), *content)
+    return _pictures(diagnosis, "findings", NOTE, diagnosis.findings, 0)
 
 
 def undecided_section(diagnosis: Told) -> str:
     """Pictures of what is there and has no certain name, as the one that was fitted has it."""
-    if not diagnosis.undecided:
-        return ""
-    count = len(diagnosis.findings)
-    content = [_finding(diagnosis, one, count + place) for place, one in enumerate(diagnosis.undecided)]
     note = (
         "Each is there; which effect it is, these runs do not say. Pictures are of the one that was fitted."
     )
-    return section("undecided", "Undecided", paragraph(note if diagnosis.traces else WITHOUT), *content)
+    return _pictures(diagnosis, "undecided", note, diagnosis.undecided, len(diagnosis.findings))
+
+
+def _pictures(diagnosis: Told, anchor: str, note: str, findings: Sequence[Named], first: int) -> str:
+    """A section of findings, the first of which has this place among all; nothing without any."""
+    if not findings:
+        return ""
+    content = [_finding(diagnosis, one, place) for place, one in enumerate(findings, first)]
+    shown = paragraph(note if diagnosis.traces else WITHOUT)
+    return section(anchor, anchor.capitalize(), shown, *content)
 
 
 def _finding(diagnosis: Told, finding: Named, place: int) -> str:
