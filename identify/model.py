@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from itertools import accumulate, pairwise
 
 import numpy as np
 
@@ -59,11 +60,17 @@ class Model:
     @property
     def inertias(self) -> list[slice]:
         """Columns that are the ten parameters of one rigid body each."""
-        found, start = [], 0
-        for effect in self.effects:
-            found += [slice(start + s.start, start + s.stop) for s in effect.inertias(self.robot)]
-            start += len(effect.parameters(self.robot))
-        return found
+        return [
+            slice(own.start + body.start, own.start + body.stop)
+            for effect, own in zip(self.effects, self.columns, strict=True)
+            for body in effect.inertias(self.robot)
+        ]
+
+    @property
+    def columns(self) -> list[slice]:
+        """Columns of each effect."""
+        counts = (len(effect.parameters(self.robot)) for effect in self.effects)
+        return [slice(*ends) for ends in pairwise(accumulate(counts, initial=0))]
 
     def regressor(self, motion: Motion, remembered: Mapping[int, np.ndarray] | None = None) -> np.ndarray:
         """Torque per unit of each parameter, shape (t, n, p) [N m / unit].
@@ -107,11 +114,9 @@ class Model:
             known: Shape (t, n); nothing by default.
         """
         known = np.zeros_like(motion.position) if known is None else known
-        total, start = MotionGradient.none(motion.position.shape), 0
-        for effect in self.effects:
-            stop = start + len(effect.parameters(self.robot))
-            total = total + effect.motion_gradient(self.robot, motion, weights[:, :, start:stop], known)
-            start = stop
+        total = MotionGradient.none(motion.position.shape)
+        for effect, own in zip(self.effects, self.columns, strict=True):
+            total = total + effect.motion_gradient(self.robot, motion, weights[:, :, own], known)
         if not np.any(total.load):
             return total
         gears = self._gears

@@ -10,6 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
+from .motion import Motion
+
 
 @dataclass(frozen=True)
 class Joint:
@@ -56,17 +58,14 @@ class Link:
     angular: np.ndarray
 
 
-def links(
-    kinematics: pin.Model, position: np.ndarray, velocity: np.ndarray, acceleration: np.ndarray
-) -> list[Link]:
+def links(kinematics: pin.Model, motion: Motion) -> list[Link]:
     """Every link in turn, from the base outward."""
-    base = base_link(kinematics, len(position))
+    base = base_link(kinematics, len(motion))
     chain: list[Link] = []
     for index, joint in enumerate(joints_of(kinematics)):
         parent = base if joint.parent < 0 else chain[joint.parent]
-        chain.append(
-            step(index, joint, parent, position[:, index], velocity[:, index], acceleration[:, index])
-        )
+        own = (every[:, index] for every in (motion.position, motion.velocity, motion.acceleration))
+        chain.append(step(index, joint, parent, *own))
     return chain
 
 

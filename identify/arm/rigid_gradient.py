@@ -6,11 +6,12 @@ per unit of the parent's motion. One such pass costs about three regressors, wha
 parameters or of singular values the weights were made of.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 import pinocchio as pin
 
+from .motion import Motion
 from .newton_euler import Joint, Link, base_link, cross, dot, fixed_joint, joints_of, links, step
 
 
@@ -33,74 +34,47 @@ class Pull:
     angular: np.ndarray
 
     def __add__(self, other: "Pull") -> "Pull":
-        return Pull(
-            self.omega + other.omega,
-            self.alpha + other.alpha,
-            self.lift + other.lift,
-            self.linear + other.linear,
-            self.angular + other.angular,
-        )
+        pairs = ((getattr(self, f.name), getattr(other, f.name)) for f in fields(self))
+        return Pull(*(one + two for one, two in pairs))
 
 
-def rigid_gradient(
-    kinematics: pin.Model,
-    position: np.ndarray,
-    velocity: np.ndarray,
-    acceleration: np.ndarray,
-    weights: np.ndarray,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Derivatives of sum(weights * rigid regressor) by position, velocity and acceleration.
+def rigid_gradient(kinematics: pin.Model, motion: Motion, weights: np.ndarray) -> np.ndarray:
+    """Derivatives of sum(weights * rigid regressor) by position, velocity and acceleration, shape (3, t, n).
 
     Args:
         kinematics: Pinocchio model with n joints.
-        position: Shape (t, n) [rad] or [m].
-        velocity: Shape (t, n) [rad/s].
-        acceleration: Shape (t, n) [rad/s^2].
+        motion: Of the joints.
         weights: Shape (t, n, 10 n).
-
-    Returns:
-        Three arrays of shape (t, n).
     """
-    chain = links(kinematics, position, velocity, acceleration)
+    chain = links(kinematics, motion)
     pulls = [_read(link, weights[:, :, 10 * index : 10 * index + 10]) for index, link in enumerate(chain)]
-    return _inward(kinematics, chain, pulls, position, velocity)
+    return _inward(kinematics, chain, pulls, motion)
 
 
-def body_gradient(
-    kinematics: pin.Model,
-    position: np.ndarray,
-    velocity: np.ndarray,
-    acceleration: np.ndarray,
-    flange: pin.SE3,
-    weights: np.ndarray,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def body_gradient(kinematics: pin.Model, motion: Motion, flange: pin.SE3, weights: np.ndarray) -> np.ndarray:
     """The same for the regressor of a body fixed to the last link; weights (t, n, 10)."""
-    chain = links(kinematics, position, velocity, acceleration)
-    fixed, still = fixed_joint(flange), np.zeros(len(position))
+    chain = links(kinematics, motion)
+    fixed, still = fixed_joint(flange), np.zeros(len(motion))
     body = step(len(chain), fixed, chain[-1], still, still, still)
     pull = _read(replace(body, moving=chain[-1].moving), weights)
     pulls = [_nothing(link) for link in chain]
     pulls[-1] = _step_back(fixed, chain[-1], body, pull, still, still)[0]
-    return _inward(kinematics, chain, pulls, position, velocity)
+    return _inward(kinematics, chain, pulls, motion)
 
 
-def _inward(
-    kinematics: pin.Model, chain: list[Link], pulls: list[Pull], position: np.ndarray, velocity: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _inward(kinematics: pin.Model, chain: list[Link], pulls: list[Pull], motion: Motion) -> np.ndarray:
     """From the tip to the base, each link's pull added to its parent's."""
-    by = np.zeros((3, *position.shape))
-    base = base_link(kinematics, len(position))
+    by = np.zeros((3, *motion.position.shape))
+    base = base_link(kinematics, len(motion))
     joints = joints_of(kinematics)
     for index in range(len(chain) - 1, -1, -1):
         joint = joints[index]
         parent = base if joint.parent < 0 else chain[joint.parent]
-        pull, own = _step_back(
-            joint, parent, chain[index], pulls[index], position[:, index], velocity[:, index]
-        )
-        by[:, :, index] = own
+        turn, rate = motion.position[:, index], motion.velocity[:, index]
+        pull, by[:, :, index] = _step_back(joint, parent, chain[index], pulls[index], turn, rate)
         if joint.parent >= 0:
             pulls[joint.parent] = pulls[joint.parent] + pull
-    return by[0], by[1], by[2]
+    return by
 
 
 def _nothing(link: Link) -> Pull:

@@ -17,51 +17,31 @@ from dataclasses import replace
 import numpy as np
 import pinocchio as pin
 
+from .motion import Motion
 from .newton_euler import Link, cross, dot, fixed_joint, links, step
 
 INERTIAL = ("XX", "XY", "XZ", "YY", "YZ", "ZZ", "MX", "MY", "MZ", "M")
 """The ten inertial parameters of a body about its frame's origin, in the paper's order (3)."""
 
 
-def rigid_regressor(
-    kinematics: pin.Model,
-    position: np.ndarray,
-    velocity: np.ndarray,
-    acceleration: np.ndarray,
-    out: np.ndarray,
-) -> np.ndarray:
-    """Write joint torque per inertial parameter into `out`, which must be zero above the diagonal.
-
-    Args:
-        kinematics: Pinocchio model with n joints.
-        position: Shape (t, n) [rad] or [m].
-        velocity: Shape (t, n) [rad/s].
-        acceleration: Shape (t, n) [rad/s^2].
-        out: Zeros of shape (t, n, 10 n); columns are `INERTIAL` of link 1, of link 2 and so on.
-    """
-    for index, link in enumerate(links(kinematics, position, velocity, acceleration)):
+def rigid_regressor(kinematics: pin.Model, motion: Motion) -> np.ndarray:
+    """Joint torque per inertial parameter, shape (t, n, 10 n): `INERTIAL` of link 1, of link 2 and so on."""
+    out = np.zeros((*motion.position.shape, 10 * kinematics.nv))
+    for index, link in enumerate(links(kinematics, motion)):
         _write(link, out[:, :, 10 * index : 10 * index + 10])
     return out
 
 
-def body_regressor(
-    kinematics: pin.Model,
-    position: np.ndarray,
-    velocity: np.ndarray,
-    acceleration: np.ndarray,
-    placement: pin.SE3,
-) -> np.ndarray:
+def body_regressor(kinematics: pin.Model, motion: Motion, placement: pin.SE3) -> np.ndarray:
     """Joint torque per `INERTIAL` parameter of a body fixed to the last link, shape (t, n, 10).
 
     Args:
         kinematics: Pinocchio model with n joints.
-        position: Shape (t, n) [rad] or [m].
-        velocity: Shape (t, n) [rad/s].
-        acceleration: Shape (t, n) [rad/s^2].
+        motion: Of the joints.
         placement: The body's frame in the last link's; the parameters are about its origin and axes.
     """
-    last = links(kinematics, position, velocity, acceleration)[-1]
-    out, still = np.zeros((*position.shape, 10)), np.zeros(len(position))
+    last = links(kinematics, motion)[-1]
+    out, still = np.zeros((*motion.position.shape, 10)), np.zeros(len(motion))
     body = step(kinematics.nv, fixed_joint(placement), last, still, still, still)
     _write(replace(body, moving=last.moving), out)
     return out

@@ -9,6 +9,9 @@ import pinocchio as pin
 from ..errors import BrokenTree, UnknownJoint, WrongShape
 from .newton_euler import joints_of
 
+SLIDING = {"rad": "m", "rad/s": "m/s", "N m": "N"}
+"""Unit of a joint that turns -> that of one that slides."""
+
 
 def _unsaid() -> np.ndarray:
     return np.empty(0)
@@ -114,6 +117,10 @@ class Robot:
     def revolute(self) -> np.ndarray:
         """Which joints turn; the others slide. Shape (n,), bool."""
         return np.array([joint.revolute for joint in joints_of(self.kinematics)])
+
+    def units(self, turning: str) -> tuple[str, ...]:
+        """A unit for each joint, given that of joints that turn."""
+        return tuple(turning if turns else SLIDING.get(turning, turning) for turns in self.revolute)
 
     def index(self, joint: str) -> int:
         """Column of a joint.

@@ -41,6 +41,11 @@ EFFECTS: dict[str, type[Effect]] = {
 }
 
 
+def name_of(effect: Effect) -> str:
+    """Key of an effect in `EFFECTS`."""
+    return next(name for name, kind in EFFECTS.items() if kind is type(effect))
+
+
 def load_installed() -> None:
     """Add the effects of installed packages to `EFFECTS`; the table stays as it is where there are none.
 
@@ -62,6 +67,7 @@ __all__ = [
     "Shape",
     "known_parameters",
     "load_installed",
+    "name_of",
     "shape",
     *sorted(effect.__name__ for effect in EFFECTS.values()),
 ]

@@ -65,10 +65,8 @@ class Payload(Effect):
         every[:, :, [INERTIAL.index(name) for name in self._unknown]] = weights
         for name, value in self.known:
             every[:, :, INERTIAL.index(name)] = value * known
-        by = body_gradient(
-            robot.kinematics, motion.position, motion.velocity, motion.acceleration, robot.flange, every
-        )
-        return MotionGradient(*by, np.zeros_like(motion.position))
+        by = body_gradient(robot.kinematics, motion, robot.flange, every)
+        return MotionGradient(by[0], by[1], by[2], np.zeros_like(motion.position))
 
     def inertias(self, robot: Robot) -> list[slice]:
         return [] if self.known else [slice(0, 10)]
@@ -89,9 +87,7 @@ class Payload(Effect):
         """Torque per unit of the named parameters, shape (t, n, len(names)) [N m / unit]."""
         if motion.payload != self.name or not names:
             return np.zeros((*motion.position.shape, len(names)))
-        every = body_regressor(
-            robot.kinematics, motion.position, motion.velocity, motion.acceleration, robot.flange
-        )
+        every = body_regressor(robot.kinematics, motion, robot.flange)
         return every[:, :, [INERTIAL.index(name) for name in names]]
 
 

@@ -37,14 +37,13 @@ class RigidBody(Effect):
         ]
 
     def regressor(self, robot: Robot, motion: Motion) -> np.ndarray:
-        out = np.zeros((*motion.position.shape, 10 * robot.dof))
-        return rigid_regressor(robot.kinematics, motion.position, motion.velocity, motion.acceleration, out)
+        return rigid_regressor(robot.kinematics, motion)
 
     def motion_gradient(
         self, robot: Robot, motion: Motion, weights: np.ndarray, known: np.ndarray
     ) -> MotionGradient:
-        by = rigid_gradient(robot.kinematics, motion.position, motion.velocity, motion.acceleration, weights)
-        return MotionGradient(*by, np.zeros_like(motion.position))
+        by = rigid_gradient(robot.kinematics, motion, weights)
+        return MotionGradient(by[0], by[1], by[2], np.zeros_like(motion.position))
 
     def beliefs(self, robot: Robot) -> Mapping[str, Belief]:
         beliefs = {}

@@ -10,7 +10,7 @@ import pinocchio as pin
 from ..arm.link_frames import link_frames
 from ..arm.newton_euler import joints_of
 from ..arm.robot import Limits
-from ..effects import EFFECTS, Effect, RigidBody
+from ..effects import Effect, RigidBody, name_of
 from ..model import Model
 from ..robot_files.effect_rows import key_of
 from .portable import Portable
@@ -64,8 +64,8 @@ def _placement(placement: pin.SE3) -> dict[str, Any]:
 
 def _effect(model: Model, effect: Effect) -> dict[str, Any]:
     """An effect with its fields and parameters; those of bodies are in the links."""
-    name = next(name for name, kind in EFFECTS.items() if kind is type(effect))
-    row: dict[str, Any] = {"name": name, **{key_of(f): getattr(effect, f.name) for f in fields(effect)}}
+    row: dict[str, Any] = {"name": name_of(effect)}
+    row |= {key_of(f): getattr(effect, f.name) for f in fields(effect)}
     if isinstance(effect, RigidBody):
         return row
     beliefs = dict(zip(model.names, model.beliefs, strict=True))

@@ -20,6 +20,7 @@ from ..arm.link_frames import link_frames
 from ..arm.newton_euler import Joint, joints_of
 from ..arm.robot import Robot
 from ..effects import SpringBalancer
+from ..robot_files.urdf_text import words
 from .portable import Portable
 
 WORDS = ("gravity", "armature", "damping", "dry", "reversal", "stiffness", "constant", "balancers")
@@ -39,7 +40,7 @@ def mjcf(portable: Portable) -> str:
     robot = portable.robot
     root = Element("mujoco", model=robot.name)
     SubElement(root, "compiler", angle="radian", autolimits="true")
-    option = {"timestep": f"{STEP:g}", "integrator": "implicitfast", "gravity": _words(robot.gravity)}
+    option = {"timestep": f"{STEP:g}", "integrator": "implicitfast", "gravity": words(robot.gravity)}
     SubElement(root, "option", option)
     bodies = _add_bodies(SubElement(root, "worldbody"), portable)
     if portable.balancers:
@@ -79,9 +80,8 @@ def _softness(portable: Portable) -> list[tuple[float, float]]:
     felt = 1.0 / np.diagonal(np.linalg.inv(np.triu(inertia) + np.triu(inertia, 1).T))
     found = []
     for mass, dry, reversal in zip(felt, joints.dry, joints.reversal, strict=True):
-        steps = (
-            mass * reversal / (dry * STEP) if dry else 1.0
-        )  # that the friction takes to stop that velocity
+        # that the friction takes to stop that velocity
+        steps = mass * reversal / (dry * STEP) if dry else 1.0
         impedance = max(1.0 - steps, SOFTEST)
         found.append((2.0 * STEP * max(steps / (1.0 - impedance), 1.0), impedance))
     return found
@@ -91,20 +91,20 @@ def _add_inertial(body: Element, inertia: pin.Inertia) -> None:
     about = inertia.inertia
     six = about[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]
     mass = repr(float(inertia.mass))
-    SubElement(body, "inertial", pos=_words(inertia.lever), mass=mass, fullinertia=_words(six))
+    SubElement(body, "inertial", pos=words(inertia.lever), mass=mass, fullinertia=words(six))
 
 
 def _joint(portable: Portable, place: int, joint: Joint, soft: tuple[float, float]) -> dict[str, str]:
     joints, limits = portable.joints, portable.robot.limits
     said = {"name": portable.robot.joints[place], "type": "hinge" if joint.revolute else "slide"}
-    said |= {"axis": _words(joint.axis)}
+    said |= {"axis": words(joint.axis)}
     bounds = np.array([limits.position_lower[place], limits.position_upper[place]])
     if np.all(np.isfinite(bounds)):
-        said["range"] = _words(bounds)
+        said["range"] = words(bounds)
     numbers = {"armature": joints.armature, "damping": joints.damping, "frictionloss": joints.dry}
     said |= {name: repr(float(values[place])) for name, values in numbers.items() if values[place]}
     if joints.dry[place]:
-        said |= {"solreffriction": _words((soft[0], 1.0)), "solimpfriction": _words((soft[1], soft[1], 1.0))}
+        said |= {"solreffriction": words((soft[0], 1.0)), "solimpfriction": words((soft[1], soft[1], 1.0))}
     if joints.stiffness[place]:
         rest = -joints.constant[place] / joints.stiffness[place]
         said |= {"stiffness": repr(float(joints.stiffness[place])), "springref": repr(float(rest))}
@@ -135,7 +135,7 @@ def _add_balancer(
     rest = repr(-preload / stiffness if stiffness else 0.0)
     tendon = SubElement(tendons, "spatial", name=name, stiffness=repr(-stiffness), springlength=rest)
     for number, (body, position) in enumerate(ends):
-        SubElement(body, "site", name=f"{name}_{number + 1}", pos=_words(position))
+        SubElement(body, "site", name=f"{name}_{number + 1}", pos=words(position))
         SubElement(tendon, "site", site=f"{name}_{number + 1}")
 
 
@@ -144,24 +144,20 @@ def _add_motor(actuators: Element, portable: Portable, place: int) -> None:
     joints, name = portable.joints, portable.robot.joints[place]
     motor = SubElement(actuators, "general", name=name, joint=name, gainprm="1")
     if joints.constant[place] and not joints.stiffness[place]:
-        motor.attrib |= {"biastype": "affine", "biasprm": _words((-joints.constant[place], 0.0, 0.0))}
+        motor.attrib |= {"biastype": "affine", "biasprm": words((-joints.constant[place], 0.0, 0.0))}
     limit = portable.robot.limits.torque[place]
     if np.isfinite(limit):
-        motor.set("ctrlrange", _words((-limit, limit)))
+        motor.set("ctrlrange", words((-limit, limit)))
 
 
 def _add_capsule(body: Element, end: np.ndarray, radius: float) -> None:
     if np.linalg.norm(end) > radius:
         SubElement(
-            body, "geom", type="capsule", fromto=_words((*np.zeros(3), *end)), size=_words((radius,)),
+            body, "geom", type="capsule", fromto=words((*np.zeros(3), *end)), size=words((radius,)),
             contype="0", conaffinity="0", mass="0",
         )  # fmt: skip
 
 
 def _placement(placement: pin.SE3) -> dict[str, str]:
     x, y, z, w = pin.Quaternion(placement.rotation).coeffs()
-    return {"pos": _words(placement.translation), "quat": _words((w, x, y, z))}
-
-
-def _words(values: "np.ndarray | tuple[float, ...]") -> str:
-    return " ".join(repr(float(value)) for value in values)
+    return {"pos": words(placement.translation), "quat": words((w, x, y, z))}

@@ -100,8 +100,8 @@ class Portable:
 
 def shares(model: Model) -> list[tuple[Effect, np.ndarray]]:
     """Each effect with its believed parameters."""
-    counts = [len(effect.parameters(model.robot)) for effect in model.effects]
-    return list(zip(model.effects, np.split(model.believed_values, np.cumsum(counts)[:-1]), strict=True))
+    values = model.believed_values
+    return [(effect, values[own]) for effect, own in zip(model.effects, model.columns, strict=True)]
 
 
 def _solid(model: Model, payload: str) -> tuple[Model, tuple[str, ...]]:

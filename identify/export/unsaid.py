@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..arm.motion import Motion
-from ..effects import EFFECTS
+from ..effects import name_of
 from ..fit.base_parameters import rich_motion
 from .portable import Portable
 
@@ -57,13 +57,12 @@ def _balancers(portable: Portable) -> list[str]:
 
 def _others(portable: Portable) -> list[str]:
     """Effects of our own, with the most torque that each makes anywhere within the limits."""
-    names = {kind: name for name, kind in EFFECTS.items()}
     motion, robot = _anywhere(portable), portable.robot
     found = []
     for effect, own in portable.left:
         torque = effect.regressor(robot, motion) @ own + effect.known_torque(robot, motion)
         most = np.max(np.abs(torque), axis=0)
-        found.append(f"{names[type(effect)]}: up to {_amounts(portable, most, 'N m')}")
+        found.append(f"{name_of(effect)}: up to {_amounts(portable, most, 'N m')}")
     return found
 
 

@@ -176,13 +176,11 @@ def _parts(model: Model, run: Prepared) -> Iterator[tuple[Model, np.ndarray, Dec
     A smooth effect has up to some four times the frequencies of the low-passed positions (inertia that
     turns with two joints, times squares of velocity), so eight samples a period of the cut-off hold it.
     """
-    counts = [len(effect.parameters(model.robot)) for effect in model.effects]
-    owner = np.repeat(np.arange(len(counts)), counts)
     smooth = np.array([effect.smooth and effect.pointwise for effect in model.effects], bool)
     for kind, rate in ((smooth, 8.0 * run.position_cutoff), (~smooth, np.inf)):
         effects = tuple(effect for effect, wanted in zip(model.effects, kind, strict=True) if wanted)
         if effects:
-            own = np.flatnonzero(kind[owner])
+            own = np.concatenate([np.r_[c] for c, wanted in zip(model.columns, kind, strict=True) if wanted])
             yield replace(model, effects=effects), own, run.decimation.thinned(rate)
 
 

@@ -17,7 +17,7 @@ from ..effects.rigid_body import body_inertia
 from ..errors import FitError
 from ..model import Model
 from .base_parameters import BaseParameters
-from .estimators.consistent import Held, nearest_held, whitening
+from .estimators.consistent import Held, nearest, whitening
 from .fit import Fit
 
 UNBELIEVED = 1e3
@@ -50,7 +50,7 @@ def identified(fit: Fit) -> Model:
     held = Held(base, model.believed_values, _tolerance(fit, base, values), tuple(model.inertias))
     standard = fit.estimate.standard
     if fit.estimate.method != "consistent" or not _says(base, standard, values):
-        standard = nearest_held(held, values, covariance)
+        standard = nearest(held, values, covariance)
     assert standard is not None
     return _told(fit, standard, _deviation(held, covariance, [b.std for b in model.beliefs]))
 
@@ -109,16 +109,12 @@ def _deviation(held: Held, covariance: np.ndarray, before: Sequence[float]) -> n
 def _told(fit: Fit, standard: np.ndarray, deviation: np.ndarray) -> Model:
     """The model with these as its beliefs: bodies in the robot, where it has them, all else stated."""
     model, stated, robot = fit.model, dict[str, Belief](), _with_gains(fit)
-    start = 0
-    for effect in model.effects:
-        names = [parameter.name for parameter in effect.parameters(robot)]
-        own = slice(start, start + len(names))
-        start += len(names)
+    for effect, own in zip(model.effects, model.columns, strict=True):
         if isinstance(effect, RigidBody):
             robot = with_bodies(robot, standard[own].reshape(robot.dof, 10))
             continue
         beliefs = zip(map(float, standard[own]), map(float, deviation[own]), strict=True)
-        stated |= {name: Belief(*belief) for name, belief in zip(names, beliefs, strict=True)}
+        stated |= {name: Belief(*one) for name, one in zip(model.names[own], beliefs, strict=True)}
     return Model(robot, model.effects, stated)
 
 

@@ -85,8 +85,7 @@ class _Trial:
     ) -> None:
         self.model, self.effect, self.runs = model, model.effects[place], runs
         self.equations = equations
-        start = sum(len(e.parameters(model.robot)) for e in model.effects[:place])
-        columns = range(start, start + len(self.effect.parameters(model.robot)))
+        columns = range(len(model.names))[model.columns[place]]
         self.own = [k for k, column in enumerate(columns) if column in base.kept]
         self.kept = [int(np.flatnonzero(base.kept == columns[k])[0]) for k in self.own]
         self.compressed = Compressed.of(equations)
@@ -115,16 +114,13 @@ class _Trial:
 def _search(cost: Callable[[float], float], start: float, bounds: tuple) -> float:
     """Minimum over the bounds, in decades where they are positive; the start is kept unless beaten."""
     _, low, high = bounds
-    if low > 0:
-        result = optimize.minimize_scalar(
-            lambda x: cost(float(np.exp(x))),
-            bounds=np.log([low, high]),
-            method="bounded",
-            options={"xatol": 0.05},
-        )
-        found = float(np.exp(result.x))
-    else:
-        step = 1e-3 * (high - low)
-        result = optimize.minimize_scalar(cost, bounds=(low, high), method="bounded", options={"xatol": step})
-        found = float(result.x)
+    by_decades = low > 0
+    ends, step = (np.log([low, high]), 0.05) if by_decades else ((low, high), 1e-3 * (high - low))
+
+    def at(x: float) -> float:
+        return float(np.exp(x)) if by_decades else float(x)
+
+    options = {"xatol": step}
+    result = optimize.minimize_scalar(lambda x: cost(at(x)), bounds=ends, method="bounded", options=options)
+    found = at(result.x)
     return found if result.fun < cost(start) else start

@@ -1,20 +1,22 @@
-"""Pieces of a report: numbers that keep their full value, and tables."""
+"""Pieces of a report from the templates beside this file: text is escaped, `Markup` is HTML already."""
 
-from collections.abc import Sequence
-from html import escape
+from collections.abc import Iterable, Sequence
+from typing import Any
 
 import numpy as np
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup, escape
 
 NAMELESS = "\N{EN DASH}"
 MINUS = "\N{MINUS SIGN}"
 
 
-def number(value: float, digits: int = 4) -> str:
+def number(value: float, digits: int = 4) -> Markup:
     """A number rounded for people; the element's value attribute has it in full."""
     value = float(value)
     if not np.isfinite(value):
-        return NAMELESS
-    return f'<data value="{value!r}">{rounded(value, digits)}</data>'
+        return Markup(NAMELESS)
+    return Markup('<data value="{!r}">{}</data>').format(value, rounded(value, digits))
 
 
 def rounded(value: float, digits: int = 4) -> str:
@@ -32,36 +34,10 @@ def rounded(value: float, digits: int = 4) -> str:
 
 def unit(name: str) -> str:
     """A unit with raised exponents."""
-    return escape(name).replace("^2", "\N{SUPERSCRIPT TWO}")
+    return name.replace("^2", "\N{SUPERSCRIPT TWO}")
 
 
-def table(head: Sequence[str], rows: Sequence[Sequence[str]], words: Sequence[int] = ()) -> str:
-    """A table of cells that are HTML already; a cell may be a whole `<td ...>`.
-
-    Args:
-        head: Titles, as plain text.
-        rows: Cells of each row.
-        words: Columns that hold words rather than numbers.
-    """
-    style = ['class="words"' if column in words else "" for column in range(len(head))]
-    titles = "".join(
-        f"<th {style[c]}>{escape(title)}</th>".replace(" >", ">") for c, title in enumerate(head)
-    )
-    body = "".join(f"<tr>{''.join(_cell(cell, style[c]) for c, cell in enumerate(row))}</tr>" for row in rows)
-    return f'<div class="scroll"><table><thead><tr>{titles}</tr></thead><tbody>{body}</tbody></table></div>'
-
-
-def _cell(cell: str, style: str) -> str:
-    return cell if cell.startswith("<td") else f"<td {style}>{cell}</td>".replace(" >", ">", 1)
-
-
-def listing(lines: Sequence[str], style: str = "") -> str:
-    """Sentences as a list."""
-    kind = f' class="{style}"' if style else ""
-    return f"<ul{kind}>{''.join(f'<li>{prose(line)}</li>' for line in lines)}</ul>"
-
-
-def prose(words: str) -> str:
+def prose(words: str) -> Markup:
     """Plain text whose per cent signs stay with their numbers."""
     return (
         escape(words)
@@ -71,17 +47,57 @@ def prose(words: str) -> str:
     )
 
 
-def paragraph(words: str, style: str = "note") -> str:
+TEMPLATES = Environment(
+    loader=PackageLoader(__package__, ""),
+    autoescape=True,
+    undefined=StrictUndefined,
+    keep_trailing_newline=True,
+)
+TEMPLATES.filters["prose"] = prose
+_PARTS: Any = TEMPLATES.get_template("parts.html").module
+
+
+def table(head: Sequence[str], rows: Iterable[Sequence[str]], words: Sequence[int] = ()) -> Markup:
+    """A table; a cell may be a whole `<td ...>`.
+
+    Args:
+        head: Titles.
+        rows: Cells of each row.
+        words: Columns that hold words rather than numbers.
+    """
+    return _PARTS.table(head, rows, words)
+
+
+def table_of_html(head: Sequence[str], rows: Iterable[Sequence[str]], words: Sequence[int] = ()) -> Markup:
+    """A table of cells that are HTML already."""
+    return table(head, [[Markup(cell) for cell in row] for row in rows], words)
+
+
+def listing(lines: Iterable[str], style: str = "") -> Markup:
+    """Sentences as a list."""
+    return _PARTS.listing(lines, style)
+
+
+def paragraph(words: str, style: str = "note") -> Markup:
     """A paragraph of plain text."""
-    return f'<p class="{style}">{prose(words)}</p>'
+    return Markup('<p class="{}">{}</p>').format(style, prose(words))
 
 
-def figure(caption: str, remark: str, picture: str) -> str:
-    """A picture with its title above."""
-    small = f"<small>{prose(remark)}</small>" if remark else ""
-    return f"<figure><figcaption>{escape(caption)}{small}</figcaption>{picture}</figure>"
+def heading(words: str) -> Markup:
+    """A heading within a section."""
+    return Markup("<h3>{}</h3>").format(words)
 
 
-def section(anchor: str, title: str, *content: str) -> str:
-    """A headed part of the page."""
-    return f'<section id="{anchor}"><h2>{escape(title)}</h2>{"".join(content)}</section>'
+def figure(caption: str, remark: str, picture: str) -> Markup:
+    """A picture, which is HTML, with its title above."""
+    return _PARTS.figure(caption, remark, Markup(picture))
+
+
+def grid(*parts: str, kind: str = "two") -> Markup:
+    """Parts, which are HTML, side by side where the screen is wide."""
+    return _PARTS.grid(map(Markup, parts), kind)
+
+
+def section(anchor: str, title: str, *content: str) -> Markup:
+    """A headed part of the page; the content is HTML."""
+    return _PARTS.section(anchor, title, map(Markup, content))

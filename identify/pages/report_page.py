@@ -2,13 +2,15 @@
 
 import re
 from collections.abc import Sequence
-from html import escape
 from typing import NamedTuple
 
-from .report_style import STYLE
+from markupsafe import Markup
+
+from .report_html import TEMPLATES
 
 HEADING = re.compile(r'<section id="([\w-]+)"><h2>(.*?)</h2>')
 NAMED = re.compile(r'<section id="([\w-]+)"')
+STYLE = TEMPLATES.get_template("report.css").render()
 
 
 class Chapter(NamedTuple):
@@ -25,42 +27,30 @@ class Chapter(NamedTuple):
     sections: str
 
 
-def page(title: str, heading: str, note: str, body: str, contents: str = "") -> str:
+def page(title: str, heading: str, note: str, body: str, chapters: Sequence[Chapter] = ()) -> str:
     """A whole page: no script, no network, light and dark, fit to print.
 
     Args:
         title: Of the window, plain text.
         heading: Plain text.
-        note: What stands below the heading, HTML.
+        note: What stands below the heading, plain text.
         body: Sections, HTML.
-        contents: Links to them, HTML; one to each section by default.
+        chapters: What follows them; those without sections are left out.
     """
-    links = contents or f"<nav>{_links(body)}</nav>"
-    return (
-        '<!doctype html><html lang="en"><head><meta charset="utf-8">'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f"<title>{escape(title)}</title><style>{STYLE}</style></head>"
-        f'<body><h1>{escape(heading)}</h1><p class="note">{note}</p>{links}{body}</body></html>\n'
+    return TEMPLATES.get_template("page.html").render(
+        title=title,
+        heading=heading,
+        note=note,
+        body=Markup(body),
+        chapters=[_prefixed(chapter) for chapter in chapters if chapter.sections],
+        headings=_headings,
     )
 
 
-def bound(opening: str, chapters: Sequence[Chapter]) -> tuple[str, str]:
-    """Body and contents of a page of chapters; those without sections are left out.
-
-    Args:
-        opening: Sections before the first chapter.
-        chapters: In their order.
-    """
-    body, rows = opening, [f"<li>{_links(opening)}</li>"] if opening else []
-    for chapter in chapters:
-        if not chapter.sections:
-            continue
-        sections = NAMED.sub(rf'<section id="{chapter.anchor}-\1"', chapter.sections)
-        title = escape(chapter.title)
-        body += f'<div class="chapter" id="{chapter.anchor}"><h1>{title}</h1>{sections}</div>'
-        rows.append(f'<li><a class="part" href="#{chapter.anchor}">{title}</a>{_links(sections)}</li>')
-    return body, f'<nav class="contents"><ol>{"".join(rows)}</ol></nav>'
+def _prefixed(chapter: Chapter) -> Chapter:
+    sections = NAMED.sub(rf'<section id="{chapter.anchor}-\1"', str(chapter.sections))
+    return chapter._replace(sections=Markup(sections))
 
 
-def _links(body: str) -> str:
-    return "".join(f'<a href="#{anchor}">{title}</a>' for anchor, title in HEADING.findall(body))
+def _headings(sections: str) -> list[tuple[str, Markup]]:
+    return [(anchor, Markup(title)) for anchor, title in HEADING.findall(sections)]

@@ -6,6 +6,7 @@ from html import escape
 from itertools import pairwise
 
 import numpy as np
+from markupsafe import Markup
 
 from .svg_scale import Span, label, ticks
 
@@ -42,10 +43,18 @@ class Panel:
         down = self.top + self.height * (1.0 - share)
         return np.rint(GRAIN * np.column_stack([across, down])).astype(int)
 
+    @property
+    def frame(self) -> str:
+        """Its ground and edge."""
+        return (
+            f'<rect class="frame" x="{self.left:.1f}" y="{self.top:.1f}" '
+            f'width="{self.width:.1f}" height="{self.height:.1f}"/>'
+        )
+
     def axes(self, x_label: str, y_label: str, x_ticks: bool = True) -> str:
         """Frame, grid, tick labels and axis labels with their units."""
         bottom, right = self.top + self.height, self.left + self.width
-        parts = [f'<rect class="frame" {_box(self.left, self.top, self.width, self.height)}/>']
+        parts = [self.frame]
         for value in ticks(self.x, 6):
             place = self.left + self.width * (value - self.x.low) / self.x.size
             parts.append(_line("grid", place, self.top, place, bottom))
@@ -110,9 +119,10 @@ def legend(x: float, y: float, entries: Sequence[tuple[str, str]]) -> str:
     return "".join(parts)
 
 
-def picture(width: float, height: float, title: str, content: str) -> str:
+def picture(width: float, height: float, title: str, content: str) -> Markup:
     """A plot that fills its column; the title is read aloud and shown on hovering."""
-    return f'<svg viewBox="0 0 {width:g} {height:g}" role="img"><title>{escape(title)}</title>{content}</svg>'
+    head = f'<svg viewBox="0 0 {width:g} {height:g}" role="img"><title>{escape(title)}</title>'
+    return Markup(f"{head}{content}</svg>")
 
 
 def _path(steps: str, style: str) -> str:
@@ -121,7 +131,3 @@ def _path(steps: str, style: str) -> str:
 
 def _line(style: str, x1: float, y1: float, x2: float, y2: float) -> str:
     return f'<line class="{style}" x1="{x1:.1f}" y1="{y1:.1f}" x2="{x2:.1f}" y2="{y2:.1f}"/>'
-
-
-def _box(x: float, y: float, width: float, height: float) -> str:
-    return f'x="{x:.1f}" y="{y:.1f}" width="{width:.1f}" height="{height:.1f}"'

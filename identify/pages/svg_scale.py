@@ -1,4 +1,4 @@
-"""Scales of a plot: ranges, round ticks and their labels."""
+"""Scales of a plot: ranges, round ticks and their labels; which stretch of a run is drawn."""
 
 from typing import NamedTuple
 
@@ -38,6 +38,16 @@ def ticks(span: Span, count: int) -> np.ndarray:
 
 def _multiples(span: Span, step: float) -> np.ndarray:
     return step * np.arange(np.ceil(span.low / step), np.floor(span.high / step) + 1)
+
+
+def stretch(time: np.ndarray, squares: np.ndarray, longest: float) -> slice:
+    """All samples (r,), or the stretch of `longest` [s] in which the sum of squares (r,) is largest."""
+    length = int(np.searchsorted(time, time[0] + longest, side="right"))
+    if length >= len(time):
+        return slice(0, len(time))
+    total = np.cumsum(np.concatenate([[0.0], squares]))
+    start = int(np.argmax(total[length:] - total[:-length]))
+    return slice(start, start + length)
 
 
 def label(value: float, span: Span) -> str:

@@ -8,34 +8,12 @@ from ..arm.motion import Motion
 from ..errors import NotExcited, RecordingError
 from ..recordings.recording import Recording
 from . import cutoffs
-from .filter_checks import check_cutoff, check_positive, check_standstill
+from .filtering import Filtering as Filtering
 from .filters import Decimation, differentiate, low_pass, uniform
 from .noise import noise_above, noise_at_rest, quantisation
 
 FEWEST = 64
 """Samples below which there is no spectrum to choose filters from; no filter fits such a run anyway."""
-
-
-@dataclass(frozen=True)
-class Filtering:
-    """How to filter; what is None is chosen from the data.
-
-    Attributes:
-        rate: Sample rate of the even time axis [Hz]; the recording's median rate by default.
-        position_cutoff: Low-pass of positions before differentiation [Hz].
-        torque_cutoff: Parallel decimation of torque and regressor [Hz].
-        standstill: Speed below which a joint sticks rather than slides [rad/s], one for all joints.
-    """
-
-    rate: float | None = None
-    position_cutoff: float | None = None
-    torque_cutoff: float | None = None
-    standstill: float | None = None
-
-    def __post_init__(self) -> None:
-        check_positive("--position-cutoff", self.position_cutoff, "Hz")
-        check_positive("--torque-cutoff", self.torque_cutoff, "Hz")
-        check_positive("--standstill", self.standstill, "rad/s")
 
 
 @dataclass(frozen=True)
@@ -155,8 +133,7 @@ def choose(recording: Recording, filtering: Filtering) -> Filtering:
         RecordingError: Too short to have a spectrum, or a cut-off that no filter can have.
     """
     even = _Even.of(recording, filtering.rate)
-    check_cutoff("--position-cutoff", filtering.position_cutoff, even.rate, recording.name)
-    check_cutoff("--torque-cutoff", filtering.torque_cutoff, even.rate, recording.name)
+    filtering.check_cutoffs(even.rate, recording.name)
     position_cutoff = filtering.position_cutoff or cutoffs.position_cutoff(even.position, even.rate)
     torque_cutoff = filtering.torque_cutoff or cutoffs.torque_cutoff(
         recording.model, even.position, even.current, even.gain, even.rate
@@ -180,7 +157,7 @@ def prepare(recording: Recording, filtering: Filtering = Filtering()) -> Prepare
     decimation = Decimation.at(even.rate, float(filtering.torque_cutoff or 0.0))
     inside = _inside(even, cutoff, decimation)
     motion, current = _whole_motion(even, cutoff), even.current
-    check_standstill(filtering.standstill, motion.velocity, recording.name)
+    filtering.check_standstill(motion.velocity, recording.name)
     sliding = np.abs(motion.velocity) >= _standstill(motion, filtering)
     noise, source = _noise(current, motion, decimation)
     if not np.any(sliding):

@@ -211,6 +211,14 @@ class Recording(InNotebook):
         }
         return pandas.DataFrame(columns, index=pandas.Index(time, name="time [s]"))
 
+    def keeping(self, rows: Mapping[str, np.ndarray]) -> "Recording":
+        """The recording with only those samples of some signals, and of its host time, name -> bool (t,)."""
+        fewer = {name: self.signals[name][kept] for name, kept in rows.items() if not kept.all()}
+        host_time = self.host_time
+        if host_time is not None and "position" in fewer:
+            host_time = host_time[rows["position"]]
+        return replace(self, signals={**self.signals, **fewer}, host_time=host_time)
+
     def doubted(self, *warnings: str) -> "Recording":
         """The same recording with more doubts; one that is already there is not repeated."""
         return replace(self, warnings=tuple(dict.fromkeys((*self.warnings, *warnings))))

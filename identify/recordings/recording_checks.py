@@ -84,36 +84,25 @@ def check_alive(recording: Recording) -> Recording:
 
 def _without_silence(recording: Recording) -> Recording:
     """Drop samples in which a signal is NaN on all joints: the controller said nothing then."""
-    signals = dict(recording.signals)
-    host_time = recording.host_time
-    for name, signal in recording.signals.items():
-        speaks = ~np.isnan(signal.values).all(axis=1)
-        if speaks.all():
-            continue
-        signals[name] = signal[speaks]
-        if name == "position" and host_time is not None:
-            host_time = host_time[speaks]
-    return replace(recording, signals=signals, host_time=host_time)
+    return recording.keeping(
+        {name: ~np.isnan(signal.values).all(axis=1) for name, signal in recording.signals.items()}
+    )
 
 
 def _without_impossible(recording: Recording) -> Recording:
     """Drop samples with a joint that is no number, if it is one elsewhere, or with a time that goes back."""
-    signals, doubts, host_time = dict(recording.signals), [], recording.host_time
+    every, doubts = {}, []
     for name, signal in recording.signals.items():
         known = is_number(signal.values)
         known[:, ~known.any(axis=0)] = True
         latest = np.maximum.accumulate(np.concatenate([[-np.inf], signal.time]))[:-1]
-        kept = known.all(axis=1) & (signal.time > latest)
-        if kept.all():
-            continue
-        signals[name] = signal[kept]
-        if name == "position" and host_time is not None:
-            host_time = host_time[kept]
-        doubts.append(
-            f"{name}: {np.sum(~kept)} of {len(kept)} samples have a joint that is no number or a time that "
-            "goes back; they are left out"
-        )
-    return replace(recording, signals=signals, host_time=host_time).doubted(*doubts)
+        kept = every[name] = known.all(axis=1) & (signal.time > latest)
+        if not kept.all():
+            doubts.append(
+                f"{name}: {np.sum(~kept)} of {len(kept)} samples have a joint that is no number or a time "
+                "that goes back; they are left out"
+            )
+    return recording.keeping(every).doubted(*doubts)
 
 
 def _gaps(recording: Recording) -> list[str]:

@@ -18,23 +18,19 @@ def without_stale(recording: Recording) -> Recording:
     row with a hole is of no use, and one that was filled in would pretend to have been measured. A joint
     that never spoke is left for `recording_checks.check` to judge.
     """
-    signals, doubts = dict(recording.signals), []
-    host_time = recording.host_time
+    filled, fresh, doubts = {}, {}, []
     for name, signal in recording.signals.items():
         silent = np.isnan(signal.values)
         silent[:, silent.all(axis=0)] = False
         stale = silent.any(axis=1)
-        if not stale.any():
-            continue
         if name in SLOW:
-            signals[name] = _filled(signal)
+            filled[name] = _filled(signal) if stale.any() else signal
             continue
-        signals[name] = signal[~stale]
-        if name == "position" and host_time is not None:
-            host_time = host_time[~stale]
+        fresh[name] = ~stale
         if np.isfinite(signal.values[stale]).any():
             doubts.append(_doubt(recording, name, silent, stale))
-    return replace(recording, signals=signals, host_time=host_time).doubted(*doubts)
+    whole = replace(recording, signals={**recording.signals, **filled})
+    return whole.keeping(fresh).doubted(*doubts)
 
 
 def _filled(signal: Signal) -> Signal:

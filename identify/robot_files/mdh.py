@@ -64,12 +64,15 @@ def mdh_kinematics(rows: Sequence[Mapping[str, Any]], name: str) -> Kinematics:
         where = f"mdh row {place + 1} ({label})"
         frame = _antecedent(row, place, frames, where)
         frame = _Frame(frame.joint, frame.placement * _transform(row, where))
-        if _kind(row, where) == "fixed":
+        kind = _kind(row, where)
+        if kind == "fixed":
             fixed.append(frame)
             if "Ia" in row:
                 raise RobotError(f"{where}: Ia belongs to a joint that moves; sigma 2 is fixed")
         else:
-            frame = _Frame(_add_joint(model, frame, _kind(row, where), label), pin.SE3.Identity())
+            joint = pin.JointModelRZ() if kind == "revolute" else pin.JointModelPZ()
+            index = add_joint(model, frame.joint, joint, frame.placement, label, f"link{model.njoints}")
+            frame = _Frame(index, pin.SE3.Identity())
             if "Ia" in row:
                 rotors[label] = number(row["Ia"], f"{where} Ia", low=0.0)
         if frame.joint > 0:
@@ -125,11 +128,6 @@ def _transform(row: Mapping[str, Any], where: str) -> pin.SE3:
     tilt = pin.SE3(pin.rpy.rpyToMatrix(alpha, 0.0, 0.0), np.zeros(3))
     turn = pin.SE3(pin.rpy.rpyToMatrix(0.0, 0.0, theta), np.array([d, 0.0, 0.0]))
     return tilt * turn * pin.SE3(np.eye(3), np.array([0.0, 0.0, r]))
-
-
-def _add_joint(model: pin.Model, frame: _Frame, kind: str, label: str) -> int:
-    joint = pin.JointModelRZ() if kind == "revolute" else pin.JointModelPZ()
-    return add_joint(model, frame.joint, joint, frame.placement, label, f"link{model.njoints}")
 
 
 def _body(row: Mapping[str, Any], where: str) -> pin.Inertia:

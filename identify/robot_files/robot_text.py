@@ -8,7 +8,7 @@ import pinocchio as pin
 from ..arm.link_frames import link_frames
 from ..arm.newton_euler import Joint, joints_of
 from ..arm.robot import Robot
-from ..effects import EFFECTS, Effect
+from ..effects import EFFECTS, Effect, name_of
 from ..model import Model
 from .effect_rows import key_of
 from .kinematics import INERTIA_PLACES
@@ -96,7 +96,7 @@ def _inertia(robot: Robot, place: int) -> dict[str, Any]:
 
 def _effect_row(effect: Effect, model: Model, told: set[str]) -> dict[str, Any]:
     """The effect's fields, and its beliefs if all its parameters have one; notes in `told` which it wrote."""
-    row: dict[str, Any] = {"name": next(name for name, kind in EFFECTS.items() if kind is type(effect))}
+    row: dict[str, Any] = {"name": name_of(effect)}
     row |= {key_of(f): value for f in fields(effect) if (value := getattr(effect, f.name)) is not None}
     names = [parameter.name for parameter in effect.parameters(model.robot)]
     if names and all(name in model.stated for name in names):

@@ -1,7 +1,6 @@
 """URDF: kinematics, inertias and limits, through Pinocchio, after a check that names what is wrong."""
 
 from collections import Counter
-from collections.abc import Iterator
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 
@@ -211,15 +210,13 @@ def _flange(model: pin.Model, root: Element) -> pin.SE3:
     parents = {_end(joint, "parent") for joint in root.findall("joint")}
     leaves = {
         frame.name: frame.placement
-        for frame in _bodies(model)
-        if frame.parentJoint == model.njoints - 1 and frame.name not in parents
+        for frame in model.frames
+        if frame.type == pin.FrameType.BODY
+        and frame.parentJoint == model.njoints - 1
+        and frame.name not in parents
     }
     for ending in FLANGES:
         for name, placement in leaves.items():
             if name.lower().endswith(ending):
                 return pin.SE3(placement)
     return pin.SE3.Identity()
-
-
-def _bodies(model: pin.Model) -> Iterator[pin.Frame]:
-    return (frame for frame in model.frames if frame.type == pin.FrameType.BODY)

@@ -1,5 +1,6 @@
 """Write a model as a URDF without meshes: cylinders that a viewer shows as an arm."""
 
+from collections.abc import Iterable
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
@@ -91,7 +92,7 @@ def _add_joint(root: Element, robot: Robot, place: int, joint: Joint, frame: Lin
     SubElement(element, "parent", link=frame.parent)
     SubElement(element, "child", link=frame.child)
     _add_origin(element, frame.placement)
-    SubElement(element, "axis", xyz=_words(joint.axis))
+    SubElement(element, "axis", xyz=words(joint.axis))
     known = {"effort": limits.torque[place], "velocity": limits.velocity[place]}
     if bounded:
         known |= {"lower": limits.position_lower[place], "upper": limits.position_upper[place]}
@@ -101,8 +102,9 @@ def _add_joint(root: Element, robot: Robot, place: int, joint: Joint, frame: Lin
 
 def _add_origin(element: Element, placement: pin.SE3) -> None:
     rpy = pin.rpy.matrixToRpy(placement.rotation)
-    SubElement(element, "origin", xyz=_words(placement.translation), rpy=_words(rpy))
+    SubElement(element, "origin", xyz=words(placement.translation), rpy=words(rpy))
 
 
-def _words(vector: np.ndarray) -> str:
+def words(vector: Iterable[float]) -> str:
+    """Numbers as an attribute holds them, to the last digit."""
     return " ".join(repr(float(x)) for x in vector)

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..preparation.prepare import Prepared
-from ..recordings.recording import Recording
+from ..recordings.recording import SIGNALS, Recording
 from .side_by_side import side_by_side
 
 THIRDS = 3
@@ -100,10 +100,11 @@ def compare(simulated: Recording, recorded: Recording, offset: float = 0.0) -> C
     slides = ours.weight > 0
     everywhere = np.ones_like(slides)
     axes = _axes(ours)
-    series: tuple[tuple[str, Callable[[Prepared], np.ndarray], np.ndarray], ...] = (
-        ("position", lambda run: run.decimation.apply(run.motion.position), everywhere),
-        ("velocity", lambda run: run.decimation.apply(run.motion.velocity), everywhere),
-        (effort, lambda run: run.decimated_current, slides),
+    unknown = np.full(noise.shape, np.nan)
+    series: tuple[tuple[str, Callable[[Prepared], np.ndarray], np.ndarray, np.ndarray], ...] = (
+        ("position", lambda run: run.decimation.apply(run.motion.position), everywhere, unknown),
+        ("velocity", lambda run: run.decimation.apply(run.motion.velocity), everywhere, unknown),
+        (effort, lambda run: run.decimated_current, slides, noise),
     )
     return Comparison(
         simulated=simulated.name,
@@ -113,16 +114,8 @@ def compare(simulated: Recording, recorded: Recording, offset: float = 0.0) -> C
         duration=float(np.ptp(ours.motion.time)),
         cutoff=ours.decimation.cutoff,
         mismatches=tuple(
-            _mismatch(
-                name,
-                recorded,
-                of(theirs),
-                of(ours),
-                kept,
-                noise if name == effort else np.full(noise.shape, np.nan),
-                axes,
-            )
-            for name, of, kept in series
+            _mismatch(name, recorded, of(theirs), of(ours), kept, floor, axes)
+            for name, of, kept, floor in series
         ),
         doubts=tuple(_doubts(simulated, recorded, effort)),
     )
@@ -150,7 +143,7 @@ def _mismatch(
     ours = np.where(kept, ours, np.nan)
     return Mismatch(
         quantity=quantity,
-        units=_units(quantity, recording),
+        units=recording.robot.units(SIGNALS[quantity]),
         rms=_rms(difference),
         mean=_mean(difference),
         size=_rms(ours - _mean(ours)),
@@ -183,13 +176,6 @@ def _mean(values: np.ndarray) -> np.ndarray:
 
 def _rms(values: np.ndarray) -> np.ndarray:
     return np.sqrt(_mean(values**2))
-
-
-def _units(quantity: str, recording: Recording) -> tuple[str, ...]:
-    """The unit of each joint; those that slide have their own."""
-    turning = {"position": "rad", "velocity": "rad/s", "current": "A", "torque": "N m"}[quantity]
-    sliding = {"position": "m", "velocity": "m/s", "current": "A", "torque": "N"}[quantity]
-    return tuple(turning if turns else sliding for turns in recording.robot.revolute)
 
 
 def _doubts(simulated: Recording, recorded: Recording, effort: str) -> list[str]:

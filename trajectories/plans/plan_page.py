@@ -5,8 +5,9 @@ from html import escape
 
 import numpy as np
 
-from exidyn.identify.pages.report_html import NAMELESS, figure, listing, paragraph, rounded, section, table
-from exidyn.identify.pages.report_style import STYLE as REPORT_STYLE
+from exidyn.identify.pages.report_html import NAMELESS, figure, listing, paragraph, rounded, section
+from exidyn.identify.pages.report_html import table_of_html as table
+from exidyn.identify.pages.report_page import STYLE as REPORT_STYLE
 
 from ..trajectory import unit_of
 from .plan import Plan

@@ -37,7 +37,8 @@ def consistent(equations: Equations) -> Estimate:
         FitError: The solver found no consistent parameters.
     """
     start = weighted(equations)
-    standard = nearest(equations, start.values, start.covariance[: len(start.values), : len(start.values)])
+    held = Held(equations.base, equations.believed, finite_tolerance(equations), equations.bodies)
+    standard = nearest(held, start.values, start.covariance[: len(start.values), : len(start.values)])
     values = equations.base.regrouping @ standard
     noise = Compressed.of(equations).residual_std(values, equations.gain)
     # The unconstrained covariance: an upper bound where a constraint holds.
@@ -60,19 +61,8 @@ class Held(NamedTuple):
     bodies: tuple[slice, ...]
 
 
-def nearest(equations: Equations, values: np.ndarray, covariance: np.ndarray) -> np.ndarray:
+def nearest(held: Held, values: np.ndarray, covariance: np.ndarray) -> np.ndarray:
     """Consistent standard parameters (p,) nearest to base parameters (b,) in their covariance (b, b).
-
-    Raises:
-        FitError: The solver found none.
-    """
-    tolerance = finite_tolerance(equations)
-    held = Held(equations.base, equations.believed, tolerance, equations.bodies)
-    return nearest_held(held, values, covariance)
-
-
-def nearest_held(held: Held, values: np.ndarray, covariance: np.ndarray) -> np.ndarray:
-    """The same without equations, of what is held true alone.
 
     Raises:
         FitError: The solver found none.

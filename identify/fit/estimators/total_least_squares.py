@@ -11,8 +11,6 @@ which the regressor is exact (Van Huffel and Vandewalle, the mixed LS-TLS proble
 coloured their intervals are too short. `mixed` reports the one of `covariance`.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 from scipy import linalg
 
@@ -23,19 +21,11 @@ from .covariance import sandwich_with_gains
 from .estimate import Estimate
 
 
-@dataclass(frozen=True)
-class Homogeneous:
-    """Compressed [V, W, P] of all joints, shape (rows, n + b + 1), and the rows it stands for."""
-
-    matrix: np.ndarray
-    rows: int
-
-
 def literal(equations: Equations) -> Estimate:
     """Total least squares exactly as in the paper's (12) to (21), without weights."""
     ones = np.ones(len(equations.gain))
     system = _homogeneous(equations, Compressed.of(equations), ones)
-    return _total("literal", equations, system, np.ones(system.matrix.shape[1]))
+    return _total("literal", equations, system, np.ones(system.shape[1]))
 
 
 def total(equations: Equations) -> Estimate:
@@ -82,8 +72,8 @@ def require_payload(equations: Equations) -> None:
         )
 
 
-def _homogeneous(equations: Equations, compressed: Compressed, noise: np.ndarray) -> Homogeneous:
-    """Rows of all joints divided by their torque noise."""
+def _homogeneous(equations: Equations, compressed: Compressed, noise: np.ndarray) -> np.ndarray:
+    """Compressed [V, W, P] of all joints, rows divided by their torque noise, shape (rows, n + b + 1)."""
     n = len(equations.gain)
     blocks = []
     for joint in range(n):
@@ -91,7 +81,7 @@ def _homogeneous(equations: Equations, compressed: Compressed, noise: np.ndarray
         currents = np.zeros((len(rows), n))
         currents[:, joint] = rows[:, -1]
         blocks.append(np.column_stack([currents, -rows[:, :-1]]))
-    return Homogeneous(np.concatenate(blocks), int(compressed.counts.sum()))
+    return np.concatenate(blocks)
 
 
 def _believed_noise(equations: Equations) -> np.ndarray:
@@ -122,27 +112,31 @@ def _column_noise(
     return np.concatenate([_gain_column_noise(counts, gain), floor])
 
 
-def _total(method: str, equations: Equations, system: Homogeneous, column_noise: np.ndarray) -> Estimate:
+def _total(method: str, equations: Equations, system: np.ndarray, column_noise: np.ndarray) -> Estimate:
     """The paper's (16) to (21) on columns divided by their noise."""
     require_payload(equations)
-    scaled = system.matrix / column_noise
+    compressed, n = Compressed.of(equations), len(equations.gain)
+    scaled = system / column_noise
     _, singular, right = linalg.svd(scaled, full_matrices=False)
     last = right[-1]
     vector = last / column_noise
     vector = vector / vector[-1]
     unknowns = last[:-1] / last[-1]  # in the scaled columns, where (20) holds
-    deviation = singular[-1] / np.sqrt(system.rows - scaled.shape[1])
+    deviation = singular[-1] / np.sqrt(compressed.counts.sum() - scaled.shape[1])
     compatible = scaled - np.outer(scaled @ last, last)
     gram = compatible[:, :-1].T @ compatible[:, :-1]
     covariance = deviation**2 * (1 + unknowns @ unknowns) * np.linalg.pinv(gram, hermitian=True)
     back = column_noise[-1] / column_noise[:-1]
     covariance = covariance * np.outer(back, back)
-    return _estimate(method, equations, Compressed.of(equations), vector, covariance)
+    order = np.concatenate([np.arange(n, len(covariance)), np.arange(n)])
+    values, gain = vector[n:-1], vector[:n]
+    noise = compressed.residual_std(values, gain)
+    return Estimate(method, values, gain, covariance[np.ix_(order, order)], noise)
 
 
-def _mixed_solution(system: Homogeneous, n: int, gain_noise: np.ndarray) -> np.ndarray:
+def _mixed_solution(system: np.ndarray, n: int, gain_noise: np.ndarray) -> np.ndarray:
     """Eliminate the exact columns by QR, then total least squares on the currents alone."""
-    exact, noisy = system.matrix[:, n:], system.matrix[:, :n] / gain_noise
+    exact, noisy = system[:, n:], system[:, :n] / gain_noise
     size = np.linalg.norm(exact, axis=0)
     size[size == 0] = 1.0
     factor = linalg.qr(np.column_stack([exact / size, noisy]), mode="r")[0]
@@ -152,13 +146,3 @@ def _mixed_solution(system: Homogeneous, n: int, gain_noise: np.ndarray) -> np.n
     rest = linalg.solve_triangular(factor[:count, :count], -factor[:count, count:] @ gains) / size
     vector = np.concatenate([gains / gain_noise, rest])
     return vector / vector[-1]
-
-
-def _estimate(
-    method: str, equations: Equations, compressed: Compressed, vector: np.ndarray, covariance: np.ndarray
-) -> Estimate:
-    n = len(equations.gain)
-    order = np.concatenate([np.arange(n, len(covariance)), np.arange(n)])
-    values, gain = vector[n:-1], vector[:n]
-    noise = compressed.residual_std(values, gain)
-    return Estimate(method, values, gain, covariance[np.ix_(order, order)], noise)

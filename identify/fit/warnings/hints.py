@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from ...arm.motion import Motion
 from ...model import Model
 from ..base_parameters import BaseParameters, rich_motion
 from ..estimators import Estimate
@@ -28,20 +29,19 @@ def unclear(model: Model, base: BaseParameters, estimate: Estimate, payload: str
     hints = []
     for column in found:
         gain = np.max(seen[:, :, column] ** 2 / (1.0 + spread), axis=1)
-        hint = _in_words(model, motion.position, motion.velocity, motion.acceleration, gain)
+        hint = _in_words(model, motion, gain)
         hints.append(Unclear(base.names[column], float(percent[column]), hint))
     return tuple(hints)
 
 
-def _in_words(
-    model: Model, position: np.ndarray, velocity: np.ndarray, acceleration: np.ndarray, gain: np.ndarray
-) -> str:
+def _in_words(model: Model, motion: Motion, gain: np.ndarray) -> str:
     """What the most telling tenth of random samples has in common."""
     best = gain >= np.quantile(gain, 0.9)
+    middle = np.mean(motion.position, axis=0)
     kinds = {
-        "accelerate {} hard": np.abs(acceleration),
-        "move {} fast": np.abs(velocity),
-        "take {} far from the middle of its range": np.abs(position - np.mean(position, axis=0)),
+        "accelerate {} hard": np.abs(motion.acceleration),
+        "move {} fast": np.abs(motion.velocity),
+        "take {} far from the middle of its range": np.abs(motion.position - middle),
     }
     shifts = {}
     for phrase, values in kinds.items():

@@ -1,11 +1,9 @@
 """Joined: robot, runs, fits, diagnosis and comparisons as one page that needs nothing else."""
 
-from html import escape
-
 from ...fit.warnings.verdict import counted
 from ..diagnosis import sections as diagnosis_sections
 from ..fit.report_sections import SECTIONS, verdict_section
-from ..report_page import Chapter, bound, page
+from ..report_page import Chapter, page
 from .before_after import before_and_after
 from .material import Compared as Compared
 from .material import Fitted as Fitted
@@ -30,10 +28,9 @@ def joined_html(material: Material) -> str:
         *(chapter for improved, chapter in fits if improved),
         Chapter("gained", "Before and after", before_and_after(material)),
     ]
-    body, contents = bound(opening(material), chapters)
     title = f"{material.model.robot.name}: report" if material.model else "Report"
-    note = "; ".join((counted(len(material.joints), "joint"), *map(escape, material.files.values())))
-    return page(title, title, note, body, contents)
+    note = "; ".join((counted(len(material.joints), "joint"), *material.files.values()))
+    return page(title, title, note, opening(material), chapters)
 
 
 FIT = tuple(section for section in SECTIONS if section is not verdict_section)

@@ -4,19 +4,18 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ...diagnosis.findings.finding import Improvement
 from ...fit.fit import Agreement, Fit
 from ..diagnosis.plots import bars
 from ..diagnosis.sections import forward_section, improvement
-from ..report_html import figure, paragraph, section
+from ..report_html import figure, grid, paragraph, section
 from .compared import compared_sections
 from .material import Fitted, Material
 
 
 def before_and_after(material: Material) -> str:
     """What identification gained, what the diagnosis gained, and what simulations come to."""
-    fits = "".join(_identified(fitted, place) for place, fitted in enumerate(material.fits))
-    return fits + _diagnosed(material) + compared_sections(material.comparisons)
+    fits = [_identified(fitted, place) for place, fitted in enumerate(material.fits)]
+    return "".join([*fits, _diagnosed(material), compared_sections(material.comparisons)])
 
 
 def _identified(fitted: Fitted, place: int) -> str:
@@ -25,21 +24,20 @@ def _identified(fitted: Fitted, place: int) -> str:
         return ""
     before, after = (_rms(_runs(fit)) for fit in (fitted.believed, fitted.fit))
     noise = np.sqrt(np.mean([run.noise**2 for run in runs], axis=0))
-    names = tuple(run.run for run in runs)
-    found = Improvement(names, before, after, noise, fitted.fit.filtering.torque_cutoff or np.nan)
     note = (
         "Before: the robot as it was described, with its drive gains; what that does not state counts as "
         "zero. "
         "After: the same model with the values identified. Each is judged by the torque that its own drive "
         "gains make of the currents, over the noise floor."
     )
-    remark = ", ".join(names) + (", held out" if fitted.fit.validation else ", used for the fit")
-    picture = bars(found, fitted.fit.model.robot.joints)
+    role = "held out" if fitted.fit.validation else "used for the fit"
+    remark = ", ".join([*(run.run for run in runs), role])
+    picture = bars(before / noise, after / noise, fitted.fit.model.robot.joints, "residual over noise")
     return section(
         f"values{place or ''}",
         "Nominal and identified values",
         paragraph(note),
-        f'<div class="grid two">{figure("Residual over noise", remark, picture)}</div>',
+        grid(figure("Residual over noise", remark, picture)),
     )
 
 

@@ -1,15 +1,14 @@
 """Simulations beside recordings: who differs how far from what was measured, and where."""
 
 from collections.abc import Sequence
-from html import escape
 
 import numpy as np
+from markupsafe import Markup
 
-from ...diagnosis.findings.finding import Improvement
 from ...fit.warnings.verdict import EXPLAINED, LITTLE, MISSING, TO_NOISE
 from ...simulation.comparison import NAMES, Comparison, Mismatch
 from ..diagnosis.plots import bars
-from ..report_html import figure, listing, number, paragraph, section, table
+from ..report_html import figure, grid, heading, listing, number, paragraph, section, table
 from .material import Compared
 
 
@@ -32,32 +31,31 @@ def _alike(first: Comparison, last: Comparison) -> bool:
 def _pair(first: Comparison, last: Comparison) -> str:
     quantity = first.effort.quantity
     before, after = (one.effort.rms / one.effort.noise for one in (first, last))
-    found = Improvement((first.recorded,), before, after, np.ones_like(after), last.cutoff)
     note = f"Before: {first.simulated}, after: {last.simulated}; both beside the recording {first.recorded}."
-    picture = bars(found, first.joints)
+    picture = bars(before, after, first.joints, "residual over noise")
     return section(
         "pair",
         "Two simulations",
         paragraph(note),
-        f'<div class="grid two">{figure(f"Simulated less recorded {quantity}", "over noise", picture)}</div>',
+        grid(figure(f"Simulated less recorded {quantity}", "over noise", picture)),
     )
 
 
 def _one(one: Compared, place: int) -> str:
     found, effort = one.comparison, one.comparison.effort
-    region = f"<h3>{effort.quantity.capitalize()} by region [{_units(effort)}]</h3>{_regions(found, effort)}"
-    by_joint = f"<h3>By joint, root mean square</h3>{_joints(found)}"
-    both = f'<div class="grid two tables"><div>{by_joint}</div><div>{region}</div></div>'
+    by_joint = heading("By joint, root mean square") + _joints(found)
+    region = heading(f"{effort.quantity.capitalize()} by region [{_units(effort)}]") + _regions(found, effort)
+    both = grid(*(Markup("<div>{}</div>").format(half) for half in (by_joint, region)), kind="two tables")
     title = f"{found.simulated} beside {found.recorded}"
     return section(f"compared{place or ''}", title, listing(one.verdict), both)
 
 
-def _joints(found: Comparison) -> str:
+def _joints(found: Comparison) -> Markup:
     effort = found.effort
     over = effort.rms / effort.noise
     rows = [
         [
-            escape(name),
+            name,
             *(number(mismatch.rms[joint], 3) for mismatch in found.mismatches),
             number(100.0 * effort.rms[joint] / effort.size[joint], 3),
             _judged(over[joint]),
@@ -74,14 +72,14 @@ def _judged(over: float) -> str:
         return number(over)
     kind = "good" if over <= TO_NOISE else "middling" if over <= MISSING else "bad"
     words = {"good": EXPLAINED, "middling": LITTLE}.get(kind, "it differs by more than noise")
-    return f'<td class="{kind}" title="{words}">{number(over, 3)}</td>'
+    return Markup('<td class="{}" title="{}">{}</td>').format(kind, words, number(over, 3))
 
 
-def _regions(found: Comparison, mismatch: Mismatch) -> str:
+def _regions(found: Comparison, mismatch: Mismatch) -> Markup:
     """The mismatch in thirds of speed, position and load."""
     rows = [
         [
-            escape(name),
+            name,
             *(number(value, 3) for regions in mismatch.regions.values() for value in regions.rms[joint]),
         ]
         for joint, name in enumerate(found.joints)

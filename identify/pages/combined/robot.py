@@ -2,12 +2,11 @@
 
 import re
 from collections.abc import Sequence
-from html import escape
 
 import numpy as np
 
 from ...arm.robot import Robot
-from ...effects import EFFECTS, Belief, Effect, Parameter, RigidBody
+from ...effects import Belief, Effect, Parameter, RigidBody, name_of
 from ...model import Model
 from ..report_html import NAMELESS, number, paragraph, section, table, unit
 
@@ -46,7 +45,7 @@ def _joints(robot: Robot) -> str:
     for joint, name in enumerate(robot.joints):
         kind = "turns, rad" if robot.revolute[joint] else "slides, m"
         cells = [number(column[joint], 3) for column in columns]
-        rows.append([escape(name), kind, *cells, _gain(robot, joint)])
+        rows.append([name, kind, *cells, _gain(robot, joint)])
     return table([*head, "drive gain [N m/A]"], rows, words=(1,))
 
 
@@ -65,7 +64,7 @@ def _links(robot: Robot) -> str:
         moments = np.diag(body.inertia)
         rows.append(
             [
-                escape(name), number(body.mass, 4), *(number(value, 3) for value in body.lever),
+                name, number(body.mass, 4), *(number(value, 3) for value in body.lever),
                 *(number(value, 3) for value in moments),
             ]
         )  # fmt: skip
@@ -76,14 +75,13 @@ def _links(robot: Robot) -> str:
 def _effects(model: Model) -> str:
     """A row a kind of parameter, a column a joint."""
     beliefs = dict(zip(model.names, model.beliefs, strict=True))
-    names = {kind: name for name, kind in EFFECTS.items()}
     rows = []
     for effect in model.effects:
         if isinstance(effect, RigidBody):
             continue
-        first = names[type(effect)].replace("_", " ")
+        first = name_of(effect).replace("_", " ")
         for what, measure, cells in _rows(effect, model.robot, beliefs):
-            rows.append([first, escape(what), unit(measure), *cells])
+            rows.append([first, what, unit(measure), *cells])
             first = ""
     if not rows:
         return paragraph("None: the nominal arm consists of rigid links only.")
@@ -125,4 +123,4 @@ def _belief(belief: Belief) -> str:
 
 
 def _with(value: float, std: float) -> str:
-    return f"{number(value, 4)} ± {number(std, 2)}"
+    return number(value, 4) + " ± " + number(std, 2)

@@ -1,11 +1,9 @@
 """The runs of a joined report: a table, and what each joint did in each."""
 
-from html import escape
-
 import numpy as np
 
-from ...arm.robot import Robot
-from ..report_html import NAMELESS, figure, listing, number, paragraph, rounded, section, table
+from ...recordings.recording import SIGNALS
+from ..report_html import NAMELESS, figure, grid, listing, number, paragraph, rounded, section, table
 from ..svg import Panel, picture, text
 from ..svg_scale import Span, label, ticks
 from .material import Material, Run
@@ -29,21 +27,20 @@ def runs_sections(material: Material) -> str:
     figures = [figure(run.name, run.role, _strips(run, material)) for run in material.runs]
     doubts = [f"{run.name}: {doubt}" for run in material.runs for doubt in run.doubts]
     said = listing(doubts) if doubts else ""
-    strips = f'<div class="grid two">{"".join(figures)}</div>'
     recorded = section("table", "What was recorded", _table(material), said)
-    return recorded + section("motion", "What the arm did", paragraph(note), strips)
+    return recorded + section("motion", "What the arm did", paragraph(note), grid(*figures))
 
 
 def _table(material: Material) -> str:
     head = ["run", "role", "duration [s]", "rate [Hz]", "beside position", "payload"]
     rows = [
         [
-            escape(run.name),
-            escape(run.role) or NAMELESS,
+            run.name,
+            run.role or NAMELESS,
             number(np.ptp(run.time), 4),
             number(run.rate, 3),
             run.quantity,
-            escape(run.payload) or NAMELESS,
+            run.payload or NAMELESS,
         ]
         for run in material.runs
     ]
@@ -53,13 +50,13 @@ def _table(material: Material) -> str:
 def _strips(run: Run, material: Material) -> str:
     """Two columns, a row a joint."""
     across = Span.around(run.time, margin=0.0)
-    robot = material.model.robot if material.model else None
     parts = []
     for column, (name, time, values) in enumerate(
         (("position", run.time, run.position), (run.quantity, run.effort_time, run.effort))
     ):
         left = LEFT + column * (WIDTH + GAP)
-        parts.append(text(left, 13, f"{name} [{_units(name, robot)}]", "axis"))
+        units = material.model.robot.units(SIGNALS[name]) if material.model else (SIGNALS[name],)
+        parts.append(text(left, 13, f"{name} [{', '.join(dict.fromkeys(units))}]", "axis"))
         for joint, words in enumerate(material.joints):
             panel = Panel(across, Span.around(values[:, joint]), left, TOP + STEP * joint, WIDTH, HEIGHT)
             parts.append(_strip(panel, time, values[:, joint]))
@@ -76,21 +73,9 @@ def _strips(run: Run, material: Material) -> str:
 
 def _strip(panel: Panel, time: np.ndarray, values: np.ndarray) -> str:
     """A line in its frame, with the ends of its scale beside."""
-    frame = (
-        f'<rect class="frame" x="{panel.left:.1f}" y="{panel.top:.1f}" '
-        f'width="{panel.width:.1f}" height="{panel.height:.1f}"/>'
-    )
     known = np.isfinite(values)
     if not np.any(known):
-        return frame + text(panel.left + 6, panel.top + panel.height / 2 + 4, "not measured", "tick")
+        return panel.frame + text(panel.left + 6, panel.top + panel.height / 2 + 4, "not measured", "tick")
     ends = (float(np.min(values[known])), panel.height - 1), (float(np.max(values[known])), 10)
     scale = "".join(text(panel.left - 4, panel.top + y, rounded(value, 3), "tick end") for value, y in ends)
-    return frame + scale + panel.line(time[known], values[known], "after thin", COLUMNS)
-
-
-def _units(quantity: str, robot: Robot | None) -> str:
-    """The unit, or the two of an arm whose joints turn and slide."""
-    turning = {"position": "rad", "current": "A", "torque": "N m"}[quantity]
-    sliding = {"position": "m", "current": "A", "torque": "N"}[quantity]
-    revolute = robot.revolute if robot is not None else np.ones(1, bool)
-    return ", ".join(dict.fromkeys(turning if turns else sliding for turns in revolute))
+    return panel.frame + scale + panel.line(time[known], values[known], "after thin", COLUMNS)

@@ -7,28 +7,28 @@ import numpy as np
 from ...fit.warnings.verdict import MISSING, counted, verdict
 from ..diagnosis.sections import findings_table, said
 from ..fit.report_tables import joint_table
-from ..report_html import listing, section
+from ..report_html import heading, listing, section
 from .material import Compared, Fitted, Material
 
 
 def opening(material: Material) -> str:
     """The verdict."""
-    parts = [_fitted(fitted) for fitted in material.fits if not fitted.improved]
+    parts = [part for fitted in material.fits if not fitted.improved for part in _fitted(fitted)]
     if (found := material.diagnosis) is not None:
-        parts.append(f"<h3>What is missing</h3>{said(found)}{findings_table(found)}")
-    parts += [_fitted(fitted) for fitted in material.fits if fitted.improved]
+        parts += [heading("What is missing"), said(found), findings_table(found)]
+    parts += [part for fitted in material.fits if fitted.improved for part in _fitted(fitted)]
     if material.comparisons:
         lines = [compared_line(one) for one in material.comparisons]
-        parts.append(f"<h3>What simulations come to</h3>{listing(lines, 'verdict')}")
+        parts += [heading("What simulations come to"), listing(lines, "verdict")]
     if lacking := list(_lacking(material)):
-        parts.append(f"<h3>What this page does not say</h3>{listing(lacking)}")
+        parts += [heading("What this page does not say"), listing(lacking)]
     return section("verdict", "Verdict", *parts)
 
 
-def _fitted(fitted: Fitted) -> str:
+def _fitted(fitted: Fitted) -> list[str]:
     more = " with what was found" if fitted.improved else ""
     words = listing(verdict(fitted.fit), "verdict")
-    return f"<h3>What was identified{more}</h3>{words}{joint_table(fitted.fit)}"
+    return [heading(f"What was identified{more}"), words, joint_table(fitted.fit)]
 
 
 def compared_line(one: Compared) -> str:

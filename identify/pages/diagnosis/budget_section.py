@@ -1,11 +1,9 @@
 """Where the misfit goes: the first section of the page."""
 
-from html import escape
-
 import numpy as np
 
 from ...diagnosis.words.misfit import CONTAINED, Misfit, sentences
-from ..report_html import figure, listing, number, paragraph, section, table
+from ..report_html import NAMELESS, figure, listing, number, paragraph, section, table
 from .budget_plot import budget_plot
 from .told import Told
 
@@ -37,15 +35,15 @@ def budget_section(diagnosis: Told) -> str:
 def _table(found: Misfit) -> str:
     """Shares in per cent, and the torque that they are, root mean square."""
     rows = [
-        [escape(name), *(f"{number(v, 3)} {u}" for v, u in zip(values, found.units, strict=True))]
+        [name, *(number(v, 3) + f" {u}" for v, u in zip(values, found.units, strict=True))]
         for name, values in (("misfit before", found.before), ("misfit after", found.after))
     ]
     for part in (part for part in found.parts if np.any(part.shares > SHOWN)):
         sizes = np.sqrt(np.maximum(part.shares, 0.0)) * found.before
         cells = [_cell(*one) for one in zip(part.shares, sizes, found.units, strict=True)]
-        rows.append([escape(part.name), *cells])
+        rows.append([part.name, *cells])
     return table(["", *found.joints], rows, words=(0,))
 
 
 def _cell(share: float, size: float, unit: str) -> str:
-    return f"{100.0 * share:.1f} % ({number(size, 2)} {escape(unit)})" if share > SHOWN else "\N{EN DASH}"
+    return f"{100.0 * share:.1f} % (" + number(size, 2) + f" {unit})" if share > SHOWN else NAMELESS

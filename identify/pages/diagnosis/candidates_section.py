@@ -1,7 +1,5 @@
 """What each candidate alone would change, and when a run differs as at no other time."""
 
-from html import escape
-
 from ...diagnosis.words.changes_words import CHECK, shown
 from ...diagnosis.words.moments_words import direction, span
 from ...diagnosis.words.naming import joint_words, named
@@ -15,8 +13,8 @@ def changes_section(diagnosis: Told) -> str:
         return ""
     rows = [
         [
-            escape(named(one.effect, one.joints, diagnosis.joints)),
-            escape(joint_words(one.joint, diagnosis.joints)),
+            named(one.effect, one.joints, diagnosis.joints),
+            joint_words(one.joint, diagnosis.joints),
             shown(one).replace("+-", "±").replace("-", MINUS),
         ]
         for one in diagnosis.changes
@@ -41,7 +39,7 @@ def moments_section(diagnosis: Told) -> str:
         return ""
     rows = [
         [
-            escape(one.run),
+            one.run,
             span(one),
             ", ".join(joint_words(joint, diagnosis.joints) for joint in one.joints),
             number(one.force, 3),

@@ -1,18 +1,16 @@
 """Pictures of a diagnosis: profiles, spectra, bars over noise, a map of where and when."""
 
 from collections.abc import Sequence
-from html import escape
 
 import numpy as np
 
-from ...diagnosis.findings.finding import Improvement, Moment
+from ...diagnosis.findings.finding import Moment
 from ...diagnosis.findings.quantities import TURNING
 from ...diagnosis.findings.trace import Trace
 from ...diagnosis.improved.forward import Forward
 from ..svg import Panel, legend, picture, text
-from ..svg_scale import Span
+from ..svg_scale import Span, stretch
 from .profiles import Axis, Profile, orders, profile, spectrum
-from .told import Simulated
 
 DOTS = 500
 """Dots in a profile; more hide one another."""
@@ -86,7 +84,7 @@ def time_plot(
         unit: Of the joint's torque.
         moments: Of all runs.
     """
-    shown = _telling(trace, joint)
+    shown = stretch(trace.time, trace.before[:, joint] ** 2 * trace.weight[:, joint], STRETCH)
     time, slides = trace.time[shown], trace.weight[shown, joint] > 0
     before, after = (np.where(slides, rows[shown, joint], np.nan) for rows in (trace.before, trace.after))
     panel = Panel(Span.around(time, margin=0.0), Span.around(before, after, zero=True), 64, 24, 400, 190)
@@ -109,17 +107,6 @@ def _mark(panel: Panel, moment: Moment) -> str:
         return ""
     ends = np.array([start, end])
     return panel.band(ends, np.full(2, panel.y.low), np.full(2, panel.y.high), "moment")
-
-
-def _telling(trace: Trace, joint: int) -> slice:
-    """The whole run, or the stretch of it in which most of the residual lies."""
-    length = int(np.searchsorted(trace.time, trace.time[0] + STRETCH, side="right"))
-    if length >= len(trace.time):
-        return slice(0, len(trace.time))
-    squares = trace.before[:, joint] ** 2 * trace.weight[:, joint]
-    total = np.cumsum(np.concatenate([[0.0], squares]))
-    start = int(np.argmax(total[length:] - total[:-length]))
-    return slice(start, start + length)
 
 
 def spectrum_plot(trace: Trace, joint: int, unit: str = TURNING) -> str:
@@ -145,29 +132,18 @@ def _spectra(lines: Sequence[tuple[np.ndarray, np.ndarray]], label: str, unit: s
     return picture(472, 246, f"residual over {label}", content)
 
 
-def bars(found: Improvement, names: Sequence[str], units: Sequence[str] = ()) -> str:
-    """Residual of every joint before and after, on a scale of roots.
-
-    Args:
-        found: Before, after and noise.
-        names: Of the joints.
-        units: Of their torques, where noise was not measured and bars are not over noise.
-    """
-    if units:
-        return _bars(found.before, found.after, names, "residual", units)
-    return _bars(found.before / found.noise, found.after / found.noise, names, "residual over noise")
-
-
-def forward_bars(found: Simulated, noise: np.ndarray, names: Sequence[str], units: Sequence[str] = ()) -> str:
-    """The same of simulated torque."""
-    if units:
-        return _bars(found.before, found.after, names, "simulated less recorded", units)
-    return _bars(found.before / noise, found.after / noise, names, "simulated less recorded, over noise")
-
-
-def _bars(
+def bars(
     before: np.ndarray, after: np.ndarray, names: Sequence[str], label: str, units: Sequence[str] = ()
 ) -> str:
+    """A number (n,) of every joint before and after, on a scale of roots.
+
+    Args:
+        before: Over noise, or in units.
+        after: Likewise.
+        names: Of the joints.
+        label: What it is.
+        units: Of each joint, where noise was not measured and bars are not over noise.
+    """
     known = np.concatenate([before, after])
     known = known[np.isfinite(known)]
     most = max(float(np.max(known, initial=0.0)), 1e-9 if units else 2.0)
@@ -215,7 +191,7 @@ def where_and_when(trace: Trace, level: np.ndarray, names: Sequence[str], residu
     frame = f'<rect class="frame" x="{left:g}" y="8" width="{width:g}" height="{bottom - 10:g}"/>'
     first, last = f"{trace.time[0]:.0f} s", f"{trace.time[-1]:.0f} s"
     ends = text(left, bottom + 12, first, "tick") + text(left + width, bottom + 12, last, "tick end")
-    title = f"{escape(trace.name)}, {residuals}: where and when it is left"
+    title = f"{trace.name}, {residuals}: where and when it is left"
     return picture(472, bottom + 18, title, frame + "".join(parts) + ends)
 
 

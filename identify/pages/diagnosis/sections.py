@@ -2,20 +2,19 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from html import escape
 
 import numpy as np
 
 from ...diagnosis.candidates import kind_of
+from ...diagnosis.findings.finding import Improvement
 from ...diagnosis.findings.quantities import SLIDING, TURNING
 from ...diagnosis.words.naming import effect_words, joint_words, named
 from ...fit.warnings.verdict import NORMAL_95
-from ..report_html import figure, listing, number, paragraph, section, table, unit
+from ..report_html import figure, grid, heading, listing, number, paragraph, section, table, unit
 from .budget_section import budget_section
 from .candidates_section import changes_section, moments_section
 from .plots import (
     bars,
-    forward_bars,
     forward_plot,
     orders_plot,
     profile_plot,
@@ -38,18 +37,27 @@ def verdict_section(diagnosis: Told) -> str:
 
 def said(diagnosis: Told) -> str:
     """The verdict in sentences."""
-    return _arrows(listing(diagnosis.verdict, "verdict"))
+    return listing(map(_arrows, diagnosis.verdict), "verdict")
 
 
 def improvement(diagnosis: Told) -> str:
     """Residual held out before and after, by joint, and where and when it is; nothing without such runs."""
-    if diagnosis.improvement is None:
+    if (found := diagnosis.improvement) is None:
         return ""
-    words = ", ".join(diagnosis.improvement.runs)
-    remark = f"before: nominal values, friction and offsets fitted; {words}"
+    remark = f"before: nominal values, friction and offsets fitted; {', '.join(found.runs)}"
     over = " over noise" if diagnosis.over_noise else ""
-    picture = bars(diagnosis.improvement, _names(diagnosis), _units(diagnosis))
-    return _grid(figure(f"Held-out residual{over}", remark, picture), *_map(diagnosis))
+    picture = _bars(diagnosis, found, found.noise, "residual", _units(diagnosis))
+    return grid(figure(f"Held-out residual{over}", remark, picture), *_map(diagnosis))
+
+
+def _bars(
+    diagnosis: Told, found: Improvement | Simulated, noise: np.ndarray, label: str, units: Sequence[str]
+) -> str:
+    """Bars in units, or over noise (n,) where there are none."""
+    if units:
+        return bars(found.before, found.after, _names(diagnosis), label, units)
+    over = label + (", over noise" if isinstance(found, Simulated) else " over noise")
+    return bars(found.before / noise, found.after / noise, _names(diagnosis), over)
 
 
 def _units(diagnosis: Told) -> tuple[str, ...]:
@@ -72,7 +80,7 @@ def _map(diagnosis: Told) -> list[str]:
         squares = np.sum(trace.after**2 * trace.weight, axis=0) / np.maximum(trace.weight.sum(axis=0), 1.0)
         level, what = np.maximum(np.sqrt(squares), 1e-300), "the joint's root mean square after"
     maps = [
-        f"<h3>{which}</h3>{where_and_when(trace, level, _names(diagnosis), which)}"
+        heading(which) + where_and_when(trace, level, _names(diagnosis), which)
         for which in ("before", "after")
     ]
     remark = f"{trace.name}; white is {what}, full colour four times that"
@@ -84,13 +92,13 @@ def findings_table(diagnosis: Told) -> str:
     rows: list[list[str]] = []
     for finding in (*diagnosis.findings, *diagnosis.undecided):
         where = ", ".join(diagnosis.joints[joint] for joint in finding.joints) or "arm"
-        first = [escape(effect_words(finding.effect)), escape(where)]
-        last = [f"{number(100 * finding.probability)} %", number(finding.held_out, 3)]
+        first = [effect_words(finding.effect), where]
+        last: list[str] = [number(100 * finding.probability) + " %", number(finding.held_out, 3)]
         for name, (value, std, measure) in finding.parameters.items():
             half = number(NORMAL_95 * std, 2)
             shown = "" if measure == "1" else unit(measure)
-            rows.append([*first, escape(name), number(value), half, shown, *last])
-            first, last = ["", ""], ["", ""]
+            rows.append([*first, name, number(value), half, shown, *last])
+            first = last = ["", ""]
     head = ["effect", "where", "parameter", "value", "± 95 %", "unit", "probability", "gain held out"]
     return table(head, rows, words=(1, 2, 5)) if rows else ""
 
@@ -105,30 +113,31 @@ NOTE = (
 
 def findings_section(diagnosis: Told) -> str:
     """Pictures of every finding."""
-    if not diagnosis.findings:
-        return ""
-    content = [_finding(diagnosis, one, place) for place, one in enumerate(diagnosis.findings)]
-    return section("findings", "Findings", paragraph(NOTE if diagnosis.traces else WITHOUT), *content)
+    return _pictures(diagnosis, "findings", NOTE, diagnosis.findings, 0)
 
 
 def undecided_section(diagnosis: Told) -> str:
     """Pictures of what is there and has no certain name, as the one that was fitted has it."""
-    if not diagnosis.undecided:
-        return ""
-    count = len(diagnosis.findings)
-    content = [_finding(diagnosis, one, count + place) for place, one in enumerate(diagnosis.undecided)]
     note = (
         "Each is there; which effect it is, these runs do not say. Pictures are of the one that was fitted."
     )
-    return section("undecided", "Undecided", paragraph(note if diagnosis.traces else WITHOUT), *content)
+    return _pictures(diagnosis, "undecided", note, diagnosis.undecided, len(diagnosis.findings))
+
+
+def _pictures(diagnosis: Told, anchor: str, note: str, findings: Sequence[Named], first: int) -> str:
+    """A section of findings, the first of which has this place among all; nothing without any."""
+    if not findings:
+        return ""
+    content = [_finding(diagnosis, one, place) for place, one in enumerate(findings, first)]
+    shown = paragraph(note if diagnosis.traces else WITHOUT)
+    return section(anchor, anchor.capitalize(), shown, *content)
 
 
 def _finding(diagnosis: Told, finding: Named, place: int) -> str:
-    words = _arrows(paragraph(finding.headline, ""))
-    words += _arrows(paragraph(finding.certainty, "")) if finding.certainty else ""
+    said = [paragraph(_arrows(one), "") for one in (finding.headline, finding.certainty) if one]
     axes = kind_of(finding.effect).drawn_against or USUAL[:2]
     figures = _figures(without(diagnosis, place), diagnosis.telling_joint(finding), axes)
-    return f"<h3>{escape(finding.name)}</h3>{words}{figures}{_alternatives(diagnosis, finding)}"
+    return "".join([heading(finding.name), *said, figures, _alternatives(diagnosis, finding)])
 
 
 def without(diagnosis: Told, place: int) -> Told:
@@ -155,14 +164,14 @@ def _figures(diagnosis: Told, joint: int, axes: Sequence[str]) -> str:
     figures.append(figure(f"{name} over frequency", shown.name, spectrum_plot(shown, joint, unit)))
     for what, motor in (("its own turn", False), ("its motor's turn", True)):
         figures.append(figure(f"{name} over {what}", "all runs", orders_plot(traces, joint, motor, unit)))
-    return _grid(*figures, kind="three")
+    return grid(*figures, kind="three")
 
 
 def _alternatives(diagnosis: Told, finding: Named) -> str:
     if not finding.alternatives:
         return paragraph("Nothing else that exidyn knows explains it as well.")
     rows = [
-        [escape(named(one.effect, one.joints, diagnosis.joints)), f"{number(100 * one.probability, 2)} %"]
+        [named(one.effect, one.joints, diagnosis.joints), number(100 * one.probability, 2) + " %"]
         for one in finding.alternatives
     ]
     return table(["not excluded", "probability"], rows)
@@ -178,8 +187,7 @@ def unexplained_section(diagnosis: Told) -> str:
             f"{joint_words(one.joint, diagnosis.joints)} keeps {one.size}, and what is left goes with "
             f"{one.depends_on} (probability {100 * one.probability:.4g} %)."
         )
-        content.append(paragraph(said, ""))
-        content.append(_figures(diagnosis, one.joint, USUAL))
+        content += [paragraph(said, ""), _figures(diagnosis, one.joint, USUAL)]
     return section("unexplained", "Unexplained", *content)
 
 
@@ -194,7 +202,7 @@ def forward_section(diagnosis: Told) -> str:
     noise = diagnosis.noise if len(diagnosis.noise) else np.ones(len(diagnosis.joints))
     units = _units(diagnosis) if len(diagnosis.noise) else diagnosis.units
     remark = f"simulated less recorded torque, root mean square{'' if units else ' over noise'}"
-    figures = [figure("All joints", remark, forward_bars(found, noise, _names(diagnosis), units))]
+    figures = [figure("All joints", remark, _bars(diagnosis, found, noise, "simulated less recorded", units))]
     if not np.all(np.isfinite([found.before, found.after])):
         note += " It diverged: where it did, there is no number."
     if (samples := found.samples) is not None:
@@ -207,7 +215,7 @@ def forward_section(diagnosis: Told) -> str:
         figures.append(figure(joint_words(gained, diagnosis.joints), found.run, drawn))
     if found.left_out:
         note += f" Not simulated: {', '.join(effect_words(one) for one in found.left_out)}."
-    return section("simulation", "Simulation", paragraph(note), _grid(*figures))
+    return section("simulation", "Simulation", paragraph(note), grid(*figures))
 
 
 def _gained(found: Simulated, noise: np.ndarray) -> int:
@@ -234,7 +242,7 @@ def where_section(diagnosis: Told) -> str:
             figure(f"over {axis}", "", profile_plot(diagnosis.traces, joint, AXES[axis], noise, unit))
             for axis in ("velocity", "position", "load")
         ]
-        content.append(f"<h3>{escape(name)}</h3>{_grid(*figures, kind='three')}")
+        content += [heading(name), grid(*figures, kind="three")]
     note = "Residual of every joint, all runs: lines that are flat are a joint that is explained."
     return section("joints", "Every joint", paragraph(note), *content)
 
@@ -251,12 +259,8 @@ def _names(diagnosis: Told) -> list[str]:
     return [joint_words(joint, diagnosis.joints) for joint in range(len(diagnosis.joints))]
 
 
-def _arrows(html: str) -> str:
-    return html.replace("-&gt;", "\N{RIGHTWARDS ARROW}")
-
-
-def _grid(*figures: str, kind: str = "two") -> str:
-    return f'<div class="grid {kind}">{"".join(figures)}</div>'
+def _arrows(words: str) -> str:
+    return words.replace("->", "\N{RIGHTWARDS ARROW}")
 
 
 BELOW: tuple[Section, ...] = (findings_section, undecided_section, unexplained_section, moments_section)

@@ -175,8 +175,8 @@ def from_table(
         joints=tuple(table["joints"]),
         verdict=tuple(table["verdict"]),
         misfit=misfit_of(budget, table["joints"]) if (budget := table.get("budget")) else None,
-        findings=tuple(_found(finding, table) for finding in table["findings"]),
-        undecided=tuple(_undecided(finding, table) for finding in table.get("undecided", ())),
+        findings=tuple(_named(finding, table) for finding in table["findings"]),
+        undecided=tuple(_named(finding, table, certain=False) for finding in table.get("undecided", ())),
         remainders=tuple(_left(one) for one in table["remainders"]),
         moments=moments_of(table.get("moments", ())),
         changes=changes_of(table.get("changes", ())),
@@ -192,29 +192,21 @@ def from_table(
     )
 
 
-def _found(finding: Mapping[str, Any], table: Mapping[str, Any]) -> Named:
-    one = _named(finding, table)
-    return replace(one, certainty=_line(table, f"{one.name}: "))
-
-
-def _undecided(finding: Mapping[str, Any], table: Mapping[str, Any]) -> Named:
-    return replace(_named(finding, table), headline=_line(table, finding["sentence"]))
-
-
 def _left(one: Mapping[str, Any]) -> Left:
     """Of a remainder; older files say it over noise only."""
     size = one.get("left") or f"{value_of(one['over_noise']):.2f} x noise"
     return Left(one["joint"] - 1, float(one["probability"]), one["depends_on"], size)
 
 
-def _named(finding: Mapping[str, Any], table: Mapping[str, Any]) -> Named:
+def _named(finding: Mapping[str, Any], table: Mapping[str, Any], certain: bool = True) -> Named:
     joints = tuple(joint - 1 for joint in finding["joints"])
+    name = named(finding["effect"], joints, table["joints"])
     return Named(
         effect=finding["effect"],
         joints=joints,
-        name=named(finding["effect"], joints, table["joints"]),
-        headline=_line(table, f"{finding['sentence']}."),
-        certainty="",
+        name=name,
+        headline=_line(table, finding["sentence"] + "." * certain),
+        certainty=_line(table, f"{name}: ") if certain else "",
         parameters={
             key: Quantity(value_of(one["value"]), value_of(one["std"]), one["unit"])
             for key, one in finding["parameters"].items()

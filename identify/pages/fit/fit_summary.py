@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ...effects import EFFECTS, Effect, JointEffect
+from ...effects import Effect, JointEffect, name_of
 from ...fit.base_parameters import BaseParameters
 from ...fit.fit import Agreement, Fit
 from ...fit.payload_centre import payload_centres
@@ -32,25 +32,18 @@ LABEL = 14
 def summary(fit: Fit) -> str:
     """One page: what was identified, how surely, how well it fits, and what remains open."""
     title = f"Identified dynamics of {fit.model.robot.name}"
-    parts = [
-        [title.center(WIDTH).rstrip(), "=" * WIDTH, *_header(fit)],
-        ["Drive gains", *_rule(), *_gains(fit)],
-        ["Parameters", *_rule(), *_parameters(fit)],
-        ["Fit by joint", *_rule(), *_fits(fit)],
-        ["Open", *_rule(), *_open(fit)],
-        ["Composition of base parameters", *_rule(), *_composition(fit)],
-        ["Shapes of effects, as stated or fitted", *_rule(), *_shapes(fit)],
-        [
-            "Verdict and warnings",
-            *_rule(),
-            *(line for v in verdict(fit) for line in paragraph(v, "  ", "- ")),
-        ],
-    ]
-    return "\n\n".join("\n".join(part) for part in parts) + "\n" + "=" * WIDTH
-
-
-def _rule() -> list[str]:
-    return ["-" * WIDTH]
+    parts = {
+        "Drive gains": _gains(fit),
+        "Parameters": _parameters(fit),
+        "Fit by joint": _fits(fit),
+        "Open": _open(fit),
+        "Composition of base parameters": _composition(fit),
+        "Shapes of effects, as stated or fitted": _shapes(fit),
+        "Verdict and warnings": [line for v in verdict(fit) for line in paragraph(v, "  ", "- ")],
+    }
+    page = [[title.center(WIDTH).rstrip(), "=" * WIDTH, *_header(fit)]]
+    page += [[heading, "-" * WIDTH, *lines] for heading, lines in parts.items()]
+    return "\n\n".join("\n".join(part) for part in page) + "\n" + "=" * WIDTH
 
 
 def _header(fit: Fit) -> list[str]:
@@ -58,22 +51,14 @@ def _header(fit: Fit) -> list[str]:
     sources = sorted({a.noise_source for a in fit.agreement if a.noise_source})
     names = ", ".join(f"{number} {joint}" for number, joint in enumerate(robot.joints, 1))
     standstill = filtering.standstill
+    below = "1 % of usual speed" if standstill is None else f"{digits(standstill)} rad/s"
+    position, torque = _hertz(filtering.position_cutoff), _hertz(filtering.torque_cutoff)
     pairs = [
         ("Robot", robot.name, "Method", fit.estimate.method),
         ("Runs", str(len(fit.runs)), "Base parameters", _counted(fit)),
         ("Rows", str(fit.rows), "Condition number", digits(fit.condition)),
-        (
-            "Position cut-off",
-            _hertz(filtering.position_cutoff),
-            "Noise floor from",
-            ", ".join(sources) or "-",
-        ),
-        (
-            "Torque cut-off",
-            _hertz(filtering.torque_cutoff),
-            "Standstill below",
-            "1 % of usual speed" if standstill is None else f"{digits(standstill)} rad/s",
-        ),
+        ("Position cut-off", position, "Noise floor from", ", ".join(sources) or "-"),
+        ("Torque cut-off", torque, "Standstill below", below),
     ]
     half = WIDTH // 2
     lines = [f"{a + ':':<18}{b}".ljust(half) + f"{c + ':':<18}{d}" for a, b, c, d in pairs]
@@ -171,17 +156,14 @@ def _group(fit: Fit, members: Sequence[int], joints: Sequence[str]) -> list[list
     ]
     names = [f"  {fit.names[row]}" for row in members]
     units = [fit.base.units[row] for row in members]
-    return [
-        list(r)
-        for r in zip(names, joints, values, units, percents, low, high, prior, spread, notes, strict=True)
-    ]
+    rows = zip(names, joints, values, units, percents, low, high, prior, spread, notes, strict=True)
+    return [list(row) for row in rows]
 
 
 def _places(model: Model) -> dict[str, tuple[str, str]]:
     """Heading and joint of each parameter."""
-    keys = {kind: name for name, kind in EFFECTS.items()}
     return {
-        parameter.name: (f"{keys[type(effect)]} {getattr(effect, 'name', '')}".strip(), joint)
+        parameter.name: (f"{name_of(effect)} {getattr(effect, 'name', '')}".strip(), joint)
         for effect in model.effects
         for parameter, joint in zip(effect.parameters(model.robot), _joints(effect, model), strict=True)
     }
@@ -272,14 +254,14 @@ def _open(fit: Fit) -> list[str]:
 
 def _shapes(fit: Fit) -> list[str]:
     """Nonlinear unknowns, one effect a line."""
-    keys, lines = {kind: name for name, kind in EFFECTS.items()}, []
+    lines = []
     for effect in fit.model.effects:
         values = [
             f"{name} {getattr(effect, name):.4g} {shape.unit}" for name, shape in effect.shapes().items()
         ]
         if values:
             where = ", ".join(dict.fromkeys(_joints(effect, fit.model)))
-            lines += paragraph(f"{keys[type(effect)]} ({where}): {', '.join(values)}", "  ")
+            lines += paragraph(f"{name_of(effect)} ({where}): {', '.join(values)}", "  ")
     return lines or ["None of the effects has one."]
 
 

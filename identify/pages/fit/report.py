@@ -1,7 +1,6 @@
 """Report: a fit as one HTML file that needs nothing else."""
 
 import re
-from html import escape
 from pathlib import Path
 
 from ...fit.fit import Fit
@@ -20,7 +19,7 @@ def report_html(fit: Fit) -> str:
     robot = fit.model.robot.name
     effects = ", ".join(_words(type(effect).__name__) for effect in fit.model.effects)
     counts = (counted(fit.model.robot.dof, "joint"), counted(len(fit.runs), "run"))
-    note = "; ".join((*counts, escape(fit.estimate.method), effects))
+    note = "; ".join((*counts, fit.estimate.method, effects))
     body = "".join(section(fit) for section in SECTIONS)
     return page(f"{robot}: identified dynamics", robot, note, body)
 

@@ -1,12 +1,13 @@
 """The pictures of a report: torque over time, friction over velocity, intervals against beliefs."""
 
 import numpy as np
+from markupsafe import Markup
 
 from ...arm.robot import Robot
 from ...fit.fit import Agreement, Fit
 from ...fit.warnings.verdict import NORMAL_95
 from ..svg import COLUMNS, Panel, legend, picture
-from ..svg_scale import Span
+from ..svg_scale import Span, stretch
 from .friction_curve import friction_curve
 
 STRETCH = 60.0
@@ -17,24 +18,14 @@ REACH = 4.5
 """Deviations of a belief that an interval's picture shows on each side."""
 
 
-def torque_unit(robot: Robot, joint: int) -> str:
-    """Unit of what the joint's motor gives."""
-    return "N m" if robot.revolute[joint] else "N"
-
-
 def measured_unit(fit: Fit, joint: int) -> str:
     """Unit of what is compared with the model: current, where nothing tells the torque that it gives."""
-    return "A" if fit.unscaled else torque_unit(fit.model.robot, joint)
-
-
-def velocity_unit(robot: Robot, joint: int) -> str:
-    """Unit of the joint's velocity."""
-    return "rad/s" if robot.revolute[joint] else "m/s"
+    return "A" if fit.unscaled else fit.model.robot.units("N m")[joint]
 
 
 def torque_plot(run: Agreement, robot: Robot, joint: int, columns: int = COLUMNS, unit: str = "") -> str:
     """Measured and predicted torque of a joint, and below what is left of it beside the noise."""
-    unit, name = unit or torque_unit(robot, joint), robot.joints[joint]
+    unit, name = unit or robot.units("N m")[joint], robot.joints[joint]
     shown = telling_stretch(run, joint)
     measured, predicted = run.measured[shown, joint], run.predicted[shown, joint]
     residual, noise = run.residual[:, joint], NORMAL_95 * run.noise[joint]
@@ -60,12 +51,7 @@ def torque_plot(run: Agreement, robot: Robot, joint: int, columns: int = COLUMNS
 
 def telling_stretch(run: Agreement, joint: int) -> slice:
     """The whole run, or of a long one the `STRETCH` in which most of the residual lies."""
-    length = int(np.searchsorted(run.time, run.time[0] + STRETCH, side="right"))
-    if length >= len(run.time):
-        return slice(0, len(run.time))
-    total = np.cumsum(np.concatenate([[0.0], run.residual[:, joint] ** 2 * run.weight[:, joint]]))
-    start = int(np.argmax(total[length:] - total[:-length]))
-    return slice(start, start + length)
+    return stretch(run.time, run.residual[:, joint] ** 2 * run.weight[:, joint], STRETCH)
 
 
 def friction_plot(fit: Fit, joint: int) -> str:
@@ -80,7 +66,7 @@ def friction_plot(fit: Fit, joint: int) -> str:
     entries = [("dots", "measured, all else taken off")] if len(velocity) else []
     content = (
         legend(64, 14, [*entries, ("predicted", "model and 95 %")])
-        + panel.axes(f"velocity [{velocity_unit(robot, joint)}]", f"friction [{measured_unit(fit, joint)}]")
+        + panel.axes(f"velocity [{robot.units('rad/s')[joint]}]", f"friction [{measured_unit(fit, joint)}]")
         + panel.dots(velocity, torque, "dots")
         + panel.band(grid, low, high, "sure")
         + panel.line(grid, curve, "predicted")
@@ -114,7 +100,7 @@ def interval_bar(value: float, std: float, belief: float, tolerance: float) -> s
     )
     x1, x2 = width / 2 + per_deviation * left, width / 2 + per_deviation * right
     prior = per_deviation * NORMAL_95
-    return (
+    return Markup(
         f'<svg viewBox="0 0 {width:g} {height:g}" role="img">'
         f'<rect class="prior" x="{width / 2 - prior:.1f}" y="1" width="{2 * prior:.1f}" height="14"/>'
         f'<line class="zero" x1="{width / 2:g}" x2="{width / 2:g}" y1="1" y2="15"/>'

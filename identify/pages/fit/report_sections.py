@@ -1,12 +1,11 @@
 """The sections of a report, one function each, in the order in which they are read."""
 
-from html import escape
-
 import numpy as np
+from markupsafe import Markup
 
 from ...fit.fit import Agreement, Fit
 from ...fit.warnings.verdict import gains_estimated, gains_sentence, verdict
-from ..report_html import figure, listing, number, paragraph, section
+from ..report_html import figure, grid, heading, listing, number, paragraph, section
 from ..svg import COLUMNS
 from .friction_curve import ROOM_TEMPERATURE
 from .report_plots import STRETCH, friction_plot, measured_unit, torque_plot
@@ -57,7 +56,7 @@ def parameters_section(fit: Fit) -> str:
     )
     content = [paragraph(note), parameter_tables(fit)]
     if fit.unclear:
-        content += ["<h3>Unclear</h3>", unclear_table(fit)]
+        content += [heading("Unclear"), unclear_table(fit)]
     return section("parameters", "Parameters", *content)
 
 
@@ -88,7 +87,7 @@ def _run(fit: Fit, run: Agreement, role: str, columns: int) -> str:
         )
         for j, joint in enumerate(fit.model.robot.joints)
     ]
-    return f'<h3>{escape(run.run)} ({role})</h3><div class="grid two">{"".join(figures)}</div>'
+    return heading(f"{run.run} ({role})") + grid(*figures)
 
 
 def friction_section(fit: Fit) -> str:
@@ -101,18 +100,17 @@ def friction_section(fit: Fit) -> str:
     )
     figures = [figure(joint, "", friction_plot(fit, j)) for j, joint in enumerate(fit.model.robot.joints)]
     without = "" if fit.agreement else paragraph(NO_SAMPLES)
-    content = f'<div class="grid three">{"".join(figures)}</div>'
-    return section("friction", "Friction", paragraph(note), without, content)
+    return section("friction", "Friction", paragraph(note), without, grid(*figures, kind="three"))
 
 
 def conditioning_section(fit: Fit) -> str:
     """How well the data tell the parameters apart."""
-    words = (
-        f"<p>Condition number of the weighted regressor with unit columns: {number(fit.condition, 3)}. "
+    words = Markup(
+        "<p>Condition number of the weighted regressor with unit columns: {}. "
         "It says by how much the least visible combination of parameters stands behind the most visible "
         "one. Below are the estimates that the data tell apart worst; near \u22121 or 1 only their sum or "
         "difference is known.</p>"
-    )
+    ).format(number(fit.condition, 3))
     return section("conditioning", "Conditioning", words, correlation_table(fit))
 
 
@@ -120,15 +118,15 @@ def structure_section(fit: Fit) -> str:
     """What was regrouped, dropped, or cannot be seen at all."""
     halves = []
     if fit.base.expressions:
-        rows = "".join(f"<li><code>{escape(line)}</code></li>" for line in fit.base.expressions)
-        halves += [f"<div><h3>Regrouped</h3><ul>{rows}</ul></div>"]
+        rows = Markup().join(Markup("<li><code>{}</code></li>").format(e) for e in fit.base.expressions)
+        halves.append(heading("Regrouped") + Markup("<ul>{}</ul>").format(rows))
     if fit.dropped:
         words = "The data do not support these; they were set to zero and the others estimated again."
-        halves += [f"<div><h3>Dropped</h3>{paragraph(words)}{dropped_table(fit)}</div>"]
-    content = [f'<div class="grid two tables">{"".join(halves)}</div>']
+        halves.append(heading("Dropped") + paragraph(words) + dropped_table(fit))
+    content = [grid(*(Markup("<div>{}</div>").format(half) for half in halves), kind="two tables")]
     if hidden := (fit.structure or fit.base).without_effect:
         words = f"No motion of this arm makes them felt in a torque: {', '.join(hidden)}."
-        content += ["<h3>Without effect</h3>", paragraph(words)]
+        content += [heading("Without effect"), paragraph(words)]
     return section("structure", "Regrouped and dropped", *content)
 
 
@@ -138,7 +136,7 @@ def data_section(fit: Fit) -> str:
     runs = f"Identified from {', '.join(fit.runs)}; held out: {held_out}."
     doubts = listing(fit.doubts) if fit.doubts else paragraph("The recordings gave no warnings.")
     return section(
-        "data", "Data, filters, warnings", paragraph(runs), filter_table(fit), "<h3>Warnings</h3>", doubts
+        "data", "Data, filters, warnings", paragraph(runs), filter_table(fit), heading("Warnings"), doubts
     )
 
 

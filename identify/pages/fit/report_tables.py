@@ -1,13 +1,12 @@
 """The tables of a report."""
 
-from html import escape
-
 import numpy as np
+from markupsafe import Markup
 
 from ...fit.fit import Agreement, Fit, Scores
 from ...fit.warnings.verdict import EXPLAINED, LITTLE, NORMAL_95, gains_estimated, joint_verdicts, judged
-from ..report_html import NAMELESS, number, table, unit
-from .report_plots import interval_bar, measured_unit, torque_unit
+from ..report_html import NAMELESS, grid, number, table, unit
+from .report_plots import interval_bar, measured_unit
 
 WORST_PAIRS = 12
 """Pairs of correlated parameters that are listed."""
@@ -24,8 +23,8 @@ def joint_table(fit: Fit) -> str:
         cells = [number(value, 3) for value in numbers]
         rows.append(
             [
-                escape(found.joint), f'<td class="words {kind}">{found.words}</td>', *cells,
-                number(run.r_squared[joint], 5), measured_unit(fit, joint), escape(run.run),
+                found.joint, Markup('<td class="words {}">{}</td>').format(kind, found.words), *cells,
+                number(run.r_squared[joint], 5), measured_unit(fit, joint), run.run,
             ]
         )  # fmt: skip
     head = [
@@ -50,7 +49,7 @@ def runs_table(fit: Fit) -> str:
 
 def _run_row(run: Agreement | Scores, role: str) -> list[str]:
     pairs = zip(run.over_noise, 100 * run.relative, strict=True)
-    return [escape(run.run), role, *(f"{number(over, 3)}; {number(share, 2)} %" for over, share in pairs)]
+    return [run.run, role, *(number(over, 3) + "; " + number(share, 2) + " %" for over, share in pairs)]
 
 
 def gain_table(fit: Fit) -> str:
@@ -61,15 +60,13 @@ def gain_table(fit: Fit) -> str:
     for joint, name in enumerate(robot.joints):
         gain, std, belief = estimate.gain[joint], estimate.gain_std[joint], robot.drive_gain[joint]
         tolerance = robot.drive_gain_tolerance * abs(belief)
-        cells = [number(gain, 5), f"{torque_unit(robot, joint)}/A"]
+        cells = [number(gain, 5), f"{robot.units('N m')[joint]}/A"]
         cells += [number(NORMAL_95 * std, 3), number(100 * std / abs(gain), 2)] if found else [NAMELESS] * 2
         if fit.gains_unstated:  # the belief of 1 is nobody's
-            rows.append([escape(name), *cells, NAMELESS, NAMELESS, NAMELESS])
+            rows.append([name, *cells, NAMELESS, NAMELESS, NAMELESS])
             continue
         cells += [number(belief), number(tolerance, 2)]
-        rows.append(
-            [escape(name), *cells, interval_bar(gain, std, belief, tolerance) if found else "nominal"]
-        )
+        rows.append([name, *cells, interval_bar(gain, std, belief, tolerance) if found else "nominal"])
     return table(
         ["joint", "gain", "unit", "\u00b1 95 %", "std %", "nominal", "\u00b1 std", "against nominal"],
         rows,
@@ -89,7 +86,7 @@ def parameter_rows(fit: Fit) -> list[list[str]]:
         stated = np.isfinite(deviation[k])
         rows.append(
             [
-                escape(name), number(value), unit(measure), number(NORMAL_95 * std, 2), number(percent, 2),
+                name, number(value), unit(measure), number(NORMAL_95 * std, 2), number(percent, 2),
                 number(believed[k]) if stated else NAMELESS, number(deviation[k], 2),
                 interval_bar(value, std, believed[k], deviation[k]),
             ]
@@ -104,7 +101,7 @@ def parameter_tables(fit: Fit) -> str:
     unit = "unit per N m/A" if fit.unscaled else "unit"
     head = ["parameter", "value", unit, "\u00b1 95 %", "std %", "nominal", "\u00b1 std", "against nominal"]
     halves = [table(head, part, words=(2, 7)) for part in (rows[:half], rows[half:]) if part]
-    return f'<div class="grid two tables">{"".join(halves)}</div>'
+    return grid(*halves, kind="two tables")
 
 
 def correlations(fit: Fit) -> list[tuple[str, str, float]]:
@@ -121,7 +118,7 @@ def correlations(fit: Fit) -> list[tuple[str, str, float]]:
 
 def correlation_table(fit: Fit) -> str:
     """The worst pairs, each with a bar."""
-    rows = [[f"{escape(a)} and {escape(b)}", number(r, 4), _share_bar(r)] for a, b, r in correlations(fit)]
+    rows = [[f"{a} and {b}", number(r, 4), _share_bar(r)] for a, b, r in correlations(fit)]
     return table(["pair", "correlation", "from \u22121 to 1"], rows, words=(2,))
 
 
@@ -129,7 +126,7 @@ def _share_bar(share: float) -> str:
     """A bar from the middle, for a number from -1 to 1."""
     length = 108 * abs(share)
     left = 110 - length if share < 0 else 110.0
-    return (
+    return Markup(
         '<svg viewBox="0 0 220 16" role="img"><line class="zero" x1="110" x2="110" y1="1" y2="15"/>'
         f'<rect class="share" x="{left:.1f}" y="3" width="{length:.1f}" height="10"/></svg>'
     )
@@ -137,7 +134,7 @@ def _share_bar(share: float) -> str:
 
 def unclear_table(fit: Fit) -> str:
     """Parameters that the runs leave open, and the motion that would settle each."""
-    rows = [[escape(u.name), number(u.std_percent, 3), escape(u.hint)] for u in fit.unclear]
+    rows = [[u.name, number(u.std_percent, 3), u.hint] for u in fit.unclear]
     return table(["parameter", "std %", "motion that would settle it"], rows, words=(2,))
 
 
@@ -147,7 +144,7 @@ def dropped_table(fit: Fit) -> str:
         zip((p.name for p in fit.base.parameters), (p.unit for p in fit.base.parameters), strict=True)
     )
     rows = [
-        [escape(name), number(value, 3), unit(units.get(name) or units.get(name.removesuffix("R"), ""))]
+        [name, number(value, 3), unit(units.get(name) or units.get(name.removesuffix("R"), ""))]
         for name, value in fit.dropped.items()
     ]
     return table(["parameter", "value it had", "unit"], rows, words=(2,))

@@ -5,7 +5,6 @@ where these agree best is the offset between the clocks.
 """
 
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft
@@ -112,8 +111,8 @@ def nearest(recording: Recording, run: Recording) -> tuple[Alignment, float]:
             f"needs {2 * BLOCKS}"
         )
     step = max(ours.period, theirs.period)
-    grid = _coarse(recording, run, step)
-    return _refined(ours, theirs, grid.offset, step), grid.again
+    offset, again = _coarse(recording, run, step)
+    return _refined(ours, theirs, offset, step), again
 
 
 def aligned(recording: Recording, run: Recording) -> Recording:
@@ -141,14 +140,8 @@ def aligned(recording: Recording, run: Recording) -> Recording:
     )
 
 
-class _OnGrid(NamedTuple):
+def _coarse(recording: Recording, run: Recording, step: float) -> tuple[float, float]:
     """The best offset of whole steps [s], and how far from it another is as good; zero if none is."""
-
-    offset: float
-    again: float
-
-
-def _coarse(recording: Recording, run: Recording, step: float) -> _OnGrid:
     ours, theirs = (_even(one.signals["position"], step) for one in (recording, run))
     count = round(OVERLAP * min(len(ours), len(theirs)))
     lags = np.arange(count - len(ours), len(theirs) - count + 1)
@@ -166,7 +159,7 @@ def _coarse(recording: Recording, run: Recording, step: float) -> _OnGrid:
     others = np.where(away > NEAR, mean, np.inf)
     again = float(away[_first(others, good, -away, time)]) if np.any(others < good) else 0.0
     start = run.signals["position"].time[0] - recording.signals["position"].time[0]
-    return _OnGrid(float(start + time[best]), again)
+    return float(start + time[best]), again
 
 
 def _first(mean: np.ndarray, good: float, preference: np.ndarray, time: np.ndarray) -> int:

@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
@@ -75,7 +75,14 @@ def import_case_folder(source: Path, model: Model | None = None, role: str | Non
     with _of(folder):
         name = string(_table(case, "case")["name"], "[case] name")
         runs = [_run(run) for run in tables(case.get("runs"), "runs")] if case.get("runs") else []
-    return [_recording(folder, name, run, model) for run in runs if role in (None, run.settings.get("role"))]
+    return [
+        recording
+        for file, known in runs
+        if role in (None, known["settings"].get("role"))
+        for recording in import_csv(
+            folder / file, model, name=f"{name}/{Path(file).name.split('.')[0]}", **known
+        )
+    ]
 
 
 def believed_model(folder: Path) -> Model:
@@ -199,18 +206,11 @@ def _belief(value: float, tolerance: float) -> Belief:
     return Belief(value, tolerance * abs(value) if value else np.inf)
 
 
-class _Run(NamedTuple):
-    """A run as the case describes it."""
-
-    file: str
-    payload: KnownPayload | None
-    settings: dict[str, str]
-
-
-def _run(run: Mapping[str, Any]) -> _Run:
+def _run(run: Mapping[str, Any]) -> tuple[str, dict[str, Any]]:
+    """File of a run, and what the case says of it, as `import_csv` takes it."""
     settings = {key: str(value) for key, value in run.items() if key not in ("file", "payload")}
     payload = KnownPayload("L", _known(_table(run, "payload"))) if "payload" in run else None
-    return _Run(string(run["file"], "[[runs]] file"), payload, settings)
+    return string(run["file"], "[[runs]] file"), {"payload": payload, "settings": settings}
 
 
 def _known(payload: Mapping[str, Any]) -> tuple[tuple[str, float], ...]:
@@ -219,11 +219,3 @@ def _known(payload: Mapping[str, Any]) -> tuple[tuple[str, float], ...]:
         for key, count in (("com", 3), ("inertia", 6))
     )
     return known_parameters(number(payload["mass"], "[[runs]] payload mass"), com, inertia)
-
-
-def _recording(folder: Path, name: str, run: _Run, model: Model) -> Recording:
-    stem = Path(run.file).name.split(".")[0]
-    [recording] = import_csv(
-        folder / run.file, model, name=f"{name}/{stem}", payload=run.payload, settings=run.settings
-    )
-    return recording

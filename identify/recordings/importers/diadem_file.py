@@ -37,16 +37,8 @@ class DiademChannel:
     values: np.ndarray
 
 
-@dataclass(frozen=True)
-class DiademFile:
-    """All channels of one header, and what was missing of their data."""
-
-    channels: tuple[DiademChannel, ...]
-    warnings: tuple[str, ...] = ()
-
-
-def read_diadem(path: Path) -> DiademFile:
-    """Read a header and the data beside it.
+def read_diadem(path: Path) -> tuple[list[DiademChannel], list[str]]:
+    """Read a header and the data beside it: all channels, and what is missing of their data.
 
     Raises:
         NotAFile: Header or data are missing, or are not what they say.
@@ -58,10 +50,13 @@ def read_diadem(path: Path) -> DiademFile:
     warnings: list[str] = []
     channels = []
     for header in headers:
-        values = _ramp(path, header) if _implicit(header) else _stored(path, header, len(explicit), warnings)
+        if _implicit(header):
+            values = np.arange(_whole(path, header, "220", 0), dtype=float)
+        else:
+            values = _stored(path, header, len(explicit), warnings)
         scaled = values * _number(path, header, "241", 1.0) + _number(path, header, "240", 0.0)
         channels.append(DiademChannel(header["200"], header.get("202", ""), _implicit(header), scaled))
-    return DiademFile(tuple(channels), tuple(dict.fromkeys(warnings)))
+    return channels, list(dict.fromkeys(warnings))
 
 
 def _headers(path: Path) -> list[dict[str, str]]:
@@ -114,10 +109,6 @@ def _whole(path: Path, header: dict[str, str], code: str, default: int) -> int:
             f"{path}: channel {header['200']}: {code} is {value:g}; expected a whole number from 0 to {MOST}"
         )
     return int(value)
-
-
-def _ramp(path: Path, header: dict[str, str]) -> np.ndarray:
-    return np.arange(_whole(path, header, "220", 0), dtype=float)
 
 
 def _stored(path: Path, header: dict[str, str], width: int, warnings: list[str]) -> np.ndarray:

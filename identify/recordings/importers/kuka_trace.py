@@ -116,15 +116,15 @@ def _recording(trace: str, files: list[Path], model: Model, payload: KnownPayloa
 
 
 def _columns(file: Path, doubts: list[str]) -> list[_Column]:
-    content = read_diadem(file)
-    doubts += content.warnings
+    channels, missing = read_diadem(file)
+    doubts += missing
     number = re.search(r"#(\d+)$", file.stem)
-    times = [channel for channel in content.channels if channel.implicit]
+    times = [channel for channel in channels if channel.implicit]
     if not times:
         raise RecordingError(f"{file} has no implicit channel of time")
     time = _in_si(times[0], doubts)
     columns = []
-    for channel in content.channels:
+    for channel in channels:
         match = re.match(r"([a-z_]+?)[ _#]*a?(\d*)$", channel.name.lower())
         signal = CHANNELS.get(match[1]) if match else None
         axis = match[2] if match and match[2] else (number[1] if number else "")

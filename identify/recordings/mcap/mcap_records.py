@@ -113,7 +113,8 @@ def read_contents(path: Path) -> Contents:
         )
     contents = Contents()
     for kind, body, complete in _records(data, len(MAGIC)):
-        _READERS.get(kind, _skip)(contents, body, complete)
+        if kind in _READERS:
+            _READERS[kind](contents, body, complete)
     return contents
 
 
@@ -130,40 +131,22 @@ def _records(data: memoryview, start: int) -> Iterator[tuple[int, memoryview, bo
         start = stop
 
 
-def _parsed(reader: Callable[[ReadDataStream], Any], body: memoryview) -> Any | None:
-    """The record, or None where its inside does not make sense: damage that no frame shows."""
-    try:
-        return reader(ReadDataStream(BytesIO(body)))
-    except Exception:  # the library raises whatever its parser stumbles over (struct.error, UnicodeError, …)
-        return None
+Reader = Callable[[Contents, memoryview, bool], None]
 
 
-def _skip(contents: Contents, body: memoryview, complete: bool) -> None:
-    pass
+def _kept(kind: Any, table: str, key: str, value: str = "") -> Reader:
+    """Reader of a kind of record, or its field `value`, into a table of the contents, unless damaged."""
 
+    def read(contents: Contents, body: memoryview, complete: bool) -> None:
+        if not complete:
+            return
+        try:
+            record = kind.read(ReadDataStream(BytesIO(body)))
+        except Exception:  # whatever the library's parser stumbles over (struct.error, UnicodeError, …)
+            return
+        getattr(contents, table)[getattr(record, key)] = getattr(record, value) if value else record
 
-def _channel(contents: Contents, body: memoryview, complete: bool) -> None:
-    channel = _parsed(Channel.read, body) if complete else None
-    if channel is not None:
-        contents.channels[channel.id] = channel
-
-
-def _schema(contents: Contents, body: memoryview, complete: bool) -> None:
-    schema = _parsed(Schema.read, body) if complete else None
-    if schema is not None:
-        contents.schemas[schema.id] = schema
-
-
-def _metadata(contents: Contents, body: memoryview, complete: bool) -> None:
-    metadata = _parsed(Metadata.read, body) if complete else None
-    if metadata is not None:
-        contents.metadata[metadata.name] = metadata.metadata
-
-
-def _attachment(contents: Contents, body: memoryview, complete: bool) -> None:
-    attachment = _parsed(Attachment.read, body) if complete else None
-    if attachment is not None:
-        contents.attachments[attachment.name] = attachment
+    return read
 
 
 def _footer(contents: Contents, body: memoryview, complete: bool) -> None:
@@ -234,11 +217,11 @@ def _index(contents: Contents, data: bytes) -> None:
         contents.messages.setdefault(channel, []).append((array, np.array(starts)))
 
 
-_READERS: dict[int, Callable[[Contents, memoryview, bool], None]] = {
-    Opcode.SCHEMA: _schema,
-    Opcode.CHANNEL: _channel,
-    Opcode.METADATA: _metadata,
-    Opcode.ATTACHMENT: _attachment,
+_READERS: dict[int, Reader] = {
+    Opcode.SCHEMA: _kept(Schema, "schemas", "id"),
+    Opcode.CHANNEL: _kept(Channel, "channels", "id"),
+    Opcode.METADATA: _kept(Metadata, "metadata", "name", "metadata"),
+    Opcode.ATTACHMENT: _kept(Attachment, "attachments", "name"),
     Opcode.CHUNK: _chunk,
     Opcode.FOOTER: _footer,
 }

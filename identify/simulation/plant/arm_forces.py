@@ -113,5 +113,4 @@ def _shares(model: Model, values: np.ndarray) -> list[tuple[Effect, np.ndarray]]
             f"{model.robot.name}: values have shape {values.shape}, expected ({len(model.parameters)},), one "
             "a parameter of the model"
         )
-    counts = [len(effect.parameters(model.robot)) for effect in model.effects]
-    return list(zip(model.effects, np.split(values, np.cumsum(counts)[:-1]), strict=True))
+    return [(effect, values[own]) for effect, own in zip(model.effects, model.columns, strict=True)]

@@ -15,8 +15,9 @@ from .effect_sum import Joints
 from .sensors import Past, Readings, Sensors
 from .servo import Servo
 from .stepping import State, Stepping, require_inertia
+from .steps import springs
 from .thermal import Thermal
-from .transmission import Springs, Transmission
+from .transmission import Transmission
 
 ROUNDS = 5
 """In which friction by load and acceleration agree: each leaves a tenth, its coefficient, of the gap."""
@@ -99,7 +100,7 @@ class Plant:
         self._temperature = np.full(n, thermal.ambient)
         self._forces = ArmForces(model, values, payload, transmission)
         self._servo = Servo(control, gain, robot.coupling, self._motors)
-        self._springs, self._steppings = Springs(transmission), dict[float, tuple[Stepping, Stepping]]()
+        self._springs, self._steppings = transmission.springs, dict[float, tuple[Stepping, Stepping]]()
         self._path = CommandPath(start)
         self._reference = self._servo.reference(start, np.zeros(n))
         self._state = self._at_rest(start, transmission, robot.to_motors)
@@ -163,7 +164,7 @@ class Plant:
     def truth(self) -> Motion:
         """How the motors really move now, a motion of one sample: no sensor says so."""
         temperature, joints = self._temperature, Joints(*self._state[:3])
-        spring = self._springs.force(joints.position, joints.velocity)
+        spring = springs(self._springs, joints.position, joints.velocity, 0.0)[0]
         pull = self._servo.turns.T @ self._torque() - spring
         for _ in range(ROUNDS if self._forces.loaded else 1):
             here, inertia = self._forces.at(joints, joints.position, temperature)

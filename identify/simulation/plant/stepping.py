@@ -6,8 +6,7 @@ import numpy as np
 
 from . import compiled
 from .servo import Servo
-from .steps import Forces, solve
-from .transmission import Springs
+from .steps import Elastic, Forces, solve
 
 
 class State(NamedTuple):
@@ -35,9 +34,9 @@ class Stepping:
         step: [s].
     """
 
-    def __init__(self, servo: Servo, springs: Springs, step: float) -> None:
+    def __init__(self, servo: Servo, springs: Elastic, step: float) -> None:
         self._through = compiled.through()
-        self._constants = step, tuple(servo.over(step)), tuple(springs.elastic)
+        self._constants = step, tuple(servo.over(step)), tuple(springs)
 
     def through(
         self, state: State, inertia: np.ndarray, start: Forces, end: Forces, reference: np.ndarray

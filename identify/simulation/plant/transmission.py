@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...errors import RobotError
-from .steps import Elastic, springs
+from .steps import Elastic
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,25 +62,15 @@ class Transmission:
         """How far motors are ahead of their links when they hold a torque (n,) [N m], shape (n,) [rad]."""
         return torque / self.stiffness + 0.5 * self.backlash * np.sign(torque)
 
-
-class Springs:
-    """The transmission's springs in the plant's coordinates.
-
-    Args:
-        transmission: What they are.
-    """
-
-    def __init__(self, transmission: Transmission) -> None:
-        joints = transmission.elastic
-        stretch = (transmission.motors - transmission.links)[joints]
-        self.elastic = Elastic(
+    @property
+    def springs(self) -> Elastic:
+        """Its springs in the plant's coordinates."""
+        joints = self.elastic
+        stretch = (self.motors - self.links)[joints]
+        return Elastic(
             stretch=stretch,
             back=stretch.T.copy(),
-            stiffness=transmission.stiffness[joints],
-            damping=transmission.damping[joints],
-            play=0.5 * transmission.backlash[joints],
+            stiffness=self.stiffness[joints],
+            damping=self.damping[joints],
+            play=0.5 * self.backlash[joints],
         )
-
-    def force(self, position: np.ndarray, velocity: np.ndarray) -> np.ndarray:
-        """What they take at one instant, shape (x,) [N m]."""
-        return springs(self.elastic, position, velocity, 0.0)[0]

@@ -2,6 +2,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
+from exidyn.identify.arm.motion import Motion
 from exidyn.identify.arm.rigid_gradient import body_gradient, rigid_gradient
 from exidyn.identify.arm.rigid_regressor import body_regressor, rigid_regressor
 from exidyn.identify.arm.robot import Robot
@@ -25,6 +26,10 @@ def state(tree):
     return [motion.position, motion.velocity, motion.acceleration]
 
 
+def at(state):
+    return Motion.of(np.arange(len(state[0])), *state)
+
+
 def central_difference(function, state, which):
     """Derivative of each sample's value by each joint's quantity, shape (t, n)."""
     out = np.zeros_like(state[which])
@@ -43,11 +48,10 @@ def test_gradient_is_that_of_differences(tree, state, which):
     weights = np.random.default_rng(1).normal(size=(len(state[0]), tree.nv, 10 * tree.nv))
 
     def total(moved):
-        out = rigid_regressor(tree, *moved, np.zeros_like(weights))
-        return np.sum(weights * out, axis=(1, 2))
+        return np.sum(weights * rigid_regressor(tree, at(moved)), axis=(1, 2))
 
     expected = central_difference(total, state, which)
-    found = rigid_gradient(tree, *state, weights)[which]
+    found = rigid_gradient(tree, at(state), weights)[which]
     np.testing.assert_allclose(found, expected, rtol=1e-7, atol=1e-7 * np.abs(expected).max() + 1e-8)
 
 
@@ -56,10 +60,10 @@ def test_gradient_of_a_body_on_the_flange_is_that_of_differences(tree, state, wh
     weights = np.random.default_rng(2).normal(size=(len(state[0]), tree.nv, 10))
 
     def total(moved):
-        return np.sum(weights * body_regressor(tree, *moved, FLANGE), axis=(1, 2))
+        return np.sum(weights * body_regressor(tree, at(moved), FLANGE), axis=(1, 2))
 
     expected = central_difference(total, state, which)
-    found = body_gradient(tree, *state, FLANGE, weights)[which]
+    found = body_gradient(tree, at(state), FLANGE, weights)[which]
     np.testing.assert_allclose(found, expected, rtol=1e-7, atol=1e-7 * np.abs(expected).max() + 1e-8)
 
 
@@ -67,7 +71,7 @@ def test_gradient_of_torque_is_that_of_pinocchio(tree, state):
     """Weights u times the inertial values give u' times the derivatives of inverse dynamics."""
     values = np.concatenate([inertial_parameters(inertia) for inertia in list(tree.inertias)[1:]])
     pick = np.random.default_rng(3).normal(size=state[0].shape)
-    found = np.stack(rigid_gradient(tree, *state, pick[:, :, None] * values))
+    found = rigid_gradient(tree, at(state), pick[:, :, None] * values)
     data = tree.createData()
     expected = np.zeros_like(found)
     for row, one in enumerate(zip(*state, strict=True)):

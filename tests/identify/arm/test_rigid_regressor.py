@@ -38,8 +38,7 @@ def torque(model, motion):
 
 
 def regressor(tree, motion):
-    out = np.zeros((*motion.position.shape, 10 * tree.nv))
-    return rigid_regressor(tree, motion.position, motion.velocity, motion.acceleration, out)
+    return rigid_regressor(tree, motion)
 
 
 def test_torque_is_that_of_inverse_dynamics(tree, motion):
@@ -62,11 +61,11 @@ def test_body_on_the_last_link_adds_its_torque(tree, motion):
     flange, carried = placement(random), body(random)
     loaded = tree.copy()
     loaded.appendBodyToJoint(tree.njoints - 1, carried, flange)
-    columns = body_regressor(tree, motion.position, motion.velocity, motion.acceleration, flange)
+    columns = body_regressor(tree, motion, flange)
     added = torque(loaded, motion) - torque(tree, motion)
     np.testing.assert_allclose(columns @ inertial_parameters(carried), added, atol=1e-8, rtol=1e-9)
 
 
 def test_body_in_the_links_own_frame_is_the_last_link(tree, motion):
-    columns = body_regressor(tree, motion.position, motion.velocity, motion.acceleration, pin.SE3.Identity())
+    columns = body_regressor(tree, motion, pin.SE3.Identity())
     np.testing.assert_allclose(columns, regressor(tree, motion)[:, :, -len(INERTIAL) :], atol=1e-12)
