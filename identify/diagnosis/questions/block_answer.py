@@ -42,7 +42,7 @@ class Answer:
         independent: Independent rows over all rows by which the gains are weighed, shape (n,).
         fitted: Whether a block is fitted, shape (k,); the others are only predicted.
         relief: Logarithm of how much more probable all that was believed is, beside it.
-        choice: What choosing the shape costs the odds by scatter, as `cost` does the gain.
+        choice: What choosing the shape costs the odds by scatter: its logarithm over the mean of all shapes.
     """
 
     candidate: Candidate

@@ -51,7 +51,6 @@ def _answers(prediction: Prediction, alike: Sequence[tuple[Candidate, Thinned]])
             prediction.blocks.fitted,
             _relief(prediction, apart[:, i], one, candidate)
             - _surprise(prediction, errors[i], candidate, columns),
-            float(np.log(candidate.among)),
         )
         for i, ((candidate, columns), one) in enumerate(zip(alike, fits, strict=True))
         if one is not None
