@@ -1,6 +1,6 @@
 """Whether the believed model explains the sample cases to their noise, and in which joints it does not.
 
-The believed model is fitted with its beliefs and their tolerances as prior, drive gains included, to the
+The believed model is fitted with its priors and their tolerances as prior, drive gains included, to the
 runs of a case that are not held out, and compared with the `validate` run. The noise floor is measured
 where the arm rests before it moves. Over some 1.5 to 3 s of rest at 15 Hz, that is 45 to 90 degrees of
 freedom, the floor itself is uncertain to about a tenth: a ratio of 1.3 is exceeded by chance about once
@@ -30,8 +30,8 @@ def fit_case(folder: Path) -> Fit:
     return identify(used, held_out, estimator=posterior, drop=False)
 
 
-def gain_from_belief(fit: Fit) -> np.ndarray:
-    """How far each drive gain left its belief, in the belief's standard deviations."""
+def gain_from_prior(fit: Fit) -> np.ndarray:
+    """How far each drive gain left its prior, in the prior's standard deviations."""
     robot = fit.model.robot
     return (fit.estimate.gain / robot.drive_gain - 1) / robot.drive_gain_tolerance
 
@@ -47,14 +47,14 @@ def main() -> None:
     ratios = {name: fit.validation[0].over_noise for name, fit in fits.items()}
     joints = max(len(ratio) for ratio in ratios.values())
     header = ["case", *(f"J{j + 1}" for j in range(joints)), f"joints above {LIMIT}"]
-    rows, belief = [], []
+    rows, prior = [], []
     for name, ratio in ratios.items():
         above = [f"J{j + 1}" for j in np.flatnonzero(ratio > LIMIT)]
         padding = [np.nan] * (joints - len(ratio))
         rows.append([name, *np.round(ratio, 2), *padding, ", ".join(above) or "none"])
-        belief.append([name, *np.round(gain_from_belief(fits[name]), 1), *padding])
+        prior.append([name, *np.round(gain_from_prior(fits[name]), 1), *padding])
     show("Residual of the validate run over the noise floor", header, rows)
-    show("Drive gain minus belief, over the belief's tolerance", header[:-1], belief)
+    show("Drive gain minus prior, over the prior's tolerance", header[:-1], prior)
     figures = {
         "residual_over_noise": ratios["s1"],
         "residual_over_noise_by_case": ratios,

@@ -54,7 +54,7 @@ def simulated(model: Model, seconds: float) -> tuple[Motion, np.ndarray, np.ndar
     motion = random_fourier(model.robot.limits, seconds).at(np.arange(0.0, seconds, 0.002))
     random = np.random.default_rng(0)
     torque = np.concatenate(
-        [model.torque(motion[k : k + CHUNK], model.believed_values) for k in range(0, len(motion), CHUNK)]
+        [model.torque(motion[k : k + CHUNK], model.nominal_values) for k in range(0, len(motion), CHUNK)]
     )
     position = motion.position + 5e-6 * random.normal(size=torque.shape)
     return motion, position, torque + NOISE * random.normal(size=torque.shape)

@@ -8,7 +8,7 @@ import numpy as np
 
 from .arm.motion import Motion
 from .arm.robot import Robot
-from .effects import Belief, Effect, MotionGradient, Parameter
+from .effects import Effect, MotionGradient, Parameter, Prior
 from .errors import RobotError
 
 
@@ -19,12 +19,12 @@ class Model:
     Attributes:
         robot: Kinematics, limits and drives.
         effects: What makes torque; order is the order of the columns.
-        stated: Beliefs about parameters by name, beyond what the robot's inertias say.
+        stated: Priors about parameters by name, beyond what the robot's inertias say.
     """
 
     robot: Robot
     effects: tuple[Effect, ...]
-    stated: Mapping[str, Belief] = field(default_factory=dict)
+    stated: Mapping[str, Prior] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         names = [parameter.name for parameter in self.parameters]
@@ -46,16 +46,16 @@ class Model:
         return [parameter.name for parameter in self.parameters]
 
     @property
-    def beliefs(self) -> list[Belief]:
+    def priors(self) -> list[Prior]:
         """What is held true of each parameter; value zero and infinite deviation where nothing is."""
-        known = {n: b for effect in self.effects for n, b in effect.beliefs(self.robot).items()}
+        known = {n: b for effect in self.effects for n, b in effect.priors(self.robot).items()}
         known |= self.stated
-        return [known.get(name, Belief(0.0)) for name in self.names]
+        return [known.get(name, Prior(0.0)) for name in self.names]
 
     @property
-    def believed_values(self) -> np.ndarray:
+    def nominal_values(self) -> np.ndarray:
         """Believed value of each parameter, shape (p,)."""
-        return np.array([belief.value for belief in self.beliefs])
+        return np.array([prior.value for prior in self.priors])
 
     @property
     def inertias(self) -> list[slice]:
@@ -120,7 +120,7 @@ class Model:
         if not np.any(total.load):
             return total
         gears = self._gears
-        by_load = gears.motion_gradient(motion, total.load[:, :, None] * gears.believed_values, total.load)
+        by_load = gears.motion_gradient(motion, total.load[:, :, None] * gears.nominal_values, total.load)
         return replace(total, load=np.zeros_like(total.load)) + by_load
 
     @property
@@ -129,8 +129,8 @@ class Model:
         return replace(self, effects=tuple(e for e in self.effects if e.transmitted))
 
     def loaded(self, motion: Motion) -> Motion:
-        """The motion with the torque that the gears transmit, by belief; unchanged if no effect asks."""
+        """The motion with the torque that the gears transmit, by prior; unchanged if no effect asks."""
         if not any(effect.needs_load for effect in self.effects):
             return motion
         gears = self._gears
-        return replace(motion, load=gears.torque(motion, gears.believed_values))
+        return replace(motion, load=gears.torque(motion, gears.nominal_values))

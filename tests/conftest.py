@@ -9,9 +9,9 @@ import pytest
 NUMERICAL = (
     "align", "base_parameters", "criteria", "cutoffs", "block_likelihood", "diagnosis_prediction",
     "diagnosis_search", "distinction", "effects", "equations", "essential", "estimators",
-    "excitation_doubts", "export", "filters", "fit_doubts", "fit_file", "friction_curve", "identify",
+    "excitation_warnings", "export", "filters", "fit_warnings", "fit_file", "friction_curve", "identify",
     "information", "mdh", "model", "motion_gradient", "noise", "payload", "recorded_velocity",
-    "rigid_gradient", "rigid_regressor", "shape_doubt", "shapes", "solve", "spring_balancer", "verdict",
+    "rigid_gradient", "rigid_regressor", "shape_uncertainty", "shapes", "solve", "spring_balancer", "verdict",
 )  # fmt: skip
 """Files test_NAME.py whose results hang on matrices: decompositions, ranks, and decisions made of them."""
 FILES = {f"test_{name}.py" for name in NUMERICAL}

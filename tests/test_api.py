@@ -9,7 +9,7 @@ import pytest
 
 import exidyn as ex
 from exidyn.identify.diagnosis import Diagnosis
-from exidyn.identify.effects import Belief, JointSpring
+from exidyn.identify.effects import JointSpring, Prior
 from exidyn.identify.errors import MissingPackage
 from exidyn.identify.recordings.mcap.mcap_file import write_recording
 from exidyn.trajectories.plans.plan import Plan
@@ -17,7 +17,7 @@ from exidyn.trajectories.plans.plan import Plan
 from .parts.plans.plans import fourier
 from .parts.runs.runs import CASES
 from .parts.small import two_joints
-from .parts.small.small_diagnosis import believed, recordings
+from .parts.small.small_diagnosis import nominal_model, recordings
 
 
 @pytest.fixture(scope="module")
@@ -32,7 +32,7 @@ def fit(runs):
 
 
 def small_plan():
-    return Plan.of(fourier(harmonics=2), believed())
+    return Plan.of(fourier(harmonics=2), nominal_model())
 
 
 def test_every_name_is_there_and_an_unknown_one_is_refused_with_the_list():
@@ -125,15 +125,15 @@ def test_a_parameter_that_was_dropped_is_said_to_be(fit):
 
 def test_a_planned_motion_is_simulated_in_closed_loop_and_compared():
     plan = small_plan()
-    first, second = ex.simulate(believed(), plan), ex.simulate(believed(), plan, seed=1)
+    first, second = ex.simulate(nominal_model(), plan), ex.simulate(nominal_model(), plan, seed=1)
     assert first.duration > plan.trajectory.duration
     assert not np.array_equal(first.signals["current"].values, second.signals["current"].values)
     mismatch = ex.compare(first, second)
     assert {one.quantity for one in mismatch.mismatches} >= {"position"}
-    sprung = believed() + JointSpring(("elbow",))
-    sprung = replace(sprung, stated={**sprung.stated, "Ks2": Belief(40.0)})
+    sprung = nominal_model() + JointSpring(("elbow",))
+    sprung = replace(sprung, stated={**sprung.stated, "Ks2": Prior(40.0)})
     assert np.ptp(ex.simulate(sprung, plan, exact=True).signals["current"].values) > 1.2 * np.ptp(
-        ex.simulate(believed(), plan, exact=True).signals["current"].values
+        ex.simulate(nominal_model(), plan, exact=True).signals["current"].values
     )
     with pytest.raises(ex.api.ExidynError):
         ex.simulate("cobot", plan)

@@ -53,7 +53,7 @@ def _compared(simulated: Recording, recorded: Recording, offset: float | None) -
         f"both agree as well {again:.2f} s further, since the motion repeats itself; "
         "state how far apart the clocks are with --offset"
     )
-    return replace(found, doubts=(*found.doubts, doubt))
+    return replace(found, warnings=(*found.warnings, doubt))
 
 
 def _one(path: Path, model: Model | None) -> Recording:

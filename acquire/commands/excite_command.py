@@ -11,7 +11,7 @@ import numpy as np
 from exidyn.identify.effects import known_parameters
 from exidyn.identify.errors import RobotError
 from exidyn.identify.fit.fit_file import read_fit
-from exidyn.identify.fit.warnings.excitation_doubts import WORST
+from exidyn.identify.fit.warnings.excitation_warnings import WORST
 from exidyn.identify.model import Model
 from exidyn.identify.robot_files.geometry import read_geometry
 from exidyn.identify.robot_files.robot_file import read_model
@@ -28,11 +28,11 @@ from exidyn.trajectories.errors import BadLimits
 from exidyn.trajectories.joint_names_in_errors import in_words_of
 from exidyn.trajectories.kinds import KINDS
 from exidyn.trajectories.limits.usable_limits import Margins, usable
-from exidyn.trajectories.planning.identification_goal import believed_noise
+from exidyn.trajectories.planning.identification_goal import nominal_noise
 from exidyn.trajectories.planning.planner import plan
 from exidyn.trajectories.planning.wishes import Wishes, rows_of
 from exidyn.trajectories.plans.plan import Plan
-from exidyn.trajectories.plans.plan_check import believed_torque, violations
+from exidyn.trajectories.plans.plan_check import nominal_torque, violations
 from exidyn.trajectories.plans.plan_file import write_plan
 from exidyn.trajectories.plans.plan_summary import summary
 from exidyn.trajectories.plans.plan_use import limit_use
@@ -64,7 +64,7 @@ def main(arguments: Sequence[str]) -> int:
     tables, told_apart = [], list(pages)
     for one, path in zip(plans, _paths(given.output, len(plans)), strict=True):
         write_plan(one, path)
-        torque = believed_torque(one, model)
+        torque = nominal_torque(one, model)
         uses, beyond = [*limit_use(one), torque.use], violations(one, torque)
         pages += [summary(one, uses, beyond), *_poor(one), f"written: {path}; exidyn show {path} draws it"]
         tables.append(plan_table(one, uses, beyond) | {"written": str(path)})
@@ -129,11 +129,11 @@ def _against(
         names = [str(given.robot), str(given.against)]
     limits, _ = usable(model.robot, wishes.margins, wishes.window, wishes.start)
     hypotheses = tuple(
-        Hypothesis.believed(name, one) for name, one in zip(names, (model, rival), strict=True)
+        Hypothesis.of_priors(name, one) for name, one in zip(names, (model, rival), strict=True)
     )
     for hypothesis, other in permutations(hypotheses):
         _require_values(hypothesis, other)
-    goal = Discriminate(hypotheses, Observation(believed_noise(model, limits), rows_of(wishes)))
+    goal = Discriminate(hypotheses, Observation(nominal_noise(model, limits), rows_of(wishes)))
     plans = _search(given, model, wishes, progress, goal)
     said = []
     for one in plans:

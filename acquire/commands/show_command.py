@@ -10,7 +10,7 @@ from exidyn.identify.robot_files.robot_file import read_model
 from exidyn.trajectories.errors import TrajectoryError, UnknownChoice
 from exidyn.trajectories.plans.exports import EXPORTS
 from exidyn.trajectories.plans.plan import Plan, fits
-from exidyn.trajectories.plans.plan_check import Torque, believed_torque, violations
+from exidyn.trajectories.plans.plan_check import Torque, nominal_torque, violations
 from exidyn.trajectories.plans.plan_file import read_plan
 from exidyn.trajectories.plans.plan_page import plan_page
 from exidyn.trajectories.plans.plan_summary import summary
@@ -42,7 +42,7 @@ def main(arguments: Sequence[str]) -> int:
     model = read_model(given.robot) if given.robot else None
     for difference in _differences(plan, model):
         print(f"exidyn: warning: {difference}", file=sys.stderr)
-    torque = believed_torque(plan, model) if model else None
+    torque = nominal_torque(plan, model) if model else None
     beyond = violations(plan, torque)
     uses = [*limit_use(plan), *([torque.use] if torque else [])]
     table = {"exidyn_motion": 1, **plan_table(plan, uses, beyond)}

@@ -60,11 +60,11 @@ def comparison(fit: Fit, truth: Model) -> str:
             strict=True,
         )
     ]
-    true = dict(zip(truth.names, truth.believed_values, strict=True))
+    true = dict(zip(truth.names, truth.nominal_values, strict=True))
     for name, meaning in (("Kr", "spring stiffness K_r"), ("K0", "spring preload K_0")):
         if name in fit.names:
             row = fit.names.index(name)
-            believed = fit.believed[0][row]
+            believed = fit.prior[0][row]
             rows.append(
                 (meaning, fit.base.units[row], true[name], believed, estimate.values[row], estimate.std[row])
             )

@@ -121,7 +121,7 @@ class Result:
 
 
 def _spring(model: Model) -> Spring:
-    values = dict(zip(model.names, map(float, model.believed_values), strict=True))
+    values = dict(zip(model.names, map(float, model.nominal_values), strict=True))
     effect = next(one for one in model.effects if isinstance(one, SpringBalancer))
     return Spring(effect, values["Kr"], values["K0"])
 

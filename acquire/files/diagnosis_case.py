@@ -9,7 +9,7 @@ from exidyn.identify.errors import RecordingError
 from exidyn.identify.fit.identification import same_robot
 from exidyn.identify.model import Model
 from exidyn.identify.recordings.importers import import_source, kind_of
-from exidyn.identify.recordings.importers.case_folder import believed_model
+from exidyn.identify.recordings.importers.case_folder import nominal_model
 from exidyn.identify.recordings.recording import Recording
 from exidyn.identify.robot_files.robot_file import builtin_names, read_model
 
@@ -67,7 +67,7 @@ def read_case(folder: Path) -> Case:
     """The case in a folder."""
     recordings = import_source(folder, kind="case_folder")
     name = recordings[0].name.partition("/")[0] if recordings else folder.name
-    return Case(name, believed_model(folder), [(role_of(run), run) for run in recordings])
+    return Case(name, nominal_model(folder), [(role_of(run), run) for run in recordings])
 
 
 def role_of(recording: Recording) -> str:

@@ -14,7 +14,7 @@ from exidyn.identify.pages.combined import Fitted, Material, Run
 from exidyn.identify.pages.diagnosis.told import Told
 from exidyn.identify.recordings.importers import import_source
 from exidyn.identify.recordings.recording import EFFORT, Recording
-from exidyn.identify.simulation.predicted import as_believed, predicted
+from exidyn.identify.simulation.predicted import as_nominal, predicted
 
 from ..commands.info_command import payload_words
 from ..views.names import told_apart
@@ -99,7 +99,7 @@ def _fitted(path: Path, fit: Fit, recordings: Sequence[Recording], progress: Pro
     shown = predicted(fit, recordings)
     if fit.unscaled:  # beliefs are in other units
         return Fitted("Fit", shown)
-    return Fitted("Fit", shown, predicted(as_believed(fit), recordings))
+    return Fitted("Fit", shown, predicted(as_nominal(fit), recordings))
 
 
 def _improved(path: Path, fit: Fit, recordings: Sequence[Recording], progress: Progress) -> Fitted:

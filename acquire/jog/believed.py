@@ -25,7 +25,7 @@ def torque_at_rest(model: Model, positions: np.ndarray, payload: str = "") -> np
     """
     still = np.zeros_like(positions)
     motion = Motion.of(np.arange(len(positions), dtype=float), positions, still, still, payload=payload)
-    torque = model.torque(model.loaded(motion), model.believed_values)
+    torque = model.torque(model.loaded(motion), model.nominal_values)
     at_drives: np.ndarray = torque @ model.robot.to_motors.T
     return at_drives
 

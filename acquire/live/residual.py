@@ -79,7 +79,7 @@ class LiveResidual:
     def __init__(self, model: Model, cycle: float, payload: KnownPayload | None = None) -> None:
         self._model = model if payload is None else model + Payload(payload.name, payload.known)
         self._payload = payload.name if payload is not None else ""
-        self._values = self._model.believed_values
+        self._values = self._model.nominal_values
         self._memory: list[Any] = [None] * len(self._model.effects)
         self._middle, average = (max(round(0.5 * t / cycle), FEWEST // 2) for t in (WINDOW, AVERAGE))
         self._cycle, self._half = cycle, self._middle * cycle

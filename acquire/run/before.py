@@ -12,7 +12,7 @@ from exidyn.identify.recordings.recording import KnownPayload
 from exidyn.trajectories.families.slowed import Slowed
 from exidyn.trajectories.limits.usable_limits import Margins, usable
 from exidyn.trajectories.plans.plan import Plan, model_differences, robot_differences
-from exidyn.trajectories.plans.plan_check import Torque, believed_torque, violations
+from exidyn.trajectories.plans.plan_check import Torque, nominal_torque, violations
 from exidyn.trajectories.trajectory import Trajectory
 
 from .errors import NotAllowed
@@ -61,7 +61,7 @@ def checked(plan: Plan, model: Model, speed: float = 1.0, payload: KnownPayload 
     # A pair is run twice, each run by itself; the torque of this run is that with its own payload.
     single = replace(slowed, payload_pair=bool(payload))
     carrying = model + Payload(payload.name, payload.known) if payload else model
-    torque = believed_torque(single, carrying)
+    torque = nominal_torque(single, carrying)
     beyond = violations(single, torque)
     if beyond:
         raise NotAllowed(

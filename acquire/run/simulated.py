@@ -64,7 +64,7 @@ def simulated(
     control, sensors, thermal = typical_parts(loaded)
     sensors = Sensors.exact(loaded.robot.dof) if exact else sensors
     plant = Plant(
-        loaded, loaded.believed_values, loaded.robot.drive_gain, position[0], control, sensors, gears,
+        loaded, loaded.nominal_values, loaded.robot.drive_gain, position[0], control, sensors, gears,
         thermal, carried, seed=seed,
     )  # fmt: skip
     signals = follow(plant, position, velocity, tick)

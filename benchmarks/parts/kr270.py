@@ -29,7 +29,7 @@ def plant() -> Model:
     return read_model("kr270") + Payload("L", BODY)
 
 
-def believed(told: Sequence[tuple[str, float]] = (("M", MASS),)) -> Model:
+def nominal(told: Sequence[tuple[str, float]] = (("M", MASS),)) -> Model:
     """What the identification starts from."""
     model = read_model("kr270")
     robot = replace(model.robot, drive_gain=CATALOGUE, drive_gain_tolerance=0.2)
@@ -40,7 +40,7 @@ def record(
     seed: int, sensors: Sensors, swing: float = 1.0, seconds: float = 40.0, motion: int = 0
 ) -> list[Recording]:
     """The unloaded and the loaded run; `swing` narrows the range of joint 2."""
-    model, arm = believed(), plant()
+    model, arm = nominal(), plant()
     limits = model.robot.limits
     lower, upper = limits.position_lower.copy(), limits.position_upper.copy()
     middle, half = 0.5 * (lower[1] + upper[1]), 0.5 * (upper[1] - lower[1])
@@ -49,7 +49,7 @@ def record(
         replace(limits, position_lower=lower, position_upper=upper), seconds, seed=motion
     ).at(np.arange(0.0, seconds, 0.002))
     gain = arm.robot.drive_gain
-    values = arm.believed_values
+    values = arm.nominal_values
     loads = (None, KnownPayload("L", (("M", MASS),)))
     return [
         simulate(arm, values, gain, path, model, sensors, load, name, seed=2 * seed + k)
@@ -66,7 +66,7 @@ def equations_of(runs: Sequence[Recording], filtering: Filtering | None = None) 
 
 def true_base(equations: Equations) -> np.ndarray:
     """Base values of the arm that was recorded."""
-    arm = dict(zip(plant().names, plant().believed_values, strict=True))
+    arm = dict(zip(plant().names, plant().nominal_values, strict=True))
     arm |= {f"{name}L": value for name, value in BODY}
     return equations.base.regrouping @ [arm[p.name] for p in equations.base.parameters]
 

@@ -17,7 +17,7 @@ from .results.budget import budget
 from .results.changes import changes
 from .results.evidence import Residuals, evidence, places_of
 from .results.remainder import discrepancies, remainders, rms
-from .results.shape_doubt import deviations
+from .results.shape_uncertainty import deviations
 from .runs.driven import Driven
 from .runs.usable import HELD_OUT, usable
 from .search.once import moments
@@ -72,7 +72,7 @@ def _diagnosed(
         remainders=tuple(remainders(found.prediction, left, noise, rested)),
         improvement=_improvement(found, residuals, apart, noise),
         runs=tuple(run.prepared.name for run in fitted),
-        doubts=tuple(warnings),
+        warnings=tuple(warnings),
         evidence=evidence(found, residuals, noise),
         seconds=time.monotonic() - began,
         tried=found.problem.tried,

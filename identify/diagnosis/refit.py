@@ -26,7 +26,7 @@ def refit(
 ) -> Fit | None:
     """Identify the model again with what was found; None for a diagnosis without evidence.
 
-    What no fit can hold is among its doubts.
+    What no fit can hold is among its warnings.
 
     Args:
         diagnosis: With its evidence.
@@ -49,12 +49,12 @@ def refit(
         filtering=filtering,
         progress=progress,
     )
-    doubts = [
+    warnings = [
         f"{sentence(finding, diagnosis.joints, slides(diagnosis, finding))}: {_why(finding)}"
         for place, finding in enumerate(by_kind(diagnosis).findings)
         if kind_of(finding.effect).gear or finding in delays or place in left_out
     ]
-    return replace(fit, doubts=(*doubts, *fit.doubts))
+    return replace(fit, warnings=(*warnings, *fit.warnings))
 
 
 def model_to_fit(diagnosis: Diagnosis) -> Model:

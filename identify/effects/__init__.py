@@ -2,7 +2,7 @@
 
 from .coulomb_friction import CoulombFriction
 from .current_offset import CurrentOffset
-from .effect import Belief, Effect, JointEffect, MotionGradient, Parameter, Shape, shape
+from .effect import Effect, JointEffect, MotionGradient, Parameter, Prior, Shape, shape
 from .friction_asymmetry import FrictionAsymmetry
 from .hysteresis import Hysteresis
 from .installed import installed
@@ -59,7 +59,7 @@ def load_installed() -> None:
 
 __all__ = [
     "EFFECTS",
-    "Belief",
+    "Prior",
     "Effect",
     "JointEffect",
     "MotionGradient",

@@ -58,7 +58,7 @@ class Parameter(NamedTuple):
     regroup: int = 1
 
 
-class Belief(NamedTuple):
+class Prior(NamedTuple):
     """What is held true of a parameter before looking at data: value and standard deviation."""
 
     value: float
@@ -152,7 +152,7 @@ class Effect(ABC):
         """Derivative of the regressor by each shape, shape name -> (t, n, p)."""
         return {}
 
-    def beliefs(self, robot: Robot) -> Mapping[str, Belief]:
+    def priors(self, robot: Robot) -> Mapping[str, Prior]:
         """What the robot's description alone says about the parameters."""
         return {}
 

@@ -11,7 +11,7 @@ from ..arm.motion import Motion
 from ..arm.rigid_gradient import rigid_gradient
 from ..arm.rigid_regressor import INERTIAL, rigid_regressor
 from ..arm.robot import Robot
-from .effect import Belief, Effect, MotionGradient, Parameter
+from .effect import Effect, MotionGradient, Parameter, Prior
 
 UNITS = dict.fromkeys(INERTIAL[:6], "kg m^2") | dict.fromkeys(INERTIAL[6:9], "kg m") | {"M": "kg"}
 
@@ -45,12 +45,12 @@ class RigidBody(Effect):
         by = rigid_gradient(robot.kinematics, motion, weights)
         return MotionGradient(by[0], by[1], by[2], np.zeros_like(motion.position))
 
-    def beliefs(self, robot: Robot) -> Mapping[str, Belief]:
-        beliefs = {}
+    def priors(self, robot: Robot) -> Mapping[str, Prior]:
+        priors = {}
         for link, inertia in enumerate(tuple(robot.kinematics.inertias)[1:]):
-            for name, belief in inertial_beliefs(inertia, robot.inertial_tolerance).items():
-                beliefs[f"{name}{link + 1}"] = belief
-        return beliefs
+            for name, prior in inertial_priors(inertia, robot.inertial_tolerance).items():
+                priors[f"{name}{link + 1}"] = prior
+        return priors
 
     def inertias(self, robot: Robot) -> list[slice]:
         return [slice(10 * link, 10 * link + 10) for link in range(robot.dof)]
@@ -81,7 +81,7 @@ def body_inertia(values: np.ndarray) -> pin.Inertia:
     return pin.Inertia.FromDynamicParameters(np.array([m, mx, my, mz, xx, xy, yy, xz, yz, zz]))
 
 
-def inertial_beliefs(inertia: pin.Inertia, tolerance: float) -> dict[str, Belief]:
+def inertial_priors(inertia: pin.Inertia, tolerance: float) -> dict[str, Prior]:
     """Value and standard deviation of a body's ten parameters.
 
     The tolerance is relative to the size of the body, so that a first moment that happens to be zero
@@ -93,6 +93,4 @@ def inertial_beliefs(inertia: pin.Inertia, tolerance: float) -> dict[str, Belief
     mass = values[9]
     radius = np.sqrt(max(values[0] + values[3] + values[5], 0.0) / (2 * mass)) if mass > 0 else 0.0
     scale = np.array([mass * radius**2] * 6 + [mass * radius / np.sqrt(3.0)] * 3 + [mass])
-    return {
-        n: Belief(float(v), float(tolerance * s)) for n, v, s in zip(INERTIAL, values, scale, strict=True)
-    }
+    return {n: Prior(float(v), float(tolerance * s)) for n, v, s in zip(INERTIAL, values, scale, strict=True)}

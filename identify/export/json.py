@@ -68,9 +68,9 @@ def _effect(model: Model, effect: Effect) -> dict[str, Any]:
     row |= {key_of(f): getattr(effect, f.name) for f in fields(effect)}
     if isinstance(effect, RigidBody):
         return row
-    beliefs = dict(zip(model.names, model.beliefs, strict=True))
+    priors = dict(zip(model.names, model.priors, strict=True))
     row["parameters"] = [
-        {"name": one.name, "unit": one.unit, "value": beliefs[one.name].value, "std": beliefs[one.name].std}
+        {"name": one.name, "unit": one.unit, "value": priors[one.name].value, "std": priors[one.name].std}
         for one in effect.parameters(model.robot)
     ]
     return row

@@ -79,7 +79,7 @@ class Portable:
         """Sort a model at its believed values.
 
         Args:
-            model: Robot, effects and beliefs.
+            model: Robot, effects and priors.
             payload: Name of the body on the flange that becomes part of the last link; empty for none.
 
         Raises:
@@ -100,7 +100,7 @@ class Portable:
 
 def shares(model: Model) -> list[tuple[Effect, np.ndarray]]:
     """Each effect with its believed parameters."""
-    values = model.believed_values
+    values = model.nominal_values
     return [(effect, values[own]) for effect, own in zip(model.effects, model.columns, strict=True)]
 
 

@@ -95,7 +95,7 @@ def _coupling(portable: Portable) -> list[str]:
     return ["coupling of motors and joints: torques are those of the joints, not of the motors"]
 
 
-def _doubt(portable: Portable) -> list[str]:
+def _uncertainty(portable: Portable) -> list[str]:
     return ["standard deviations of the parameters, and the jerk limits"]
 
 
@@ -111,6 +111,6 @@ WORDS: dict[str, Callable[[Portable], Sequence[str]]] = {
     "effects": _others,
     "gains": _gains,
     "coupling": _coupling,
-    "doubt": _doubt,
+    "uncertainty": _uncertainty,
 }
 """What a format may be able to say -> what is to be told where it is not."""

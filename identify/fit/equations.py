@@ -57,7 +57,7 @@ class Equations:
     noise: np.ndarray
     commanded: Callable[[], np.ndarray] | None = None
     regressor_noise: Callable[[], np.ndarray] | None = None
-    believed: np.ndarray = field(default_factory=lambda: np.empty(0))
+    nominal: np.ndarray = field(default_factory=lambda: np.empty(0))
     tolerance: np.ndarray = field(default_factory=lambda: np.empty(0))
     bodies: tuple[slice, ...] = ()
 
@@ -111,8 +111,8 @@ def assemble(model: Model, base: BaseParameters, runs: Sequence[Prepared]) -> Eq
         noise=np.sqrt(np.mean([run.noise**2 for run in runs], axis=0)),
         commanded=_commanded(model, base, runs),
         regressor_noise=lambda: _regressor_noise(model, base, runs),
-        believed=model.believed_values,
-        tolerance=np.array([belief.std for belief in model.beliefs]),
+        nominal=model.nominal_values,
+        tolerance=np.array([prior.std for prior in model.priors]),
         bodies=tuple(model.inertias),
     )
 

@@ -44,7 +44,7 @@ def unsupported(estimate: Estimate, held: Collection[int] = ()) -> list[int]:
     return dropped
 
 
-def as_doubtful(reduced: Estimate, whole: Estimate, dropped: Sequence[int]) -> Estimate:
+def as_uncertain(reduced: Estimate, whole: Estimate, dropped: Sequence[int]) -> Estimate:
     """The estimate without some parameters, as uncertain as with them.
 
     The data do not say that what was dropped is zero, only that it may be: it is zero up to its deviation,

@@ -1,4 +1,4 @@
-"""Fit: a model with the values that runs gave it, and all doubts about them."""
+"""Fit: a model with the values that runs gave it, and all warnings about them."""
 
 from dataclasses import dataclass, field
 from typing import Any
@@ -125,12 +125,12 @@ class Fit(InNotebook):
         filtering: Filters that were used, chosen ones filled in.
         condition: Condition number of the regressor with weighted rows and unit columns [-].
         rows: Decimated samples times joints used.
-        believed: Base values before the data, shape (b,), and their deviation, shape (b,).
+        prior: Base values before the data, shape (b,), and their deviation, shape (b,).
         dropped: Base parameters that the data do not support, with the value they had.
         unclear: Base parameters that remain uncertain, and what would settle them.
         agreement: With each run used.
         validation: With runs held out.
-        doubts: Sentences about recordings and fit that the user should read.
+        warnings: Sentences about recordings and fit that the user should read.
         structure: Base parameters before any was dropped; None if none was.
         measures: "current" or "torque": what was recorded in the runs used.
         scores: Of the runs of a fit that was read from its file, which has no samples.
@@ -143,12 +143,12 @@ class Fit(InNotebook):
     filtering: Filtering
     condition: float
     rows: int
-    believed: tuple[np.ndarray, np.ndarray]
+    prior: tuple[np.ndarray, np.ndarray]
     dropped: dict[str, float] = field(default_factory=dict)
     unclear: tuple[Unclear, ...] = ()
     agreement: tuple[Agreement, ...] = ()
     validation: tuple[Agreement, ...] = ()
-    doubts: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
     structure: BaseParameters | None = None
     measures: str = "torque"
     scores: tuple[Scores, ...] = ()
@@ -192,9 +192,9 @@ class Fit(InNotebook):
             ratios = ", ".join(f"{ratio:.3g}" for ratio in run.over_noise)
             lines.append(f"  {run.run}: residual over noise, by joint: {ratios}")
         lines += [f"  condition number {self.condition:.3g}; dropped: {', '.join(self.dropped) or 'none'}"]
-        if self.doubts:
-            number = counted(len(self.doubts), "warning")
-            lines.append(f"  {number}, the first: {self.doubts[0]}")
+        if self.warnings:
+            number = counted(len(self.warnings), "warning")
+            lines.append(f"  {number}, the first: {self.warnings[0]}")
         return "\n".join(lines)
 
     def to_dataframe(self) -> Any:
@@ -203,7 +203,7 @@ class Fit(InNotebook):
         Raises:
             MissingPackage: pandas is not installed.
         """
-        nominal, nominal_std = self.believed
+        nominal, nominal_std = self.prior
         columns = {
             "value": self.estimate.values,
             "std": self.estimate.std,

@@ -1,7 +1,7 @@
 """fit.json: a fit that reads back to the last digit, and that other programs can read too.
 
 What a fit is, is complete: model (a robot.toml inside), base parameters and how they are composed,
-values, covariance, drive gains, filters, beliefs, doubts. Of the comparison with runs only the numbers
+values, covariance, drive gains, filters, priors, warnings. Of the comparison with runs only the numbers
 of each joint are kept; the samples are in the recordings. A fit that was read therefore has `scores` and
 no `agreement`: `Fit.agree` makes it anew, and predicts the same as before.
 """
@@ -105,7 +105,7 @@ def _table(fit: Fit) -> dict[str, Any]:
         "covariance": _numbers(estimate.covariance),
         "standard_parameters": None if estimate.standard is None else _numbers(estimate.standard),
         "unclear": [asdict(u) for u in fit.unclear],
-        "doubts": list(fit.doubts),
+        "warnings": list(fit.warnings),
         "agreement": [_scores(a) for a in fit.agreement],
         "validation": [_scores(a) for a in fit.validation],
         "model": model_text(fit.model).split("\n"),
@@ -115,7 +115,7 @@ def _table(fit: Fit) -> dict[str, Any]:
 def _base_parameters(fit: Fit) -> list[dict[str, Any]]:
     """A table a base parameter; those that were dropped have the value that they had."""
     structure, places = fit.structure or fit.base, {name: row for row, name in enumerate(fit.names)}
-    std, (believed, tolerance) = fit.estimate.std, fit.believed
+    std, (nominal, tolerance) = fit.estimate.std, fit.prior
     tables = []
     for row, (name, unit) in enumerate(zip(structure.names, structure.units, strict=True)):
         place = places.get(name)
@@ -127,7 +127,7 @@ def _base_parameters(fit: Fit) -> list[dict[str, Any]]:
                 "kept": kept,
                 "value": float(fit.estimate.values[place]) if kept else fit.dropped[name],
                 **({"std": float(std[place])} if kept else {}),
-                **({"believed": _numbers(np.array([believed[place], tolerance[place]]))} if kept else {}),
+                **({"prior": _numbers(np.array([nominal[place], tolerance[place]]))} if kept else {}),
                 "column": int(structure.kept[row]),
                 "sum_of": _weights(structure, row),
             }
@@ -168,7 +168,8 @@ def _fit(table: dict[str, Any]) -> Fit:
     values = {row["name"]: row["value"] for row in rows}
     parameters, gap = tuple(model.parameters), tuple(table["gap"])
     standard = table["standard_parameters"]
-    believed = _array([row["believed"] for row in kept])
+    # Older files call the prior "believed" and the warnings "doubts".
+    prior = _array([row["prior"] if "prior" in row else row["believed"] for row in kept])
     return Fit(
         model=model,
         base=_base(parameters, kept, gap),
@@ -184,10 +185,10 @@ def _fit(table: dict[str, Any]) -> Fit:
         filtering=Filtering(**table["filtering"]),
         condition=float(table["condition"]),
         rows=int(table["rows"]),
-        believed=(believed[:, 0], believed[:, 1]),
+        prior=(prior[:, 0], prior[:, 1]),
         dropped={name: values[name] for name in table["dropped"]},
         unclear=tuple(Unclear(**unclear) for unclear in table["unclear"]),
-        doubts=tuple(table["doubts"]),
+        warnings=tuple(table["warnings"] if "warnings" in table else table["doubts"]),
         structure=_base(parameters, rows, gap) if len(kept) < len(rows) else None,
         # Files of before the key: of torque all gains are 1, and of currents hardly ever.
         measures=table.get("measures", "torque" if _all_ones(table["drive_gain"]) else "current"),

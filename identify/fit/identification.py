@@ -13,12 +13,12 @@ from ..recordings.recording import Recording
 from ..recordings.recording_checks import check, check_alive
 from .base_parameters import BaseParameters, base_parameters
 from .equations import Equations, assemble
-from .essential import as_doubtful, unsupported
+from .essential import as_uncertain, unsupported
 from .estimators import Estimate, Estimator, maximum_likelihood, weighted
 from .fit import Fit, agreement
 from .shapes import fit_shapes
-from .warnings.excitation_doubts import excitation_doubts
-from .warnings.fit_doubts import fit_doubts, repeated_runs
+from .warnings.excitation_warnings import excitation_warnings
+from .warnings.fit_warnings import fit_warnings, repeated_runs
 from .warnings.hints import unclear
 
 Progress = Callable[[str], None]
@@ -83,14 +83,14 @@ def identify(
     progress("estimate")
     fit = _fit(model, equations, solvable(estimator or default_estimator(equations)), used, drop, filtering)
     progress("compare with the runs")
-    doubts = tuple(f"{run.name}: {doubt}" for run in every for doubt in run.warnings)
-    doubts += excitation_doubts(model.robot.joints, used, fit.condition)
-    doubts += payload_doubts(model, used, held_out)
-    doubts = (*fit_doubts(fit), *doubts, *repeated_runs(runs, validate))
-    return replace(fit, validation=tuple(fit.agree(run) for run in held_out), doubts=doubts)
+    warnings = tuple(f"{run.name}: {warning}" for run in every for warning in run.warnings)
+    warnings += excitation_warnings(model.robot.joints, used, fit.condition)
+    warnings += payload_warnings(model, used, held_out)
+    warnings = (*fit_warnings(fit), *warnings, *repeated_runs(runs, validate))
+    return replace(fit, validation=tuple(fit.agree(run) for run in held_out), warnings=warnings)
 
 
-def payload_doubts(model: Model, used: Sequence[Prepared], held_out: Sequence[Prepared]) -> tuple[str, ...]:
+def payload_warnings(model: Model, used: Sequence[Prepared], held_out: Sequence[Prepared]) -> tuple[str, ...]:
     """Runs that are predicted with a payload of which no run used for the fit tells the unknown part."""
     open_bodies = {e.name for e in model.effects if isinstance(e, Payload) and e.parameters(model.robot)}
     strange = open_bodies - {run.motion.payload for run in used}
@@ -196,10 +196,10 @@ def _fit(
     """Estimate, drop what is not supported, estimate again."""
     estimate, base, dropped = estimator(equations), equations.base, {}
     structure = base
-    if drop and (weak := unsupported(estimate, believed_away_from_zero(base, model))):
+    if drop and (weak := unsupported(estimate, priors_away_from_zero(base, model))):
         dropped = {base.names[k]: float(estimate.values[k]) for k in weak}
         equations = equations.without(weak)
-        base, estimate = equations.base, as_doubtful(estimator(equations), estimate, weak)
+        base, estimate = equations.base, as_uncertain(estimator(equations), estimate, weak)
     return Fit(
         model=model,
         base=base,
@@ -208,7 +208,7 @@ def _fit(
         filtering=filtering,
         condition=condition(equations, estimate),
         rows=int(equations.weight.sum()),
-        believed=(base.regrouping @ model.believed_values, _deviation(base, model)),
+        prior=(base.regrouping @ model.nominal_values, _deviation(base, model)),
         dropped=dropped,
         structure=structure if dropped else None,
         measures=used[0].measures,
@@ -220,18 +220,18 @@ def _fit(
     )
 
 
-def believed_away_from_zero(base: BaseParameters, model: Model) -> list[int]:
-    """Base parameters whose belief excludes zero: it is more than two deviations away, as for 95 %."""
+def priors_away_from_zero(base: BaseParameters, model: Model) -> list[int]:
+    """Base parameters whose prior excludes zero: it is more than two deviations away, as for 95 %."""
     return [
         int(k)
-        for k in np.flatnonzero(np.abs(base.regrouping @ model.believed_values) > 2 * _deviation(base, model))
+        for k in np.flatnonzero(np.abs(base.regrouping @ model.nominal_values) > 2 * _deviation(base, model))
     ]
 
 
 def _deviation(base: BaseParameters, model: Model) -> np.ndarray:
     """Standard deviation of the believed base values; infinite where a part is not believed at all."""
     entering = base.regrouping != 0
-    tolerance = np.array([belief.std for belief in model.beliefs])
+    tolerance = np.array([prior.std for prior in model.priors])
     return np.sqrt(np.sum((np.where(entering, tolerance, 0.0) * base.regrouping) ** 2, axis=1))
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 
 from ..arm.robot import Robot
-from ..effects import Belief, RigidBody
+from ..effects import Prior, RigidBody
 from ..effects.rigid_body import body_inertia
 from ..errors import FitError
 from ..model import Model
@@ -20,7 +20,7 @@ from .base_parameters import BaseParameters
 from .estimators.consistent import Held, nearest, whitening
 from .fit import Fit
 
-UNBELIEVED = 1e3
+WITHOUT_PRIOR = 1e3
 """Deviation of what nobody believed anything about, over the size of what was identified: so wide that it
 draws to zero by a millionth of one deviation of the fit at most."""
 HELD = 1e-9
@@ -29,13 +29,13 @@ TINY = 1e-3
 """Smallest size, over the usual one, that a base parameter is taken to have where its value is near zero."""
 UNSEEN = 0.5
 """Share of its deviation that a parameter keeps of which the data say nothing; what they say of others leaves
-a thousandth, see `UNBELIEVED`."""
+a thousandth, see `WITHOUT_PRIOR`."""
 SAME = 1e-9
 """Share up to which standard parameters say the same as base parameters: rounding."""
 
 
 def identified(fit: Fit) -> Model:
-    """The fit's model, what was identified as its beliefs: `believed_values` and drive gains are the fit's.
+    """The fit's model, what was identified as its priors: `nominal_values` and drive gains are the fit's.
 
     Raises:
         FitError: The fit's torques are currents, or no arm that can exist is near it.
@@ -47,12 +47,12 @@ def identified(fit: Fit) -> Model:
         )
     base, values, covariance = _structure(fit)
     model = fit.model
-    held = Held(base, model.believed_values, _tolerance(fit, base, values), tuple(model.inertias))
+    held = Held(base, model.nominal_values, _tolerance(fit, base, values), tuple(model.inertias))
     standard = fit.estimate.standard
     if fit.estimate.method != "consistent" or not _says(base, standard, values):
         standard = nearest(held, values, covariance)
     assert standard is not None
-    return _told(fit, standard, _deviation(held, covariance, [b.std for b in model.beliefs]))
+    return _told(fit, standard, _deviation(held, covariance, [b.std for b in model.priors]))
 
 
 def _structure(fit: Fit) -> tuple[BaseParameters, np.ndarray, np.ndarray]:
@@ -79,12 +79,12 @@ def _structural_names(fit: Fit) -> list[str]:
 
 def _tolerance(fit: Fit, base: BaseParameters, values: np.ndarray) -> np.ndarray:
     """Deviation of each standard parameter before the data, shape (p,), finite and above zero."""
-    std, weight = np.array([belief.std for belief in fit.model.beliefs]), np.abs(base.regrouping)
+    std, weight = np.array([prior.std for prior in fit.model.priors]), np.abs(base.regrouping)
     usual = float(np.median(np.abs(values[values != 0.0]))) if np.any(values) else 1.0
     size = np.maximum(np.abs(values), TINY * usual)[:, None]
     scale = np.divide(size, weight, out=np.zeros_like(weight), where=weight > 0.0).max(axis=0)
     scale = np.where(scale > 0.0, scale, usual)  # in no base parameter: nothing of it is seen
-    return np.where(np.isfinite(std), np.maximum(std, HELD * scale), UNBELIEVED * scale)
+    return np.where(np.isfinite(std), np.maximum(std, HELD * scale), WITHOUT_PRIOR * scale)
 
 
 def _says(base: BaseParameters, standard: np.ndarray | None, values: np.ndarray) -> bool:
@@ -107,14 +107,14 @@ def _deviation(held: Held, covariance: np.ndarray, before: Sequence[float]) -> n
 
 
 def _told(fit: Fit, standard: np.ndarray, deviation: np.ndarray) -> Model:
-    """The model with these as its beliefs: bodies in the robot, where it has them, all else stated."""
-    model, stated, robot = fit.model, dict[str, Belief](), _with_gains(fit)
+    """The model with these as its priors: bodies in the robot, where it has them, all else stated."""
+    model, stated, robot = fit.model, dict[str, Prior](), _with_gains(fit)
     for effect, own in zip(model.effects, model.columns, strict=True):
         if isinstance(effect, RigidBody):
             robot = with_bodies(robot, standard[own].reshape(robot.dof, 10))
             continue
-        beliefs = zip(map(float, standard[own]), map(float, deviation[own]), strict=True)
-        stated |= {name: Belief(*one) for name, one in zip(model.names[own], beliefs, strict=True)}
+        priors = zip(map(float, standard[own]), map(float, deviation[own]), strict=True)
+        stated |= {name: Prior(*one) for name, one in zip(model.names[own], priors, strict=True)}
     return Model(robot, model.effects, stated)
 
 

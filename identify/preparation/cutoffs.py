@@ -101,20 +101,20 @@ def noise_crossing(
     own noise density, at f_x, the sum up to f_x holds a fifth more variance; up to 0.7 f_x, 5 % more.
     The joint that meets first decides.
     """
-    inertia = believed_inertia(model, np.mean(position, axis=0))
+    inertia = nominal_inertia(model, np.mean(position, axis=0))
     encoder = np.sqrt(inertia**2 @ spectra(position, rate)[2])
     torque = np.abs(gain) * np.sqrt(spectra(current, rate)[2])
     share = torque / np.maximum(encoder, np.finfo(float).tiny)
     return float(0.7 * np.min(np.sqrt(share)) / (2 * np.pi))
 
 
-def believed_inertia(model: Model, posture: np.ndarray) -> np.ndarray:
-    """Mass matrix by belief, rotors included, shape (n, n) [kg m^2]."""
+def nominal_inertia(model: Model, posture: np.ndarray) -> np.ndarray:
+    """Mass matrix by prior, rotors included, shape (n, n) [kg m^2]."""
     n = len(posture)
     still = np.zeros((n + 1, n))
     acceleration = np.vstack([np.zeros(n), np.eye(n)])
     motion = Motion.of(np.zeros(n + 1), still + posture, still, acceleration, temperature=still)
-    torque = model.torque(model.loaded(motion), model.believed_values)
+    torque = model.torque(model.loaded(motion), model.nominal_values)
     return (torque[1:] - torque[0]).T
 
 

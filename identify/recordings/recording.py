@@ -120,7 +120,7 @@ class Recording(InNotebook):
         events: What happened, in order.
         timing: How the cycles of the control loop went; None if that was not recorded.
         outcome: How the run ended, by name; empty if nobody said.
-        warnings: Doubts about this recording, in sentences.
+        warnings: Warnings about this recording, in sentences.
         recorded: Whether it is read from a file of exidyn's own. What cannot be in it is evidence of what
             went wrong, and doubted; in other people's files it is a wrong unit, and refused.
     """
@@ -219,6 +219,6 @@ class Recording(InNotebook):
             host_time = host_time[rows["position"]]
         return replace(self, signals={**self.signals, **fewer}, host_time=host_time)
 
-    def doubted(self, *warnings: str) -> "Recording":
-        """The same recording with more doubts; one that is already there is not repeated."""
+    def with_warnings(self, *warnings: str) -> "Recording":
+        """The same recording with more warnings; one that is already there is not repeated."""
         return replace(self, warnings=tuple(dict.fromkeys((*self.warnings, *warnings))))

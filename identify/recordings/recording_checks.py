@@ -19,7 +19,7 @@ GAP = 1.5
 """A step of more median periods than this misses at least one sample, if the clock is regular."""
 
 GAPS_SAID = re.compile(r": \d+ gaps? of more than ")
-"""What a doubt about gaps looks like."""
+"""What a warning about gaps looks like."""
 
 CLIPPED_SAMPLES = 20
 """Samples at exactly the extreme value from which on it is worth asking, 40 ms at 500 Hz."""
@@ -30,7 +30,7 @@ quantised signal it is at most five; a limiter collects everything that would ha
 
 
 def check(recording: Recording) -> Recording:
-    """The recording without silent samples, and with its doubts.
+    """The recording without silent samples, and with its warnings.
 
     What exidyn recorded was measured in the units it says; a value that no joint should have is doubted, and
     samples that are no numbers or whose time goes back are left out.
@@ -43,28 +43,28 @@ def check(recording: Recording) -> Recording:
     recording = _without_silence(recording)
     if recording.recorded:
         recording = _without_impossible(recording)
-    doubts = []
+    warnings = []
     for finding in findings(recording):
         if not (recording.recorded and finding.kind is BadUnit):
             raise finding.error(recording.name)
-        doubts.append(finding.fact)
-    return _with_doubts(recording, doubts)
+        warnings.append(finding.fact)
+    return _with_warnings(recording, warnings)
 
 
 def check_recorded(recording: Recording) -> Recording:
-    """A recording that exidyn wrote, without silent samples, and with a doubt for all that cannot be."""
+    """A recording that exidyn wrote, without silent samples, and with a warning for all that cannot be."""
     recording = _without_silence(replace(recording, recorded=True))
-    return _with_doubts(recording, [finding.fact for finding in findings(recording)])
+    return _with_warnings(recording, [finding.fact for finding in findings(recording)])
 
 
-def _with_doubts(recording: Recording, impossible: Sequence[str]) -> Recording:
-    doubts = [*_gaps(recording), *impossible]
+def _with_warnings(recording: Recording, impossible: Sequence[str]) -> Recording:
+    warnings = [*_gaps(recording), *impossible]
     if len(recording.signals["position"]):
-        doubts += _beyond_limits(recording)
-    doubts += [doubt for name in EFFORT for doubt in _stuck(recording, name)]
-    # A file brings the doubts of its import. Gaps are counted anew, as some of it may have been lost since.
-    still = tuple(said for said in recording.warnings if said in doubts or not GAPS_SAID.search(said))
-    return replace(recording, warnings=still).doubted(*doubts)
+        warnings += _beyond_limits(recording)
+    warnings += [warning for name in EFFORT for warning in _stuck(recording, name)]
+    # A file brings the warnings of its import. Gaps are counted anew, as some of it may have been lost since.
+    still = tuple(said for said in recording.warnings if said in warnings or not GAPS_SAID.search(said))
+    return replace(recording, warnings=still).with_warnings(*warnings)
 
 
 def check_alive(recording: Recording) -> Recording:
@@ -74,7 +74,7 @@ def check_alive(recording: Recording) -> Recording:
         NotRecorded: One is constant; as a torque it would say that the joint weighs nothing.
     """
     for name in EFFORT:
-        dead = [doubt for doubt in _stuck(recording, name) if " is constant at " in doubt]
+        dead = [warning for warning in _stuck(recording, name) if " is constant at " in warning]
         if dead:
             raise NotRecorded(
                 f"{recording.name}: {'; '.join(dead)}. Identify from runs in which all are measured"
@@ -91,22 +91,22 @@ def _without_silence(recording: Recording) -> Recording:
 
 def _without_impossible(recording: Recording) -> Recording:
     """Drop samples with a joint that is no number, if it is one elsewhere, or with a time that goes back."""
-    every, doubts = {}, []
+    every, warnings = {}, []
     for name, signal in recording.signals.items():
         known = is_number(signal.values)
         known[:, ~known.any(axis=0)] = True
         latest = np.maximum.accumulate(np.concatenate([[-np.inf], signal.time]))[:-1]
         kept = every[name] = known.all(axis=1) & (signal.time > latest)
         if not kept.all():
-            doubts.append(
+            warnings.append(
                 f"{name}: {np.sum(~kept)} of {len(kept)} samples have a joint that is no number or a time "
                 "that goes back; they are left out"
             )
-    return recording.keeping(every).doubted(*doubts)
+    return recording.keeping(every).with_warnings(*warnings)
 
 
 def _gaps(recording: Recording) -> list[str]:
-    """Doubts about time stamps with holes, once for all signals that share the stamps or the holes."""
+    """Warnings about time stamps with holes, once for all signals that share the stamps or the holes."""
     sharing: dict[bytes, list[str]] = {}
     for name, signal in recording.signals.items():
         sharing.setdefault(signal.time.tobytes(), []).append(name)
@@ -140,17 +140,17 @@ def _beyond_limits(recording: Recording) -> list[str]:
 
 
 def _stuck(recording: Recording, name: str) -> list[str]:
-    """Doubts about currents that do not change or stop at a limit."""
+    """Warnings about currents that do not change or stop at a limit."""
     signal = recording.signals.get(name)
     if signal is None or len(signal) < 2:
         return []
-    doubts = []
+    warnings = []
     for joint, values in zip(recording.robot.joints, signal.values.T, strict=True):
         column = finite(values)
         if not len(column):
             continue
         if np.ptp(column) == 0:
-            doubts.append(
+            warnings.append(
                 f"{name}: {joint} is constant at {column[0] + 0.0:g}; it was not measured, or the motor was "
                 "off"
             )
@@ -158,11 +158,11 @@ def _stuck(recording: Recording, name: str) -> list[str]:
         for extreme in (column.min(), column.max()):
             count = _clipped(column, extreme)
             if count:
-                doubts.append(
+                warnings.append(
                     f"{name}: {joint} is at exactly {extreme:g} in {count} samples, more than "
                     f"{CLIPPED_CROWD:g} times as often as near it: it is clipped there"
                 )
-    return doubts
+    return warnings
 
 
 def _clipped(column: np.ndarray, extreme: float) -> int:

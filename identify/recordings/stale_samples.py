@@ -12,13 +12,13 @@ tenth of a second may be taken for now."""
 
 
 def without_stale(recording: Recording) -> Recording:
-    """The recording without samples that lack a joint, and with a doubt that says how many and which.
+    """The recording without samples that lack a joint, and with a warning that says how many and which.
 
     What the other joints said in the same cycle is left out with them: dynamics couples the joints, so that a
     row with a hole is of no use, and one that was filled in would pretend to have been measured. A joint
     that never spoke is left for `recording_checks.check` to judge.
     """
-    filled, fresh, doubts = {}, {}, []
+    filled, fresh, warnings = {}, {}, []
     for name, signal in recording.signals.items():
         silent = np.isnan(signal.values)
         silent[:, silent.all(axis=0)] = False
@@ -28,9 +28,9 @@ def without_stale(recording: Recording) -> Recording:
             continue
         fresh[name] = ~stale
         if np.isfinite(signal.values[stale]).any():
-            doubts.append(_doubt(recording, name, silent, stale))
+            warnings.append(_warning(recording, name, silent, stale))
     whole = replace(recording, signals={**recording.signals, **filled})
-    return whole.keeping(fresh).doubted(*doubts)
+    return whole.keeping(fresh).with_warnings(*warnings)
 
 
 def _filled(signal: Signal) -> Signal:
@@ -43,7 +43,7 @@ def _filled(signal: Signal) -> Signal:
     return Signal(signal.time, values)
 
 
-def _doubt(recording: Recording, name: str, silent: np.ndarray, stale: np.ndarray) -> str:
+def _warning(recording: Recording, name: str, silent: np.ndarray, stale: np.ndarray) -> str:
     joints = [
         f"{joint} in {count}"
         for joint, count in zip(recording.robot.joints, silent.sum(axis=0), strict=True)

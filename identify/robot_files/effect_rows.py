@@ -7,7 +7,7 @@ from typing import Any, get_type_hints
 import numpy as np
 
 from ..arm.robot import Robot
-from ..effects import EFFECTS, Belief, Effect, load_installed
+from ..effects import EFFECTS, Effect, Prior, load_installed
 from ..errors import ExidynError, RobotError, UnknownJoint, listed
 from .toml_fields import boolean, check_keys, number, numbers, string
 
@@ -26,7 +26,7 @@ def key_of(field: "Field[Any]") -> str:
 
 def read_effects(
     rows: Iterable[Mapping[str, Any]], robot: Robot
-) -> tuple[tuple[Effect, ...], dict[str, Belief]]:
+) -> tuple[tuple[Effect, ...], dict[str, Prior]]:
     """Effects of the rows, and what the rows say about their parameters.
 
     Raises:
@@ -35,24 +35,24 @@ def read_effects(
     """
     load_installed()
     effects: list[Effect] = []
-    stated: dict[str, Belief] = {}
+    stated: dict[str, Prior] = {}
     for row in rows:
         effect, names = _effect(row, robot)
         effects.append(effect)
-        stated |= _beliefs(row, names)
+        stated |= _priors(row, names)
     return tuple(effects), stated
 
 
-def read_beliefs(table: Mapping[str, Any], names: Sequence[str]) -> dict[str, Belief]:
-    """Beliefs of the table `[belief]`: parameter = value, or [value, standard deviation]."""
-    check_keys(table, names, "[belief]")
-    beliefs = {}
+def read_priors(table: Mapping[str, Any], names: Sequence[str]) -> dict[str, Prior]:
+    """Priors of the table `[prior]`: parameter = value, or [value, standard deviation]."""
+    check_keys(table, names, "[prior]")
+    priors = {}
     for name, given in table.items():
         pair = given if isinstance(given, list) else [given, np.inf]
-        value, std = numbers(pair, 2, f"[belief] {name}", infinite=True)
-        number(float(std), f"[belief] {name} standard deviation", 0.0, infinite=True)
-        beliefs[name] = Belief(float(value), float(std))
-    return beliefs
+        value, std = numbers(pair, 2, f"[prior] {name}", infinite=True)
+        number(float(std), f"[prior] {name} standard deviation", 0.0, infinite=True)
+        priors[name] = Prior(float(value), float(std))
+    return priors
 
 
 def _effect(row: Mapping[str, Any], robot: Robot) -> tuple[Effect, list[str]]:
@@ -112,7 +112,7 @@ def _tuples(value: Any) -> Any:
     return tuple(_tuples(item) for item in value) if isinstance(value, list) else value
 
 
-def _beliefs(row: Mapping[str, Any], names: Sequence[str]) -> dict[str, Belief]:
+def _priors(row: Mapping[str, Any], names: Sequence[str]) -> dict[str, Prior]:
     """Value and deviation of each parameter: `std`, else `tolerance` times |value|, else no weight."""
     where = f"effect {row['name']}"
     if "values" not in row:
@@ -127,4 +127,4 @@ def _beliefs(row: Mapping[str, Any], names: Sequence[str]) -> dict[str, Belief]:
         std = numbers(row["tolerance"], len(names), f"{where} tolerance", 0.0) * np.abs(values)
     if "std" in row:
         std = numbers(row["std"], len(names), f"{where} std", 0.0, infinite=True)
-    return {n: Belief(float(v), float(s)) for n, v, s in zip(names, values, std, strict=True)}
+    return {n: Prior(float(v), float(s)) for n, v, s in zip(names, values, std, strict=True)}

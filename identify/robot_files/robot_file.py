@@ -14,7 +14,7 @@ from ..arm.robot import Limits, Robot
 from ..effects import EFFECTS
 from ..errors import RobotError
 from ..model import Model
-from .effect_rows import read_beliefs, read_effects
+from .effect_rows import read_effects, read_priors
 from .kinematics import PLACEMENT_KEYS, Kinematics, link_kinematics, read_placement
 from .mdh import mdh_kinematics, parse_mdh
 from .robot_text import FORMAT, RIGID_BODY, model_text
@@ -25,7 +25,7 @@ from .urdf_text import urdf_text
 __all__ = ["builtin_names", "model_text", "parse_model", "read_model", "urdf_text"]
 
 SOURCES = ("urdf", "mdh", "link")
-TABLES = ("limits", "drive", "flange", "belief")
+TABLES = ("limits", "drive", "flange", "prior")
 KEYS = ("format", "name", *SOURCES, "gravity", "inertial_tolerance", "rigid_body", *TABLES, "effect")
 LIMIT_KEYS = tuple(f.name for f in fields(Limits))
 BACKWARD_KEYS = ("velocity_lower", "acceleration_lower")
@@ -73,13 +73,15 @@ def parse_model(text: str, folder: Path | None = None, where: str = "robot file"
         RobotError: The text is wrong; the message says which key, what was found and what fits.
     """
     table = parse_toml(text, where)
+    if "belief" in table:  # as older files call the table [prior]
+        table["prior"] = table.pop("belief")
     check_keys(table, KEYS, where)
     if table.get("format", FORMAT) != FORMAT:
         raise RobotError(f"{where}: format {table['format']!r}; this version reads format {FORMAT}")
     kinematics = _kinematics(table, folder or Path(), where)
     robot = _robot(table, kinematics)
     effects, stated = read_effects(_effect_rows(table, kinematics, robot), robot)
-    stated |= read_beliefs(table.get("belief", {}), Model(robot, effects).names)
+    stated |= read_priors(table.get("prior", {}), Model(robot, effects).names)
     return Model(robot, effects, stated)
 
 

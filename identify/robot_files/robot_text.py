@@ -20,7 +20,7 @@ RIGID_BODY = "link_inertia"
 
 
 def model_text(model: Model) -> str:
-    """A robot.toml with the model's kinematics, limits, drives, effects and beliefs in it."""
+    """A robot.toml with the model's kinematics, limits, drives, effects and priors in it."""
     robot = model.robot
     head: dict[str, Any] = {
         "format": FORMAT,
@@ -41,7 +41,7 @@ def model_text(model: Model) -> str:
             blocks.append(block("[[effect]]", row))
     single = {n: list(b) for n, b in model.stated.items() if n in model.names and n not in told}
     if single:
-        blocks.append(block("[belief]", single))
+        blocks.append(block("[prior]", single))
     return "\n\n".join(blocks) + "\n"
 
 
@@ -95,7 +95,7 @@ def _inertia(robot: Robot, place: int) -> dict[str, Any]:
 
 
 def _effect_row(effect: Effect, model: Model, told: set[str]) -> dict[str, Any]:
-    """The effect's fields, and its beliefs if all its parameters have one; notes in `told` which it wrote."""
+    """The effect's fields, and its priors if all its parameters have one; notes in `told` which it wrote."""
     row: dict[str, Any] = {"name": name_of(effect)}
     row |= {key_of(f): value for f in fields(effect) if (value := getattr(effect, f.name)) is not None}
     names = [parameter.name for parameter in effect.parameters(model.robot)]

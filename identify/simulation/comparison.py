@@ -63,7 +63,7 @@ class Comparison:
         duration: How long both go on [s].
         cutoff: Of the low-pass behind which both are compared [Hz].
         mismatches: Position, velocity, and current or torque.
-        doubts: What else differs, in sentences.
+        warnings: What else differs, in sentences.
     """
 
     simulated: str
@@ -73,7 +73,7 @@ class Comparison:
     duration: float
     cutoff: float
     mismatches: tuple[Mismatch, ...]
-    doubts: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
 
     @property
     def effort(self) -> Mismatch:
@@ -117,7 +117,7 @@ def compare(simulated: Recording, recorded: Recording, offset: float = 0.0) -> C
             _mismatch(name, recorded, of(theirs), of(ours), kept, floor, axes)
             for name, of, kept, floor in series
         ),
-        doubts=tuple(_doubts(simulated, recorded, effort)),
+        warnings=tuple(_warnings(simulated, recorded, effort)),
     )
 
 
@@ -178,9 +178,9 @@ def _rms(values: np.ndarray) -> np.ndarray:
     return np.sqrt(_mean(values**2))
 
 
-def _doubts(simulated: Recording, recorded: Recording, effort: str) -> list[str]:
+def _warnings(simulated: Recording, recorded: Recording, effort: str) -> list[str]:
     """What else differs."""
-    doubts = []
+    warnings = []
     if simulated.payload != recorded.payload:
         words = [
             "nothing"
@@ -188,8 +188,8 @@ def _doubts(simulated: Recording, recorded: Recording, effort: str) -> list[str]
             else ", ".join([run.payload.name, *(f"{name} {value:g}" for name, value in run.payload.known)])
             for run in (simulated, recorded)
         ]
-        doubts.append(f"{simulated.name} carries {words[0]}, {recorded.name} carries {words[1]}")
+        warnings.append(f"{simulated.name} carries {words[0]}, {recorded.name} carries {words[1]}")
     for run in (simulated, recorded):
         if effort == "torque" and "torque" not in run.signals and np.all(run.robot.drive_gain == 1.0):
-            doubts.append(f"{run.name} has currents, and no drive gain says what torque they give")
-    return doubts
+            warnings.append(f"{run.name} has currents, and no drive gain says what torque they give")
+    return warnings

@@ -27,7 +27,7 @@ def predicted(fit: Fit, recordings: Sequence[Recording]) -> Fit:
         for run in known
         if run.payload and run.payload.name not in _bodies(fit)
     )
-    return replace(beside(fit, prepared(fit, known)), doubts=(*fit.doubts, *strange))
+    return replace(beside(fit, prepared(fit, known)), warnings=(*fit.warnings, *strange))
 
 
 def prepared(fit: Fit, recordings: Sequence[Recording]) -> list[Prepared]:
@@ -43,10 +43,10 @@ def beside(fit: Fit, runs: Sequence[Prepared]) -> Fit:
     return replace(fit, agreement=used, validation=tuple(one for one in shown if one.run not in fit.runs))
 
 
-def as_believed(fit: Fit) -> Fit:
+def as_nominal(fit: Fit) -> Fit:
     """The same model with the values and drive gains that were believed before the data."""
     base, model = fit.structure or fit.base, fit.model
-    values = base.regrouping @ model.believed_values
+    values = base.regrouping @ model.nominal_values
     size = len(values) + model.robot.dof
     estimate = replace(
         fit.estimate, values=values, gain=model.robot.drive_gain, covariance=np.zeros((size, size))

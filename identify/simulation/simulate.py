@@ -32,7 +32,7 @@ def simulate(
     values: np.ndarray,
     gain: np.ndarray,
     motion: Motion,
-    believed: Model,
+    nominal: Model,
     sensors: Sensors = Sensors(),  # noqa: B008
     payload: KnownPayload | None = None,
     name: str = "simulated",
@@ -45,7 +45,7 @@ def simulate(
         values: Its parameters, shape (p,).
         gain: Its drive gains, shape (n,) [N m/A].
         motion: What the joints do.
-        believed: What the recording says the arm is.
+        nominal: The model that the recording holds.
         sensors: Noise.
         payload: What the recording says of a payload; None for none.
         name: Of the recording.
@@ -65,7 +65,7 @@ def simulate(
         "command": Signal(motion.time, motion.position),
     }
     settings = {"source": f"simulated, seed {seed}"}
-    return Recording(name, believed, signals, payload=payload, settings=settings)
+    return Recording(name, nominal, signals, payload=payload, settings=settings)
 
 
 def exact_current(plant: Model, values: np.ndarray, gain: np.ndarray, motion: Motion) -> np.ndarray:

@@ -17,7 +17,7 @@ from .reach import cover, reach
 REQUIRED = 0.02
 """Distance kept between bodies unless said otherwise [m]: tracking error, and what a mesh leaves out."""
 TOLERANCE = 1e-10
-"""Of distances [m]. Coal's 1e-6 costs no less and leaves nearest points, and so gradients, in doubt."""
+"""Of distances [m]. Coal's 1e-6 costs no less and leaves nearest points, and so gradients, in warning."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,7 +8,7 @@ from exidyn.identify.arm.motion import Motion
 from exidyn.identify.arm.robot import Limits
 
 from .discriminate import Discriminate, Pair
-from .most_telling import most_telling
+from .most_informative import most_informative
 from .remedies import REMEDIES, Remedy
 from .separation import Explanation, explain, probability, separation_for
 
@@ -130,7 +130,7 @@ def _most(goal: Discriminate, order: Pair, limits: Limits, rows: float) -> float
     """Upper bound of the separation that so many rows of any motion can reach."""
     true, rival = (goal.hypotheses[place] for place in order)
     earlier = float(goal.earlier[order])
-    bounds = most_telling(true, rival, goal.observation, limits, rows, separation_for(SURE) - earlier)
+    bounds = most_informative(true, rival, goal.observation, limits, rows, separation_for(SURE) - earlier)
     return earlier + bounds[1]
 
 

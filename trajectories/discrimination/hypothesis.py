@@ -18,7 +18,7 @@ class Hypothesis:
         name: What people call it.
         model: Robot and effects.
         values: What its parameters are if it is true, in the order of `Model.names`, shape (p,).
-        precision: How firmly they are held, by beliefs and data so far: inverse of their covariance, shape
+        precision: How firmly they are held, by priors and data so far: inverse of their covariance, shape
             (p, p). A zero row and column is a free parameter, an infinite diagonal entry a fixed one.
     """
 
@@ -38,14 +38,14 @@ class Hypothesis:
             raise NotComparable(f"hypothesis {self.name}: values or precision hold NaN")
 
     @classmethod
-    def believed(
+    def of_priors(
         cls,
         name: str,
         model: Model,
         values: Mapping[str, float] | None = None,
         deviations: Mapping[str, float] | None = None,
     ) -> "Hypothesis":
-        """What the model's beliefs say, of which none is about two parameters at once.
+        """What the model's priors say, of which none is about two parameters at once.
 
         Args:
             name: What people call it.
@@ -61,8 +61,8 @@ class Hypothesis:
             raise NotComparable(
                 f"hypothesis {name}: no parameter '{unknown[0]}'. Valid: {', '.join(model.names)}"
             )
-        centre = [said.get(n, b.value) for n, b in zip(model.names, model.beliefs, strict=True)]
-        deviation = [spread.get(n, b.std) for n, b in zip(model.names, model.beliefs, strict=True)]
+        centre = [said.get(n, b.value) for n, b in zip(model.names, model.priors, strict=True)]
+        deviation = [spread.get(n, b.std) for n, b in zip(model.names, model.priors, strict=True)]
         with np.errstate(divide="ignore"):
             return cls(name, model, np.array(centre), np.diag(np.array(deviation, float) ** -2.0))
 

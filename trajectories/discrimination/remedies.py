@@ -13,7 +13,7 @@ import pinocchio as pin
 
 from exidyn.identify.arm.motion import Motion
 from exidyn.identify.arm.robot import Robot
-from exidyn.identify.effects import Belief, Effect, Parameter, Payload, known_parameters
+from exidyn.identify.effects import Effect, Parameter, Payload, Prior, known_parameters
 from exidyn.identify.model import Model
 
 from ..search.information.unknowns import DriveGains
@@ -99,7 +99,7 @@ def link_encoders(hypotheses: Sequence[Hypothesis], motion: Motion, observation:
 def _behind_gears(hypothesis: Hypothesis) -> Hypothesis:
     """The same parameters, in what the gears transmit, and the stiffness of every gear."""
     model, count = hypothesis.model, len(hypothesis.values)
-    held = {name: Belief(value) for name, value in zip(model.names, hypothesis.values, strict=True)}
+    held = {name: Prior(value) for name, value in zip(model.names, hypothesis.values, strict=True)}
     behind = replace(model, effects=tuple(BehindGear(effect) for effect in model.effects), stated=held)
     joints = model.robot.dof
     precision = np.zeros((count + joints, count + joints))

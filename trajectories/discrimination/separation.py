@@ -11,11 +11,11 @@ up if B starts each with the values and the precision that the one before left i
 **Probability of choosing right.** Let :math:`r` be B's residual at its values, :math:`X` its columns and
 :math:`n` white noise of variance one. B's misfit is the quadratic form of
 :math:`Q = I - X (X^T X + P_B)^{-1} X^T = (I + X P_B^{-1} X^T)^{-1}`, so that :math:`T = r^T Q r`. The
-truth is spread about A's values as A's beliefs say, and gives :math:`r + X_A \varepsilon + n`. B's
+truth is spread about A's values as A's priors say, and gives :math:`r + X_A \varepsilon + n`. B's
 chi-squared is then above A's by :math:`T + 2 r^T Q (X_A \varepsilon + n)` and a form in the random parts
 alone. The linear term has variance :math:`4 r^T Q (I + X_A P_A^{-1} X_A^T) Q r`, which is 4 T where both
-hold the same beliefs of what they share. Without the form, who takes the model with the smaller
-chi-squared, beliefs included, is right with probability :math:`\Phi(\sqrt{T} / 2)`; more often if the
+hold the same priors of what they share. Without the form, who takes the model with the smaller
+chi-squared, priors included, is right with probability :math:`\Phi(\sqrt{T} / 2)`; more often if the
 truth happens to be what is believed. Its mean is zero once every free parameter, which fits away one unit
 of noise, is charged one.
 
@@ -40,7 +40,7 @@ from ..search.information.experiment import loaded_runs, whitening
 from .hypothesis import Hypothesis
 
 UNSEEN = 1e-12
-"""Share of the largest eigenvalue, columns scaled to one, below which neither data nor beliefs say anything
+"""Share of the largest eigenvalue, columns scaled to one, below which neither data nor priors say anything
 of a direction: rounding of the sums of products leaves 1e-14."""
 
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.linalg import block_diag
 
-from exidyn.identify.effects import Belief, Payload
+from exidyn.identify.effects import Payload, Prior
 from exidyn.identify.errors import DifferentRobot
 from exidyn.identify.fit.base_parameters import BaseParameters, rich_motion
 from exidyn.identify.fit.fit import Fit
@@ -89,9 +89,9 @@ def _told(fit: Fit, payloads: tuple[str, ...]) -> tuple[BaseParameters, np.ndarr
 
 def learned(fit: Fit) -> Model:
     """The model of a fit, believed as the fit found it: its torque, and sizes, are then the fitted ones."""
-    believed, base = fit.model.believed_values, fit.base
-    missing = fit.estimate.values - base.regrouping @ believed
-    values = dict(zip(np.array(fit.model.names)[base.kept], believed[base.kept] + missing, strict=True))
+    nominal, base = fit.model.nominal_values, fit.base
+    missing = fit.estimate.values - base.regrouping @ nominal
+    values = dict(zip(np.array(fit.model.names)[base.kept], nominal[base.kept] + missing, strict=True))
     stds = dict(zip(values, fit.estimate.std, strict=True))
-    stated = {str(name): Belief(float(value), float(stds[name])) for name, value in values.items()}
+    stated = {str(name): Prior(float(value), float(stds[name])) for name, value in values.items()}
     return replace(fit.model, stated={**fit.model.stated, **stated})

@@ -1,11 +1,11 @@
-"""The goal of identifying a model: from beliefs alone, or from what an earlier fit knows."""
+"""The goal of identifying a model: from priors alone, or from what an earlier fit knows."""
 
 from dataclasses import replace
 
 import numpy as np
 
 from exidyn.identify.arm.robot import Limits
-from exidyn.identify.effects import Belief, Payload, known_parameters
+from exidyn.identify.effects import Payload, Prior, known_parameters
 from exidyn.identify.model import Model
 
 from ..errors import UnknownChoice
@@ -30,27 +30,27 @@ def identification_goal(model: Model, wishes: Wishes, limits: Limits) -> Identif
     if wishes.criterion not in CRITERIA:
         raise UnknownChoice("criterion", wishes.criterion, CRITERIA)
     payloads: tuple[str, ...] = ("",)
-    believed = model
+    nominal = model
     if wishes.payload is not None:
-        believed, payloads = with_payload(model, wishes.payload), ("", "L")
+        nominal, payloads = with_payload(model, wishes.payload), ("", "L")
     if wishes.fit is not None:
-        return after_fit(wishes.fit, believed, payloads, wishes)
-    asked = with_shapes(believed, wishes.shapes)
+        return after_fit(wishes.fit, nominal, payloads, wishes)
+    asked = with_shapes(nominal, wishes.shapes)
     asked = with_drive_gains(asked) if wishes.payload is not None else asked
-    experiment = Experiment.of(asked, payloads, believed_noise(believed, limits, payloads[-1]))
+    experiment = Experiment.of(asked, payloads, nominal_noise(nominal, limits, payloads[-1]))
     criterion: Criterion = CRITERIA[wishes.criterion]
     if wishes.focus:
         criterion = Focus.on(experiment.base.names, wishes.focus)
-    return Identify(experiment, criterion, rows_of(wishes), believed)
+    return Identify(experiment, criterion, rows_of(wishes), nominal)
 
 
-def believed_noise(model: Model, limits: Limits, payload: str = "") -> np.ndarray:
+def nominal_noise(model: Model, limits: Limits, payload: str = "") -> np.ndarray:
     """Noise of each drive's torque where none was measured, shape (n,) [N m]; see `NOISE`."""
     n, random = model.robot.dof, np.random.default_rng(0)
     middle = 0.5 * (limits.position_lower + limits.position_upper)
     series = inside_kinematics(Fourier(10.0, middle, *random.normal(size=(2, n, 5))), limits, 0.9)
     motion = model.loaded(series.at(np.linspace(0.0, 10.0, 500)).motion(payload))
-    on_motors = model.torque(motion, model.believed_values) @ model.robot.to_motors.T
+    on_motors = model.torque(motion, model.nominal_values) @ model.robot.to_motors.T
     rms = np.sqrt(np.mean(on_motors**2, axis=0))
     largest = float(np.max(rms))
     return NOISE * np.maximum(rms, 1e-3 * largest) if largest > 0 else np.ones(n)
@@ -71,5 +71,5 @@ def with_payload(model: Model, known: tuple[tuple[str, float], ...], name: str =
     else:
         centre = (0.0, 0.0, 0.5 * side)
     guess = dict(known_parameters(mass, centre, (inertia, 0.0, 0.0, inertia, 0.0, inertia)))
-    stated = {f"{key}{name}": Belief(value) for key, value in guess.items() if key not in told}
+    stated = {f"{key}{name}": Prior(value) for key, value in guess.items() if key not in told}
     return replace(model + Payload(name, known), stated={**model.stated, **stated})

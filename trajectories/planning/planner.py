@@ -64,8 +64,8 @@ def plan(
 
 def unstated(model: Model, limits: Limits) -> tuple[str, ...]:
     """A sentence about parameters of which nothing is said, so that their torque cannot be counted."""
-    beliefs = zip(model.names, model.beliefs, strict=True)
-    open_ones = [name for name, belief in beliefs if belief.value == 0.0 and np.isinf(belief.std)]
+    priors = zip(model.names, model.priors, strict=True)
+    open_ones = [name for name, prior in priors if prior.value == 0.0 and np.isinf(prior.std)]
     if not open_ones or not np.any(np.isfinite(limits.torque)):
         return ()
     return (f"{', '.join(open_ones)}: nothing is said of them, so the torque limits count them as zero",)

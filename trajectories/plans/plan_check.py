@@ -33,8 +33,8 @@ class Torque(NamedTuple):
     use: Use
 
 
-def believed_torque(plan: Plan, model: Model) -> Torque:
-    """Torque of the motion by the model's beliefs, of a payload pair with the model's payload too."""
+def nominal_torque(plan: Plan, model: Model) -> Torque:
+    """Torque of the motion by the model's priors, of a payload pair with the model's payload too."""
     loads = [effect.name for effect in model.effects if isinstance(effect, Payload)]
     payloads = ("", *loads) if plan.payload_pair else ("",)
     bound = TorqueBound(model, plan.limits.torque, payloads)

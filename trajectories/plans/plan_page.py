@@ -26,7 +26,7 @@ def plan_page(plan: Plan, beyond: Sequence[str] = (), torque: Torque | None = No
     Args:
         plan: What to show.
         beyond: Sentences of what its robot's limits forbid.
-        torque: By belief; plotted too if it is known.
+        torque: By prior; plotted too if it is known.
     """
     curves = plan_curves(plan, torque)
     uses = [curve.use for curve in curves]

@@ -16,7 +16,7 @@ from exidyn.identify.pages.views.view_parts import JOINTS, TIMELINE, WHITE, open
 
 from ..trajectory import unit_of
 from .plan import Plan
-from .plan_check import believed_torque, violations
+from .plan_check import nominal_torque, violations
 from .plan_plots import Curve, plan_curves
 from .plan_summary import summary
 
@@ -46,13 +46,13 @@ def open_rerun(plan: Plan, model: Model) -> "subprocess.Popen[bytes]":
 
 
 def _curves(plan: Plan, model: Model) -> list[Curve]:
-    return plan_curves(plan, believed_torque(plan, model))
+    return plan_curves(plan, nominal_torque(plan, model))
 
 
 def log_plan(recording: rr.RecordingStream, plan: Plan, model: Model, curves: list[Curve]) -> None:
     """Write everything to an open recording."""
     uses = [curve.use for curve in curves]
-    words = f"```\n{summary(plan, uses, violations(plan, believed_torque(plan, model)))}\n```"
+    words = f"```\n{summary(plan, uses, violations(plan, nominal_torque(plan, model)))}\n```"
     recording.log("summary", rr.TextDocument(words, media_type="text/markdown"), static=True)
     for curve in curves:
         _log_share(recording, plan, curve)

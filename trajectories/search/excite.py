@@ -160,8 +160,8 @@ def problem_of(goal: Goal, setting: Setting, period: float) -> Problem:
     limits = setting.limits
     bounds = kinematic_bounds(limits, 2 * np.pi * setting.harmonics / period)
     if np.any(np.isfinite(limits.torque)):
-        believed = design_model(goal.model, limits, period / basis.samples)
-        bounds.append(TorqueBound(believed, limits.torque, goal.payloads))
+        nominal = design_model(goal.model, limits, period / basis.samples)
+        bounds.append(TorqueBound(nominal, limits.torque, goal.payloads))
     bounds += [ClearanceBound(clearance) for clearance in setting.clearances]
     scale = 0.5 * (limits.position_upper - limits.position_lower)
     objectives = goal.objectives(limits, period / basis.samples)

@@ -139,7 +139,7 @@ def concealing(
             "parameters": concealed.parameters,
             "visibility": strength.visibility,
             "visibility_by_joint": strength.by_joint,
-            "beyond_belief": strength.beyond_belief,
+            "beyond_prior": strength.beyond_prior,
             "evidence": strength.evidence,
         })  # fmt: skip
     return robot, told

@@ -1,4 +1,4 @@
-"""What an oracle that knows the effect could tell: its torque beyond what the owner's doubts can take up.
+"""What an oracle that knows the effect could tell: its torque beyond what the owner's warnings can take up.
 
 Deviations of all believed parameters, each within its tolerance, are fitted to the effect's torque. What is
 left over is what shows the effect; half its squared length over the noise is the log-likelihood it gains.
@@ -42,20 +42,20 @@ def torques(body, position, velocity, acceleration):
 
 def leeway(robot: Robot, log: Log) -> list[np.ndarray]:
     """Torques (t, n) by which believed parameters may be off, each at its tolerance [N m]."""
-    belief, n = robot.belief, robot.arm.joints
+    prior, n = robot.prior, robot.arm.joints
     position = low_pass(log.position)
     velocity = np.gradient(position, 1.0 / RATE, axis=0)
     acceleration = np.gradient(velocity, 1.0 / RATE, axis=0)
     columns = _inertial(robot, position, velocity, acceleration)
-    tolerance = belief.inertial_tolerance
+    tolerance = prior.inertial_tolerance
     for joint in range(n):
         sign = np.tanh(velocity[:, joint] / 0.003)
         own = [
-            tolerance * belief.rotor[joint] * acceleration[:, joint],
-            0.2 * belief.viscous[joint] * velocity[:, joint],
-            0.2 * belief.coulomb[joint] * sign,
-            belief.gain_tolerance * log.command[:, joint],
-            FREE * robot.recorder.floor[joint] * belief.terms["offset"][joint] * np.ones(len(sign)),
+            tolerance * prior.rotor[joint] * acceleration[:, joint],
+            0.2 * prior.viscous[joint] * velocity[:, joint],
+            0.2 * prior.coulomb[joint] * sign,
+            prior.gain_tolerance * log.command[:, joint],
+            FREE * robot.recorder.floor[joint] * prior.terms["offset"][joint] * np.ones(len(sign)),
         ]
         for column in own:
             columns.append(np.zeros_like(velocity))
@@ -67,7 +67,7 @@ def _inertial(
     robot: Robot, position: np.ndarray, velocity: np.ndarray, acceleration: np.ndarray
 ) -> list[np.ndarray]:
     """Torques of the ten parameters of every link, each off by its tolerance, (t, n) [N m]."""
-    body, tolerance, columns = robot.belief.body, robot.belief.inertial_tolerance, []
+    body, tolerance, columns = robot.prior.body, robot.prior.inertial_tolerance, []
     nothing = body._replace(mass=0.0 * body.mass, inertia=0.0 * body.inertia)
     size = np.sqrt(np.trace(body.inertia, axis1=1, axis2=2) / body.mass)
     for link in range(robot.arm.joints):
@@ -91,11 +91,11 @@ def _difference(one, other, position, velocity, acceleration):  # type: ignore[n
     return torques(other, position, velocity, acceleration) - torques(one, position, velocity, acceleration)
 
 
-def beyond_belief(robot: Robot, seen: list[Seen], noise: np.ndarray) -> tuple[np.ndarray, float]:
+def beyond_prior(robot: Robot, seen: list[Seen], noise: np.ndarray) -> tuple[np.ndarray, float]:
     """What of an effect's torque the believed parameters cannot take up.
 
     Args:
-        robot: With the effect's owner's beliefs.
+        robot: With the effect's owner's priors.
         seen: Runs without it, and its torque in them.
         noise: Noise floor below the filter, (n,) [N m].
 
@@ -110,7 +110,7 @@ def beyond_belief(robot: Robot, seen: list[Seen], noise: np.ndarray) -> tuple[np
     ]
     stacked = np.stack([column / noise for column in joined], axis=-1)
     matrix, target = stacked.reshape(-1, stacked.shape[-1]), torque.ravel()
-    normal = matrix.T @ matrix + DENSER * np.eye(matrix.shape[1])  # doubts have unit variance
+    normal = matrix.T @ matrix + DENSER * np.eye(matrix.shape[1])  # warnings have unit variance
     values = np.linalg.solve(normal, matrix.T @ target)
     left = target - matrix @ values
     return rms(left.reshape(torque.shape)), float(left @ left / DENSER + values @ values)

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from .effects.effect import Conceal, Concealed
-from .oracle import Seen, beyond_belief
+from .oracle import Seen, beyond_prior
 from .plant.closed_loop import RATE
 from .recordings.motion import SECONDS
 from .recordings.record import PLANS, logged_torque, low_pass, motion_of, rms
@@ -25,14 +25,14 @@ class Strength:
         visibility: Rms of the effect's torque over the noise floor, both below 25 Hz, on the joint and in the
             run where it is largest [-].
         by_joint: The same for every joint, (n,).
-        beyond_belief: Of that, what the owner's doubts cannot take up, (n,).
+        beyond_prior: Of that, what the owner's warnings cannot take up, (n,).
         evidence: Gain in chi-squared by knowing the effect [-].
     """
 
     value: float
     visibility: float
     by_joint: np.ndarray
-    beyond_belief: np.ndarray
+    beyond_prior: np.ndarray
     evidence: float
 
 
@@ -70,9 +70,9 @@ def visibility(bench: Bench, concealed: Concealed) -> np.ndarray:
 
 
 def beyond(bench: Bench, concealed: Concealed) -> tuple[np.ndarray, float]:
-    """What the owner's doubts cannot take up of it; see `beyond_belief`."""
+    """What the owner's warnings cannot take up of it; see `beyond_prior`."""
     seen = [bench.effect(concealed, run) for run in bench.telling]
-    return beyond_belief(concealed.robot, seen, low_floor(concealed.sound))
+    return beyond_prior(concealed.robot, seen, low_floor(concealed.sound))
 
 
 def low_floor(robot: Robot) -> np.ndarray:
@@ -95,7 +95,7 @@ def conceal(
         effect: What.
         joint: Where.
         wanted: Visibility.
-        evident: Evidence that it should have at least; a payload within the doubts about the last link has
+        evident: Evidence that it should have at least; a payload within the warnings about the last link has
             none, however many noise floors it weighs.
         bench: On which it is tried.
         tries: Simulations at most.

@@ -72,7 +72,7 @@ def answer(key: str, again: bool = True) -> dict[str, Any]:
         "band": found.improvement.band if found.improvement else None,
         "improvement": improvement(found),
         "budget": budget(found),
-        "doubts": list(found.doubts),
+        "warnings": list(found.warnings),
         "seconds": clock,
         "process_seconds": used,
         "data_seconds": sum(run.duration for _, run in runs),

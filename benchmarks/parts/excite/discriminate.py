@@ -79,8 +79,8 @@ def springs() -> Pair:
     model = read_model("kr270")
     rest = replace(model, effects=tuple(e for e in model.effects if not isinstance(e, SpringBalancer)))
     free = dict.fromkeys(("Kr", "K0"), np.inf)
-    balancer = Hypothesis.believed("spring balancer", model, deviations=free)
-    spring = Hypothesis.believed("linear spring", rest + JointSpring(("joint2",)))
+    balancer = Hypothesis.of_priors("spring balancer", model, deviations=free)
+    spring = Hypothesis.of_priors("linear spring", rest + JointSpring(("joint2",)))
     limits = usable(model.robot).limits
     lower, upper = limits.position_lower.copy(), limits.position_upper.copy()
     middle = 0.5 * (lower[1] + upper[1])
@@ -95,9 +95,9 @@ def frictions() -> Pair:
     free = dict.fromkeys(("Fv3", "Fc3"), np.inf)
 
     def stribeck(size: float) -> Hypothesis:
-        return Hypothesis.believed("Stribeck", model + StribeckFriction(("joint3",)), {"Fs3": size}, free)
+        return Hypothesis.of_priors("Stribeck", model + StribeckFriction(("joint3",)), {"Fs3": size}, free)
 
-    drag = Hypothesis.believed(
+    drag = Hypothesis.of_priors(
         "nonlinear viscous", model + NonlinearViscousFriction(("joint3",)), deviations=free
     )
     size = "Stribeck torque [N m], Coulomb 8"
@@ -115,9 +115,9 @@ def gain_or_mass() -> Pair:
     held = {f"gain{joint + 1}": 0.0 for joint in range(6)} | {"gain2": 0.1}
 
     def gain(size: float) -> Hypothesis:
-        return Hypothesis.believed("drive gain", model + DriveGains(model), {"gain2": size}, held)
+        return Hypothesis.of_priors("drive gain", model + DriveGains(model), {"gain2": size}, held)
 
-    mass = Hypothesis.believed("link mass", model)
+    mass = Hypothesis.of_priors("link mass", model)
     link = slice(20, 30)
     body = mass.values[link]
     spread = np.linalg.inv(mass.precision[link, link]) + 0.1**2 * np.outer(body, body)
@@ -137,7 +137,7 @@ def run_of(goal: Goal, limits: Limits, effort: Effort) -> Motion:
 
 def observation_of(model: Model, motion: Motion) -> Observation:
     """Noise as a share of the torque in a motion."""
-    torque = model.torque(model.loaded(motion), model.believed_values)
+    torque = model.torque(model.loaded(motion), model.nominal_values)
     return Observation(NOISE * np.sqrt(np.mean(torque**2, axis=0)), RATE * PERIOD)
 
 
@@ -202,15 +202,15 @@ def _rows(one: Hypothesis, motions: list[Motion], observation: Observation) -> t
 
 
 def _misfit(one: Hypothesis, motions: list[Motion], observation: Observation, seen: np.ndarray) -> np.ndarray:
-    """Chi-squared of a least-squares fit with the beliefs as rows, for every column of `seen` (r, draws)."""
+    """Chi-squared of a least-squares fit with the priors as rows, for every column of `seen` (r, draws)."""
     columns, own = _rows(one, motions, observation)
     precision = one.precision[np.ix_(one.free, one.free)]
     diagonal = np.diag(precision)
     scale = np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
     values, vectors = np.linalg.eigh(precision / np.outer(scale, scale))
-    beliefs = np.sqrt(np.maximum(values, 0.0))[:, None] * vectors.T * scale
-    rows = np.concatenate([columns[:, one.free], beliefs])
-    right = np.concatenate([seen - own[:, None], np.zeros((len(beliefs), seen.shape[1]))])
+    priors = np.sqrt(np.maximum(values, 0.0))[:, None] * vectors.T * scale
+    rows = np.concatenate([columns[:, one.free], priors])
+    right = np.concatenate([seen - own[:, None], np.zeros((len(priors), seen.shape[1]))])
     unit = np.linalg.norm(rows, axis=0)
     unit[unit == 0] = 1.0
     move = np.linalg.lstsq(rows / unit, right, rcond=1e-10)[0]
@@ -226,12 +226,12 @@ def hopeless(effort: Effort) -> dict[str, Any]:
     observation = observation_of(model, motion)
     spring = model + SpringBalancer("joint2", d21=0.3, d22=0.1, phi=0.0)
     slack, held = {"Kr": 300.0}, {"K0": 0.0}
-    balancer = Hypothesis.believed("a balancer that is slack at length zero", spring, slack, held)
+    balancer = Hypothesis.of_priors("a balancer that is slack at length zero", spring, slack, held)
     free = dict.fromkeys(("MX2", "MY2"), np.inf)
-    weight = Hypothesis.believed("the centre of mass of its own link", model, deviations=free)
+    weight = Hypothesis.of_priors("the centre of mass of its own link", model, deviations=free)
     pulling, held = model + JointSpring(("joint3",)), {"Ks3": 0.0, "Off3": 0.0}
-    hose = Hypothesis.believed("a hose that pulls steadily", pulling, {"Ts3": 3.0}, held)
-    offset = Hypothesis.believed("a current offset", model, deviations={"Off3": np.inf})
+    hose = Hypothesis.of_priors("a hose that pulls steadily", pulling, {"Ts3": 3.0}, held)
+    offset = Hypothesis.of_priors("a current offset", model, deviations={"Off3": np.inf})
     figures: dict[str, Any] = {}
     print("\nPairs that no motion tells apart")
     for key, true, rival in (("balancer_or_weight", balancer, weight), ("hose_or_offset", hose, offset)):

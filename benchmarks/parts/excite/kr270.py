@@ -21,7 +21,7 @@ from exidyn.trajectories.planning.planner import plan
 from exidyn.trajectories.planning.wishes import Wishes
 from exidyn.trajectories.random_motion import random_fourier
 
-from ..kr270 import MASS, believed, equations_of, gain_error, plant
+from ..kr270 import MASS, equations_of, gain_error, nominal, plant
 
 TICK = 0.002
 NAMES = [f"gain {joint + 1}" for joint in range(6)] + ["K_r", "K_0"]
@@ -33,7 +33,7 @@ def optimised(length: float, seconds: float) -> Motion:
     """Motion of a pair whose exciting part lasts at least `length`, planned in so many seconds."""
     wishes = Wishes(focus=("gain", "Kr", "K0"), seconds=length, payload=known_parameters(MASS))
     arm = read_model("kr270")
-    model = replace(arm, robot=believed().robot)  # with the catalogue's gains, as the estimator has it
+    model = replace(arm, robot=nominal().robot)  # with the catalogue's gains, as the estimator has it
     return plan(model, wishes, seconds=seconds)[0].trajectory.every(TICK).motion()
 
 
@@ -42,8 +42,8 @@ def record(motion: Motion, noise: np.ndarray) -> list[Recording]:
     arm, random = plant(), np.random.default_rng(0)
     runs = []
     for name, load in (("unloaded", None), ("loaded", KnownPayload("L", (("M", MASS),)))):
-        values, gain = arm.believed_values, arm.robot.drive_gain
-        run = simulate(arm, values, gain, motion, believed(), Sensors(current_noise=0.0), load, name)
+        values, gain = arm.nominal_values, arm.robot.drive_gain
+        run = simulate(arm, values, gain, motion, nominal(), Sensors(current_noise=0.0), load, name)
         current = run.signals["current"]
         noisy = current.values + noise * random.normal(size=current.values.shape)
         runs.append(replace(run, signals={**run.signals, "current": replace(current, values=noisy)}))
@@ -53,7 +53,7 @@ def record(motion: Motion, noise: np.ndarray) -> list[Recording]:
 def drive_noise(motion: Motion) -> np.ndarray:
     """One per cent of each joint's rms current in a motion, shape (n,) [A]."""
     arm = plant()
-    current = exact_current(arm, arm.believed_values, arm.robot.drive_gain, motion)
+    current = exact_current(arm, arm.nominal_values, arm.robot.drive_gain, motion)
     return 0.01 * np.sqrt(np.mean(current**2, axis=0))
 
 

@@ -82,7 +82,7 @@ def _torque(model: Model, random: np.random.Generator) -> np.ndarray:
     robot = model.robot
     poses = random.uniform(robot.limits.position_lower, robot.limits.position_upper, (200, robot.dof))
     still = np.zeros_like(poses)
-    holding = np.abs(_believed(model, States(np.zeros(200), poses, still, still, still))).max(axis=0)
+    holding = np.abs(_nominal(model, States(np.zeros(200), poses, still, still, still))).max(axis=0)
     return np.minimum(1.3 * holding + 0.2 * holding.max() + 20.0, robot.limits.torque) * random.uniform(1, 2)
 
 
@@ -95,7 +95,7 @@ def _height(model: Model) -> float:
     return float((data.oMi[robot.dof] * robot.flange).translation[2]) - 0.3
 
 
-def _believed(model: Model, states: States) -> np.ndarray:
+def _nominal(model: Model, states: States) -> np.ndarray:
     """Believed torque, the rigid part by Pinocchio sample by sample."""
     robot = model.robot
     data = robot.kinematics.createData()
@@ -105,7 +105,7 @@ def _believed(model: Model, states: States) -> np.ndarray:
     ]
     rest = replace(model, effects=tuple(e for e in model.effects if not isinstance(e, RigidBody)))
     motion = model.loaded(states.motion())
-    return np.array(rigid) + rest.torque(motion, rest.believed_values)
+    return np.array(rigid) + rest.torque(motion, rest.nominal_values)
 
 
 def excess(model: Model, wishes: Wishes, one: Plan) -> dict[str, float]:
@@ -119,7 +119,7 @@ def excess(model: Model, wishes: Wishes, one: Plan) -> dict[str, float]:
         "jerk": (states.jerk, -limits.jerk, limits.jerk),
     }
     coarse = run.every(5 * one.tick)
-    ranges["torque"] = (_believed(model, coarse), -limits.torque, limits.torque)
+    ranges["torque"] = (_nominal(model, coarse), -limits.torque, limits.torque)
     ticks = run.every(one.tick)
     reach = brake_reach(ticks.velocity, ticks.acceleration, limits)
     for name, side in (("stop down", reach.lower), ("stop up", reach.upper)):

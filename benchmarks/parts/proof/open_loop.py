@@ -8,7 +8,7 @@ import numpy as np
 
 from exidyn.identify.arm.motion import Motion
 from exidyn.identify.diagnosis.findings.finding import Diagnosis
-from exidyn.identify.diagnosis.improved.improved import Arm, as_believed, as_found
+from exidyn.identify.diagnosis.improved.improved import Arm, as_found, as_nominal
 from exidyn.identify.diagnosis.runs.usable import HELD_OUT
 from exidyn.identify.fit.identification import identify
 from exidyn.identify.fit.identified import identified
@@ -21,7 +21,7 @@ PUBLISHED = {"M1": 95.1089, "Fv1": 203.5034, "Fc1": 20.3935, "Off1": -3.1648}
 def open_loop(found: Diagnosis, runs: Any) -> dict[str, dict[str, float]]:
     """Error of the position that recorded force gives, model -> run -> root mean square [mm]."""
     assert found.evidence is not None
-    plain = as_believed(found.evidence)
+    plain = as_nominal(found.evidence)
     # Parameters were fitted beside undecided findings too.
     with_it = as_found(found.evidence, (*found.findings, *found.undecided))
     values = np.array([PUBLISHED.get(name, 0.0) for name in plain.model.names])
@@ -38,7 +38,7 @@ def open_loop(found: Diagnosis, runs: Any) -> dict[str, dict[str, float]]:
 def identified_arm(arm: Arm, runs: Sequence[Recording]) -> Arm:
     """An arm's model as `identify` fits it to the runs."""
     model = identified(identify(runs, model=arm.model))
-    return replace(arm, model=model, values=model.believed_values)
+    return replace(arm, model=model, values=model.nominal_values)
 
 
 def simulated(arm: Arm, run: Recording) -> float:

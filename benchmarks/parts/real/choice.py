@@ -148,8 +148,8 @@ class Candidates:
         compared = [Compared.of(fit, run, data) for run in parts]
         for tolerance in tolerances:
             recipe = Recipe(laws, standstill, tolerance)
-            believed = with_tolerance(fit.model, tolerance).beliefs
-            prior = replace(equations, tolerance=np.array([belief.std for belief in believed]))
+            priors = with_tolerance(fit.model, tolerance).priors
+            prior = replace(equations, tolerance=np.array([prior.std for prior in priors]))
             estimates = [estimator_of(recipe)(without_run(prior, k)) for k in range(len(parts))]
             left = [run.relative(e.values) for run, e in zip(compared, estimates, strict=True)]
             self.scores[recipe] = np.mean(np.log(left), axis=0)

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from common import show
 
-from exidyn.identify.effects import EFFECTS, Belief
+from exidyn.identify.effects import EFFECTS, Prior
 from exidyn.identify.fit.estimators import weighted
 from exidyn.identify.fit.fit import Fit
 from exidyn.identify.fit.identification import identify
@@ -87,16 +87,16 @@ def with_gears_load(data: DataSet, model: Model, runs: Sequence[Recording]) -> F
     on gains and masses. The load is first what the drawn inertias say, then what the first fit says.
     """
     first = identify(runs, model=model, filtering=data.filtering, drop=False)
-    learnt = replace(first.model, stated=as_beliefs(first))
+    learnt = replace(first.model, stated=as_priors(first))
     return identify(runs, model=learnt, filtering=data.filtering, drop=False)
 
 
-def as_beliefs(fit: Fit) -> dict[str, Belief]:
+def as_priors(fit: Fit) -> dict[str, Prior]:
     """Standard parameters that give the fit's torque: base values in those kept, zero in the others."""
-    beliefs = {name: Belief(0.0) for name in fit.model.names}
+    priors = {name: Prior(0.0) for name in fit.model.names}
     for column, value in zip(fit.base.kept, fit.estimate.values, strict=True):
-        beliefs[fit.model.names[column]] = Belief(float(value))
-    return beliefs
+        priors[fit.model.names[column]] = Prior(float(value))
+    return priors
 
 
 def mass(fit: Fit) -> tuple[float, float]:

@@ -46,7 +46,7 @@ def main(quick: bool) -> dict[str, Any]:
 def errors(fit: Fit) -> np.ndarray:
     """Base parameters (b,), then drive gains (n,), away from the truth [standard deviations]."""
     truth = read_model("kr270")
-    true = dict(zip(truth.names, truth.believed_values, strict=True))
+    true = dict(zip(truth.names, truth.nominal_values, strict=True))
     true |= {f"{name}L": value for name, value in BODY}
     values = np.array([true[parameter.name] for parameter in fit.base.parameters])
     parameters = (fit.estimate.values - fit.base.regrouping @ values) / fit.estimate.std

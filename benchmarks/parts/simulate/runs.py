@@ -33,7 +33,7 @@ class Run(NamedTuple):
 def ours(model: Model, control: DriveControl, motion: Motion) -> Run:
     """The plant, with sensors that add nothing."""
     gain = model.robot.drive_gain
-    plant = Plant(model, model.believed_values, gain, motion.position[0], control)
+    plant = Plant(model, model.nominal_values, gain, motion.position[0], control)
     start = time.process_time()
     signals = follow(plant, motion.position, motion.velocity, TICK)
     taken = time.process_time() - start

@@ -23,7 +23,7 @@ def a_fit(seconds: float) -> Fit:
     """What is identified of a simulated recording with noise."""
     model = read_model("kr270")
     motion = motion_of(model, seconds, seed=1)
-    recording = simulate(model, model.believed_values, model.robot.drive_gain, motion, model)
+    recording = simulate(model, model.nominal_values, model.robot.drive_gain, motion, model)
     return identify([recording])
 
 
@@ -33,7 +33,7 @@ def round_trips(seconds: float) -> dict[str, float]:
     motion = motion_of(fit.model, 20.0)[::5]
     model, portable = identified(fit), Portable.of(identified(fit))
     base = fit.model.regressor(motion)[:, :, fit.base.kept] @ fit.estimate.values
-    whole = model.torque(motion, model.believed_values)
+    whole = model.torque(motion, model.nominal_values)
     ways: dict[str, tuple[np.ndarray, np.ndarray]] = {
         "fit, identified": (base, whole),
         "identified, toml": (whole, _of_toml(portable, motion)),
@@ -55,7 +55,7 @@ def round_trips(seconds: float) -> dict[str, float]:
 
 def _of_toml(portable: Portable, motion: Motion) -> np.ndarray:
     back = parse_model(FORMATS["toml"].text(portable))
-    return back.torque(motion, back.believed_values)
+    return back.torque(motion, back.nominal_values)
 
 
 def _of_mjcf(portable: Portable, motion: Motion) -> np.ndarray:
@@ -80,7 +80,7 @@ def _of_urdf(portable: Portable, motion: Motion) -> np.ndarray:
 def _urdf_part(portable: Portable, motion: Motion) -> np.ndarray:
     """Torque of the model without what URDF has no words for."""
     model, joints = portable.model, portable.joints
-    whole = model.torque(motion, model.believed_values)
+    whole = model.torque(motion, model.nominal_values)
     whole = whole - joints.armature * motion.acceleration - joints.constant
     for spring, *values in portable.balancers:
         whole -= spring.regressor(model.robot, motion) @ np.array(values)

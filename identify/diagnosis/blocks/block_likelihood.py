@@ -100,8 +100,8 @@ def log_odds(t: float, freedom: float) -> float:
 
 
 def strain(apart: np.ndarray | float) -> float:
-    """Logarithm of the probability that unknowns lose which are so many standard deviations from beliefs.
+    """Logarithm of the probability that unknowns lose which are so many standard deviations from priors.
 
-    A belief is one row, and may be wrong as a block may be strange.
+    A prior is one row, and may be wrong as a block may be strange.
     """
     return 0.5 * (FREEDOM + 1.0) * float(np.sum(np.log1p(np.square(apart) / FREEDOM)))

@@ -165,8 +165,8 @@ class Prediction:
         """
         own = self.left_out[self.blocks.fitted]
         apart = own - own.mean(axis=0)
-        believed = solve(self.factor, np.diag(np.sqrt(self.precision)))
-        return (len(own) - 1.0) / len(own) * apart.T @ apart + believed @ believed.T
+        nominal = solve(self.factor, np.diag(np.sqrt(self.precision)))
+        return (len(own) - 1.0) / len(own) * apart.T @ apart + nominal @ nominal.T
 
     def power(self, errors: np.ndarray, which: np.ndarray | None = None) -> np.ndarray:
         """Mean square of predicted errors (..., k, n) of some blocks (k,), shape (..., n) [(N m)^2]."""

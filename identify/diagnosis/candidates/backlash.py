@@ -52,14 +52,14 @@ class Gear(NamedTuple):
         model: The arm.
         joint: Which, from 0.
         stiffness: Expected of the teeth [N m/rad].
-        doubt: How wrong its load may be [N m].
+        load_uncertainty: How wrong its load may be [N m].
         bent: Torque of the motors in a run for teeth of that stiffness, shape (t, n) [N m].
     """
 
     model: Model
     joint: int
     stiffness: float
-    doubt: float
+    load_uncertainty: float
     bent: Callable[[Driven], np.ndarray]
 
 
@@ -71,7 +71,7 @@ def plays(model: Model) -> Iterator[Candidate]:
             yield _play(gear, Play(width))
 
 
-def _gear(model: Model, joint: int, inertia: float, doubt: float) -> Gear:
+def _gear(model: Model, joint: int, inertia: float, load_uncertainty: float) -> Gear:
     angular = 2 * np.pi * STIFF
     stiffness = inertia * angular**2
 
@@ -79,7 +79,7 @@ def _gear(model: Model, joint: int, inertia: float, doubt: float) -> Gear:
     def bent(run: Driven) -> np.ndarray:
         return bending(model, run, joint, (stiffness, 2 * RATIO * inertia * angular))
 
-    return Gear(model, joint, stiffness, doubt, bent)
+    return Gear(model, joint, stiffness, load_uncertainty, bent)
 
 
 def _play(gear: Gear, play: Play) -> Candidate:
@@ -104,7 +104,7 @@ def _play(gear: Gear, play: Play) -> Candidate:
         play._asdict(),
         {
             "gap": Shape("rad", play.gap / STEP, play.gap * STEP),
-            "load_shift": Shape("N m", -gear.doubt, gear.doubt),
+            "load_shift": Shape("N m", -gear.load_uncertainty, gear.load_uncertainty),
             "damping_ratio": Shape("1", 0.05, 1.0),
         },
         lambda given: _play(gear, Play(**given)),

@@ -27,9 +27,9 @@ def tilts(model: Model) -> Iterator[Candidate]:
         return gravity_columns(model, run, (0, 1))
 
     names, lower = ("tilt_x", "tilt_y"), (-np.inf, -np.inf)
-    believed = ((0.0, LEANING),) * 2
+    nominal = ((0.0, LEANING),) * 2
     yield Candidate(
-        "base_tilt", (), columns, names, ("rad", "rad"), lower, smooth=True, expected=believed, carried=True
+        "base_tilt", (), columns, names, ("rad", "rad"), lower, smooth=True, expected=nominal, carried=True
     )
 
 

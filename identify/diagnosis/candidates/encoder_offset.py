@@ -40,7 +40,7 @@ def encoder_zeros(model: Model) -> Iterator[Candidate]:
 
 def _by_position(springs: Model, model: Model, run: Driven, joint: int) -> np.ndarray:
     """Derivative of the springs' believed torque by a joint's position, shape (t, n) [N m/rad]."""
-    known, shift = dict(zip(model.names, model.believed_values, strict=True)), np.zeros(model.robot.dof)
+    known, shift = dict(zip(model.names, model.nominal_values, strict=True)), np.zeros(model.robot.dof)
     values, shift[joint] = np.array([known[name] for name in springs.names]), ZERO_STEP
     if not springs.effects:
         return np.zeros_like(run.torque)

@@ -7,7 +7,7 @@ import numpy as np
 import pinocchio as pin
 
 from ...effects import RigidBody
-from ...effects.rigid_body import inertial_beliefs
+from ...effects.rigid_body import inertial_priors
 from ...model import Model
 from ..findings.arm import Arm
 from ..findings.arm_bodies import found_body, heavier
@@ -28,7 +28,7 @@ def links(model: Model) -> Iterator[Candidate]:
         return
     robot, body = model.robot, RigidBody()
     own = [parameter.name for parameter in body.parameters(robot)]
-    believed = dict(zip(model.names, model.believed_values, strict=True))
+    nominal = dict(zip(model.names, model.nominal_values, strict=True))
 
     @cache
     def regressor(run: Driven) -> np.ndarray:
@@ -41,7 +41,7 @@ def links(model: Model) -> Iterator[Candidate]:
             return on_motors(robot, regressor(run)[:, :, kept])
 
         # A link may be lighter, but by no more than it weighs.
-        weight = max(float(believed[f"M{link + 1}"]), 0.0)
+        weight = max(float(nominal[f"M{link + 1}"]), 0.0)
         names, lower = tuple(f"{part}{link + 1}" for part in PARTS), (-weight, *(-np.inf,) * 9)
         yield Candidate(
             "link_inertia", (link,), columns, names, UNITS, lower, smooth=True, proportion=PROPORTION, led=1,
@@ -51,9 +51,9 @@ def links(model: Model) -> Iterator[Candidate]:
 
 def _as_heavy(body: pin.Inertia) -> tuple[tuple[float, float], ...]:
     """How far a link's parameters may be off: about as much as it has, and never less than a gram's worth."""
-    believed = inertial_beliefs(body, 1.0)
+    nominal = inertial_priors(body, 1.0)
     least = LIGHTEST * np.array(PROPORTION)
-    return tuple((0.0, max(believed[part].std, float(own))) for part, own in zip(PARTS, least, strict=True))
+    return tuple((0.0, max(nominal[part].std, float(own))) for part, own in zip(PARTS, least, strict=True))
 
 
 def _held(arm: Arm, finding: Finding) -> Arm | None:

@@ -189,7 +189,7 @@ class Diagnosis(InNotebook):
         remainders: Joints on which something is left that none of the vocabulary accounts for.
         improvement: On runs held out; None without any.
         runs: Names of the runs fitted.
-        doubts: What limits the answer, in sentences.
+        warnings: What limits the answer, in sentences.
         seconds: How long it took [s].
         tried: Effects that these runs can be asked for, with how many hypotheses there were of each.
         evidence: What it rests on, for pictures and simulation.
@@ -205,7 +205,7 @@ class Diagnosis(InNotebook):
     remainders: tuple[Remainder, ...]
     improvement: Improvement | None
     runs: tuple[str, ...]
-    doubts: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
     seconds: float = 0.0
     tried: Mapping[str, int] = field(default_factory=dict)
     evidence: Evidence | None = None

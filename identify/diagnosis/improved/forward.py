@@ -16,7 +16,7 @@ from ..findings.arm import Arm
 from ..findings.finding import Diagnosis
 from ..results.remainder import rms
 from ..runs.driven import Driven
-from .improved import as_believed, as_found
+from .improved import as_found, as_nominal
 
 BANDWIDTH = 150.0
 """Of the simulated velocity loops [Hz]: six times that of the comparison, so that torques up to there are
@@ -81,7 +81,7 @@ def forward(diagnosis: Diagnosis, recording: Recording) -> Forward | None:
     run = Driven.of(known.model, recording, "", known.filtering)
     # Parameters were fitted beside undecided findings too.
     findings = (*diagnosis.findings, *diagnosis.undecided)
-    arms = as_believed(known), as_found(known, findings)
+    arms = as_nominal(known), as_found(known, findings)
     # An arm that diverges ends in infinity; what follows is no number, and said to be none.
     with np.errstate(over="ignore", invalid="ignore"):
         (before, _), (after, missed) = (_simulated(arm, run) for arm in arms)

@@ -11,7 +11,7 @@ from ..findings.finding import Finding
 from ..findings.trace import Evidence
 
 
-def as_believed(evidence: Evidence) -> Arm:
+def as_nominal(evidence: Evidence) -> Arm:
     """The arm at its model's word, with friction and offsets as fitted."""
     model = evidence.model
     return Arm(model, evidence.before, evidence.gain_before, Transmission.rigid(model.robot.dof))

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...effects import Belief
+from ...effects import Prior
 from ...model import Model
 from ..candidates import kind_of
 from ..findings.arm import Arm
@@ -115,14 +115,14 @@ def _model(evidence: Evidence, findings: Sequence[Finding]) -> Improved:
     rigid = [place for place in range(len(findings)) if place not in soft]
     arm = as_found(evidence, [findings[place] for place in rigid])
     lost = sorted([*soft, *(rigid[place] for place in arm.left_out)])
-    return Improved(believing(arm), tuple(lost))
+    return Improved(model_of(arm), tuple(lost))
 
 
-def believing(arm: Arm) -> Model:
+def model_of(arm: Arm) -> Model:
     """The arm's model with its values and gains as nominal ones, and the deviations of before."""
-    std = [belief.std for belief in arm.model.beliefs]
+    std = [prior.std for prior in arm.model.priors]
     stated = {
-        name: Belief(value, deviation)
+        name: Prior(value, deviation)
         for (name, value), deviation in zip(arm.by_name.items(), std, strict=True)
     }
     return replace(arm.model, robot=replace(arm.model.robot, drive_gain=arm.gain), stated=stated)

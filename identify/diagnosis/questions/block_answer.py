@@ -62,7 +62,7 @@ class Answer:
 
     @cached_property
     def gain(self) -> float:
-        """Logarithm of how much more probable blocks are, each predicted by the others, and beliefs."""
+        """Logarithm of how much more probable blocks are, each predicted by the others, and priors."""
         return float(self.gains.sum()) + self.relief - self.cost
 
     @cached_property
@@ -87,7 +87,7 @@ class Answer:
 
     @property
     def odds(self) -> float:
-        """Logarithm of the odds that blocks left out have the effect, by how they scatter, and by beliefs."""
+        """Logarithm of the odds that blocks left out have the effect, by how they scatter, and by priors."""
         return self.amplitude.log_odds + self.relief - self.choice
 
     def chosen_as(self, other: "Answer") -> "Answer":

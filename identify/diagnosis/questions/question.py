@@ -78,7 +78,7 @@ def _surprise(prediction: Prediction, errors: np.ndarray, candidate: Candidate, 
 
 
 def _relief(prediction: Prediction, apart: np.ndarray, one: Fitted, candidate: Candidate) -> float:
-    """By how much more probable beliefs are beside a candidate, what physics expects of itself included."""
+    """By how much more probable priors are beside a candidate, what physics expects of itself included."""
     rows, values = prediction.rows, prediction.values
     known = np.isfinite(rows.std) & (rows.std > CERTAIN)
     before, after = ((x - rows.mean)[known] / rows.std[known] for x in (values, values - apart @ one.values))

@@ -29,7 +29,7 @@ class Residuals:
     def of(cls, found: SearchResult) -> "Residuals":
         """Of a search."""
         rows, values = found.prediction.rows, found.prediction.values
-        before = rows.difference - rows.columns @ at_its_word(found)
+        before = rows.difference - rows.columns @ nominal_unknowns(found)
         return cls(before, found.prediction.residual, explained(found, rows, values))
 
 
@@ -41,7 +41,7 @@ def evidence(found: SearchResult, residuals: Residuals, noise: np.ndarray) -> Ev
         residuals: Of all its rows.
         noise: Noise floor of each joint's torque, shape (n,) [N m].
     """
-    model, word, fitted = found.problem.model, at_its_word(found), found.prediction.values
+    model, word, fitted = found.problem.model, nominal_unknowns(found), found.prediction.values
     runs, count = found.problem.runs, len(model.names)
     traces = [
         _trace(model, run, residuals, rows, found.problem.base.weight[rows])
@@ -50,8 +50,8 @@ def evidence(found: SearchResult, residuals: Residuals, noise: np.ndarray) -> Ev
     fitted_runs = len(found.problem.fitted)
     return Evidence(
         model=model,
-        before=model.believed_values + word[:count],
-        after=model.believed_values + fitted[:count],
+        before=model.nominal_values + word[:count],
+        after=model.nominal_values + fitted[:count],
         gain_before=_gains(found, word),
         gain_after=_gains(found, fitted),
         noise=noise,
@@ -60,9 +60,9 @@ def evidence(found: SearchResult, residuals: Residuals, noise: np.ndarray) -> Ev
     )
 
 
-def at_its_word(found: SearchResult) -> np.ndarray:
+def nominal_unknowns(found: SearchResult) -> np.ndarray:
     """Unknowns (b,) of a model at its word, without any finding; what nobody stated is fitted."""
-    word = found.problem.at_its_word(found.believed)
+    word = found.problem.nominal_unknowns(found.without_findings)
     return np.append(word, np.zeros(len(found.prediction.rows.names) - len(word)))
 
 
@@ -82,11 +82,9 @@ def explained(found: SearchResult, rows: Rows, values: np.ndarray) -> np.ndarray
 
 def _gains(found: SearchResult, values: np.ndarray) -> np.ndarray:
     """Drive gains out of the shares by which they are off, among all unknowns (b,)."""
-    believed = found.problem.runs[0].prepared.gain
+    nominal = found.problem.runs[0].prepared.gain
     places = dict(zip(found.prediction.rows.names, values, strict=True))
-    return believed * (
-        1.0 + np.array([places.get(f"gain{joint + 1}", 0.0) for joint in range(len(believed))])
-    )
+    return nominal * (1.0 + np.array([places.get(f"gain{joint + 1}", 0.0) for joint in range(len(nominal))]))
 
 
 def _trace(model: Model, run: Driven, left: Residuals, rows: slice, weight: np.ndarray) -> Trace:

@@ -48,8 +48,8 @@ class Driven:
         """
         prepared = prepare(recording, filtering)
         still = np.zeros_like(prepared.motion.position)
-        bodies = carrying(model, model.believed_values, prepared.motion.payload)
-        return cls(role, prepared, prepared.motion, still, bodies).after(model, model.believed_values)
+        bodies = carrying(model, model.nominal_values, prepared.motion.payload)
+        return cls(role, prepared, prepared.motion, still, bodies).after(model, model.nominal_values)
 
     def after(self, model: Model, values: np.ndarray) -> "Driven":
         """The same with the torque of other parameters (p,), and with the load that gears transmit then."""

@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ...effects import Belief, JointEffect, RotorInertia
+from ...effects import JointEffect, Prior, RotorInertia
 from ...fit.base_parameters import BaseParameters
 from ...fit.equations import decimated_regressor
 from ...model import Model
@@ -72,38 +72,38 @@ class Rows:
 
 
 def model_rows(model: Model, runs: Sequence[Driven], values: np.ndarray | None = None) -> Rows:
-    """Rows whose unknowns are the deviations of the model's parameters from their beliefs.
+    """Rows whose unknowns are the deviations of the model's parameters from their priors.
 
     Args:
-        model: With its beliefs.
+        model: With its priors.
         runs: Of which rows are made.
         values: Parameters (p,) that give the load by which gears rub; those believed by default.
     """
-    carrying = model if values is None else _believing(model, values)
-    believed, every = model.believed_values, np.arange(len(model.names))
-    # Beliefs make the system regular, so that no base parameters are needed.
+    carrying = model if values is None else _with_values(model, values)
+    nominal, every = model.nominal_values, np.arange(len(model.names))
+    # Priors make the system regular, so that no base parameters are needed.
     base = BaseParameters(tuple(model.parameters), every, np.eye(len(every)), (1.0, 0.0))
     columns, difference = [], []
     for run in runs:
         regressor, known = decimated_regressor(carrying, base, run.prepared, run.motion)
         measured = run.prepared.gain * run.prepared.decimated_current
         columns.append(regressor)
-        difference.append(measured - known - regressor @ believed)
+        difference.append(measured - known - regressor @ nominal)
     return Rows(
         slices(runs),
         np.concatenate(difference),
         np.concatenate([run.prepared.weight for run in runs]),
         np.concatenate(columns),
         tuple(model.names),
-        np.array([belief.std for belief in model.beliefs]),
+        np.array([prior.std for prior in model.priors]),
         np.zeros(len(model.names)),
-        _limits(model) - believed,
+        _limits(model) - nominal,
     )
 
 
-def _believing(model: Model, values: np.ndarray) -> Model:
-    beliefs = {name: Belief(float(value)) for name, value in zip(model.names, values, strict=True)}
-    return replace(model, stated=beliefs)
+def _with_values(model: Model, values: np.ndarray) -> Model:
+    priors = {name: Prior(float(value)) for name, value in zip(model.names, values, strict=True)}
+    return replace(model, stated=priors)
 
 
 def _limits(model: Model) -> np.ndarray:

@@ -7,7 +7,7 @@ import numpy as np
 
 from ...errors import DifferentRobot, RecordingError
 from ...fit.identification import common_filtering, of_these_joints
-from ...fit.warnings.excitation_doubts import excitation_doubts
+from ...fit.warnings.excitation_warnings import excitation_warnings
 from ...model import Model
 from ...preparation.prepare import Filtering
 from ...recordings.recording import Recording
@@ -23,7 +23,7 @@ def usable(
     recordings: Sequence[tuple[str, Recording]],
     filtering: Filtering = Filtering(),  # noqa: B008
 ) -> tuple[list[Driven], list[str]]:
-    """The runs that can be filtered and compared, and doubts about these and the others.
+    """The runs that can be filtered and compared, and warnings about these and the others.
 
     Args:
         model: As believed, with the payloads of the runs.
@@ -36,21 +36,23 @@ def usable(
     """
     of_these_joints(model, [recording for _, recording in recordings])
     sound: list[tuple[str, Recording]] = []
-    doubts: list[str] = []
+    warnings: list[str] = []
     for role, recording in recordings:
         try:
             checked = check_alive(check(replace(recording, model=model)))
             common_filtering([checked], filtering)
             sound.append((role, checked))
-            doubts += [f"{recording.name}: {doubt}" for doubt in checked.warnings]
+            warnings += [f"{recording.name}: {warning}" for warning in checked.warnings]
         except DifferentRobot:
             raise
         except RecordingError as error:
-            doubts.append(f"{recording.name} is left out: {str(error).removeprefix(f'{recording.name}: ')}")
+            warnings.append(f"{recording.name} is left out: {str(error).removeprefix(f'{recording.name}: ')}")
     measures = [_measures(recording) for _, recording in sound]
     for (_, recording), own in zip(sound, measures, strict=True):
         if own != measures[0]:
-            doubts.append(f"{recording.name} is left out: it recorded {own}, and the first run {measures[0]}")
+            warnings.append(
+                f"{recording.name} is left out: it recorded {own}, and the first run {measures[0]}"
+            )
     sound = [pair for pair, own in zip(sound, measures, strict=True) if own == measures[0]]
     # Noise of one colour takes rows of one rate.
     fitted_ones = [recording for role, recording in sound if role != HELD_OUT]
@@ -60,12 +62,12 @@ def usable(
         try:
             runs.append(Driven.of(model, recording, role, filtering))
         except RecordingError as error:
-            doubts.append(f"{recording.name} is left out: {str(error).removeprefix(f'{recording.name}: ')}")
+            warnings.append(f"{recording.name} is left out: {str(error).removeprefix(f'{recording.name}: ')}")
     if all(run.role == HELD_OUT for run in runs):
-        said = "; ".join(doubts) or "all are held out. Give at least one that is not for validation"
+        said = "; ".join(warnings) or "all are held out. Give at least one that is not for validation"
         raise RecordingError(f"no run is left to fit: {said}")
     fitted = [run.prepared for run in runs if run.role != HELD_OUT]
-    return runs, [*doubts, *excitation_doubts(model.robot.joints, fitted, 0.0), *_missing(model, runs)]
+    return runs, [*warnings, *excitation_warnings(model.robot.joints, fitted, 0.0), *_missing(model, runs)]
 
 
 def _measures(recording: Recording) -> str:
@@ -74,22 +76,22 @@ def _measures(recording: Recording) -> str:
 
 def _missing(model: Model, runs: Sequence[Driven]) -> list[str]:
     """What these runs cannot tell, as they lack what it takes."""
-    doubts = []
+    warnings = []
     if all(run.role != HELD_OUT for run in runs):
-        doubts.append("no run was held out: that the fit improves is no proof. Give one with --validate")
+        warnings.append("no run was held out: that the fit improves is no proof. Give one with --validate")
     if any(np.isnan(run.motion.temperature).any() for run in runs):
-        doubts.append(
+        warnings.append(
             "temperatures were not recorded: friction that changes with them can only be seen as a change "
             "with time, or not at all"
         )
     if not any(run.motion.payload for run in runs):
-        doubts.append(
+        warnings.append(
             "no run carries a known payload: wrong drive gains, encoder zeros, masses and friction under "
             "load look more alike than they would"
         )
     if runs[0].prepared.measures == "current" and np.all(model.robot.drive_gain == 1.0):
-        doubts.append(
-            "the robot's description has no drive gains: what is compared are amperes, in which every belief "
+        warnings.append(
+            "the robot's description has no drive gains: what is compared are amperes, in which every prior "
             "about masses is wrong. Give [drive] gain"
         )
-    return doubts
+    return warnings

@@ -59,7 +59,7 @@ def mounted_otherwise(problem: Problem) -> Asked:
     if _angle(direction, fields.nominal) < FAR:
         return []
     values = fields.prediction(direction).values[: len(problem.model.names)]
-    candidate = _candidate(problem.model, direction, problem.model.believed_values + values, std)
+    candidate = _candidate(problem.model, direction, problem.model.nominal_values + values, std)
     return [(candidate, Thinned.of(candidate, problem.runs))]
 
 

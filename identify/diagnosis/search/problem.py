@@ -29,7 +29,7 @@ class Problem:
     """What a search looks at.
 
     Attributes:
-        model: As believed.
+        model: As without_findings.
         runs: Those that are fitted, then those that are only predicted, with the load that gears transmit.
         blocks: Pieces of them.
         base: Rows with the model's own unknowns alone.
@@ -55,7 +55,7 @@ class Problem:
         blocks, base = Blocks.of(runs, HELD_OUT), model_rows(model, runs)
         fitted = [run for run in runs if run.role != HELD_OUT]
         first = _predicted(base, blocks, runs)
-        values = model.believed_values + first.values[: len(model.names)]
+        values = model.nominal_values + first.values[: len(model.names)]
         known = Known(model, values).of(fitted)
         loaded = tuple(known.on(run) for run in runs)
         asked = [(candidate, Thinned.of(candidate, loaded)) for candidate in candidates(model)]
@@ -96,10 +96,10 @@ class Problem:
         """The same with all that the model states held at its nominal value."""
         return replace(self, rows=replace(self.rows, std=np.where(self.stated, CERTAIN, self.rows.std)))
 
-    def at_its_word(self, believed: Prediction) -> np.ndarray:
+    def nominal_unknowns(self, without_findings: Prediction) -> np.ndarray:
         """Unknowns (b,) of the nominal model, without findings; what nobody stated is fitted."""
-        rows = believed.rows
-        matrix, right = believed.normal
+        rows = without_findings.rows
+        matrix, right = without_findings.normal
         precision = np.where(self.stated, CERTAIN**-2.0, 0.0)
         return solve(factored(matrix + np.diag(precision)), right + precision * rows.mean)
 

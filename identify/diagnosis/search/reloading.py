@@ -43,7 +43,7 @@ class Known:
         carried = [
             (one.candidate, values) for one, values in zip(found, own, strict=False) if one.candidate.carried
         ]
-        values = model.believed_values + unknowns[: len(model.names)]
+        values = model.nominal_values + unknowns[: len(model.names)]
         return cls(model, values, not found, tuple(carried))
 
     def of(self, runs: Sequence[Driven]) -> "Known":

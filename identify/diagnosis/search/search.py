@@ -42,14 +42,14 @@ class SearchResult:
         problem: The runs, and what was asked.
         selected: In the order of their columns, the greatest first.
         prediction: With columns for everything that was found, at the end of its rows.
-        believed: Prediction without any of them.
+        without_findings: Prediction without any of them.
         single: Answers of all hypotheses, each beside nothing else, the most probable first.
     """
 
     problem: Problem
     selected: tuple[Selected, ...]
     prediction: Prediction
-    believed: Prediction
+    without_findings: Prediction
     single: tuple[Answer, ...]
 
     def ordered(self) -> "SearchResult":
@@ -62,14 +62,14 @@ def search(problem: Problem) -> SearchResult:
     """Find what the model leaves out."""
     found = list(measured_gears(problem))
     problem = replace(problem, asked=[*problem.asked, *mounted_otherwise(problem)])
-    believed, single = problem.prediction([]), list[Answer]()
+    without_findings, single = problem.prediction([]), list[Answer]()
     out: set[object] = set()
     total = 1.0
     for _ in range(TURNS):
         problem, found = only_once(problem, found)
         best = ranked(problem, found)
         single, total = single or best, total_prior(best, problem)
-        open_ = [one for one in best if one.candidate.key not in out and _material(one, believed)]
+        open_ = [one for one in best if one.candidate.key not in out and _material(one, without_findings)]
         one = judged(open_, total)
         if one is None:
             break
@@ -81,9 +81,11 @@ def search(problem: Problem) -> SearchResult:
         problem, found = settled, stay
         # What went out once is not asked for again: it would come and go.
         out |= gone
-    found = _never_worse(problem, _beside_all(problem, found, total), believed)
-    problem = _nominal_where_better(problem, found, believed)
-    return SearchResult(problem, tuple(found), problem.prediction(_answers(found)), believed, tuple(single))
+    found = _never_worse(problem, _beside_all(problem, found, total), without_findings)
+    problem = _nominal_where_better(problem, found, without_findings)
+    return SearchResult(
+        problem, tuple(found), problem.prediction(_answers(found)), without_findings, tuple(single)
+    )
 
 
 def _keys(found: Sequence[Selected]) -> set[object]:
@@ -98,24 +100,24 @@ def _less_probable(problem: Problem, some: Sequence[Selected], others: Sequence[
     return float(gain.sum()) < 0.0
 
 
-def _material(one: Answer, believed: Prediction) -> bool:
+def _material(one: Answer, without_findings: Prediction) -> bool:
     """Whether an effect matters beside what the nominal model misses on the joint that shows it best."""
     joint = int(np.argmax(one.by_joint))
     less = float((one.predicted - one.errors)[:, joint].sum())
-    return less > MATERIAL * float(believed.errors[:, joint].sum()) or one.relief > CERTAIN_ODDS
+    return less > MATERIAL * float(without_findings.errors[:, joint].sum()) or one.relief > CERTAIN_ODDS
 
 
-def _never_worse(problem: Problem, found: list[Selected], believed: Prediction) -> list[Selected]:
+def _never_worse(problem: Problem, found: list[Selected], without_findings: Prediction) -> list[Selected]:
     """Findings with which no joint of the runs held out is predicted worse than without any.
 
     One goes if the joint that is predicted worst gains by that, and more than any other loses where it has a
     name; the least credible first. What none of them is to blame for stays as it is.
     """
-    while np.max(now := _held_out(problem, found, believed), initial=0.0) > WORSE**2:
+    while np.max(now := _held_out(problem, found, without_findings), initial=0.0) > WORSE**2:
         going, kept = None, found
         for one in sorted((one for one in found if not one.once), key=lambda one: one.certainty):
             others = [other for other in found if other is not one]
-            without = _held_out(problem, others, believed)
+            without = _held_out(problem, others, without_findings)
             gained = float(np.max(now) / np.max(without))
             lost = float(np.max(without / now)) if one.named else 1.0
             if gained > max(WORSE, lost) and (going is None or gained > going * WORSE):
@@ -126,22 +128,26 @@ def _never_worse(problem: Problem, found: list[Selected], believed: Prediction) 
     return found
 
 
-def _nominal_where_better(problem: Problem, found: Sequence[Selected], believed: Prediction) -> Problem:
+def _nominal_where_better(
+    problem: Problem, found: Sequence[Selected], without_findings: Prediction
+) -> Problem:
     """The problem at nominal parameters, where those fitted predict a joint held out worse."""
-    worst = np.max(_held_out(problem, found, believed), initial=0.0)
+    worst = np.max(_held_out(problem, found, without_findings), initial=0.0)
     nominal = problem.at_nominal()
-    if not found or worst <= WORSE**2 or np.max(_held_out(nominal, found, believed)) >= worst:
+    if not found or worst <= WORSE**2 or np.max(_held_out(nominal, found, without_findings)) >= worst:
         return problem
     return nominal
 
 
-def _held_out(problem: Problem, found: Sequence[Selected], believed: Prediction) -> np.ndarray:
+def _held_out(problem: Problem, found: Sequence[Selected], without_findings: Prediction) -> np.ndarray:
     """Squared residuals of runs held out with findings, over those without any, shape (n,); else empty."""
     which = ~problem.blocks.fitted
     if not np.any(which):
         return np.zeros(0)
-    word = believed.sums.errors(np.tile(problem.at_its_word(believed), (len(which), 1)))
-    least = np.minimum(believed.power(believed.errors, which), believed.power(word, which))
+    word = without_findings.sums.errors(np.tile(problem.nominal_unknowns(without_findings), (len(which), 1)))
+    least = np.minimum(
+        without_findings.power(without_findings.errors, which), without_findings.power(word, which)
+    )
     now = problem.prediction(_answers(found))
     return now.power(now.errors, which) / least
 

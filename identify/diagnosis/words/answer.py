@@ -75,7 +75,7 @@ def plain(diagnosis: Diagnosis) -> dict[str, Any]:
         "noise_measured_at_rest": noise_measured(diagnosis),
         "runs": list(diagnosis.runs),
         "held_out": [] if found is None else list(found.runs),
-        "doubts": list(diagnosis.doubts),
+        "warnings": list(diagnosis.warnings),
     }
 
 

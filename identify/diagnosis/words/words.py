@@ -39,7 +39,7 @@ def verdict(diagnosis: Diagnosis, folder: str = "") -> list[str]:
         headlines = [_nothing(diagnosis)]
     moments = [moment_sentence(one) for one in diagnosis.moments]
     lines = [*headlines, *open_, *_unexplained(diagnosis), *moments, *details, _left(diagnosis)]
-    return [line for line in (*lines, *map(_full, diagnosis.doubts)) if line]
+    return [line for line in (*lines, *map(_full, diagnosis.warnings)) if line]
 
 
 def explained(diagnosis: Diagnosis) -> bool:

@@ -14,10 +14,10 @@ from .least_squares import weighted
 
 
 def bayesian(equations: Equations) -> Estimate:
-    """Most probable base parameters given data and beliefs.
+    """Most probable base parameters given data and priors.
 
     The data enter with the covariance of coloured noise: weights as if it were white would trust the
-    data several times too much against the beliefs.
+    data several times too much against the priors.
     """
     data = weighted(equations)
     count = len(data.values)
@@ -44,7 +44,7 @@ def prior(equations: Equations) -> tuple[np.ndarray, np.ndarray]:
     """Mean (b,) and covariance (b, b) of the base parameters before the data."""
     regrouping, deviation = equations.base.regrouping, finite_tolerance(equations)
     spread = regrouping * deviation
-    return regrouping @ equations.believed, spread @ spread.T
+    return regrouping @ equations.nominal, spread @ spread.T
 
 
 LOOSE = 10.0
@@ -68,6 +68,6 @@ def finite_tolerance(equations: Equations) -> np.ndarray:
 def standard_parameters(equations: Equations, values: np.ndarray) -> np.ndarray:
     """Most probable standard parameters (p,) for given base parameters (b,)."""
     spread = equations.base.regrouping * finite_tolerance(equations)
-    mean = equations.base.regrouping @ equations.believed
+    mean = equations.base.regrouping @ equations.nominal
     change = np.linalg.lstsq(spread, values - mean, rcond=None)[0]
-    return equations.believed + finite_tolerance(equations) * change
+    return equations.nominal + finite_tolerance(equations) * change

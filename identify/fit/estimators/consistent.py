@@ -37,7 +37,7 @@ def consistent(equations: Equations) -> Estimate:
         FitError: The solver found no consistent parameters.
     """
     start = weighted(equations)
-    held = Held(equations.base, equations.believed, finite_tolerance(equations), equations.bodies)
+    held = Held(equations.base, equations.nominal, finite_tolerance(equations), equations.bodies)
     standard = nearest(held, start.values, start.covariance[: len(start.values), : len(start.values)])
     values = equations.base.regrouping @ standard
     noise = Compressed.of(equations).residual_std(values, equations.gain)
@@ -56,7 +56,7 @@ class Held(NamedTuple):
     """
 
     base: BaseParameters
-    believed: np.ndarray
+    nominal: np.ndarray
     tolerance: np.ndarray
     bodies: tuple[slice, ...]
 
@@ -67,14 +67,14 @@ def nearest(held: Held, values: np.ndarray, covariance: np.ndarray) -> np.ndarra
     Raises:
         FitError: The solver found none.
     """
-    # Unknowns are deviations from the belief in units of its tolerance, so that the prior is their sum
+    # Unknowns are deviations from the prior in units of its tolerance, so that the prior is their sum
     # of squares; first without constraints.
     tolerance = held.tolerance
     rows, right = _data(held, values, covariance)
     rows = rows * tolerance
     stacked = np.concatenate([rows, np.eye(len(tolerance))])
     free = np.linalg.lstsq(stacked, np.concatenate([right, np.zeros(len(tolerance))]), rcond=None)[0]
-    standard = held.believed + tolerance * free
+    standard = held.nominal + tolerance * free
     matrix, offset, cones = _constraints(held, standard)
     if _inside(offset, cones):
         return standard
@@ -97,12 +97,12 @@ def nearest(held: Held, values: np.ndarray, covariance: np.ndarray) -> np.ndarra
 
 
 def _data(held: Held, values: np.ndarray, covariance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Whitened rows (b, p) and right side (b,) that deviations from the belief should meet."""
+    """Whitened rows (b, p) and right side (b,) that deviations from the prior should meet."""
     # Nobody knows a parameter to better than a millionth; noise-free data would overflow the solver.
     size = np.maximum(np.sqrt(np.diag(covariance)), 1e-6 * np.abs(values) + np.finfo(float).tiny)
     whiten = whitening(covariance, size)
     regrouping = held.base.regrouping
-    return whiten @ regrouping, whiten @ (values - regrouping @ held.believed)
+    return whiten @ regrouping, whiten @ (values - regrouping @ held.nominal)
 
 
 def whitening(covariance: np.ndarray, size: np.ndarray) -> np.ndarray:

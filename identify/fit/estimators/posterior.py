@@ -1,8 +1,8 @@
-r"""Most probable parameters *and* drive gains given data and beliefs.
+r"""Most probable parameters *and* drive gains given data and priors.
 
-As maximum likelihood in current space, with the beliefs as further rows: standard parameters
+As maximum likelihood in current space, with the priors as further rows: standard parameters
 :math:`\varphi_0 \pm T` through the base parameters they make, and gains :math:`g_0 (1 \pm \epsilon)`. No
-known payload is needed: the beliefs set the scale. What fits only by leaving them shows in the residual.
+known payload is needed: the priors set the scale. What fits only by leaving them shows in the residual.
 """
 
 import numpy as np
@@ -20,20 +20,20 @@ CERTAIN = 1e-9
 
 
 def posterior(equations: Equations) -> Estimate:
-    """Gauss-Newton from the beliefs, noise of each joint re-estimated."""
+    """Gauss-Newton from the priors, noise of each joint re-estimated."""
     compressed, count = Compressed.of(equations), len(equations.names)
     mean, deviation = prior(equations)
     held = np.linalg.inv(np.linalg.cholesky(deviation))
-    believed = 1.0 / equations.gain
-    certain = 1.0 / np.abs(believed * max(equations.gain_tolerance, CERTAIN))
-    values, inverse = mean, believed
-    colour = np.ones(len(believed))
+    nominal = 1.0 / equations.gain
+    certain = 1.0 / np.abs(nominal * max(equations.gain_tolerance, CERTAIN))
+    values, inverse = mean, nominal
+    colour = np.ones(len(nominal))
     for _ in range(50):
         noise = compressed.residual_std(values, 1.0 / inverse) * np.abs(inverse) * colour
         rows, right = linearised(compressed, values, inverse, noise)
         rows = np.block([[rows], [held, np.zeros((count, len(inverse)))],
                          [np.zeros((len(inverse), count)), np.diag(certain)]])  # fmt: skip
-        right = np.concatenate([right, held @ (mean - values), certain * (believed - inverse)])
+        right = np.concatenate([right, held @ (mean - values), certain * (nominal - inverse)])
         step, covariance = _solve(rows, right)
         values, inverse = values + step[:count], inverse + step[count:]
         colour = _colour(equations, values, inverse)
@@ -56,7 +56,7 @@ def _colour(equations: Equations, values: np.ndarray, inverse: np.ndarray) -> np
     """How much more slow noise there is than white noise of the same variance, at least 1, shape (n,).
 
     Rows of the regressor change slowly, so what averages out is the noise's density near zero
-    frequency. White weights would let the data outvote the beliefs many times over.
+    frequency. White weights would let the data outvote the priors many times over.
     """
     residual = equations.current - inverse * (equations.regressor @ values + equations.known)
     density = spectrum(noise_covariance(residual, equations), 64)

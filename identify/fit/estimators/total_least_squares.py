@@ -45,7 +45,7 @@ def mixed(equations: Equations) -> Estimate:
     require_payload(equations)
     compressed = Compressed.of(equations)
     n = len(equations.gain)
-    noise, gain = _believed_noise(equations), equations.gain
+    noise, gain = _nominal_noise(equations), equations.gain
     for attempt in range(20):
         system = _homogeneous(equations, compressed, noise)
         vector = _mixed_solution(system, n, _gain_column_noise(compressed.counts, gain))
@@ -84,7 +84,7 @@ def _homogeneous(equations: Equations, compressed: Compressed, noise: np.ndarray
     return np.concatenate(blocks)
 
 
-def _believed_noise(equations: Equations) -> np.ndarray:
+def _nominal_noise(equations: Equations) -> np.ndarray:
     """Noise of each joint's torque before any fit: the floor's times the believed gain, (n,) [N m]."""
     floor = np.abs(equations.gain) * equations.noise
     return np.where(np.isfinite(floor) & (floor > 0), floor, np.max(np.abs(equations.gain)))

@@ -7,7 +7,7 @@ import numpy as np
 
 from ...notebook import counted as counted
 from ..fit import Agreement, Fit, Scores
-from .fit_doubts import unknown_scale
+from .fit_warnings import unknown_scale
 from .hints import OPEN
 
 NORMAL_95 = 1.96
@@ -28,7 +28,7 @@ UNTESTED = (
 LISTED = 3
 """Unclear parameters named in the verdict; tables have the rest."""
 SURPRISE = 3.0
-"""Deviations, of belief and estimate together, from which a belief no longer fits: one in 370 by chance."""
+"""Deviations, of prior and estimate together, from which a prior no longer fits: one in 370 by chance."""
 
 
 class JointVerdict(NamedTuple):
@@ -79,11 +79,11 @@ def _tested(runs: Sequence[Agreement | Scores]) -> np.ndarray:
 
 
 def verdict(fit: Fit) -> list[str]:
-    """Sentences, the most important first: the joints, the gains, the parameters, the doubts."""
+    """Sentences, the most important first: the joints, the gains, the parameters, the warnings."""
     joints, gains = _joints(fit), gains_sentence(fit)
     first = (gains, joints) if fit.unscaled else (joints, gains)
-    sentences = (*first, *_noise(fit), *_parameters(fit), *fit.doubts)
-    return list(dict.fromkeys(sentences))  # a doubt that is a sentence of its own is not said twice
+    sentences = (*first, *_noise(fit), *_parameters(fit), *fit.warnings)
+    return list(dict.fromkeys(sentences))  # a warning that is a sentence of its own is not said twice
 
 
 def _noise(fit: Fit) -> list[str]:
@@ -105,9 +105,9 @@ def surprises(fit: Fit) -> list[str]:
     """Base parameters that came out far from what was believed; none where units of the two differ."""
     if fit.unscaled:
         return []
-    believed, deviation = fit.believed
+    nominal, deviation = fit.prior
     both = np.hypot(deviation, fit.estimate.std)
-    far = np.abs(fit.estimate.values - believed) > SURPRISE * both
+    far = np.abs(fit.estimate.values - nominal) > SURPRISE * both
     return [name for name, is_far in zip(fit.names, far, strict=True) if is_far]
 
 

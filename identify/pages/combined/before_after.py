@@ -20,9 +20,9 @@ def before_and_after(material: Material) -> str:
 
 def _identified(fitted: Fitted, place: int) -> str:
     """Believed values beside identified ones; nothing without samples."""
-    if fitted.believed is None or not (runs := _runs(fitted.fit)):
+    if fitted.nominal is None or not (runs := _runs(fitted.fit)):
         return ""
-    before, after = (_rms(_runs(fit)) for fit in (fitted.believed, fitted.fit))
+    before, after = (_rms(_runs(fit)) for fit in (fitted.nominal, fitted.fit))
     noise = np.sqrt(np.mean([run.noise**2 for run in runs], axis=0))
     note = (
         "Before: the robot as it was described, with its drive gains; what that does not state counts as "

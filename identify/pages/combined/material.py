@@ -25,7 +25,7 @@ class Run(NamedTuple):
         effort_time: Of currents or torques, shape (s,) [s].
         effort: Shape (s, n) [A] or [N m].
         quantity: "current" or "torque".
-        doubts: About the recording, in sentences.
+        warnings: About the recording, in sentences.
     """
 
     name: str
@@ -37,7 +37,7 @@ class Run(NamedTuple):
     effort_time: np.ndarray
     effort: np.ndarray
     quantity: str
-    doubts: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
 
 
 class Fitted(NamedTuple):
@@ -52,7 +52,7 @@ class Fitted(NamedTuple):
 
     title: str
     fit: Fit
-    believed: Fit | None = None
+    nominal: Fit | None = None
     improved: bool = False
 
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...arm.robot import Robot
-from ...effects import Belief, Effect, Parameter, RigidBody, name_of
+from ...effects import Effect, Parameter, Prior, RigidBody, name_of
 from ...model import Model
 from ..report_html import NAMELESS, number, paragraph, section, table, unit
 
@@ -74,13 +74,13 @@ def _links(robot: Robot) -> str:
 
 def _effects(model: Model) -> str:
     """A row a kind of parameter, a column a joint."""
-    beliefs = dict(zip(model.names, model.beliefs, strict=True))
+    priors = dict(zip(model.names, model.priors, strict=True))
     rows = []
     for effect in model.effects:
         if isinstance(effect, RigidBody):
             continue
         first = name_of(effect).replace("_", " ")
-        for what, measure, cells in _rows(effect, model.robot, beliefs):
+        for what, measure, cells in _rows(effect, model.robot, priors):
             rows.append([first, what, unit(measure), *cells])
             first = ""
     if not rows:
@@ -88,7 +88,7 @@ def _effects(model: Model) -> str:
     return table(["effect", "parameter", "unit", *model.robot.joints], rows, words=(1, 2))
 
 
-def _rows(effect: Effect, robot: Robot, beliefs: dict[str, Belief]) -> list[tuple[str, str, list[str]]]:
+def _rows(effect: Effect, robot: Robot, priors: dict[str, Prior]) -> list[tuple[str, str, list[str]]]:
     """Letters, unit and priors, each below its joint; all that are not stated share a row."""
     rows: dict[str, tuple[str, list[str]]] = {}
     if known := [f"{name} {value:g}" for name, value in getattr(effect, "known", ())]:
@@ -96,7 +96,7 @@ def _rows(effect: Effect, robot: Robot, beliefs: dict[str, Belief]) -> list[tupl
     for parameter in effect.parameters(robot):
         letters, joint = _place(parameter, robot.joints, _home(effect, robot))
         _, cells = rows.setdefault(letters, (parameter.unit, [""] * robot.dof))
-        cells[joint] = _belief(beliefs[parameter.name])
+        cells[joint] = _prior(priors[parameter.name])
     nothing = [letters for letters, (_, cells) in rows.items() if any(cells) and set(cells) <= {"", OPEN}]
     found = [
         (letters, measure, cells) for letters, (measure, cells) in rows.items() if letters not in nothing
@@ -118,8 +118,8 @@ def _place(parameter: Parameter, joints: Sequence[str], home: int) -> tuple[str,
     return parameter.name, home
 
 
-def _belief(belief: Belief) -> str:
-    return _with(belief.value, belief.std) if np.isfinite(belief.std) else OPEN
+def _prior(prior: Prior) -> str:
+    return _with(prior.value, prior.std) if np.isfinite(prior.std) else OPEN
 
 
 def _with(value: float, std: float) -> str:

@@ -25,8 +25,8 @@ def runs_sections(material: Material) -> str:
         "the ends of the scale."
     )
     figures = [figure(run.name, run.role, _strips(run, material)) for run in material.runs]
-    doubts = [f"{run.name}: {doubt}" for run in material.runs for doubt in run.doubts]
-    said = listing(doubts) if doubts else ""
+    warnings = [f"{run.name}: {warning}" for run in material.runs for warning in run.warnings]
+    said = listing(warnings) if warnings else ""
     recorded = section("table", "What was recorded", _table(material), said)
     return recorded + section("motion", "What the arm did", paragraph(note), grid(*figures))
 

@@ -251,8 +251,8 @@ def data_section(diagnosis: Told) -> str:
     """Runs, and what limits them."""
     held_out = ", ".join(diagnosis.improvement.runs) if diagnosis.improvement else "none"
     words = f"Fitted: {', '.join(diagnosis.runs)}; held out: {held_out}."
-    doubts = diagnosis.doubts or ("Nothing about the recordings limits the result.",)
-    return section("data", "Runs and what limits them", paragraph(words), listing(doubts))
+    warnings = diagnosis.warnings or ("Nothing about the recordings limits the result.",)
+    return section("data", "Runs and what limits them", paragraph(words), listing(warnings))
 
 
 def _names(diagnosis: Told) -> list[str]:

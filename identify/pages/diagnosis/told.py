@@ -111,7 +111,7 @@ class Told:
     over_noise: bool
     improvement: Improvement | None
     runs: tuple[str, ...]
-    doubts: tuple[str, ...]
+    warnings: tuple[str, ...]
     seconds: float
     noise: np.ndarray
     traces: tuple[Trace, ...]
@@ -184,7 +184,7 @@ def from_table(
         over_noise=bool(table.get("noise_measured_at_rest", True)),
         improvement=_improvement(table, noise) if len(noise) else None,
         runs=tuple(table["runs"]),
-        doubts=tuple(table["doubts"]),
+        warnings=tuple(table["warnings"]),
         seconds=float(table["seconds"]),
         noise=noise,
         traces=tuple(traces),

@@ -131,9 +131,9 @@ def _parameters(fit: Fit) -> list[str]:
 def _group(fit: Fit, members: Sequence[int], joints: Sequence[str]) -> list[list[str]]:
     """Rows of the parameters of one effect."""
     value, std = fit.estimate.values[members], fit.estimate.std[members]
-    believed, tolerance = fit.believed[0][members], fit.believed[1][members]
+    nominal, tolerance = fit.prior[0][members], fit.prior[1][members]
     percent = 100 * std / np.maximum(np.abs(value), np.finfo(float).tiny)
-    if fit.unscaled:  # values in amperes compare with no belief
+    if fit.unscaled:  # values in amperes compare with no prior
         tolerance = np.full(len(tolerance), np.inf)
     held = np.isfinite(tolerance)
     columns = [
@@ -143,7 +143,7 @@ def _group(fit: Fit, members: Sequence[int], joints: Sequence[str]) -> list[list
             percent,
             value - NORMAL_95 * std,
             value + NORMAL_95 * std,
-            np.where(held, believed, np.nan),
+            np.where(held, nominal, np.nan),
             tolerance,
         )
     ]

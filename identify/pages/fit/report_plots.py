@@ -1,4 +1,4 @@
-"""The pictures of a report: torque over time, friction over velocity, intervals against beliefs."""
+"""The pictures of a report: torque over time, friction over velocity, intervals against priors."""
 
 import numpy as np
 from markupsafe import Markup
@@ -15,7 +15,7 @@ STRETCH = 60.0
 DOTS = 600
 """Dots in a friction plot; more hide one another."""
 REACH = 4.5
-"""Deviations of a belief that an interval's picture shows on each side."""
+"""Deviations of a prior that an interval's picture shows on each side."""
 
 
 def measured_unit(fit: Fit, joint: int) -> str:
@@ -81,16 +81,16 @@ def velocity_grid(fastest: float) -> np.ndarray:
     return np.concatenate([-positive[::-1], positive])
 
 
-def interval_bar(value: float, std: float, belief: float, tolerance: float) -> str:
-    """A value's 95 % interval on the scale of its belief: grey where it was expected."""
+def interval_bar(value: float, std: float, prior: float, tolerance: float) -> str:
+    """A value's 95 % interval on the scale of its prior: grey where it was expected."""
     if not (np.isfinite(tolerance) and tolerance > 0.0):
         return "no nominal value"
     width, height = 220.0, 16.0
     per_deviation = width / (2 * REACH)
-    centre = np.clip((value - belief) / tolerance, -REACH + 0.2, REACH - 0.2)
+    centre = np.clip((value - prior) / tolerance, -REACH + 0.2, REACH - 0.2)
     half = min(NORMAL_95 * std / tolerance, 2 * REACH)
     left, right = np.clip([centre - half, centre + half], -REACH, REACH)
-    outside = abs(value - belief) > (REACH - 0.2) * tolerance
+    outside = abs(value - prior) > (REACH - 0.2) * tolerance
     place = width / 2 + per_deviation * centre
     tip = per_deviation * 0.2 * np.sign(centre)
     mark = (

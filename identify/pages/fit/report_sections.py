@@ -48,7 +48,7 @@ def gains_section(fit: Fit) -> str:
 
 
 def parameters_section(fit: Fit) -> str:
-    """Base parameters with intervals against beliefs."""
+    """Base parameters with intervals against priors."""
     note = (
         f"Base parameters by {fit.estimate.method}, in SI units. R marks one into which others are "
         "regrouped. Grey: the nominal value with its 95 % interval; blue: the estimate with its interval; "
@@ -131,12 +131,12 @@ def structure_section(fit: Fit) -> str:
 
 
 def data_section(fit: Fit) -> str:
-    """Runs, filters and doubts."""
+    """Runs, filters and warnings."""
     held_out = ", ".join(run.run for run in fit.validation) or "none"
     runs = f"Identified from {', '.join(fit.runs)}; held out: {held_out}."
-    doubts = listing(fit.doubts) if fit.doubts else paragraph("The recordings gave no warnings.")
+    warnings = listing(fit.warnings) if fit.warnings else paragraph("The recordings gave no warnings.")
     return section(
-        "data", "Data, filters, warnings", paragraph(runs), filter_table(fit), heading("Warnings"), doubts
+        "data", "Data, filters, warnings", paragraph(runs), filter_table(fit), heading("Warnings"), warnings
     )
 
 

@@ -58,15 +58,15 @@ def gain_table(fit: Fit) -> str:
     found = gains_estimated(fit)
     rows = []
     for joint, name in enumerate(robot.joints):
-        gain, std, belief = estimate.gain[joint], estimate.gain_std[joint], robot.drive_gain[joint]
-        tolerance = robot.drive_gain_tolerance * abs(belief)
+        gain, std, prior = estimate.gain[joint], estimate.gain_std[joint], robot.drive_gain[joint]
+        tolerance = robot.drive_gain_tolerance * abs(prior)
         cells = [number(gain, 5), f"{robot.units('N m')[joint]}/A"]
         cells += [number(NORMAL_95 * std, 3), number(100 * std / abs(gain), 2)] if found else [NAMELESS] * 2
-        if fit.gains_unstated:  # the belief of 1 is nobody's
+        if fit.gains_unstated:  # the prior of 1 is nobody's
             rows.append([name, *cells, NAMELESS, NAMELESS, NAMELESS])
             continue
-        cells += [number(belief), number(tolerance, 2)]
-        rows.append([name, *cells, interval_bar(gain, std, belief, tolerance) if found else "nominal"])
+        cells += [number(prior), number(tolerance, 2)]
+        rows.append([name, *cells, interval_bar(gain, std, prior, tolerance) if found else "nominal"])
     return table(
         ["joint", "gain", "unit", "\u00b1 95 %", "std %", "nominal", "\u00b1 std", "against nominal"],
         rows,
@@ -76,8 +76,8 @@ def gain_table(fit: Fit) -> str:
 
 def parameter_rows(fit: Fit) -> list[list[str]]:
     """One row a base parameter."""
-    estimate, (believed, deviation) = fit.estimate, fit.believed
-    if fit.unscaled:  # values in amperes compare with no belief
+    estimate, (nominal, deviation) = fit.estimate, fit.prior
+    if fit.unscaled:  # values in amperes compare with no prior
         deviation = np.full(len(deviation), np.inf)
     rows = []
     for k, (name, measure) in enumerate(zip(fit.names, fit.base.units, strict=True)):
@@ -87,8 +87,8 @@ def parameter_rows(fit: Fit) -> list[list[str]]:
         rows.append(
             [
                 name, number(value), unit(measure), number(NORMAL_95 * std, 2), number(percent, 2),
-                number(believed[k]) if stated else NAMELESS, number(deviation[k], 2),
-                interval_bar(value, std, believed[k], deviation[k]),
+                number(nominal[k]) if stated else NAMELESS, number(deviation[k], 2),
+                interval_bar(value, std, nominal[k], deviation[k]),
             ]
         )  # fmt: skip
     return rows

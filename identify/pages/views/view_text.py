@@ -14,13 +14,13 @@ def verdict_markdown(fit: Fit) -> str:
 
 def parameters_markdown(fit: Fit) -> str:
     """Gains and parameters as Markdown tables."""
-    estimate, (believed, deviation) = fit.estimate, fit.believed
+    estimate, (nominal, deviation) = fit.estimate, fit.prior
     lines = ["## Drive gains", "| joint | gain | \u00b1 95 % | nominal |", "|---|---|---|---|"]
-    for k, (joint, belief) in enumerate(zip(fit.model.robot.joints, fit.model.robot.drive_gain, strict=True)):
+    for k, (joint, stated) in enumerate(zip(fit.model.robot.joints, fit.model.robot.drive_gain, strict=True)):
         half = rounded(NORMAL_95 * estimate.gain_std[k], 2) if gains_estimated(fit) else "as stated"
-        prior = "not stated" if fit.gains_unstated else rounded(belief)
+        gain = "not stated" if fit.gains_unstated else rounded(stated)
         half = "unknown" if fit.unscaled else half
-        lines.append(f"| {joint} | {rounded(estimate.gain[k], 5)} | {half} | {prior} |")
+        lines.append(f"| {joint} | {rounded(estimate.gain[k], 5)} | {half} | {gain} |")
     lines += [
         "## Parameters",
         "| | parameter | value | \u00b1 95 % | "
@@ -30,7 +30,7 @@ def parameters_markdown(fit: Fit) -> str:
     ]
     for k, (name, unit) in enumerate(zip(fit.names, fit.base.units, strict=True)):
         prior = (
-            f"{rounded(believed[k])} \u00b1 {rounded(deviation[k], 2)}"
+            f"{rounded(nominal[k])} \u00b1 {rounded(deviation[k], 2)}"
             if np.isfinite(deviation[k]) and not fit.unscaled
             else ""
         )

@@ -10,11 +10,11 @@ import pinocchio as pin
 
 from ...arm.robot import Limits, Robot
 from ...effects import (
-    Belief,
     CoulombFriction,
     CurrentOffset,
     Effect,
     JointEffect,
+    Prior,
     RigidBody,
     RotorInertia,
     SpringBalancer,
@@ -71,7 +71,7 @@ def import_case_folder(source: Path, model: Model | None = None, role: str | Non
     """
     folder = source if source.is_dir() else source.parent
     case = _read(folder / "case.toml")
-    model = model or believed_model(folder)
+    model = model or nominal_model(folder)
     with _of(folder):
         name = string(_table(case, "case")["name"], "[case] name")
         runs = [_run(run) for run in tables(case.get("runs"), "runs")] if case.get("runs") else []
@@ -85,8 +85,8 @@ def import_case_folder(source: Path, model: Model | None = None, role: str | Non
     ]
 
 
-def believed_model(folder: Path) -> Model:
-    """The model that a case states, with its beliefs, which are true within the tolerances it gives.
+def nominal_model(folder: Path) -> Model:
+    """The model that a case states, with its priors, which are true within the tolerances it gives.
 
     Raises:
         NotAFile: There is no case.toml, or it is not one.
@@ -162,7 +162,7 @@ def _tolerance(believed: Mapping[str, Any], key: str) -> float:
 
 def _model(robot: Robot, believed: Mapping[str, Any]) -> Model:
     effects: list[Effect] = [RigidBody()]
-    stated: dict[str, Belief] = {}
+    stated: dict[str, Prior] = {}
     terms = _table(believed, "terms")
     for term, (kind, name, values, tolerance, share) in JOINT_TERMS.items():
         present = np.flatnonzero(_flags(terms[term], robot.dof, f"[believed.terms] {term}")).tolist()
@@ -171,11 +171,11 @@ def _model(robot: Robot, believed: Mapping[str, Any]) -> Model:
         if present and values:
             given = numbers(believed[values], robot.dof, f"[believed] {values}").tolist()
             std = share * _tolerance(believed, tolerance)
-            stated |= {f"{name}{joint + 1}": _belief(given[joint], std) for joint in present}
+            stated |= {f"{name}{joint + 1}": _prior(given[joint], std) for joint in present}
     if boolean(terms["balancer"], "[believed.terms] balancer"):
-        spring, beliefs = _balancer(robot, _table(believed, "balancer"), believed)
+        spring, priors = _balancer(robot, _table(believed, "balancer"), believed)
         effects.append(spring)
-        stated |= beliefs
+        stated |= priors
     return Model(robot, tuple(effects), stated)
 
 
@@ -188,7 +188,7 @@ def _flags(value: object, count: int, where: str) -> list[bool]:
 
 def _balancer(
     robot: Robot, balancer: Mapping[str, Any], believed: Mapping[str, Any]
-) -> tuple[SpringBalancer, dict[str, Belief]]:
+) -> tuple[SpringBalancer, dict[str, Prior]]:
     given = {key: number(balancer[key], f"[believed.balancer] {key}") for key in (*SPRING, "Kr", "K0")}
     joint = integer(balancer["joint"], "[believed.balancer] joint", 1)
     if joint > robot.dof:
@@ -198,12 +198,12 @@ def _balancer(
         balancer.get("tolerance", believed["inertial_tolerance"]), "[believed.balancer] tolerance", 0.0
     )
     effect = SpringBalancer(robot.joints[joint - 1], **{key: given[key] for key in SPRING})
-    return effect, {name: _belief(given[name], WITHIN * tolerance) for name in ("Kr", "K0")}
+    return effect, {name: _prior(given[name], WITHIN * tolerance) for name in ("Kr", "K0")}
 
 
-def _belief(value: float, tolerance: float) -> Belief:
+def _prior(value: float, tolerance: float) -> Prior:
     """A value and its deviation; a relative tolerance says nothing about a value of zero."""
-    return Belief(value, tolerance * abs(value) if value else np.inf)
+    return Prior(value, tolerance * abs(value) if value else np.inf)
 
 
 def _run(run: Mapping[str, Any]) -> tuple[str, dict[str, Any]]:

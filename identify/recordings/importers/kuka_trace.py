@@ -103,43 +103,43 @@ def _trace_name(file: Path) -> str:
 
 def _recording(trace: str, files: list[Path], model: Model, payload: KnownPayload | None) -> Recording:
     columns: list[_Column] = []
-    doubts: list[str] = []
+    warnings: list[str] = []
     for file in files:
-        columns += _columns(file, doubts)
+        columns += _columns(file, warnings)
     signals = {}
     for signal in dict.fromkeys(column.signal for column in columns):
         ours = [column for column in columns if column.signal == signal]
         best = min(column.rank for column in ours)
-        signals[signal] = _signal(signal, [c for c in ours if c.rank == best], model, doubts)
+        signals[signal] = _signal(signal, [c for c in ours if c.rank == best], model, warnings)
     settings = {"source": ", ".join(file.name for file in files)}
-    return Recording(trace, model, signals, payload, settings=settings, warnings=tuple(doubts))
+    return Recording(trace, model, signals, payload, settings=settings, warnings=tuple(warnings))
 
 
-def _columns(file: Path, doubts: list[str]) -> list[_Column]:
+def _columns(file: Path, warnings: list[str]) -> list[_Column]:
     channels, missing = read_diadem(file)
-    doubts += missing
+    warnings += missing
     number = re.search(r"#(\d+)$", file.stem)
     times = [channel for channel in channels if channel.implicit]
     if not times:
         raise RecordingError(f"{file} has no implicit channel of time")
-    time = _in_si(times[0], doubts)
+    time = _in_si(times[0], warnings)
     columns = []
     for channel in channels:
         match = re.match(r"([a-z_]+?)[ _#]*a?(\d*)$", channel.name.lower())
         signal = CHANNELS.get(match[1]) if match else None
         axis = match[2] if match and match[2] else (number[1] if number else "")
-        values = _in_si(channel, doubts) if signal and axis else None
+        values = _in_si(channel, warnings) if signal and axis else None
         if signal and values is not None and time is not None:
             shown = min(len(time), len(values))
             columns.append(_Column(signal, int(axis), 0 if number else 1, time[:shown], values[:shown]))
     return columns
 
 
-def _in_si(channel: DiademChannel, doubts: list[str]) -> np.ndarray | None:
-    """Values in SI units; None, and a doubt, for a unit that nobody knows."""
+def _in_si(channel: DiademChannel, warnings: list[str]) -> np.ndarray | None:
+    """Values in SI units; None, and a warning, for a unit that nobody knows."""
     unit = channel.unit.strip().strip("[]").lower()
     if unit not in UNITS:
-        doubts.append(
+        warnings.append(
             f"{channel.name} was left out: its unit is '{channel.unit}', known are {', '.join(UNITS)}"
         )
         return None
@@ -147,7 +147,7 @@ def _in_si(channel: DiademChannel, doubts: list[str]) -> np.ndarray | None:
     return channel.values * factor + offset
 
 
-def _signal(name: str, columns: list[_Column], model: Model, doubts: list[str]) -> Signal:
+def _signal(name: str, columns: list[_Column], model: Model, warnings: list[str]) -> Signal:
     """The axes of one signal side by side; an axis that was not traced is NaN."""
     robot = model.robot
     beyond = [column.axis for column in columns if not 1 <= column.axis <= robot.dof]
@@ -157,7 +157,7 @@ def _signal(name: str, columns: list[_Column], model: Model, doubts: list[str]) 
         )
     length = min(len(column.time) for column in columns)
     if any(len(column.time) > length for column in columns):
-        doubts.append(
+        warnings.append(
             f"{name}: the axes' files are not equally long; what goes beyond {length} samples is left out"
         )
     time = columns[0].time[:length]

@@ -115,7 +115,7 @@ def read_recording(path: Path | str) -> Recording:
         outcome=contents.metadata.get("outcome", {}),
         warnings=head.warnings,
     )
-    return check_recorded(without_stale(recording.doubted(*_losses(contents, head, signals))))
+    return check_recorded(without_stale(recording.with_warnings(*_losses(contents, head, signals))))
 
 
 def _read_head(contents: Contents, path: Path) -> Head:

@@ -83,7 +83,7 @@ def _described(contents: Contents, message: Message) -> bool:
 
 def _explain(contents: Contents, writer: Writer, source: Path, lost: tuple[str, ...]) -> None:
     for name, record in contents.metadata.items():
-        writer.add_metadata(name, _doubted(record, source, lost) if name == "exidyn" else record)
+        writer.add_metadata(name, _with_warning(record, source, lost) if name == "exidyn" else record)
     for attachment in contents.attachments.values():
         writer.add_attachment(
             attachment.create_time,
@@ -94,14 +94,14 @@ def _explain(contents: Contents, writer: Writer, source: Path, lost: tuple[str, 
         )
 
 
-def _doubted(record: dict[str, str], source: Path, lost: tuple[str, ...]) -> dict[str, str]:
-    """What explains a recording, with the doubt that something is missing."""
-    doubt = f"recovered from {source.name}, without {'; '.join(lost)}" if lost else ""
+def _with_warning(record: dict[str, str], source: Path, lost: tuple[str, ...]) -> dict[str, str]:
+    """What explains a recording, with the warning that something is missing."""
+    warning = f"recovered from {source.name}, without {'; '.join(lost)}" if lost else ""
     try:
         warnings = json.loads(record.get("warnings", "[]"))
     except ValueError:
         warnings = []
-    return record | {"warnings": json.dumps([*warnings, doubt] if doubt else warnings)}
+    return record | {"warnings": json.dumps([*warnings, warning] if warning else warnings)}
 
 
 def _repeat(contents: Contents, writer: Writer) -> array:

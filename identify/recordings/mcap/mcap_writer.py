@@ -31,7 +31,7 @@ class Head:
         payload: What hangs on the flange.
         trajectory: Text of the trajectory's file.
         settings: Whatever else explains the run.
-        warnings: Doubts that are known already.
+        warnings: Warnings that are known already.
         epoch: Host's clock at controller time zero [ns].
         host_clock: Whether log_time is a recorded host clock.
         samples: Samples of each signal that will follow; a file that ends early then says what is missing.

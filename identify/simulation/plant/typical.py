@@ -47,7 +47,7 @@ def typical_plant(
 ) -> Plant:
     """An arm with a cascade, encoders and current sensors as industrial arms have them.
 
-    The velocity loops are tuned to the inertia that the model's beliefs say. For other parts, make a `Plant`
+    The velocity loops are tuned to the inertia that the model's priors say. For other parts, make a `Plant`
     with some of `typical_parts`.
 
     Args:
@@ -59,7 +59,7 @@ def typical_plant(
         payload: Name of the body that it carries; empty for none.
         transmission: Gears that give way; rigid by default.
     """
-    values = model.believed_values if values is None else values
+    values = model.nominal_values if values is None else values
     gain = model.robot.drive_gain if gain is None else gain
     control, sensors, thermal = typical_parts(model)
     return Plant(model, values, gain, start, control, sensors, transmission, thermal, payload, seed=seed)
@@ -123,7 +123,7 @@ def typical_warmth(model: Model, current: np.ndarray) -> Thermal:
 
 
 def _forces(model: Model) -> ArmForces:
-    return ArmForces(model, model.believed_values, "", Transmission.rigid(model.robot.dof))
+    return ArmForces(model, model.nominal_values, "", Transmission.rigid(model.robot.dof))
 
 
 def _poses(model: Model) -> np.ndarray:

@@ -25,7 +25,7 @@ from exidyn.identify.robot_files.robot_file import read_model
 from exidyn.identify.robot_files.robot_text import model_text
 
 from ...parts.pages.report_pages import Page
-from ...parts.small.small_diagnosis import believed, diagnosis, instead, recording, recordings
+from ...parts.small.small_diagnosis import diagnosis, instead, nominal_model, recording, recordings
 from ...parts.small.two_joint_files import of_another_arm, write
 
 LINK = """<link name="{name}"><inertial><origin xyz="0.2 0.01 0.03"/><mass value="5"/>
@@ -50,7 +50,7 @@ URDF = "".join(
 def runs(tmp_path):
     """Paths of a robot as believed, and of its runs with their roles in them."""
     robot = tmp_path / "robot.toml"
-    robot.write_text(model_text(believed()))
+    robot.write_text(model_text(nominal_model()))
     return [str(robot), *write(tmp_path, *recordings())]
 
 
@@ -151,7 +151,7 @@ def test_filters_are_those_of_identify_and_a_case_has_that_of_its_format(tmp_pat
     seen = []
     keep = lambda *_, filtering: seen.append(filtering) or diagnosis()  # noqa: E731
     monkeypatch.setattr(diagnose_command, "diagnose", keep)
-    case = diagnose_command.Case("c", believed(), [("identify", recordings()[0])])
+    case = diagnose_command.Case("c", nominal_model(), [("identify", recordings()[0])])
     monkeypatch.setattr(diagnose_command, "read_case", lambda _: case)
     (tmp_path / "case").mkdir()
     (tmp_path / "case" / "case.toml").write_text("[case]\nformat = 1\n")
@@ -185,7 +185,7 @@ def test_without_a_robot_the_recordings_bring_theirs(runs, tmp_path, monkeypatch
         diagnose_command, "diagnose", lambda model, *_, **__: seen.append(model) or diagnosis()
     )
     assert main(["diagnose", *runs[1:], "--quick", "--output", str(tmp_path / "out")]) == 0
-    assert seen[0].names == believed().names
+    assert seen[0].names == nominal_model().names
 
 
 def test_what_cannot_be_asked_is_a_doubt_and_the_rest_is_answered(tmp_path, capsys):
@@ -236,7 +236,7 @@ def test_a_case_that_fails_does_not_stop_the_others(tmp_path, monkeypatch, capsy
     for name in ("c1", "c2"):
         (tmp_path / name).mkdir()
         (tmp_path / name / "case.toml").write_text("[case]\nformat = 1\n")
-    good = diagnose_command.Case("c2", believed(), [("identify", recordings()[0])])
+    good = diagnose_command.Case("c2", nominal_model(), [("identify", recordings()[0])])
     read = diagnose_command.read_case
     monkeypatch.setattr(diagnose_command, "read_case", lambda path: good if path.name == "c2" else read(path))
     monkeypatch.setattr(diagnose_command, "diagnose", lambda *_, **__: replace(diagnosis(), name="c2"))
@@ -270,7 +270,7 @@ def test_temperatures_that_are_there_are_no_doubt():
     time = one.signals["position"].time
     warm = Signal(time, np.full((len(time), 2), 31.0) + 0.01 * time[:, None])
     for signals, doubted in ((one.signals, True), ({**one.signals, "temperature": warm}, False)):
-        _, doubts = usable(believed(), [("identify", replace(one, signals=signals))])
+        _, doubts = usable(nominal_model(), [("identify", replace(one, signals=signals))])
         assert any("temperatures were not recorded" in doubt for doubt in doubts) == doubted
 
 

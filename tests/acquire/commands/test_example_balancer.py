@@ -96,8 +96,8 @@ def test_the_belief_has_no_balancer_and_is_right_otherwise():
     arm = example_balancer.arm()
     lost = set(arm.truth.names) - set(arm.believed.names)
     assert lost == {"Kr", "K0"}
-    values = dict(zip(arm.truth.names, arm.truth.believed_values, strict=True))
-    assert [values[name] for name in arm.believed.names] == list(arm.believed.believed_values)
+    values = dict(zip(arm.truth.names, arm.truth.nominal_values, strict=True))
+    assert [values[name] for name in arm.believed.names] == list(arm.believed.nominal_values)
 
 
 def test_commands_are_printed_as_they_would_be_run(tmp_path, capsys):

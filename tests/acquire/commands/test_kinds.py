@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from exidyn.acquire.command_line import REFUSED, main
-from exidyn.identify.effects import Belief, JointSpring
+from exidyn.identify.effects import JointSpring, Prior
 from exidyn.identify.robot_files.robot_file import model_text
 from exidyn.trajectories.clearances.region import Region, box
 from exidyn.trajectories.kinds import KINDS
@@ -58,7 +58,7 @@ def test_what_cannot_be_is_told_by_the_joints_name(robot, capsys):
 
 def test_a_run_against_another_model_says_how_well_it_tells(robot, capsys):
     springy = two_joints.model(JointSpring(("elbow",)))
-    springy = replace(springy, stated={**springy.stated, "Ks2": Belief(20.0)})
+    springy = replace(springy, stated={**springy.stated, "Ks2": Prior(20.0)})
     (robot / "springy.toml").write_text(model_text(springy))
     small = ["--period", "3", "--harmonics", "1", "--length", "3", "--starts", "1", "--seconds", "60"]
     assert excite(robot, "--against", str(robot / "springy.toml"), *small) == 0

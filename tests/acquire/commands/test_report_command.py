@@ -25,12 +25,12 @@ from exidyn.identify.preparation.prepare import prepare
 from exidyn.identify.recordings.mcap.mcap_file import write_recording
 from exidyn.identify.recordings.recording import KnownPayload
 from exidyn.identify.simulation.comparison import compare
-from exidyn.identify.simulation.predicted import as_believed, predicted
+from exidyn.identify.simulation.predicted import as_nominal, predicted
 
 from ...identify.simulation.test_compare import made
 from ...parts.pages.browser import headless_browser, wait_for
 from ...parts.pages.report_pages import Page, known_fit
-from ...parts.small.small_diagnosis import believed, diagnosis, recordings
+from ...parts.small.small_diagnosis import diagnosis, nominal_model, recordings
 from ...parts.small.two_joint_files import of_another_arm, write
 
 RUNS = ("identify0.mcap", "identify1.mcap", "validate2.mcap")
@@ -54,7 +54,7 @@ def simulated():
 def fit():
     """Of a model that lacks the spring."""
     first, second, other = recordings()
-    return identify([first, second], validate=[other], model=believed())
+    return identify([first, second], validate=[other], model=nominal_model())
 
 
 @cache
@@ -137,7 +137,7 @@ def test_a_fit_predicts_the_runs_as_when_it_was_made(page):
 
 
 def test_robot_and_runs_are_listed_as_they_are(page):
-    robot = believed().robot
+    robot = nominal_model().robot
     row = page.row("robot-joints", "elbow")
     limits = robot.limits
     shown = [limits.position_lower[1], limits.position_upper[1], limits.velocity[1], limits.acceleration[1]]
@@ -145,7 +145,7 @@ def test_robot_and_runs_are_listed_as_they_are(page):
     assert row[7][1] == [robot.gear_ratio[1]]
     assert page.row("robot-links", "shoulder")[1][1] == [robot.kinematics.inertias[1].mass]
     friction = next(row for row in page.rows["robot-effects"] if row and row[1][0] == "Fv")
-    assert friction[3][1][0] == believed().stated["Fv1"].value
+    assert friction[3][1][0] == nominal_model().stated["Fv1"].value
     for recording in recordings():
         run = page.row("runs-table", recording.name)
         assert run[2][1] == [pytest.approx(recording.duration)]
@@ -207,9 +207,9 @@ def test_a_diagnosis_alone_brings_runs_and_robot_and_one_without_samples_only_wo
 
 def test_believed_values_predict_as_the_believed_model_does():
     run = recordings()[2]
-    shown = predicted(as_believed(fit()), [run])
+    shown = predicted(as_nominal(fit()), [run])
     given = prepare(replace(run, model=fit().model), fit().filtering)
-    torque = given.decimation.apply(fit().model.torque(given.motion, fit().model.believed_values))
+    torque = given.decimation.apply(fit().model.torque(given.motion, fit().model.nominal_values))
     [held_out] = shown.validation
     apart = np.sqrt(np.mean((held_out.predicted - torque) ** 2, axis=0))
     assert np.all(apart < 1e-2 * np.sqrt(np.mean(torque**2, axis=0)))
@@ -220,9 +220,9 @@ def test_bodies_are_known_by_what_is_known_of_them():
     fit = known_fit()
     [known] = [effect.known for effect in fit.model.effects if isinstance(effect, Payload)]
     loaded = replace(recordings()[0], payload=KnownPayload("other name", known))
-    assert not any("knows nothing" in doubt for doubt in predicted(fit, [loaded]).doubts)
+    assert not any("knows nothing" in doubt for doubt in predicted(fit, [loaded]).warnings)
     strange = replace(loaded, payload=KnownPayload("tool", (("M", 77.0),)))
-    assert any("carries 'tool', of which the fit" in doubt for doubt in predicted(fit, [strange]).doubts)
+    assert any("carries 'tool', of which the fit" in doubt for doubt in predicted(fit, [strange]).warnings)
 
 
 def test_scores_survive_the_file(tmp_path):

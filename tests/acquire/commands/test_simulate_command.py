@@ -7,7 +7,7 @@ import pytest
 from scipy.interpolate import make_interp_spline
 
 from exidyn.acquire.command_line import REFUSED, main
-from exidyn.identify.effects import Belief, Payload, RotorInertia, known_parameters
+from exidyn.identify.effects import Payload, Prior, RotorInertia, known_parameters
 from exidyn.identify.fit.fit_file import write_fit
 from exidyn.identify.fit.identified import identified
 from exidyn.identify.model import Model
@@ -28,7 +28,7 @@ TICK = "0.004"
 
 def arm() -> Model:
     model = two_joints.model(RotorInertia(), Payload("tool", BODY))
-    return replace(model, stated={"Ia1": Belief(0.5), "Ia2": Belief(0.2)})
+    return replace(model, stated={"Ia1": Prior(0.5), "Ia2": Prior(0.2)})
 
 
 @pytest.fixture
@@ -86,7 +86,7 @@ def current_error(run, model):
     position = run.signals["position"]
     spline = make_interp_spline(position.time, position.values, 5)
     motion = run_motion(position.time, [spline(position.time, order) for order in range(3)], run)
-    expected = exact_current(model, model.believed_values, model.robot.drive_gain, motion)
+    expected = exact_current(model, model.nominal_values, model.robot.drive_gain, motion)
     inside = slice(50, -50)
     wrong = (run.signals["current"].values - expected)[inside]
     return np.sqrt(np.mean(wrong**2) / np.mean(expected[inside] ** 2))
@@ -169,7 +169,7 @@ def test_export_to_a_robot_file_leaves_nothing_out(folder, capsys):
     assert main(["export", "fit.json", "--to", "toml"]) == 0
     assert capsys.readouterr().out == "toml: everything is in it\n"
     back = parse_model((folder / "two_joints-export.toml").read_text())
-    np.testing.assert_allclose(back.believed_values, identified(fit()).believed_values, rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(back.nominal_values, identified(fit()).nominal_values, rtol=1e-9, atol=1e-9)
 
 
 def test_export_does_not_write_over_its_source(folder, capsys):

@@ -39,7 +39,7 @@ from ...parts.pages.rerun_viewer import (
     seconds,
     settled,
 )
-from ...parts.small.small_diagnosis import believed, diagnosis, recordings
+from ...parts.small.small_diagnosis import diagnosis, nominal_model, recordings
 from ...parts.small.two_joint_files import run, write
 from ..live.test_live_view import coloured, free_port
 
@@ -231,7 +231,7 @@ def test_traces_that_were_cut_off_are_refused(files, tmp_path, capsys):
 
 def test_traces_are_those_of_the_evidence(files):
     found = read_traces(files / NAME)
-    assert found.model.names == believed().names
+    assert found.model.names == nominal_model().names
     assert [trace.role for trace in found.traces] == ["validate", "identify", "identify"]
     for ours, theirs in zip(found.traces, small().evidence.traces, strict=True):
         assert ours.name == theirs.name

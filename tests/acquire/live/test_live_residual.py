@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from exidyn.acquire.live.residual import LiveResidual, Samples, Torques, joint_torque
-from exidyn.identify.effects import Belief, Hysteresis, Payload, RigidBody, known_parameters
+from exidyn.identify.effects import Hysteresis, Payload, Prior, RigidBody, known_parameters
 from exidyn.identify.model import Model
 from exidyn.identify.recordings.recording import KnownPayload
 from exidyn.identify.robot_files.robot_file import read_model
@@ -86,7 +86,7 @@ def test_pieces_of_any_length_give_the_same(model):
 
 def test_friction_with_a_memory_goes_on_from_piece_to_piece(model):
     hysteretic = replace(model, effects=(RigidBody(), Hysteresis(presliding=0.02)))
-    hysteretic = replace(hysteretic, stated={name: Belief(20.0, 1.0) for name in hysteretic.names[-6:]})
+    hysteretic = replace(hysteretic, stated={name: Prior(20.0, 1.0) for name in hysteretic.names[-6:]})
     exact = Sensors(current_noise=0.0, encoder_noise=0.0, encoder_step=1e-9)
     motion, position, current = moving(hysteretic, 4.0, sensors=exact)
     torques = run(LiveResidual(hysteretic, 0.002), hysteretic, motion.time, position, current)
@@ -134,9 +134,9 @@ def test_torque_of_coupled_joints_is_that_which_made_the_currents():
     robot = replace(six_axis(), drive_gain=np.array([-40.0, 38.0, 25.0, -9.0, 8.0, 7.0]))
     of = Model(robot, (RigidBody(),))
     motion = random_motion(robot)
-    current = exact_current(of, of.believed_values, robot.drive_gain, motion)
+    current = exact_current(of, of.nominal_values, robot.drive_gain, motion)
     found = joint_torque(of, current, np.full_like(current, np.nan))
-    np.testing.assert_allclose(found, of.torque(motion, of.believed_values), rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(found, of.torque(motion, of.nominal_values), rtol=1e-9, atol=1e-9)
 
 
 def test_torque_is_the_controllers_where_it_gives_no_current(model):

@@ -57,9 +57,9 @@ def test_a_case_is_read_as_a_user_would_and_tells_nothing(written):
     assert dict(second.payload.known)["M"] == arm.tool.mass
     rest = np.tile(arm.home, (100, 1))
     np.testing.assert_allclose(first.signals["position"].values, rest, atol=1e-7)
-    np.testing.assert_allclose(first.model.robot.drive_gain, robot.belief.gain, rtol=1e-5)
+    np.testing.assert_allclose(first.model.robot.drive_gain, robot.prior.gain, rtol=1e-5)
     known = first.model.robot.kinematics
-    np.testing.assert_allclose([body.mass for body in known.inertias[1:]], robot.belief.body.mass)
+    np.testing.assert_allclose([body.mass for body in known.inertias[1:]], robot.prior.body.mass)
     text = (folder / "case.toml").read_text()
     assert not [
         name for name in {*VOCABULARY, *OUTSIDE} - {"rotor_inertia", "payload", "drive_gain"} if name in text

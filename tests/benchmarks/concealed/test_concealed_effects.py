@@ -29,10 +29,10 @@ def test_an_effect_changes_the_robot_and_tells_no_owner(name):
     real = (concealed.robot.machine, concealed.robot.recorder)
     assert repr(real) != repr((concealed.sound.machine, concealed.sound.recorder))
     # A tool that its owner knows of is believed with and without the effect.
-    believed, before = concealed.robot.belief, concealed.sound.belief
-    np.testing.assert_array_equal(believed.body.mass, before.body.mass)
-    np.testing.assert_array_equal(believed.gain, before.gain)
-    for term, there in believed.terms.items():  # a term may be left out, none is given away
+    nominal, before = concealed.robot.prior, concealed.sound.prior
+    np.testing.assert_array_equal(nominal.body.mass, before.body.mass)
+    np.testing.assert_array_equal(nominal.gain, before.gain)
+    for term, there in nominal.terms.items():  # a term may be left out, none is given away
         assert np.all(before.terms[term] >= there)
 
 
@@ -52,7 +52,7 @@ def test_what_has_no_name_is_in_a_recording_from_the_strength_of_zero_on(name, a
 def test_a_spindle_is_turned_about_by_a_moment_that_takes_no_power():
     robot = sound("ur10like")
     body, n = robot.machine.body, 6
-    model = pin.buildModelFromXML(urdf(replace(robot, belief=robot.belief._replace(body=body))))
+    model = pin.buildModelFromXML(urdf(replace(robot, prior=robot.prior._replace(body=body))))
     data, turned = model.createData(), np.empty((n, 3, 3))
     position, velocity = np.random.default_rng(2).normal(size=(2, n))
     momentum = np.array([0.3, -0.2, 0.5])

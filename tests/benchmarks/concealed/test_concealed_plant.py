@@ -20,7 +20,7 @@ from .robots import quiet, small_arm, sound, sticking, swing
 def test_bodies_move_as_pinocchio_says(name):
     robot = sound(name)
     body, n = robot.machine.body, robot.arm.joints
-    model = pin.buildModelFromXML(urdf(replace(robot, belief=robot.belief._replace(body=body))))
+    model = pin.buildModelFromXML(urdf(replace(robot, prior=robot.prior._replace(body=body))))
     data = model.createData()
     position, velocity, acceleration = np.random.default_rng(1).normal(size=(3, n))
     turned, matrix, torque, found = np.empty((n, 3, 3)), np.empty((n, n)), np.empty(n), np.empty(n)
@@ -39,7 +39,7 @@ def test_bodies_move_as_pinocchio_says(name):
 def test_a_force_on_the_flange_is_felt_through_the_jacobian():
     robot = sound("ur10like")
     body, n = robot.machine.body, 6
-    model = pin.buildModelFromXML(urdf(replace(robot, belief=robot.belief._replace(body=body))))
+    model = pin.buildModelFromXML(urdf(replace(robot, prior=robot.prior._replace(body=body))))
     position, force = np.random.default_rng(2).normal(size=n), np.array([3.0, -5.0, 7.0])
     turned, felt, free = np.empty((n, 3, 3)), np.empty(n), np.empty(n)
     turn(body.rotation, position, turned)
@@ -63,7 +63,7 @@ def test_without_an_effect_currents_are_inverse_dynamics():
     path = swing(2, 0.8)
     fine = robot.machine._replace(count=np.full(2, 1e-9))  # else drives chatter between two counts
     log = run(fine, path, quiet(path), np.full(2, 35.0))
-    model = pin.buildModelFromXML(urdf(replace(robot, belief=robot.belief._replace(body=robot.machine.body))))
+    model = pin.buildModelFromXML(urdf(replace(robot, prior=robot.prior._replace(body=robot.machine.body))))
     data, friction = model.createData(), robot.machine.friction
     velocity = np.gradient(log.link, 1 / RATE, axis=0)
     acceleration = np.gradient(velocity, 1 / RATE, axis=0)

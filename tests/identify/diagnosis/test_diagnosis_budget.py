@@ -16,7 +16,7 @@ from exidyn.identify.diagnosis.search.selected import Selected
 from exidyn.identify.effects import JointSpring, LoadDependentFriction
 from exidyn.identify.preparation.prepare import Filtering
 
-from ...parts.small.small_diagnosis import believed
+from ...parts.small.small_diagnosis import nominal_model
 from ...parts.small.small_rows import asked, blocks, predicted, rows
 from ...parts.small.small_search import record, searched
 
@@ -94,7 +94,7 @@ def test_the_budget_of_an_arm_adds_up_with_what_is_left():
 
 
 def test_a_diagnosis_says_where_the_misfit_goes():
-    said = diagnose(believed(), record([JointSpring(("elbow",))], {"Ks2": 6.0}), "small")
+    said = diagnose(nominal_model(), record([JointSpring(("elbow",))], {"Ks2": 6.0}), "small")
     [spring] = [share for share in said.budget.shares if share.finding == 0]
     assert spring.shares[1] > 0.95
     assert spring.shares[0] < 0.05
@@ -116,7 +116,7 @@ def test_changes_are_what_a_candidate_alone_takes_from_the_error():
 
 def test_noise_measured_at_rest_in_one_run_holds_for_all():
     """What is above the band of the motion is less than coloured noise within it."""
-    run = usable(believed(), record(), Filtering())[0][0]
+    run = usable(nominal_model(), record(), Filtering())[0][0]
     rest = replace(run, prepared=replace(run.prepared, noise=2.0 * run.prepared.noise, noise_source="rest"))
     above = replace(run, prepared=replace(run.prepared, noise_source="high frequencies"))
     floor, rested = noise_floor([above, rest, above])

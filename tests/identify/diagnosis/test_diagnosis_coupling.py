@@ -9,7 +9,7 @@ from exidyn.identify.diagnosis.diagnose import diagnose
 from exidyn.identify.diagnosis.words.sentences import sentence
 
 from ...parts.small import two_joints
-from ...parts.small.small_diagnosis import believed
+from ...parts.small.small_diagnosis import nominal_model
 from ...parts.small.small_search import problem, record
 
 KINEMATICS = two_joints.arm().kinematics
@@ -52,7 +52,7 @@ def test_columns_are_what_links_elsewhere_ask_of_both_motors(motor, other, ratio
 
 def test_a_link_that_is_not_where_its_motor_says_is_found_with_its_ratio():
     coupling = np.array([[1.0, 0.0], [0.8, 1.0]])
-    found = diagnose(believed(), coupled(coupling), "coupled")
+    found = diagnose(nominal_model(), coupled(coupling), "coupled")
     [finding] = found.findings
     assert (finding.effect, finding.joints) == ("kinematic_coupling", (0, 1))
     assert finding.parameters["ratio"].value == pytest.approx(0.8, abs=0.02)

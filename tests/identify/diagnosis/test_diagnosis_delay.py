@@ -9,7 +9,7 @@ from exidyn.identify.diagnosis.refit import earlier
 from exidyn.identify.diagnosis.runs.nuisances import CLOCKS
 from exidyn.identify.recordings.recording import Recording
 
-from ...parts.small.small_diagnosis import believed, recordings
+from ...parts.small.small_diagnosis import nominal_model, recordings
 
 
 class Late:
@@ -29,7 +29,7 @@ def later(run: Recording, seconds: float) -> tuple[str, Recording]:
 @pytest.mark.parametrize("seconds", [0.013, -0.006])
 def test_currents_that_come_late_or_early_are_a_delay_of_all_drives(seconds):
     runs = [later(run, seconds) for run in recordings(spring=0.0)]
-    [finding] = diagnose(believed(), runs, "late").findings
+    [finding] = diagnose(nominal_model(), runs, "late").findings
     assert (finding.effect, finding.joints) == ("time_delay", ())
     delay = finding.parameters["delay"]
     assert delay.value == pytest.approx(seconds, abs=3e-4)

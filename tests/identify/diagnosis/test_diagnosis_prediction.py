@@ -266,7 +266,7 @@ def test_beliefs_that_a_candidate_relieves_speak_for_it_as_far_as_they_were_stra
         prediction = predicted(given, blocks(LENGTHS))
         assert abs(prediction.values[0]) / std == pytest.approx(sigmas, rel=0.05)
         [answer] = ask(prediction, [pair])
-        # The same columns predict no block better; all that they do is to leave the belief where it was.
+        # The same columns predict no block better; all that they do is to leave the prior where it was.
         assert abs(answer.gains.sum()) < 1.0
         before = 2.5 * np.log1p(sigmas**2 / 4.0)
         assert answer.relief == pytest.approx(before, abs=0.3)

@@ -16,7 +16,7 @@ from exidyn.identify.preparation.prepare import Filtering
 from exidyn.identify.simulation.simulate import Sensors, simulate
 
 from ...parts.small import two_joints
-from ...parts.small.small_diagnosis import TRUE, believed
+from ...parts.small.small_diagnosis import TRUE, nominal_model
 from ...parts.small.small_search import names
 
 GEAR = 20.0
@@ -39,7 +39,7 @@ def slow(seed, length):
 
 
 def geared():
-    model = believed()
+    model = nominal_model()
     return replace(model, robot=replace(model.robot, gear_ratio=np.full(2, GEAR)))
 
 
@@ -50,7 +50,7 @@ def runs(harmonic, size, joint="elbow"):
     number = model.robot.index(joint) + 1
     waves = {f"Rcos{harmonic:g}_{number}": 0.6 * size, f"Rsin{harmonic:g}_{number}": 0.8 * size}
     given = TRUE | waves
-    true = np.array([given.get(n, b) for n, b in zip(plant.names, plant.believed_values, strict=True)])
+    true = np.array([given.get(n, b) for n, b in zip(plant.names, plant.nominal_values, strict=True)])
     assert set(waves) <= set(plant.names)
     # Steps of the encoder would be accelerations at so high a cut-off.
     quiet = Sensors(current_noise=0.002, encoder_noise=1e-8, encoder_step=0.0)

@@ -13,7 +13,7 @@ from exidyn.identify.diagnosis.questions.comparison import better, competing
 from exidyn.identify.diagnosis.questions.question import ask
 from exidyn.identify.diagnosis.questions.shape import refined, with_shape
 from exidyn.identify.diagnosis.results.evidence import places_of
-from exidyn.identify.diagnosis.results.shape_doubt import deviations
+from exidyn.identify.diagnosis.results.shape_uncertainty import deviations
 from exidyn.identify.diagnosis.runs.nuisances import CLOCK, torque_rate
 from exidyn.identify.diagnosis.search.once import moments
 from exidyn.identify.diagnosis.search.search import _by_hypothesis
@@ -22,7 +22,7 @@ from exidyn.identify.effects import JointSpring, LoadDependentFriction, Nonlinea
 from exidyn.identify.recordings.recording import Signal
 
 from ...parts.small import two_joints
-from ...parts.small.small_diagnosis import believed
+from ...parts.small.small_diagnosis import nominal_model
 from ...parts.small.small_search import names, problem, record, searched
 
 SPRING, SOFT = JointSpring(("elbow",)), {"Ks2": 6.0}
@@ -89,7 +89,7 @@ def pushed(role, motion, current):
     push = contact_event.share(motion.time, 3.0, 1.0)
     return (
         current
-        - np.einsum("tnk,k->tn", contact_event.jacobian(believed(), motion), FORCE)
+        - np.einsum("tnk,k->tn", contact_event.jacobian(nominal_model(), motion), FORCE)
         * push[:, None]
         / two_joints.GAIN
     )
@@ -163,9 +163,9 @@ def as_torque(run):
 
 
 def test_inertias_that_nobody_stated_may_be_anything_and_others_no_more_than_their_tolerance():
-    stated = believed()
+    stated = nominal_model()
     unstated = replace(stated, robot=replace(stated.robot, inertias_stated=False))
-    values = dict(zip(stated.names, stated.believed_values, strict=True))
+    values = dict(zip(stated.names, stated.nominal_values, strict=True))
     heavier = {name: 1.3 * values[name] for name in ("M2", "MX2", "MZ2", "YY2")}
     found = searched(record(values=heavier))
     # On the last link both are the same body.
@@ -187,7 +187,7 @@ def test_a_drive_gain_beyond_its_tolerance_is_named_and_one_within_is_not():
 
     found = searched(stronger(0.15))
     assert names(found) == [("drive_gain", (1,))]
-    [finding] = diagnose(believed(), stronger(0.15), "gain").findings
+    [finding] = diagnose(nominal_model(), stronger(0.15), "gain").findings
     number = finding.parameters["share"]
     assert number.value == pytest.approx(0.15, abs=0.02)
     assert names(searched(stronger(0.02))) == []

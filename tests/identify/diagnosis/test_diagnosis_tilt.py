@@ -14,7 +14,7 @@ from exidyn.identify.diagnosis.words.sentences import sentence
 from exidyn.identify.model import Model
 from exidyn.identify.recordings.recording import Recording
 
-from ...parts.small.small_diagnosis import believed
+from ...parts.small.small_diagnosis import nominal_model
 from ...parts.small.small_search import names, problem, record, searched
 
 
@@ -46,7 +46,7 @@ def test_columns_are_what_gravity_adds_along_each_axis():
     [candidate] = tilts(at.model)
     columns = candidate.columns(run)
     assert candidate.names == ("tilt_x", "tilt_y")
-    values = at.model.believed_values
+    values = at.model.nominal_values
     for place, lean in enumerate(((1e-3, 0.0), (0.0, 1e-3))):
         turned = leaning(at.model, *lean)
         more = turned.torque(run.motion, values) - at.model.torque(run.motion, values)
@@ -57,8 +57,8 @@ def test_columns_are_what_gravity_adds_along_each_axis():
 
 
 def test_a_base_that_leans_is_told_with_its_angle():
-    nominal = believed()
-    found = searched(runs_of(leaning(nominal, 0.03, 0.0), nominal))
+    stated = nominal_model()
+    found = searched(runs_of(leaning(stated, 0.03, 0.0), stated))
     # All joints of this arm turn about one direction: the first one's zero leans it as well.
     [one] = found.selected
     every = {other.candidate.key[:2]: other for other in (one.answer, *(other for other, _ in one.others))}
@@ -70,10 +70,10 @@ def test_a_base_that_leans_is_told_with_its_angle():
 
 @pytest.mark.parametrize("angle", [90.0, 130.0])
 def test_an_arm_that_is_mounted_otherwise_is_found_with_the_direction_of_gravity(angle):
-    nominal, turn = believed(), np.deg2rad(angle)
+    stated, turn = nominal_model(), np.deg2rad(angle)
     field = 9.81 * np.array([np.sin(turn), 0.0, -np.cos(turn)])
-    runs = runs_of(under(nominal, field), nominal)
-    found = diagnose(nominal, runs)
+    runs = runs_of(under(stated, field), stated)
+    found = diagnose(stated, runs)
     [one] = found.findings
     assert (one.effect, one.joints) == ("base_tilt", ())
     lean = one.parameters["lean"]
@@ -85,7 +85,7 @@ def test_an_arm_that_is_mounted_otherwise_is_found_with_the_direction_of_gravity
     turned = as_found(found.evidence, found.findings).model.robot.gravity
     # Nothing along y is seen by joints that turn about it.
     np.testing.assert_allclose(turned[[0, 2]], field[[0, 2]], atol=0.2)
-    said = sentence(one, nominal.robot.joints)
+    said = sentence(one, stated.robot.joints)
     assert said.startswith("The base is not level: it leans by ")
     assert "gravity points along" in said
     assert "gravity has" not in said

@@ -340,7 +340,7 @@ def test_small_and_unconfirmed_findings_are_called_so():
 
 
 def test_doubts_come_last_as_sentences_and_what_is_left_before_them():
-    said = verdict(diagnosis(finding(), after=(1.6, 1.0, 1.0), doubts=("no run carries a known payload",)))
+    said = verdict(diagnosis(finding(), after=(1.6, 1.0, 1.0), warnings=("no run carries a known payload",)))
     assert said[-1] == "No run carries a known payload."
     assert said[-2].startswith("More than noise is left on joint 1 (1.60 x noise)")
 

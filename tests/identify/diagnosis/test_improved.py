@@ -13,18 +13,18 @@ from exidyn.identify.diagnosis.candidates.joint_elasticity import gears
 from exidyn.identify.diagnosis.findings.arm_bodies import inertial_values, pseudo_inertia
 from exidyn.identify.diagnosis.findings.trace import Evidence
 from exidyn.identify.diagnosis.improved.forward import forward
-from exidyn.identify.diagnosis.improved.improved import as_believed, as_found
+from exidyn.identify.diagnosis.improved.improved import as_found, as_nominal
 from exidyn.identify.diagnosis.improved.rivals import found_model, rivals
 from exidyn.identify.diagnosis.questions.candidate import Candidate
 from exidyn.identify.diagnosis.refit import earlier, model_to_fit, refit
 from exidyn.identify.diagnosis.runs.driven import Driven
-from exidyn.identify.effects import Belief, JointSpring, Payload, SpringBalancer
+from exidyn.identify.effects import JointSpring, Payload, Prior, SpringBalancer
 from exidyn.identify.preparation.prepare import Filtering
 from exidyn.identify.recordings.recording import Signal
 from exidyn.identify.robot_files.robot_file import parse_model
 from exidyn.identify.robot_files.robot_text import model_text
 
-from ...parts.small.small_diagnosis import STIFFNESS, believed, diagnosis, recording, recordings
+from ...parts.small.small_diagnosis import STIFFNESS, diagnosis, nominal_model, recording, recordings
 
 SMALL = 1e-4
 """Of every coefficient, so that what is not linear in it cannot be seen."""
@@ -39,13 +39,16 @@ def run() -> Driven:
     short = recording("identify", 0, length=6.0)
     warm = Signal(short.signals["position"].time, 25.0 + short.signals["position"].values)
     return Driven.of(
-        believed(), replace(short, signals={**short.signals, "temperature": warm}), "identify", Filtering()
+        nominal_model(),
+        replace(short, signals={**short.signals, "temperature": warm}),
+        "identify",
+        Filtering(),
     )
 
 
 def evidence() -> Evidence:
-    model = believed()
-    values, gain = model.believed_values, model.robot.drive_gain
+    model = nominal_model()
+    values, gain = model.nominal_values, model.robot.drive_gain
     return Evidence(model, values, values, gain, gain, np.full(2, 0.1), ())
 
 
@@ -64,14 +67,14 @@ def found(candidate: Candidate, value: float = SMALL) -> Finding:
 )
 def test_a_model_gives_the_torque_that_the_search_found(effect):
     # A link that stands elsewhere is no part of any model.
-    asked = [one for one in hypotheses(effect, believed()) if "moved" not in one.shape]
+    asked = [one for one in hypotheses(effect, nominal_model()) if "moved" not in one.shape]
     for candidate in asked[-2:]:
         one = found(candidate)
-        before, after = as_believed(evidence()), as_found(evidence(), [one])
+        before, after = as_nominal(evidence()), as_found(evidence(), [one])
         assert after.left_out == ()
         motion = run().motion
         shown = [
-            arm.model.torque(motion, arm.values) * believed().robot.drive_gain / arm.gain
+            arm.model.torque(motion, arm.values) * nominal_model().robot.drive_gain / arm.gain
             for arm in (before, after)
         ]
         expected = candidate.columns(run()).sum(axis=2) * SMALL
@@ -84,14 +87,14 @@ def test_a_model_gives_the_torque_that_the_search_found(effect):
 def test_an_encoders_zero_is_that_of_the_springs_on_its_joint_too(joint):
     balancer = SpringBalancer("shoulder", d21=0.3, d22=0.8, phi=3.1)
     springs = {"Kr": 900.0, "K0": -40.0, "Ks2": 12.0, "Ts2": 1.5}
-    model = believed() + balancer + JointSpring(("elbow",))
-    stated = {**model.stated, **{name: Belief(value, 1.0) for name, value in springs.items()}}
+    model = nominal_model() + balancer + JointSpring(("elbow",))
+    stated = {**model.stated, **{name: Prior(value, 1.0) for name, value in springs.items()}}
     model = replace(model, stated=stated)
     here = Driven.of(model, recording("identify", 0, length=6.0), "identify", Filtering())
     candidate = [*hypotheses("encoder_offset", model)][joint]
-    values = model.believed_values
+    values = model.nominal_values
     before = replace(evidence(), model=model, before=values, after=values)
-    arms = as_believed(before), as_found(before, [found(candidate)])
+    arms = as_nominal(before), as_found(before, [found(candidate)])
     shown = [arm.model.torque(here.motion, arm.values) for arm in arms]
     expected = candidate.columns(here).sum(axis=2) * SMALL
     np.testing.assert_allclose(shown[1] - shown[0], expected, atol=2e-3 * np.max(np.abs(expected)))
@@ -99,13 +102,13 @@ def test_an_encoders_zero_is_that_of_the_springs_on_its_joint_too(joint):
 
 @pytest.mark.parametrize("effect", OF_MEASUREMENT)
 def test_faults_of_measurement_are_no_part_of_the_arm(effect):
-    [candidate, *_] = hypotheses(effect, believed())
+    [candidate, *_] = hypotheses(effect, nominal_model())
     assert as_found(evidence(), [found(candidate)]).left_out == (0,)
 
 
 @pytest.mark.parametrize("effect", BETWEEN)
 def test_soft_gears_are_part_of_the_transmission(effect):
-    candidate = [*BETWEEN[effect](believed())][-1]
+    candidate = [*BETWEEN[effect](nominal_model())][-1]
     arm = as_found(evidence(), [found(candidate, 1.0)])
     assert arm.left_out == ()
     assert list(arm.transmission.elastic) == [1]
@@ -113,14 +116,14 @@ def test_soft_gears_are_part_of_the_transmission(effect):
 
 
 def test_more_of_an_effect_that_the_model_has_adds_to_it():
-    candidate = [*hypotheses("coulomb_friction", believed())][1]
+    candidate = [*hypotheses("coulomb_friction", nominal_model())][1]
     arm = as_found(evidence(), [found(candidate, 0.5), found(candidate, 0.25)])
-    assert arm.model.names == believed().names
-    assert arm.by_name["Fc2"] == pytest.approx(as_believed(evidence()).by_name["Fc2"] + 0.75)
+    assert arm.model.names == nominal_model().names
+    assert arm.by_name["Fc2"] == pytest.approx(as_nominal(evidence()).by_name["Fc2"] + 0.75)
 
 
 def test_a_balancer_beside_another_is_left_out():
-    [first, *_, last] = hypotheses("spring_balancer", believed())
+    [first, *_, last] = hypotheses("spring_balancer", nominal_model())
     assert as_found(evidence(), [found(first), found(last)]).left_out == (1,)
 
 
@@ -131,11 +134,11 @@ def test_pseudo_inertias_keep_all_ten_numbers():
 
 
 def test_an_unknown_body_is_carried_beside_a_known_one():
-    model = believed() + Payload("L", (("M", 2.0),))
-    known = replace(evidence(), model=model, before=model.believed_values, after=model.believed_values)
+    model = nominal_model() + Payload("L", (("M", 2.0),))
+    known = replace(evidence(), model=model, before=model.nominal_values, after=model.nominal_values)
     [candidate] = hypotheses("payload", model)
     arm = as_found(known, [found(candidate)])
-    assert arm.by_name["M2"] == pytest.approx(as_believed(known).by_name["M2"] + SMALL)
+    assert arm.by_name["M2"] == pytest.approx(as_nominal(known).by_name["M2"] + SMALL)
 
 
 def test_simulation_comes_nearer_to_the_recording():
@@ -155,7 +158,7 @@ def test_refitting_finds_the_spring_and_explains_what_was_held_out():
 
 
 def test_late_currents_are_moved_back_and_the_fit_says_so():
-    [candidate, *_] = hypotheses("time_delay", believed())
+    [candidate, *_] = hypotheses("time_delay", nominal_model())
     delay = found(candidate, 0.004)
     [whole, *_] = recordings()
     current = whole.signals["current"]
@@ -166,19 +169,21 @@ def test_late_currents_are_moved_back_and_the_fit_says_so():
     np.testing.assert_allclose(back[:-1], current.values[:-1], atol=1e-9)
     both = replace(diagnosis(), findings=(*diagnosis().findings, delay))
     fit = refit(both, [(one.settings["role"], one) for one in recordings()])
-    assert "moved back by that before they were fitted" in fit.doubts[0]
+    assert "moved back by that before they were fitted" in fit.warnings[0]
 
 
 def test_gains_that_were_found_are_those_of_the_model():
-    [candidate, *_] = hypotheses("drive_gain", believed())
+    [candidate, *_] = hypotheses("drive_gain", nominal_model())
     one = replace(diagnosis(), findings=(found(candidate, 0.1),))
-    np.testing.assert_allclose(model_to_fit(one).robot.drive_gain / believed().robot.drive_gain, [1.1, 1.0])
+    np.testing.assert_allclose(
+        model_to_fit(one).robot.drive_gain / nominal_model().robot.drive_gain, [1.1, 1.0]
+    )
 
 
 def test_models_of_what_was_found_and_of_what_it_might_be_are_files():
     model = found_model(diagnosis())
     again = parse_model(model_text(model))
-    assert dict(zip(again.names, again.believed_values, strict=True))["Ks2"] == pytest.approx(
+    assert dict(zip(again.names, again.nominal_values, strict=True))["Ks2"] == pytest.approx(
         STIFFNESS, rel=0.1
     )
     others = rivals(diagnosis())

@@ -22,7 +22,7 @@ from exidyn.identify.errors import EffectError
 from exidyn.identify.robot_files.effect_rows import read_effects
 
 from ...parts.small import two_joints
-from ...parts.small.small_diagnosis import believed
+from ...parts.small.small_diagnosis import nominal_model
 from ...parts.small.small_search import names, record, searched
 
 TOY = "quadratic_viscous_friction"
@@ -54,10 +54,10 @@ class Needy(QuadraticViscousFriction):
 
 
 def test_an_effect_in_the_table_is_asked_for_on_each_joint(monkeypatch):
-    before = {one.key for one in candidates(believed())}
+    before = {one.key for one in candidates(nominal_model())}
     for name, kind in {TOY: QuadraticViscousFriction, "shaped": Shaped, "needy": Needy}.items():
         monkeypatch.setitem(EFFECTS, name, kind)
-    found = {one.key: one for one in candidates(believed())}
+    found = {one.key: one for one in candidates(nominal_model())}
     assert set(found) - before == {(name, (joint,), "") for name in (TOY, "shaped") for joint in (0, 1)}
     one = found["shaped", (1,), ""]
     assert one.shape == {"width": 0.5}
@@ -69,7 +69,7 @@ def test_an_effect_in_the_table_is_asked_for_on_each_joint(monkeypatch):
 def test_an_effect_in_the_table_is_named_and_not_another_with_a_shape_of_the_same_columns(monkeypatch):
     monkeypatch.setitem(EFFECTS, TOY, QuadraticViscousFriction)
     runs = record([QuadraticViscousFriction(("elbow",))], {"Fq2": 1.5})
-    found = diagnose(believed(), runs, "toy")
+    found = diagnose(nominal_model(), runs, "toy")
     [finding] = found.findings
     assert (finding.effect, finding.joints) == (TOY, (1,))
     assert finding.probability > 0.9
@@ -125,7 +125,7 @@ def install(tmp_path, monkeypatch):
 
 def test_an_effect_of_an_installed_package_is_in_robot_files_and_in_the_diagnosis(install):
     install("churning = grease_physics:Churning")
-    assert "churning" in {one.effect for one in candidates(believed())}
+    assert "churning" in {one.effect for one in candidates(nominal_model())}
     effects, _ = read_effects([{"name": "churning", "joints": ["elbow"]}], two_joints.arm())
     assert type(effects[0]).__name__ == "Churning"
     assert type(effects[0]) is EFFECTS["churning"]
@@ -153,7 +153,7 @@ def test_an_effect_that_cannot_be_used_is_one_line_that_names_its_package(instal
     module = f"grease_physics_{abs(hash((entry, text)))}"  # a module is imported once
     install(entry.replace("grease_physics", module), text, module)
     with pytest.raises(EffectError) as error:
-        [*candidates(believed())]
+        [*candidates(nominal_model())]
     line = str(error.value)
     assert said in line
     assert "package grease-physics" in line

@@ -75,8 +75,8 @@ class TestEveryEffect:
     def test_believes_only_its_own_parameters(self, key, robot):
         effect = default(key)
         names = {parameter.name for parameter in effect.parameters(robot)}
-        assert set(effect.beliefs(robot)) <= names
-        assert all(belief.std >= 0.0 for belief in effect.beliefs(robot).values())
+        assert set(effect.priors(robot)) <= names
+        assert all(prior.std >= 0.0 for prior in effect.priors(robot).values())
 
     def test_inertias_are_ten_columns_each(self, key, robot):
         effect = default(key)

@@ -2,10 +2,10 @@ import numpy as np
 import pytest
 
 from exidyn.identify.effects import (
-    Belief,
     CoulombFriction,
     LoadDependentFriction,
     Payload,
+    Prior,
     RigidBody,
     RotorInertia,
     ViscousFriction,
@@ -46,11 +46,11 @@ def test_torque_is_the_sum_of_the_effects(robot):
 
 
 def test_adding_an_effect_makes_a_new_model(robot):
-    model = Model(robot, (RotorInertia(),), {"Ia1": Belief(2.0, 0.1)})
+    model = Model(robot, (RotorInertia(),), {"Ia1": Prior(2.0, 0.1)})
     more = model + ViscousFriction()
     assert len(model.names) == 6
     assert more.names == [*model.names, *(f"Fv{joint}" for joint in range(1, 7))]
-    assert more.beliefs[0] == Belief(2.0, 0.1)
+    assert more.priors[0] == Prior(2.0, 0.1)
 
 
 def test_a_name_stands_for_one_parameter(robot):
@@ -60,13 +60,13 @@ def test_a_name_stands_for_one_parameter(robot):
 
 def test_what_is_stated_beats_what_the_robot_says(robot):
     plain = Model(robot, (RigidBody(), ViscousFriction()))
-    stated = Model(robot, plain.effects, {"M2": Belief(9.0, 0.5), "Fv6": Belief(4.0)})
+    stated = Model(robot, plain.effects, {"M2": Prior(9.0, 0.5), "Fv6": Prior(4.0)})
     at = {name: index for index, name in enumerate(plain.names)}
-    assert plain.believed_values[at["M2"]] == pytest.approx(robot.kinematics.inertias[2].mass)
-    assert plain.beliefs[at["Fv6"]] == Belief(0.0, np.inf)
-    assert stated.beliefs[at["M2"]] == Belief(9.0, 0.5)
-    assert stated.believed_values[at["Fv6"]] == 4.0
-    assert stated.beliefs[at["M3"]] == plain.beliefs[at["M3"]]
+    assert plain.nominal_values[at["M2"]] == pytest.approx(robot.kinematics.inertias[2].mass)
+    assert plain.priors[at["Fv6"]] == Prior(0.0, np.inf)
+    assert stated.priors[at["M2"]] == Prior(9.0, 0.5)
+    assert stated.nominal_values[at["Fv6"]] == 4.0
+    assert stated.priors[at["M3"]] == plain.priors[at["M3"]]
 
 
 def test_inertias_point_at_bodies_wherever_they_stand(robot):
@@ -79,14 +79,14 @@ def test_inertias_point_at_bodies_wherever_they_stand(robot):
 
 def test_load_is_what_the_gears_transmit_with_the_believed_values(robot):
     motion = random_motion(robot, payload="A")
-    stated = {"Fv1": Belief(50.0), "Ia2": Belief(8.0), "mu3": Belief(0.1)}
+    stated = {"Fv1": Prior(50.0), "Ia2": Prior(8.0), "mu3": Prior(0.1)}
     model = Model(
         robot, (RotorInertia(), RigidBody(), BODY, ViscousFriction(), LoadDependentFriction()), stated
     )
     links = Model(robot, (RigidBody(),))
-    expected = links.torque(motion, links.believed_values) + BODY.known_torque(robot, motion)
+    expected = links.torque(motion, links.nominal_values) + BODY.known_torque(robot, motion)
     np.testing.assert_allclose(model.loaded(motion).load, expected, rtol=1e-12)
-    assert np.abs(model.torque(motion, model.believed_values) - expected).max() > 1.0
+    assert np.abs(model.torque(motion, model.nominal_values) - expected).max() > 1.0
 
 
 def test_load_is_left_alone_where_no_effect_asks(robot):
@@ -96,7 +96,7 @@ def test_load_is_left_alone_where_no_effect_asks(robot):
 
 def test_friction_alone_loads_no_gear(robot):
     motion = random_motion(robot)
-    model = Model(robot, (ViscousFriction(), LoadDependentFriction()), {"Fv1": Belief(5.0)})
+    model = Model(robot, (ViscousFriction(), LoadDependentFriction()), {"Fv1": Prior(5.0)})
     np.testing.assert_array_equal(model.loaded(motion).load, np.zeros_like(motion.position))
 
 

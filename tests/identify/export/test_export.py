@@ -66,7 +66,7 @@ def sliding_motion(robot, payload=""):
 
 
 def torque_of(model, motion):
-    return model.torque(motion, model.believed_values)
+    return model.torque(motion, model.nominal_values)
 
 
 def in_mujoco(text, motion):
@@ -218,7 +218,7 @@ def rebuilt(table):
         effects.append(EFFECTS[row.pop("name")](**row))
     model = Model(Robot("rebuilt", kinematics), tuple(effects))
     return known(
-        model, np.array([values.get(n, v) for n, v in zip(model.names, model.believed_values, strict=True)])
+        model, np.array([values.get(n, v) for n, v in zip(model.names, model.nominal_values, strict=True)])
     )
 
 
@@ -256,7 +256,7 @@ def test_bodies_that_cannot_be_are_moved_and_said():
     again = Portable.of(portable.model)
     assert not again.remarks
     np.testing.assert_allclose(
-        again.model.believed_values, portable.model.believed_values, rtol=1e-9, atol=1e-9
+        again.model.nominal_values, portable.model.nominal_values, rtol=1e-9, atol=1e-9
     )
 
 
@@ -281,12 +281,12 @@ def test_a_body_that_was_moved_is_possible_to_the_last_bit(ulps):
 
 def test_an_identified_model_predicts_what_the_fit_does():
     found, run = identified(fit()), other_run()
-    base = (fit().structure or fit().base).regrouping @ found.believed_values
+    base = (fit().structure or fit().base).regrouping @ found.nominal_values
     estimate = replace(fit().estimate, values=base[[fit().structure.names.index(n) for n in kept_names()]])
     ours, theirs = fit().agree(run), agreement(run, estimate, *parts(run))
     change = np.sqrt(np.mean((ours.predicted - theirs.predicted) ** 2, axis=0))
     assert np.all(change < 0.2 * ours.noise)  # far below what the run itself could tell
-    bodies = found.believed_values[:20].reshape(2, 10)
+    bodies = found.nominal_values[:20].reshape(2, 10)
     assert all(np.linalg.eigvalsh(pseudo_inertia(body))[0] > 0 for body in bodies)
 
 

@@ -87,13 +87,13 @@ def test_gains_and_values_together():
 
 
 def test_beliefs_and_data_together():
-    """The truth scatters as believed, too; noise so large that belief and data count alike."""
+    """The truth scatters as believed, too; noise so large that prior and data count alike."""
     exact, truth = equations(rows=400)
     random = np.random.default_rng(7)
-    tolerance_each = np.maximum(0.1 * np.abs(exact.believed), 0.02)
+    tolerance_each = np.maximum(0.1 * np.abs(exact.nominal), 0.02)
     errors, deviations = [], []
     for system in draws(exact):
-        standard = exact.believed + tolerance_each * random.normal(size=len(tolerance_each))
+        standard = exact.nominal + tolerance_each * random.normal(size=len(tolerance_each))
         truth = exact.base.regrouping @ standard
         noise = 20.0 * (system.current - exact.current)
         current = exact.regressor @ truth / GAIN + noise

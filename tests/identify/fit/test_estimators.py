@@ -373,14 +373,14 @@ def test_gains_need_a_known_payload_and_currents(name):
         ESTIMATORS[name](replace(white(system, NOISE), gain_known=True))
 
 
-def believed(system, truth_is_off=0.0):
-    """Beliefs about every parameter, some off."""
-    tolerance = np.maximum(0.1 * np.abs(system.believed), 0.01)
-    return replace(system, tolerance=tolerance, believed=system.believed + truth_is_off * tolerance)
+def nominal(system, truth_is_off=0.0):
+    """Priors about every parameter, some off."""
+    tolerance = np.maximum(0.1 * np.abs(system.nominal), 0.01)
+    return replace(system, tolerance=tolerance, nominal=system.nominal + truth_is_off * tolerance)
 
 
 def test_bayesian_is_the_stacked_normal_equations(system):
-    system = believed(system, 0.5)
+    system = nominal(system, 0.5)
     data, estimate = weighted(system), bayesian(system)
     mean, deviation = prior(system)
     count = len(mean)
@@ -397,8 +397,8 @@ def test_bayesian_is_the_stacked_normal_equations(system):
 
 
 def test_prior_is_that_of_the_standard_parameters(system):
-    system = believed(system)
-    draws = system.believed + system.tolerance * np.random.default_rng(0).normal(
+    system = nominal(system)
+    draws = system.nominal + system.tolerance * np.random.default_rng(0).normal(
         size=(20_000, len(system.tolerance))
     )
     base = draws @ system.base.regrouping.T
@@ -409,11 +409,11 @@ def test_prior_is_that_of_the_standard_parameters(system):
     np.testing.assert_allclose(correlation, np.corrcoef(base.T), atol=0.04)
 
 
-@pytest.mark.parametrize(("data", "belief"), [(1e-30, 1.0), (1.0, 1e-30), (1.0, 1.0), (1e12, 1e-12)])
-def test_joining_certain_and_uncertain_keeps_the_certain(data, belief):
-    values, covariance = joined(np.array([3.0]), np.array([[data]]), np.array([5.0]), np.array([[belief]]))
-    assert values[0] == pytest.approx((3.0 * belief + 5.0 * data) / (data + belief), rel=1e-12)
-    assert covariance[0, 0] == pytest.approx(data * belief / (data + belief), rel=1e-9)
+@pytest.mark.parametrize(("data", "prior"), [(1e-30, 1.0), (1.0, 1e-30), (1.0, 1.0), (1e12, 1e-12)])
+def test_joining_certain_and_uncertain_keeps_the_certain(data, prior):
+    values, covariance = joined(np.array([3.0]), np.array([[data]]), np.array([5.0]), np.array([[prior]]))
+    assert values[0] == pytest.approx((3.0 * prior + 5.0 * data) / (data + prior), rel=1e-12)
+    assert covariance[0, 0] == pytest.approx(data * prior / (data + prior), rel=1e-9)
 
 
 def test_no_belief_changes_nothing(system):
@@ -431,7 +431,7 @@ def test_loose_tolerance_is_far_above_what_data_say(system):
 @pytest.mark.parametrize("off", [0.0, 3.0])
 @pytest.mark.parametrize("noise", [0.0, 1.0, 100.0, 1000.0])
 def test_consistent_bodies_can_exist(exact, noise, off):
-    system = believed(white(exact[0], noise * NOISE), off)
+    system = nominal(white(exact[0], noise * NOISE), off)
     estimate = consistent(system)
     for body in system.bodies:
         eigenvalues = np.linalg.eigvalsh(pseudo_inertia(estimate.standard[body]))
@@ -446,8 +446,8 @@ def test_consistent_bodies_can_exist(exact, noise, off):
 
 def test_consistent_is_bayesian_where_that_is_consistent(exact):
     system = white(exact[0], 0.1 * NOISE)
-    unknown = np.arange(len(system.believed)) >= 20  # friction, offsets and the payload
-    held = 0.01 * np.maximum(np.abs(system.believed), 0.01)
+    unknown = np.arange(len(system.nominal)) >= 20  # friction, offsets and the payload
+    held = 0.01 * np.maximum(np.abs(system.nominal), 0.01)
     system = replace(system, tolerance=np.where(unknown, np.inf, held))
     free, estimate = bayesian(system), consistent(system)
     assert all(np.linalg.eigvalsh(pseudo_inertia(free.standard[body])).min() > 0 for body in system.bodies)
@@ -462,7 +462,7 @@ def test_consistent_is_weighted_without_beliefs_where_that_is_consistent(exact):
 
 def test_consistent_is_the_nearest_consistent(exact):
     """Negative friction in the data: no step from the answer that stays consistent comes nearer."""
-    system = believed(white(exact[0], 40 * NOISE, seed=1), 2.0)
+    system = nominal(white(exact[0], 40 * NOISE, seed=1), 2.0)
     free, estimate = bayesian(system), consistent(system)
     data = weighted(system)
     count = len(data.values)
@@ -471,7 +471,7 @@ def test_consistent_is_the_nearest_consistent(exact):
 
     def cost(standard):
         wrong = system.base.regrouping @ standard - data.values
-        return wrong @ precision @ wrong + np.sum(((standard - system.believed) / tolerance) ** 2)
+        return wrong @ precision @ wrong + np.sum(((standard - system.nominal) / tolerance) ** 2)
 
     def possible(standard):
         bodies = all(np.linalg.eigvalsh(pseudo_inertia(standard[body])).min() > 0 for body in system.bodies)

@@ -31,21 +31,21 @@ def test_what_was_read_predicts_the_same_bit_for_bit(path):
 
 def test_everything_but_the_samples_reads_back(path):
     before, after = fit(), read_fit(path)
-    for name in ("runs", "filtering", "condition", "rows", "dropped", "unclear", "doubts", "names"):
+    for name in ("runs", "filtering", "condition", "rows", "dropped", "unclear", "warnings", "names"):
         assert getattr(after, name) == getattr(before, name)
     assert before.dropped
     assert list(after.dropped) == list(before.dropped)
-    assert before.doubts
+    assert before.warnings
     for name in ("values", "gain", "covariance", "noise"):
         assert np.array_equal(getattr(after.estimate, name), getattr(before.estimate, name))
     assert after.estimate.method == before.estimate.method
-    assert all(np.array_equal(a, b) for a, b in zip(after.believed, before.believed, strict=True))
-    assert np.isinf(before.believed[1]).any()
+    assert all(np.array_equal(a, b) for a, b in zip(after.prior, before.prior, strict=True))
+    assert np.isinf(before.prior[1]).any()
     assert after.base.expressions == before.base.expressions
     assert after.base.gap == before.base.gap
     assert after.structure.expressions == before.structure.expressions
     assert np.array_equal(after.structure.kept, before.structure.kept)
-    assert after.model.beliefs == before.model.beliefs
+    assert after.model.priors == before.model.priors
     assert (after.agreement, after.validation) == ((), ())
 
 

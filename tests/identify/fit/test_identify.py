@@ -28,11 +28,11 @@ BODY = KnownPayload("L", MASS)
 SENSORS = Sensors(current_noise=0.01, encoder_noise=1e-5, encoder_step=0.0)
 
 
-def record(seed=0, payload=None, plant_gain=GAIN, believed=None, duration=20.0, rate=500.0):
+def record(seed=0, payload=None, plant_gain=GAIN, nominal=None, duration=20.0, rate=500.0):
     plant = model(Payload("L", MASS))
     motion = trajectory(duration, seed).at(np.arange(0.0, duration, 1 / rate))
     return simulate(
-        plant, true_values(plant, 3.0), plant_gain, motion, believed or model(), SENSORS,
+        plant, true_values(plant, 3.0), plant_gain, motion, nominal or model(), SENSORS,
         payload=payload, name=f"run {seed}", seed=seed,
     )  # fmt: skip
 
@@ -104,8 +104,8 @@ def test_validation_does_not_enter_the_fit(fit, runs):
 
 def test_a_payload_that_only_validation_carries_is_doubted(fit, runs):
     doubtful = identify(runs, validate=[record(7, BODY)])
-    assert any("run 7: carries 'L'" in doubt for doubt in doubtful.doubts)
-    assert not any("carries" in doubt for doubt in fit.doubts)
+    assert any("run 7: carries 'L'" in warning for warning in doubtful.warnings)
+    assert not any("carries" in warning for warning in fit.warnings)
     assert doubtful.validation[0].over_noise.max() > 5
 
 
@@ -128,7 +128,7 @@ def test_condition_is_that_of_the_weighted_scaled_matrix(fit, runs):
 
 
 def test_believed_base_values_and_their_deviation(fit):
-    mean, deviation = fit.believed
+    mean, deviation = fit.prior
     inertial = np.array([name[:2] not in ("Fv", "Fc", "Of") for name in fit.names])
     np.testing.assert_allclose(mean[inertial], truth(fit)[inertial], rtol=1e-9)
     assert np.all(np.isfinite(deviation[inertial]))
@@ -136,8 +136,8 @@ def test_believed_base_values_and_their_deviation(fit):
 
 
 def test_gains_come_from_a_known_payload():
-    believed = replace(model(), robot=replace(arm(), drive_gain=GAIN * [0.85, 1.2]))
-    fit = identify([record(0, believed=believed), record(1, BODY, believed=believed)])
+    nominal = replace(model(), robot=replace(arm(), drive_gain=GAIN * [0.85, 1.2]))
+    fit = identify([record(0, nominal=nominal), record(1, BODY, nominal=nominal)])
     assert fit.estimate.method == "maximum likelihood"
     assert np.all(np.abs(fit.estimate.gain - GAIN) < 4 * fit.estimate.gain_std)
     assert np.all(fit.estimate.gain_std < 0.02 * np.abs(GAIN))

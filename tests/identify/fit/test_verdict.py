@@ -46,7 +46,7 @@ def test_verdict_warns_without_a_run_held_out(fit):
 
 
 def test_verdict_counts_the_gains_and_repeats_doubts(fit):
-    lines = verdict(replace(fit, doubts=("the clock jumps",)))
+    lines = verdict(replace(fit, warnings=("the clock jumps",)))
     percent = 100 * fit.estimate.gain_std / np.abs(fit.estimate.gain)
     assert f"{percent.min():.2g} to {percent.max():.2g} %" in lines[1]
     assert lines[-1] == "the clock jumps"
@@ -55,6 +55,6 @@ def test_verdict_counts_the_gains_and_repeats_doubts(fit):
 def test_surprise_is_a_value_far_from_its_belief(fit):
     deviation = np.full(len(fit.names), np.inf)
     deviation[2] = 1.0
-    believed = np.array(fit.estimate.values)
-    believed[2] += 3.5 * np.hypot(1.0, fit.estimate.std[2])
-    assert surprises(replace(fit, believed=(believed, deviation))) == [fit.names[2]]
+    nominal = np.array(fit.estimate.values)
+    nominal[2] += 3.5 * np.hypot(1.0, fit.estimate.std[2])
+    assert surprises(replace(fit, prior=(nominal, deviation))) == [fit.names[2]]

@@ -93,11 +93,11 @@ def test_the_head_says_what_was_done():
 
 
 def test_gains_are_printed_with_interval_and_belief():
-    name, gain, percent, low, high, believed, off = row(section(summary(fit()), "Drive gains"), "elbow")
+    name, gain, percent, low, high, nominal, off = row(section(summary(fit()), "Drive gains"), "elbow")
     assert float(gain) == pytest.approx(fit().estimate.gain[1], rel=1e-3)
     assert float(high) - float(low) == pytest.approx(2 * 1.96 * fit().estimate.gain_std[1], rel=0.1, abs=2e-3)
     assert float(percent) == pytest.approx(100 * fit().estimate.gain_std[1] / gain_size(1), rel=1e-3)
-    assert float(believed) == pytest.approx(27.5)
+    assert float(nominal) == pytest.approx(27.5)
     assert float(off) == pytest.approx(100 * (fit().estimate.gain[1] / 27.5 - 1), rel=1e-3)
 
 
@@ -137,9 +137,9 @@ def test_every_kept_parameter_has_a_row_with_its_joint_and_every_dropped_one_is_
 
 def test_far_from_belief_is_pointed_out():
     value, std = fit().estimate.values, fit().estimate.std
-    near = replace(fit(), believed=(value + 2.9 * std, 0 * std))
-    far = replace(fit(), believed=(value + 3.1 * std, 0 * std))
-    nothing = replace(fit(), believed=(value + 3.1 * std, np.full(len(std), np.inf)))
+    near = replace(fit(), prior=(value + 2.9 * std, 0 * std))
+    far = replace(fit(), prior=(value + 3.1 * std, 0 * std))
+    nothing = replace(fit(), prior=(value + 3.1 * std, np.full(len(std), np.inf)))
     marks = [
         "\n".join(section(summary(each), "Parameters")).count(" off nominal\n")
         for each in (near, far, nothing)

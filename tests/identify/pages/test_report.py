@@ -56,7 +56,7 @@ def test_links_lead_to_sections(page):
 
 
 def test_every_base_parameter_is_shown_as_it_is(page, fit):
-    estimate, (believed, deviation) = fit.estimate, fit.believed
+    estimate, (nominal, deviation) = fit.estimate, fit.prior
     for k, name in enumerate(fit.names):
         row = page.row("parameters", name)
         value, half, percent = values_of(row, 1, 3, 4)
@@ -65,7 +65,7 @@ def test_every_base_parameter_is_shown_as_it_is(page, fit):
         assert percent == pytest.approx(100 * estimate.std[k] / abs(value), rel=1e-12)
         assert row[2][0] == fit.base.units[k].replace("^2", "²")
         if np.isfinite(deviation[k]):
-            assert values_of(row, 5, 6) == [believed[k], deviation[k]]
+            assert values_of(row, 5, 6) == [nominal[k], deviation[k]]
         else:
             assert row[5][1] == row[6][1] == []
 
@@ -73,10 +73,10 @@ def test_every_base_parameter_is_shown_as_it_is(page, fit):
 def test_drive_gains_are_shown_as_they_are(page, fit):
     for k, joint in enumerate(fit.model.robot.joints):
         row = page.row("gains", joint)
-        gain, half, belief = values_of(row, 1, 3, 5)
+        gain, half, prior = values_of(row, 1, 3, 5)
         assert gain == fit.estimate.gain[k]
         assert half == pytest.approx(1.96 * fit.estimate.gain_std[k], rel=1e-12)
-        assert belief == fit.model.robot.drive_gain[k]
+        assert prior == fit.model.robot.drive_gain[k]
 
 
 def test_agreement_is_shown_as_it_is(page, fit):
@@ -164,7 +164,7 @@ def test_fit_without_samples_says_so(fit, tmp_path):
 
 
 def test_names_cannot_break_the_page(fit, tmp_path):
-    odd = replace(fit, validation=(replace(fit.validation[0], run="<b>&"),), doubts=("1 < 2 & <i>3",))
+    odd = replace(fit, validation=(replace(fit.validation[0], run="<b>&"),), warnings=("1 < 2 & <i>3",))
     page = page_of(odd, tmp_path)
     assert "<b>&" in page.words
     assert "1 < 2 & <i>3" in page.words

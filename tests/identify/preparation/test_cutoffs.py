@@ -5,9 +5,9 @@ from scipy import signal
 from exidyn.identify.preparation.cutoffs import (
     LOWEST,
     accelerations,
-    believed_inertia,
     motion_band,
     noise_crossing,
+    nominal_inertia,
     position_cutoff,
     spectra,
     torque_cutoff,
@@ -91,14 +91,14 @@ def test_inertia_is_the_mass_matrix():
     posture = np.array([0.3, -1.1])
     exact = pin.crba(of.robot.kinematics, of.robot.kinematics.createData(), posture)
     exact = np.triu(exact) + np.triu(exact, 1).T
-    np.testing.assert_allclose(believed_inertia(of, posture), exact, rtol=1e-12)
+    np.testing.assert_allclose(nominal_inertia(of, posture), exact, rtol=1e-12)
 
 
 def test_crossing_is_where_encoder_noise_would_drown_the_current():
     moved = sines(0.2, 0.5)
     encoder, current = 1e-5, 0.05
     found = noise_crossing(model(), moved + noise(encoder, moved), noise(current, moved, 1), GAIN, RATE)
-    inertia = believed_inertia(model(), moved.mean(axis=0))
+    inertia = nominal_inertia(model(), moved.mean(axis=0))
     amplification = np.sqrt((inertia**2).sum(axis=1)) * encoder / (np.abs(GAIN) * current)
     expected = 0.7 / (2 * np.pi * np.sqrt(amplification.max()))
     assert found == pytest.approx(expected, rel=0.05)

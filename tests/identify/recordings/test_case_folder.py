@@ -7,7 +7,7 @@ import pytest
 from exidyn.identify.arm.motion import Motion
 from exidyn.identify.errors import NotAFile, RecordingError
 from exidyn.identify.recordings.importers import import_source
-from exidyn.identify.recordings.importers.case_folder import believed_model
+from exidyn.identify.recordings.importers.case_folder import nominal_model
 from exidyn.identify.recordings.mcap.mcap_file import read_recording, write_recording
 
 from ...parts.runs.runs import CASES, needs_cases
@@ -29,8 +29,8 @@ def test_a_case_brings_its_runs_roles_and_payload():
 
 @needs_cases
 def test_a_case_states_its_model():
-    believed = believed_model(CASES / "s1")
-    values = dict(zip(believed.names, believed.beliefs, strict=True))
+    believed = nominal_model(CASES / "s1")
+    values = dict(zip(believed.names, believed.priors, strict=True))
     assert "Fc5" not in believed.names
     assert [name for name in believed.names if name.startswith("Off")] == ["Off2", "Off4", "Off5", "Off6"]
     assert values["Ia1"].value == 1113.29
@@ -47,14 +47,14 @@ def test_a_case_states_its_model():
 @pytest.mark.parametrize("case", ["s1", "s4"])
 def test_the_stated_model_balances_as_the_case_says(case):
     """Against the formulas at the top of case.toml, written out once more."""
-    believed = believed_model(CASES / case)
+    believed = nominal_model(CASES / case)
     random = np.random.default_rng(0)
     limits = believed.robot.limits
     q = random.uniform(limits.position_lower, limits.position_upper, (20, 6))
     dq, ddq = random.normal(size=(2, 20, 6))
     kinematics, data = believed.robot.kinematics, believed.robot.kinematics.createData()
     expected = np.array([pin.rnea(kinematics, data, *row) for row in zip(q, dq, ddq, strict=True)])
-    values = dict(zip(believed.names, believed.believed_values, strict=True))
+    values = dict(zip(believed.names, believed.nominal_values, strict=True))
     for joint in range(6):
         expected[:, joint] += values.get(f"Ia{joint + 1}", 0.0) * ddq[:, joint]
         expected[:, joint] += values.get(f"Fv{joint + 1}", 0.0) * dq[:, joint]
@@ -63,7 +63,7 @@ def test_the_stated_model_balances_as_the_case_says(case):
     length = np.sqrt(0.6964**2 + 0.1847**2 + 2 * 0.6964 * 0.1847 * np.cos(q21))
     force = 50400.0 * length - 78500.0
     expected[:, 1] -= -force * 0.6964 * 0.1847 * np.sin(q21) / length
-    torque = believed.torque(Motion.of(np.arange(20.0), q, dq, ddq), believed.believed_values)
+    torque = believed.torque(Motion.of(np.arange(20.0), q, dq, ddq), believed.nominal_values)
     np.testing.assert_allclose(torque, expected, rtol=1e-9, atol=1e-6)
 
 
@@ -75,9 +75,9 @@ def test_a_case_survives_its_own_file(tmp_path):
     assert read.payload == run.payload
     assert read.settings == run.settings
     assert read.model.names == run.model.names
-    np.testing.assert_allclose(read.model.believed_values, run.model.believed_values, rtol=1e-12)
+    np.testing.assert_allclose(read.model.nominal_values, run.model.nominal_values, rtol=1e-12)
     np.testing.assert_allclose(
-        [b.std for b in read.model.beliefs], [b.std for b in run.model.beliefs], rtol=1e-9
+        [b.std for b in read.model.priors], [b.std for b in run.model.priors], rtol=1e-9
     )
     assert np.array_equal(read.signals["current"].values, run.signals["current"].values)
 

@@ -38,7 +38,7 @@ def test_a_file_cut_anywhere_is_read_up_to_the_cut(file, tmp_path):
             assert np.array_equal(found.signals[name].values, signal.values[:known], equal_nan=True)
             assert np.array_equal(found.signals[name].time, signal.time[:known])
             lost = f"{name}: {known} of {len(signal)} samples were read"
-            assert known == len(signal) or any(lost in doubt for doubt in found.warnings)
+            assert known == len(signal) or any(lost in warning for warning in found.warnings)
         assert len(found.signals["position"]) >= read
         read = len(found.signals["position"])
         assert found.warnings[0].startswith("file ends abruptly")
@@ -71,8 +71,8 @@ def test_a_damaged_chunk_is_left_out_and_the_rest_is_read(file, tmp_path):
     damaged[place : place + 100] = bytes(100)
     (tmp_path / "bad.mcap").write_bytes(damaged)
     found = read_recording(tmp_path / "bad.mcap")
-    assert any("a damaged chunk" in doubt for doubt in found.warnings)
-    assert any(" gap of" in doubt or " gaps of" in doubt for doubt in found.warnings)
+    assert any("a damaged chunk" in warning for warning in found.warnings)
+    assert any(" gap of" in warning or " gaps of" in warning for warning in found.warnings)
     whole = recording().signals["position"]
     kept = np.isin(whole.time, found.signals["position"].time)
     assert 0.5 * SAMPLES < kept.sum() < SAMPLES

@@ -142,9 +142,9 @@ def test_gaps_are_counted_once_for_all_signals_that_share_their_stamps():
     time = TIME.copy()
     time[500:] += 0.1
     time[700:] += 0.004
-    [doubt] = check(recording(time=time)).warnings
-    assert doubt.startswith("position, current: 2 gaps")
-    assert "median periods of 2.000 ms, the longest 102.000 ms, the first at 0.998 s" in doubt
+    [warning] = check(recording(time=time)).warnings
+    assert warning.startswith("position, current: 2 gaps")
+    assert "median periods of 2.000 ms, the longest 102.000 ms, the first at 0.998 s" in warning
 
 
 def test_gaps_that_signals_share_without_their_stamps_are_said_once():
@@ -152,15 +152,15 @@ def test_gaps_that_signals_share_without_their_stamps_are_said_once():
     time[500:] += 0.1
     found = recording(time=time)
     shorter = {**found.signals, "current": found.signals["current"][:-1]}
-    [doubt] = check(replace(found, signals=shorter)).warnings
-    assert doubt.startswith("position, current: 1 gap of")
+    [warning] = check(replace(found, signals=shorter)).warnings
+    assert warning.startswith("position, current: 1 gap of")
 
 
 def test_gaps_are_said_once_of_a_recording_of_which_a_part_was_lost():
     time = TIME.copy()
     time[500:] += 0.1
     time[700:] += 0.1
-    whole = check(recording(time=time)).doubted("position: something else")
+    whole = check(recording(time=time)).with_warnings("position: something else")
     part = {name: signal[:600] for name, signal in whole.signals.items()}
     first, second = check(replace(whole, signals=part)).warnings
     assert first == "position: something else"
@@ -208,8 +208,8 @@ def test_a_slide_in_millimetres_is_recognised():
 
 
 def test_positions_beyond_the_limits_are_doubted():
-    [doubt] = check(recording(limit=0.3)).warnings[:1]
-    assert "joint1 goes 0.2 rad or m beyond its limits" in doubt
+    [warning] = check(recording(limit=0.3)).warnings[:1]
+    assert "joint1 goes 0.2 rad or m beyond its limits" in warning
 
 
 def test_temperature_in_kelvin_is_recognised():
@@ -220,9 +220,9 @@ def test_temperature_in_kelvin_is_recognised():
 def test_clipped_currents_are_doubted_joint_by_joint():
     current = np.round(3.0 * motion() + 0.05 * noise(), 2)
     current[:, 1] = np.clip(current[:, 1], -1.2, 1.2)
-    doubts = check(recording(current=current)).warnings
-    assert len(doubts) == 2
-    assert all("current: joint2 is at exactly" in doubt and "clipped" in doubt for doubt in doubts)
+    warnings = check(recording(current=current)).warnings
+    assert len(warnings) == 2
+    assert all("current: joint2 is at exactly" in warning and "clipped" in warning for warning in warnings)
 
 
 @pytest.mark.parametrize("resolution", [1e-1, 1e-2, 1e-3])

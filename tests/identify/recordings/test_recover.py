@@ -59,8 +59,8 @@ def test_what_was_recovered_reads_as_what_was_left_and_says_so(cut):
         assert np.array_equal(whole.signals[name].time, signal.time)
     assert whole.events == left.events
     assert whole.trajectory == left.trajectory
-    assert any(doubt.startswith("recovered from run.mcap.part, without") for doubt in whole.warnings)
-    assert not any("abruptly" in doubt for doubt in whole.warnings)
+    assert any(warning.startswith("recovered from run.mcap.part, without") for warning in whole.warnings)
+    assert not any("abruptly" in warning for warning in whole.warnings)
     write_recording(whole, cut.with_name("again.mcap"))
     assert read_recording(cut.with_name("again.mcap")).warnings == whole.warnings
 

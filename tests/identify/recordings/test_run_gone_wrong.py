@@ -61,7 +61,7 @@ def test_the_warning_stays_with_the_recording(folder):
     write_recording(found, folder / "again.mcap")
     again = read_recording(folder / "again.mcap")
     assert again.warnings == found.warnings
-    assert sum("which it cannot reach" in doubt for doubt in again.warnings) == 1
+    assert sum("which it cannot reach" in warning for warning in again.warnings) == 1
 
 
 def test_the_same_in_a_table_is_refused(folder, capsys):
@@ -103,7 +103,7 @@ def fast(time, values):
 
 
 @pytest.mark.parametrize(
-    ("change", "error", "doubt"),
+    ("change", "error", "warning"),
     [
         (infinite, NotFinite, "position of elbow is not finite in 1 of 5000 samples"),
         (twice, BadTime, "time of position does not increase at 1 of 4999 steps"),
@@ -112,13 +112,13 @@ def fast(time, values):
     ],
     ids=["infinite", "twice", "milliseconds", "fast"],
 )
-def test_what_cannot_be_is_a_doubt_in_a_recording_and_an_error_elsewhere(folder, change, error, doubt):
+def test_what_cannot_be_is_a_doubt_in_a_recording_and_an_error_elsewhere(folder, change, error, warning):
     wrong = broken(change)
     with pytest.raises(error):
         check(wrong)
     write_recording(wrong, folder / "run.mcap")
     found = read_recording(folder / "run.mcap")
-    assert any(said.startswith(doubt) for said in found.warnings)
+    assert any(said.startswith(warning) for said in found.warnings)
     assert np.array_equal(found.signals["position"].values, wrong.signals["position"].values)
 
 
@@ -129,7 +129,7 @@ def test_identification_leaves_out_samples_it_cannot_use(change, left):
     assert len(position) == left
     assert np.isfinite(position.values).all()
     assert (np.diff(position.time) > 0).all()
-    assert any(f"position: {5000 - left} of 5000 samples" in doubt for doubt in found.warnings)
+    assert any(f"position: {5000 - left} of 5000 samples" in warning for warning in found.warnings)
 
 
 @pytest.mark.parametrize("command", ["info", "identify"])

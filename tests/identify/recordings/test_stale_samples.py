@@ -71,6 +71,6 @@ def test_a_joint_that_never_speaks_is_doubted_and_not_identified_from(run, tmp_p
         tmp_path / "run.mcap",
     )
     found = read_recording(tmp_path / "run.mcap")
-    assert any("current of elbow is not finite in" in doubt for doubt in found.warnings)
+    assert any("current of elbow is not finite in" in warning for warning in found.warnings)
     with pytest.raises(NotFinite, match="current of elbow"):
         check(found)

@@ -12,9 +12,9 @@ from exidyn.identify.arm.motion import Motion
 from exidyn.identify.arm.robot import Limits, Robot
 from exidyn.identify.effects import (
     EFFECTS,
-    Belief,
     CoulombFriction,
     Payload,
+    Prior,
     RigidBody,
     RotorInertia,
     ViscousFriction,
@@ -99,7 +99,7 @@ joint = "shoulder"
 d21 = 0.5
 d22 = 0.2
 phi = -1.5
-[belief]
+[prior]
 Fv2 = [0.1, 0.3]
 M1 = 4.0
 """
@@ -115,7 +115,7 @@ def assert_equal(found: Model, expected: Model) -> None:
     """Equal to the last digit, in all that a computation can see."""
     assert found.effects == expected.effects
     assert found.names == expected.names
-    assert found.beliefs == expected.beliefs
+    assert found.priors == expected.priors
     assert found.stated == expected.stated
     payload = next((e.name for e in expected.effects if isinstance(e, Payload)), "")
     one, other = motion(found, payload), motion(expected, payload)
@@ -192,11 +192,11 @@ def test_urdf_has_something_to_see():
 
 def test_values_and_tolerances_become_beliefs():
     stated = MODELS["full"].stated
-    assert stated["Ia2"] == Belief(1.7, 0.1 * 1.7)
-    assert stated["Fc1"] == Belief(3.1, np.inf)
-    assert stated["Fc2"] == Belief(0.7, 0.123456789012345678)
-    assert stated["Fv2"] == Belief(0.1, 0.3)
-    assert stated["M1"] == Belief(4.0, np.inf)
+    assert stated["Ia2"] == Prior(1.7, 0.1 * 1.7)
+    assert stated["Fc1"] == Prior(3.1, np.inf)
+    assert stated["Fc2"] == Prior(0.7, 0.123456789012345678)
+    assert stated["Fv2"] == Prior(0.1, 0.3)
+    assert stated["M1"] == Prior(4.0, np.inf)
     assert "Fv1" not in stated
 
 
@@ -336,8 +336,8 @@ WRONG = [
     (EFFECT + "joints = [2]", UnknownJoint, "joints: 2: joints are given by name. Valid joints: shoulder"),
     (TWO + "[[effect]]\nname = 'payload'\nknown = [1]", RobotError, "payload"),
     (EFFECT + "[[effect]]\nname = 'coulomb_friction'", RobotError, "named twice: Fc1, Fc2"),
-    (TWO + "[belief]\nFc1 = 1.0", UnknownKey, "'Fc1'.*XX1"),
-    (TWO + "[belief]\nM1 = [1, 2, 3]", RobotError, "M1: 3 values, expected 2"),
+    (TWO + "[prior]\nFc1 = 1.0", UnknownKey, "'Fc1'.*XX1"),
+    (TWO + "[prior]\nM1 = [1, 2, 3]", RobotError, "M1: 3 values, expected 2"),
 ]
 
 
@@ -372,4 +372,4 @@ def test_the_example_of_the_document_is_read(tmp_path):
     (tmp_path / "my_arm.urdf").write_text(urdf_text(MODELS["cobot"]))
     model = parse_model(DOCUMENT.read_text().split("```")[1].removeprefix("toml"), tmp_path)
     assert model.robot.drive_gain[2] == 11.0
-    assert model.stated["Fc6"] == Belief(2.5, 0.3 * 2.5)
+    assert model.stated["Fc6"] == Prior(2.5, 0.3 * 2.5)

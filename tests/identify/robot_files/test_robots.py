@@ -52,7 +52,7 @@ def kr270():
 
 @pytest.fixture(scope="module")
 def base_values(kr270):
-    return regrouped(dict(zip(kr270.names, kr270.believed_values, strict=True)))
+    return regrouped(dict(zip(kr270.names, kr270.nominal_values, strict=True)))
 
 
 def test_geometry_is_table_i(kr270):
@@ -72,9 +72,9 @@ def test_base_values_make_the_same_torque(kr270, base_values):
     position, velocity, acceleration = np.random.default_rng(1).standard_normal((3, 50, 6))
     regressor = kr270.regressor(Motion.of(np.arange(50.0), position, velocity, acceleration))
     values = np.array([base_values[name] for name in kr270.names])
-    torque = regressor @ kr270.believed_values
+    torque = regressor @ kr270.nominal_values
     np.testing.assert_allclose(regressor @ values, torque, atol=1e-9 * np.abs(torque).max())
-    assert np.count_nonzero(values != kr270.believed_values) > 10
+    assert np.count_nonzero(values != kr270.nominal_values) > 10
 
 
 @pytest.mark.parametrize("name", TABLE_III)
@@ -90,14 +90,14 @@ def test_balancer_carries_the_arm_with_half_its_payload(kr270):
     """Arm forward with 135 kg: the balancer leaves motor 2 less than half of the torque."""
     position = np.array([[0.0, -0.3, 0.3, 0.0, 0.0, 0.0]])
     still = Motion.of(np.zeros(1), position, 0 * position, 0 * position)
-    believed = dict(zip(kr270.names, kr270.believed_values, strict=True))
+    nominal = dict(zip(kr270.names, kr270.nominal_values, strict=True))
     regressor = dict(zip(kr270.names, kr270.regressor(still)[0, 1], strict=True))
-    weight = sum(regressor[f"{name}{j}"] * believed[f"{name}{j}"] for name in INERTIAL for j in range(1, 7))
+    weight = sum(regressor[f"{name}{j}"] * nominal[f"{name}{j}"] for name in INERTIAL for j in range(1, 7))
     data = kr270.robot.kinematics.createData()
     pin.computeJointJacobians(kr270.robot.kinematics, data, position[0])
     jacobian = pin.getJointJacobian(kr270.robot.kinematics, data, 6, pin.LOCAL_WORLD_ALIGNED)
     weight += 135 * 9.81 * jacobian[2, 1]
-    balancer = regressor["Kr"] * believed["Kr"] + regressor["K0"] * believed["K0"]
+    balancer = regressor["Kr"] * nominal["Kr"] + regressor["K0"] * nominal["K0"]
     assert abs(weight + balancer) < 0.5 * abs(weight)
 
 
@@ -119,12 +119,12 @@ def test_limits_are_all_there_and_torque_holds_the_arm(name):
         limits.position_lower, limits.position_upper, (500, model.robot.dof)
     )
     still = Motion.of(np.arange(500.0), position, 0 * position, 0 * position)
-    assert np.all(np.abs(model.torque(still, model.believed_values)) < 0.8 * limits.torque)
+    assert np.all(np.abs(model.torque(still, model.nominal_values)) < 0.8 * limits.torque)
 
 
 def test_every_belief_has_a_weight():
     for name in builtin_names():
-        assert np.all(np.isfinite([belief.std for belief in read_model(name).beliefs]))
+        assert np.all(np.isfinite([prior.std for prior in read_model(name).priors]))
 
 
 def test_cobot_reaches_where_the_ur10_does():

@@ -54,7 +54,7 @@ def test_noise_is_all_that_tells_two_runs_of_one_arm_apart():
     )  # a short rest tells noise to a third
     assert found.effort.quantity == "current"
     assert found.effort.units == ("A", "A")
-    assert found.doubts == ()
+    assert found.warnings == ()
 
 
 def test_a_spring_is_seen_in_current_on_its_joint_away_from_the_middle():
@@ -105,7 +105,7 @@ def test_torque_of_a_simulator_and_current_of_a_controller_meet_as_torque():
     same = compare(made("sim"), real)
     np.testing.assert_allclose(found.effort.rms, same.effort.rms * np.abs(two_joints.GAIN), rtol=0.1)
     unknown = replace(real, model=replace(real.model, robot=replace(real.robot, drive_gain=np.ones(2))))
-    assert "no drive gain says" in compare(as_torque(made("sim")), unknown).doubts[0]
+    assert "no drive gain says" in compare(as_torque(made("sim")), unknown).warnings[0]
 
 
 def test_a_slower_simulation_is_compared_up_to_where_it_goes():
@@ -121,7 +121,7 @@ def test_a_slower_simulation_is_compared_up_to_where_it_goes():
 
 def test_other_payloads_are_a_doubt():
     found = compare(replace(made("sim"), payload=KnownPayload("L", (("M", 3.0),))), made("real"))
-    assert found.doubts == ("sim carries L, M 3, real carries nothing",)
+    assert found.warnings == ("sim carries L, M 3, real carries nothing",)
 
 
 def test_nothing_in_common_is_refused():
@@ -138,8 +138,8 @@ def test_nothing_in_common_is_refused():
 @pytest.fixture
 def files(tmp_path):
     """Paths of a simulation that has a spring in its model, and of a run without."""
-    believed = two_joints.model(JointSpring(("elbow",)))
-    return write(tmp_path, late(replace(made("sim", 12.0), model=believed)), made("real", seed=2))
+    nominal = two_joints.model(JointSpring(("elbow",)))
+    return write(tmp_path, late(replace(made("sim", 12.0), model=nominal)), made("real", seed=2))
 
 
 def test_page_names_the_joint_aligns_the_clocks_and_goes_on(files, tmp_path, capsys):

@@ -55,7 +55,7 @@ def quiet(model, payload="", integration=None, seconds=2.0, seed=0):
     position, velocity = motion.position, motion.velocity
     plant = Plant(
         model,
-        model.believed_values,
+        model.nominal_values,
         model.robot.drive_gain,
         position[0],
         typical_parts(model)[0],
@@ -74,7 +74,7 @@ def differentiated(motion):
 def misfit(model, run):
     """Rms of measured current minus that of the positions' inverse dynamics, over the rms current, (n,)."""
     inside = slice(100, -100)
-    exact = exact_current(model, model.believed_values, model.robot.drive_gain, differentiated(run.motion))
+    exact = exact_current(model, model.nominal_values, model.robot.drive_gain, differentiated(run.motion))
     wrong = (run.measured.current - exact)[inside]
     return np.sqrt(np.mean(wrong**2, axis=0) / np.mean(exact[inside] ** 2, axis=0))
 
@@ -83,7 +83,7 @@ def misfit(model, run):
 def test_current_is_inverse_dynamics_of_the_motion_that_happened(name):
     model = read_model(name) + Payload("L", BODY)
     run = follow(*quiet(model, "L"))
-    exact = exact_current(model, model.believed_values, model.robot.drive_gain, run.motion)
+    exact = exact_current(model, model.nominal_values, model.robot.drive_gain, run.motion)
     np.testing.assert_allclose(run.measured.current, exact, atol=1e-9 * np.abs(exact).max())
     assert np.all(misfit(model, run) < 3e-3)
     assert np.all(misfit(model, run)[:3] < 1e-3)
@@ -149,7 +149,7 @@ def test_nothing_jumps_at_the_start():
     model = read_model("kr270")
     start = np.array([0.3, -1.0, 0.8, 0.5, 0.4, -0.2])
     parts = typical_parts(model)[0]
-    plant = Plant(model, model.believed_values, model.robot.drive_gain, start, parts)
+    plant = Plant(model, model.nominal_values, model.robot.drive_gain, start, parts)
     current = plant.measure().current
     run = follow(plant, np.tile(start, (100, 1)), np.zeros((100, 6)))
     assert np.abs(run.motion.position - start).max() < 1e-9
@@ -210,7 +210,7 @@ def test_to_follow_is_to_step_from_command_to_command(told):
     sensors = replace(sensors, encoder_step=none, current_step=none, temperature_step=0.0, current_delay=3e-3)
     parts = (
         model,
-        model.believed_values,
+        model.nominal_values,
         model.robot.drive_gain,
         position[0],
         control,
@@ -239,7 +239,7 @@ def test_slow_ticks_move_the_arm_as_fast_ones_do():
     model = read_model("cobot")
     plant, position, velocity = quiet(model, seconds=1.0)
     often = follow(plant, position[5::6], velocity[5::6], 6 * TICK)
-    again = Plant(model, model.believed_values, model.robot.drive_gain, position[0], typical_parts(model)[0])
+    again = Plant(model, model.nominal_values, model.robot.drive_gain, position[0], typical_parts(model)[0])
     fine = follow(again, position, velocity)
     np.testing.assert_allclose(often.motion.position[40:], fine.motion.position[5::6][40:], atol=2e-5)
 
@@ -281,7 +281,7 @@ def test_currents_are_as_late_as_they_are_said_to_be():
     exact, late = (
         follow(
             Plant(
-                model, model.believed_values, model.robot.drive_gain, position[0], typical_parts(model)[0],
+                model, model.nominal_values, model.robot.drive_gain, position[0], typical_parts(model)[0],
                 Sensors.exact(6, current_delay=delay),
             ),
             position,

@@ -61,7 +61,7 @@ def test_every_effect_makes_the_torque_of_the_model(key, robot):
 def test_an_arm_with_balancer_and_payload_makes_the_torque_of_its_model(name):
     body = known_parameters(20.0, (0.05, 0.03, 0.2), (0.8, 0.1, 0.2, 0.9, 0.3, 0.7))
     model = read_model(name) + Payload("L", body)
-    values, motion = model.believed_values, random_motion(model.robot, payload="L")
+    values, motion = model.nominal_values, random_motion(model.robot, payload="L")
     for row in range(5):
         expected = model.torque(motion[row : row + 1], values)[0]
         np.testing.assert_allclose(torque_of(model, values, motion, row)[0], expected, rtol=1e-9, atol=1e-9)
@@ -70,8 +70,8 @@ def test_an_arm_with_balancer_and_payload_makes_the_torque_of_its_model(name):
 def test_a_payload_that_is_not_carried_weighs_nothing():
     model = read_model("cobot") + Payload("L", known_parameters(10.0, (0.0, 0.0, 0.1)))
     motion = random_motion(model.robot)
-    expected = model.torque(motion[2:3], model.believed_values)[0]
-    found = torque_of(model, model.believed_values, motion, 2, payload="")[0]
+    expected = model.torque(motion[2:3], model.nominal_values)[0]
+    found = torque_of(model, model.nominal_values, motion, 2, payload="")[0]
     np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-9)
 
 
@@ -90,7 +90,7 @@ def test_slope_is_that_of_the_torque_by_each_velocity():
     model = read_model("cobot")
     motion = random_motion(model.robot)
     slow = replace(motion, velocity=1e-3 * motion.velocity)
-    values = model.believed_values
+    values = model.nominal_values
     friction = Model(model.robot, model.effects[2:4])
     own = values[-18:-6]
     faster = replace(slow, velocity=slow.velocity + SHIFT)

@@ -105,7 +105,7 @@ def test_only_the_elastic_joints_get_a_motor_of_their_own():
     parts = Transmission(stiffness, np.zeros(6), np.zeros(6))
     start = np.array([0.2, -1.0, 0.9, 0.3, 0.6, 0.1])
     control = replace(stiff(6, 5.0), velocity_gain=np.full(6, 300.0))
-    plant = Plant(model, model.believed_values, model.robot.drive_gain, start, control, None, parts)
+    plant = Plant(model, model.nominal_values, model.robot.drive_gain, start, control, None, parts)
     measured = plant.measure()
     bent = measured.position - measured.link_position
     np.testing.assert_allclose(bent[[0, 2, 3, 5]], 0.0, atol=1e-12)
@@ -164,7 +164,7 @@ def test_typical_arms_warm_up_by_twenty_kelvin_in_half_an_hours(robot):
     model = read_model(robot)
     control, _, thermal = typical_parts(model)
     current, speed = control.current_limit / 3, model.robot.limits.velocity / 3
-    true = dict(zip(model.names, model.believed_values, strict=True))
+    true = dict(zip(model.names, model.nominal_values, strict=True))
     friction = np.array([true[f"Fv{j + 1}"] * v**2 + true[f"Fc{j + 1}"] * v for j, v in enumerate(speed)])
     warm = np.full(model.robot.dof, 25.0)
     assert thermal.after(warm, current, friction, 1e6) == pytest.approx(45.0, abs=1.0)

@@ -50,7 +50,7 @@ def swung(elastic, limit):
     )
     control = DriveControl.tuned(np.full(6, 2.0), 15.0, np.full(6, limit))
     start, gain = np.zeros(6), model.robot.drive_gain
-    plant = Plant(model, model.believed_values, gain, start, control, transmission=gears if elastic else None)
+    plant = Plant(model, model.nominal_values, gain, start, control, transmission=gears if elastic else None)
     for _ in range(40):
         plant.step(start + 0.05, None, 0.004)
     return np.concatenate([plant.measure().position, plant.measure().current])

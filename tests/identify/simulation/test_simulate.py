@@ -27,7 +27,7 @@ def record(motion, sensors=EXACT, **options):
 
 def test_current_is_inverse_dynamics_over_gain(motion):
     of = Model(model().robot, (RigidBody(),))
-    current = exact_current(of, of.believed_values, GAIN, motion)
+    current = exact_current(of, of.nominal_values, GAIN, motion)
     data = of.robot.kinematics.createData()
     for row in range(0, len(motion), 499):
         torque = pin.rnea(
@@ -49,10 +49,10 @@ def test_motors_of_coupled_joints_do_the_same_work():
     robot = six_axis()
     of = Model(robot, (RigidBody(),))
     motion = random_motion(robot)
-    current = exact_current(of, of.believed_values, np.arange(1.0, 7.0), motion)
+    current = exact_current(of, of.nominal_values, np.arange(1.0, 7.0), motion)
     motors = np.sum(current * np.arange(1.0, 7.0) * (motion.velocity @ robot.coupling.T), axis=1)
     np.testing.assert_allclose(
-        motors, np.sum(of.torque(motion, of.believed_values) * motion.velocity, axis=1), atol=1e-9
+        motors, np.sum(of.torque(motion, of.nominal_values) * motion.velocity, axis=1), atol=1e-9
     )
 
 

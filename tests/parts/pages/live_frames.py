@@ -24,7 +24,7 @@ def measured(model, seconds, rate=500.0, hidden=(), seed=0, sensors=SENSORS, beg
     motion = random_fourier(model.robot.limits, max(begin + seconds, 20.0), seed=seed).at(begin + time)
     motion = replace(motion, time=time, payload="hidden")
     plant = model + Payload("hidden", hidden) if hidden else model
-    current = exact_current(plant, plant.believed_values, model.robot.drive_gain, motion)
+    current = exact_current(plant, plant.nominal_values, model.robot.drive_gain, motion)
     random = np.random.default_rng(seed)
     usual = np.sqrt(np.mean(current**2, axis=0))
     current = current + sensors.current_noise * usual * random.normal(size=current.shape)

@@ -37,7 +37,7 @@ def model(*more):
 
 
 def hypothesis(name, *more, values=None, deviations=None):
-    return Hypothesis.believed(name, model(*more), FRICTION | (values or {}), deviations)
+    return Hypothesis.of_priors(name, model(*more), FRICTION | (values or {}), deviations)
 
 
 def motion(seed=0, samples=60, size=1.0):
@@ -68,7 +68,7 @@ def grease():
 def gain():
     of = model()
     held = {"gain1": 0.0, "gain2": 0.1}
-    return Hypothesis.believed("gain", of + DriveGains(of), FRICTION | {"gain2": 0.05}, held)
+    return Hypothesis.of_priors("gain", of + DriveGains(of), FRICTION | {"gain2": 0.05}, held)
 
 
 def load_friction():
@@ -91,7 +91,7 @@ def stacked(one, at):
 
 
 def refitted(one, columns, torque, own):
-    """Chi-squared and values of a fit with the beliefs as further rows, by singular values."""
+    """Chi-squared and values of a fit with the priors as further rows, by singular values."""
     free = one.free
     held = np.diag(np.sqrt(np.diag(one.precision)[free]))
     rows = np.concatenate([columns[:, free], held])

@@ -7,7 +7,7 @@ import pinocchio as pin
 
 from exidyn.identify.arm.motion import Motion
 from exidyn.identify.arm.robot import Robot
-from exidyn.identify.effects import Belief, RigidBody, RotorInertia
+from exidyn.identify.effects import Prior, RigidBody, RotorInertia
 from exidyn.identify.model import Model
 from exidyn.identify.simulation.plant import DriveControl, Measured, Plant
 
@@ -46,8 +46,8 @@ def joined(samples: list[Motion], tick: float) -> Motion:
 
 
 def known(model: Model, values: np.ndarray) -> Model:
-    """The model with beliefs that are true, so that the load of its gears is that of the plant."""
-    stated = {name: Belief(float(value)) for name, value in zip(model.names, values, strict=True)}
+    """The model with priors that are true, so that the load of its gears is that of the plant."""
+    stated = {name: Prior(float(value)) for name, value in zip(model.names, values, strict=True)}
     return replace(model, stated=stated)
 
 
@@ -67,4 +67,4 @@ def pendulum(*effects, axis: str = "y") -> Model:
 
 def pendulum_values(*more: float, axis: str = "y") -> np.ndarray:
     model = pendulum(axis=axis)
-    return np.concatenate([model.believed_values[:10], [ROTOR], more])
+    return np.concatenate([model.nominal_values[:10], [ROTOR], more])

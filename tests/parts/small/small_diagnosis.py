@@ -8,7 +8,7 @@ import numpy as np
 
 from exidyn.identify.diagnosis import Alternative, Diagnosis, diagnose
 from exidyn.identify.diagnosis.candidates import hypotheses
-from exidyn.identify.effects import Belief, JointSpring
+from exidyn.identify.effects import JointSpring, Prior
 from exidyn.identify.model import Model
 from exidyn.identify.recordings.recording import Recording
 from exidyn.identify.simulation.simulate import simulate
@@ -25,10 +25,10 @@ TRUE = {"Fv1": 3.0, "Fv2": 1.5, "Fc1": 4.0, "Fc2": 2.0, "Off1": 1.0, "Off2": -0.
 ROLES = ("identify", "identify", "validate")
 
 
-def believed() -> Model:
+def nominal_model() -> Model:
     """Without the spring; friction as a guess, within a fifth."""
     model = two_joints.model()
-    stated = {name: Belief(0.95 * TRUE[name], 0.2 * TRUE[name]) for name in ("Fv1", "Fv2", "Fc1", "Fc2")}
+    stated = {name: Prior(0.95 * TRUE[name], 0.2 * TRUE[name]) for name in ("Fv1", "Fv2", "Fc1", "Fc2")}
     robot = replace(model.robot, inertial_tolerance=0.02, drive_gain_tolerance=0.02, gear_ratio=GEARS)
     return replace(model, robot=robot, stated=stated)
 
@@ -36,9 +36,9 @@ def believed() -> Model:
 def recording(role: str, seed: int, spring: float = STIFFNESS, length: float = 16.0) -> Recording:
     path = random_fourier(two_joints.arm().limits, length, period=4.0, seed=seed)
     values = TRUE | {"Ks2": spring}
-    given = np.array([values.get(n, b) for n, b in zip(PLANT.names, PLANT.believed_values, strict=True)])
+    given = np.array([values.get(n, b) for n, b in zip(PLANT.names, PLANT.nominal_values, strict=True)])
     motion = path.at(np.arange(0.0, length, 0.004))
-    made = simulate(PLANT, given, two_joints.GAIN, motion, believed(), name=f"{role}{seed}", seed=seed)
+    made = simulate(PLANT, given, two_joints.GAIN, motion, nominal_model(), name=f"{role}{seed}", seed=seed)
     return replace(made, settings={**made.settings, "role": role})
 
 
@@ -50,12 +50,14 @@ def recordings(spring: float = STIFFNESS) -> list[Recording]:
 @cache
 def diagnosis(spring: float = STIFFNESS) -> Diagnosis:
     runs = [(run.settings["role"], run) for run in recordings(spring)]
-    return diagnose(believed(), runs, "small")
+    return diagnose(nominal_model(), runs, "small")
 
 
 def instead(effect: str, joint: int | None, probability: float = 0.2) -> Alternative:
     """What a finding might be instead, with coefficients of one."""
-    candidate = next(one for one in hypotheses(effect, believed()) if joint is None or one.joints == (joint,))
+    candidate = next(
+        one for one in hypotheses(effect, nominal_model()) if joint is None or one.joints == (joint,)
+    )
     answer = SimpleNamespace(
         candidate=candidate,
         values=np.ones(len(candidate.names)),

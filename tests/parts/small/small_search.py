@@ -17,7 +17,7 @@ from exidyn.identify.simulation.simulate import simulate
 from exidyn.trajectories.random_motion import random_fourier
 
 from . import two_joints
-from .small_diagnosis import TRUE, believed
+from .small_diagnosis import TRUE, nominal_model
 
 LENGTHS = {"identify": 16.0, "validate": 8.0}
 ROLES = ("identify", "identify", "validate")
@@ -45,13 +45,13 @@ def record(
         change: Of what was recorded.
         only: Role of the runs in which the effects are there; all by default.
     """
-    model = believed() if model is None else model
+    model = nominal_model() if model is None else model
     runs = []
     for seed, role in enumerate(roles):
         own = effects if only in ("", role) else ()
         plant = replace(model, effects=(*model.effects, *own))
         given = TRUE | dict(values or {})
-        true = np.array([given.get(n, b) for n, b in zip(plant.names, plant.believed_values, strict=True)])
+        true = np.array([given.get(n, b) for n, b in zip(plant.names, plant.nominal_values, strict=True)])
         path = random_fourier(model.robot.limits, LENGTHS[role], period=5.0, seed=seed)
         motion = path.at(np.arange(0.0, LENGTHS[role], TICK))
         made = simulate(plant, true, two_joints.GAIN, motion, model, name=f"{role}{seed}", seed=seed)
@@ -64,7 +64,7 @@ def record(
 
 
 def problem(runs: Sequence[tuple[str, Recording]], model: Model | None = None) -> Problem:
-    model = nominal(believed() if model is None else model)
+    model = nominal(nominal_model() if model is None else model)
     return Problem.of(model, usable(model, runs)[0])
 
 

@@ -14,7 +14,7 @@ from . import two_joints
 WRONG = 1.1
 """Believed over true drive gain."""
 PLANT = two_joints.model(Payload("L"))
-BELIEVED = two_joints.model(gain=WRONG * two_joints.GAIN)
+NOMINAL = two_joints.model(gain=WRONG * two_joints.GAIN)
 
 
 def run(
@@ -27,7 +27,7 @@ def run(
         np.array([values[n] for n in PLANT.names]),
         two_joints.GAIN,
         motion,
-        BELIEVED,
+        NOMINAL,
         payload=payload,
         name=name,
         seed=noise_seed,

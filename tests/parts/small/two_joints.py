@@ -39,7 +39,7 @@ def true_values(of, mass_payload=0.0):
     """A value for every parameter; friction and offsets are not believed."""
     given = {"Fv1": 3.0, "Fv2": 1.5, "Fc1": 4.0, "Fc2": 2.0, "Off1": 1.0, "Off2": -0.5}
     given |= {"MXL": 0.1 * mass_payload, "MZL": 0.05 * mass_payload, "YYL": 0.02 * mass_payload}
-    return np.array([given.get(n, v) for n, v in zip(of.names, of.believed_values, strict=True)])
+    return np.array([given.get(n, v) for n, v in zip(of.names, of.nominal_values, strict=True)])
 
 
 def trajectory(duration=20.0, seed=0):
@@ -73,7 +73,7 @@ def equations(rows=800, payload=False, rate=20.0):
         rate=rate,
         noise=np.full(2, 1e-3),
         commanded=lambda: regressor,
-        believed=of.believed_values,
+        nominal=of.nominal_values,
         tolerance=np.full(len(of.names), np.inf),
         bodies=tuple(of.inertias),
     )

@@ -187,7 +187,7 @@ def test_fixed_hypotheses_have_nothing_to_move():
         (lambda: Discriminate((balancer(), spring()), Observation(np.zeros(2), 1.0)), "above 0"),
         (lambda: Discriminate((balancer(), spring()), Observation(np.ones(3), 1.0)), "a drive"),
         (lambda: Discriminate((balancer(), spring()), OBSERVATION, np.zeros((3, 3))), "earlier"),
-        (lambda: Hypothesis.believed("x", model(), {"Kr": 1.0}), "no parameter 'Kr'. Valid: XX1"),
+        (lambda: Hypothesis.of_priors("x", model(), {"Kr": 1.0}), "no parameter 'Kr'. Valid: XX1"),
         (lambda: Hypothesis("x", model(), np.zeros(3), np.eye(3)), "parameters of its model"),
         (lambda: replace(balancer(), values=np.full(len(balancer().values), np.nan)), "NaN"),
     ],

@@ -13,7 +13,7 @@ from exidyn.identify.effects import (
 )
 from exidyn.trajectories.discrimination.discriminate import Discriminate
 from exidyn.trajectories.discrimination.distinction import SURE, distinguish, sentences
-from exidyn.trajectories.discrimination.most_telling import most_telling, states_within
+from exidyn.trajectories.discrimination.most_informative import most_informative, states_within
 from exidyn.trajectories.discrimination.remedies import known_payload, link_encoders, tilted
 from exidyn.trajectories.discrimination.separation import explain, probability, separation
 
@@ -99,7 +99,7 @@ def test_weak_pairs_are_told_how_many_runs():
 
 def test_bounds_of_the_most_telling_states_hold_a_motion():
     true, rival, limits = stribeck(), grease(), arm().limits
-    low, high = most_telling(true, rival, OBSERVATION, limits, 200.0)
+    low, high = most_informative(true, rival, OBSERVATION, limits, 200.0)
     random = explain_states(true, rival, states_within(limits, 300, seed=4), 200.0)
     assert random < low <= high
     assert high < 2.0 * low

@@ -23,14 +23,14 @@ def series(seed=0, size=0.1):
     return Fourier(5.0, np.array([0.1, -0.2]), sine, cosine)
 
 
-def believed_torque(states):
+def nominal_torque(states):
     of = model()
     return of.torque(states.motion(), true_values(of))
 
 
 def test_what_keeps_to_every_limit_has_no_violation():
-    assert check(series(), LIMITS, TICK, believed_torque) == []
-    assert check(Phases.hold(np.zeros(2), 1.0), LIMITS, TICK, believed_torque) == []
+    assert check(series(), LIMITS, TICK, nominal_torque) == []
+    assert check(Phases.hold(np.zeros(2), 1.0), LIMITS, TICK, nominal_torque) == []
 
 
 @pytest.mark.parametrize("what", ["position", "velocity", "acceleration", "jerk"])
@@ -90,9 +90,9 @@ def test_either_computation_of_the_stop_is_enough_to_refuse(monkeypatch, broken)
 def test_torque_between_ticks_is_found():
     """A limit one millionth below the peak of a fine search is violated, one above it kept."""
     core = series()
-    peak = np.max(np.abs(believed_torque(core.at(np.linspace(0, 5, 100_001)))), axis=0)
-    assert check(core, replace(LIMITS, torque=peak + [1e-4, 1e-3]), TICK, believed_torque) == []
-    found = check(core, replace(LIMITS, torque=(1 - 1e-6) * peak), 0.01, believed_torque)
+    peak = np.max(np.abs(nominal_torque(core.at(np.linspace(0, 5, 100_001)))), axis=0)
+    assert check(core, replace(LIMITS, torque=peak + [1e-4, 1e-3]), TICK, nominal_torque) == []
+    found = check(core, replace(LIMITS, torque=(1 - 1e-6) * peak), 0.01, nominal_torque)
     assert [(violation.what, violation.joint) for violation in found] == [("torque", 0), ("torque", 1)]
 
 

@@ -17,8 +17,8 @@ from exidyn.trajectories.limits.usable_limits import usable
 from exidyn.trajectories.planning.goal_after_fit import learned
 from exidyn.trajectories.planning.identification_goal import (
     NOISE,
-    believed_noise,
     identification_goal,
+    nominal_noise,
 )
 from exidyn.trajectories.planning.planner import plan
 from exidyn.trajectories.planning.wishes import Wishes, periods_of
@@ -158,10 +158,10 @@ def test_more_runs_after_a_fit_are_more_rows():
 
 def test_a_fit_is_believed_as_it_was_found():
     of = learned(fit())
-    np.testing.assert_allclose(fit().base.regrouping @ of.believed_values, fit().estimate.values, rtol=1e-9)
-    belief = dict(zip(of.names, of.beliefs, strict=True))
-    assert belief["Fc1"].value == pytest.approx(fit().value("Fc1"))
-    assert belief["Fc1"].std == pytest.approx(fit().estimate.std[fit().names.index("Fc1")])
+    np.testing.assert_allclose(fit().base.regrouping @ of.nominal_values, fit().estimate.values, rtol=1e-9)
+    prior = dict(zip(of.names, of.priors, strict=True))
+    assert prior["Fc1"].value == pytest.approx(fit().value("Fc1"))
+    assert prior["Fc1"].std == pytest.approx(fit().estimate.std[fit().names.index("Fc1")])
 
 
 def test_after_a_fit_a_loaded_run_needs_a_body_that_the_fit_knows():
@@ -230,7 +230,7 @@ def test_the_exciting_part_is_as_long_as_wished():
 
 def test_noise_is_a_share_of_the_torque():
     of = two_joints.model()
-    noise = believed_noise(of, limits())
+    noise = nominal_noise(of, limits())
     heavier = replace(of.robot, kinematics=of.robot.kinematics.copy())
     for joint in (1, 2):
         heavier.kinematics.inertias[joint] = type(of.robot.kinematics.inertias[1])(
@@ -238,8 +238,8 @@ def test_noise_is_a_share_of_the_torque():
             of.robot.kinematics.inertias[joint].lever,
             3 * of.robot.kinematics.inertias[joint].inertia,
         )
-    np.testing.assert_allclose(believed_noise(replace(of, robot=heavier), limits()), 3 * noise, rtol=1e-9)
-    holding = np.abs(of.torque(of.loaded(limits_rest()), of.believed_values)).max(axis=0)
+    np.testing.assert_allclose(nominal_noise(replace(of, robot=heavier), limits()), 3 * noise, rtol=1e-9)
+    holding = np.abs(of.torque(of.loaded(limits_rest()), of.nominal_values)).max(axis=0)
     assert np.all((0.1 * NOISE * holding < noise) & (noise < 3 * NOISE * holding))
 
 
@@ -251,7 +251,7 @@ def limits_rest():
 
 def test_noise_where_nothing_is_believed_is_one():
     of = Model(two_joints.arm(), smooth_model().effects[1:])
-    np.testing.assert_array_equal(believed_noise(of, limits()), [1.0, 1.0])
+    np.testing.assert_array_equal(nominal_noise(of, limits()), [1.0, 1.0])
 
 
 def test_a_criterion_that_there_is_not_lists_those_there_are():

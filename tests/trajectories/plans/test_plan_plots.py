@@ -10,7 +10,7 @@ from exidyn.identify.arm.robot import Limits
 from exidyn.identify.effects import Payload
 from exidyn.trajectories.families.fourier import Fourier
 from exidyn.trajectories.families.phases import Phases
-from exidyn.trajectories.plans.plan_check import believed_torque, violations
+from exidyn.trajectories.plans.plan_check import nominal_torque, violations
 from exidyn.trajectories.plans.plan_page import plan_page
 from exidyn.trajectories.plans.plan_plots import joint_plot, plan_curves
 from exidyn.trajectories.plans.plan_summary import plan_facts, summary
@@ -128,10 +128,10 @@ def test_a_peak_between_ticks_is_marked_too():
 
 def test_torque_is_that_of_the_model_and_has_its_own_panel(plan):
     model = two_joints.model()
-    torque = believed_torque(plan, model)
+    torque = nominal_torque(plan, model)
     (run,) = torque.runs
     states = plan.trajectory.every(plan.tick)
-    expected = model.torque(states.motion(), model.believed_values)
+    expected = model.torque(states.motion(), model.nominal_values)
     np.testing.assert_allclose(run[1], expected)
     np.testing.assert_allclose(torque.use.upper, 200.0)
     assert np.all(torque.use.reached.upper >= expected.max(axis=0))
@@ -142,7 +142,7 @@ def test_torque_is_that_of_the_model_and_has_its_own_panel(plan):
 
 def test_a_payload_pair_has_two_torques_and_the_worse_counts(plan):
     model = two_joints.model(Payload("L", BODY))
-    torque = believed_torque(replace(plan, payload_pair=True), model)
+    torque = nominal_torque(replace(plan, payload_pair=True), model)
     assert [name for name, _ in torque.runs] == ["unloaded", "L"]
     empty, full = (np.abs(values).max(axis=0) for _, values in torque.runs)
     assert np.all(full > empty)
@@ -157,7 +157,7 @@ def test_a_payload_pair_has_two_torques_and_the_worse_counts(plan):
 def test_violations_name_joint_limit_and_torque(plan):
     assert violations(plan) == []
     weak = replace(plan, limits=replace(plan.limits, torque=np.array([1.0, 200.0])))
-    (low, *_) = violations(weak, believed_torque(weak, two_joints.model()))
+    (low, *_) = violations(weak, nominal_torque(weak, two_joints.model()))
     assert low.startswith("shoulder: torque at ")
     said = violations(beyond(plan))
     assert any(s.startswith("shoulder: velocity at ") and "8.4" in s and "limit 3 rad/s" in s for s in said)
@@ -206,9 +206,9 @@ def test_page_says_what_it_did_not_look_at(plan):
     bare, known = two_joints.model(), two_joints.model(Payload("L", BODY))
     for one, torque, words in (
         (plan, None, "Not looked at here: collisions; torque, which needs the robot."),
-        (plan, believed_torque(plan, bare), "Not looked at here: collisions."),
-        (pair, believed_torque(pair, bare), "collisions; torque of the loaded run, since"),
-        (pair, believed_torque(pair, known), "Not looked at here: collisions."),
+        (plan, nominal_torque(plan, bare), "Not looked at here: collisions."),
+        (pair, nominal_torque(pair, bare), "collisions; torque of the loaded run, since"),
+        (pair, nominal_torque(pair, known), "Not looked at here: collisions."),
     ):
         assert words in plan_page(one, (), torque)
 

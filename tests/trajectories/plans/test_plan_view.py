@@ -11,7 +11,7 @@ from exidyn.identify.arm.link_frames import link_poses
 from exidyn.identify.arm.robot import Limits
 from exidyn.identify.effects import Payload
 from exidyn.trajectories.plans import view
-from exidyn.trajectories.plans.plan_check import believed_torque
+from exidyn.trajectories.plans.plan_check import nominal_torque
 from exidyn.trajectories.plans.plan_plots import plan_curves
 
 from ...parts.pages.rerun_viewer import (
@@ -55,7 +55,7 @@ def test_curves_read_back_are_those_of_the_trajectory(chunks, plan):
 
 
 def test_torque_has_a_curve_for_each_run(chunks, plan):
-    for run, values in believed_torque(plan, MODEL).runs:
+    for run, values in nominal_torque(plan, MODEL).runs:
         np.testing.assert_array_equal(numbers(chunks, f"/torque/elbow/{run}"), values[:, 1])
 
 
@@ -106,7 +106,7 @@ def test_flange_goes_along_its_path():
 @pytest.mark.parametrize("limited", [True, False])
 def test_viewer_shows_every_view_without_complaint(plan, limited):
     plan = plan if limited else replace(plan, limits=Limits.none(2))
-    curves = plan_curves(plan, believed_torque(plan, MODEL))
+    curves = plan_curves(plan, nominal_torque(plan, MODEL))
     end = plan.trajectory.every(1.0 / view.FRAMES).time[-1]
     # five quantities together, five of each of two joints, the arm and the summary
     expected = 5 + 5 * 2 + 2

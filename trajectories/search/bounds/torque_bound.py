@@ -20,7 +20,7 @@ class TorqueBound(Bound):
     which is not looked at.
 
     Attributes:
-        model: Robot and effects with their beliefs.
+        model: Robot and effects with their priors.
         limit: Shape (n,) [N m]; infinite where there is none.
         payloads: Body carried in each run of the same motion.
     """
@@ -32,7 +32,7 @@ class TorqueBound(Bound):
     def torque(self, states: States, payload: str) -> np.ndarray:
         """Believed joint torque, shape (t, n) [N m]."""
         motion = self.model.loaded(states.motion(payload))
-        return self.model.torque(motion, self.model.believed_values)
+        return self.model.torque(motion, self.model.nominal_values)
 
     def of(self, payload: str) -> Callable[[States], np.ndarray]:
         """The torque of one run as a function of states alone."""
@@ -65,7 +65,7 @@ class TorqueBound(Bound):
         pick = np.zeros((len(limited), t, n))
         pick[np.arange(len(limited)), :, limited] = 1.0 / self.limit[limited][:, None]
         flat = pick.reshape(-1, n)
-        gradient = self.model.motion_gradient(motion, flat[:, :, None] * self.model.believed_values, flat)
+        gradient = self.model.motion_gradient(motion, flat[:, :, None] * self.model.nominal_values, flat)
         parts = (gradient.position, gradient.velocity, gradient.acceleration)
         return [part.reshape(len(limited), t, n).swapaxes(0, 1) for part in parts]
 

@@ -1,7 +1,7 @@
 r"""Criteria: how good an information matrix is, as a number to be made small, and its gradient.
 
 The information matrix :math:`M = W^T W` (rows in units of their noise) adds up over runs, over earlier
-data and over beliefs, so a criterion need not know what it is the sum of. A criterion is a function of M
+data and over priors, so a criterion need not know what it is the sum of. A criterion is a function of M
 and of the size of each parameter, shape (b,), that gives the value and the derivative by M, symmetric.
 """
 

@@ -26,7 +26,7 @@ class Experiment:
         base: Its base parameters over all runs.
         payloads: Body carried in each run of the same motion; empty for none.
         noise: Standard deviation of each drive's torque, shape (n,) [N m].
-        known: Information that is there already, from earlier runs or beliefs, about the base parameters,
+        known: Information that is there already, from earlier runs or priors, about the base parameters,
             shape (b, b).
     """
 

@@ -59,12 +59,12 @@ class Identify:
     experiment: Experiment
     criterion: Criterion = condition
     rows: float = 1.0
-    believed: Model | None = None
+    nominal: Model | None = None
 
     @property
     def model(self) -> Model:
         """What the arm is believed to be."""
-        return self.believed or self.experiment.model
+        return self.nominal or self.experiment.model
 
     @property
     def payloads(self) -> Sequence[str]:
@@ -102,10 +102,10 @@ def parameter_sizes(experiment: Experiment) -> np.ndarray:
     much torque as the noise in a rich motion.
     """
     model, base = experiment.model, experiment.base
-    tolerance = np.array([belief.std for belief in model.beliefs])
+    tolerance = np.array([prior.std for prior in model.priors])
     entering = base.regrouping != 0
     deviation = np.sqrt(np.sum((np.where(entering, tolerance, 0.0) * base.regrouping) ** 2, axis=1))
-    size = np.hypot(base.regrouping @ model.believed_values, deviation)
+    size = np.hypot(base.regrouping @ model.nominal_values, deviation)
     motion = rich_motion(model, payload=experiment.payloads[-1])
     columns = experiment.columns(motion)[-1]
     noise = 1.0 / np.sqrt(np.mean(np.sum(columns**2, axis=1), axis=0))

@@ -7,7 +7,7 @@ import numpy as np
 
 from exidyn.identify.arm.motion import Motion
 from exidyn.identify.arm.robot import Robot
-from exidyn.identify.effects import EFFECTS, Belief, Effect, MotionGradient, Parameter
+from exidyn.identify.effects import EFFECTS, Effect, MotionGradient, Parameter, Prior
 from exidyn.identify.effects.effect import differences
 from exidyn.identify.model import Model
 
@@ -30,12 +30,12 @@ class DriveGains(Effect):
     def parameters(self, robot: Robot) -> list[Parameter]:
         return [Parameter(f"gain{joint + 1}", "1", regroup=2) for joint in range(robot.dof)]
 
-    def beliefs(self, robot: Robot) -> Mapping[str, Belief]:
-        error = Belief(0.0, robot.drive_gain_tolerance)
+    def priors(self, robot: Robot) -> Mapping[str, Prior]:
+        error = Prior(0.0, robot.drive_gain_tolerance)
         return {parameter.name: error for parameter in self.parameters(robot)}
 
     def regressor(self, robot: Robot, motion: Motion) -> np.ndarray:
-        torque = self.model.torque(self.model.loaded(motion), self.model.believed_values)
+        torque = self.model.torque(self.model.loaded(motion), self.model.nominal_values)
         on_motors = torque @ robot.to_motors.T
         return on_motors[:, None, :] * robot.coupling.T  # back to the joints, drive by drive
 
@@ -43,7 +43,7 @@ class DriveGains(Effect):
         self, robot: Robot, motion: Motion, weights: np.ndarray, known: np.ndarray
     ) -> MotionGradient:
         own = np.einsum("tji,ij->ti", weights, robot.coupling) @ robot.to_motors
-        values = self.model.believed_values
+        values = self.model.nominal_values
         return self.model.motion_gradient(self.model.loaded(motion), own[:, :, None] * values, own)
 
 
@@ -102,7 +102,7 @@ def with_shapes(model: Model, keys: Sequence[str]) -> Model:
     wanted, out, start = {EFFECTS[key] for key in keys}, model, 0
     for effect in model.effects:
         stop = start + len(effect.parameters(model.robot))
-        values = model.believed_values[start:stop]
+        values = model.nominal_values[start:stop]
         if type(effect) in wanted:
             pieces = effect.apart(model.robot)
             share = len(values) // len(pieces)

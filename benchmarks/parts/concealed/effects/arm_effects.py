@@ -58,8 +58,8 @@ def base_tilt(robot: Robot, joint: int, strength: float, rng: np.random.Generato
 
 
 def spring_balancer(robot: Robot, joint: int, strength: float, rng: np.random.Generator) -> Concealed:
-    believer = replace(robot, belief=robot.belief._replace(balancer=NO_BALANCER))
-    gone = believer.with_machine(balancer=NO_BALANCER)
+    stated = replace(robot, prior=robot.prior._replace(balancer=NO_BALANCER))
+    gone = stated.with_machine(balancer=NO_BALANCER)
     if robot.arm.balancer[0] >= 0:  # its owner does not know that the arm has one
         balancer = robot.arm.balancer * np.array([1, 1, 1, 1, *[np.clip(0.01 * strength, 0.1, 1.0)] * 2])
     else:
@@ -68,7 +68,7 @@ def spring_balancer(robot: Robot, joint: int, strength: float, rng: np.random.Ge
         balancer = np.array([1.0, *arms, -0.5 * np.pi - robot.arm.home[1] + rng.uniform(-0.5, 0.5), 0.0, 0.0])
         balancer[4], balancer[5] = 20.0 * pull, pull / arms[1] - 6.0 * pull
     values = dict(zip(("d21", "d22", "phi", "Kr", "K0"), balancer[1:], strict=True))
-    return Concealed(believer.with_machine(balancer=balancer), gone, (1,), values)
+    return Concealed(stated.with_machine(balancer=balancer), gone, (1,), values)
 
 
 def joint_spring(robot: Robot, joint: int, strength: float, rng: np.random.Generator) -> Concealed:

@@ -83,13 +83,13 @@ def swinging_tool(robot: Robot, joint: int, strength: float, rng: np.random.Gene
     hertz, damping = rng.uniform(1.5, 4.0), rng.uniform(0.03, 0.15)
     fast = 2.0 * np.pi * hertz
     loose = np.array([mass, mass * fast**2, 2.0 * damping * mass * fast])
-    firm, believed = (
+    firm, nominal = (
         weld(body, last, mass, np.zeros(3), np.zeros((3, 3)))
-        for body in (robot.machine.body, robot.belief.body)
+        for body in (robot.machine.body, robot.prior.body)
     )
-    believer = replace(robot, belief=robot.belief._replace(body=believed))
+    stated = replace(robot, prior=robot.prior._replace(body=nominal))
     parameters = {"mass": mass, "hertz": hertz, "damping": damping}
-    return Concealed(believer.with_machine(loose=loose), believer.with_machine(body=firm), (), parameters)
+    return Concealed(stated.with_machine(loose=loose), stated.with_machine(body=firm), (), parameters)
 
 
 def spinning_tool(robot: Robot, joint: int, strength: float, rng: np.random.Generator) -> Concealed:

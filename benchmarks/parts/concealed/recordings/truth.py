@@ -21,7 +21,7 @@ def truth_of(robot: Robot, effects: list[dict[str, Any]], validate: Run) -> dict
         "noise_floor_filtered": rms(low_pass(validate.noise)),
         "noise_filter_hz": FILTER_HZ,
         "torque_range": 2.0 * robot.peak,
-        "inertial_tolerance": robot.belief.inertial_tolerance,
+        "inertial_tolerance": robot.prior.inertial_tolerance,
         "plant": {
             "gain": robot.recorder.gain,
             "rotor_inertia": np.diag(machine.rotor),

@@ -53,7 +53,7 @@ def _table(path: Path, robot: Robot, run: Run) -> None:
 
 def urdf(robot: Robot) -> str:
     """The believed arm as URDF."""
-    body, limits = robot.belief.body, robot.arm.limits
+    body, limits = robot.prior.body, robot.arm.limits
     parts = ['<?xml version="1.0"?>', f'<robot name="{robot.arm.name}">', '  <link name="base"/>']
     for j in range(robot.arm.joints):
         parts += [
@@ -99,8 +99,8 @@ def _numbers(values: np.ndarray) -> str:
 
 def case_text(name: str, robot: Robot, runs: list[Run]) -> str:
     """The text of case.toml."""
-    arm, belief = robot.arm, robot.belief
-    balanced = belief.balancer[0] >= 0
+    arm, prior = robot.arm, robot.prior
+    balanced = prior.balancer[0] >= 0
     tables: list[tuple[str, dict[str, Any]]] = [
         ("[case]", {"name": name, "format": 1}),
         ("[robot]", {"name": arm.name, "dof": arm.joints, "urdf": "nominal.urdf",
@@ -112,17 +112,17 @@ def case_text(name: str, robot: Robot, runs: list[Run]) -> str:
         ("[limits]", {"position_lower": arm.limits.lower, "position_upper": arm.limits.upper,
                       "velocity": arm.limits.velocity, "acceleration": arm.limits.acceleration,
                       "torque": arm.limits.torque}),
-        ("[believed]", {"gravity": [0.0, 0.0, -9.81], "inertial_tolerance": belief.inertial_tolerance,
-                        "drive_gain": _six(belief.gain), "drive_gain_tolerance": belief.gain_tolerance,
-                        "gear_ratio": arm.gear, "rotor_inertia": _six(belief.rotor),
-                        "rotor_inertia_tolerance": belief.inertial_tolerance, "friction_tolerance": 0.2,
-                        "friction_viscous": _six(belief.viscous), "friction_coulomb": _six(belief.coulomb)}),
-        ("[believed.terms]", {"rotor_inertia": belief.terms["rotor"], "viscous": belief.terms["viscous"],
-                              "coulomb": belief.terms["coulomb"], "offset": belief.terms["offset"],
+        ("[believed]", {"gravity": [0.0, 0.0, -9.81], "inertial_tolerance": prior.inertial_tolerance,
+                        "drive_gain": _six(prior.gain), "drive_gain_tolerance": prior.gain_tolerance,
+                        "gear_ratio": arm.gear, "rotor_inertia": _six(prior.rotor),
+                        "rotor_inertia_tolerance": prior.inertial_tolerance, "friction_tolerance": 0.2,
+                        "friction_viscous": _six(prior.viscous), "friction_coulomb": _six(prior.coulomb)}),
+        ("[believed.terms]", {"rotor_inertia": prior.terms["rotor"], "viscous": prior.terms["viscous"],
+                              "coulomb": prior.terms["coulomb"], "offset": prior.terms["offset"],
                               "balancer": bool(balanced)}),
     ]  # fmt: skip
     if balanced:
-        joint, *values = belief.balancer
+        joint, *values = prior.balancer
         keys = ("d21", "d22", "phi", "Kr", "K0")
         tables += [("[believed.balancer]", {"joint": int(joint) + 1, **dict(zip(keys, values, strict=True))})]
     for run in runs:

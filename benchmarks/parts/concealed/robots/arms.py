@@ -110,7 +110,7 @@ def chain(quarter_turns: list, places: list, masses: list, coms: list, radii: li
 def kr270() -> Arm:
     """A heavy industrial arm with a spring balancer: numbers of exidyn's own robot file."""
     model = read_model("kr270")
-    robot, stated = model.robot, dict(zip(model.names, model.believed_values, strict=True))
+    robot, stated = model.robot, dict(zip(model.names, model.nominal_values, strict=True))
     links = robot.kinematics.inertias[1:]
     places = robot.kinematics.jointPlacements[1:]
     body = Body(

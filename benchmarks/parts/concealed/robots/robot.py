@@ -16,7 +16,7 @@ NEVER = 1e9
 WAVES = 4
 
 
-class Belief(NamedTuple):
+class Prior(NamedTuple):
     """What the owner believes; terms say which of it is in the model at all."""
 
     body: Body
@@ -29,7 +29,7 @@ class Belief(NamedTuple):
     inertial_tolerance: float
     gain_tolerance: float
 
-    def without(self, term: str, joint: int) -> "Belief":
+    def without(self, term: str, joint: int) -> "Prior":
         """The same without a term on a joint."""
         terms = {name: np.array(there) for name, there in self.terms.items()}
         terms[term][joint] = False
@@ -73,7 +73,7 @@ class Robot:
         arm: Its kind.
         machine: As it is.
         recorder: How it is recorded.
-        belief: What its owner believes.
+        prior: What its owner believes.
         touched: Run in which something touches it; elsewhere nothing does.
         peak: Largest torques of ordinary motion, (n,) [N m].
     """
@@ -81,7 +81,7 @@ class Robot:
     arm: Arm
     machine: Machine
     recorder: Recorder
-    belief: Belief
+    prior: Prior
     touched: str = ""
     peak: np.ndarray = field(default_factory=lambda: np.zeros(0))
 
@@ -99,11 +99,11 @@ class Robot:
 
     def without_term(self, term: str, joint: int) -> "Robot":
         """The same, but that its owner leaves a term out."""
-        return replace(self, belief=self.belief.without(term, joint))
+        return replace(self, prior=self.prior.without(term, joint))
 
 
 def honest(arm: Arm, rng: np.random.Generator) -> Robot:
-    """A robot with which nothing is wrong: beliefs true within their tolerances, some terms not needed."""
+    """A robot with which nothing is wrong: priors true within their tolerances, some terms not needed."""
     n = arm.joints
     tight = rng.random() < 0.5
     coulomb, viscous = arm.coulomb * rng.uniform(0.9, 1.1, n), arm.viscous * rng.uniform(0.9, 1.1, n)
@@ -116,7 +116,7 @@ def honest(arm: Arm, rng: np.random.Generator) -> Robot:
     offset = np.where(terms["offset"], rng.normal(0.0, 2.0, n) * arm.floor, 0.0)
     machine = _machine(arm, rotor, viscous, coulomb, offset, rng)
     gain_tolerance, tolerance = (0.01, 0.02) if tight else (0.02, 0.1)
-    belief = Belief(
+    prior = Prior(
         _doubtful(arm.body, tolerance, rng),
         arm.gain * _about(gain_tolerance, n, rng),
         rotor * _about(tolerance, n, rng),
@@ -127,7 +127,7 @@ def honest(arm: Arm, rng: np.random.Generator) -> Robot:
         tolerance,
         gain_tolerance,
     )
-    return Robot(arm, machine, _recorder(arm, rng), belief)
+    return Robot(arm, machine, _recorder(arm, rng), prior)
 
 
 def _about(tolerance: float, n: int, rng: np.random.Generator) -> np.ndarray:
@@ -216,4 +216,4 @@ def _recorder(arm: Arm, rng: np.random.Generator) -> Recorder:
     )
 
 
-__all__ = ["NEVER", "NO_BALANCER", "WAVES", "Belief", "Recorder", "Robot", "carried", "honest"]
+__all__ = ["NEVER", "NO_BALANCER", "WAVES", "Prior", "Recorder", "Robot", "carried", "honest"]

@@ -54,7 +54,7 @@ class Identified(NamedTuple):
 def identified(path: Path) -> Identified:
     """Base parameters out of a recording, drive gains believed."""
     fit: Fit = identify([read_recording(path)], drop=False)
-    true = dict(zip(MODEL.names, MODEL.believed_values, strict=True))
+    true = dict(zip(MODEL.names, MODEL.nominal_values, strict=True))
     truth = fit.base.regrouping @ [true[parameter.name] for parameter in fit.base.parameters]
     noise = float(np.median(fit.agreement[0].over_noise))
     return Identified(tuple(fit.base.names), fit.estimate.values, fit.estimate.std, truth, noise)

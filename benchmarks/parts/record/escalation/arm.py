@@ -22,7 +22,7 @@ def heavy(coarse: bool) -> Plant:
         rough = np.full(JOINTS, COARSE)
         sensors = replace(sensors, encoder_step=rough, encoder_noise=rough)
     gain = MODEL.robot.drive_gain
-    return PlantWithMass(MODEL, MODEL.believed_values, gain, START, control, sensors, None, thermal)
+    return PlantWithMass(MODEL, MODEL.nominal_values, gain, START, control, sensors, None, thermal)
 
 
 class _Measured(NamedTuple):

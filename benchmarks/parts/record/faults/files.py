@@ -210,7 +210,7 @@ def fate(path: Path, plan: Plan) -> str:
         return _refusal(path)
     except Exception as error:
         return f"{type(error).__name__}: {error}"
-    if found.doubts:
+    if found.warnings:
         return "refused"  # it is told before anybody says yes
     same = found.plan.trajectory.duration == plan.trajectory.duration and all(
         np.array_equal(a, b)

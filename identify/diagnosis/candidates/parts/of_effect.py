@@ -100,5 +100,5 @@ def _lower(model: Model, parameters: list[Any], reducible: bool) -> tuple[float,
     """What the model already has may be less than nominal, if it is such; nothing else may be negative."""
     if not reducible:
         return tuple(parameter.minimum for parameter in parameters)
-    believed = dict(zip(model.names, model.believed_values, strict=True))
-    return tuple(-max(float(believed.get(parameter.name, 0.0)), 0.0) for parameter in parameters)
+    nominal = dict(zip(model.names, model.nominal_values, strict=True))
+    return tuple(-max(float(nominal.get(parameter.name, 0.0)), 0.0) for parameter in parameters)

@@ -16,7 +16,7 @@ COUNT = len(REVERSALS) - 1 + len(PRESLIDING)
 
 def with_turning(model: Model, joint: int, candidate: Candidate) -> Candidate:
     """The candidate with other ways of turning its sign beside it, unless the model's friction has them."""
-    return candidate if joint in dry(model, model.believed_values) else _with_turning(model, joint, candidate)
+    return candidate if joint in dry(model, model.nominal_values) else _with_turning(model, joint, candidate)
 
 
 def _with_turning(model: Model, joint: int, candidate: Candidate) -> Candidate:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from exidyn.identify.arm.robot import Limits
-from exidyn.identify.effects import Belief, LoadDependentFriction, Payload, known_parameters
+from exidyn.identify.effects import LoadDependentFriction, Payload, Prior, known_parameters
 from exidyn.trajectories.clearances.region import Region, box
 from exidyn.trajectories.families.fourier import Fourier
 from exidyn.trajectories.limits.brake import stoppable
@@ -37,7 +37,7 @@ LOADED = smooth_model(LoadDependentFriction(reversal=0.08), Payload("L", BODY))
 def heavy():
     """With friction believed in, so that all effects make torque."""
     stated = {"Fv1": 3.0, "Fc1": 4.0, "Fc2": 2.0, "mu1": 0.05, "mu2": 0.1, "Off1": 1.0}
-    return replace(LOADED, stated={name: Belief(value) for name, value in stated.items()})
+    return replace(LOADED, stated={name: Prior(value) for name, value in stated.items()})
 
 
 BOUNDS = {
@@ -109,7 +109,7 @@ def test_torque_is_inside_where_its_margin_is_positive_in_every_run():
     expected = []
     for payload in ("", "L"):
         motion = bound.model.loaded(at.motion(payload))
-        torque = bound.model.regressor(motion) @ bound.model.believed_values
+        torque = bound.model.regressor(motion) @ bound.model.nominal_values
         torque = torque + bound.model.known_torque(motion)
         np.testing.assert_allclose(bound.of(payload)(at), torque)
         expected.append(within(torque, -bound.limit, bound.limit))

@@ -90,16 +90,16 @@ def test_rows_of_a_coupled_wrist_are_its_motors():
     of = coupled()
     at = replace(random_motion(of.robot, samples=10), payload="L")
     experiment = Experiment.of(of, ("L",), np.arange(1.0, 7.0))
-    believed = replace(of, effects=of.effects[:-1])
-    on_motors = believed.torque(at, believed.believed_values) @ np.linalg.inv(of.robot.coupling)
+    nominal = replace(of, effects=of.effects[:-1])
+    on_motors = nominal.torque(at, nominal.nominal_values) @ np.linalg.inv(of.robot.coupling)
     columns = np.zeros((10, 6, len(of.names)))
     for drive in range(6):
-        columns[:, drive, len(believed.names) + drive] = on_motors[:, drive]
-    regressor = believed.regressor(at)
+        columns[:, drive, len(nominal.names) + drive] = on_motors[:, drive]
+    regressor = nominal.regressor(at)
     for joint in range(6):
         for drive in range(6):
             share = np.linalg.inv(of.robot.coupling)[joint, drive]
-            columns[:, drive, : len(believed.names)] += share * regressor[:, joint]
+            columns[:, drive, : len(nominal.names)] += share * regressor[:, joint]
     columns = columns[:, :, experiment.base.kept] / np.arange(1.0, 7.0)[:, None]
     np.testing.assert_allclose(experiment.columns(at)[0], columns, rtol=1e-9, atol=1e-9)
 

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from exidyn.identify.effects import (
-    Belief,
     CoulombFriction,
     LoadDependentFriction,
     Payload,
+    Prior,
     RigidBody,
     StribeckFriction,
     known_parameters,
@@ -39,16 +39,16 @@ from ....parts.small import two_joints
 
 BODY = known_parameters(3.0, (0.1, 0.0, 0.05))
 FRICTION = {
-    "mu1": Belief(0.1),
-    "mu2": Belief(0.2),
-    "Fc1": Belief(4.0, 1.0),
-    "Fc2": Belief(2.0),
-    "Fv1": Belief(3.0),
-    "Fv2": Belief(1.5),
+    "mu1": Prior(0.1),
+    "mu2": Prior(0.2),
+    "Fc1": Prior(4.0, 1.0),
+    "Fc2": Prior(2.0),
+    "Fv1": Prior(3.0),
+    "Fv2": Prior(1.5),
 }
 
 
-def believed(*more):
+def nominal(*more):
     return replace(smooth_model(*more), stated=FRICTION)
 
 
@@ -59,9 +59,9 @@ def motion(payload="", samples=20):
 @pytest.mark.parametrize("payload", ["", "L"])
 def test_a_gain_is_the_torque_that_flows_through_it(payload):
     """What changes when all currents of one drive are read one per cent larger."""
-    of = believed(LoadDependentFriction(), Payload("L", BODY))
+    of = nominal(LoadDependentFriction(), Payload("L", BODY))
     at = motion(payload)
-    torque = of.torque(of.loaded(at), of.believed_values)
+    torque = of.torque(of.loaded(at), of.nominal_values)
     columns = DriveGains(of).regressor(of.robot, at)
     assert columns.shape == (20, 2, 2)
     np.testing.assert_allclose(columns.sum(axis=2), torque)
@@ -71,7 +71,7 @@ def test_a_gain_is_the_torque_that_flows_through_it(payload):
 
 def test_all_gains_are_told_by_a_pair_alone():
     """Without a known body, all of them scaled together are all parameters scaled: one is regrouped."""
-    of = with_drive_gains(believed(Payload("L", BODY)))
+    of = with_drive_gains(nominal(Payload("L", BODY)))
     alone, pair = (Experiment.of(of, payloads).base.names for payloads in ([""], ["", "L"]))
     assert [name for name in alone if name.startswith("gain")] == ["gain1R"]
     assert [name for name in pair if name.startswith("gain")] == ["gain1", "gain2"]
@@ -79,13 +79,13 @@ def test_all_gains_are_told_by_a_pair_alone():
 
 def test_gains_are_believed_as_the_robot_says():
     robot = replace(two_joints.arm(), drive_gain_tolerance=0.03)
-    beliefs = DriveGains(Model(robot, (RigidBody(),))).beliefs(robot)
-    assert beliefs == {"gain1": Belief(0.0, 0.03), "gain2": Belief(0.0, 0.03)}
+    priors = DriveGains(Model(robot, (RigidBody(),))).priors(robot)
+    assert priors == {"gain1": Prior(0.0, 0.03), "gain2": Prior(0.0, 0.03)}
 
 
 def shaped(fade, joints=None):
     effect = StribeckFriction(joints, fade=fade, reversal=0.08)
-    return replace(smooth_model(effect), stated=FRICTION | {"Fs1": Belief(3.0), "Fs2": Belief(5.0)})
+    return replace(smooth_model(effect), stated=FRICTION | {"Fs1": Prior(3.0), "Fs2": Prior(5.0)})
 
 
 def test_shapes_are_columns_of_the_derivative_joint_by_joint():
@@ -93,7 +93,7 @@ def test_shapes_are_columns_of_the_derivative_joint_by_joint():
     columns = with_shapes(of, ["stribeck_friction"])
     names = columns.names[len(of.names) :]
     assert names == ["fade_Fs1", "reversal_Fs1", "fade_Fs2", "reversal_Fs2"]
-    torques = [shaped(0.3 + side * step).torque(at, of.believed_values) for side in (1, -1)]
+    torques = [shaped(0.3 + side * step).torque(at, of.nominal_values) for side in (1, -1)]
     expected = (torques[0] - torques[1]) / (2 * step)
     found = columns.regressor(at)[:, :, len(of.names) :]
     np.testing.assert_allclose(found[:, :, 0] + found[:, :, 2], expected, atol=1e-7)
@@ -117,7 +117,7 @@ def test_shapes_that_the_model_does_not_have_are_told(key):
 
 
 def test_shapes_that_need_the_load_get_it():
-    of = replace(smooth_model(LoadDependentFriction()), stated={"mu1": Belief(0.1), "mu2": Belief(0.1)})
+    of = replace(smooth_model(LoadDependentFriction()), stated={"mu1": Prior(0.1), "mu2": Prior(0.1)})
     effect = with_shapes(of, ["load_dependent_friction"]).effects[-1]
     assert isinstance(effect, ShapesOf)
     assert effect.needs_load
@@ -153,24 +153,24 @@ def test_the_goal_itself_is_the_last_objective(criterion):
 
 
 def test_objectives_see_gradual_friction_and_the_torque_limit_the_believed_one():
-    of = goal(two_joints.model(), believed=smooth_model())
+    of = goal(two_joints.model(), nominal=smooth_model())
     smooth = of.objectives(limits(), 0.01)[0].experiment.model
     assert smooth.effects[2].reversal == pytest.approx(0.057)
     assert of.experiment.model.effects[2].reversal == two_joints.model().effects[2].reversal
-    assert of.model is of.believed
+    assert of.model is of.nominal
     plain = goal()
     assert plain.model is plain.experiment.model
 
 
 def test_sizes_are_of_what_is_believed():
     """Regrouped ones with all that is regrouped into them: elbow's mass at 0.4 m."""
-    experiment = Experiment.of(believed())
+    experiment = Experiment.of(nominal())
     size = dict(zip(experiment.base.names, parameter_sizes(experiment), strict=True))
-    belief = dict(zip(experiment.model.names, experiment.model.beliefs, strict=True))
+    prior = dict(zip(experiment.model.names, experiment.model.priors, strict=True))
     assert size["Fc1"] == pytest.approx(np.hypot(4.0, 1.0))
-    assert size["MX2"] == pytest.approx(np.hypot(*belief["MX2"]))
-    deviation = np.hypot(belief["MX1"].std, 0.4 * belief["M2"].std)
-    assert size["MX1R"] == pytest.approx(np.hypot(belief["MX1"].value + 0.4 * belief["M2"].value, deviation))
+    assert size["MX2"] == pytest.approx(np.hypot(*prior["MX2"]))
+    deviation = np.hypot(prior["MX1"].std, 0.4 * prior["M2"].std)
+    assert size["MX1R"] == pytest.approx(np.hypot(prior["MX1"].value + 0.4 * prior["M2"].value, deviation))
 
 
 def test_what_nobody_believes_has_the_size_of_the_noise():
@@ -196,6 +196,6 @@ def test_words_name_the_criterion():
 
 
 def test_payloads_are_those_of_the_experiment():
-    of = Identify(Experiment.of(believed(Payload("L", BODY)), ("", "L")), worst)
+    of = Identify(Experiment.of(nominal(Payload("L", BODY)), ("", "L")), worst)
     assert of.payloads == ("", "L")
     assert {average, worst} < set(CRITERIA.values())

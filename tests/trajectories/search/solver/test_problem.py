@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from exidyn.identify.effects import (
-    Belief,
     LoadDependentFriction,
     Payload,
+    Prior,
     RigidBody,
     StribeckFriction,
     known_parameters,
@@ -41,7 +41,7 @@ from ....parts.runs.robots import sliding
 
 KINDS = ("position", "velocity", "acceleration", "jerk")
 BODY = known_parameters(3.0, (0.1, 0.0, 0.05))
-FRICTION = {"Fc1": Belief(4.0), "Fc2": Belief(2.0), "Fv1": Belief(3.0), "Fs1": Belief(2.0)}
+FRICTION = {"Fc1": Prior(4.0), "Fc2": Prior(2.0), "Fv1": Prior(3.0), "Fs1": Prior(2.0)}
 
 
 @pytest.mark.parametrize("series", [1, 3])
@@ -95,7 +95,7 @@ def kr270():
 
 
 def load_friction():
-    stated = FRICTION | {"mu1": Belief(0.1), "mu2": Belief(0.1)}
+    stated = FRICTION | {"mu1": Prior(0.1), "mu2": Prior(0.1)}
     return replace(smooth_model(LoadDependentFriction(reversal=0.08)), stated=stated)
 
 

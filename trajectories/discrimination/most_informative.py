@@ -14,7 +14,7 @@ STEPS = 30
 """Of the search for them; nearly every pair is decided by the third."""
 
 
-def most_telling(
+def most_informative(
     true: Hypothesis,
     rival: Hypothesis,
     observation: Observation,
@@ -44,7 +44,7 @@ def most_telling(
     for _ in range(STEPS):
         found = explain(rival, seen, torque, np.tile(weight, kinds))
         left = np.sum(found.residual**2, axis=1).reshape(kinds, STATES).sum(axis=0)
-        held = found.separation - float(weight @ left)  # what its beliefs charge the rival
+        held = found.separation - float(weight @ left)  # what its priors charge the rival
         low, high = max(low, found.separation), min(high, rows * float(left.max()) + held)
         if low >= wanted or high < wanted or high - low <= 0.01 * high:
             break

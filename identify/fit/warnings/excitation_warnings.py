@@ -1,4 +1,4 @@
-"""Doubts about motions that are too poor, though something could be computed from them."""
+"""Warnings about motions that are too poor, though something could be computed from them."""
 
 from collections.abc import Sequence
 
@@ -15,19 +15,19 @@ WORST = 1000.0
 times more weakly than the best, and a torque error of a thousandth is all of it. Good ones are near 100."""
 
 
-def excitation_doubts(joints: Sequence[str], runs: Sequence[Prepared], condition: float) -> tuple[str, ...]:
+def excitation_warnings(joints: Sequence[str], runs: Sequence[Prepared], condition: float) -> tuple[str, ...]:
     """What the user should know of the motions used, in sentences; empty if they will do."""
     lower = np.min([run.motion.position.min(axis=0) for run in runs], axis=0)
     upper = np.max([run.motion.position.max(axis=0) for run in runs], axis=0)
-    doubts = [
+    warnings = [
         f"{joint} moves by only {reach:.2g} rad or m in all runs used (under {SMALLEST}): its friction and "
         "inertia cannot be found; add a run in which it moves"
         for joint, reach in zip(joints, upper - lower, strict=True)
         if reach < SMALLEST
     ]
     if not condition < WORST:
-        doubts.append(
+        warnings.append(
             f"the motion is poor: condition number {condition:.3g} (good ones are near 100, the limit is "
             f"{WORST:g}); values may be wrong by more than they say. Move all joints, farther and faster"
         )
-    return tuple(doubts)
+    return tuple(warnings)

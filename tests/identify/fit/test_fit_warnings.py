@@ -12,7 +12,7 @@ from exidyn.identify.fit.fit import Fit
 from exidyn.identify.fit.fit_file import fit_text, read_fit
 from exidyn.identify.fit.identification import identify
 from exidyn.identify.fit.payload_centre import payload_centres
-from exidyn.identify.fit.warnings.fit_doubts import FACTOR, far_gains, impossible_values, repeated_runs
+from exidyn.identify.fit.warnings.fit_warnings import FACTOR, far_gains, impossible_values, repeated_runs
 from exidyn.identify.fit.warnings.verdict import UNTESTED, joint_verdicts, verdict
 from exidyn.identify.pages.fit.fit_summary import summary
 from exidyn.identify.pages.fit.report import report_html
@@ -46,7 +46,7 @@ def found() -> Fit:
 def test_amperes_are_not_called_newton_metres():
     assert amperes().measures == "current"
     assert verdict(amperes())[0].startswith(SCALE)
-    assert [doubt for doubt in amperes().doubts if doubt.startswith(SCALE)] == [verdict(amperes())[0]]
+    assert [warning for warning in amperes().warnings if warning.startswith(SCALE)] == [verdict(amperes())[0]]
     assert len(set(verdict(amperes()))) == len(verdict(amperes()))
     text, page = summary(amperes()), report_html(amperes())
     for written in (text, page, parameters_markdown(amperes())):
@@ -61,7 +61,7 @@ def test_amperes_are_not_called_newton_metres():
     # The shoulder feels the forearm in other amperes than the elbow does: no physics has to be missing.
     assert "That may be the unknown drive gains alone" in verdict(amperes())[1]
     [row] = [line.split() for line in text.splitlines() if line.split()[:1] == ["MX2"]]
-    assert np.isfinite(amperes().believed[1][amperes().names.index("MX2")])
+    assert np.isfinite(amperes().prior[1][amperes().names.index("MX2")])
     assert row[-3:] == ["-", "-", "kept"]
 
 
@@ -158,7 +158,7 @@ def test_the_same_recording_is_known_by_its_content():
 
 def test_a_flattering_validation_is_a_doubt_of_the_fit():
     recording = run("empty")
-    assert any("says nothing" in d for d in identify([recording], [replace(recording, name="x")]).doubts)
+    assert any("says nothing" in d for d in identify([recording], [replace(recording, name="x")]).warnings)
 
 
 def renamed(recording: Recording) -> Recording:
@@ -179,24 +179,24 @@ def test_a_robot_with_other_joints_is_refused_with_both_lists():
 )
 def test_gains_far_from_those_stated_point_to_the_mass(ratio, doubted):
     gain = fit().model.robot.drive_gain * [1.0, ratio]
-    doubts = far_gains(replace(fit(), estimate=replace(fit().estimate, gain=gain)))
-    assert len(doubts) == doubted
-    assert all("elbow" in d and "check --mass (is its unit kg?" in d for d in doubts)
+    warnings = far_gains(replace(fit(), estimate=replace(fit().estimate, gain=gain)))
+    assert len(warnings) == doubted
+    assert all("elbow" in d and "check --mass (is its unit kg?" in d for d in warnings)
 
 
 @pytest.mark.parametrize(("deviations", "doubted"), [(-2.1, True), (-1.9, False), (5.0, False)])
 def test_a_negative_friction_is_impossible(deviations, doubted):
     values = np.array(fit().estimate.values)
     values[fit().names.index("Fv2")] = deviations * fit().estimate.std[fit().names.index("Fv2")]
-    doubts = impossible_values(replace(fit(), estimate=replace(fit().estimate, values=values)))
-    assert [d.startswith("Fv2 is negative (-0.") for d in doubts] == [True] * doubted
-    assert all("try --estimator consistent" in d for d in doubts)
+    warnings = impossible_values(replace(fit(), estimate=replace(fit().estimate, values=values)))
+    assert [d.startswith("Fv2 is negative (-0.") for d in warnings] == [True] * doubted
+    assert all("try --estimator consistent" in d for d in warnings)
 
 
 def test_what_is_regrouped_or_has_no_minimum_may_be_negative():
     values = -1e3 * np.abs(fit().estimate.values)
-    doubts = impossible_values(replace(fit(), estimate=replace(fit().estimate, values=values)))
-    named = {doubt.split()[0] for doubt in doubts}
+    warnings = impossible_values(replace(fit(), estimate=replace(fit().estimate, values=values)))
+    named = {warning.split()[0] for warning in warnings}
     assert {"Fv1", "Fc2"} <= named
     assert not [name for name in named if name.startswith(("M", "Off")) or name.endswith("R")]
 

@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from exidyn.identify.effects import Belief
+from exidyn.identify.effects import Prior
 from exidyn.identify.errors import NotExcited
 from exidyn.identify.fit.base_parameters import base_parameters
 from exidyn.identify.fit.essential import unsupported
 from exidyn.identify.fit.estimators import Estimate, weighted
-from exidyn.identify.fit.identification import believed_away_from_zero, solvable
-from exidyn.identify.fit.warnings.excitation_doubts import SMALLEST, WORST, excitation_doubts
+from exidyn.identify.fit.identification import priors_away_from_zero, solvable
+from exidyn.identify.fit.warnings.excitation_warnings import SMALLEST, WORST, excitation_warnings
 from exidyn.identify.preparation.filters import Decimation
 from exidyn.identify.preparation.noise import quantisation
 
@@ -28,16 +28,16 @@ def moved(ranges):
 
 def test_a_joint_that_hardly_moves_in_any_run_is_named():
     names = ("shoulder", "elbow")
-    [doubt] = excitation_doubts(names, [moved([1.0, 0.02]), moved([0.0, 0.04])], 100.0)
-    assert doubt.startswith("elbow moves by only 0.04 rad or m in all runs used (under 0.05)")
-    assert excitation_doubts(names, [moved([1.0, 0.0]), moved([0.0, 1.01 * SMALLEST])], 100.0) == ()
+    [warning] = excitation_warnings(names, [moved([1.0, 0.02]), moved([0.0, 0.04])], 100.0)
+    assert warning.startswith("elbow moves by only 0.04 rad or m in all runs used (under 0.05)")
+    assert excitation_warnings(names, [moved([1.0, 0.0]), moved([0.0, 1.01 * SMALLEST])], 100.0) == ()
 
 
 @pytest.mark.parametrize("condition", [1.01 * WORST, np.inf, np.nan])
 def test_a_poor_condition_number_is_doubted(condition):
-    [doubt] = excitation_doubts(("a", "b"), [moved([1.0, 1.0])], condition)
-    assert doubt.startswith("the motion is poor: condition number")
-    assert excitation_doubts(("a", "b"), [moved([1.0, 1.0])], 0.99 * WORST) == ()
+    [warning] = excitation_warnings(("a", "b"), [moved([1.0, 1.0])], condition)
+    assert warning.startswith("the motion is poor: condition number")
+    assert excitation_warnings(("a", "b"), [moved([1.0, 1.0])], 0.99 * WORST) == ()
 
 
 def singular(equations):
@@ -68,10 +68,10 @@ def test_what_is_believed_to_be_far_from_zero_is_not_dropped():
 
 
 def test_beliefs_two_deviations_from_zero_count_as_far():
-    stated = {"Fv1": Belief(2.1, 1.0), "Fv2": Belief(1.9, 1.0), "Fc1": Belief(-2.1, 1.0), "Fc2": Belief(9.0)}
+    stated = {"Fv1": Prior(2.1, 1.0), "Fv2": Prior(1.9, 1.0), "Fc1": Prior(-2.1, 1.0), "Fc2": Prior(9.0)}
     model = replace(two_joints.model(), stated=stated)
     base = base_parameters(model)
-    far = {base.names[k] for k in believed_away_from_zero(base, model)}
+    far = {base.names[k] for k in priors_away_from_zero(base, model)}
     assert far & set(stated) == {"Fv1", "Fc1"}
 
 

@@ -1,4 +1,4 @@
-"""Doubts about a fit as a whole: its units, its gains, values that cannot be, runs that say nothing."""
+"""Warnings about a fit as a whole: its units, its gains, values that cannot be, runs that say nothing."""
 
 from collections.abc import Sequence
 from itertools import combinations
@@ -17,7 +17,7 @@ IMPOSSIBLE = 2.0
 """Deviations below its physical minimum from which a value is taken as impossible: 1 in 40 by chance."""
 
 
-def fit_doubts(fit: Fit) -> tuple[str, ...]:
+def fit_warnings(fit: Fit) -> tuple[str, ...]:
     """All of them that the fit alone tells, in sentences, the most important first."""
     return (*unknown_scale(fit), *far_gains(fit), *impossible_values(fit))
 
@@ -35,10 +35,10 @@ def unknown_scale(fit: Fit) -> tuple[str, ...]:
 
 def far_gains(fit: Fit) -> tuple[str, ...]:
     """Gains that came out far from what was stated: more likely, the mass of the payload is wrong."""
-    believed = fit.model.robot.drive_gain
+    nominal = fit.model.robot.drive_gain
     if fit.measures == "torque" or fit.gains_unstated or not np.any(fit.estimate.gain_std > 0.0):
         return ()
-    ratio = fit.estimate.gain / believed
+    ratio = fit.estimate.gain / nominal
     far = [
         f"{joint} {digits(r)}"
         for joint, r in zip(fit.model.robot.joints, ratio, strict=True)
@@ -55,17 +55,17 @@ def far_gains(fit: Fit) -> tuple[str, ...]:
 def impossible_values(fit: Fit) -> tuple[str, ...]:
     """Parameters that stand for themselves alone and are below what physics allows."""
     sign = " a wrong sign of its drive gain does that too;" if fit.unscaled else ""
-    doubts = []
+    warnings = []
     for row, (value, std) in enumerate(zip(fit.estimate.values, fit.estimate.std, strict=True)):
         parameter = fit.base.parameters[fit.base.kept[row]]
         alone = np.count_nonzero(fit.base.regrouping[row]) == 1
         if alone and value < parameter.minimum - IMPOSSIBLE * std:
             fact = "negative" if parameter.minimum == 0.0 else f"below {parameter.minimum:g}"
-            doubts.append(
+            warnings.append(
                 f"{parameter.name} is {fact} ({digits(value)} \N{PLUS-MINUS SIGN} {digits(std)}): "
                 f"impossible; something else is in its column;{sign} try --estimator consistent"
             )
-    return tuple(doubts)
+    return tuple(warnings)
 
 
 def repeated_runs(runs: Sequence[Recording], validate: Sequence[Recording]) -> tuple[str, ...]:
