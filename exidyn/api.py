@@ -51,11 +51,11 @@ def read(source: Run, robot: Arm | None = None, **options: Any) -> Recording:
 
     Args:
         source: A file.
-        robot: Where the file does not say.
+        robot: Where the file does not name it.
         options: Of the importer, such as the names of a table's columns.
 
     Raises:
-        NotAFile: Nobody reads what is there.
+        NotAFile: The file is of no known kind.
         RecordingError: There are several runs; `read_all` gives them.
     """
     found = read_all(source, robot, **options)
@@ -111,12 +111,12 @@ def identify(
         validate: Only predicted.
         robot: In place of the one inside the recordings.
         estimator: A name in `ESTIMATORS`; maximum likelihood with a known payload by default, else weighted.
-        filtering: Filters; chosen from the data where it says nothing.
+        filtering: Filters; chosen from the data where none is given.
         options: Further ones of `exidyn.identify.identify`: drop, fitted_shapes, progress.
 
     Raises:
         UnknownKey: There is no such estimator.
-        ExidynError: The runs cannot carry a fit; the message says why.
+        ExidynError: The runs cannot carry a fit; the message gives the reason.
     """
     if estimator and estimator not in ESTIMATORS:
         raise UnknownKey(estimator, "identify: estimator", tuple(ESTIMATORS))
@@ -140,7 +140,7 @@ def diagnose(
     """Which physics the model leaves out, with what evidence and which alternatives; see `identify`.
 
     Raises:
-        ExidynError: The runs cannot be used; the message says why.
+        ExidynError: The runs cannot be used; the message gives the reason.
     """
     fitted, held_out = _runs(runs, robot), _runs(validate, robot)
     if not fitted:

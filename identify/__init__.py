@@ -41,7 +41,7 @@ _PLACES = {
 
 
 class _Callable(ModuleType):
-    """This folder, and the function of its name: `exidyn.identify(log)` is what a notebook says."""
+    """This folder, and the function of its name: a notebook calls `exidyn.identify(log)`."""
 
     def __call__(self, *arguments: Any, **options: Any) -> Any:
         return import_module("exidyn.api").identify(*arguments, **options)

@@ -2,7 +2,7 @@
 
 ExidynError
 ├── RobotError          the description of the robot is wrong
-│   ├── UnknownKey      a key in a robot file that nobody reads
+│   ├── UnknownKey      a key in a robot file that is not known
 │   ├── UnknownJoint    a joint the robot does not have
 │   ├── EffectError     an effect of an installed package that cannot be used
 │   └── BrokenTree      kinematics that are not one tree of one-degree-of-freedom joints
@@ -12,7 +12,7 @@ ExidynError
 │   ├── NotRecorded     a signal that an effect needs, such as temperature, is not in the recording
 │   ├── BadTime         time stamps that do not increase
 │   ├── BadUnit         values that no joint or motor can have
-│   ├── NotAFile        a file that is not what its name says, or is empty
+│   ├── NotAFile        a file that does not hold what its name states, or is empty
 │   └── DifferentRobot  runs of two different robots in one identification
 ├── MissingPackage      an optional package that is not installed
 └── FitError            the data cannot carry what is asked of them
@@ -66,7 +66,7 @@ class RobotError(ExidynError, ValueError):
 
 
 class UnknownKey(RobotError):
-    """A key that nobody reads; the message lists the valid ones."""
+    """A key that is not known; the message lists the valid ones."""
 
     def __init__(self, key: str, where: str, valid: "list[str] | tuple[str, ...]") -> None:
         super().__init__(f"{where}: unknown key '{key}'. Valid keys: {listed(sorted(valid), key)}")
@@ -76,8 +76,10 @@ class UnknownJoint(RobotError, LookupError):
     """A joint that the robot does not have; the message lists the valid ones."""
 
     def __init__(self, joint: object, robot: str, valid: "list[str] | tuple[str, ...]") -> None:
-        said = f"has no joint '{joint}'" if isinstance(joint, str) else f"{joint!r}: joints are given by name"
-        super().__init__(f"{robot} {said}. Valid joints: {listed(valid, str(joint))}")
+        problem = (
+            f"has no joint '{joint}'" if isinstance(joint, str) else f"{joint!r}: joints are given by name"
+        )
+        super().__init__(f"{robot} {problem}. Valid joints: {listed(valid, str(joint))}")
 
 
 class EffectError(RobotError):
@@ -117,7 +119,7 @@ class BadUnit(RecordingError):
 
 
 class NotAFile(RecordingError):
-    """A file that is missing, empty, or not what its name says."""
+    """A file that is missing, empty, or does not hold what its name states."""
 
 
 class DifferentRobot(RecordingError):

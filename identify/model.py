@@ -19,7 +19,7 @@ class Model:
     Attributes:
         robot: Kinematics, limits and drives.
         effects: What makes torque; order is the order of the columns.
-        stated: Priors about parameters by name, beyond what the robot's inertias say.
+        stated: Priors about parameters by name, beyond the robot's inertias.
     """
 
     robot: Robot
@@ -54,7 +54,7 @@ class Model:
 
     @property
     def nominal_values(self) -> np.ndarray:
-        """Believed value of each parameter, shape (p,)."""
+        """Nominal value of each parameter, shape (p,)."""
         return np.array([prior.value for prior in self.priors])
 
     @property
@@ -77,7 +77,7 @@ class Model:
 
         Args:
             motion: A whole run, or a piece of one.
-            remembered: For a piece, its rows of what `remember` says of the whole run.
+            remembered: For a piece, its rows of what `remember` returns for the whole run.
         """
         known = remembered or {}
         none = np.zeros((*motion.position.shape, 0))  # of a model without effects
@@ -129,7 +129,7 @@ class Model:
         return replace(self, effects=tuple(e for e in self.effects if e.transmitted))
 
     def loaded(self, motion: Motion) -> Motion:
-        """The motion with the torque that the gears transmit, by prior; unchanged if no effect asks."""
+        """The motion with the nominal torque that gears transmit; unchanged if no effect needs it."""
         if not any(effect.needs_load for effect in self.effects):
             return motion
         gears = self._gears

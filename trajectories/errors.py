@@ -2,10 +2,10 @@
 
 ExidynError
 └── TrajectoryError        no trajectory can be what was asked for
-    ├── BadLimits          limits that no arm can move within, or that are not said
+    ├── BadLimits          limits that no arm can move within, or that are not given
     ├── Infeasible         nothing keeps to all limits from this start, in this region
     ├── NotContinuous      parts of a motion that do not join
-    ├── NothingToIdentify  the model has no parameter that motion could tell
+    ├── NothingToIdentify  the model has no parameter that motion could show
     ├── NotComparable      hypotheses that cannot be weighed against each other
     ├── NotATrajectory     a trajectory file that is not one, or of another version
     ├── OutsideTrajectory  a time before the start or after the end
@@ -22,7 +22,7 @@ class TrajectoryError(ExidynError, ValueError):
 
 
 class BadLimits(TrajectoryError):
-    """Limits that no arm can move within, or that are not said."""
+    """Limits that no arm can move within, or that are not given."""
 
 
 class Infeasible(TrajectoryError):
@@ -34,7 +34,7 @@ class NotContinuous(TrajectoryError):
 
 
 class NothingToIdentify(TrajectoryError):
-    """The model has no parameter that motion could tell."""
+    """The model has no parameter that motion could show."""
 
 
 class NotComparable(TrajectoryError):

@@ -1,4 +1,4 @@
-"""Joint words: what is said of joints by their number, in a robot's own names and units."""
+"""Joint words: messages about joints by their number, in a robot's own names and units."""
 
 import re
 from collections.abc import Iterator
@@ -24,14 +24,14 @@ def in_words_of(robot: Robot) -> Iterator[None]:
 def named(text: str, robot: Robot) -> str:
     """Text with the robot's joint names for their numbers."""
     before, *parts = NUMBERED.split(text)
-    said = [before]
+    parts = [before]
     for number, sentence in zip(parts[::2], parts[1::2], strict=True):
         joint = int(number) - 1
         if joint not in range(robot.dof):
-            said.append(f"joint {number}{sentence}")
+            parts.append(f"joint {number}{sentence}")
         elif robot.revolute[joint]:
-            said.append(robot.joints[joint] + sentence)
+            parts.append(robot.joints[joint] + sentence)
         else:
             metres = re.sub(r"\brad\b", "m", re.sub(r"\bN m\b", "N", sentence))
-            said.append(robot.joints[joint] + metres)
-    return "".join(said)
+            parts.append(robot.joints[joint] + metres)
+    return "".join(parts)

@@ -1,4 +1,4 @@
-"""Random motion that nobody optimised: for examples, tests, and to compare with."""
+"""Random motion that is not optimised: for examples, tests, and to compare with."""
 
 from dataclasses import dataclass
 

@@ -12,7 +12,7 @@ from exidyn.identify.diagnosis.refit import refit
 from exidyn.identify.diagnosis.words.summary import summary
 from exidyn.identify.errors import ExidynError
 from exidyn.identify.fit.fit import Fit
-from exidyn.identify.pages.diagnosis.told import whole
+from exidyn.identify.pages.diagnosis.page_data import whole
 from exidyn.identify.preparation.prepare import Filtering
 
 from ..arguments.common import add_output, command_parser

@@ -15,7 +15,7 @@ from exidyn.identify.fit.fit_file import write_fit
 from exidyn.identify.fit.json_file import read_json
 from exidyn.identify.model import Model
 from exidyn.identify.pages.diagnosis import report_html
-from exidyn.identify.pages.diagnosis.told import whole
+from exidyn.identify.pages.diagnosis.page_data import whole
 from exidyn.identify.robot_files.robot_text import model_text
 
 from ..terminal.json_output import json_text, write_whole

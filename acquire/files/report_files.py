@@ -10,7 +10,7 @@ import numpy as np
 from exidyn.identify.errors import ExidynError, NotAFile
 from exidyn.identify.fit.json_file import read_json
 from exidyn.identify.pages.combined import Compared
-from exidyn.identify.pages.diagnosis.told import Told, from_table
+from exidyn.identify.pages.diagnosis.page_data import PageData, from_table
 from exidyn.identify.recordings.importers import kind_of
 from exidyn.identify.simulation.comparison import Comparison, Mismatch, Regions
 
@@ -105,7 +105,7 @@ def read_table(path: Path) -> dict[str, Any]:
     return table
 
 
-def read_told(path: Path) -> tuple[Told, Traces | None]:
+def read_page_data(path: Path) -> tuple[PageData, Traces | None]:
     """A diagnosis, and the samples beside it if there are any.
 
     Raises:

@@ -11,7 +11,7 @@ from exidyn.identify.fit.fit_file import read_fit
 from exidyn.identify.fit.warnings.verdict import counted
 from exidyn.identify.model import Model
 from exidyn.identify.pages.combined import Fitted, Material, Run
-from exidyn.identify.pages.diagnosis.told import Told
+from exidyn.identify.pages.diagnosis.page_data import PageData
 from exidyn.identify.recordings.importers import import_source
 from exidyn.identify.recordings.recording import EFFORT, Recording
 from exidyn.identify.simulation.predicted import as_nominal, predicted
@@ -19,7 +19,7 @@ from exidyn.identify.simulation.predicted import as_nominal, predicted
 from ..commands.info_command import payload_words
 from ..views.names import told_apart
 from .payload_runs import PayloadRun, carrying
-from .report_files import COMPARISON, DIAGNOSIS, FIT, KINDS, RECORDING, Found, read_compared, read_told
+from .report_files import COMPARISON, DIAGNOSIS, FIT, KINDS, RECORDING, Found, read_compared, read_page_data
 from .traces_file import Traces
 
 HELD_OUT = "validate"
@@ -73,7 +73,7 @@ def material(
     )
 
 
-def _diagnosis(paths: Sequence[Path]) -> tuple[Told | None, Traces | None]:
+def _diagnosis(paths: Sequence[Path]) -> tuple[PageData | None, Traces | None]:
     """The diagnosis and its samples, if there is one.
 
     Raises:
@@ -81,7 +81,7 @@ def _diagnosis(paths: Sequence[Path]) -> tuple[Told | None, Traces | None]:
     """
     if len(paths) > 1:
         raise NotAFile(f"{' and '.join(map(str, paths))}: give one diagnosis at a time")
-    return read_told(paths[0]) if paths else (None, None)
+    return read_page_data(paths[0]) if paths else (None, None)
 
 
 def _recordings(paths: Sequence[Path], loaded: Sequence[PayloadRun], model: Model | None) -> list[Recording]:
@@ -108,7 +108,7 @@ def _improved(path: Path, fit: Fit, recordings: Sequence[Recording], progress: P
     return Fitted("Fit with what was found", predicted(fit, recordings), improved=True)
 
 
-def _predictable(told: Told | None, recordings: Sequence[Recording]) -> Sequence[Recording]:
+def _predictable(told: PageData | None, recordings: Sequence[Recording]) -> Sequence[Recording]:
     """Recordings that the improved fit foretells: none where it was made of runs put earlier by a delay."""
     delayed = told is not None and any(finding.effect == "time_delay" for finding in told.findings)
     return () if delayed else recordings

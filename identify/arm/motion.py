@@ -16,7 +16,7 @@ class Motion:
         position: Shape (t, n) [rad], or [m] where the joint slides.
         velocity: Shape (t, n) [rad/s].
         acceleration: Shape (t, n) [rad/s^2].
-        load: Torque that the gear transmits to its link, believed, shape (t, n) [N m].
+        load: Torque that the gear transmits to its link, nominal, shape (t, n) [N m].
         temperature: Shape (t, n) [degC]; NaN where it was not measured.
         payload: Name of the body carried on the flange in this run; empty for none.
     """

@@ -13,13 +13,13 @@ SLIDING = {"rad": "m", "rad/s": "m/s", "N m": "N"}
 """Unit of a joint that turns -> that of one that slides."""
 
 
-def _unsaid() -> np.ndarray:
+def _not_given() -> np.ndarray:
     return np.empty(0)
 
 
 @dataclass(frozen=True)
 class Limits:
-    """What the arm may do; infinite where nobody said.
+    """What the arm may do; infinite where not given.
 
     Attributes:
         position_lower: Shape (n,) [rad] or [m].
@@ -28,8 +28,8 @@ class Limits:
         acceleration: Shape (n,) [rad/s^2].
         jerk: Shape (n,) [rad/s^3].
         torque: Shape (n,) [N m].
-        velocity_lower: Shape (n,) [rad/s], negative; minus `velocity` unless said.
-        acceleration_lower: Shape (n,) [rad/s^2], negative; minus `acceleration` unless said.
+        velocity_lower: Shape (n,) [rad/s], negative; minus `velocity` unless given.
+        acceleration_lower: Shape (n,) [rad/s^2], negative; minus `acceleration` unless given.
     """
 
     position_lower: np.ndarray
@@ -38,8 +38,8 @@ class Limits:
     acceleration: np.ndarray
     jerk: np.ndarray
     torque: np.ndarray
-    velocity_lower: np.ndarray = field(default_factory=_unsaid)
-    acceleration_lower: np.ndarray = field(default_factory=_unsaid)
+    velocity_lower: np.ndarray = field(default_factory=_not_given)
+    acceleration_lower: np.ndarray = field(default_factory=_not_given)
 
     def __post_init__(self) -> None:
         for name in ("velocity", "acceleration"):
@@ -55,7 +55,7 @@ class Limits:
 
 @dataclass(frozen=True)
 class Robot:
-    """One arm as it is believed to be.
+    """One arm with its nominal parameters.
 
     Attributes:
         name: What people call it.
@@ -64,7 +64,7 @@ class Robot:
         drive_gain: Joint torque per motor current, signed, shape (n,) [N m/A].
         drive_gain_tolerance: Relative standard deviation of the drive gains [-].
         inertial_tolerance: Relative standard deviation of the nominal inertias [-].
-        inertias_stated: Whether somebody said that they are known so well; a bare URDF does not.
+        inertias_stated: Whether the robot file states how well they are known; a bare URDF does not.
         gear_ratio: Motor turns per joint turn, shape (n,) [-].
         coupling: Motor velocity over gear ratio = coupling @ joint velocity, the paper's (22) with
             unit diagonal, shape (n, n) [-].
@@ -74,12 +74,12 @@ class Robot:
     name: str
     kinematics: pin.Model
     limits: Limits = field(default_factory=lambda: Limits.none(0))
-    drive_gain: np.ndarray = field(default_factory=_unsaid)
+    drive_gain: np.ndarray = field(default_factory=_not_given)
     drive_gain_tolerance: float = 0.1
     inertial_tolerance: float = 0.1
     inertias_stated: bool = True
-    gear_ratio: np.ndarray = field(default_factory=_unsaid)
-    coupling: np.ndarray = field(default_factory=_unsaid)
+    gear_ratio: np.ndarray = field(default_factory=_not_given)
+    coupling: np.ndarray = field(default_factory=_not_given)
     flange: pin.SE3 = field(default_factory=pin.SE3.Identity)
 
     def __post_init__(self) -> None:

@@ -26,7 +26,7 @@ from .search.search import SearchResult, search
 from .search.selected import Selected
 
 UNSTATED = 100.0
-"""Relative standard deviation of inertias that nobody stated [-]: flat, and still a number."""
+"""Relative standard deviation of unstated inertias [-]: flat, and still a number."""
 
 
 def diagnose(
@@ -35,13 +35,13 @@ def diagnose(
     name: str = "",
     filtering: Filtering = Filtering(),  # noqa: B008
 ) -> Diagnosis:
-    """Say which physics a model leaves out.
+    """Find the physics that a model leaves out.
 
     Args:
-        model: Nominal, with its tolerances; what nobody stated is fitted freely.
+        model: Nominal, with its tolerances; what is unstated is fitted freely.
         recordings: Role and recording of each run; those of role "validate" are only predicted.
         name: Of the case; the robot's by default.
-        filtering: Filters; chosen from the data where it says nothing.
+        filtering: Filters; chosen from the data where none is given.
 
     Raises:
         DifferentRobot: A run of another robot.

@@ -32,7 +32,7 @@ def refit(
         diagnosis: With its evidence.
         recordings: Role and recording of each run.
         progress: Called with a sentence at each stage.
-        filtering: Filters; chosen from the data where it says nothing.
+        filtering: Filters; chosen from the data where none is given.
 
     Raises:
         ExidynError: The runs cannot carry a fit.

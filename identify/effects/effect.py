@@ -20,7 +20,7 @@ from ..arm.robot import Robot
 
 STEP = 1e-6
 """Of a central difference by position [rad] or velocity [rad/s]; its error is 1e-9 of what friction that
-turns over 3 mrad/s gains, and rounding adds as much."""
+reverses over 3 mrad/s gains, and rounding adds as much."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,7 +153,7 @@ class Effect(ABC):
         return {}
 
     def priors(self, robot: Robot) -> Mapping[str, Prior]:
-        """What the robot's description alone says about the parameters."""
+        """What the robot's description alone states about the parameters."""
         return {}
 
     def inertias(self, robot: Robot) -> list[slice]:

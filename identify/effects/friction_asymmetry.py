@@ -16,7 +16,7 @@ class FrictionAsymmetry(JointEffect):
 
     With `CoulombFriction`, the joint brakes with :math:`F_c + F_a` forward and :math:`F_c - F_a`
     backward; where drag differs too, likewise :math:`F_v \pm F_{va}`. Unlike a `CurrentOffset` it is gone
-    at standstill; a motion that never stands hardly tells the two apart.
+    at standstill; a motion without standstill hardly distinguishes the two.
 
     Attributes:
         reversal: Velocity :math:`v_r` over which the friction builds up [rad/s].

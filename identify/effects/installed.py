@@ -13,7 +13,7 @@ def installed(known: dict[str, type[Effect]]) -> dict[str, type[Effect]]:
     """Effects of all installed packages.
 
     Args:
-        known: Effects that there are already, whose names nobody else may use.
+        known: Effects that there are already, whose names no other may use.
 
     Raises:
         EffectError: A package has an effect that cannot be loaded, is none, or has a name that is taken.
@@ -32,9 +32,9 @@ def _loaded(entry: metadata.EntryPoint) -> type[Effect]:
     try:
         kind = entry.load()
     except Exception as error:  # whatever somebody else's module raises
-        said = f"{type(error).__name__}: {error}".splitlines()[0]
+        reason = f"{type(error).__name__}: {error}".splitlines()[0]
         raise EffectError(
-            f"{_where(entry)} cannot be loaded from {entry.value}: {said}. Repair or uninstall the package"
+            f"{_where(entry)} cannot be loaded from {entry.value}: {reason}. Repair or uninstall the package"
         ) from error
     if not (isinstance(kind, type) and issubclass(kind, Effect)):
         raise EffectError(f"{_where(entry)}: {entry.value} is no subclass of exidyn.identify.effects.Effect")

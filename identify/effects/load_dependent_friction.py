@@ -15,7 +15,7 @@ from .smooth_sign import smooth_sign, smooth_sign_by_reversal
 class LoadDependentFriction(JointEffect):
     r"""Torque :math:`\mu |\tau_{load}| \tanh(\dot q / v_r)`: teeth and bearings pressed by the load.
 
-    The load is `Motion.load`, the torque believed to pass the gear; the measured torque would carry
+    The load is `Motion.load`, the nominal torque through the gear; the measured torque would carry
     its noise, and the friction itself, into the column.
 
     Attributes:

@@ -16,7 +16,7 @@ class NonlinearViscousFriction(JointEffect):
     r"""Torque :math:`F_n\, \mathrm{sign}(\dot q)\, |\dot q / v_1|^a` with :math:`v_1` = 1 rad/s.
 
     The reference velocity makes the parameter a torque, whatever the exponent. With exponent 1 this is
-    `ViscousFriction`, and beside it the columns are then the same: an exponent near 1 says that there
+    `ViscousFriction`, and beside it the columns are then the same: an exponent near 1 means that there
     is nothing nonlinear to find. Towards 0 it nears `CoulombFriction`.
 
     Attributes:

@@ -94,7 +94,7 @@ class Payload(Effect):
 def known_parameters(
     mass: float, com: Sequence[float] | None = None, inertia: Sequence[float] | None = None
 ) -> tuple[tuple[str, float], ...]:
-    """What a weighed or drawn body says about its ten parameters, for `Payload.known`.
+    """The ten parameters of a weighed or drawn body, for `Payload.known`.
 
     Args:
         mass: From a scale [kg].

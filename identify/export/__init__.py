@@ -1,11 +1,11 @@
-"""Export: a model for the simulators that people use, and what each format has no words for."""
+"""Export: a model for the simulators that people use, and what each format cannot represent."""
 
 from collections.abc import Callable
 from typing import NamedTuple
 
 from . import json, mjcf, toml, urdf
+from .left_out import left_out
 from .portable import Portable
-from .unsaid import unsaid
 
 
 class Format(NamedTuple):
@@ -13,25 +13,25 @@ class Format(NamedTuple):
 
     Attributes:
         text: The file's content.
-        words: What the format can say, of the keys of `unsaid.WORDS`.
+        features: What the format can represent, of the keys of `left_out.FEATURES`.
         ending: Of the file's name.
     """
 
     text: Callable[[Portable], str]
-    words: tuple[str, ...]
+    features: tuple[str, ...]
     ending: str
 
     def leaves_out(self, portable: Portable) -> list[str]:
-        """What it has no words for, a sentence each."""
-        return unsaid(portable, self.words)
+        """What it cannot represent, a sentence each."""
+        return left_out(portable, self.features)
 
 
 FORMATS: dict[str, Format] = {
-    "urdf": Format(urdf.urdf, urdf.WORDS, ".urdf"),
-    "mjcf": Format(mjcf.mjcf, mjcf.WORDS, ".xml"),
-    "json": Format(json.json, json.WORDS, ".json"),
-    "toml": Format(toml.toml, toml.WORDS, ".toml"),
+    "urdf": Format(urdf.urdf, urdf.FEATURES, ".urdf"),
+    "mjcf": Format(mjcf.mjcf, mjcf.FEATURES, ".xml"),
+    "json": Format(json.json, json.FEATURES, ".json"),
+    "toml": Format(toml.toml, toml.FEATURES, ".toml"),
 }
-"""Name -> how; the first line of each function's docstring says what is in the file."""
+"""Name -> how; the first line of each function's docstring states what is in the file."""
 
 __all__ = ["FORMATS", "Format", "Portable"]

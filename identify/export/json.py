@@ -13,10 +13,10 @@ from ..arm.robot import Limits
 from ..effects import Effect, RigidBody, name_of
 from ..model import Model
 from ..robot_files.effect_rows import key_of
+from .left_out import FEATURES as EVERY
 from .portable import Portable
-from .unsaid import WORDS as EVERY
 
-WORDS = tuple(EVERY)
+FEATURES = tuple(EVERY)
 FORMAT = 1
 """Goes up when a reader of the former version would misunderstand a file."""
 

@@ -6,8 +6,8 @@ Dry friction is a constraint in MuJoCo, with a force
 
 up to the friction loss :math:`F`, where :math:`1 / M` is the joint's element of the inverse inertia at zero
 position. Time constant :math:`t_c`, of two steps at least, and impedance :math:`d` are chosen such that it
-turns over the same velocity :math:`v_r` as the model's, :math:`2 M / (t_c (1 - d)) = F / v_r`: along a line
-instead of tanh, and with as little inertia, by which it would feel acceleration, as the step allows.
+reverses over the same velocity :math:`v_r` as the model's, :math:`2 M / (t_c (1 - d)) = F / v_r`: along a
+line instead of tanh, and with as little inertia, by which it would feel acceleration, as the step allows.
 """
 
 from xml.etree import ElementTree
@@ -23,7 +23,7 @@ from ..effects import SpringBalancer
 from ..robot_files.urdf_text import words
 from .portable import Portable
 
-WORDS = ("gravity", "armature", "damping", "dry", "reversal", "stiffness", "constant", "balancers")
+FEATURES = ("gravity", "armature", "damping", "dry", "reversal", "stiffness", "constant", "balancers")
 STEP = 1e-3
 """Of the integration that the file asks for [s]."""
 SOFTEST = 0.01
@@ -96,19 +96,22 @@ def _add_inertial(body: Element, inertia: pin.Inertia) -> None:
 
 def _joint(portable: Portable, place: int, joint: Joint, soft: tuple[float, float]) -> dict[str, str]:
     joints, limits = portable.joints, portable.robot.limits
-    said = {"name": portable.robot.joints[place], "type": "hinge" if joint.revolute else "slide"}
-    said |= {"axis": words(joint.axis)}
+    attributes = {"name": portable.robot.joints[place], "type": "hinge" if joint.revolute else "slide"}
+    attributes |= {"axis": words(joint.axis)}
     bounds = np.array([limits.position_lower[place], limits.position_upper[place]])
     if np.all(np.isfinite(bounds)):
-        said["range"] = words(bounds)
+        attributes["range"] = words(bounds)
     numbers = {"armature": joints.armature, "damping": joints.damping, "frictionloss": joints.dry}
-    said |= {name: repr(float(values[place])) for name, values in numbers.items() if values[place]}
+    attributes |= {name: repr(float(values[place])) for name, values in numbers.items() if values[place]}
     if joints.dry[place]:
-        said |= {"solreffriction": words((soft[0], 1.0)), "solimpfriction": words((soft[1], soft[1], 1.0))}
+        attributes |= {
+            "solreffriction": words((soft[0], 1.0)),
+            "solimpfriction": words((soft[1], soft[1], 1.0)),
+        }
     if joints.stiffness[place]:
         rest = -joints.constant[place] / joints.stiffness[place]
-        said |= {"stiffness": repr(float(joints.stiffness[place])), "springref": repr(float(rest))}
-    return said
+        attributes |= {"stiffness": repr(float(joints.stiffness[place])), "springref": repr(float(rest))}
+    return attributes
 
 
 def _add_balancer(

@@ -1,4 +1,4 @@
-"""Portable: a model in the words that simulators share, and what is left that they have no word for."""
+"""Portable: a model in the terms that simulators share, and what they cannot represent."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -53,11 +53,11 @@ class Joints:
 
 @dataclass(frozen=True, eq=False)
 class Portable:
-    """A model sorted by what simulators can say.
+    """A model sorted by what simulators can represent.
 
     Attributes:
         model: With bodies in its robot that can exist, the payload in the last of them.
-        joints: What most simulators have a word for.
+        joints: What most simulators can represent.
         balancers: Springs between two links with their stiffness [N/m] and preload [N].
         left: Other effects and their parameters.
         remarks: What had to be changed, in sentences.
@@ -76,7 +76,7 @@ class Portable:
 
     @classmethod
     def of(cls, model: Model, payload: str = "") -> "Portable":
-        """Sort a model at its believed values.
+        """Sort a model at its nominal values.
 
         Args:
             model: Robot, effects and priors.
@@ -99,7 +99,7 @@ class Portable:
 
 
 def shares(model: Model) -> list[tuple[Effect, np.ndarray]]:
-    """Each effect with its believed parameters."""
+    """Each effect with its nominal parameters."""
     values = model.nominal_values
     return [(effect, values[own]) for effect, own in zip(model.effects, model.columns, strict=True)]
 

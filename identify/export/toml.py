@@ -1,10 +1,10 @@
 """robot.toml: everything, for exidyn itself."""
 
 from ..robot_files.robot_text import model_text
+from .left_out import FEATURES as EVERY
 from .portable import Portable
-from .unsaid import WORDS as EVERY
 
-WORDS = tuple(EVERY)
+FEATURES = tuple(EVERY)
 
 
 def toml(portable: Portable) -> str:

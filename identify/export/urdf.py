@@ -6,7 +6,7 @@ from xml.etree.ElementTree import SubElement
 from ..robot_files.urdf_text import urdf_text
 from .portable import Portable
 
-WORDS = ("damping", "dry")
+FEATURES = ("damping", "dry")
 
 
 def urdf(portable: Portable) -> str:

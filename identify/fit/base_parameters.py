@@ -1,4 +1,4 @@
-"""Base parameters: the combinations of standard parameters that joint torque can tell apart.
+"""Base parameters: the combinations of standard parameters that joint torque can distinguish.
 
 Columns of the regressor over a random rich motion are taken in an order of preference; one that earlier
 ones span is regrouped into them (Gautier and Khalil 1990, done numerically by orthogonalisation). The
@@ -26,7 +26,7 @@ ROUNDING = 1e-5
 
 @dataclass(frozen=True)
 class BaseParameters:
-    """Which combinations of parameters a motion can tell apart.
+    """Which combinations of parameters a motion can distinguish.
 
     Attributes:
         parameters: All p parameters of the model.

@@ -30,8 +30,8 @@ class Equations:
         current: Measured, shape (r, n) [A], or [N m] where torque was recorded.
         known: Torque of what is known, shape (r, n) [N m].
         weight: 0 where a joint sticks, else 1, shape (r, n).
-        gain: Believed torque per unit of current, shape (n,).
-        gain_tolerance: Relative standard deviation of the believed gains [-].
+        gain: Nominal torque per unit of current, shape (n,).
+        gain_tolerance: Relative standard deviation of the nominal gains [-].
         gain_known: Whether torque itself was recorded, so that gains are one by definition.
         runs: Rows of each run.
         rate: Rows per second [Hz].
@@ -39,7 +39,7 @@ class Equations:
         commanded: Forms the regressor of the commanded motion, shape (r, n, b); None if not recorded.
         regressor_noise: Forms the standard deviation that encoder noise gives the regressor and, in the
             last column, the known torque, shape (n, b + 1).
-        believed: Value of each standard parameter before the data, shape (p,).
+        nominal: Value of each standard parameter before the data, shape (p,).
         tolerance: Its standard deviation, infinite where nothing is held true, shape (p,).
         bodies: Standard parameters that are the ten of one rigid body each.
     """
@@ -131,7 +131,7 @@ def _regressor_noise(model: Model, base: BaseParameters, runs: Sequence[Prepared
     """Scatter of regressor and known torque when a draw of encoder noise is added to the positions."""
     squares = []
     for run in runs:
-        motion = run.motion[: 10 * len(run.decimation.taps)]  # ten filter lengths tell it to a tenth
+        motion = run.motion[: 10 * len(run.decimation.taps)]  # ten filter lengths give it to a tenth
         noise = np.random.default_rng(0).normal(size=motion.position.shape) * run.encoder_noise
         shift = low_pass(noise, run.decimation.rate, run.position_cutoff)
         velocity, acceleration = differentiate(shift, run.decimation.rate)

@@ -9,7 +9,7 @@ from scipy import stats
 from .estimators import Estimate
 
 CONFIDENCE = 0.95
-"""Dropped parameters are together zero as far as the data can say: their joint Wald statistic stays
+"""Dropped parameters are together zero as far as the data show: their joint Wald statistic stays
 below this quantile of chi-squared."""
 
 
@@ -21,7 +21,7 @@ def unsupported(estimate: Estimate, held: Collection[int] = ()) -> list[int]:
 
     Args:
         estimate: With all base parameters.
-        held: Those that are believed to be far from zero: runs that cannot see one are no reason to set
+        held: Those whose prior is far from zero: runs that cannot see one are no reason to set
             it to zero, and what it is confounded with would take its place.
     """
     count = len(estimate.values)
@@ -47,7 +47,7 @@ def unsupported(estimate: Estimate, held: Collection[int] = ()) -> list[int]:
 def as_uncertain(reduced: Estimate, whole: Estimate, dropped: Sequence[int]) -> Estimate:
     """The estimate without some parameters, as uncertain as with them.
 
-    The data do not say that what was dropped is zero, only that it may be: it is zero up to its deviation,
+    The data do not show that what was dropped is zero, only that it may be: it is zero up to its deviation,
     and what it is correlated with is off by its share. By block inversion that adds up to the covariance
     that the others had before.
     """

@@ -85,7 +85,7 @@ class Scores:
         residual_rms: Shape (n,) [N m].
         noise: Shape (n,) [N m].
         over_noise: Shape (n,) [-].
-        noise_source: "rest", "high frequencies", or empty where nobody said.
+        noise_source: "rest", "high frequencies", or empty where unknown.
     """
 
     run: str
@@ -155,7 +155,7 @@ class Fit(InNotebook):
 
     @property
     def gains_unstated(self) -> bool:
-        """Whether currents were recorded, and the robot's description says of no joint what they give."""
+        """Whether currents were recorded, and the robot's description gives the drive gain of no joint."""
         return self.measures == "current" and bool(np.all(self.model.robot.drive_gain == 1.0))
 
     @property

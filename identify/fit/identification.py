@@ -47,12 +47,12 @@ def identify(
     """Identify base parameters, and drive gains where a payload is known.
 
     Args:
-        runs: Recordings of one arm; those with a payload say so.
+        runs: Recordings of one arm; those with a payload name it.
         validate: Recordings that are only predicted.
         model: What to fit; the model in the first recording by default, plus its payloads.
         estimator: One of `estimators.ESTIMATORS`; by default maximum likelihood where currents and a
             known payload were recorded, else weighted least squares.
-        filtering: Filters; chosen from the data where it says nothing.
+        filtering: Filters; chosen from the data where none is given.
         drop: Leave out base parameters that the data do not support.
         fitted_shapes: Effects, by their key in `EFFECTS`, whose shapes are fitted to the runs first.
         progress: Called with a sentence at each stage.
@@ -91,7 +91,7 @@ def identify(
 
 
 def payload_warnings(model: Model, used: Sequence[Prepared], held_out: Sequence[Prepared]) -> tuple[str, ...]:
-    """Runs that are predicted with a payload of which no run used for the fit tells the unknown part."""
+    """Runs that are predicted with a payload of which no run used for the fit shows the unknown part."""
     open_bodies = {e.name for e in model.effects if isinstance(e, Payload) and e.parameters(model.robot)}
     strange = open_bodies - {run.motion.payload for run in used}
     return tuple(
@@ -103,7 +103,7 @@ def payload_warnings(model: Model, used: Sequence[Prepared], held_out: Sequence[
 
 
 def default_estimator(equations: Equations) -> Estimator:
-    """Maximum likelihood where drive gains can be told, else weighted least squares."""
+    """Maximum likelihood where drive gains can be identified, else weighted least squares."""
     gains = not equations.gain_known and bool(np.any(equations.known))
     return maximum_likelihood if gains else weighted
 
@@ -179,7 +179,7 @@ def common_filtering(runs: Sequence[Recording], filtering: Filtering) -> Filteri
 
 
 def pooled_noise(runs: Sequence[Prepared]) -> list[Prepared]:
-    """The same runs with one noise floor: a rest of half a second tells it to some thirty per cent."""
+    """The same runs with one noise floor: a rest of half a second gives it to some thirty per cent."""
     rested = [run for run in runs if run.noise_source == "rest"] or runs
     noise = np.sqrt(np.mean([run.noise**2 for run in rested], axis=0))
     return [replace(run, noise=noise, noise_source=rested[0].noise_source) for run in runs]
@@ -229,7 +229,7 @@ def priors_away_from_zero(base: BaseParameters, model: Model) -> list[int]:
 
 
 def _deviation(base: BaseParameters, model: Model) -> np.ndarray:
-    """Standard deviation of the believed base values; infinite where a part is not believed at all."""
+    """Standard deviation of the nominal base values; infinite where a part has no prior."""
     entering = base.regrouping != 0
     tolerance = np.array([prior.std for prior in model.priors])
     return np.sqrt(np.sum((np.where(entering, tolerance, 0.0) * base.regrouping) ** 2, axis=1))
@@ -241,4 +241,4 @@ def condition(equations: Equations, estimate: Estimate) -> float:
     gram = np.einsum("rnb,rnc->bc", rows, rows, optimize=True)
     size = np.sqrt(np.diag(gram))
     singular = np.linalg.eigvalsh(gram / np.outer(size, size))
-    return float(np.sqrt(singular[-1] / max(singular[0], 1e-32 * singular[-1])))  # doubles tell no more
+    return float(np.sqrt(singular[-1] / max(singular[0], 1e-32 * singular[-1])))  # the limit of doubles

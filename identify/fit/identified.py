@@ -1,8 +1,8 @@
 """The model that a fit found: one standard value for each parameter, with bodies that can exist.
 
-A fit has base parameters, the combinations that torque can tell apart; simulators want mass and moments of
+A fit has base parameters, the combinations that torque can distinguish; simulators want mass and moments of
 every link. Of all standard parameters that agree with the fit the most probable are taken, by what was
-believed before, among those that are physically consistent.
+nominal, among those that are physically consistent.
 """
 
 from collections.abc import Sequence
@@ -21,17 +21,17 @@ from .estimators.consistent import Held, nearest, whitening
 from .fit import Fit
 
 WITHOUT_PRIOR = 1e3
-"""Deviation of what nobody believed anything about, over the size of what was identified: so wide that it
+"""Deviation of what has no prior, over the size of what was identified: so wide that it
 draws to zero by a millionth of one deviation of the fit at most."""
 HELD = 1e-9
-"""Smallest deviation over the same size: what is believed to be zero for certain stays there."""
+"""Smallest deviation over the same size: what is zero for certain stays there."""
 TINY = 1e-3
 """Smallest size, over the usual one, that a base parameter is taken to have where its value is near zero."""
 UNSEEN = 0.5
-"""Share of its deviation that a parameter keeps of which the data say nothing; what they say of others leaves
-a thousandth, see `WITHOUT_PRIOR`."""
+"""Share of its deviation that a parameter keeps of which the data show nothing; what they show of others
+leaves a thousandth, see `WITHOUT_PRIOR`."""
 SAME = 1e-9
-"""Share up to which standard parameters say the same as base parameters: rounding."""
+"""Share up to which standard parameters give the same as base parameters: rounding."""
 
 
 def identified(fit: Fit) -> Model:
@@ -49,16 +49,16 @@ def identified(fit: Fit) -> Model:
     model = fit.model
     held = Held(base, model.nominal_values, _tolerance(fit, base, values), tuple(model.inertias))
     standard = fit.estimate.standard
-    if fit.estimate.method != "consistent" or not _says(base, standard, values):
+    if fit.estimate.method != "consistent" or not _states(base, standard, values):
         standard = nearest(held, values, covariance)
     assert standard is not None
-    return _told(fit, standard, _deviation(held, covariance, [b.std for b in model.priors]))
+    return _stating(fit, standard, _deviation(held, covariance, [b.std for b in model.priors]))
 
 
 def _structure(fit: Fit) -> tuple[BaseParameters, np.ndarray, np.ndarray]:
     """All base parameters, their values (b,) and covariance (b, b).
 
-    Those that were dropped are zero, up to what they would have been: the data do not say more of them.
+    Those that were dropped are zero, up to what they would have been: the data do not show more of them.
     """
     base, count = fit.structure or fit.base, len(fit.estimate.values)
     kept = [base.names.index(name) for name in _structural_names(fit)]
@@ -87,7 +87,7 @@ def _tolerance(fit: Fit, base: BaseParameters, values: np.ndarray) -> np.ndarray
     return np.where(np.isfinite(std), np.maximum(std, HELD * scale), WITHOUT_PRIOR * scale)
 
 
-def _says(base: BaseParameters, standard: np.ndarray | None, values: np.ndarray) -> bool:
+def _states(base: BaseParameters, standard: np.ndarray | None, values: np.ndarray) -> bool:
     """Whether standard parameters come to these base parameters."""
     if standard is None:
         return False
@@ -106,7 +106,7 @@ def _deviation(held: Held, covariance: np.ndarray, before: Sequence[float]) -> n
     return np.where((share > UNSEEN) & np.isinf(before), np.inf, share * held.tolerance)
 
 
-def _told(fit: Fit, standard: np.ndarray, deviation: np.ndarray) -> Model:
+def _stating(fit: Fit, standard: np.ndarray, deviation: np.ndarray) -> Model:
     """The model with these as its priors: bodies in the robot, where it has them, all else stated."""
     model, stated, robot = fit.model, dict[str, Prior](), _with_gains(fit)
     for effect, own in zip(model.effects, model.columns, strict=True):

@@ -1,4 +1,4 @@
-"""Read a JSON file; what is none is one error that says so."""
+"""Read a JSON file; a file that is none raises one error with the reason."""
 
 import json
 from pathlib import Path

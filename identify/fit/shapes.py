@@ -98,9 +98,9 @@ class _Trial:
         for run, rows in zip(self.runs, self.equations.runs, strict=True):
             columns = effect.regressor(self.model.robot, self.model.loaded(run.motion))[:, :, self.own]
             on_motors = np.einsum("mj,tjk->tmk", self.model.robot.to_motors[self.joints], columns)
-            touched = run.decimation.apply(on_motors)
+            filtered = run.decimation.apply(on_motors)
             for place, joint in enumerate(self.joints):
-                regressor[rows][:, joint, self.kept] = touched[:, place]
+                regressor[rows][:, joint, self.kept] = filtered[:, place]
         return replace(self.equations, regressor=regressor)
 
     def cost(self, name: str, value: float) -> float:

@@ -1,8 +1,8 @@
 """Cut-off frequencies chosen from the data.
 
 Positions are low-passed where they sink into encoder noise. Torque and regressor are compared up to the
-frequency at which the encoder's noise, twice differentiated and times inertia, would drown the noise of
-the current: beyond it, samples say more about the encoder than about the arm.
+frequency at which the encoder's noise, twice differentiated and times inertia, would exceed the noise of
+the current: beyond it, samples depend more on the encoder than on the arm.
 """
 
 import numpy as np
@@ -109,7 +109,7 @@ def noise_crossing(
 
 
 def nominal_inertia(model: Model, posture: np.ndarray) -> np.ndarray:
-    """Mass matrix by prior, rotors included, shape (n, n) [kg m^2]."""
+    """Mass matrix from nominal values, rotors included, shape (n, n) [kg m^2]."""
     n = len(posture)
     still = np.zeros((n + 1, n))
     acceleration = np.vstack([np.zeros(n), np.eye(n)])

@@ -26,7 +26,7 @@ class Prepared:
         current: Motor currents at full rate, unfiltered, shape (t, n) [A]; torque [N m] where the
             controller gives that instead.
         measures: "current" or "torque".
-        gain: Believed torque per unit of `current`, shape (n,).
+        gain: Nominal torque per unit of `current`, shape (n,).
         sliding: Whether the joint slides rather than sticks, shape (t, n).
         decimation: The filter through which torque and regressor are compared.
         position_cutoff: Low-pass that was used before differentiation [Hz].
@@ -91,7 +91,7 @@ class _Even:
             raise RecordingError(
                 f"{recording.name}: only {len(signal)} samples; record at least some seconds"
             )
-        # Stamps are whole nanoseconds: a rate in mHz is all they tell.
+        # Stamps are whole nanoseconds: they give a rate to mHz only.
         rate = rate or round(1.0 / float(np.median(np.diff(signal.time))), 3)
         time, position = uniform(signal.time, signal.values, rate)
         measures = "current" if "current" in recording.signals else "torque"
@@ -107,7 +107,7 @@ class _Even:
 
     @property
     def gain(self) -> np.ndarray:
-        """Believed torque per unit of what was measured, shape (n,)."""
+        """Nominal torque per unit of what was measured, shape (n,)."""
         known = self.measures == "torque"
         return np.ones(self.position.shape[1]) if known else self.recording.robot.drive_gain
 

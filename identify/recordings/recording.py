@@ -107,11 +107,11 @@ class KnownPayload:
 
 @dataclass(frozen=True, eq=False)
 class Recording(InNotebook):
-    """One run of one arm; `recording_checks.check` says whether it can be believed.
+    """One run of one arm; `recording_checks.check` reports whether it is plausible.
 
     Attributes:
         name: What people call the run.
-        model: The robot as it was believed to be when the run was recorded.
+        model: The nominal robot when the run was recorded.
         signals: Keys from `SIGNALS`; "position" and one of `EFFORT` at least.
         payload: What hung on the flange; None for nothing.
         trajectory: Text of the trajectory's file, if there was one.
@@ -119,10 +119,10 @@ class Recording(InNotebook):
         host_time: Host's clock at each position sample, shape (t,) [ns]; None if it was not recorded.
         events: What happened, in order.
         timing: How the cycles of the control loop went; None if that was not recorded.
-        outcome: How the run ended, by name; empty if nobody said.
+        outcome: How the run ended, by name; empty if unknown.
         warnings: Warnings about this recording, in sentences.
         recorded: Whether it is read from a file of exidyn's own. What cannot be in it is evidence of what
-            went wrong, and doubted; in other people's files it is a wrong unit, and refused.
+            went wrong, and a warning; in other people's files it is a wrong unit, and refused.
     """
 
     name: str

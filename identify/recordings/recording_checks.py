@@ -1,6 +1,6 @@
-"""What is believed of a recording: what cannot be is refused or doubted, and what is odd is doubted.
+"""Checks of a recording: what is impossible raises an error or a warning, what is unusual a warning.
 
-An error says that identifying from this would be wrong; a warning says what a person should look at. A table
+An error: identifying from this would be wrong; a warning: a person should look at this. A table
 from elsewhere in which a joint is at 90 rad is in degrees, and refused. In what exidyn recorded itself, the
 joint ran away: such a recording is opened whatever is in it.
 """
@@ -18,7 +18,7 @@ from .recording_findings import findings, finite, is_number
 GAP = 1.5
 """A step of more median periods than this misses at least one sample, if the clock is regular."""
 
-GAPS_SAID = re.compile(r": \d+ gaps? of more than ")
+GAP_WARNING = re.compile(r": \d+ gaps? of more than ")
 """What a warning about gaps looks like."""
 
 CLIPPED_SAMPLES = 20
@@ -32,8 +32,8 @@ quantised signal it is at most five; a limiter collects everything that would ha
 def check(recording: Recording) -> Recording:
     """The recording without silent samples, and with its warnings.
 
-    What exidyn recorded was measured in the units it says; a value that no joint should have is doubted, and
-    samples that are no numbers or whose time goes back are left out.
+    What exidyn recorded was measured in the units it states; a value that no joint should have gives a
+    warning, and samples that are no numbers or whose time goes back are left out.
 
     Raises:
         NotFinite: A joint that was measured has NaN or infinity in between.
@@ -63,7 +63,7 @@ def _with_warnings(recording: Recording, impossible: Sequence[str]) -> Recording
         warnings += _beyond_limits(recording)
     warnings += [warning for name in EFFORT for warning in _stuck(recording, name)]
     # A file brings the warnings of its import. Gaps are counted anew, as some of it may have been lost since.
-    still = tuple(said for said in recording.warnings if said in warnings or not GAPS_SAID.search(said))
+    still = tuple(one for one in recording.warnings if one in warnings or not GAP_WARNING.search(one))
     return replace(recording, warnings=still).with_warnings(*warnings)
 
 
@@ -71,7 +71,7 @@ def check_alive(recording: Recording) -> Recording:
     """The recording, if every motor's current changes.
 
     Raises:
-        NotRecorded: One is constant; as a torque it would say that the joint weighs nothing.
+        NotRecorded: One is constant; as a torque it would mean that the joint weighs nothing.
     """
     for name in EFFORT:
         dead = [warning for warning in _stuck(recording, name) if " is constant at " in warning]
@@ -83,7 +83,7 @@ def check_alive(recording: Recording) -> Recording:
 
 
 def _without_silence(recording: Recording) -> Recording:
-    """Drop samples in which a signal is NaN on all joints: the controller said nothing then."""
+    """Drop samples in which a signal is NaN on all joints: the controller sent nothing then."""
     return recording.keeping(
         {name: ~np.isnan(signal.values).all(axis=1) for name, signal in recording.signals.items()}
     )

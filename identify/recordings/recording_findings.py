@@ -136,7 +136,7 @@ def _turns(recording: Recording) -> Iterator[Finding]:
         yield Finding(
             BadUnit,
             f"{recording.robot.joints[joint]} is at {found[joint]:g} {unit}, which it cannot reach (at most "
-            f"{allowed[joint]:.3g} {unit} is believed)",
+            f"{allowed[joint]:.3g} {unit} is possible)",
             f"It looks like {smaller}: import with {option}",
         )
 
@@ -153,7 +153,7 @@ def _speed(recording: Recording) -> Iterator[Finding]:
             yield Finding(
                 BadUnit,
                 f"{recording.robot.joints[joint]} turns at {usual:g} rad/s in a twentieth of the samples; at "
-                f"most {FASTEST_TURN:g} rad/s is believed",
+                f"most {FASTEST_TURN:g} rad/s is possible",
                 "Positions in degrees (degrees=True, --degrees), or time in another unit than seconds "
                 "(time_scale, --time-scale)?",
             )

@@ -12,11 +12,11 @@ tenth of a second may be taken for now."""
 
 
 def without_stale(recording: Recording) -> Recording:
-    """The recording without samples that lack a joint, and with a warning that says how many and which.
+    """The recording without samples that lack a joint, and with a warning that gives their number and joints.
 
-    What the other joints said in the same cycle is left out with them: dynamics couples the joints, so that a
+    What the other joints sent in the same cycle is left out with them: dynamics couples the joints, so that a
     row with a hole is of no use, and one that was filled in would pretend to have been measured. A joint
-    that never spoke is left for `recording_checks.check` to judge.
+    that never sent a value is left for `recording_checks.check` to judge.
     """
     filled, fresh, warnings = {}, {}, []
     for name, signal in recording.signals.items():
@@ -34,7 +34,7 @@ def without_stale(recording: Recording) -> Recording:
 
 
 def _filled(signal: Signal) -> Signal:
-    """Between what a joint said before and after, a straight line."""
+    """A straight line between the samples of a joint before and after."""
     values = np.array(signal.values)
     for column in values.T:
         known = np.isfinite(column)

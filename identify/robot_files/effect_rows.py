@@ -27,10 +27,10 @@ def key_of(field: "Field[Any]") -> str:
 def read_effects(
     rows: Iterable[Mapping[str, Any]], robot: Robot
 ) -> tuple[tuple[Effect, ...], dict[str, Prior]]:
-    """Effects of the rows, and what the rows say about their parameters.
+    """Effects of the rows, and the priors that the rows give.
 
     Raises:
-        RobotError: A row is wrong; the message says which key, what was found and what fits.
+        RobotError: A row is wrong; the message names the key, what was found and what is valid.
         EffectError: An installed package has an effect that cannot be loaded.
     """
     load_installed()
@@ -120,7 +120,7 @@ def _priors(row: Mapping[str, Any], names: Sequence[str]) -> dict[str, Prior]:
             raise RobotError(f"{where}: a tolerance or std needs values ({', '.join(names)})")
         return {}
     if "std" in row and "tolerance" in row:
-        raise RobotError(f"{where}: tolerance and std say the same thing; give one of them")
+        raise RobotError(f"{where}: tolerance and std state the same; give one of them")
     values = numbers(row["values"], len(names), f"{where} values ({', '.join(names)})")
     std = np.full(len(names), np.inf)
     if "tolerance" in row:

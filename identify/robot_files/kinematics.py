@@ -20,7 +20,7 @@ INERTIA_PLACES = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
 
 @dataclass(frozen=True)
 class Kinematics:
-    """Tree of joints, and what its description says besides.
+    """Tree of joints, and what else its description states.
 
     Attributes:
         model: Pinocchio model with one degree of freedom a joint and the nominal inertias.
@@ -67,7 +67,7 @@ def read_placement(row: Mapping[str, Any], where: str) -> pin.SE3:
     """
     origin = numbers(row.get("origin", [0.0] * 3), 3, f"{where} origin")
     if "rotation" in row and "rpy" in row:
-        raise RobotError(f"{where}: rotation and rpy say the same thing; give one of them")
+        raise RobotError(f"{where}: rotation and rpy state the same; give one of them")
     if "rotation" not in row:
         return pin.SE3(pin.rpy.rpyToMatrix(numbers(row.get("rpy", [0.0] * 3), 3, f"{where} rpy")), origin)
     rotation = matrix(row["rotation"], 3, f"{where} rotation")
@@ -133,7 +133,7 @@ def _joint_model(kind: str, axis: np.ndarray) -> pin.JointModel:
 
 
 def _parent(parent: object, names: tuple[str, ...], robot: str) -> int:
-    """Index of the joint that carries the row; the one before it unless the row says otherwise."""
+    """Index of the joint that carries the row; the one before it unless the row names another."""
     if parent is None:
         return len(names) - 1
     if parent == "":

@@ -39,7 +39,7 @@ def parse_mdh(text: str, name: str, where: str = "modified-DH file") -> Kinemati
     """Kinematics from a file of `[[link]]` rows, as `convention = "mdh-khalil"` marks it.
 
     Raises:
-        RobotError: The file is wrong; the message says where.
+        RobotError: The file is wrong; the message names the place.
     """
     table = parse_toml(text, where)
     check_keys(table, ("convention", "link"), where)
@@ -52,7 +52,7 @@ def mdh_kinematics(rows: Sequence[Mapping[str, Any]], name: str) -> Kinematics:
     """Kinematics from the rows of a modified-DH table; the last fixed row is the flange.
 
     Raises:
-        RobotError: A row is wrong; the message says which.
+        RobotError: A row is wrong; the message names it.
     """
     model = pin.Model()
     model.name = name
@@ -122,7 +122,7 @@ def _transform(row: Mapping[str, Any], where: str) -> pin.SE3:
         if abs(given[key]) > TURN:
             raise RobotError(
                 f"{where}: {key} is {given[key]:g} rad, more than a whole turn ({TURN:.4g}). If the row is "
-                "in degrees, say degrees = true in it"
+                "in degrees, write degrees = true in it"
             )
     alpha, d, theta, r = given.values()
     tilt = pin.SE3(pin.rpy.rpyToMatrix(alpha, 0.0, 0.0), np.zeros(3))

@@ -29,7 +29,7 @@ TABLES = ("limits", "drive", "flange", "prior")
 KEYS = ("format", "name", *SOURCES, "gravity", "inertial_tolerance", "rigid_body", *TABLES, "effect")
 LIMIT_KEYS = tuple(f.name for f in fields(Limits))
 BACKWARD_KEYS = ("velocity_lower", "acceleration_lower")
-"""Limits that are those forward with a minus, unless they are said."""
+"""Limits that are those forward with a minus, unless they are given."""
 DRIVE_KEYS = ("gain", "gain_tolerance", "gear_ratio", "coupling")
 USUAL_EFFECTS = ("rotor_inertia", "viscous_friction", "coulomb_friction", "current_offset")
 """What nearly every geared arm has, and so what a URDF or MDH table is taken to mean that names no effect."""
@@ -70,7 +70,7 @@ def parse_model(text: str, folder: Path | None = None, where: str = "robot file"
     """Model from the text of a robot.toml; `folder` is where its files lie, `where` what errors call it.
 
     Raises:
-        RobotError: The text is wrong; the message says which key, what was found and what fits.
+        RobotError: The text is wrong; the message names the key, what was found and what is valid.
     """
     table = parse_toml(text, where)
     if "belief" in table:  # as older files call the table [prior]
@@ -137,7 +137,7 @@ def _drive(table: Mapping[str, Any], n: int) -> dict[str, Any]:
 
 
 def _limits(table: Mapping[str, Any], described: Limits, turns: np.ndarray) -> Limits:
-    """Limits of the file over those of its URDF; `turns`, shape (n,), says which joints do not slide."""
+    """Limits of the file over those of its URDF; `turns`, shape (n,), marks the joints that do not slide."""
     check_keys(table, ("degrees", *LIMIT_KEYS), "[limits]")
     degrees = boolean(table.get("degrees", False), "[limits] degrees")
     known = {key: getattr(described, key) for key in LIMIT_KEYS if key not in BACKWARD_KEYS}
@@ -160,7 +160,7 @@ def _limits(table: Mapping[str, Any], described: Limits, turns: np.ndarray) -> L
 
 
 def _effect_rows(table: Mapping[str, Any], kinematics: Kinematics, robot: Robot) -> list[Mapping[str, Any]]:
-    """Rows of the file, after those that go without saying: the rigid body, and rotors of an MDH table.
+    """Rows of the file, after those that are implied: the rigid body, and rotors of an MDH table.
 
     `[[link]]` rows spell all out; a URDF or MDH table knows of bodies only, and gets the usual effects.
     """

@@ -34,19 +34,19 @@ def model_text(model: Model) -> str:
     blocks = [lines(head), _limits(robot)]
     blocks += [block("[drive]", _drive(robot)), block("[flange]", _placement(robot.flange))]
     blocks += [block("[[link]]", link | _inertia(robot, i)) for i, link in enumerate(_links(robot))]
-    told: set[str] = set()
+    written: set[str] = set()
     for place, effect in enumerate(model.effects):
-        row = _effect_row(effect, model, told)
+        row = _effect_row(effect, model, written)
         if place or row != {"name": RIGID_BODY}:
             blocks.append(block("[[effect]]", row))
-    single = {n: list(b) for n, b in model.stated.items() if n in model.names and n not in told}
+    single = {n: list(b) for n, b in model.stated.items() if n in model.names and n not in written}
     if single:
         blocks.append(block("[prior]", single))
     return "\n\n".join(blocks) + "\n"
 
 
 def moving_text(robot: Robot) -> str:
-    """The part of a robot.toml that says where the arm can move and how fast: not what it weighs."""
+    """The part of a robot.toml with geometry and limits, without masses."""
     blocks = [_limits(robot), block("[flange]", _placement(robot.flange))]
     return "\n\n".join([*blocks, *(block("[[link]]", link) for link in _links(robot))]) + "\n"
 
@@ -94,13 +94,13 @@ def _inertia(robot: Robot, place: int) -> dict[str, Any]:
     }
 
 
-def _effect_row(effect: Effect, model: Model, told: set[str]) -> dict[str, Any]:
-    """The effect's fields, and its priors if all its parameters have one; notes in `told` which it wrote."""
+def _effect_row(effect: Effect, model: Model, written: set[str]) -> dict[str, Any]:
+    """The effect's fields, and its priors if all its parameters have one; adds those to `written`."""
     row: dict[str, Any] = {"name": name_of(effect)}
     row |= {key_of(f): value for f in fields(effect) if (value := getattr(effect, f.name)) is not None}
     names = [parameter.name for parameter in effect.parameters(model.robot)]
     if names and all(name in model.stated for name in names):
         row["values"] = [model.stated[name].value for name in names]
         row["std"] = [model.stated[name].std for name in names]
-        told.update(names)
+        written.update(names)
     return row

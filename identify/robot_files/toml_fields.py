@@ -1,4 +1,4 @@
-"""Read values out of a parsed TOML table; a `RobotError` says which key, what was found and what fits."""
+"""Read values out of a parsed TOML table; a `RobotError` names the key, what was found and what is valid."""
 
 import re
 import tomllib
@@ -66,7 +66,7 @@ def read_text(path: Path) -> str:
 
 
 def check_keys(table: object, valid: Collection[str], where: str) -> None:
-    """Refuse a key that nobody reads.
+    """Refuse a key that is not known.
 
     Raises:
         UnknownKey: With the list of valid keys.

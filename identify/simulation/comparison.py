@@ -11,7 +11,7 @@ from ..recordings.recording import SIGNALS, Recording
 from .side_by_side import side_by_side
 
 THIRDS = 3
-"""Regions of each kind, with as many samples each: low, middle and high are told apart at a glance."""
+"""Regions of each kind, with as many samples each: low, middle and high."""
 NAMES = ("low", "middle", "high")
 """Of the regions."""
 
@@ -57,7 +57,7 @@ class Comparison:
 
     Attributes:
         simulated: Name of the first.
-        recorded: Name of the second, which is believed.
+        recorded: Name of the second, which is the reference.
         joints: Names.
         offset: What was added to the time of the first [s].
         duration: How long both go on [s].
@@ -191,5 +191,5 @@ def _warnings(simulated: Recording, recorded: Recording, effort: str) -> list[st
         warnings.append(f"{simulated.name} carries {words[0]}, {recorded.name} carries {words[1]}")
     for run in (simulated, recorded):
         if effort == "torque" and "torque" not in run.signals and np.all(run.robot.drive_gain == 1.0):
-            warnings.append(f"{run.name} has currents, and no drive gain says what torque they give")
+            warnings.append(f"{run.name} has currents, and no drive gain that converts them to torque")
     return warnings

@@ -1,4 +1,4 @@
-"""Follow: what a simulated arm's sensors say while it is commanded along a motion, tick by tick."""
+"""Follow: what a simulated arm's sensors measure while it is commanded along a motion, tick by tick."""
 
 import numpy as np
 

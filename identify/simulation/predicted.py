@@ -44,7 +44,7 @@ def beside(fit: Fit, runs: Sequence[Prepared]) -> Fit:
 
 
 def as_nominal(fit: Fit) -> Fit:
-    """The same model with the values and drive gains that were believed before the data."""
+    """The same model with the values and drive gains that were nominal before the data."""
     base, model = fit.structure or fit.base, fit.model
     values = base.regrouping @ model.nominal_values
     size = len(values) + model.robot.dof

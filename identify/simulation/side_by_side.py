@@ -20,7 +20,7 @@ def side_by_side(simulated: Recording, recorded: Recording, offset: float) -> tu
 
     Returns:
         What effort both have, and both with that in place of currents: "current" where both were recorded
-        with it, else "torque", by believed drive gains where there is only current.
+        with it, else "torque", by nominal drive gains where there is only current.
 
     Raises:
         DifferentRobot: Not the same joints.

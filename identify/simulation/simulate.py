@@ -47,7 +47,7 @@ def simulate(
         motion: What the joints do.
         nominal: The model that the recording holds.
         sensors: Noise.
-        payload: What the recording says of a payload; None for none.
+        payload: The payload that the recording names; None for none.
         name: Of the recording.
         seed: Of the noise.
     """

@@ -1,4 +1,4 @@
-"""Which bodies of an arm could touch, and which pairs need no watching."""
+"""Which bodies of an arm could collide, and which pairs need no watching."""
 
 from collections.abc import Collection
 from itertools import combinations
@@ -111,7 +111,7 @@ def _adjacent(
 
 
 def _remove_together(robot: Robot, watched: pin.GeometryModel, gap: float) -> list[ExcludedPair]:
-    """Take out pairs that are together by design, and say which."""
+    """Take out pairs that are together by design, and name them."""
     data, placed = robot.kinematics.createData(), watched.createData()
     pairs = [(pair.first, pair.second) for pair in watched.collisionPairs]
     near = np.zeros(len(pairs), int)

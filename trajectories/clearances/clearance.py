@@ -1,4 +1,4 @@
-"""Clearance: how much room is left before something touches or leaves where it may be."""
+"""Clearance: how much room is left before something collides or leaves its region."""
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass

@@ -9,7 +9,7 @@ from exidyn.identify.arm.robot import Robot
 from ..errors import Infeasible
 from .clearance import Clearance
 
-UNSAID = (np.pi, 1.0)
+WITHOUT_LIMITS = (np.pi, 1.0)
 """Range either way of a joint without limits: a whole turn [rad] covers all; one that slides, 1 m."""
 TRIED = 2000
 """Random positions: what a hundredth of the range of positions holds is missed once in 5e8 tries."""
@@ -27,7 +27,7 @@ def random_positions(robot: Robot, count: int, seed: int = 0) -> np.ndarray:
 
 def _ends(robot: Robot) -> tuple[np.ndarray, np.ndarray]:
     """Position limits, finite."""
-    wide = np.where(robot.revolute, *UNSAID)
+    wide = np.where(robot.revolute, *WITHOUT_LIMITS)
     lower, upper = robot.limits.position_lower, robot.limits.position_upper
     one_sided = np.isfinite(lower) != np.isfinite(upper)
     low = np.where(np.isfinite(lower), lower, np.where(one_sided, upper - 2 * wide, -wide))

@@ -28,7 +28,7 @@ def read_regions(rows: object, robot: Robot) -> list[Region]:
         half_space = [{ normal = [1, 1, 0], offset = 0.8 }]    # wall 0.8 m from the base that way
 
     Raises:
-        RobotError: A row is wrong; the message says which key, what was found and what fits.
+        RobotError: A row is wrong; the message names the key, what was found and what is valid.
         BadLimits: A region without walls, or that holds no point.
     """
     return [_region(row, f"region {place + 1}", robot) for place, row in enumerate(tables(rows, "region"))]

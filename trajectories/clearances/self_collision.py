@@ -15,7 +15,7 @@ from .poses import joint_poses, moves, slopes
 from .reach import cover, reach
 
 REQUIRED = 0.02
-"""Distance kept between bodies unless said otherwise [m]: tracking error, and what a mesh leaves out."""
+"""Distance kept between bodies by default [m]: tracking error, and what a mesh leaves out."""
 TOLERANCE = 1e-10
 """Of distances [m]. Coal's 1e-6 costs no less and leaves nearest points, and so gradients, in warning."""
 
@@ -24,7 +24,7 @@ TOLERANCE = 1e-10
 class SelfCollision(Clearance):
     """Distances between bodies of one arm, less the distance they must keep.
 
-    Meshes count as their convex hulls, so bodies are never nearer than they are said to be.
+    Meshes count as their convex hulls, so bodies are never nearer than computed.
 
     Attributes:
         kinematics: Pinocchio model with n joints.
@@ -46,7 +46,7 @@ class SelfCollision(Clearance):
         required: float = REQUIRED,
         ignored: Collection[tuple[str, str]] = (),
     ) -> "SelfCollision":
-        """All pairs that can touch, but for neighbours.
+        """All pairs that can collide, but for neighbours.
 
         Args:
             robot: Whose joints carry the bodies.

@@ -1,1 +1,1 @@
-"""Telling models apart that all explain the data so far."""
+"""Distinguishing models that all explain the data so far."""

@@ -1,4 +1,4 @@
-r"""Discriminate: the goal of telling apart models that all explain the data so far (T-optimality).
+r"""Discriminate: the goal of distinguishing models that all explain the data so far (T-optimality).
 
 Of every ordered pair one is true and the other its rival; the goal is the smallest separation of them all
 (see `separation`). Its gradient needs no derivative of the rival's parameters, since these are at a
@@ -37,10 +37,10 @@ Pair = tuple[int, int]
 
 @dataclass(frozen=True, eq=False)
 class Discriminate:
-    """To tell hypotheses apart.
+    """To distinguish hypotheses.
 
     Attributes:
-        hypotheses: Two or more of one arm, as the data so far leave them; the first is believed where one
+        hypotheses: Two or more of one arm, as the data so far leave them; the first is used where one
             torque must be, for the limits.
         observation: How well torque is seen.
         earlier: Separation that the data so far give, shape (h, h): row is true, column its rival; zero
@@ -69,7 +69,7 @@ class Discriminate:
 
     @property
     def model(self) -> Model:
-        """What the arm is believed to be."""
+        """The nominal arm."""
         return self.hypotheses[0].model
 
     @property

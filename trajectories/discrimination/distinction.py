@@ -1,4 +1,4 @@
-"""Distinction: how surely a run tells each pair of hypotheses apart, and what would where no motion can."""
+"""Distinction: how surely a run distinguishes each pair of hypotheses, and what would where no motion can."""
 
 from collections.abc import Sequence
 from itertools import combinations
@@ -13,11 +13,11 @@ from .remedies import REMEDIES, Remedy
 from .separation import Explanation, explain, probability, separation_for
 
 SURE = 0.95
-"""Probability of choosing right from which two models count as told apart."""
+"""Probability of choosing right from which two models count as distinguished."""
 HOUR = 3600.0
 """Longest that anybody would excite an arm [s]: what this leaves open stays open."""
 MOST_RUNS = 128
-"""Of the same motion, beyond which nobody would repeat it."""
+"""Of the same motion, beyond which repeating it is not worthwhile."""
 
 
 class Offer(NamedTuple):
@@ -148,11 +148,11 @@ def _sentence(one: Distinction) -> str:
         return text
     if not one.possible:
         text += (
-            " No motion tells them apart: an hour at the most telling states within the limits leaves it at "
-            f"{_percent(one.probability_hour)} at most."
+            " No motion distinguishes them: an hour at the most informative states within the limits "
+            f"leaves it at {_percent(one.probability_hour)} at most."
         )
     elif one.runs is not None:
-        text += f" About {one.runs} such runs tell them apart."
+        text += f" About {one.runs} such runs distinguish them."
     else:
         text += f" More than {MOST_RUNS} such runs would be needed."
     helping = [f"{o.name} ({_percent(o.probability)})" for o in one.remedies if o.probability >= SURE]

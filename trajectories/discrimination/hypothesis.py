@@ -45,23 +45,23 @@ class Hypothesis:
         values: Mapping[str, float] | None = None,
         deviations: Mapping[str, float] | None = None,
     ) -> "Hypothesis":
-        """What the model's priors say, of which none is about two parameters at once.
+        """The model's priors, of which none is about two parameters at once.
 
         Args:
             name: What people call it.
             model: Robot and effects.
-            values: Of parameters by name, where they are not what is believed.
+            values: Of parameters by name, where they are not nominal.
             deviations: Standard deviation likewise; zero fixes a parameter, infinity frees it.
 
         Raises:
             NotComparable: A parameter that the model does not have.
         """
-        said, spread = dict(values or {}), dict(deviations or {})
-        if unknown := sorted({*said, *spread} - set(model.names)):
+        given, spread = dict(values or {}), dict(deviations or {})
+        if unknown := sorted({*given, *spread} - set(model.names)):
             raise NotComparable(
                 f"hypothesis {name}: no parameter '{unknown[0]}'. Valid: {', '.join(model.names)}"
             )
-        centre = [said.get(n, b.value) for n, b in zip(model.names, model.priors, strict=True)]
+        centre = [given.get(n, b.value) for n, b in zip(model.names, model.priors, strict=True)]
         deviation = [spread.get(n, b.std) for n, b in zip(model.names, model.priors, strict=True)]
         with np.errstate(divide="ignore"):
             return cls(name, model, np.array(centre), np.diag(np.array(deviation, float) ** -2.0))

@@ -1,4 +1,4 @@
-"""Most telling states: how far any motion could bring two hypotheses apart, whatever joins its states."""
+"""Most informative states: how far any motion could separate two hypotheses, whatever joins its states."""
 
 import numpy as np
 
@@ -9,7 +9,7 @@ from .hypothesis import Hypothesis
 from .separation import Observation, explain
 
 STATES = 1000
-"""Random states of the arm that the most telling are chosen from."""
+"""Random states of the arm that the most informative are chosen from."""
 STEPS = 30
 """Of the search for them; nearly every pair is decided by the third."""
 
@@ -22,7 +22,7 @@ def most_informative(
     rows: float,
     wanted: float = np.nan,
 ) -> tuple[float, float]:
-    """Lower and upper bound of the separation by rows at whichever states tell most.
+    """Lower and upper bound of the separation by rows at the most informative states.
 
     No motion is asked to join the states, so that none does better. With weights w over states that sum to
     the rows, and the rival's best parameters for them, the separation is a lower bound of the best; since
@@ -62,7 +62,7 @@ def states_within(limits: Limits, count: int, seed: int = 0) -> Motion:
 
     position = between(limits.position_lower, limits.position_upper)
     velocity = between(limits.velocity_lower, limits.velocity)
-    velocity[::2] *= 10.0 ** random.uniform(-3.0, 0.0, velocity[::2].shape)  # where friction turns over
+    velocity[::2] *= 10.0 ** random.uniform(-3.0, 0.0, velocity[::2].shape)  # where friction reverses
     acceleration = between(limits.acceleration_lower, limits.acceleration)
     temperature = random.uniform(20.0, 50.0, velocity.shape)
     return Motion.of(np.arange(count) * 1.0, position, velocity, acceleration, temperature=temperature)

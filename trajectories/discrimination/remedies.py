@@ -1,4 +1,4 @@
-"""Remedies: what would tell two models apart that a run of the arm as it stands cannot.
+"""Remedies: what would distinguish two models that a run of the arm as it stands cannot.
 
 Each is computed by the same separation as the run itself: the run is made once as it is and once more with
 something changed, and what the rival has learned in the first binds it in the second.
@@ -58,7 +58,7 @@ def known_payload(hypotheses: Sequence[Hypothesis], motion: Motion, observation:
     """A body whose mass, centre of mass and inertia are known; the motion may need smaller torque limits."""
     robot = hypotheses[0].model.robot
     links = sum(inertia.mass for inertia in tuple(robot.kinematics.inertias)[1:])
-    mass = PAYLOAD_SHARE * links if links > 0 else 1.0  # a kilogram where nobody said what the links weigh
+    mass = PAYLOAD_SHARE * links if links > 0 else 1.0  # a kilogram where the links' masses are unknown
     inertia = mass * RADIUS**2
     body = Payload(BODY, known_parameters(mass, REACH.tolist(), (inertia, 0.0, 0.0, inertia, 0.0, inertia)))
     changed = tuple(one.changed(lambda model: model + body) for one in hypotheses)
@@ -85,8 +85,8 @@ def link_encoders(hypotheses: Sequence[Hypothesis], motion: Motion, observation:
     """Encoders behind the gears.
 
     Beside the motor's, one shows the gear's twist, which is the torque that the gear transmits over a
-    stiffness known but roughly: gravity, inertia and springs, but neither friction nor drive gain. It tells
-    apart what sits before the gear from what sits behind it, and no two causes on the same side.
+    stiffness known but roughly: gravity, inertia and springs, but neither friction nor drive gain. It
+    distinguishes what sits before the gear from what sits behind it, and no two causes on the same side.
     """
     full = hypotheses[0].model.robot.limits.torque
     torque = observation.seen(hypotheses[0], motion).torque * observation.noise

@@ -11,12 +11,12 @@ up if B starts each with the values and the precision that the one before left i
 **Probability of choosing right.** Let :math:`r` be B's residual at its values, :math:`X` its columns and
 :math:`n` white noise of variance one. B's misfit is the quadratic form of
 :math:`Q = I - X (X^T X + P_B)^{-1} X^T = (I + X P_B^{-1} X^T)^{-1}`, so that :math:`T = r^T Q r`. The
-truth is spread about A's values as A's priors say, and gives :math:`r + X_A \varepsilon + n`. B's
+truth is spread about A's values by A's priors, and gives :math:`r + X_A \varepsilon + n`. B's
 chi-squared is then above A's by :math:`T + 2 r^T Q (X_A \varepsilon + n)` and a form in the random parts
 alone. The linear term has variance :math:`4 r^T Q (I + X_A P_A^{-1} X_A^T) Q r`, which is 4 T where both
 hold the same priors of what they share. Without the form, who takes the model with the smaller
 chi-squared, priors included, is right with probability :math:`\Phi(\sqrt{T} / 2)`; more often if the
-truth happens to be what is believed. Its mean is zero once every free parameter, which fits away one unit
+truth happens to be nominal. Its mean is zero once every free parameter, which fits away one unit
 of noise, is charged one.
 
 The form vanishes as the columns that only one of them has come to look alike, which is what pairs that
@@ -40,8 +40,8 @@ from ..search.information.experiment import loaded_runs, whitening
 from .hypothesis import Hypothesis
 
 UNSEEN = 1e-12
-"""Share of the largest eigenvalue, columns scaled to one, below which neither data nor priors say anything
-of a direction: rounding of the sums of products leaves 1e-14."""
+"""Share of the largest eigenvalue, columns scaled to one, below which neither data nor priors contain
+anything of a direction: rounding of the sums of products leaves 1e-14."""
 
 
 def probability(separation: float) -> float:
@@ -115,7 +115,7 @@ def explain(rival: Hypothesis, seen: Seen, torque: np.ndarray, share: float | np
     free, weight = rival.free, np.broadcast_to(np.asarray(share, float), len(torque))
     left = torque - seen.torque
     columns = seen.columns[:, :, free]
-    flat = (left.size, columns.shape[2])  # said, since no column may be left
+    flat = (left.size, columns.shape[2])  # given, since no column may be left
     weighed = (columns * weight[:, None, None]).reshape(flat)
     information = weighed.T @ columns.reshape(flat)
     held = rival.precision[np.ix_(free, free)]

@@ -1,4 +1,4 @@
-"""Which poses tell most of what holds an arm up: gravity, springs and offsets of the current."""
+"""Most informative poses for what holds an arm up: gravity, springs and offsets of the current."""
 
 from collections.abc import Collection
 from dataclasses import replace
@@ -76,7 +76,7 @@ def informative(candidates: np.ndarray, count: int, limits: Limits, model: Model
         candidates: Shape (c, n) [rad].
         count: How many to take.
         limits: Torque limits are the unit of each joint's torque, as a drive's noise grows with its size.
-        model: Its regressor at rest, reduced to what poses can tell apart.
+        model: Its regressor at rest, reduced to what poses can distinguish.
 
     Raises:
         NothingToIdentify: Nothing acts on this arm at rest.
@@ -97,7 +97,7 @@ def informative(candidates: np.ndarray, count: int, limits: Limits, model: Model
 
 
 def _resting_columns(positions: np.ndarray, model: Model) -> np.ndarray:
-    """Regressor at rest of the base parameters that poses can tell apart, shape (c, n, b)."""
+    """Regressor at rest of the base parameters that poses can distinguish, shape (c, n, b)."""
     still = np.zeros_like(positions)
     warm = np.full_like(positions, TEMPERATURE)
     motion = Motion.of(np.arange(len(positions)) * 1.0, positions, still, still, temperature=warm)
@@ -108,7 +108,7 @@ def _resting_columns(positions: np.ndarray, model: Model) -> np.ndarray:
     if not np.any(rows):
         raise NothingToIdentify(
             f"{model.robot.name}: at rest no parameter of the model makes any torque, in no pose; there is "
-            "nothing that static poses could tell. Try a motion"
+            "nothing that static poses could show. Try a motion"
         )
     return columns[:, :, from_columns(tuple(resting.parameters), rows).kept]
 

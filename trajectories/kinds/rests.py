@@ -33,7 +33,7 @@ def way(
     """The fastest way from rest to rest, each of shape (n,) [rad]; no joint goes beyond either end.
 
     Raises:
-        Infeasible: It touches something; the message names what and by how much.
+        Infeasible: It collides; the message names with what and by how much.
     """
     found = move(State.at_rest(start), State.at_rest(target), limits, tick)
     require_clear("the way between two poses", found, clearances)
@@ -65,7 +65,7 @@ def require_clear_pose(pose: np.ndarray, clearances: Iterable[Clearance]) -> Non
 
 
 def require_limits(limits: Limits, tick: float) -> None:
-    """Raise unless all that motions from rest to rest are made by is said.
+    """Raise unless all limits that motions from rest to rest need are given.
 
     Raises:
         BadLimits: A limit but the torque's that is infinite, zero or no number; no tick.
@@ -77,7 +77,7 @@ def require_limits(limits: Limits, tick: float) -> None:
             if name != "torque":
                 raise BadLimits(
                     f"joint {joint + 1}: limit {name} is {values[joint]:g}, and must be finite. "
-                    "Try `usable`, which assumes what nobody said"
+                    "Try `usable`, which assumes what is not given"
                 )
 
 
@@ -117,7 +117,7 @@ def require_pose(pose: np.ndarray, limits: Limits) -> np.ndarray:
 def clear_range(
     limits: Limits, pose: np.ndarray, joint: int, clearances: Iterable[Clearance]
 ) -> tuple[float, float]:
-    """Range of one joint around a pose over which, while the others rest, nothing is touched [rad].
+    """Range of one joint around a pose over which, while the others rest, there is no contact [rad].
 
     Proved between the samples too: over a step s a margin falls by at most reach times s, so no margin
     is below 0 between two samples at which all are at least half of that.

@@ -31,7 +31,7 @@ NARROWEST = 0.02
 SLOW_DOWN = 4.0
 """How much slower the second time: a sixteenth of the acceleration leaves gravity and friction alone."""
 PERIODS = 2
-"""Of the fast part, so that what repeats can be told from noise; the slow one is long enough for one."""
+"""Of the fast part, to distinguish what repeats from noise; the slow one is long enough for one."""
 REST = 0.5
 """Rest between two motions [s]."""
 LONGER = 1.1

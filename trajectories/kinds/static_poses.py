@@ -28,7 +28,7 @@ after a reversal in a soft gear, and more than any backlash."""
 DWELL = 1.0
 """Rest at each visit [s]."""
 DETOURS = 4
-"""Poses over which a way is tried that touches something by itself, the shortest first."""
+"""Poses over which a way is tried that collides by itself, the shortest first."""
 
 
 class PoseRun(NamedTuple):
@@ -58,7 +58,7 @@ def static_poses(
     start: np.ndarray | None = None,
     approach: float = APPROACH,
 ) -> PoseRun:
-    """Rests at poses that tell gravity and offsets apart, each visited from below and from above.
+    """Rests at poses that distinguish gravity and offsets, each visited from below and from above.
 
     Args:
         limits: Finite but for the torque.
@@ -67,7 +67,7 @@ def static_poses(
         dwell: Rest at each visit [s]; each pose has two.
         seed: Of the random positions from which poses are chosen.
         clearances: What to keep clear of, in poses and on the ways.
-        model: What is believed; poses are those that tell its parameters at rest. Spread out without.
+        model: Nominal; poses are those that show its parameters at rest. Spread out without.
         start: Where to begin and end, shape (n,) [rad]; the first pose unless given.
         approach: How far each joint comes from below or above [rad].
 
@@ -108,7 +108,7 @@ class _Visit(NamedTuple):
 
 
 class _Ways(NamedTuple):
-    """Ways between rests that touch nothing; `over` are poses that a way may go round by, (k, n) [rad]."""
+    """Ways between rests without a contact; `over` are poses that a way may go round by, (k, n) [rad]."""
 
     limits: Limits
     tick: float
@@ -116,7 +116,7 @@ class _Ways(NamedTuple):
     over: np.ndarray
 
     def between(self, start: np.ndarray, target: np.ndarray) -> list[Phases]:
-        """One way, or two that go round by a pose; raises Infeasible if all that were tried touch."""
+        """One way, or two that go round by a pose; raises Infeasible if all that were tried collide."""
         try:
             return [self._straight(start, target)]
         except Infeasible:

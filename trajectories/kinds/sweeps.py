@@ -56,7 +56,7 @@ def constant_velocity_sweeps(
             six tenths of its limit, less where its range is too short to cruise for a second.
         ranges: Where each of the joints may sweep, shape (joints, 2) [rad]; its limits unless given.
         clearances: What to keep clear of; the range shrinks to what is.
-        longest: Of each cruise [s]. What a fast sweep lasts, its range says.
+        longest: Of each cruise [s]. The duration of a fast sweep follows from its range.
         rest: Before each pass [s].
 
     Raises:
@@ -184,7 +184,7 @@ def _chosen(limits: Limits, room: tuple[float, float], joint: int, tick: float) 
     if len(fits) == 0:
         raise Infeasible(
             f"joint {joint + 1}: from {room[0]:g} to {room[1]:g} rad there is no room to cruise for "
-            f"{CRUISE:g} s at even {candidates[-1]:.3g} rad/s. Try a wider range, or say slower velocities"
+            f"{CRUISE:g} s at even {candidates[-1]:.3g} rad/s. Try a wider range, or give slower velocities"
         )
     return np.geomspace(candidates[-1], fits[0], SPEEDS)
 

@@ -26,13 +26,13 @@ SAMPLES = 6
 """Least samples a period, a third of Nyquist's frequency: a controller that joins them by straight lines
 still moves by 91 % of the amplitude."""
 SHARE = 0.5
-"""Of the room that the motion under it leaves: a joint at its resonance swings further than it is told."""
+"""Of the room that the motion under it leaves: a joint at its resonance swings further than commanded."""
 RESOLUTION = 1e-6
-"""What an encoder before a gear of 100 tells apart [rad]: 16 bit a turn of the motor."""
+"""What an encoder before a gear of 100 resolves [rad]: 16 bit a turn of the motor."""
 STEPS = 10
 """Least amplitude in steps of the encoder: quantisation is then 3 % of it."""
 SMALLER = 0.8
-"""Factor by which the amplitude shrinks until every stop ends inside the limits and nothing is touched."""
+"""Factor by which the amplitude shrinks until every stop ends inside the limits and there is no contact."""
 
 
 def with_chirp(
@@ -59,12 +59,12 @@ def with_chirp(
             ticks or the limits would leave too little to measure.
         share: Of what `base` leaves of each limit [-].
         logarithmic: Whether the frequency doubles in equal times, as many periods near each frequency.
-        resolution: What the joints' encoders tell apart [rad].
+        resolution: What the joints' encoders resolve [rad].
         clearances: What to keep clear of; the amplitude shrinks until it is.
 
     Raises:
         BadLimits: Limits, joints, frequencies or a share that are none.
-        Infeasible: The motion leaves no room, touches something or is not stoppable itself, or the amplitude
+        Infeasible: The motion leaves no room, collides or is not stoppable itself, or the amplitude
             cannot be measured.
     """
     require_limits(limits, tick)
@@ -132,7 +132,7 @@ def _room(base: Trajectory, joints: tuple[int, ...], limits: Limits) -> np.ndarr
 def _safe(
     chirp: Chirp, limits: Limits, tick: float, resolution: float, clearances: Collection[Clearance]
 ) -> Chirp:
-    """The chirp, smaller if need be, such that every stop ends inside the limits and nothing is touched."""
+    """The chirp, smaller if need be, such that every stop ends inside the limits and there is no contact."""
     while True:
         _require_measurable(chirp, resolution)
         clear = all(clearance.worst(chirp).allowed for clearance in clearances)

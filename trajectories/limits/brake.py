@@ -2,7 +2,7 @@ r"""How far a joint goes on while it stops: in closed form, for many states at o
 
 The fastest stop of a joint brings velocity and acceleration to zero with jerk :math:`\pm j` and an
 acceleration inside its limits. What would be left of the velocity if the acceleration were only taken
-back, :math:`v + a |a| / 2j`, says which way to push. Where it is positive (else everything is mirrored),
+back, :math:`v + a |a| / 2j`, gives the direction to push. Where it is positive (else everything is mirrored),
 with the backward acceleration limit :math:`-d`:
 
 1. the acceleration goes to :math:`-r`, the smaller of :math:`d` and :math:`p = \sqrt{v j + a^2/2}`;

@@ -61,7 +61,7 @@ def check(
 
     Position, velocity, acceleration and jerk by their exact extremes. Stops begun on every tick, by the
     closed form and, where it finds none that goes too far, by Ruckig too, at all ticks: 20 000 cost a
-    tenth of a second. Torque as in `torque_peaks`, where it is said what could hide.
+    tenth of a second. Torque as in `torque_peaks`, which states what could be missed.
 
     Args:
         trajectory: Of any family.

@@ -20,7 +20,7 @@ BUILD_UP = 0.1
 
 @dataclass(frozen=True)
 class Margins:
-    """What is kept free of each limit that is said; what had to be assumed has no margin.
+    """What is kept free of each limit that is given; what had to be assumed has no margin.
 
     Attributes:
         position: At both ends of a joint that turns [rad].
@@ -51,7 +51,7 @@ class UsableLimits(NamedTuple):
 
     Attributes:
         limits: Margins taken off; everything but the torque is finite.
-        assumed: A sentence for each kind of limit that nobody said.
+        assumed: A sentence for each kind of limit that is not given.
     """
 
     limits: Limits
@@ -75,7 +75,7 @@ def usable(
         start: Pose at which the motion begins, shape (n,) [rad]; needed with a window.
 
     Raises:
-        BadLimits: A limit that no joint can move within, or that is not said and cannot be assumed.
+        BadLimits: A limit that no joint can move within, or that is not given and cannot be assumed.
         Infeasible: A start outside the limits, or nothing left of them.
     """
     margins, given = margins or Margins(), robot.limits
@@ -89,16 +89,16 @@ def usable(
         if window is not None:
             lower, upper = _in_window(lower, upper, np.asarray(window, float), start)
     velocity, backward = ((1 - margins.velocity) * v for v in (given.velocity, given.velocity_lower))
-    unsaid = ~np.isfinite(given.acceleration), ~np.isfinite(given.acceleration_lower)
+    missing = ~np.isfinite(given.acceleration), ~np.isfinite(given.acceleration_lower)
     share = 1 - margins.acceleration
-    with np.errstate(invalid="ignore"):  # a share of infinity where nobody said
-        forward = np.where(unsaid[0], velocity / SPEED_UP, share * given.acceleration)
-        slowing = np.where(unsaid[1], backward / SPEED_UP, share * given.acceleration_lower)
+    with np.errstate(invalid="ignore"):  # a share of infinity where not given
+        forward = np.where(missing[0], velocity / SPEED_UP, share * given.acceleration)
+        slowing = np.where(missing[1], backward / SPEED_UP, share * given.acceleration_lower)
     gentle = np.minimum(forward, -slowing) / BUILD_UP
     jerk = np.where(np.isfinite(given.jerk), (1 - margins.jerk) * given.jerk, gentle)
     torque = (1 - margins.torque) * given.torque
     assumed += _sentence(
-        robot, unsaid[0] | unsaid[1], f"acceleration limit; full speed within {SPEED_UP:g} s"
+        robot, missing[0] | missing[1], f"acceleration limit; full speed within {SPEED_UP:g} s"
     )
     assumed += _sentence(
         robot, ~np.isfinite(given.jerk), f"jerk limit; full acceleration within {BUILD_UP:g} s"
@@ -118,7 +118,7 @@ def ranges(limits: Limits) -> dict[str, tuple[np.ndarray, np.ndarray]]:
 
 
 def require_movable(limits: Limits) -> None:
-    """Raise unless every joint has room to move; infinity is room, but not where nobody could ask.
+    """Raise unless every joint has room to move; infinity is room, but not where it cannot be checked.
 
     Raises:
         BadLimits: A limit of zero, NaN or the wrong sign, or a lower position limit not below the upper.

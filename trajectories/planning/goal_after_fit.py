@@ -46,8 +46,8 @@ def after_fit(fit: Fit, model: Model, payloads: tuple[str, ...], wishes: Wishes)
 
 def _values(fit: Fit, payloads: tuple[str, ...], noise: np.ndarray) -> Experiment:
     """What the fit knows of its base parameters, its gains taken as exact."""
-    base, told = _told(fit, payloads)
-    covariance = fit.estimate.covariance[np.ix_(told, told)]
+    base, visible = _visible(fit, payloads)
+    covariance = fit.estimate.covariance[np.ix_(visible, visible)]
     return Experiment(learned(fit), base, payloads, noise, _precision(covariance))
 
 
@@ -58,9 +58,9 @@ def _with_gains(fit: Fit, payloads: tuple[str, ...], noise: np.ndarray) -> Exper
     error counts with a minus.
     """
     model = with_drive_gains(learned(fit))
-    (base, told), gain, count = _told(fit, payloads), fit.estimate.gain, len(fit.base.kept)
-    places = np.concatenate([told, count + np.arange(len(gain))])
-    scale = np.concatenate([np.ones(len(told)), -1.0 / gain])
+    (base, visible), gain, count = _visible(fit, payloads), fit.estimate.gain, len(fit.base.kept)
+    places = np.concatenate([visible, count + np.arange(len(gain))])
+    scale = np.concatenate([np.ones(len(visible)), -1.0 / gain])
     covariance = fit.estimate.covariance[np.ix_(places, places)] * np.outer(scale, scale)
     extended = BaseParameters(
         tuple(model.parameters),
@@ -77,18 +77,18 @@ def _precision(covariance: np.ndarray) -> np.ndarray:
     return np.asarray(np.linalg.pinv(covariance / np.outer(std, std), hermitian=True) / np.outer(std, std))
 
 
-def _told(fit: Fit, payloads: tuple[str, ...]) -> tuple[BaseParameters, np.ndarray]:
+def _visible(fit: Fit, payloads: tuple[str, ...]) -> tuple[BaseParameters, np.ndarray]:
     """The base parameters that runs with these payloads move, and their places among those of the fit.
 
     Those of a body that no run carries stay as unsure as they are, whatever the motion.
     """
     regressors = [fit.model.regressor(rich_motion(fit.model, payload=payload)) for payload in payloads]
-    told = np.flatnonzero(np.any(np.concatenate(regressors), axis=(0, 1))[fit.base.kept])
-    return replace(fit.base, kept=fit.base.kept[told], regrouping=fit.base.regrouping[told]), told
+    visible = np.flatnonzero(np.any(np.concatenate(regressors), axis=(0, 1))[fit.base.kept])
+    return replace(fit.base, kept=fit.base.kept[visible], regrouping=fit.base.regrouping[visible]), visible
 
 
 def learned(fit: Fit) -> Model:
-    """The model of a fit, believed as the fit found it: its torque, and sizes, are then the fitted ones."""
+    """The model of a fit, nominal as the fit found it: its torque, and sizes, are then the fitted ones."""
     nominal, base = fit.model.nominal_values, fit.base
     missing = fit.estimate.values - base.regrouping @ nominal
     values = dict(zip(np.array(fit.model.names)[base.kept], nominal[base.kept] + missing, strict=True))

@@ -26,7 +26,7 @@ DENSITY = 4000.0
 
 
 def identification_goal(model: Model, wishes: Wishes, limits: Limits) -> Identify:
-    """To tell the model's parameters, and the drive gains where a pair of runs can."""
+    """To identify the model's parameters, and the drive gains where a pair of runs can."""
     if wishes.criterion not in CRITERIA:
         raise UnknownChoice("criterion", wishes.criterion, CRITERIA)
     payloads: tuple[str, ...] = ("",)
@@ -57,19 +57,19 @@ def nominal_noise(model: Model, limits: Limits, payload: str = "") -> np.ndarray
 
 
 def with_payload(model: Model, known: tuple[tuple[str, float], ...], name: str = "L") -> Model:
-    """The model with a body on the flange; what is not told of it is guessed, without weight.
+    """The model with a body on the flange; what is not given of it is guessed, without weight.
 
     The guess is a cube of `DENSITY` that stands on the flange's z axis, or about the centre of mass if that
-    is told. It says how much torque to expect, and never enters a fit.
+    is given. It shows how much torque to expect, and never enters a fit.
     """
-    told = dict(known)
-    mass = told["M"]
+    given = dict(known)
+    mass = given["M"]
     side = (mass / DENSITY) ** (1 / 3)
     inertia = mass * side**2 / 6
-    if "MX" in told:
-        centre = tuple(told[key] / mass for key in ("MX", "MY", "MZ"))
+    if "MX" in given:
+        centre = tuple(given[key] / mass for key in ("MX", "MY", "MZ"))
     else:
         centre = (0.0, 0.0, 0.5 * side)
     guess = dict(known_parameters(mass, centre, (inertia, 0.0, 0.0, inertia, 0.0, inertia)))
-    stated = {f"{key}{name}": Prior(value) for key, value in guess.items() if key not in told}
+    stated = {f"{key}{name}": Prior(value) for key, value in guess.items() if key not in given}
     return replace(model + Payload(name, known), stated={**model.stated, **stated})

@@ -35,9 +35,9 @@ def plan(
     """The best trajectories for a model, each with rests and leads, checked.
 
     Args:
-        model: What is believed of the arm.
+        model: The nominal model of the arm.
         wishes: What is wanted.
-        goal: Another goal than to identify the model, such as to tell two models apart.
+        goal: Another goal than to identify the model, such as to distinguish two models.
         starts: Of the search.
         seed: Of the first start.
         seconds: For the search [s].
@@ -45,9 +45,9 @@ def plan(
         progress: Called with sentences.
 
     Raises:
-        BadLimits: Limits that are not said, or that nothing can move within.
+        BadLimits: Limits that are not given, or that nothing can move within.
         Infeasible: No motion keeps to all limits.
-        NothingToIdentify: The model has no parameter that motion could tell.
+        NothingToIdentify: The model has no parameter that motion could show.
         UnknownChoice: A criterion that there is not.
     """
     limits, assumed = usable(model.robot, wishes.margins, wishes.window, wishes.start)
@@ -63,12 +63,12 @@ def plan(
 
 
 def unstated(model: Model, limits: Limits) -> tuple[str, ...]:
-    """A sentence about parameters of which nothing is said, so that their torque cannot be counted."""
+    """A sentence about parameters of which nothing is stated, so that their torque cannot be counted."""
     priors = zip(model.names, model.priors, strict=True)
     open_ones = [name for name, prior in priors if prior.value == 0.0 and np.isinf(prior.std)]
     if not open_ones or not np.any(np.isfinite(limits.torque)):
         return ()
-    return (f"{', '.join(open_ones)}: nothing is said of them, so the torque limits count them as zero",)
+    return (f"{', '.join(open_ones)}: nothing is stated of them, so the torque limits count them as zero",)
 
 
 def _plan(

@@ -46,7 +46,7 @@ def whole_run(
         start: Pose of the rests, shape (n,) [rad]; chosen unless given.
         rest: Duration of each rest [s].
         clearances: Collisions and regions.
-        torques: Believed torque of each run, for the check.
+        torques: Nominal torque of each run, for the check.
 
     Raises:
         Infeasible: From no moment of the period.

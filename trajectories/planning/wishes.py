@@ -21,7 +21,7 @@ is a matter of seconds."""
 ROWS = 2.0
 """Independent rows a second and hertz of bandwidth (Nyquist)."""
 BANDWIDTH = 10.0
-"""Up to which torque is compared where no fit says it [Hz]: where filters of identification usually end."""
+"""Up to which torque is compared where no fit gives it [Hz]: where filters of identification usually end."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,7 +42,7 @@ class Wishes:
         clearances: Collisions and regions.
         shapes: Effects whose shapes count as unknown, by their key.
         payload: What is known of a body that the second run of a pair carries; None for no pair.
-        fit: What earlier runs told.
+        fit: Of earlier runs.
         focus: Names, or beginnings of names, of base parameters that alone matter; "gain" stands for the
             drive gains of a pair.
     """

@@ -59,7 +59,7 @@ def _krl_remarks(plan: Plan) -> list[str]:
         ";The controller times these points itself: this is no identification motion.",
         ";It is for the way to the start and for slow checks of where the arm goes. The motion itself",
         ";goes through RSI, cycle by cycle. Between points, and where it rounds them, the arm takes other",
-        ";ways than planned: nobody checked those for collisions. Begin with a low override.",
+        ";ways than planned: those are not checked for collisions. Begin with a low override.",
         f";Axes: {names}"[:WIDTH],
         ";Degrees (mm where a joint slides), counted and zeroed as the robot's description has them:",
         ";compare a few points with the pendant in T1 before anything moves fast.",
@@ -90,7 +90,7 @@ def _krl_refusal(plan: Plan, unlimited: np.ndarray) -> str:
     if plan.trajectory.dof > len(KRL_AXES):
         return f"KRL: {plan.trajectory.dof} joints; a KUKA controller has the axes {', '.join(KRL_AXES)}"
     return (
-        f"KRL: {plan.joints[unlimited[0]]} has no velocity limit, so that its speed cannot be said in per "
+        f"KRL: {plan.joints[unlimited[0]]} has no velocity limit, so that its speed cannot be given in per "
         "cent; state limits.velocity in the robot file and plan again"
     )
 

@@ -29,7 +29,7 @@ class Plan(InNotebook):
         units: Unit of each joint's position, "rad" or "m".
         robot: Name of the robot.
         robot_hash: Of its geometry and limits.
-        model_hash: Of the model that was believed.
+        model_hash: Of the nominal model.
         limits: The robot's, before any margin.
         margins: What was kept off the limits, by name: a share [-], or a position [rad].
         criterion: What was minimised; empty where nothing was.
@@ -72,8 +72,8 @@ class Plan(InNotebook):
         return f"<Plan for {self.robot}: {self.trajectory.duration:g} s{reached}>"
 
     @classmethod
-    def of(cls, trajectory: Trajectory, model: Model, **said: Any) -> "Plan":
-        """A plan for a model's robot; `said` are the remaining fields."""
+    def of(cls, trajectory: Trajectory, model: Model, **given: Any) -> "Plan":
+        """A plan for a model's robot; `given` are the remaining fields."""
         robot = model.robot
         return cls(
             trajectory=trajectory,
@@ -83,7 +83,7 @@ class Plan(InNotebook):
             robot_hash=robot_hash(robot),
             model_hash=model_hash(model),
             limits=robot.limits,
-            **said,
+            **given,
         )
 
 
@@ -93,7 +93,7 @@ def robot_hash(robot: Robot) -> str:
 
 
 def model_hash(model: Model) -> str:
-    """Short hash of all that is believed of the arm."""
+    """Short hash of the nominal model."""
     return _hash(model_text(model))
 
 
@@ -122,22 +122,22 @@ def robot_differences(plan: Plan, robot: Robot) -> list[str]:
 
 
 def _limit_differences(plan: Plan, robot: Robot) -> list[str]:
-    said = []
+    differences = []
     for name in (f.name for f in fields(Limits)):
         planned, here = getattr(plan.limits, name), getattr(robot.limits, name)
         for place in np.flatnonzero(planned != here):
-            said.append(
+            differences.append(
                 f"limit {name} of {robot.joints[place]} is {here[place]:g}; "
                 f"it was {planned[place]:g} when the plan was made"
             )
-    return said
+    return differences
 
 
 def model_differences(plan: Plan, model: Model) -> list[str]:
-    """Whether other things are believed of the arm now; what was said of torques then may not hold."""
+    """Whether the nominal model has changed; what was stated of torques may not hold."""
     if plan.model_hash == model_hash(model):
         return []
     return [
         f"the model of {model.robot.name} is not the one planned with (hash {model_hash(model)}, planned "
-        f"{plan.model_hash}): torques, and what the motion tells of the parameters, may differ"
+        f"{plan.model_hash}): torques, and what the motion shows of the parameters, may differ"
     ]

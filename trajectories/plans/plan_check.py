@@ -20,7 +20,7 @@ UNLOADED = "unloaded"
 
 
 class Torque(NamedTuple):
-    """Torque that the model believes the motion to take.
+    """Torque of the motion by the nominal model.
 
     Attributes:
         time: Every tick, shape (t,) [s].
@@ -63,8 +63,8 @@ def _said_or_used(plan: Plan) -> Limits:
         size = np.maximum(np.abs(reached.lower), np.abs(reached.upper))
         used[name] = np.where(size > 0.0, size, 1.0)  # a joint that stands needs some limit
         used[f"{name}_lower"] = -used[name]
-    said = {f.name: getattr(plan.limits, f.name) for f in fields(Limits) if f.name in used}
-    return replace(plan.limits, **{n: np.where(np.isfinite(v), v, used[n]) for n, v in said.items()})
+    given = {f.name: getattr(plan.limits, f.name) for f in fields(Limits) if f.name in used}
+    return replace(plan.limits, **{n: np.where(np.isfinite(v), v, used[n]) for n, v in given.items()})
 
 
 def _beyond(use: Use) -> list[Violation]:

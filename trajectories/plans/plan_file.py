@@ -21,7 +21,7 @@ def read_plan(path: Path | str) -> Plan:
     """Plan from a trajectory file.
 
     Raises:
-        NotATrajectory: Missing, cut off, of a later version, or wrong; the message says where.
+        NotATrajectory: Missing, cut off, of a later version, or wrong; the message names the place.
     """
     try:
         text = Path(path).read_text(encoding="utf-8")

@@ -37,7 +37,7 @@ def plan_page(plan: Plan, beyond: Sequence[str] = (), torque: Torque | None = No
     note = (
         "Commands at every tick. Dashed: the robot's limits, before any margin; shaded: beyond them. "
         "Percentages are of the extremes, between ticks too"
-        + ("; torque is what the model believes." if torque else ".")
+        + ("; torque is that of the nominal model." if torque else ".")
     )
     body = (
         section("verdict", "Verdict", listing(_verdict(plan, uses, beyond, torque), "verdict"))
@@ -59,7 +59,7 @@ def _subtitle(plan: Plan) -> str:
 
 
 def _verdict(plan: Plan, uses: Sequence[Use], beyond: Sequence[str], torque: Torque | None) -> list[str]:
-    """What to think of the plan: its worst first, and last what nobody looked at."""
+    """What to think of the plan: its worst first, and last what was not checked."""
     unlimited = [
         f"No {use.name} limit is known of "
         + ", ".join(plan.joints[j] for j in np.flatnonzero(np.isnan(use.share)))
@@ -73,12 +73,12 @@ def _verdict(plan: Plan, uses: Sequence[Use], beyond: Sequence[str], torque: Tor
 
 
 def _unseen(plan: Plan, torque: Torque | None) -> list[str]:
-    """What this page cannot tell."""
+    """What this page cannot show."""
     unseen = ["collisions"]
     if torque is None:
         unseen.append("torque, which needs the robot")
     elif plan.payload_pair and len(torque.runs) == 1:
-        unseen.append("torque of the loaded run, since the robot file says of no payload")
+        unseen.append("torque of the loaded run, since the robot file names no payload")
     return unseen
 
 

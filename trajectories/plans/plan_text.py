@@ -58,10 +58,10 @@ def plan_text(plan: Plan) -> str:
 
 
 def parse_plan(text: str, where: str = "trajectory file") -> Plan:
-    """Plan from the text of a trajectory file; `where` it comes from is said in errors.
+    """Plan from the text of a trajectory file; `where` it comes from is named in errors.
 
     Raises:
-        NotATrajectory: It is none; the message says which key, what was found and what fits.
+        NotATrajectory: It is none; the message names the key, what was found and what is valid.
     """
     try:
         table = parse_toml(text, where)
@@ -163,7 +163,7 @@ def _margins(value: object, where: str) -> dict[str, float]:
 
 
 def _details(value: object, where: str) -> dict[str, float | str]:
-    """Whatever was noted: texts, and numbers that may be NaN where something could not be told."""
+    """Whatever was noted: texts, and numbers that may be NaN where something is not known."""
     return {
         key: item if isinstance(item, str) else _any_number(item, f"[{where}] {key}")
         for key, item in _table(value, where).items()

@@ -11,7 +11,7 @@ from .plan import Plan
 
 
 class Use(NamedTuple):
-    """One quantity of all joints against its limits; the limits infinite where nobody said.
+    """One quantity of all joints against its limits; the limits infinite where not given.
 
     Attributes:
         name: "position", "velocity", "acceleration", "jerk" or "torque".

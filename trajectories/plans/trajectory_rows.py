@@ -110,7 +110,7 @@ def _family(table: object, where: str) -> type[Trajectory]:
 
 
 def needed(declaration: "Field[Any]") -> bool:
-    """Whether a field has no default, so that a file must say it."""
+    """Whether a field has no default, so that a file must give it."""
     return declaration.default is MISSING and declaration.default_factory is MISSING
 
 

@@ -19,7 +19,7 @@ from .bounds.kinematic_bounds import kinematic_bounds
 from .bounds.torque_bound import TorqueBound
 from .information.design_model import design_model
 from .information.goals import Goal
-from .parallel import Stop, run_all, tell
+from .parallel import Stop, report, run_all
 from .shrink import inside_kinematics, shrink_inside
 from .solver.basis import Basis
 from .solver.problem import Problem
@@ -34,7 +34,7 @@ EVERY = 2
 PAUSE = 5.0
 """Between two sentences about a search that runs [s]."""
 FINE = 0.01
-"""Spacing at which the value of the result is taken [s]: friction turns over it as a measured row does."""
+"""Spacing at which the value of the result is taken [s]: friction reverses over it as in a measured row."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,17 +128,17 @@ def excite(
 
 
 def _now_and_then(goal: Goal, progress: Callable[[str], None]) -> Callable[[float], None]:
-    """Passes on what a search tells if it is better than all before, but not more often than `PAUSE`."""
+    """Passes on what a search reports if it is better than all before, but not more often than `PAUSE`."""
     best, last = np.inf, time.monotonic()
 
-    def hear(value: float) -> None:
+    def receive(value: float) -> None:
         nonlocal best, last
         best, better = min(best, value), value < best
         if better and time.monotonic() - last > PAUSE:
             last = time.monotonic()
             progress(f"searching: {goal.words(best)} so far, where the limits are sampled")
 
-    return hear
+    return receive
 
 
 def one_start(goal: Goal, setting: Setting, seed: int, seconds: float, stop: Stop) -> "Found | str":
@@ -147,7 +147,7 @@ def one_start(goal: Goal, setting: Setting, seed: int, seconds: float, stop: Sto
     problem = problem_of(goal, setting, period)
     try:
         start = random_start(goal, setting, problem.basis, seed)
-        search = solve(problem, problem.unknowns(start), seconds, stop, lambda s: tell(s.value))
+        search = solve(problem, problem.unknowns(start), seconds, stop, lambda s: report(s.value))
         unknowns = start if search.unknowns is None else problem.coefficients(search.unknowns)
         return finished(goal, setting, problem.basis.fourier(unknowns), seed, search)
     except Infeasible as reason:

@@ -22,9 +22,9 @@ POLL = 0.2
 _stopping: Any = None
 """In a process of the pool: the event that asks it to end."""
 _begun: Any = None
-"""In a process of the pool: the event that says that a task has begun."""
-_teller: Callable[[Any], None] = lambda _: None  # noqa: E731
-"""Where what a task tells goes."""
+"""In a process of the pool: the event set when a task has begun."""
+_reporter: Callable[[Any], None] = lambda _: None  # noqa: E731
+"""Where reports of a task go."""
 
 
 def run_all(
@@ -33,7 +33,7 @@ def run_all(
     seconds: float,
     executor: Executor | None,
     note: Callable[[Any], None],
-    hear: Callable[[Any], None] = lambda _: None,
+    receive: Callable[[Any], None] = lambda _: None,
 ) -> None:
     """Call work(*task, seconds, stop) for every task; `note` gets each result as it comes.
 
@@ -46,7 +46,7 @@ def run_all(
         seconds: For all together, from when the first begins: a process takes seconds to start [s].
         executor: Where to run; unless given a pool of processes, or this one for one task or on one core.
         note: Called in this process.
-        hear: Called in this process with what tasks `tell` while they run; an executor's are not heard.
+        receive: Called in this process with what tasks `report` while they run; not for an executor's tasks.
 
     Raises:
         TrajectoryError: A process of the pool died.
@@ -56,12 +56,12 @@ def run_all(
     if executor is not None:
         _gather([executor.submit(_call, work, task, share) for task in tasks], seconds, note, lambda: None)
     elif workers == 1:
-        with _interrupt_noted() as asked, _told_to(hear):
+        with _interrupt_noted() as asked, _reporting_to(receive):
             for place, task in enumerate(tasks):
                 if place == 0 or not asked():
                     note(work(*task, share, asked))
     else:
-        _in_processes(work, tasks, share, seconds, note, hear, workers)
+        _in_processes(work, tasks, share, seconds, note, receive, workers)
 
 
 def _in_processes(
@@ -70,18 +70,18 @@ def _in_processes(
     share: float,
     seconds: float,
     note: Callable[[Any], None],
-    hear: Callable[[Any], None],
+    receive: Callable[[Any], None],
     workers: int,
 ) -> None:
     """In a pool of processes, which is gone when this returns or raises."""
     context = get_context("spawn")
-    event, begun, said = context.Event(), context.Event(), context.SimpleQueue()
+    event, begun, reports = context.Event(), context.Event(), context.SimpleQueue()
 
     def listen() -> None:
-        while not said.empty():
-            hear(said.get())
+        while not reports.empty():
+            receive(reports.get())
 
-    with _one_thread_each(), ProcessPoolExecutor(workers, context, _begin, (event, begun, said)) as pool:
+    with _one_thread_each(), ProcessPoolExecutor(workers, context, _begin, (event, begun, reports)) as pool:
         try:
             with _deaf_to_interrupts():  # else it would kill a process that still imports
                 futures = [pool.submit(_call, work, task, share) for task in tasks]
@@ -141,26 +141,26 @@ def _asked() -> bool:
     return _stopping is not None and _stopping.is_set()
 
 
-def tell(value: Any) -> None:
+def report(value: Any) -> None:
     """From inside a task, to whoever waits for it."""
-    _teller(value)
+    _reporter(value)
 
 
 @contextmanager
-def _told_to(hear: Callable[[Any], None]) -> Iterator[None]:
-    """What tasks in this process tell goes to `hear`."""
-    global _teller
-    before, _teller = _teller, hear
+def _reporting_to(receive: Callable[[Any], None]) -> Iterator[None]:
+    """Reports of tasks in this process go to `receive`."""
+    global _reporter
+    before, _reporter = _reporter, receive
     try:
         yield
     finally:
-        _teller = before
+        _reporter = before
 
 
-def _begin(event: Any, begun: Any, said: Any) -> None:
+def _begin(event: Any, begun: Any, reports: Any) -> None:
     """First thing in a process of the pool: an interrupt is the parent's to handle."""
-    global _stopping, _begun, _teller
-    _stopping, _begun, _teller = event, begun, said.put
+    global _stopping, _begun, _reporter
+    _stopping, _begun, _reporter = event, begun, reports.put
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
@@ -169,7 +169,7 @@ def _interrupt_noted() -> Iterator[Stop]:
     """Whether Ctrl-C was pressed inside, so that work here can end with what it has; a second one raises."""
     pressed: list[int] = []
 
-    def hear(*_: object) -> None:
+    def on_interrupt(*_: object) -> None:
         pressed.append(1)
         if len(pressed) > 1:
             raise KeyboardInterrupt
@@ -177,7 +177,7 @@ def _interrupt_noted() -> Iterator[Stop]:
     if current_thread() is not main_thread():  # where Python hears no signals
         yield lambda: False
         return
-    before = signal.signal(signal.SIGINT, hear)
+    before = signal.signal(signal.SIGINT, on_interrupt)
     try:
         yield lambda: bool(pressed)
     finally:
@@ -186,7 +186,7 @@ def _interrupt_noted() -> Iterator[Stop]:
 
 @contextmanager
 def _deaf_to_interrupts() -> Iterator[None]:
-    """Ctrl-C waits for as long as this lasts, and processes begun inside never hear it."""
+    """Ctrl-C waits for as long as this lasts, and processes begun inside never get it."""
     if not hasattr(signal, "pthread_sigmask"):  # Windows
         yield
         return

@@ -15,7 +15,7 @@ from .bounds.torque_bound import TorqueBound
 from .information.goals import Goal
 
 STEP = 0.99
-"""Share of the excursion left after a step where no ratio says how much is too much."""
+"""Share of the excursion left after a step where no ratio gives the excess."""
 STEPS = 150
 """Such steps at most: 0.99^150 is a fifth of the motion; what does not fit then never was near."""
 

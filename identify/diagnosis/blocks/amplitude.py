@@ -15,7 +15,7 @@ class Amplitude(NamedTuple):
     Attributes:
         mean: Amplitude.
         t: Over its standard deviation.
-        effective: Number of blocks that say it.
+        effective: Number of blocks that show it.
         log_odds: Logarithm of the odds that it is above zero.
     """
 

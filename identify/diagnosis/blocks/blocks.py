@@ -10,7 +10,7 @@ from ..runs.driven import Driven, slices
 SECONDS = 2.0
 """Length of a block [s]: several times as long as what is left of a model remembers, a second at most."""
 FEWEST, MOST = 16, 24
-"""Blocks that all fitted runs are cut into: enough to tell scatter to a fifth (16), and no more than tell
+"""Blocks that all fitted runs are cut into: enough to give scatter to a fifth (16), and no more than give
 it to a seventh (24). Short logs have shorter blocks, long ones longer."""
 SHORTEST = 0.3
 """Length of the shortest block [s]: five times what the residual of a joint remembers, some 50 ms."""

@@ -16,7 +16,7 @@ TURNS = 6
 SETTLED = 0.02
 """Change of the logarithm of a variance that is not worth another turn."""
 ROUNDING = 1e-9
-"""Share of a column's square that keeps unknowns which nothing tells at zero."""
+"""Share of a column's square that keeps unknowns that no row determines at zero."""
 CERTAIN = 1e-12
 """Standard deviation of an unknown that is held at its prior; a number for the computer."""
 
@@ -39,7 +39,7 @@ class Weighting:
 
     @property
     def weight(self) -> np.ndarray:
-        """Of each block and joint in the fit, shape (k, n): rows that tell the same again count once."""
+        """Of each block and joint in the fit, shape (k, n): rows that repeat the same count once."""
         return self.independent * self.trust / self.variance
 
 
@@ -63,7 +63,7 @@ class Prediction:
 
     @classmethod
     def of(cls, rows: Rows, blocks: Blocks, rate: float, near: Weighting | None = None) -> "Prediction":
-        """With noise and trust as the rows themselves tell them, searched from those of a like model on."""
+        """With noise and trust as estimated from the rows, searched from those of a like model on."""
         sums = BlockSums.of(rows, blocks)
         fitted, counts = blocks.fitted[:, None].astype(float), sums.counts
         total = np.maximum((counts * fitted).sum(axis=0), 1.0)
@@ -76,7 +76,7 @@ class Prediction:
             now = cls(rows, blocks, rate, sums, weighting)
             variance = np.sum(now.errors * weighting.trust, axis=0) / total + 1e-30
             settled = np.all(np.abs(np.log(variance / weighting.variance)) < SETTLED)
-            # Runs that are only predicted say nothing of what others are worth.
+            # Runs that are only predicted do not show what others are worth.
             independent = now._independent(now.residual * fitted[blocks.number])
             trusted = trust(independent * now.errors * fitted, independent * counts * fitted) * fitted
             first = turn == 0 and near is None
@@ -160,7 +160,7 @@ class Prediction:
     def covariance(self) -> np.ndarray:
         """Of the unknowns, shape (b, b).
 
-        By how they change when blocks are left out (the jackknife's), and when what was believed is wrong by
+        By how they change when blocks are left out (the jackknife's), and when nominal values are wrong by
         as much as was stated.
         """
         own = self.left_out[self.blocks.fitted]

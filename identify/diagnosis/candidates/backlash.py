@@ -28,17 +28,17 @@ are an elastic gear's."""
 RATIO = 0.5
 """Damping ratio of the teeth, and of the drive that is pushed back by them [-]."""
 SCATTER = 0.15
-"""Of the coefficient around 1, since the play says how large the effect is [-]."""
+"""Of the coefficient around 1, since the play gives the size of the effect [-]."""
 STIFF = 60.0
 """Resonance of a link on teeth that are as soft as they are expected to be [Hz]: their bending, far below
 it, is in proportion to their compliance."""
 SHIFT = 0.05
-"""Share of a joint's usual load by which the load may be believed wrong [-]; a few thousandths, where it
+"""Share of a joint's usual load by which the nominal load may be wrong [-]; a few thousandths, where it
 changes slowly, make a link float sooner or later by the time that it floats."""
 
 
 class Play(NamedTuple):
-    """Shape of one gear's play: its width [rad], what the load is more than believed [N m], see RATIO [-]."""
+    """Shape of one gear's play: its width [rad], what the load is more than nominal [N m], see RATIO [-]."""
 
     gap: float
     load_shift: float = 0.0

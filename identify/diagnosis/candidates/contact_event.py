@@ -33,7 +33,7 @@ FORCE = 0.1
 USUAL = 90.0
 """Percentage of all windows that have no contact: what forces explain there is how wrong the model is."""
 APART = 2.0
-"""Time from a contact on which a window says what is usual [s]: longer than any contact."""
+"""Time from a contact on which a window shows what is usual [s]: longer than any contact."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,4 +1,4 @@
-"""Encoder offset: a joint that is elsewhere than its encoder says, by a constant angle."""
+"""Encoder offset: a joint that differs from its encoder's reading by a constant angle."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -18,7 +18,7 @@ from ..runs.driven import Driven
 SPRINGS = (SpringBalancer, JointSpring)
 """Effects besides bodies whose torque goes with position."""
 MISSET = 0.03
-"""How far a joint may stand from where its encoder says [rad]: a tooth of a belt, a mark set by eye."""
+"""How far a joint may be from its encoder's reading [rad]: a tooth of a belt, a mark set by eye."""
 ZERO_STEP = 1e-4
 """Of the difference by an encoder's zero [rad]."""
 
@@ -39,7 +39,7 @@ def encoder_zeros(model: Model) -> Iterator[Candidate]:
 
 
 def _by_position(springs: Model, model: Model, run: Driven, joint: int) -> np.ndarray:
-    """Derivative of the springs' believed torque by a joint's position, shape (t, n) [N m/rad]."""
+    """Derivative of the springs' nominal torque by a joint's position, shape (t, n) [N m/rad]."""
     known, shift = dict(zip(model.names, model.nominal_values, strict=True)), np.zeros(model.robot.dof)
     values, shift[joint] = np.array([known[name] for name in springs.names]), ZERO_STEP
     if not springs.effects:

@@ -1,8 +1,8 @@
 """Joint elasticity: a gear that gives way, on which its link lags behind the motor, and swings.
 
-With motors where their encoders say, every link but one follows its motor, and that one leads or lags by a
-twist whose equation is row j of the arm's: M_jj twist'' + d twist' + (K + dtau_j/dq_j) twist = load_j. What
-all motors give for it more than for a rigid gear is minus the links' torque for a twist. The stiffness
+With motors where their encoders measure, every link but one follows its motor, and that one leads or lags
+by a twist whose equation is row j of the arm's: M_jj twist'' + d twist' + (K + dtau_j/dq_j) twist = load_j.
+What all motors give for it more than for a rigid gear is minus the links' torque for a twist. The stiffness
 shapes it: little matters below the resonance but the load over the stiffness, and near it the link's own
 swing.
 """
@@ -30,7 +30,7 @@ RATIO = 0.1
 """Damping ratio of a gear [-]: 0.02 for steel, 0.2 for much grease. Near its resonance a link swings where
 its motor hardly moves; with less damping, what is made of that would be noise."""
 SCATTER = 0.1
-"""Of the coefficient around 1, since the stiffness says how large the effect is [-]: as much as link's
+"""Of the coefficient around 1, since the stiffness gives the size of the effect [-]: as much as link's
 inertia and damping are wrong."""
 LEAST = 0.5
 """Coefficient below which what fits is something else that swings [-]."""

@@ -10,7 +10,7 @@ from ...effects import Effect
 from ...model import Model
 from ..findings.finding import Finding
 from ..findings.kind import Kind
-from ..findings.quantities import Said
+from ..findings.quantities import Formatted
 from ..questions.candidate import Candidate
 from .parts.of_effect import on_each_joint
 
@@ -34,7 +34,7 @@ def _derived(finding: Finding, known: Mapping[str, Any]) -> dict[str, Any]:
     found = {"spring": known["Ks"]} if "Ks" in known else {}
     if "Ts" in known and "Ks" in known and known["Ks"].value > 0:
         stiffness, torque = known["Ks"].value, known["Ts"]
-        found["ease"] = Said(-torque.value / stiffness, torque.std / stiffness, "rad")
+        found["ease"] = Formatted(-torque.value / stiffness, torque.std / stiffness, "rad")
     return found
 
 

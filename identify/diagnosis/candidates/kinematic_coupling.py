@@ -27,7 +27,7 @@ RATIOS = (-2.0, -1.0, -0.5, 0.5, 1.0, 2.0)
 MOVED = (-1.0, -0.5, 0.5, 1.0)
 """The same where links stand elsewhere: belts and bevel gears."""
 SCATTER = 0.1
-"""Of the coefficient around 1, since the ratio says how large the effect is [-]: bodies are as wrong."""
+"""Of the coefficient around 1, since the ratio gives the size of the effect [-]: bodies are as wrong."""
 
 
 def couplings(model: Model) -> Iterator[Candidate]:

@@ -23,7 +23,7 @@ WEIGHTLESS = 1e-4
 def balancers(model: Model) -> Iterator[Candidate]:
     """Springs along a link; only the ratio of the lengths and the angle shape their torque.
 
-    Nobody balances what weighs nothing: how likely one is goes with the weight that a joint carries.
+    A weight that is zero needs no balancer: its probability increases with the weight that a joint carries.
     """
     inertia, load = link_size(model)
     weight = load - inertia
@@ -53,5 +53,5 @@ KIND = Kind(
     derived=_derived,
     of_body=True,
     mistaken_for=("link_inertia", "joint_spring"),
-    settled_by="the base at another tilt: no motion of the joints tells a spring from a weight well",
+    settled_by="the base at another tilt: no motion of the joints distinguishes a spring from a weight well",
 )

@@ -8,7 +8,7 @@ import numpy as np
 from ...model import Model
 from ..findings.finding import Finding
 from ..findings.kind import Kind
-from ..findings.quantities import Said
+from ..findings.quantities import Formatted
 from ..questions.candidate import Candidate
 from ..runs.driven import Driven
 from .parts.rare import rare
@@ -28,7 +28,7 @@ def _derived(finding: Finding, known: Mapping[str, Any]) -> dict[str, Any]:
     """In per cent a kilowatt."""
     if "sag" not in known:
         return {}
-    return {"droop": Said(1e5 * known["sag"].value, 1e5 * known["sag"].std, "% per kW")}
+    return {"droop": Formatted(1e5 * known["sag"].value, 1e5 * known["sag"].std, "% per kW")}
 
 
 KIND = Kind(

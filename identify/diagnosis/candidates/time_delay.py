@@ -51,7 +51,7 @@ def _delay(delay: float) -> Candidate:
 
     def columns(run: Driven) -> np.ndarray:
         time, recorded = run.motion.time, run.prepared.gain * run.prepared.current
-        # Between samples a straight line would take noise away, which speaks for any delay but whole samples.
+        # Between samples a straight line would take noise away, which favours any delay but whole samples.
         later = CubicSpline(time, recorded)(np.clip(time + delay, time[0], time[-1]))
         return (recorded - later)[:, :, None]
 

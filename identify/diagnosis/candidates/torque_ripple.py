@@ -22,7 +22,7 @@ SLOW = 10.0
 PEAKS = 3
 """Frequencies of each joint that are asked for in a turn of the search."""
 FINE = 4
-"""Frequencies on the grid for each that the range of a joint can tell apart."""
+"""Frequencies on the grid for each that the range of a joint can distinguish."""
 LONGEST = 2_000_000
 """Steps of position that a joint's range is cut into, at most; some megabytes."""
 

@@ -50,7 +50,7 @@ class Arm:
         return replace(self, model=replace(self.model, robot=robot))
 
     def with_gear(self, joint: int, stiffness: float, damping: float, play: float) -> "Arm":
-        """With one gear that is not rigid; what two findings say of it adds: the softer spring, and the play.
+        """With one gear that is not rigid; two findings add: the softer spring, the wider play.
 
         Args:
             joint: Which, from 0.

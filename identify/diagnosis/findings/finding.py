@@ -13,7 +13,7 @@ from .trace import Evidence
 
 
 class Quantity(NamedTuple):
-    """A physical number, its standard deviation, NaN where the data do not tell it, and its unit."""
+    """A physical number, its standard deviation, NaN where the data do not determine it, and its unit."""
 
     value: float
     std: float
@@ -165,7 +165,7 @@ class Improvement:
 
     Attributes:
         runs: Their names.
-        before: Of the believed model, its parameters fitted within their tolerances.
+        before: Of the nominal model, its parameters fitted within their tolerances.
         after: With the findings.
         noise: Noise floor behind the same filter.
         band: Cut-off of that filter [Hz].
@@ -180,7 +180,7 @@ class Improvement:
 
 @dataclass(frozen=True, eq=False)
 class Diagnosis(InNotebook):
-    """What is missing, what is not, and what cannot be said.
+    """What is missing, what is not, and what is undecided.
 
     Attributes:
         name: Of the robot or case.

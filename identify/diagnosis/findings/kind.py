@@ -23,8 +23,8 @@ class Kind:
     """One effect of the vocabulary, or outside; with nothing given, any effect that acts on single joints.
 
     Attributes:
-        sentence: How a finding is said, without a full stop. Names in braces are its parameters, and what
-            `derived` gives; what stands in square brackets is left out where one of them is not known.
+        sentence: Sentence of a finding, without a full stop. Names in braces are its parameters, and what
+            `derived` gives; text in square brackets is left out where one of them is not known.
             "{joint}" is the joint, "{other}" the second one. By its name where it is empty.
         drawn_against: What its residual shows most against, two axes of the report.
         ask: Its hypotheses for a model; by default, the effect of its name on each joint in each shape.

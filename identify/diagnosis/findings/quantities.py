@@ -24,7 +24,7 @@ FINEST = 6
 """Places behind the point from which on numbers are written with powers of ten."""
 
 
-class Said(Quantity):
+class Formatted(Quantity):
     """A quantity that writes itself in a sentence.
 
     The format is empty for value, interval and unit; a name in `SCALES` for another unit; `bare` for the
@@ -53,33 +53,33 @@ def with_interval(value: float, std: float) -> str:
     places = (1 if half / 10.0**size < 2.0 else 0) - size
     if places > FINEST:
         return f"{value:.2g} ± {half:.1g}"
-    # An interval far below the value says no more than four digits of it.
+    # An interval far below the value gives no more than four digits of it.
     places = min(places, 3 - int(np.floor(np.log10(abs(value) or half))))
     half = max(round(half, places), 10.0**-places)
     # Adding zero makes one of minus zero.
     return f"{round(value, places) + 0.0:.{max(places, 0)}f} ± {half:.{max(places, 0)}f}"
 
 
-def said(finding: Finding) -> dict[str, Any]:
+def formatted(finding: Finding) -> dict[str, Any]:
     """The parameters of a finding by name, with and without the number of the joint at the end."""
-    own = {name: Said(*quantity) for name, quantity in finding.parameters.items()}
+    own = {name: Formatted(*quantity) for name, quantity in finding.parameters.items()}
     plain = {_plain(name): one for name, one in reversed(own.items())}
     return plain | own
 
 
-def length(quantities: Mapping[str, Quantity], *names: str) -> Said:
+def length(quantities: Mapping[str, Quantity], *names: str) -> Formatted:
     """Root of the sum of squares of some quantities."""
     parts = [quantities[name] for name in names]
     size = float(np.sqrt(sum(part.value**2 for part in parts)))
     variance = sum((part.value * part.std) ** 2 for part in parts) / max(size, 1e-300) ** 2
-    return Said(size, float(np.sqrt(variance)), parts[0].unit)
+    return Formatted(size, float(np.sqrt(variance)), parts[0].unit)
 
 
-def together(known: Mapping[str, Quantity], dry: str, viscous: str) -> Said:
+def together(known: Mapping[str, Quantity], dry: str, viscous: str) -> Formatted:
     """Dry and viscous friction at 1 rad/s."""
     parts = [known[name] for name in (dry, viscous) if name in known]
     std = float(np.linalg.norm([part.std for part in parts]))
-    return Said(sum(part.value for part in parts), std, known[dry].unit)
+    return Formatted(sum(part.value for part in parts), std, known[dry].unit)
 
 
 def _plain(name: str) -> str:

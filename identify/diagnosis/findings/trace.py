@@ -19,10 +19,10 @@ class Trace:
         position: Shape (r, n) [rad].
         velocity: Shape (r, n) [rad/s].
         acceleration: Shape (r, n) [rad/s^2].
-        load: Torque that the gears transmit, as believed, shape (r, n) [N m].
+        load: Torque that the gears transmit, nominal, shape (r, n) [N m].
         temperature: Shape (r, n) [degC]; NaN where it was not measured.
         motor_angle: Angle of each motor's shaft, shape (r, n) [rad].
-        measured: Torque by currents and believed gains, shape (r, n) [N m].
+        measured: Torque by currents and nominal gains, shape (r, n) [N m].
         before: What the model leaves of it, at its word but for friction and offsets, shape (r, n) [N m].
         after: What is left with everything that was found, shape (r, n) [N m].
         explained: Torque of each finding, shape (f, r, n) [N m].
@@ -50,7 +50,7 @@ class Evidence:
     """What a diagnosis rests on, for those who draw it, simulate it or build on it.
 
     Attributes:
-        model: As believed, with the payloads of the runs.
+        model: Nominal, with the payloads of the runs.
         before: Its parameters at their word, friction and offsets fitted, shape (p,).
         after: Fitted within their tolerances beside what was found, shape (p,).
         gain_before: Drive gains at their word, shape (n,) [N m/A]; 1 where torque was recorded.

@@ -1,6 +1,6 @@
 """Forward: a run simulated in closed loop, with and without what was found, against its recording.
 
-The drives that recorded the run are unknown, so that stiffer ones than any stand in for them and follow the
+The drives that recorded the run are unknown, so that ones stiffer than any replace them and follow the
 motion that was measured: torques are compared on one and the same motion.
 """
 
@@ -74,7 +74,7 @@ def forward(diagnosis: Diagnosis, recording: Recording) -> Forward | None:
         recording: One of its runs; best one that was held out.
 
     Raises:
-        RobotError: The arm cannot be simulated: a joint without inertia, say.
+        RobotError: The arm cannot be simulated: for example a joint without inertia.
     """
     if (known := diagnosis.evidence) is None:
         return None
@@ -82,7 +82,7 @@ def forward(diagnosis: Diagnosis, recording: Recording) -> Forward | None:
     # Parameters were fitted beside undecided findings too.
     findings = (*diagnosis.findings, *diagnosis.undecided)
     arms = as_nominal(known), as_found(known, findings)
-    # An arm that diverges ends in infinity; what follows is no number, and said to be none.
+    # An arm that diverges ends in infinity; what follows is no number, and reported as none.
     with np.errstate(over="ignore", invalid="ignore"):
         (before, _), (after, missed) = (_simulated(arm, run) for arm in arms)
     wrong = [place for place in arms[1].left_out if kind_of(findings[place].effect).sensor]

@@ -1,4 +1,4 @@
-"""Rivals: models of what was found and of what it might be instead, for a run that tells them apart."""
+"""Rivals: models of what was found and of what it might be instead, for a run that distinguishes them."""
 
 from collections.abc import Sequence
 from dataclasses import replace

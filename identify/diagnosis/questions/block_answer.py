@@ -16,7 +16,7 @@ WIDE = 1000.0
 
 
 def prior_std(candidate: Candidate, columns: Thinned) -> np.ndarray:
-    """How far each coefficient may be from its mean, shape (p,): flat where physics does not say."""
+    """How far each coefficient may be from its mean, shape (p,): flat where physics does not give one."""
     if candidate.expected is not None:
         return columns.std
     if candidate.cancels:
@@ -41,7 +41,7 @@ class Answer:
         cost: Logarithm of the number of shapes of which it is the choice, over that of signs it cannot have.
         independent: Independent rows over all rows by which the gains are weighed, shape (n,).
         fitted: Whether a block is fitted, shape (k,); the others are only predicted.
-        relief: Logarithm of how much more probable all that was believed is, beside it.
+        relief: Logarithm of how much more probable all priors are, beside it.
         choice: What choosing the shape costs the odds by scatter: its logarithm over the mean of all shapes.
     """
 

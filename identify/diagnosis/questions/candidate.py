@@ -46,11 +46,11 @@ class Candidate:
         instance: What to add to a model, where it is an effect of the model's own kind.
         rows: Joints whose motors it gives torque to; None where that may be all.
         smooth: Whether its torque is no more abrupt than the motion.
-        proportion: How large its coefficients are expected to be beside the first, where physics says so.
+        proportion: How large its coefficients are expected to be beside the first, where physics gives it.
         led: How many of its coefficients are such that it is not there without any of them.
         cancels: Whether its coefficients may be far larger than what they give together, as a pretension.
-        size: How large its torque is, share of the joint's usual one [-], where its cause says so.
-        expected: Each coefficient and how far it may be from that, where physics says how large they are.
+        size: How large its torque is, share of the joint's usual one [-], where its cause gives it.
+        expected: Each coefficient and how far it may be from that, where physics gives their size.
         among: Number of shapes of which it is the choice of a quick look, where not all of them are weighed.
         prior: How much likelier it is than others before the data [-].
         most: Largest coefficient, either way, for which its columns are right.
@@ -109,7 +109,7 @@ class Thinned:
         joints: Those it gives torque to, shape (k,).
         values: Shape (r, k, p).
         std: How large each coefficient is expected to be, shape (p,).
-        mean: About what, shape (p,); zero where nothing says how large an effect is.
+        mean: About what, shape (p,); zero where the size of an effect is unknown.
         usual: Root mean square of the torque of its joints, shape (k,) [N m]; None where it is no torque.
     """
 
@@ -148,7 +148,7 @@ class Thinned:
 
     @property
     def empty(self) -> bool:
-        """Whether the runs say nothing of it."""
+        """Whether the runs contain nothing of it."""
         return not len(self.joints) or not np.all(np.isfinite(self.values))
 
     def everywhere(self, dof: int) -> np.ndarray:

@@ -68,8 +68,8 @@ def _as_good(one: Answer, other: Answer) -> bool:
 def better(one: Answer, other: Answer, prior: float = 0.0) -> float:
     """Logarithm of the odds that one predicts better than another, by their blocks.
 
-    What the blocks say is no more than the scatter of the difference over them allows, and nothing where the
-    two differ by less than torque may be wrong; what shapes cost, and `prior`, is known without them.
+    The evidence of the blocks is limited by the scatter of the difference over them, and zero where the two
+    differ by less than torque may be wrong; what shapes cost, and `prior`, is known without them.
     """
     apart = one.by_block - other.by_block
     if _as_good(one, other):

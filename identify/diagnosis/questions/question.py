@@ -69,7 +69,7 @@ def _cost(candidate: Candidate) -> float:
 
 
 def _surprise(prediction: Prediction, errors: np.ndarray, candidate: Candidate, columns: Thinned) -> float:
-    """By how much less probable an effect is for its torque, where its cause says how large that is."""
+    """By how much less probable an effect is for its torque, where its cause gives its size."""
     if np.isinf(candidate.size) or columns.usual is None:
         return 0.0
     explained = prediction.power(prediction.errors) - prediction.power(errors)
@@ -110,7 +110,7 @@ def _predicted(
             square += np.einsum("kip,kipq,kiq->ki", coefficients, own, coefficients, optimize=True)
             square -= 2.0 * np.einsum("kip,kaip,kai->ki", coefficients, by_columns, moved, optimize=True)
         errors[:, :, joint] = np.maximum(errors[:, :, joint] - 2.0 * linear + square, 1e-12)
-        # A block that was predicted from motions too unlike its own says as little of the effect.
+        # A block that was predicted from motions too unlike its own shows as little of the effect.
         rows = share[joint] * sums.counts[:, joint, None]
         sound = noise[joint] * trusted(share[joint] * noise[joint] * errors[:, :, joint], rows)
         along += sound * linear
@@ -121,7 +121,7 @@ def _predicted(
 def _without(
     prediction: Prediction, products: Products, fits: Sequence[Fitted | None]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """What the other blocks say: coefficients (k, i, p), and by how much less the unknowns are, (k, b, i)."""
+    """Of the other blocks: coefficients (k, i, p), and by how much less the unknowns are, (k, b, i)."""
     mixed = products.mixed.sum(axis=0) - products.mixed
     apart = np.stack([_solved(one, own) for one, own in zip(prediction.factors, mixed, strict=True)])
     matrix = products.weighted.sum(axis=0) - products.weighted

@@ -33,9 +33,9 @@ def refined(
 ) -> Answer:
     """The answer in its best shape between the neighbours on its grid.
 
-    It costs as much as the grid, or as the number of shapes that blocks tell apart within the bounds. The
+    It costs as much as the grid, or as the number of shapes that blocks distinguish within the bounds. The
     nearer it comes, the more rows of what it leaves are independent, and the finer shapes are distinguished.
-    That number is too large where the numbers of a shape stand in for one another; by how much the shapes of
+    That number is too large where the numbers of a shape replace one another; by how much the shapes of
     the grid do worse on average is then the lower of the two.
     """
     best, choices = answer, dict.fromkeys(answer.candidate.bounds, 0.0)
@@ -88,7 +88,7 @@ def _along(prediction: Prediction, start: Answer, runs: Sequence[Driven], name: 
 
 
 def _together(prediction: Prediction, start: Answer, runs: Sequence[Driven]) -> Answer:
-    """Vary all numbers of a shape at once, for those that stand in for one another."""
+    """Vary all numbers of a shape at once, for those that replace one another."""
     names = list(start.candidate.bounds)
     bounds = [start.candidate.bounds[name] for name in names]
     size = np.array([one.high - one.low for one in bounds])

@@ -16,7 +16,7 @@ class Residuals:
     """What is left of the torque of all runs, shape (r, n) each [N m].
 
     Attributes:
-        before: By the model at its word, friction, offsets and what nobody stated fitted.
+        before: By the nominal model, friction, offsets and what is unstated fitted.
         after: With everything that was found.
         explained: Torque of each finding, shape (f, r, n) [N m].
     """
@@ -61,7 +61,7 @@ def evidence(found: SearchResult, residuals: Residuals, noise: np.ndarray) -> Ev
 
 
 def nominal_unknowns(found: SearchResult) -> np.ndarray:
-    """Unknowns (b,) of a model at its word, without any finding; what nobody stated is fitted."""
+    """Unknowns (b,) of the nominal model, without any finding; what is unstated is fitted."""
     word = found.problem.nominal_unknowns(found.without_findings)
     return np.append(word, np.zeros(len(found.prediction.rows.names) - len(word)))
 

@@ -64,7 +64,7 @@ def _more(found: SearchResult, place: int, name: str) -> np.ndarray:
     """Torque by a little more of one number of a finding's shape, shape (r, n) [N m per its unit]."""
     answer, rows = found.selected[place].answer, found.prediction.rows
     if np.all(answer.columns.whole):
-        # A delay moves noise too, which says nothing of it: what does is what says how late a clock is.
+        # A delay moves noise too, which shows nothing of it: what does shows how late a clock is.
         return rows.columns[:, :, rows.names.index(CLOCK)]
     candidate, values = answer.candidate, found.prediction.values[places_of(found, place)]
     at, bounds = candidate.shape[name], candidate.bounds[name]

@@ -24,11 +24,11 @@ class Driven:
     """One run.
 
     Attributes:
-        role: Of the run: "identify", "validate", "slow", "payload", or whatever its settings say.
+        role: Of the run: "identify", "validate", "slow", "payload", or as its settings state.
         prepared: Filtered motion and current.
         motion: The same motion with the load that the gears transmit by the fitted model.
         torque: What the fitted model asks of the motors, at full rate, shape (t, n) [N m].
-        bodies: The arm with its links and its payload as believed.
+        bodies: The arm with its links and its payload nominal.
         peak: Largest torque of each joint in all runs, shape (n,) [N m]; None where it is that of this one.
     """
 
@@ -41,7 +41,7 @@ class Driven:
 
     @classmethod
     def of(cls, model: Model, recording: Recording, role: str, filtering: Filtering) -> "Driven":
-        """Prepare a recording; the torque is that of the believed model.
+        """Prepare a recording; the torque is that of the nominal model.
 
         Raises:
             RecordingError: It cannot be filtered.
@@ -59,7 +59,7 @@ class Driven:
         return replace(self, motion=motion, torque=torque @ model.robot.to_motors.T)
 
     def bearing(self, torque: np.ndarray, on_motors: np.ndarray) -> "Driven":
-        """The same with gears that transmit some torque (t, n) [N m] more: of a body that was found, say.
+        """The same with gears that transmit some torque (t, n) [N m] more, as of a body that was found.
 
         Args:
             torque: Seen from the joints.

@@ -37,7 +37,7 @@ def bent(
     """
     mass, loss = inertia / step**2, damping / (2 * step)
     bands = np.zeros((3, len(load)))
-    # Row k is the equation at sample k - 1; the first two rows say that the gear starts at rest.
+    # Row k is the equation at sample k - 1; by the first two rows the gear starts at rest.
     bands[0, 2:] = (mass + loss + stiffness / 4)[1:-1]
     bands[1, 1:-1] = (stiffness / 2 - 2 * mass)[1:-1]
     bands[2, :-2] = (mass - loss + stiffness / 4)[1:-1]
@@ -83,20 +83,20 @@ def loose(
     for start in (np.flatnonzero(np.diff(side)) + 1).tolist():
         if start < end:
             continue
-        x, v, touching, path = float(value[start - 1]), 0.0, 0, []
+        x, v, in_contact, path = float(value[start - 1]), 0.0, 0, []
         # Plain numbers: a sample depends on the one before, and arrays of one number are slow.
         for pull, drag, weight in _rows(per_inertia, start):
             past = x - play if x > play else x + play if x < -play else 0.0
             acceleration = pull - drag * v - weight * x
             if past:
                 acceleration -= angular * (angular * past + 2.0 * ratio * v)
-                touching += 1
+                in_contact += 1
             else:
-                touching = 0
+                in_contact = 0
             v += step * acceleration
             x += step * v
             path.append((x, v, acceleration))
-            if touching > settled and past * pull > 0.0:
+            if in_contact > settled and past * pull > 0.0:
                 break
         end = start + len(path)
         value[start:end], rate[start:end], second[start:end] = np.array(path).T

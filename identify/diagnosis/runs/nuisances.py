@@ -16,12 +16,12 @@ REVERSALS = (0.001, 0.003, 0.01, 0.03)
 """Velocities over which dry friction may turn its sign [rad/s]: how it does is a matter of surfaces, and no
 model's shape is right at low speed."""
 REVERSAL_STD = 0.5
-"""Share of Coulomb friction that may turn over another of them than believed."""
+"""Share of Coulomb friction that may reverse over another of them than nominal."""
 PRESLIDING = (5e-5, 2e-4, 6e-4)
 """Displacements over which dry friction may build up [rad]: surfaces bend before they slide, as far as some
 thousandths of a gear's radius. What takes longer is a property of the gear and has a name."""
 UNKNOWN_GAIN = 1.0
-"""Share by which a drive gain that nobody stated may be another, beside those of the other drives [-]."""
+"""Share by which an unstated drive gain may be another, beside those of the other drives [-]."""
 CLOCK = "clock"
 """How the unknown is called by which all drives' clocks are wrong; each drive's own has its number behind."""
 CLOCKS = 2.5e-4

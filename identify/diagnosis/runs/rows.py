@@ -1,4 +1,4 @@
-"""Rows: what was measured, what is believed, and the columns that explain the difference."""
+"""Rows: what was measured, what is nominal, and the columns that explain the difference."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -19,12 +19,12 @@ class Rows:
 
     Attributes:
         runs: Rows of each run.
-        difference: Measured torque minus that of the believed model, shape (r, n) [N m].
+        difference: Measured torque minus that of the nominal model, shape (r, n) [N m].
         weight: 0 where a joint sticks, else 1, shape (r, n).
         columns: Torque per unit of each unknown, shape (r, n, b).
         names: Of the unknowns.
-        std: How far each unknown may be from its mean, infinite where nothing is believed, shape (b,).
-        mean: What each is believed to be, zero but for what was found and is known to be whole, shape (b,).
+        std: How far each unknown may be from its mean, infinite without a prior, shape (b,).
+        mean: Prior mean of each, zero but for what was found and is known to be whole, shape (b,).
         lower: Smallest value that physics allows each, shape (b,); none where it is None.
     """
 
@@ -77,7 +77,7 @@ def model_rows(model: Model, runs: Sequence[Driven], values: np.ndarray | None =
     Args:
         model: With its priors.
         runs: Of which rows are made.
-        values: Parameters (p,) that give the load by which gears rub; those believed by default.
+        values: Parameters (p,) that give the load for the friction of gears; nominal ones by default.
     """
     carrying = model if values is None else _with_values(model, values)
     nominal, every = model.nominal_values, np.arange(len(model.names))

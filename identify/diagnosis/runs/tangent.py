@@ -1,4 +1,4 @@
-"""Tangent: how much torque the links take when one joint is a little elsewhere than its motor says."""
+"""Tangent: how much torque the links take when one joint differs a little from its motor's reading."""
 
 from typing import NamedTuple
 
@@ -54,7 +54,7 @@ def tangent(kinematics: pin.Model, motion: Motion) -> Tangent:
 
 
 def carrying(model: Model, values: np.ndarray, payload: str) -> pin.Model:
-    """The arm with the bodies that parameters (p,) say it has, a payload among them."""
+    """The arm with the bodies that parameters (p,) give it, a payload among them."""
     kinematics = bodiless(model.robot.kinematics)
     counts = [len(effect.parameters(model.robot)) for effect in model.effects]
     for effect, own in zip(model.effects, np.split(values, np.cumsum(counts)[:-1]), strict=True):

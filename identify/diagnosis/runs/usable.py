@@ -26,13 +26,13 @@ def usable(
     """The runs that can be filtered and compared, and warnings about these and the others.
 
     Args:
-        model: As believed, with the payloads of the runs.
+        model: Nominal, with the payloads of the runs.
         recordings: Role and recording of each run.
-        filtering: Filters; chosen from the data where it says nothing.
+        filtering: Filters; chosen from the data where none is given.
 
     Raises:
         DifferentRobot: A run of another robot.
-        RecordingError: No run is left to fit; says why.
+        RecordingError: No run is left to fit; gives the reason.
     """
     of_these_joints(model, [recording for _, recording in recordings])
     sound: list[tuple[str, Recording]] = []
@@ -64,8 +64,8 @@ def usable(
         except RecordingError as error:
             warnings.append(f"{recording.name} is left out: {str(error).removeprefix(f'{recording.name}: ')}")
     if all(run.role == HELD_OUT for run in runs):
-        said = "; ".join(warnings) or "all are held out. Give at least one that is not for validation"
-        raise RecordingError(f"no run is left to fit: {said}")
+        reason = "; ".join(warnings) or "all are held out. Give at least one that is not for validation"
+        raise RecordingError(f"no run is left to fit: {reason}")
     fitted = [run.prepared for run in runs if run.role != HELD_OUT]
     return runs, [*warnings, *excitation_warnings(model.robot.joints, fitted, 0.0), *_missing(model, runs)]
 
@@ -75,7 +75,7 @@ def _measures(recording: Recording) -> str:
 
 
 def _missing(model: Model, runs: Sequence[Driven]) -> list[str]:
-    """What these runs cannot tell, as they lack what it takes."""
+    """What cannot be found from these runs, and why."""
     warnings = []
     if all(run.role != HELD_OUT for run in runs):
         warnings.append("no run was held out: that the fit improves is no proof. Give one with --validate")

@@ -4,7 +4,7 @@ The twist is the load over the stiffness, beside a zero in each run, what the ge
 and the time by which one encoder is read later than the other. At a millisecond that is most of what is
 measured, and torque, which friction makes go with velocity, would be taken for its cause. The stiffness is
 asked for like any other effect: do the load and the blocks of other times predict the twist? Motors are
-modelled where their own encoders say, so that such a gear adds nothing to the torque that is fitted.
+modelled where their own encoders measure, so that such a gear adds nothing to the torque that is fitted.
 """
 
 from collections.abc import Iterator

@@ -47,7 +47,7 @@ RINGS = tuple(angle * np.eye(2) for angle in (NEARER, FARTHER))
 
 
 def mounted_otherwise(problem: Problem) -> Asked:
-    """A base that leans far, if the blocks say that it may; nothing otherwise."""
+    """A base that leans far, if the blocks allow it; nothing otherwise."""
     rough = _rough(problem, problem.prediction([]))
     if rough is None:
         return []

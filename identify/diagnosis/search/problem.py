@@ -21,7 +21,7 @@ from .reloading import Known, alike, anew
 
 Asked = list[tuple[Candidate, Thinned]]
 FREE = ("Fv", "Fc", "Off", "reversal", CLOCK)
-"""Unknowns that are fitted even where the model is taken at its word: friction and offsets are guesses."""
+"""Unknowns that are fitted even where the model is taken as nominal: friction and offsets are guesses."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,7 +97,7 @@ class Problem:
         return replace(self, rows=replace(self.rows, std=np.where(self.stated, CERTAIN, self.rows.std)))
 
     def nominal_unknowns(self, without_findings: Prediction) -> np.ndarray:
-        """Unknowns (b,) of the nominal model, without findings; what nobody stated is fitted."""
+        """Unknowns (b,) of the nominal model, without findings; what is unstated is fitted."""
         rows = without_findings.rows
         matrix, right = without_findings.normal
         precision = np.where(self.stated, CERTAIN**-2.0, 0.0)

@@ -1,6 +1,7 @@
 """Reloading: torque and load of a run as they are known after a fit, with everything found that gears carry.
 
-A link floats in its play, and rubs by its load, where its load is small: some thousandths of it decide when.
+A link floats in its play where its load is small, and friction depends on the load: some thousandths of it
+decide when.
 """
 
 from collections.abc import Sequence
@@ -22,7 +23,7 @@ class Known:
     """What makes the torque and the load of any run.
 
     Attributes:
-        model: As believed.
+        model: Nominal.
         values: Its parameters as fitted, shape (p,).
         first: Whether nothing was found yet that matters for it.
         carried: Findings that gears carry, with their coefficients.

@@ -105,7 +105,7 @@ def odds_of(answer: Answer, total: float) -> float:
 def _everywhere(answer: Answer) -> bool:
     """Whether every joint is predicted better, and at least half of them clearly.
 
-    Where the clock that all drives share had to be beyond prior without it, blocks are predicted as well
+    Where the clock that all drives share had to be beyond its prior without it, blocks are predicted as well
     with that clock, and none may be predicted clearly worse.
     """
     if answer.relief > CERTAIN_ODDS:

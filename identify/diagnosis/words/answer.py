@@ -16,7 +16,7 @@ from .words import left_on, verdict
 def answer(diagnosis: Diagnosis) -> dict[str, Any]:
     """One case of an answer file, in the words of the vocabulary; joints count from 1.
 
-    What is undecided is answered with the most probable name, and its confidence says so.
+    What is undecided is answered with the most probable name, and its confidence shows it.
     """
     every = (*diagnosis.findings, *diagnosis.undecided)
     return {
@@ -88,8 +88,8 @@ def _remainder(one: Remainder, diagnosis: Diagnosis) -> dict[str, Any]:
 
 
 def _open(finding: Finding, diagnosis: Diagnosis) -> dict[str, Any]:
-    said = undecided_sentence(finding, diagnosis.joints).removesuffix(".")
-    return _whole(finding, diagnosis) | {"sentence": said}
+    text = undecided_sentence(finding, diagnosis.joints).removesuffix(".")
+    return _whole(finding, diagnosis) | {"sentence": text}
 
 
 def _whole(finding: Finding, diagnosis: Diagnosis) -> dict[str, Any]:

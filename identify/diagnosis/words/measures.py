@@ -27,7 +27,7 @@ LINEAR = {
 
 
 def revolute(diagnosis: Diagnosis) -> np.ndarray:
-    """Whether each joint turns, shape (n,); all do where nothing says otherwise."""
+    """Whether each joint turns, shape (n,); all do unless known otherwise."""
     if diagnosis.evidence is None:
         return np.ones(len(diagnosis.joints), bool)
     return np.asarray(diagnosis.evidence.model.robot.revolute, bool)

@@ -153,9 +153,14 @@ def lines(found: Misfit) -> list[str]:
         for one, own in zip(short.parts, _whole(short), strict=True)
         if np.any(own)
     ]
-    said = [line for one in sentences(found) for line in paragraph(one, "  ", "- ")]
+    written = [line for one in sentences(found) for line in paragraph(one, "  ", "- ")]
     note = f"Root mean square, {found.source}; parts are shares of its square."
-    return [*table(head, rows), *paragraph(note), *([] if found.noise_measured else [CONTAINED]), *said]
+    return [
+        *table(head, rows),
+        *paragraph(note),
+        *([] if found.noise_measured else [CONTAINED]),
+        *written,
+    ]
 
 
 def _sizes(name: str, values: np.ndarray, units: Sequence[str]) -> list[str]:
@@ -186,11 +191,11 @@ def _joint(found: Misfit, joint: int, whole: np.ndarray) -> str:
         most = _most(rest, joint)
         return f"{where}: no finding explains any of the {size} that the model misses{most}."
     (first, share), *others = explaining[:MOST]
-    said = f"{where}: {_here(first, joint)} explains {share} % of the {size} that the model misses"
+    text = f"{where}: {_here(first, joint)} explains {share} % of the {size} that the model misses"
     if others:
         more = [f"{_here(one, joint)} ({percent} %)" for one, percent in others]
-        said += f", besides {joined(more)}"
-    return f"{said}{_most(rest, joint, '; of the rest, ')}."
+        text += f", besides {joined(more)}"
+    return f"{text}{_most(rest, joint, '; of the rest, ')}."
 
 
 def _here(part: Part, joint: int) -> str:

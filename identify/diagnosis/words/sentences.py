@@ -1,4 +1,4 @@
-"""Sentences: what a finding says, with its numbers."""
+"""Sentences: a finding in words, with its numbers."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -8,7 +8,7 @@ import numpy as np
 
 from ..candidates import kind_of
 from ..findings.finding import Finding
-from ..findings.quantities import SLIDING, TURNING, said
+from ..findings.quantities import SLIDING, TURNING, formatted
 from .naming import joint_words as joint_words
 from .naming import lower as lower
 
@@ -16,14 +16,14 @@ OPTIONAL = re.compile(r"\[([^\[\]]*)\]")
 
 
 def sentence(finding: Finding, joints: Sequence[str], sliding: bool = False) -> str:
-    """What the finding says, without a full stop.
+    """The finding as a sentence, without a full stop.
 
     Args:
-        finding: Of any effect; one without a sentence is said by its name.
+        finding: Of any effect; one without a sentence is given by its name.
         joints: Names of the robot's joints.
         sliding: Whether its joints slide.
     """
-    kind, known = kind_of(finding.effect), said(finding)
+    kind, known = kind_of(finding.effect), formatted(finding)
     derived = kind.derived(finding, known) if kind.derived else {}
     known |= {**derived, **_places(finding, joints), **_units(known, sliding)}
     pattern = kind.sentence or f"{{joint}}: {finding.effect.replace('_', ' ')}"
@@ -47,7 +47,7 @@ def _places(finding: Finding, joints: Sequence[str]) -> dict[str, str]:
 
 
 def _units(known: Mapping[str, Any], sliding: bool) -> dict[str, str]:
-    """What depends on how the joint moves, and stands in no parameter's unit."""
+    """What depends on how the joint moves, and is in no parameter's unit."""
     if not sliding:
         pace = (
             {"pace": f"{known['harmonic']:bare} times per turn of the joint"} if "harmonic" in known else {}

@@ -36,7 +36,7 @@ def summary(diagnosis: Diagnosis, forward: Forward | None = None, folder: str = 
     parts = [[title.center(WIDTH).rstrip(), "=" * WIDTH]]
     if (found := misfit(diagnosis)) is not None:
         parts[0] += _part("Where the misfit goes", misfit_lines(found))
-    bullets = [line for said in verdict(diagnosis, folder) for line in paragraph(said, "  ", "- ")]
+    bullets = [line for one in verdict(diagnosis, folder) for line in paragraph(one, "  ", "- ")]
     parts.append(_part("Verdict", bullets))
     if diagnosis.findings:
         parts.append(_part("Findings", _findings(diagnosis, diagnosis.findings)))

@@ -16,8 +16,8 @@ def undecided_sentence(finding: Finding, joints: Sequence[str], settled: str = "
     """
     where = joined([joint_words(joint, joints) for joint in finding.joints]) if finding.joints else "The arm"
     every = [_possible(one, finding, joints) for one in possible(finding)]
-    said = f"{where}: something is missing that is {joined(every, 'or')}"
-    return f"{said}; what would settle it: {settled}." if settled else f"{said}."
+    text = f"{where}: something is missing that is {joined(every, 'or')}"
+    return f"{text}; what would settle it: {settled}." if settled else f"{text}."
 
 
 def possible(finding: Finding) -> list[Finding | Alternative]:

@@ -32,7 +32,7 @@ def verdict(diagnosis: Diagnosis, folder: str = "") -> list[str]:
     headlines = [headline(diagnosis, finding) for finding in diagnosis.findings]
     details = [_detail(diagnosis, place, of[place], folder) for place in range(count)]
     open_ = [
-        undecided_sentence(one, diagnosis.joints, _telling_run(one, of[count + place], folder))
+        undecided_sentence(one, diagnosis.joints, _distinguishing_run(one, of[count + place], folder))
         for place, one in enumerate(diagnosis.undecided)
     ]
     if explained(diagnosis):
@@ -48,10 +48,10 @@ def explained(diagnosis: Diagnosis) -> bool:
 
 
 def headline(diagnosis: Diagnosis, finding: Finding) -> str:
-    """What is missing, how much of the misfit it explains, and what the runs held out say of it."""
-    said = f"{sentence(finding, diagnosis.joints, slides(diagnosis, finding))}."
-    joint = telling_joint(diagnosis, finding)
-    parts = [said, _share(diagnosis, finding, joint), _held_out_residual(diagnosis, joint)]
+    """What is missing, how much of the misfit it explains, and what the runs held out show."""
+    text = f"{sentence(finding, diagnosis.joints, slides(diagnosis, finding))}."
+    joint = clearest_joint(diagnosis, finding)
+    parts = [text, _share(diagnosis, finding, joint), _held_out_residual(diagnosis, joint)]
     return " ".join(part for part in parts if part)
 
 
@@ -78,7 +78,7 @@ def _held_out_residual(diagnosis: Diagnosis, joint: int) -> str:
     return f"Held-out residual of {where}: {before:.3g} -> {after:.3g} {unit}{ratio}."
 
 
-def telling_joint(diagnosis: Diagnosis, finding: Finding) -> int:
+def clearest_joint(diagnosis: Diagnosis, finding: Finding) -> int:
     """The joint on which the finding is seen best: of those that feel it, where most was gained."""
     found = diagnosis.improvement
     if found is None:
@@ -132,12 +132,12 @@ def left_on(remainder: Remainder, diagnosis: Diagnosis) -> str:
     size = remainder.over_noise * noise if diagnosis.budget is None else float(diagnosis.budget.after[joint])
     if not np.isfinite(size):
         return f"{remainder.over_noise:.2f} x its noise"
-    said = f"{size:.3g} {torque_units(diagnosis)[joint]}"
-    return f"{said} ({size / noise:.2f} x its noise)" if noise_measured(diagnosis) else said
+    text = f"{size:.3g} {torque_units(diagnosis)[joint]}"
+    return f"{text} ({size / noise:.2f} x its noise)" if noise_measured(diagnosis) else text
 
 
 def _left(diagnosis: Diagnosis) -> str:
-    """Joints that keep more than noise and are not spoken of otherwise."""
+    """Joints that keep more than noise and are not named otherwise."""
     if diagnosis.improvement is None or explained(diagnosis) or not noise_measured(diagnosis):
         return ""
     ratio = diagnosis.improvement.after / diagnosis.improvement.noise
@@ -150,7 +150,7 @@ def _left(diagnosis: Diagnosis) -> str:
 
 
 def _detail(diagnosis: Diagnosis, place: int, files: Sequence[Rival], folder: str) -> str:
-    """How surely it is this, what is excluded, what is not, and the run that would tell."""
+    """How surely it is this, what is excluded, what is not, and the run that would decide."""
     finding = diagnosis.findings[place]
     parts = [
         f"{named(finding.effect, finding.joints, diagnosis.joints)}: {_probability(finding.probability)}."
@@ -165,7 +165,7 @@ def _probability(probability: float) -> str:
 
 
 def _small(diagnosis: Diagnosis, finding: Finding) -> str:
-    """Said of what is there and hardly matters."""
+    """About what is there and hardly matters."""
     if diagnosis.improvement is None or not noise_measured(diagnosis):
         return ""
     share = float(np.max(finding.torque / diagnosis.improvement.noise))
@@ -189,8 +189,8 @@ def _excluded(diagnosis: Diagnosis, finding: Finding) -> str:
     names = [name for name in similar if name in asked and name not in present]
     if not names:
         return ""
-    said = ", ".join(effect_words(name) for name in names)
-    return f"Excluded, below {100 * EXCLUDED:.0f} %: {said}."
+    excluded = ", ".join(effect_words(name) for name in names)
+    return f"Excluded, below {100 * EXCLUDED:.0f} %: {excluded}."
 
 
 def _open(diagnosis: Diagnosis, finding: Finding, files: Sequence[Rival], folder: str) -> str:
@@ -198,14 +198,14 @@ def _open(diagnosis: Diagnosis, finding: Finding, files: Sequence[Rival], folder
     if not finding.alternatives:
         return ""
     others = joined([_alternative(one, diagnosis.joints) for one in finding.alternatives])
-    said = f"Not excluded: {others}."
+    text = f"Not excluded: {others}."
     if files:
-        return f"{said} To tell them apart: {_telling_run(finding, files, folder)}"
-    settled = _telling_run(finding, files, folder)
-    return f"{said} What would settle it: {settled}." if settled else said
+        return f"{text} To distinguish them: {_distinguishing_run(finding, files, folder)}"
+    settled = _distinguishing_run(finding, files, folder)
+    return f"{text} What would settle it: {settled}." if settled else text
 
 
-def _telling_run(finding: Finding, files: Sequence[Rival], folder: str) -> str:
+def _distinguishing_run(finding: Finding, files: Sequence[Rival], folder: str) -> str:
     """The command that plans the run which would settle it, or that run in words; empty if none is known."""
     if files:
         return f"exidyn excite {folder}/{FOUND} --against {folder}/{files[0].file}"

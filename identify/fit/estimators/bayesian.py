@@ -1,4 +1,4 @@
-r"""Weighted least squares with what was believed before as a prior.
+r"""Weighted least squares with a prior.
 
 Standard parameters are held to be :math:`\varphi_0 \pm T`. The data see base parameters
 :math:`\chi = K \varphi` alone, so the prior is :math:`\chi \sim N(K \varphi_0, K T^2 K^T)`. It settles
@@ -48,8 +48,8 @@ def prior(equations: Equations) -> tuple[np.ndarray, np.ndarray]:
 
 
 LOOSE = 10.0
-"""Deviation of what is not believed at all, over what would make the whole measured torque alone: wide
-enough to say nothing, and no wider, since rounding grows with it."""
+"""Deviation of what has no prior, over what would make the whole measured torque alone: wide
+enough to have no effect, and no wider, since rounding grows with it."""
 
 
 def finite_tolerance(equations: Equations) -> np.ndarray:
@@ -61,7 +61,7 @@ def finite_tolerance(equations: Equations) -> np.ndarray:
     size = np.sqrt(np.einsum("bp,bc,cp->p", regrouping, rows.T @ rows, regrouping, optimize=True))
     seen = size > 0
     loose = LOOSE * torque / np.where(seen, size, np.median(size[seen]))
-    # A believed zero with zero tolerance would make the prior singular; it is held to a billionth.
+    # A nominal zero with zero tolerance would make the prior singular; it is held to a billionth.
     return np.where(np.isfinite(equations.tolerance), np.maximum(equations.tolerance, 1e-9 * loose), loose)
 
 

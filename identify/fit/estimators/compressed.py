@@ -13,7 +13,7 @@ from ...errors import NotExcited
 from ..equations import Equations
 
 FEWEST = 10
-"""Rows of a joint below which nothing can be said of its noise: ten tell a deviation to a quarter."""
+"""Rows of a joint below which its noise is not estimated: ten give a deviation to a quarter."""
 
 
 @dataclass(frozen=True)
@@ -89,7 +89,7 @@ def solve(rows: np.ndarray, right: np.ndarray, names: list[str]) -> np.ndarray:
     """Least squares by QR with columns scaled to one.
 
     Raises:
-        NotExcited: Columns that the motion does not tell apart at all.
+        NotExcited: Columns that the motion does not distinguish at all.
     """
     size = np.linalg.norm(rows, axis=0)
     if np.any(size == 0):
@@ -99,5 +99,7 @@ def solve(rows: np.ndarray, right: np.ndarray, names: list[str]) -> np.ndarray:
     diagonal = np.abs(np.diag(r))
     if np.min(diagonal) < 1e-12 * np.max(diagonal):  # rounding, not noise: the motion is degenerate
         lost = [name for name, d in zip(names, diagonal, strict=True) if d < 1e-12 * np.max(diagonal)]
-        raise NotExcited(f"the motion does not tell {', '.join(lost)} from the others; excite more joints")
+        raise NotExcited(
+            f"the motion does not distinguish {', '.join(lost)} from the others; excite more joints"
+        )
     return linalg.solve_triangular(r, q.T @ right) / size

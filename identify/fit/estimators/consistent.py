@@ -6,7 +6,7 @@ A body's ten parameters can belong to some distribution of mass if and only if i
 
 is positive definite (Wensing, Kim, Slotine 2018). Nearest to the data among those is a conic program:
 quadratic in the parameters, one 4 x 4 linear matrix inequality a body, and minima such as non-negative
-friction. What the data do not see is drawn to the believed values.
+friction. What the data do not see is drawn to the nominal values.
 """
 
 from typing import NamedTuple
@@ -31,7 +31,7 @@ ROUNDING = 1e-12
 
 
 def consistent(equations: Equations) -> Estimate:
-    """Weighted least squares under physical consistency, with a prior toward the believed values.
+    """Weighted least squares under physical consistency, with a prior toward the nominal values.
 
     Raises:
         FitError: The solver found no consistent parameters.
@@ -50,7 +50,7 @@ class Held(NamedTuple):
 
     Attributes:
         base: Which combinations of them the data see.
-        believed: Shape (p,).
+        nominal: Shape (p,).
         tolerance: Their standard deviations, finite and above zero, shape (p,).
         bodies: Those that are the ten of one rigid body each.
     """
@@ -98,7 +98,7 @@ def nearest(held: Held, values: np.ndarray, covariance: np.ndarray) -> np.ndarra
 
 def _data(held: Held, values: np.ndarray, covariance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Whitened rows (b, p) and right side (b,) that deviations from the prior should meet."""
-    # Nobody knows a parameter to better than a millionth; noise-free data would overflow the solver.
+    # No parameter is known to better than a millionth; noise-free data would overflow the solver.
     size = np.maximum(np.sqrt(np.diag(covariance)), 1e-6 * np.abs(values) + np.finfo(float).tiny)
     whiten = whitening(covariance, size)
     regrouping = held.base.regrouping
@@ -108,8 +108,8 @@ def _data(held: Held, values: np.ndarray, covariance: np.ndarray) -> tuple[np.nd
 def whitening(covariance: np.ndarray, size: np.ndarray) -> np.ndarray:
     """Rows (b, b) that make unknowns of some covariance (b, b) and size (b,) independent, of deviation one.
 
-    Where the data tell little of some unknowns apart, their correlation is one to the last digit and beyond:
-    an eigenvalue below zero says up to which size the others are rounding.
+    Where the data hardly distinguish some unknowns, their correlation is one to the last digit and beyond:
+    an eigenvalue below zero shows up to which size the others are rounding.
     """
     scaled = covariance / np.outer(size, size)
     scaled[np.diag_indices(len(size))] = 1.0

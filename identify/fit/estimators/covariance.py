@@ -70,7 +70,7 @@ def sandwich(
             information += right.T @ right
     root = _inverse_root(information)
     # Noise differs in level between runs: under a payload currents, and so their noise, are larger. Its
-    # colour is that of the same drives and encoders, and a short run could not tell its own.
+    # colour is that of the same drives and encoders, and a short run could not give its own.
     levels = [_level(residual[run], weight[run], deviation[:, 0]) for run in equations.runs]
     even = np.concatenate([residual[run] / level for run, level in zip(equations.runs, levels, strict=True)])
     colour = noise_covariance(even, equations)

@@ -1,4 +1,4 @@
-"""Ordinary, weighted and iteratively re-weighted least squares, with drive gains as believed."""
+"""Ordinary, weighted and iteratively re-weighted least squares, with nominal drive gains."""
 
 import numpy as np
 

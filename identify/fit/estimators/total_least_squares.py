@@ -85,7 +85,7 @@ def _homogeneous(equations: Equations, compressed: Compressed, noise: np.ndarray
 
 
 def _nominal_noise(equations: Equations) -> np.ndarray:
-    """Noise of each joint's torque before any fit: the floor's times the believed gain, (n,) [N m]."""
+    """Noise of each joint's torque before any fit: the floor's times the nominal gain, (n,) [N m]."""
     floor = np.abs(equations.gain) * equations.noise
     return np.where(np.isfinite(floor) & (floor > 0), floor, np.max(np.abs(equations.gain)))
 

@@ -1,4 +1,4 @@
-"""What a fit should be doubted for.
+"""Warnings about a fit.
 
 In: `Fit` and its runs.
 Out: sentences.

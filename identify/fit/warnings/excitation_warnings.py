@@ -8,7 +8,7 @@ from ...preparation.prepare import Prepared
 
 SMALLEST = 0.05
 """Range of a joint over all runs [rad] or [m] below which it counts as not moved: three degrees change
-gravity by at most a twentieth, and friction acts in them for too short to be told from an offset."""
+gravity by at most a twentieth, and friction acts in them for too short to be distinguished from an offset."""
 
 WORST = 1000.0
 """Condition number from which a motion is poor: some combination of parameters is then seen a thousand
@@ -28,6 +28,7 @@ def excitation_warnings(joints: Sequence[str], runs: Sequence[Prepared], conditi
     if not condition < WORST:
         warnings.append(
             f"the motion is poor: condition number {condition:.3g} (good ones are near 100, the limit is "
-            f"{WORST:g}); values may be wrong by more than they say. Move all joints, farther and faster"
+            f"{WORST:g}); values may be wrong by more than their deviations. "
+            "Move all joints, farther and faster"
         )
     return tuple(warnings)

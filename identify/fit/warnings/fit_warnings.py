@@ -1,4 +1,4 @@
-"""Warnings about a fit as a whole: its units, its gains, values that cannot be, runs that say nothing."""
+"""Warnings about a fit as a whole: its units, its gains, values that cannot be, runs that prove nothing."""
 
 from collections.abc import Sequence
 from itertools import combinations
@@ -18,7 +18,7 @@ IMPOSSIBLE = 2.0
 
 
 def fit_warnings(fit: Fit) -> tuple[str, ...]:
-    """All of them that the fit alone tells, in sentences, the most important first."""
+    """All that follow from the fit alone, in sentences, the most important first."""
     return (*unknown_scale(fit), *far_gains(fit), *impossible_values(fit))
 
 
@@ -69,7 +69,7 @@ def impossible_values(fit: Fit) -> tuple[str, ...]:
 
 
 def repeated_runs(runs: Sequence[Recording], validate: Sequence[Recording]) -> tuple[str, ...]:
-    """Recordings that are given twice, told by their positions rather than by their names."""
+    """Recordings that are given twice, recognised by their positions rather than by their names."""
     twice = [
         f"{a.name} and {b.name} are the same recording, used twice: it counts double, and intervals come "
         "out too small"
@@ -77,7 +77,7 @@ def repeated_runs(runs: Sequence[Recording], validate: Sequence[Recording]) -> t
         if _same(a, b)
     ]
     flattering = [
-        f"{held_out.name}: validated on a run that was also used (as {used.name}): says nothing"
+        f"{held_out.name}: validated on a run that was also used (as {used.name}): proves nothing"
         for held_out in validate
         for used in runs
         if _same(held_out, used)

@@ -14,7 +14,7 @@ Gautier's rule of thumb drops parameters from about there."""
 
 
 def unclear(model: Model, base: BaseParameters, estimate: Estimate, payload: str = "") -> tuple[Unclear, ...]:
-    """Parameters above `OPEN` per cent, each with the motion that would tell most about it."""
+    """Parameters above `OPEN` per cent, each with the motion most informative about it."""
     percent = 100.0 * estimate.std / np.maximum(np.abs(estimate.values), np.finfo(float).tiny)
     found = np.flatnonzero(percent > OPEN)
     if len(found) == 0:
@@ -35,7 +35,7 @@ def unclear(model: Model, base: BaseParameters, estimate: Estimate, payload: str
 
 
 def _in_words(model: Model, motion: Motion, gain: np.ndarray) -> str:
-    """What the most telling tenth of random samples has in common."""
+    """What the most informative tenth of random samples has in common."""
     best = gain >= np.quantile(gain, 0.9)
     middle = np.mean(motion.position, axis=0)
     kinds = {
@@ -49,5 +49,5 @@ def _in_words(model: Model, motion: Motion, gain: np.ndarray) -> str:
         for joint, amount in zip(model.robot.joints, excess, strict=True):
             shifts[phrase.format(joint)] = float(amount)
     first, second = sorted(shifts, key=lambda phrase: -shifts[phrase])[:2]
-    # A mean of forty of four hundred scatters by 0.16; half as much as the first still says something.
+    # A mean of forty of four hundred scatters by 0.16; half as much as the first is still significant.
     return f"{first} and {second}" if shifts[second] > max(0.5 * shifts[first], 0.5) else first

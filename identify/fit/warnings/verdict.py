@@ -20,7 +20,7 @@ MISSING = 1.5
 TESTED = 0.75
 """R^2 below which a joint was not tested, whatever its noise: the residual is then more than half of what
 the torque varies by, root mean square. A model without most of the joint's physics would do nearly as well,
-and a residual at the noise floor says only that there was little else than noise to explain."""
+and a residual at the noise floor shows only that there was little else than noise to explain."""
 EXPLAINED, LITTLE, LACKING = "residual at the noise floor", "a little is missing", "physics is missing"
 UNTESTED = (
     "not distinguished from noise: the motion moves it too little, or the current does not follow the model"
@@ -73,7 +73,7 @@ def joint_verdicts(fit: Fit) -> list[JointVerdict]:
 
 
 def _tested(runs: Sequence[Agreement | Scores]) -> np.ndarray:
-    """Whether some run tells each joint from noise, shape (n,); a joint that never slides is not."""
+    """Whether some run distinguishes each joint from noise, shape (n,); a joint that never slides is not."""
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.any([run.r_squared >= TESTED for run in runs], axis=0)
 
@@ -83,7 +83,7 @@ def verdict(fit: Fit) -> list[str]:
     joints, gains = _joints(fit), gains_sentence(fit)
     first = (gains, joints) if fit.unscaled else (joints, gains)
     sentences = (*first, *_noise(fit), *_parameters(fit), *fit.warnings)
-    return list(dict.fromkeys(sentences))  # a warning that is a sentence of its own is not said twice
+    return list(dict.fromkeys(sentences))  # a warning that is a sentence of its own is not repeated
 
 
 def _noise(fit: Fit) -> list[str]:
@@ -97,12 +97,12 @@ def _noise(fit: Fit) -> list[str]:
 
 
 def gains_estimated(fit: Fit) -> bool:
-    """Whether the fit found the drive gains, rather than taking them as believed."""
+    """Whether the fit found the drive gains, rather than taking the nominal ones."""
     return bool(np.any(fit.estimate.gain_std > 0.0))
 
 
 def surprises(fit: Fit) -> list[str]:
-    """Base parameters that came out far from what was believed; none where units of the two differ."""
+    """Base parameters that came out far from their nominal values; none where units of the two differ."""
     if fit.unscaled:
         return []
     nominal, deviation = fit.prior
@@ -121,7 +121,7 @@ def _joints(fit: Fit) -> str:
     found = joint_verdicts(fit)
     if not found:
         return (
-            "How well the joints are explained cannot be said: this fit was loaded without its samples. "
+            "How well the joints are explained is unknown: this fit was loaded without its samples. "
             "Identify again from the recordings to see it."
         )
     held_out = fit.validation or _scores_held_out(fit)
@@ -145,7 +145,7 @@ def _joints(fit: Fit) -> str:
 
 
 def _listed(words: str, found: Sequence[JointVerdict]) -> str:
-    """One sentence for all joints of which the same is to be said; empty if there are none."""
+    """One sentence for all joints for which the same holds; empty if there are none."""
     joints = [f"{v.joint} ({v.over_noise:.1f} x noise)" for v in found if v.words == words]
     what, colon, why = words.partition(":")
     return f" {what.capitalize()} on {', '.join(joints)}{colon}{why}." if joints else ""

@@ -19,7 +19,7 @@ def before_and_after(material: Material) -> str:
 
 
 def _identified(fitted: Fitted, place: int) -> str:
-    """Believed values beside identified ones; nothing without samples."""
+    """Nominal values beside identified ones; nothing without samples."""
     if fitted.nominal is None or not (runs := _runs(fitted.fit)):
         return ""
     before, after = (_rms(_runs(fit)) for fit in (fitted.nominal, fitted.fit))

@@ -9,7 +9,7 @@ import numpy as np
 from ...fit.fit import Fit
 from ...model import Model
 from ...simulation.comparison import Comparison
-from ..diagnosis.told import Told
+from ..diagnosis.page_data import PageData
 
 
 class Run(NamedTuple):
@@ -17,7 +17,7 @@ class Run(NamedTuple):
 
     Attributes:
         name: Of the run.
-        role: What it was for, in words; empty if nothing says so.
+        role: What it was for, in words; empty if unknown.
         payload: What hung on the flange, in words; empty if that is not known.
         rate: Samples a second [Hz].
         time: Of positions, shape (t,) [s].
@@ -46,7 +46,7 @@ class Fitted(NamedTuple):
     Attributes:
         title: Plain text.
         fit: With what it predicts of the runs, if they are at hand.
-        believed: The same model with its nominal values, from before the data; None where they are not known.
+        nominal: The same model with its nominal values, from before the data; None where they are not known.
         improved: Whether its model has what a diagnosis found.
     """
 
@@ -57,7 +57,7 @@ class Fitted(NamedTuple):
 
 
 class Compared(NamedTuple):
-    """A simulation beside a recording, and what was said of the two."""
+    """A simulation beside a recording, and their differences in words."""
 
     comparison: Comparison
     verdict: tuple[str, ...]
@@ -69,11 +69,11 @@ class Material:
 
     Attributes:
         joints: Names, the same in all that follows.
-        model: The nominal robot; None if nothing says so.
+        model: The nominal robot; None if unknown.
         runs: That were recorded.
         fits: In the order in which they were given, improved ones last.
         diagnosis: What the model leaves out; None if that was not asked.
-        comparisons: Before and after, say.
+        comparisons: For example before and after.
         files: What was read for the page, in words, such as "fit.json" -> "a fit".
     """
 
@@ -81,6 +81,6 @@ class Material:
     model: Model | None
     runs: tuple[Run, ...]
     fits: tuple[Fitted, ...]
-    diagnosis: Told | None
+    diagnosis: PageData | None
     comparisons: tuple[Compared, ...]
     files: Mapping[str, str]

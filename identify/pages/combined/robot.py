@@ -13,7 +13,7 @@ from ..report_html import NAMELESS, number, paragraph, section, table, unit
 NUMBERED = re.compile(r"(.*?)(\d+)")
 """A parameter of one joint: its letters, and the joint from 1."""
 OPEN = "open"
-"""Said of what has no nominal value."""
+"""Shown for what has no nominal value."""
 
 
 def robot_sections(model: Model) -> str:
@@ -111,7 +111,7 @@ def _home(effect: Effect, robot: Robot) -> int:
 
 
 def _place(parameter: Parameter, joints: Sequence[str], home: int) -> tuple[str, int]:
-    """Letters and joint of a parameter; its whole name and the effect's own joint where it says of none."""
+    """Letters and joint of a parameter; its whole name and the effect's own joint where it names none."""
     match = NUMBERED.fullmatch(parameter.name)
     if match and 1 <= int(match[2]) <= len(joints):
         return match[1], int(match[2]) - 1

@@ -13,7 +13,7 @@ LEFT, WIDTH, GAP = 112.0, 320.0, 62.0
 HEIGHT, STEP, TOP = 34.0, 38.0, 20.0
 """Pixels: of a strip, from one to the next, and above the first."""
 COLUMNS = 160
-"""Stretches of a line of which the extremes stay: a strip tells shapes, not samples."""
+"""Stretches of a line of which the extremes stay: a strip shows shapes, not samples."""
 
 
 def runs_sections(material: Material) -> str:
@@ -26,8 +26,8 @@ def runs_sections(material: Material) -> str:
     )
     figures = [figure(run.name, run.role, _strips(run, material)) for run in material.runs]
     warnings = [f"{run.name}: {warning}" for run in material.runs for warning in run.warnings]
-    said = listing(warnings) if warnings else ""
-    recorded = section("table", "What was recorded", _table(material), said)
+    listed = listing(warnings) if warnings else ""
+    recorded = section("table", "What was recorded", _table(material), listed)
     return recorded + section("motion", "What the arm did", paragraph(note), grid(*figures))
 
 

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from ...fit.warnings.verdict import MISSING, counted, verdict
-from ..diagnosis.sections import findings_table, said
+from ..diagnosis.sections import findings_table, verdict_list
 from ..fit.report_tables import joint_table
 from ..report_html import heading, listing, section
 from .material import Compared, Fitted, Material
@@ -15,13 +15,13 @@ def opening(material: Material) -> str:
     """The verdict."""
     parts = [part for fitted in material.fits if not fitted.improved for part in _fitted(fitted)]
     if (found := material.diagnosis) is not None:
-        parts += [heading("What is missing"), said(found), findings_table(found)]
+        parts += [heading("What is missing"), verdict_list(found), findings_table(found)]
     parts += [part for fitted in material.fits if fitted.improved for part in _fitted(fitted)]
     if material.comparisons:
         lines = [compared_line(one) for one in material.comparisons]
         parts += [heading("What simulations come to"), listing(lines, "verdict")]
     if lacking := list(_lacking(material)):
-        parts += [heading("What this page does not say"), listing(lacking)]
+        parts += [heading("What this page does not contain"), listing(lacking)]
     return section("verdict", "Verdict", *parts)
 
 
@@ -37,7 +37,7 @@ def compared_line(one: Compared) -> str:
     title = f"{found.simulated} beside {found.recorded}"
     over = effort.rms / effort.noise
     if not np.any(np.isfinite(over)):
-        return f"{title}: how large the noise is is not known, so that nothing is said of {effort.quantity}."
+        return f"{title}: the noise is not known, so that {effort.quantity} is not judged."
     many, worst = int(np.count_nonzero(over > MISSING)), int(np.nanargmax(over))
     most = f"{found.joints[worst]} most, by {over[worst]:.3g} x noise"
     if not many:

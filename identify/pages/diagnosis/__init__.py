@@ -4,8 +4,8 @@ from ...diagnosis.findings.finding import Diagnosis
 from ...diagnosis.improved.forward import Forward
 from ...fit.warnings.verdict import counted
 from ..report_page import page
+from .page_data import PageData, page_data
 from .sections import SECTIONS
-from .told import Told, told
 
 
 def report_html(diagnosis: Diagnosis, forward: Forward | None = None, folder: str = "") -> str:
@@ -16,10 +16,10 @@ def report_html(diagnosis: Diagnosis, forward: Forward | None = None, folder: st
         forward: How simulations of a run compare with it; None if there are none.
         folder: Where models of findings and rivals are written; empty if they are not.
     """
-    return _page(told(diagnosis, forward, folder))
+    return _page(page_data(diagnosis, forward, folder))
 
 
-def _page(diagnosis: Told) -> str:
+def _page(diagnosis: PageData) -> str:
     title = f"{diagnosis.name}: what the model leaves out"
     held_out = diagnosis.improvement.runs if diagnosis.improvement else ()
     note = "; ".join(

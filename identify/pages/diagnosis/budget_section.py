@@ -5,13 +5,13 @@ import numpy as np
 from ...diagnosis.words.misfit import CONTAINED, Misfit, sentences
 from ..report_html import NAMELESS, figure, listing, number, paragraph, section, table
 from .budget_plot import budget_plot
-from .told import Told
+from .page_data import PageData
 
 SHOWN = 5e-4
 """Share from which on a part is in the table: a tenth of a per cent, rounded."""
 
 
-def budget_section(diagnosis: Told) -> str:
+def budget_section(diagnosis: PageData) -> str:
     """The picture, a sentence a joint, and the table; nothing for a diagnosis without."""
     found = diagnosis.misfit
     if found is None:

@@ -4,10 +4,10 @@ from ...diagnosis.words.changes_words import CHECK, shown
 from ...diagnosis.words.moments_words import direction, span
 from ...diagnosis.words.naming import joint_words, named
 from ..report_html import MINUS, number, paragraph, section, table
-from .told import Told
+from .page_data import PageData
 
 
-def changes_section(diagnosis: Told) -> str:
+def changes_section(diagnosis: PageData) -> str:
     """All candidates that alone would lower the error; nothing without."""
     if not diagnosis.changes:
         return ""
@@ -33,7 +33,7 @@ def changes_section(diagnosis: Told) -> str:
     )
 
 
-def moments_section(diagnosis: Told) -> str:
+def moments_section(diagnosis: PageData) -> str:
     """Times at which runs differ as at no other; nothing without."""
     if not diagnosis.moments:
         return ""

@@ -158,8 +158,8 @@ def bars(
         for row, (value, style) in enumerate(((first, "barbefore"), (second, "barafter"))):
             length, y = scale * float(np.sqrt(max(np.nan_to_num(value, posinf=0.0), 0.0))), top + 2 + 12 * row
             parts.append(f'<rect class="{style}" x="{left:g}" y="{y:.1f}" width="{length:.1f}" height="10"/>')
-            said = f"{value:.3g} {unit}".rstrip() if np.isfinite(value) else "diverged"
-            parts.append(text(left + length + 5, y + 9, said, "tick"))
+            label = f"{value:.3g} {unit}".rstrip() if np.isfinite(value) else "diverged"
+            parts.append(text(left + length + 5, y + 9, label, "tick"))
     if not units:
         x = left + scale
         parts.append(f'<line class="one" x1="{x:.1f}" x2="{x:.1f}" y1="20" y2="{26 + height:.1f}"/>')

@@ -13,6 +13,7 @@ from ...fit.warnings.verdict import NORMAL_95
 from ..report_html import figure, grid, heading, listing, number, paragraph, section, table, unit
 from .budget_section import budget_section
 from .candidates_section import changes_section, moments_section
+from .page_data import Named, PageData, Simulated
 from .plots import (
     bars,
     forward_plot,
@@ -23,24 +24,23 @@ from .plots import (
     where_and_when,
 )
 from .profiles import AXES, USUAL
-from .told import Named, Simulated, Told
 
-Section = Callable[[Told], str]
+Section = Callable[[PageData], str]
 WITHOUT = "This diagnosis came without the samples of its runs, so that there is nothing to draw."
 
 
-def verdict_section(diagnosis: Told) -> str:
+def verdict_section(diagnosis: PageData) -> str:
     """What is missing, and how much was gained."""
-    content = [said(diagnosis), improvement(diagnosis), findings_table(diagnosis)]
+    content = [verdict_list(diagnosis), improvement(diagnosis), findings_table(diagnosis)]
     return section("verdict", "Verdict", *content)
 
 
-def said(diagnosis: Told) -> str:
+def verdict_list(diagnosis: PageData) -> str:
     """The verdict in sentences."""
     return listing(map(_arrows, diagnosis.verdict), "verdict")
 
 
-def improvement(diagnosis: Told) -> str:
+def improvement(diagnosis: PageData) -> str:
     """Residual held out before and after, by joint, and where and when it is; nothing without such runs."""
     if (found := diagnosis.improvement) is None:
         return ""
@@ -51,7 +51,7 @@ def improvement(diagnosis: Told) -> str:
 
 
 def _bars(
-    diagnosis: Told, found: Improvement | Simulated, noise: np.ndarray, label: str, units: Sequence[str]
+    diagnosis: PageData, found: Improvement | Simulated, noise: np.ndarray, label: str, units: Sequence[str]
 ) -> str:
     """Bars in units, or over noise (n,) where there are none."""
     if units:
@@ -60,17 +60,17 @@ def _bars(
     return bars(found.before / noise, found.after / noise, _names(diagnosis), over)
 
 
-def _units(diagnosis: Told) -> tuple[str, ...]:
+def _units(diagnosis: PageData) -> tuple[str, ...]:
     """Units of bars; none where they are over noise."""
     return () if diagnosis.over_noise else diagnosis.units
 
 
-def _noise(diagnosis: Told, joint: int) -> float | None:
+def _noise(diagnosis: PageData, joint: int) -> float | None:
     """Noise floor of a joint; None where it was not measured."""
     return float(diagnosis.noise[joint]) if diagnosis.over_noise and len(diagnosis.noise) else None
 
 
-def _map(diagnosis: Told) -> list[str]:
+def _map(diagnosis: PageData) -> list[str]:
     """Where and when a run held out is not explained, before and after."""
     if not diagnosis.traces:
         return []
@@ -87,7 +87,7 @@ def _map(diagnosis: Told) -> list[str]:
     return [figure("Where and when", remark, "".join(maps))]
 
 
-def findings_table(diagnosis: Told) -> str:
+def findings_table(diagnosis: PageData) -> str:
     """A row a parameter, undecided findings last; nothing without findings."""
     rows: list[list[str]] = []
     for finding in (*diagnosis.findings, *diagnosis.undecided):
@@ -111,20 +111,18 @@ NOTE = (
 )
 
 
-def findings_section(diagnosis: Told) -> str:
+def findings_section(diagnosis: PageData) -> str:
     """Pictures of every finding."""
     return _pictures(diagnosis, "findings", NOTE, diagnosis.findings, 0)
 
 
-def undecided_section(diagnosis: Told) -> str:
+def undecided_section(diagnosis: PageData) -> str:
     """Pictures of what is there and has no certain name, as the one that was fitted has it."""
-    note = (
-        "Each is there; which effect it is, these runs do not say. Pictures are of the one that was fitted."
-    )
+    note = "Each is there; these runs do not decide which. Pictures are of the one that was fitted."
     return _pictures(diagnosis, "undecided", note, diagnosis.undecided, len(diagnosis.findings))
 
 
-def _pictures(diagnosis: Told, anchor: str, note: str, findings: Sequence[Named], first: int) -> str:
+def _pictures(diagnosis: PageData, anchor: str, note: str, findings: Sequence[Named], first: int) -> str:
     """A section of findings, the first of which has this place among all; nothing without any."""
     if not findings:
         return ""
@@ -133,20 +131,20 @@ def _pictures(diagnosis: Told, anchor: str, note: str, findings: Sequence[Named]
     return section(anchor, anchor.capitalize(), shown, *content)
 
 
-def _finding(diagnosis: Told, finding: Named, place: int) -> str:
-    said = [paragraph(_arrows(one), "") for one in (finding.headline, finding.certainty) if one]
+def _finding(diagnosis: PageData, finding: Named, place: int) -> str:
+    text = [paragraph(_arrows(one), "") for one in (finding.headline, finding.certainty) if one]
     axes = kind_of(finding.effect).drawn_against or USUAL[:2]
-    figures = _figures(without(diagnosis, place), diagnosis.telling_joint(finding), axes)
-    return "".join([heading(finding.name), *said, figures, _alternatives(diagnosis, finding)])
+    figures = _figures(without(diagnosis, place), diagnosis.clearest_joint(finding), axes)
+    return "".join([heading(finding.name), *text, figures, _alternatives(diagnosis, finding)])
 
 
-def without(diagnosis: Told, place: int) -> Told:
+def without(diagnosis: PageData, place: int) -> PageData:
     """The diagnosis with residuals before that lack one finding only, all else as fitted."""
     traces = [replace(trace, before=trace.after + trace.explained[place]) for trace in diagnosis.traces]
     return replace(diagnosis, traces=tuple(traces))
 
 
-def _figures(diagnosis: Told, joint: int, axes: Sequence[str]) -> str:
+def _figures(diagnosis: PageData, joint: int, axes: Sequence[str]) -> str:
     """Profiles of all runs, and time and spectrum of one that was held out; nothing without samples."""
     if not diagnosis.traces:
         return ""
@@ -167,7 +165,7 @@ def _figures(diagnosis: Told, joint: int, axes: Sequence[str]) -> str:
     return grid(*figures, kind="three")
 
 
-def _alternatives(diagnosis: Told, finding: Named) -> str:
+def _alternatives(diagnosis: PageData, finding: Named) -> str:
     if not finding.alternatives:
         return paragraph("Nothing else that exidyn knows explains it as well.")
     rows = [
@@ -177,21 +175,21 @@ def _alternatives(diagnosis: Told, finding: Named) -> str:
     return table(["not excluded", "probability"], rows)
 
 
-def unexplained_section(diagnosis: Told) -> str:
+def unexplained_section(diagnosis: PageData) -> str:
     """What is left and has no name."""
     if not diagnosis.remainders:
         return ""
     content = []
     for one in diagnosis.remainders:
-        said = (
+        text = (
             f"{joint_words(one.joint, diagnosis.joints)} keeps {one.size}, and what is left goes with "
             f"{one.depends_on} (probability {100 * one.probability:.4g} %)."
         )
-        content += [paragraph(said, ""), _figures(diagnosis, one.joint, USUAL)]
+        content += [paragraph(text, ""), _figures(diagnosis, one.joint, USUAL)]
     return section("unexplained", "Unexplained", *content)
 
 
-def forward_section(diagnosis: Told) -> str:
+def forward_section(diagnosis: PageData) -> str:
     """The arm in simulation, before and after."""
     if (found := diagnosis.simulated) is None:
         return ""
@@ -225,13 +223,13 @@ def _gained(found: Simulated, noise: np.ndarray) -> int:
     return int(np.argmax(np.nan_to_num(gains, nan=-np.inf)))
 
 
-def _small(diagnosis: Told) -> str:
+def _small(diagnosis: PageData) -> str:
     """Unit of a thousandth of a joint's way."""
     kinds = [name for name, unit in (("mrad", TURNING), ("mm", SLIDING)) if unit in diagnosis.units]
     return " or ".join(kinds)
 
 
-def where_section(diagnosis: Told) -> str:
+def where_section(diagnosis: PageData) -> str:
     """Every joint against what it may depend on."""
     if not diagnosis.traces:
         return ""
@@ -247,7 +245,7 @@ def where_section(diagnosis: Told) -> str:
     return section("joints", "Every joint", paragraph(note), *content)
 
 
-def data_section(diagnosis: Told) -> str:
+def data_section(diagnosis: PageData) -> str:
     """Runs, and what limits them."""
     held_out = ", ".join(diagnosis.improvement.runs) if diagnosis.improvement else "none"
     words = f"Fitted: {', '.join(diagnosis.runs)}; held out: {held_out}."
@@ -255,7 +253,7 @@ def data_section(diagnosis: Told) -> str:
     return section("data", "Runs and what limits them", paragraph(words), listing(warnings))
 
 
-def _names(diagnosis: Told) -> list[str]:
+def _names(diagnosis: PageData) -> list[str]:
     return [joint_words(joint, diagnosis.joints) for joint in range(len(diagnosis.joints))]
 
 
@@ -277,4 +275,4 @@ SECTIONS: tuple[Section, ...] = (
 """Of a page of its own."""
 
 DETAILS = (budget_section, *BELOW, changes_section, where_section, data_section)
-"""Of a page on which others say the verdict, and what was gained."""
+"""Of a page whose other sections give the verdict, and what was gained."""

@@ -99,7 +99,7 @@ def _gains(fit: Fit) -> list[str]:
         )
     ]
     head = ["joint", "N m/A", "std %", "from", "to (95 %)", "nominal", "off nominal %"]
-    if fit.gains_unstated:  # nobody believed in a gain of 1
+    if fit.gains_unstated:  # a gain of 1 was never stated
         head, columns = head[:5], columns[:4]
     return table(head, _rows(list(robot.joints), *columns))
 
@@ -200,7 +200,7 @@ def _dropped(fit: Fit) -> list[str]:
         for _, joint in (places.get(name) or places[name.removesuffix("R")],)
     ]
     text = (
-        f"Dropped, {len(items)} that may all be zero as far as these runs can say (joint, value before): "
+        f"Dropped, {len(items)} that may all be zero as far as these runs show (joint, value before): "
         + "; ".join(item.replace(" ", "\N{NO-BREAK SPACE}") for item in items)
     )
     return ["", *(line.replace("\N{NO-BREAK SPACE}", " ") for line in paragraph(text, "  ", ""))]

@@ -19,7 +19,7 @@ def friction_curve(fit: Fit, joint: int, velocity: np.ndarray) -> tuple[np.ndarr
 
     Friction is what sliding adds to the torque that does not pass the gear: offset, ripple and rotor
     inertia are then gone by themselves, and so is all that goes through the links. What depends on more
-    than velocity is taken at mid-range, loaded as believed there, and at `ROOM_TEMPERATURE`.
+    than velocity is taken at mid-range, at its nominal load there, and at `ROOM_TEMPERATURE`.
 
     Args:
         fit: Whose friction.

@@ -11,7 +11,7 @@ from ..svg_scale import Span, stretch
 from .friction_curve import friction_curve
 
 STRETCH = 60.0
-"""Longest time [s] in which the torque of an arm, with a swing every second or so, can be told by eye."""
+"""Longest time [s] in which the torque of an arm, with a swing every second or so, can be read by eye."""
 DOTS = 600
 """Dots in a friction plot; more hide one another."""
 REACH = 4.5
@@ -19,14 +19,14 @@ REACH = 4.5
 
 
 def measured_unit(fit: Fit, joint: int) -> str:
-    """Unit of what is compared with the model: current, where nothing tells the torque that it gives."""
+    """Unit of what is compared with the model: current, where the torque that it gives is unknown."""
     return "A" if fit.unscaled else fit.model.robot.units("N m")[joint]
 
 
 def torque_plot(run: Agreement, robot: Robot, joint: int, columns: int = COLUMNS, unit: str = "") -> str:
     """Measured and predicted torque of a joint, and below what is left of it beside the noise."""
     unit, name = unit or robot.units("N m")[joint], robot.joints[joint]
-    shown = telling_stretch(run, joint)
+    shown = informative_stretch(run, joint)
     measured, predicted = run.measured[shown, joint], run.predicted[shown, joint]
     residual, noise = run.residual[:, joint], NORMAL_95 * run.noise[joint]
     sliding = residual[run.weight[:, joint] > 0]  # a stuck joint's residual would set the scale
@@ -49,7 +49,7 @@ def torque_plot(run: Agreement, robot: Robot, joint: int, columns: int = COLUMNS
     return picture(632, 270, f"{run.run}, {name}: torque and residual over time", content)
 
 
-def telling_stretch(run: Agreement, joint: int) -> slice:
+def informative_stretch(run: Agreement, joint: int) -> slice:
     """The whole run, or of a long one the `STRETCH` in which most of the residual lies."""
     return stretch(run.time, run.residual[:, joint] ** 2 * run.weight[:, joint], STRETCH)
 

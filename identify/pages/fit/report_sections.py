@@ -104,11 +104,11 @@ def friction_section(fit: Fit) -> str:
 
 
 def conditioning_section(fit: Fit) -> str:
-    """How well the data tell the parameters apart."""
+    """How well the data distinguish the parameters."""
     words = Markup(
         "<p>Condition number of the weighted regressor with unit columns: {}. "
-        "It says by how much the least visible combination of parameters stands behind the most visible "
-        "one. Below are the estimates that the data tell apart worst; near \u22121 or 1 only their sum or "
+        "It is the ratio of the most visible combination of parameters to the least visible "
+        "one. Below are the estimates that the data distinguish worst; near \u22121 or 1 only their sum or "
         "difference is known.</p>"
     ).format(number(fit.condition, 3))
     return section("conditioning", "Conditioning", words, correlation_table(fit))

@@ -53,7 +53,7 @@ def _run_row(run: Agreement | Scores, role: str) -> list[str]:
 
 
 def gain_table(fit: Fit) -> str:
-    """Drive gains with 95 % intervals beside what was believed."""
+    """Drive gains with 95 % intervals beside the nominal ones."""
     robot, estimate = fit.model.robot, fit.estimate
     found = gains_estimated(fit)
     rows = []
@@ -62,7 +62,7 @@ def gain_table(fit: Fit) -> str:
         tolerance = robot.drive_gain_tolerance * abs(prior)
         cells = [number(gain, 5), f"{robot.units('N m')[joint]}/A"]
         cells += [number(NORMAL_95 * std, 3), number(100 * std / abs(gain), 2)] if found else [NAMELESS] * 2
-        if fit.gains_unstated:  # the prior of 1 is nobody's
+        if fit.gains_unstated:  # a gain of 1 was never stated
             rows.append([name, *cells, NAMELESS, NAMELESS, NAMELESS])
             continue
         cells += [number(prior), number(tolerance, 2)]
@@ -105,7 +105,7 @@ def parameter_tables(fit: Fit) -> str:
 
 
 def correlations(fit: Fit) -> list[tuple[str, str, float]]:
-    """Pairs of estimates, gains included, that the data tell apart worst, worst first."""
+    """Pairs of estimates, gains included, that the data distinguish worst, worst first."""
     std = np.sqrt(np.diag(fit.estimate.covariance))
     found = np.flatnonzero(std > 0.0)
     scaled = fit.estimate.covariance[np.ix_(found, found)] / np.outer(std[found], std[found])

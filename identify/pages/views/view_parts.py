@@ -11,7 +11,7 @@ import rerun as rr
 
 TIMELINE = "time"
 JOINTS = ((86, 180, 233), (230, 159, 0), (0, 158, 115), (240, 228, 66), (204, 121, 167), (213, 94, 0))
-"""Colours by which colour-blind readers, too, tell the joints apart; a seventh joint is white."""
+"""Colours that colour-blind readers, too, can distinguish; a seventh joint is white."""
 WHITE = (240, 240, 240)
 
 

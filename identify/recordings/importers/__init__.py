@@ -27,12 +27,12 @@ def import_source(
 
     Args:
         source: File or folder.
-        model: The robot as believed; case folders and exidyn's own files bring theirs.
+        model: The nominal robot; case folders and exidyn's own files bring theirs.
         kind: Key of `IMPORTERS`; found from what lies at the path by default.
-        options: Passed to the importer; its docstring says which there are.
+        options: Passed to the importer; its docstring lists them.
 
     Raises:
-        NotAFile: There is nothing at that path, or nobody reads what is there.
+        NotAFile: There is nothing at that path, or no importer reads what is there.
         UnknownKey: An option or a kind that does not exist; the message lists the valid ones.
     """
     source = Path(source)

@@ -20,7 +20,7 @@ MOVES = 0.01
 AGREES = 1e-3
 """Largest disagreement of two recordings of one run [rad], root mean square: 12 ms at 0.1 rad/s."""
 CLEARER = 4.0
-"""By how much every other offset must be worse, as variance, that one is believed to be the right one."""
+"""By how much every other offset must be worse, as variance, for one to be taken as the right one."""
 RESOLVED = 1e-6
 """Difference that no encoder sees [rad]."""
 NEAR = 0.1

@@ -1,4 +1,4 @@
-"""A folder with case.toml: a robot as believed, how well, and its runs as tables."""
+"""A folder with case.toml: a robot nominal, how well, and its runs as tables."""
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -66,7 +66,7 @@ def import_case_folder(source: Path, model: Model | None = None, role: str | Non
 
     Raises:
         NotAFile: There is no case.toml, or it is not one.
-        RecordingError: A run is not what the case says.
+        RecordingError: A run does not match its case.
         RobotError: The robot's URDF is wrong.
     """
     folder = source if source.is_dir() else source.parent
@@ -202,12 +202,12 @@ def _balancer(
 
 
 def _prior(value: float, tolerance: float) -> Prior:
-    """A value and its deviation; a relative tolerance says nothing about a value of zero."""
+    """A value and its deviation; a relative tolerance gives none for a value of zero."""
     return Prior(value, tolerance * abs(value) if value else np.inf)
 
 
 def _run(run: Mapping[str, Any]) -> tuple[str, dict[str, Any]]:
-    """File of a run, and what the case says of it, as `import_csv` takes it."""
+    """File of a run, and what the case states of it, as `import_csv` takes it."""
     settings = {key: str(value) for key, value in run.items() if key not in ("file", "payload")}
     payload = KnownPayload("L", _known(_table(run, "payload"))) if "payload" in run else None
     return string(run["file"], "[[runs]] file"), {"payload": payload, "settings": settings}

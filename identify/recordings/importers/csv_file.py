@@ -49,7 +49,7 @@ def import_csv(
 
     Args:
         source: A .csv or .csv.gz file with a line of names at its beginning, comma, semicolon or tab.
-        model: The robot as believed.
+        model: The nominal robot.
         columns: Where the names are others: "time" -> column; signal -> list of columns, one a joint, or
             a pattern with {number} or {joint} in it, such as "axis{number}_current".
         degrees: Positions and velocities are in degrees and degrees a second.
@@ -63,12 +63,10 @@ def import_csv(
         settings: Whatever else explains the run.
 
     Raises:
-        RecordingError: The file does not hold a run of this robot; the message says why.
+        RecordingError: The file does not hold a run of this robot; the message gives the reason.
     """
     if model is None:
-        raise RecordingError(
-            f"{source}: a table does not say of which robot it is; give the robot too (--robot FILE)"
-        )
+        raise RecordingError(f"{source}: a table does not name its robot; give the robot too (--robot FILE)")
     header, values, lines = read_table(source)
     values, lines = values[skip_rows:], lines[skip_rows:]
     if not len(values):

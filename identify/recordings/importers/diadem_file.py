@@ -41,7 +41,7 @@ def read_diadem(path: Path) -> tuple[list[DiademChannel], list[str]]:
     """Read a header and the data beside it: all channels, and what is missing of their data.
 
     Raises:
-        NotAFile: Header or data are missing, or are not what they say.
+        NotAFile: Header or data are missing, or do not match.
     """
     headers = _headers(path)
     explicit = [header for header in headers if not _implicit(header)]
@@ -112,7 +112,7 @@ def _whole(path: Path, header: dict[str, str], code: str, default: int) -> int:
 
 
 def _stored(path: Path, header: dict[str, str], width: int, warnings: list[str]) -> np.ndarray:
-    """Values of one channel before offset and factor; fewer than the header says if data are cut off."""
+    """Values of one channel before offset and factor; fewer than the header states if data are cut off."""
     data = _data_file(path, header)
     kind = header.get("214", "REAL64").upper()
     if kind not in TYPES:

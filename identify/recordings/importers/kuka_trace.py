@@ -70,7 +70,7 @@ def import_kuka_trace(
 
     Args:
         source: A folder, or any file of one trace.
-        model: The robot as believed.
+        model: The nominal robot.
         motor_side: What the controller gives before the gear, such as ["torque"].
         sign: 1 or -1 a joint, where the controller counts the other way than the robot's description.
         zero: Position in the robot's description where the controller shows zero [rad], one a joint.
@@ -78,12 +78,10 @@ def import_kuka_trace(
         payload: What hung on the flange.
 
     Raises:
-        RecordingError: The files do not hold a run of this robot; the message says why.
+        RecordingError: The files do not hold a run of this robot; the message gives the reason.
     """
     if model is None:
-        raise RecordingError(
-            f"{source}: a trace does not say of which robot it is; give the robot too (--robot FILE)"
-        )
+        raise RecordingError(f"{source}: a trace does not name its robot; give the robot too (--robot FILE)")
     folder = source if source.is_dir() else source.parent
     traces: dict[str, list[Path]] = {}
     for file in sorted(folder.iterdir()):
@@ -136,7 +134,7 @@ def _columns(file: Path, warnings: list[str]) -> list[_Column]:
 
 
 def _in_si(channel: DiademChannel, warnings: list[str]) -> np.ndarray | None:
-    """Values in SI units; None, and a warning, for a unit that nobody knows."""
+    """Values in SI units; None, and a warning, for an unknown unit."""
     unit = channel.unit.strip().strip("[]").lower()
     if unit not in UNITS:
         warnings.append(

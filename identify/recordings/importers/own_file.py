@@ -12,7 +12,7 @@ BEGIN = 256
 
 
 def is_own_file(source: Path) -> bool:
-    """Whether exidyn wrote an MCAP file, or nobody did: then our reader says what is wrong with it."""
+    """Whether exidyn wrote an MCAP file, or no known program: then our reader reports what is wrong."""
     with open(source, "rb") as file:
         begin = file.read(BEGIN)
     return not begin.startswith(MAGIC) or b"\x06\x00\x00\x00exidyn" in begin

@@ -19,7 +19,7 @@ STATE, ARRAY = "sensor_msgs/msg/JointState", "std_msgs/msg/Float64MultiArray"
 
 @dataclass
 class _Samples:
-    """What one topic said: stamps [ns] by the bag and by the message, and rows by signal."""
+    """Content of one topic: stamps [ns] by the bag and by the message, and rows by signal."""
 
     bag: list[int] = field(default_factory=list)
     stamp: list[int] = field(default_factory=list)
@@ -37,7 +37,7 @@ def import_ros2_bag(
 
     Args:
         source: The bag's folder, or its .mcap or .db3 file.
-        model: The robot as believed; its joints are looked up by name.
+        model: The nominal robot; its joints are looked up by name.
         topic: Topic of the joint states; needed if there are several.
         effort: What the field effort holds, "torque" or "current".
         payload: What hung on the flange.
@@ -47,7 +47,7 @@ def import_ros2_bag(
     """
     if model is None:
         raise RecordingError(
-            f"{source}: a bag does not say how its robot is built; give the robot too (--robot FILE)"
+            f"{source}: a bag does not describe its robot; give the robot too (--robot FILE)"
         )
     if effort not in ("torque", "current"):
         raise RecordingError(f"effort='{effort}': valid are torque, current")

@@ -1,6 +1,6 @@
 """ROS 2 messages as rows of numpy records: packing is a copy, unpacking a view.
 
-A message of fixed length is CDR (little endian, XCDR1): four bytes that say so, then the fields, each
+A message of fixed length is CDR (little endian, XCDR1): four bytes that name it, then the fields, each
 aligned to its size counted from behind those four bytes; a string is its length with the closing zero,
 then its bytes; a sequence is its count, then its elements. Joint names and counts are the same in every
 message of a channel, so that a channel's messages all have one layout, and its constants one template.
@@ -199,8 +199,8 @@ class LogMessage(NamedTuple):
     Attributes:
         stamp: [ns].
         level: `INFO`, `WARN`, `ERROR` or another number.
-        name: Who says it.
-        text: What is said.
+        name: The sender.
+        text: The message.
         function: Where in the program, or whatever else.
     """
 

@@ -79,7 +79,7 @@ class Contents:
         return np.concatenate(parts)
 
     def every_message(self) -> Iterator[Message]:
-        """All messages, in the order in which they stand in the file."""
+        """All messages, in the order of the file."""
         for data in self.chunks:
             for kind, body, complete in _records(memoryview(data), 0):
                 if kind == Opcode.MESSAGE and complete and len(body) >= _MESSAGE.size - _FRAME.size:

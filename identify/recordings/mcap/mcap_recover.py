@@ -37,9 +37,9 @@ class Recovered:
 
 
 def recover(source: Path, target: Path) -> Recovered:
-    """Write a whole file with all messages of another one that can be read; that one is not touched.
+    """Write a whole file with all messages of another one that can be read; that one is not changed.
 
-    The recording says from then on what it was recovered from and what it lacks.
+    The new recording names what it was recovered from and what it lacks.
 
     Args:
         source: File that ends abruptly, or is damaged.

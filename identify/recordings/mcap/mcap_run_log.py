@@ -1,7 +1,7 @@
 """Events and timing of a run as topics of its MCAP file: /events and /timing.
 
-An event is a rcl_interfaces/msg/Log, which viewers show as a line of text; what it says in numbers is JSON
-in its field `function`. /timing is an array of numbers, whose meaning stands in its channel.
+An event is a rcl_interfaces/msg/Log, which viewers show as a line of text; its numbers are JSON
+in its field `function`. /timing is an array of numbers, whose meaning is in its channel's metadata.
 """
 
 import json
@@ -17,7 +17,7 @@ from .mcap_topics import ARRAY, Topic, nanoseconds
 EVENTS = Topic("/events", "rcl_interfaces/msg/Log", {})
 TIMING_FIELDS = ("lateness", "skipped", "stage")
 NAME = "exidyn."
-"""What stands before an event's kind: viewers of logs want to know who speaks."""
+"""Prefix of an event's kind: viewers of logs show the sender."""
 
 LEVELS = {"stop": cdr.ERROR, "fault": cdr.ERROR, "warning": cdr.WARN, "late": cdr.WARN}
 """How serious an event is, by its kind; all others only inform."""
@@ -28,8 +28,8 @@ MOST = 1e9
 
 def timing_topic(stages: Sequence[str]) -> Topic:
     """/timing, with the names of the stages."""
-    says = {"fields": ",".join(TIMING_FIELDS), "unit": "s,,", "stages": ",".join(stages)}
-    return Topic("/timing", ARRAY, {}, says)
+    metadata = {"fields": ",".join(TIMING_FIELDS), "unit": "s,,", "stages": ",".join(stages)}
+    return Topic("/timing", ARRAY, {}, metadata)
 
 
 def timing_messages(timing: Timing) -> np.ndarray:

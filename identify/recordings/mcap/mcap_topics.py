@@ -34,13 +34,13 @@ class Topic:
         name: Topic, such as "/joint_states".
         schema: Message type, a key of `cdr.SCHEMAS`.
         fields: Signal name -> field of the message's record.
-        says: What its channel says about itself, if it carries no signal.
+        details: Metadata of its channel, if it carries no signal.
     """
 
     name: str
     schema: str
     fields: Mapping[str, str]
-    says: Mapping[str, str] = field(default_factory=dict)
+    details: Mapping[str, str] = field(default_factory=dict)
 
     def template(self, joints: Sequence[str]) -> np.ndarray:
         """One empty message, shape (1,)."""
@@ -49,9 +49,9 @@ class Topic:
         return cdr.double_array(len(joints))
 
     def metadata(self, joints: Sequence[str]) -> dict[str, str]:
-        """What the channel says about itself; `signals` is what `topic_of` reads it back from."""
+        """Metadata of the channel; `signals` is what `topic_of` reads it back from."""
         if not self.fields:
-            return dict(self.says)
+            return dict(self.details)
         return {
             "signals": ",".join(self.fields),
             "unit": ",".join(SIGNALS[signal] for signal in self.fields),

@@ -27,14 +27,14 @@ class Head:
 
     Attributes:
         name: What people call the run.
-        model: The robot as believed, with its effects.
+        model: The nominal robot, with its effects.
         payload: What hangs on the flange.
         trajectory: Text of the trajectory's file.
         settings: Whatever else explains the run.
         warnings: Warnings that are known already.
         epoch: Host's clock at controller time zero [ns].
         host_clock: Whether log_time is a recorded host clock.
-        samples: Samples of each signal that will follow; a file that ends early then says what is missing.
+        samples: Samples of each signal that will follow; a file that ends early then shows what is missing.
             Empty, or zero for a signal of unknown length, while recording.
     """
 
@@ -114,7 +114,7 @@ class RecordingWriter:
         self._writer.flush()
 
     def add_outcome(self, outcome: Mapping[str, str]) -> None:
-        """Say how the run ended; nothing, if there is nothing to say."""
+        """Write how the run ended; nothing, if that is unknown."""
         if outcome:
             self._writer.add_metadata("outcome", dict(outcome))
 

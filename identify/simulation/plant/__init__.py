@@ -1,4 +1,4 @@
-"""A simulated arm with its drives: what any model does when commanded, and what its sensors say of it."""
+"""A simulated arm with its drives: what any model does when commanded, and what its sensors measure."""
 
 from .drive_control import DriveControl
 from .plant import Integration, Measured, Plant

@@ -70,7 +70,7 @@ class CommandPath:
     ) -> tuple[np.ndarray, np.ndarray]:
         """Positions and velocities on the way to the next commands (t, n), each (t, rows of the cut, n).
 
-        Without velocities they are taken from the last three positions, as drives do that are told no more.
+        Without velocities they are taken from the last three positions, as drives do that get positions only.
         """
         if velocity is None:
             places = np.concatenate([[self._before, self._position], position])

@@ -86,7 +86,7 @@ class EffectSum:
         Args:
             joints: Where the arm is; without acceleration.
             later: Where their inertia is wanted, shape (n,) [rad].
-            load: Shape (n,) [N m]; None where nobody asks for it.
+            load: Shape (n,) [N m]; None where no effect needs it.
             temperature: Shape (n,) [degC].
 
         Returns:

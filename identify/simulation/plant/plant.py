@@ -24,7 +24,7 @@ ROUNDS = 5
 
 
 class Measured(NamedTuple):
-    """What the sensors say, each of shape (n,).
+    """What the sensors measure, each of shape (n,).
 
     Attributes:
         position: Of the motors, seen from the joints [rad].
@@ -132,7 +132,7 @@ class Plant:
         one.through(self._state, self._inertia, self._here, self._here, self._reference[None])
 
     def measure(self) -> Measured:
-        """What its sensors say now."""
+        """What its sensors measure now."""
         return self._measured
 
     def step(self, position: np.ndarray, velocity: np.ndarray | None, seconds: float) -> None:
@@ -143,7 +143,7 @@ class Plant:
         self.follow(position[None], None if velocity is None else velocity[None], seconds)
 
     def follow(self, position: np.ndarray, velocity: np.ndarray | None, seconds: float) -> Measured:
-        """Follow commands (t, n) one after the other, as if by `step`; what its sensors say, each (t, n).
+        """Follow commands (t, n) one after the other, as if by `step`; what its sensors measure, each (t, n).
 
         It is faster, for what is before and behind the arm's motion is done for all commands at once.
         """
@@ -162,7 +162,7 @@ class Plant:
         self._cuts.clear()
 
     def truth(self) -> Motion:
-        """How the motors really move now, a motion of one sample: no sensor says so."""
+        """How the motors really move now, a motion of one sample: no sensor measures it."""
         temperature, joints = self._temperature, Joints(*self._state[:3])
         spring = springs(self._springs, joints.position, joints.velocity, 0.0)[0]
         pull = self._servo.turns.T @ self._torque() - spring

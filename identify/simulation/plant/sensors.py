@@ -86,7 +86,7 @@ class Readings:
         seed: Of the noise.
 
     Attributes:
-        position: As they said last, shape (n,) [rad]; so `velocity` [rad/s] and `current` [A].
+        position: As last measured, shape (n,) [rad]; so `velocity` [rad/s] and `current` [A].
     """
 
     def __init__(self, sensors: Sensors, position: np.ndarray, current: np.ndarray, seed: int) -> None:

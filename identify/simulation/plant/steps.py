@@ -154,8 +154,8 @@ def springs(
     """
     stretch, back, stiffness, damping, play = elastic
     twist = stretch @ position
-    touching = np.abs(twist) >= play
-    stiffness, damping = stiffness * touching, damping * touching
+    in_contact = np.abs(twist) >= play
+    stiffness, damping = stiffness * in_contact, damping * in_contact
     torque = stiffness * (twist - play * np.sign(twist)) + damping * (stretch @ velocity)
     weight = 0.25 * step**2 * stiffness + 0.5 * step * damping
     return back @ torque, (back * weight) @ stretch

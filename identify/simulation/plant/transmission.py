@@ -15,7 +15,7 @@ class Transmission:
     Attributes:
         stiffness: Infinite for a rigid gear, shape (n,) [N m/rad].
         damping: Shape (n,) [N m s/rad].
-        backlash: Width of the play in which neither spring nor damper touches, shape (n,) [rad].
+        backlash: Width of the play in which neither spring nor damper is in contact, shape (n,) [rad].
     """
 
     stiffness: np.ndarray

@@ -47,14 +47,14 @@ def typical_plant(
 ) -> Plant:
     """An arm with a cascade, encoders and current sensors as industrial arms have them.
 
-    The velocity loops are tuned to the inertia that the model's priors say. For other parts, make a `Plant`
+    The velocity loops are tuned to the inertia by the model's nominal values. For other parts, make a `Plant`
     with some of `typical_parts`.
 
     Args:
         model: The arm as it is, with any payload as one of its effects.
         start: Where it stands, shape (n,) [rad].
-        values: Its parameters, shape (p,); believed ones by default.
-        gain: Its drive gains, shape (n,) [N m/A]; believed ones by default.
+        values: Its parameters, shape (p,); nominal ones by default.
+        gain: Its drive gains, shape (n,) [N m/A]; nominal ones by default.
         seed: Of the noise.
         payload: Name of the body that it carries; empty for none.
         transmission: Gears that give way; rigid by default.
@@ -66,7 +66,7 @@ def typical_plant(
 
 
 def typical_parts(model: Model) -> tuple[DriveControl, Sensors, Thermal]:
-    """Drives, sensors and warmth of an arm of the size that the model is believed to have."""
+    """Drives, sensors and warmth of an arm of the nominal size of the model."""
     robot, n = model.robot, model.robot.dof
     inertia, torque = typical_size(model)
     limit = np.where(np.isfinite(robot.limits.torque), robot.limits.torque, 4.0 * torque)
@@ -104,7 +104,7 @@ def typical_warmth(model: Model, current: np.ndarray) -> Thermal:
     """Warmth of joints that lose as much in the winding as in the gear.
 
     Args:
-        model: As believed.
+        model: Nominal.
         current: In the winding meanwhile, shape (n,) [A]; the gear turns at a third of the speed limit.
     """
     robot, forces = model.robot, _forces(model)

@@ -10,7 +10,7 @@ import pytest
 
 from exidyn.acquire.command_line import REFUSED, main
 from exidyn.acquire.files.diagnosis_files import write_diagnosis
-from exidyn.acquire.files.report_files import read_compared, read_told
+from exidyn.acquire.files.report_files import read_compared, read_page_data
 from exidyn.acquire.files.traces_file import NAME
 from exidyn.acquire.terminal.comparison_text import comparison_table
 from exidyn.acquire.terminal.json_output import json_text
@@ -20,7 +20,6 @@ from exidyn.identify.effects import Payload
 from exidyn.identify.fit.fit_file import read_fit, write_fit
 from exidyn.identify.fit.identification import identify
 from exidyn.identify.pages.diagnosis.sections import findings_table
-from exidyn.identify.pages.diagnosis.told import told
 from exidyn.identify.preparation.prepare import prepare
 from exidyn.identify.recordings.mcap.mcap_file import write_recording
 from exidyn.identify.recordings.recording import KnownPayload
@@ -170,14 +169,14 @@ def test_comparisons_are_shown_as_they_were_written(page, files):
 
 def test_a_diagnosis_reads_back_as_it_was_told(files):
     ours, (theirs, traces) = (
-        told(small(), simulated(), "x"),
-        read_told(files / "diagnosis" / "diagnosis.json"),
+        page_data(small(), simulated(), "x"),
+        read_page_data(files / "diagnosis" / "diagnosis.json"),
     )
     assert findings_table(theirs) == findings_table(ours)
     assert theirs.findings[0].headline == ours.findings[0].headline
     assert theirs.findings[0].certainty.startswith("Joint spring of joint 2 (elbow): probability")
     assert theirs.remainders == ours.remainders
-    assert theirs.telling_joint(theirs.findings[0]) == 1
+    assert theirs.clearest_joint(theirs.findings[0]) == 1
     assert [trace.name for trace in theirs.traces] == [trace.name for trace in ours.traces]
     assert traces.simulated.left_out == ("backlash",)
     np.testing.assert_allclose(traces.simulated.torque_before, simulated().torque_before, rtol=1e-6)

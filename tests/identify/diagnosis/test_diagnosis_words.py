@@ -10,7 +10,7 @@ import pytest
 from exidyn.identify.diagnosis import Alternative, Diagnosis, Finding, Improvement, Quantity, Remainder
 from exidyn.identify.diagnosis.candidates import KINDS, hypotheses
 from exidyn.identify.diagnosis.findings.finding import Budget, Change, Moment, Share
-from exidyn.identify.diagnosis.findings.quantities import Said, with_interval
+from exidyn.identify.diagnosis.findings.quantities import with_interval
 from exidyn.identify.diagnosis.questions.candidate import Candidate
 from exidyn.identify.diagnosis.results.budget import NOISE as NOISE_SHARE
 from exidyn.identify.diagnosis.results.budget import OTHER
@@ -142,10 +142,10 @@ def test_numbers_have_the_digits_of_their_interval(value, std, said):
 
 
 def test_numbers_change_unit_sign_and_word():
-    zero = Said(-0.0125, 0.0005, "rad")
+    zero = Formatted(-0.0125, 0.0005, "rad")
     assert f"{zero:size mrad}" == "12.5 ± 1.0 mrad"
     assert f"{zero:beyond|short of}" == "short of"
-    assert f"{Said(0.1, np.nan, '1'):%}" == "10 %"
+    assert f"{Formatted(0.1, np.nan, '1'):%}" == "10 %"
 
 
 def test_a_body_of_unknown_mass_is_said_by_its_moments():

@@ -24,7 +24,7 @@ from exidyn.identify.effects import (
 from exidyn.identify.errors import FitError, RobotError
 from exidyn.identify.export import FORMATS, Portable
 from exidyn.identify.export.bodies import parameters, possible
-from exidyn.identify.export.unsaid import unsaid
+from exidyn.identify.export.left_out import left_out
 from exidyn.identify.fit.estimators.consistent import pseudo_inertia
 from exidyn.identify.fit.fit import agreement
 from exidyn.identify.fit.identified import identified
@@ -53,7 +53,7 @@ def values_of(model):
 
 
 def full(robot, *more):
-    """A model of what MuJoCo has words for, and more, at values that could be an arm's."""
+    """A model of what MuJoCo can represent, and more, at values that could be an arm's."""
     model = Model(robot, (RigidBody(), *SAYABLE, *more))
     return known(model, values_of(model))
 
@@ -175,7 +175,7 @@ def test_a_spring_that_stiffens_is_left_out_and_said():
     model = full(six_axis(), JointSpring(("joint2",), stiffening=True))
     portable = Portable.of(model)
     assert not np.any(portable.joints.stiffness)
-    assert any(line.startswith("joint_spring: up to") for line in unsaid(portable, ()))
+    assert any(line.startswith("joint_spring: up to") for line in left_out(portable, ()))
 
 
 def test_urdf_says_what_it_lacks():

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from exidyn.identify.pages.fit.report_plots import interval_bar, telling_stretch, torque_plot
+from exidyn.identify.pages.fit.report_plots import informative_stretch, interval_bar, torque_plot
 from exidyn.identify.pages.svg import Panel, envelope, path
 from exidyn.identify.pages.svg_scale import Span, label, ticks
 
@@ -54,11 +54,11 @@ def test_long_run_shows_its_worst_minute(fit):
     measured[-50:-40, 1] = 5.0  # the residual of nothing predicted
     ones = np.ones((count, 2))
     long = replace(run, time=time, measured=measured, predicted=0 * ones, weight=ones)
-    shown = telling_stretch(long, 1)
+    shown = informative_stretch(long, 1)
     assert time[shown][-1] - time[shown][0] == pytest.approx(60.0, abs=0.1)
     assert shown.start <= count - 50
     assert count - 40 <= shown.stop
-    assert telling_stretch(run, 1) == slice(0, len(run.time))
+    assert informative_stretch(run, 1) == slice(0, len(run.time))
 
 
 @pytest.mark.parametrize("reach", [1.0, 2.1, 4.9, 48.0, 7300.0])

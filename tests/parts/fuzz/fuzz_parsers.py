@@ -10,7 +10,7 @@ import numpy as np
 from exidyn.acquire.arguments.controllers import make_driver, read_controller
 from exidyn.acquire.commands.info_command import describe
 from exidyn.acquire.files.diagnosis_files import read_answers
-from exidyn.acquire.files.report_files import read_told
+from exidyn.acquire.files.report_files import read_page_data
 from exidyn.acquire.terminal.json_output import json_text
 from exidyn.acquire.terminal.recording_table import recording_table
 from exidyn.acquire.views.kinds import view_of
@@ -148,7 +148,7 @@ def _recover(folder: Path, name: str) -> None:
 
 
 def _read_diagnosis(folder: Path, name: str) -> None:
-    read_told(folder / "diagnosis.json")
+    read_page_data(folder / "diagnosis.json")
 
 
 def _view_diagnosis(folder: Path, name: str) -> None:

@@ -1,4 +1,4 @@
-"""Torque bound: what the believed model asks of the joints."""
+"""Torque bound: torque of the nominal model."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -14,7 +14,7 @@ from .kinematic_bounds import Bound, Margins, Slopes
 
 @dataclass(frozen=True, eq=False)
 class TorqueBound(Bound):
-    """Torque of the believed model within the joints' limits, in every run.
+    """Torque of the nominal model within the joints' limits, in every run.
 
     Of the joints, as URDF and data sheets have them: a drive of a coupled wrist feels a mixture of theirs,
     which is not looked at.
@@ -30,7 +30,7 @@ class TorqueBound(Bound):
     payloads: Sequence[str] = ("",)
 
     def torque(self, states: States, payload: str) -> np.ndarray:
-        """Believed joint torque, shape (t, n) [N m]."""
+        """Nominal joint torque, shape (t, n) [N m]."""
         motion = self.model.loaded(states.motion(payload))
         return self.model.torque(motion, self.model.nominal_values)
 

@@ -1,1 +1,1 @@
-"""What a motion tells of a model: unknowns and a motion come in, a number to make small goes out."""
+"""What a motion shows of a model: unknowns and a motion come in, a number to make small goes out."""

@@ -72,7 +72,7 @@ def worst(information: np.ndarray, size: np.ndarray, power: float = 16.0) -> tup
 
 @dataclass(frozen=True)
 class Focus:
-    """Like `volume`, of some parameters only (D_s): the others are unknown too, but need not be told well.
+    """Like `volume`, of some parameters only (D_s): the others are unknown too, but need not be known well.
 
     Attributes:
         columns: Places of the base parameters that matter.

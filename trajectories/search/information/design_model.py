@@ -1,4 +1,4 @@
-"""The model as an optimiser sees it: friction turns over as wide a velocity as a sample covers."""
+"""The model as an optimiser sees it: friction reverses over as wide a velocity as a sample covers."""
 
 from dataclasses import replace
 
@@ -16,7 +16,7 @@ def design_model(model: Model, limits: Limits, spacing: float) -> Model:
     here.
 
     Args:
-        model: As it is believed.
+        model: Nominal.
         limits: Finite accelerations.
         spacing: Time between samples [s].
     """

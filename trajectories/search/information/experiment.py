@@ -44,7 +44,7 @@ class Experiment:
         noise: np.ndarray | None = None,
         known: np.ndarray | None = None,
     ) -> "Experiment":
-        """The experiment that tells a model's base parameters.
+        """The experiment that identifies a model's base parameters.
 
         Raises:
             NothingToIdentify: The model has no parameter that moves a joint.

@@ -29,7 +29,7 @@ class Goal(Protocol):
 
     @property
     def model(self) -> Model:
-        """What the arm is believed to be: for its torque."""
+        """The nominal arm: for its torque."""
 
     @property
     def payloads(self) -> Sequence[str]:
@@ -47,13 +47,13 @@ class Goal(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Identify:
-    """To tell a model's unknowns.
+    """To identify a model's unknowns.
 
     Attributes:
         experiment: Unknowns and runs.
         criterion: What to make small.
         rows: Independent rows of a run, seconds times rows a second; matters beside earlier information.
-        believed: The model whose torque is kept to the limits; that of the experiment unless given.
+        nominal: The model whose torque is kept to the limits; that of the experiment unless given.
     """
 
     experiment: Experiment
@@ -63,7 +63,7 @@ class Identify:
 
     @property
     def model(self) -> Model:
-        """What the arm is believed to be."""
+        """The nominal arm."""
         return self.nominal or self.experiment.model
 
     @property
@@ -98,7 +98,7 @@ MEANING = {
 def parameter_sizes(experiment: Experiment) -> np.ndarray:
     """What counts as one of each base parameter, shape (b,).
 
-    It is the root sum square of believed value and deviation; where nothing is believed, what makes as
+    It is the root sum square of nominal value and deviation; without a prior, what makes as
     much torque as the noise in a rich motion.
     """
     model, base = experiment.model, experiment.base

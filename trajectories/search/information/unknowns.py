@@ -19,10 +19,10 @@ class DriveGains(Effect):
     """Relative errors of the drive gains: a gain off by one per cent is torque off by one per cent.
 
     Its equations, gain * current = regressor @ values + known torque, make the torque itself the column.
-    Only a run with a known payload tells it from all parameters scaled together.
+    Only a run with a known payload distinguishes it from all parameters scaled together.
 
     Attributes:
-        model: Whose believed torque flows through the drives.
+        model: Whose nominal torque flows through the drives.
     """
 
     model: Model
@@ -49,11 +49,11 @@ class DriveGains(Effect):
 
 @dataclass(frozen=True, eq=False)
 class ShapesOf(Effect):
-    """Shapes of an effect (a Stribeck velocity, say) as unknowns, near what they are believed to be.
+    """Shapes of an effect (for example a Stribeck velocity) as unknowns, near their nominal values.
 
     Attributes:
         effect: Whose shapes.
-        values: Its parameters' believed values, shape (p,).
+        values: Its parameters' nominal values, shape (p,).
         label: Puts the parameters of several apart.
     """
 

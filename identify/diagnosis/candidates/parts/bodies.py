@@ -7,7 +7,7 @@ import numpy as np
 
 from ....fit.warnings.verdict import NORMAL_95
 from ...findings.finding import Finding
-from ...findings.quantities import Said
+from ...findings.quantities import Formatted
 
 SIZE = 0.2
 """How far from its frame the mass of a body is expected to be [m]; evidence depends on its logarithm."""
@@ -23,7 +23,7 @@ def centre(finding: Finding, known: Mapping[str, Any]) -> dict[str, str]:
     return _body(known["M"], [known[f"M{axis}"] for axis in "XYZ"])
 
 
-def _body(mass: Said, moments: Sequence[Said]) -> dict[str, str]:
+def _body(mass: Formatted, moments: Sequence[Formatted]) -> dict[str, str]:
     """Where a body has its mass; only its moments where the mass itself is not distinguished from zero."""
     values = np.array([moment.value for moment in moments])
     shift = "({:.3g}, {:.3g}, {:.3g})".format(*values)

@@ -1,8 +1,8 @@
 """Gears that give way: the twist between motor and link, and what motors give for it.
 
-With motors where their encoders say, every link but one follows its motor, and that one leads or lags by a
-twist whose equation is row j of the arm's: M_jj twist'' + d twist' + (K + dtau_j/dq_j) twist = load_j. What
-all motors give for it more than for a rigid gear is minus the links' torque for a twist.
+With motors where their encoders measure, every link but one follows its motor, and that one leads or lags
+by a twist whose equation is row j of the arm's: M_jj twist'' + d twist' + (K + dtau_j/dq_j) twist = load_j.
+What all motors give for it more than for a rigid gear is minus the links' torque for a twist.
 """
 
 import numpy as np

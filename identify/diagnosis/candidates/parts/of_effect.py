@@ -22,7 +22,7 @@ Also = Callable[[Candidate, Effect], Candidate]
 
 
 def on_single_joints(kind: type[Effect]) -> bool:
-    """Whether an effect can be asked for on each joint in turn: as it is where nobody says more of it."""
+    """Whether an effect can be asked for on each joint in turn: as it is where no file adds to it."""
     given = all(f.default is not MISSING or f.default_factory is not MISSING for f in fields(kind))
     return issubclass(kind, JointEffect) and given
 

@@ -1,8 +1,8 @@
 """Rare: what has no name in the vocabulary, but is met in robot cells.
 
 Each takes the torque that several listed effects would otherwise share: a hose looks like a spring on every
-joint, a supply that sags like motors that saturate. Found, it is said in words; an answer in the vocabulary
-says that something is unexplained.
+joint, a supply that sags like motors that saturate. Found, it is reported in words; an answer in the
+vocabulary states that something is unexplained.
 """
 
 from collections.abc import Callable, Iterator

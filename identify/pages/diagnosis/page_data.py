@@ -1,4 +1,4 @@
-"""Told: a diagnosis as its pages show it, whether it was made just now or read from its files."""
+"""Page data: a diagnosis as its pages show it, whether it was made just now or read from its files."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -29,7 +29,7 @@ class Named:
         joints: Where it acts, from 0; empty where it has no joint.
         name: The two in words.
         headline: What is missing, and what was gained; of an undecided one, what it may be.
-        certainty: How surely it is this, what it might be instead, and what would tell; empty if undecided.
+        certainty: How surely it is this, what it might be instead, and what would decide; empty if undecided.
         parameters: Coefficients and shape by name.
         probability: That it is there, and is this.
         alternatives: What the data do not exclude.
@@ -84,8 +84,8 @@ class Simulated(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Told:
-    """All that is said and drawn of a diagnosis; see `Diagnosis` for what is not explained here.
+class PageData:
+    """All that pages write and draw of a diagnosis; see `Diagnosis` for what is not explained here.
 
     Attributes:
         verdict: Sentences, the most important first.
@@ -117,7 +117,7 @@ class Told:
     traces: tuple[Trace, ...]
     simulated: Simulated | None
 
-    def telling_joint(self, finding: Named) -> int:
+    def clearest_joint(self, finding: Named) -> int:
         """The joint on which the finding is seen best: of those that feel it, where most was gained."""
         found = self.improvement
         if found is None:
@@ -153,7 +153,7 @@ def whole(diagnosis: Diagnosis, forward: Forward | None = None, folder: str = ""
     }
 
 
-def told(diagnosis: Diagnosis, forward: Forward | None = None, folder: str = "") -> Told:
+def page_data(diagnosis: Diagnosis, forward: Forward | None = None, folder: str = "") -> PageData:
     """A diagnosis that was made just now."""
     known = diagnosis.evidence
     found = from_table(whole(diagnosis, forward, folder), known.traces if known else (), forward)
@@ -162,7 +162,7 @@ def told(diagnosis: Diagnosis, forward: Forward | None = None, folder: str = "")
 
 def from_table(
     table: Mapping[str, Any], traces: Sequence[Trace] = (), forward: Forward | None = None
-) -> Told:
+) -> PageData:
     """A diagnosis from what `whole` makes of it.
 
     Raises:
@@ -170,7 +170,7 @@ def from_table(
     """
     noise = array_of(table["noise"] or [])
     simulated = table.get("simulated")
-    return Told(
+    return PageData(
         name=table["name"],
         joints=tuple(table["joints"]),
         verdict=tuple(table["verdict"]),
@@ -193,7 +193,7 @@ def from_table(
 
 
 def _left(one: Mapping[str, Any]) -> Left:
-    """Of a remainder; older files say it over noise only."""
+    """Of a remainder; older files give it over noise only."""
     size = one.get("left") or f"{value_of(one['over_noise']):.2f} x noise"
     return Left(one["joint"] - 1, float(one["probability"]), one["depends_on"], size)
 

@@ -1,4 +1,4 @@
-"""Unsaid: what of a model a format has no words for, and how much torque that is."""
+"""Left out: what of a model a format cannot represent, and how much torque that is."""
 
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import replace
@@ -11,16 +11,16 @@ from ..fit.base_parameters import rich_motion
 from .portable import Portable
 
 EARTH = np.array([0.0, 0.0, -9.81])
-"""Gravity that is taken where a format does not say it [m/s^2]."""
+"""Gravity that is taken where a format does not give it [m/s^2]."""
 
 ROUNDING = 1e-12
 """Share of the largest value that is zero but for rounding."""
 
 
-def unsaid(portable: Portable, words: Collection[str]) -> list[str]:
-    """A sentence for each thing that a format with these words leaves out."""
-    said = (sentence for word, tell in WORDS.items() if word not in words for sentence in tell(portable))
-    return [*portable.remarks, *said]
+def left_out(portable: Portable, features: Collection[str]) -> list[str]:
+    """A sentence for each thing that a format with these features leaves out."""
+    found = (one for name, describe in FEATURES.items() if name not in features for one in describe(portable))
+    return [*portable.remarks, *found]
 
 
 def _amounts(portable: Portable, values: np.ndarray, unit: str) -> str:
@@ -33,11 +33,11 @@ def _amounts(portable: Portable, values: np.ndarray, unit: str) -> str:
 
 
 def _of_joints(name: str, what: str, unit: str) -> Callable[[Portable], Sequence[str]]:
-    def tell(portable: Portable) -> list[str]:
+    def describe(portable: Portable) -> list[str]:
         values = getattr(portable.joints, name)
         return [f"{what}: {_amounts(portable, values, unit)}"] if np.any(values) else []
 
-    return tell
+    return describe
 
 
 def _gravity(portable: Portable) -> list[str]:
@@ -99,7 +99,7 @@ def _uncertainty(portable: Portable) -> list[str]:
     return ["standard deviations of the parameters, and the jerk limits"]
 
 
-WORDS: dict[str, Callable[[Portable], Sequence[str]]] = {
+FEATURES: dict[str, Callable[[Portable], Sequence[str]]] = {
     "gravity": _gravity,
     "armature": _of_joints("armature", "rotor_inertia", "kg m^2"),
     "damping": _of_joints("damping", "viscous_friction", "N m s/rad"),
@@ -113,4 +113,4 @@ WORDS: dict[str, Callable[[Portable], Sequence[str]]] = {
     "coupling": _coupling,
     "uncertainty": _uncertainty,
 }
-"""What a format may be able to say -> what is to be told where it is not."""
+"""What a format may be able to represent -> what to report where it is not."""
