@@ -118,7 +118,7 @@ def test_a_package_that_is_missing_is_named_with_the_extra(runs, monkeypatch):
         runs[0].to_dataframe()
 
 
-def test_a_parameter_that_was_dropped_is_said_to_be(fit):
+def test_a_dropped_parameter_is_reported(fit):
     with pytest.raises(KeyError, match="was dropped"):
         replace(fit, dropped={"Fs1": 0.2}).value("Fs1")
 

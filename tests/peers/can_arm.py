@@ -39,7 +39,7 @@ def zero(joints):
 
 
 def bus_settings(address):
-    """How a driver reaches the bus of a peer that said this address."""
+    """How a driver reaches the bus of a peer that text this address."""
     if address.startswith("/"):
         return {"interface": "slcan", "channel": address, "options": "sleep_after_open=0"}
     channel = "ff11:7079:7468:6f6e:6465:6d6f:6d63:6173"

@@ -225,7 +225,7 @@ class Node:
             self.change("switch-on disabled")
 
     def look(self, seconds):
-        """Following error, and whether SYNC comes as often as it was said to."""
+        """Following error, and whether SYNC comes as often as it was text to."""
         away = abs(self.get(0x607A) - self.actual) > self.option(0x6065, 0, 100000)
         self.late_following = self.late_following + 1 if away else 0
         if self.late_following * seconds * 1e3 > self.option(0x6066, 0, 10):

@@ -44,8 +44,8 @@ class Peer:
             self.close()
             if self.process.returncode == 77:
                 raise NoBus("".join(self.lines).strip()) from error
-            said = "".join(self.lines).strip() or f"nothing in {STARTING:g} s"
-            raise RuntimeError(f"{script} did not start: {said}") from error
+            found_text = "".join(self.lines).strip() or f"nothing in {STARTING:g} s"
+            raise RuntimeError(f"{script} did not start: {found_text}") from error
 
     def _read(self):
         for line in self.process.stdout:
@@ -64,10 +64,10 @@ class Peer:
                     if text in line:
                         return line
                 if time.monotonic() > end or not (self._reader.is_alive() or self.process.poll() is None):
-                    raise LookupError(f"the peer did not say '{text}'; it said: {''.join(self.lines)}")
+                    raise LookupError(f"the peer did not say '{text}'; it found_text: {''.join(self.lines)}")
                 self._news.wait(0.05)
 
-    def said(self, text):
+    def found_text(self, text):
         with self._news:
             return any(text in line for line in self.lines)
 

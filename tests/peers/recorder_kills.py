@@ -46,7 +46,7 @@ def kill(folder: Path, victims: tuple[str, ...], after: float) -> Left:
             _, handed = _handed(progress)
             for victim in victims:
                 os.kill(processes[victim], signal.SIGKILL)
-            said = loop.stdout.read().strip()  # ends when both have ended
+            found_text = loop.stdout.read().strip()  # ends when both have ended
         finally:
             loop.kill()
             _kill(recorder)
@@ -56,7 +56,7 @@ def kill(folder: Path, victims: tuple[str, ...], after: float) -> Left:
     left = path if path.exists() else part_of(path)
     recording = read_recording(left)
     last = int(recording.host_time[-1]) if len(recording.host_time) else begun
-    return Left(left, recording, 1e-6 * max(handed - last, 0), said)
+    return Left(left, recording, 1e-6 * max(handed - last, 0), found_text)
 
 
 def _handed(progress: Path) -> tuple[int, int]:

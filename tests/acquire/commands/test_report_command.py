@@ -19,6 +19,7 @@ from exidyn.identify.diagnosis.improved.forward import Forward
 from exidyn.identify.effects import Payload
 from exidyn.identify.fit.fit_file import read_fit, write_fit
 from exidyn.identify.fit.identification import identify
+from exidyn.identify.pages.diagnosis.page_data import page_data
 from exidyn.identify.pages.diagnosis.sections import findings_table
 from exidyn.identify.preparation.prepare import prepare
 from exidyn.identify.recordings.mcap.mcap_file import write_recording

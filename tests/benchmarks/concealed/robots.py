@@ -29,7 +29,7 @@ def small_arm(joints: int = 2, lean: int = 0) -> Arm:
 
 
 def sticking(arm: Arm, seed: int = 0):
-    """A sound robot of an arm, with bristles in its joints and all terms believed."""
+    """A sound robot of an arm, with bristles in its joints and all terms nominal."""
     robot = honest(arm, np.random.default_rng(seed))
     return robot.with_friction(creep=np.zeros(arm.joints), coulomb=np.array(arm.coulomb))
 

@@ -1,4 +1,4 @@
-"""Cases tell what their owner knows and nothing else."""
+"""Cases contain what their owner knows and nothing else."""
 
 from types import SimpleNamespace
 
@@ -49,7 +49,7 @@ def written(tmp_path):
     return robot, tmp_path / "c007"
 
 
-def test_a_case_is_read_as_a_user_would_and_tells_nothing(written):
+def test_a_case_is_read_as_a_user_would_and_shows_nothing(written):
     robot, folder = written
     arm = robot.arm
     first, second = import_source(folder)
@@ -72,16 +72,16 @@ def test_bare_answers_are_of_the_same_runs_by_a_prior_without_values(written, mo
     monkeypatch.setattr(answer, "answer", lambda _: {"findings": []})
     for who in ("product", "bare"):
         answerer(who, written[1])(written[1])
-    (told, runs), (bare, same) = given
-    assert told.stated
-    assert told.robot.inertias_stated
+    (informed, runs), (bare, same) = given
+    assert informed.stated
+    assert informed.robot.inertias_stated
     assert not bare.stated
     assert not bare.robot.inertias_stated
-    assert bare.effects == told.effects
+    assert bare.effects == informed.effects
     assert [run.name for _, run in same] == [run.name for _, run in runs]
 
 
-def test_the_whole_set_has_every_effect_under_names_that_tell_nothing():
+def test_the_whole_set_has_every_effect_under_names_that_show_nothing():
     cases = concealed_set(1)
     for tier in ("edge", "middle", "clear"):
         assert {case.effects[0] for case in cases if (case.kind, case.tier) == ("single", tier)} == set(

@@ -20,15 +20,15 @@ def cases(tmp_path, monkeypatch):
     (tmp_path / "truth").mkdir()
     for name, effect in (("c1", "payload"), ("c2", "backlash")):
         (tmp_path / "cases" / name).mkdir(parents=True)
-        told = truth | {"name": name, "effects": [{"effect": effect, "joints": [1]}]}
-        (tmp_path / "truth" / f"{name}.json").write_text(json.dumps(told))
+        known = truth | {"name": name, "effects": [{"effect": effect, "joints": [1]}]}
+        (tmp_path / "truth" / f"{name}.json").write_text(json.dumps(known))
     pool = SimpleNamespace(map=map)
     monkeypatch.setattr(concealed, "ProcessPoolExecutor", lambda *_, **__: nullcontext(pool))
-    monkeypatch.setattr(concealed, "answerer", lambda who, truths: partial(saying, who))
+    monkeypatch.setattr(concealed, "answerer", lambda who, truths: partial(answering, who))
     return tmp_path
 
 
-def saying(who, folder):
+def answering(who, folder):
     """Backlash, of every case, and of none without values."""
     return {"findings": [] if who == "bare" else [{"effect": "backlash", "joints": [1]}]}
 
@@ -42,10 +42,10 @@ def test_bare_answers_every_case_a_second_time(cases, monkeypatch):
     found = run(monkeypatch, "--made", "--keep", cases, "--bare")
     assert (found["cases"], found["top1"]) == (2, 0.5)
     assert (found["bare"]["cases"], found["bare"]["top1"]) == (2, 0.0)
-    said = json.loads((cases / "answers.json").read_text())
+    text = json.loads((cases / "answers.json").read_text())
     bare = json.loads((cases / "answers-bare.json").read_text())
-    assert said.keys() == bare.keys() == {"c1", "c2"}
-    assert [len(one["c1"]["findings"]) for one in (said, bare)] == [1, 0]
+    assert text.keys() == bare.keys() == {"c1", "c2"}
+    assert [len(one["c1"]["findings"]) for one in (text, bare)] == [1, 0]
 
 
 def test_without_it_nobody_answers_twice(cases, monkeypatch):

@@ -18,7 +18,7 @@ from .robots import small_arm, sound, sticking, swing
 
 
 @pytest.mark.parametrize("name", [*VOCABULARY, *OUTSIDE])
-def test_an_effect_changes_the_robot_and_tells_no_owner(name):
+def test_an_effect_changes_the_robot_and_shows_no_owner(name):
     effect = (VOCABULARY | OUTSIDE)[name]
     robot = sound(list(ARMS)[len(name) % len(ARMS)])
     joint = places(name, robot)[-1]
@@ -28,7 +28,7 @@ def test_an_effect_changes_the_robot_and_tells_no_owner(name):
     assert repr(concealed) == repr(again)
     real = (concealed.robot.machine, concealed.robot.recorder)
     assert repr(real) != repr((concealed.sound.machine, concealed.sound.recorder))
-    # A tool that its owner knows of is believed with and without the effect.
+    # A tool that its owner knows of is nominal with and without the effect.
     nominal, before = concealed.robot.prior, concealed.sound.prior
     np.testing.assert_array_equal(nominal.body.mass, before.body.mass)
     np.testing.assert_array_equal(nominal.gain, before.gain)
@@ -71,7 +71,7 @@ def test_a_tool_on_rubber_weighs_at_rest_what_it_would_on_a_flange():
     assert np.max(np.abs(held[0])) > 0.0
 
 
-def test_a_drive_goes_where_an_uneven_encoder_says(at_once):
+def test_a_drive_goes_where_an_uneven_encoder_reads(at_once):
     robot = sticking(small_arm())
     wavy = OUTSIDE["uneven_encoder"](robot, 1, 5.0, np.random.default_rng(4)).robot.machine
     path = swing(2, 0.1)

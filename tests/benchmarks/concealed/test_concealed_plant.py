@@ -1,4 +1,4 @@
-"""The plant moves as mechanics say."""
+"""The plant moves by the laws of mechanics."""
 
 from dataclasses import replace
 
@@ -17,7 +17,7 @@ from .robots import quiet, small_arm, sound, sticking, swing
 
 
 @pytest.mark.parametrize("name", ARMS)
-def test_bodies_move_as_pinocchio_says(name):
+def test_bodies_move_as_pinocchio_predicts(name):
     robot = sound(name)
     body, n = robot.machine.body, robot.arm.joints
     model = pin.buildModelFromXML(urdf(replace(robot, prior=robot.prior._replace(body=body))))

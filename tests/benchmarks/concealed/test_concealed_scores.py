@@ -14,7 +14,7 @@ from parts.concealed.scoring.tables import outside, print_scores, sensitivity
 from exidyn.identify.diagnosis.candidates import kinds
 
 
-def told(kind: str, *effects: tuple[str, set[int]], evidence: float = 1000.0) -> Truth:
+def truth_of(kind: str, *effects: tuple[str, set[int]], evidence: float = 1000.0) -> Truth:
     """A truth of two joints."""
     guesses = tuple(Guess(effect, frozenset(joints)) for effect, joints in effects)
     count = len(guesses)
@@ -24,7 +24,7 @@ def told(kind: str, *effects: tuple[str, set[int]], evidence: float = 1000.0) ->
     )
 
 
-def said(*findings: tuple[str, list[int]], unexplained: bool = False, others: list | None = None):
+def answer_of(*findings: tuple[str, list[int]], unexplained: bool = False, others: list | None = None):
     """An answer of two joints, a tenth above the noise floor behind 25 Hz."""
     found = [
         {"effect": effect, "joints": joints, "confidence": 0.9, "alternatives": others or []}
@@ -38,11 +38,14 @@ def said(*findings: tuple[str, list[int]], unexplained: bool = False, others: li
 
 def test_right_answers_have_full_marks():
     cases = [
-        Pair(told("single", ("stribeck_friction", {2})), said(("stribeck_friction", [2]))),
-        Pair(told("single", ("time_delay", set())), said(("time_delay", [1, 2]))),
-        Pair(told("double", ("payload", set()), ("backlash", {1})), said(("backlash", [1]), ("payload", []))),
-        Pair(told("none"), said()),
-        Pair(told("outside", ("hose_spring", set())), said(unexplained=True)),
+        Pair(truth_of("single", ("stribeck_friction", {2})), answer_of(("stribeck_friction", [2]))),
+        Pair(truth_of("single", ("time_delay", set())), answer_of(("time_delay", [1, 2]))),
+        Pair(
+            truth_of("double", ("payload", set()), ("backlash", {1})),
+            answer_of(("backlash", [1]), ("payload", [])),
+        ),
+        Pair(truth_of("none"), answer_of()),
+        Pair(truth_of("outside", ("hose_spring", set())), answer_of(unexplained=True)),
     ]
     found = figures(cases)
     ones = ("top1", "joint", "with_alternatives", "double_recall", "double_precision", "outside_unexplained")
@@ -52,27 +55,29 @@ def test_right_answers_have_full_marks():
 
 
 def test_wrong_answers_have_none():
-    truth = told("single", ("stribeck_friction", {2}))
-    wrong = figures([Pair(truth, said(("stribeck_friction", [1])))])
+    truth = truth_of("single", ("stribeck_friction", {2}))
+    wrong = figures([Pair(truth, answer_of(("stribeck_friction", [1])))])
     assert (wrong["top1"], wrong["joint"], wrong["wrong_name"]) == (0.0, 0.0, 1.0)
-    other = said(("hysteresis", [2]), others=["stribeck_friction"])
+    other = answer_of(("hysteresis", [2]), others=["stribeck_friction"])
     near = figures([Pair(truth, other)])
     assert (near["top1"], near["joint"], near["with_alternatives"]) == (0.0, 1.0, 1.0)
-    elsewhere = said(("hysteresis", [1]), others=[{"effect": "stribeck_friction", "joints": [2]}])
+    elsewhere = answer_of(("hysteresis", [1]), others=[{"effect": "stribeck_friction", "joints": [2]}])
     assert figures([Pair(truth, elsewhere)])["with_alternatives"] == 1.0
-    three = said(("backlash", [1]), ("payload", []), ("hysteresis", [1]))
-    half = figures([Pair(told("double", ("payload", set()), ("backlash", {1})), three)])
+    three = answer_of(("backlash", [1]), ("payload", []), ("hysteresis", [1]))
+    half = figures([Pair(truth_of("double", ("payload", set()), ("backlash", {1})), three)])
     assert (half["double_recall"], half["double_precision"]) == (1.0, pytest.approx(2 / 3))
-    assert figures([Pair(told("none"), said(unexplained=True))])["false_alarms"] == 1
+    assert figures([Pair(truth_of("none"), answer_of(unexplained=True))])["false_alarms"] == 1
     assert (
-        figures([Pair(told("outside", ("hose_spring", set())), said(("payload", [])))])["outside_misnamed"]
+        figures([Pair(truth_of("outside", ("hose_spring", set())), answer_of(("payload", [])))])[
+            "outside_misnamed"
+        ]
         == 1.0
     )
 
 
 def test_what_no_oracle_sees_is_not_asked():
-    hidden = Pair(told("single", ("payload", set()), evidence=10.0), said())
-    seen = Pair(told("single", ("payload", set())), said(("payload", [])))
+    hidden = Pair(truth_of("single", ("payload", set()), evidence=10.0), answer_of())
+    seen = Pair(truth_of("single", ("payload", set())), answer_of(("payload", [])))
     found = figures([hidden, seen])
     assert (found["top1"], found["top1_all_strengths"]) == (1.0, 0.5)
 
@@ -85,10 +90,10 @@ def test_the_strength_found_half_of_the_time():
 
 
 def test_simulation_counts_on_the_joints_concerned():
-    truth = told("single", ("viscous_friction", {2}))
+    truth = truth_of("single", ("viscous_friction", {2}))
     count = len(truth.noise)
     answer = replace(
-        said(("viscous_friction", [2])),
+        answer_of(("viscous_friction", [2])),
         simulated_before=np.full(count, 4.0),
         simulated_after=np.where(np.arange(count) == 1, 1.0, 9.0),
     )
@@ -108,10 +113,10 @@ def test_candidates_have_the_names_of_what_is_concealed():
 def test_what_is_outside_and_asked_for_is_apart_from_what_nobody_asks_for():
     asked, never = "hose_spring", "floor_vibration"
     cases = [
-        Pair(told("outside", (asked, set())), said(unexplained=True)),
-        Pair(told("outside", (asked, set())), said(("payload", []))),
-        Pair(told("outside", (never, set())), said(("payload", []), unexplained=True)),
-        Pair(told("single", ("payload", set())), said(("payload", []))),
+        Pair(truth_of("outside", (asked, set())), answer_of(unexplained=True)),
+        Pair(truth_of("outside", (asked, set())), answer_of(("payload", []))),
+        Pair(truth_of("outside", (never, set())), answer_of(("payload", []), unexplained=True)),
+        Pair(truth_of("single", ("payload", set())), answer_of(("payload", []))),
     ]
     assert outside(cases) == [["has a candidate", 2, 0.5, 0.5], ["has none", 1, 1.0, 1.0]]
     assert print_scores({"product": cases})["outside"] == outside(cases)
@@ -119,8 +124,8 @@ def test_what_is_outside_and_asked_for_is_apart_from_what_nobody_asks_for():
 
 
 def test_answers_without_values_stand_beside_the_others(capsys):
-    truth = told("single", ("payload", set()))
-    right, wrong = [Pair(truth, said(("payload", [])))], [Pair(truth, said(("backlash", [1])))]
+    truth = truth_of("single", ("payload", set()))
+    right, wrong = [Pair(truth, answer_of(("payload", [])))], [Pair(truth, answer_of(("backlash", [1])))]
     found = print_scores({"product": right, "bare": wrong})
     alone = print_scores({"bare": wrong})
     assert (found["top1"], found["bare"]["top1"]) == (1.0, 0.0)

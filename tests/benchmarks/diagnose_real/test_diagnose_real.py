@@ -57,12 +57,12 @@ def test_a_name_that_the_source_excludes_is_false_and_all_are_on_a_control():
     assert named(control, wave(7.0, 0.8)).verdict == "false"
 
 
-def test_the_score_counts_names_misses_and_joints_that_are_foretold_worse():
+def test_the_score_counts_names_misses_and_joints_that_are_predicted_worse():
     unsure = [{"instead": 0.9}, {"instead": 0.3}]
-    told = {"counted": True, "named": True, "right": False}
+    row = {"counted": True, "named": True, "right": False}
     one = {
         "case": "emps",
-        "known": [told, told | {"named": False}, told | {"counted": False}],
+        "known": [row, row | {"named": False}, row | {"counted": False}],
         "named": [{"verdict": "false"}, {"verdict": "unverified"}, {"verdict": "known"}],
         "undecided": unsure,
         "again": {"same": ["once more"]},
@@ -87,7 +87,7 @@ def test_a_ripple_is_its_strongest_harmonic():
     assert not alike(comb, seventh)
 
 
-def test_the_page_says_so_where_another_name_is_likely():
+def test_the_page_reports_it_where_another_name_is_likely():
     sure = {
         "effect": "joint_spring",
         "joints": "J6",
@@ -96,9 +96,9 @@ def test_the_page_says_so_where_another_name_is_likely():
         "verdict": "undecided",
     }
     sure |= {"why": "torque_ripple J6 1.00", "instead": 1.0}
-    told = named_words({"named": [], "undecided": [sure]})
-    assert told.startswith("Nothing is named. joint spring J6 is in the fit without a name")
-    assert "torque ripple J6 1.00" in told
+    text = named_words({"named": [], "undecided": [sure]})
+    assert text.startswith("Nothing is named. joint spring J6 is in the fit without a name")
+    assert "torque ripple J6 1.00" in text
     assert named_words({"named": [], "undecided": []}) == "Nothing is named.\n"
 
 

@@ -1,5 +1,5 @@
-"""Every fault in every stage: what is asked of the driver, and when. The arm is where its drives say at once;
-`benchmarks/record.py --only escalation` has the same table with an arm that has mass."""
+"""Every fault in every stage: what is asked of the driver, and when. The arm follows its
+drives' commands at once; `benchmarks/record.py --only escalation` has the same table with an arm that has mass."""
 
 from itertools import product
 
@@ -43,7 +43,7 @@ def sight(seconds):
 
 
 @pytest.mark.parametrize(("state", "sign"), list(product(State, Sign)))
-def test_a_sign_does_what_the_table_says_after_its_time_and_nothing_before(state, sign):
+def test_a_sign_does_what_the_table_states_after_its_time_and_nothing_before(state, sign):
     rule = RULES.get((state, sign))
     for seconds in (0.0, 0.099, 0.101, 0.199, 0.201, 10.0):
         found = escalate(state, {sign: sight(seconds)})
@@ -88,8 +88,8 @@ class Refusing:
 @pytest.mark.parametrize("then", list(StopLevel))
 @pytest.mark.parametrize("fails", [(), (QUICK,), (OFF,), (QUICK, OFF)])
 def test_no_level_goes_down_or_is_asked_twice_and_a_failure_asks_for_the_next(begin, then, fails):
-    driver, told = Refusing(*fails), []
-    stops = Stops(driver, lambda *event: told.append(event))
+    driver, events = Refusing(*fails), []
+    stops = Stops(driver, lambda *event: events.append(event))
     first = Stop(begin, "first", "")
     stops.begin(first)
     stops.begin(Stop(then, "then", ""))
@@ -98,9 +98,9 @@ def test_no_level_goes_down_or_is_asked_twice_and_a_failure_asks_for_the_next(be
     highest = max(begin, then)
     expected = OFF if QUICK in fails and highest == QUICK else highest
     assert stops.level == expected
-    levels = [details["level"] for kind, _, details in told if kind == "stop"]
+    levels = [details["level"] for kind, _, details in events if kind == "stop"]
     assert levels == sorted(set(levels), key=lambda name: StopLevel[name])
-    assert any("no such device" in text for _, text, _ in told) == any(f in driver.asked for f in fails)
+    assert any("no such device" in text for _, text, _ in events) == any(f in driver.asked for f in fails)
 
 
 def test_behind_off_nothing_is_left():

@@ -89,7 +89,7 @@ def test_a_wild_block_counts_less_in_a_fit():
 
 
 @pytest.mark.parametrize("memory", [0.0, 0.02])
-def test_pure_noise_is_taken_for_an_effect_less_often_than_its_probability_says(memory):
+def test_pure_noise_is_taken_for_an_effect_less_often_than_its_probability_states(memory):
     random = np.random.default_rng(4)
     odds, gains = [], []
     for _ in range(3):

@@ -25,7 +25,7 @@ def test_nothing_is_as_often_above_as_below_zero():
     assert stats.kstest(above, "uniform").statistic < 0.12  # cautious, since few blocks count for most
 
 
-def test_what_stands_in_for_an_effect_with_either_sign_is_not_that_effect():
+def test_what_replaces_an_effect_with_either_sign_is_not_that_effect():
     size = np.random.default_rng(2).lognormal(5.0, 1.5, BLOCKS)
     odds = np.array([amplitude(blocks(seed, 0.0, 1.0, size), size).log_odds for seed in range(REPEATS)])
     assert np.mean(odds > np.log(19.0)) < 0.05 + 3.0 * np.sqrt(0.05 * 0.95 / REPEATS)
@@ -47,6 +47,6 @@ def test_where_noise_prevails_a_block_counts_for_what_it_sees():
     assert found.mean == pytest.approx(1.0, abs=0.1)
 
 
-def test_one_block_says_nothing():
+def test_one_block_shows_nothing():
     assert amplitude(np.array([50.0, 0.0, 0.0]), np.array([50.0, 0.0, 0.0])).log_odds == 0.0
     assert amplitude(np.zeros(5), np.zeros(5)).log_odds == 0.0

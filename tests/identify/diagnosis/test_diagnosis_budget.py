@@ -93,12 +93,12 @@ def test_the_budget_of_an_arm_adds_up_with_what_is_left():
             assert kinds[OTHER].max() < 0.2
 
 
-def test_a_diagnosis_says_where_the_misfit_goes():
-    said = diagnose(nominal_model(), record([JointSpring(("elbow",))], {"Ks2": 6.0}), "small")
-    [spring] = [share for share in said.budget.shares if share.finding == 0]
+def test_a_diagnosis_shows_where_the_misfit_goes():
+    text = diagnose(nominal_model(), record([JointSpring(("elbow",))], {"Ks2": 6.0}), "small")
+    [spring] = [share for share in text.budget.shares if share.finding == 0]
     assert spring.shares[1] > 0.95
     assert spring.shares[0] < 0.05
-    assert said.budget.held_out
+    assert text.budget.held_out
 
 
 def test_changes_are_what_a_candidate_alone_takes_from_the_error():

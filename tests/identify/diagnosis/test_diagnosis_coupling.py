@@ -1,4 +1,4 @@
-"""A motor that also turns with a neighbour of its joint, so that its link is not where it says."""
+"""A motor that also turns with a neighbour of its joint, so that its link is not at the recorded position."""
 
 import numpy as np
 import pinocchio as pin
@@ -50,12 +50,12 @@ def test_columns_are_what_links_elsewhere_ask_of_both_motors(motor, other, ratio
     assert np.max(np.abs(more)) > 1.0
 
 
-def test_a_link_that_is_not_where_its_motor_says_is_found_with_its_ratio():
+def test_a_link_that_is_not_where_its_motor_states_is_found_with_its_ratio():
     coupling = np.array([[1.0, 0.0], [0.8, 1.0]])
     found = diagnose(nominal_model(), coupled(coupling), "coupled")
     [finding] = found.findings
     assert (finding.effect, finding.joints) == ("kinematic_coupling", (0, 1))
     assert finding.parameters["ratio"].value == pytest.approx(0.8, abs=0.02)
-    said = sentence(finding, found.joints)
-    assert "the recorded position of joint 2 is that of its motor" in said
-    assert not set("{}[]") & set(said)
+    text = sentence(finding, found.joints)
+    assert "the recorded position of joint 2 is that of its motor" in text
+    assert not set("{}[]") & set(text)

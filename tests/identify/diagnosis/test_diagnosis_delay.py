@@ -13,7 +13,7 @@ from ...parts.small.small_diagnosis import nominal_model, recordings
 
 
 class Late:
-    """As a finding says that all drives are late."""
+    """A finding that all drives are late."""
 
     joints = ()
 

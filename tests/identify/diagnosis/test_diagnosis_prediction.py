@@ -58,12 +58,12 @@ def brute(prediction, left_out, more=None, held=None):
 def errors(prediction, more=None, held=None):
     """Of each block and joint, predicted by a fit without it, and the predictions (r, n)."""
     given, pieces = prediction.rows, prediction.blocks
-    found, said = np.zeros((len(pieces), JOINTS)), np.zeros_like(given.difference)
+    found, text = np.zeros((len(pieces), JOINTS)), np.zeros_like(given.difference)
     for block, own in enumerate(pieces.rows):
         values, columns = brute(prediction, block, more, held)
-        said[own] = columns[own] @ values
-        found[block] = np.sum(given.weight[own] * (given.difference[own] - said[own]) ** 2, axis=0)
-    return found, said
+        text[own] = columns[own] @ values
+        found[block] = np.sum(given.weight[own] * (given.difference[own] - text[own]) ** 2, axis=0)
+    return found, text
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -84,14 +84,14 @@ CASES = {
 
 
 def question(case, given, random, **more):
-    said = {"mean": None, "std": None} | {k: v for k, v in CASES[case].items() if k in ("mean", "std")}
+    options = {"mean": None, "std": None} | {k: v for k, v in CASES[case].items() if k in ("mean", "std")}
     joints, count = CASES[case]["joints"], CASES[case]["count"]
     column = random.normal(size=(COUNT, len(joints), count))
     column[:, :, 0] += 0.5 * given.columns[:, list(joints), 2]  # of which an unknown has a part
     truth = np.array([0.9, -0.15])[:count]
     torque = given.difference.copy()
     torque[:, list(joints)] += column @ truth
-    return replace(given, difference=torque), asked(column, joints, **said, **more)
+    return replace(given, difference=torque), asked(column, joints, **options, **more)
 
 
 @pytest.mark.parametrize("case", CASES)
@@ -197,7 +197,7 @@ def test_a_gain_is_of_blocks_held_out_too():
     [answer] = ask(prediction, [pair])
     assert answer.gains[HELD_OUT[0]].sum() > 1.0
     assert answer.gain == pytest.approx(float(answer.gains.sum()) + answer.relief)
-    # Where the runs held out have less of it than none, they speak against it, by all rows of theirs.
+    # Where the runs held out have less of it than none, they contradict it, by all their rows.
     own = pieces.rows[HELD_OUT[0]]
     contrary = given.difference.copy()
     contrary[own, 1] -= 3.0 * pair[1].values[own, 0, 0]
@@ -256,7 +256,7 @@ def test_blocks_are_few_enough_to_be_long_and_many_enough_to_scatter(seconds, co
     assert found.seconds == pytest.approx(length)
 
 
-def test_beliefs_that_a_candidate_relieves_speak_for_it_as_far_as_they_were_strained():
+def test_priors_that_a_candidate_relieves_support_it_as_far_as_they_were_strained():
     random = np.random.default_rng(12)
     column = random.normal(size=(COUNT, JOINTS, 1))
     torque = column[:, :, 0] * 1.0 + 0.1 * random.normal(size=(COUNT, JOINTS))

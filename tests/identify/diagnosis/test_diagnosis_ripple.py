@@ -1,4 +1,4 @@
-"""Waves along a joint's turn, of whatever number a turn, are found and told by that number."""
+"""Waves along a joint's turn, of whatever number a turn, are found and named by that number."""
 
 from dataclasses import replace
 
@@ -86,12 +86,12 @@ def test_without_a_ripple_frequencies_are_asked_for_and_none_is_found():
     assert "torque_ripple" not in {name for name, _ in names(search(at))}
 
 
-def test_peaks_are_where_the_waves_are_and_as_many_as_a_range_tells_apart():
+def test_peaks_are_where_the_waves_are_and_as_many_as_a_range_distinguishes():
     random = np.random.default_rng(0)
     position = np.sort(random.uniform(-1.0, 1.5, 4000))
     left = np.sin(30.65 * position) + 0.4 * np.cos(211.3 * position + 1.0) + 0.5 * random.normal(size=4000)
     peaks = [*_peaks(position, left, 600.0)]
     found = sorted(waves for waves, _ in peaks[:2])
-    # As well as the range tells waves apart; what is found is refined.
+    # As well as the range distinguishes waves; what is found is refined.
     assert found == pytest.approx([30.65, 211.3], abs=2 * np.pi / 2.5)
     assert peaks[0][1] == int(600.0 / (2 * np.pi / 2.5))

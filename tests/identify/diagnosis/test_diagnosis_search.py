@@ -100,8 +100,8 @@ def test_a_push_in_the_run_held_out_is_a_contact_and_a_moment():
     found = searched(runs)
     assert names(found) == [("contact_event", ())]
     assert found.selected[0].once
-    told = found.selected[0].answer.candidate.reported
-    assert told["start"][0] == pytest.approx(3.0, abs=0.3)
+    values = found.selected[0].answer.candidate.reported
+    assert values["start"][0] == pytest.approx(3.0, abs=0.3)
     at = problem(runs)
     [moment] = moments(at, at.prediction([]))
     assert (moment.run, moment.joints) == ("validate2", (0, 1))
@@ -130,7 +130,7 @@ def test_clocks_and_delays_have_the_sign_of_what_comes_late():
     at = problem(record(change=late(0.004, (0, 1))))
     prediction = at.prediction([])
     values = dict(zip(prediction.rows.names, prediction.values, strict=True))
-    # What all clocks and a drive's own tell is a sum.
+    # Delays of all clocks and of one drive add.
     assert values[CLOCK] > 0.0
     assert values[CLOCK] + values[f"{CLOCK}1"] == pytest.approx(0.004, rel=0.2)
     run = at.runs[0]
@@ -162,7 +162,7 @@ def as_torque(run):
     return replace(run, signals={**signals, "torque": Signal(current.time, current.values * two_joints.GAIN)})
 
 
-def test_inertias_that_nobody_stated_may_be_anything_and_others_no_more_than_their_tolerance():
+def test_inertias_not_given_may_be_anything_and_others_no_more_than_their_tolerance():
     stated = nominal_model()
     unstated = replace(stated, robot=replace(stated.robot, inertias_stated=False))
     values = dict(zip(stated.names, stated.nominal_values, strict=True))
@@ -231,7 +231,7 @@ def test_what_acts_on_every_joint_may_be_lacking_on_none():
     assert judged([answer([30.0, 30.0, -3.0], **common)], 10.0) is None
 
 
-def test_runs_held_out_exclude_what_they_speak_against():
+def test_runs_held_out_exclude_what_they_contradict():
     one = answer([60.0], held_out=4)
     assert judged([one], 10.0) is not None
     gains = one.gains.copy()
@@ -242,7 +242,7 @@ def test_runs_held_out_exclude_what_they_speak_against():
     assert judged([against], 10.0) is None
 
 
-def test_what_a_few_blocks_say_alone_is_not_credible():
+def test_what_a_few_blocks_show_alone_is_not_credible():
     one = answer([60.0])
     size, along = np.full(BLOCKS, 0.01), 0.1 * np.random.default_rng(0).normal(size=BLOCKS)
     size[3] = along[3] = 100.0  # ten standard deviations of noise, once
@@ -273,14 +273,14 @@ def test_alternatives_are_what_explains_the_same_joint():
     assert one.not_excluded[0][1] == pytest.approx(1 - one.probability, rel=0.01)
 
 
-def test_what_predicts_alike_is_told_apart_by_what_its_shape_cost():
+def test_what_predicts_alike_is_distinguished_by_what_its_shape_cost():
     dear, cheap = replace(answer([33.0]), cost=3.0), answer([33.0], "something_else")
     assert better(cheap, dear) == pytest.approx(3.0)
     assert better(dear, cheap, prior=1.0) == pytest.approx(-2.0)
     assert judged([cheap, dear], 10.0).probability == pytest.approx(1 / (1 + np.exp(-3.0)), rel=1e-3)
 
 
-def test_a_shape_costs_how_many_are_told_apart_within_its_bounds():
+def test_a_shape_costs_how_many_are_distinguished_within_its_bounds():
     at = problem(record([NonlinearViscousFriction(("elbow",), 1.7)], {"Fn2": 1.5}))
     prediction = at.prediction([])
     [whole] = [pair for pair in at.asked if pair[0].key == ("nonlinear_viscous_friction", (1,), "")][2:3]

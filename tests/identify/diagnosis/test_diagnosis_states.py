@@ -1,4 +1,4 @@
-"""Gears that give way or have play, and touches: what they ask of motors, and that they are told apart."""
+"""Gears that give way or have play, and contacts: what they ask of motors; they are distinguished."""
 
 from types import SimpleNamespace
 
@@ -97,7 +97,7 @@ def best(candidates, driven, torque):
     return max(shares, key=lambda pair: pair[0])
 
 
-def test_elasticity_and_play_are_told_apart():
+def test_elasticity_and_play_are_distinguished():
     # 12 Hz on the gear; and teeth of 60 Hz with 3 mrad between them.
     soft = recorded(LINK * (2 * np.pi * 12.0) ** 2, 0.0, 0.02)
     worn = recorded(LINK * (2 * np.pi * 60.0) ** 2, 3e-3, 0.02)
@@ -112,7 +112,7 @@ def test_elasticity_and_play_are_told_apart():
             assert gap.shape["gap"] == pytest.approx(3e-3, rel=0.25)
 
 
-def test_the_stiffness_says_how_large_the_effect_is():
+def test_the_stiffness_states_how_large_the_effect_is():
     model, driven, torque = recorded(LINK * (2 * np.pi * 12.0) ** 2, 0.0, 0.02)
     near = next(one for one in joint_elasticity.gears(model) if one.shape["resonance"] > 11.0)
     right = near.reshaped({"resonance": 12.0, "damping_ratio": 0.01})

@@ -56,7 +56,7 @@ def test_columns_are_what_gravity_adds_along_each_axis():
     assert np.max(np.abs(columns[:, :, 1])) < 1e-9
 
 
-def test_a_base_that_leans_is_told_with_its_angle():
+def test_a_base_that_leans_is_reported_with_its_angle():
     stated = nominal_model()
     found = searched(runs_of(leaning(stated, 0.03, 0.0), stated))
     # All joints of this arm turn about one direction: the first one's zero leans it as well.
@@ -85,7 +85,7 @@ def test_an_arm_that_is_mounted_otherwise_is_found_with_the_direction_of_gravity
     turned = as_found(found.evidence, found.findings).model.robot.gravity
     # Nothing along y is seen by joints that turn about it.
     np.testing.assert_allclose(turned[[0, 2]], field[[0, 2]], atol=0.2)
-    said = sentence(one, stated.robot.joints)
-    assert said.startswith("The base is not level: it leans by ")
-    assert "gravity points along" in said
-    assert "gravity has" not in said
+    text = sentence(one, stated.robot.joints)
+    assert text.startswith("The base is not level: it leans by ")
+    assert "gravity points along" in text
+    assert "gravity has" not in text

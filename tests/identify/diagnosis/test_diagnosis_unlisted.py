@@ -58,9 +58,9 @@ def test_another_joint_is_read_on_one_joint_only():
 
 def test_friction_by_another_joints_place_turns_with_its_own_speed():
     run = driven()
-    rubbing = one("neighbour_friction", other_joint=2.0)
-    assert rubbing.joints == (0,)
-    torque = rubbing.columns(run)[:, 0] @ np.array([0.6, 0.8])
+    with_friction = one("neighbour_friction", other_joint=2.0)
+    assert with_friction.joints == (0,)
+    torque = with_friction.columns(run)[:, 0] @ np.array([0.6, 0.8])
     fast = np.abs(run.motion.velocity[:, 0]) > 0.02
     turned = torque * np.sign(run.motion.velocity[:, 0])
     expected = 0.6 * np.cos(run.motion.position[:, 1]) + 0.8 * np.sin(run.motion.position[:, 1])

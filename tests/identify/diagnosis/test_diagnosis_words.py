@@ -1,4 +1,4 @@
-"""What a diagnosis says, in words, tables and answers."""
+"""A diagnosis in words, tables and answers."""
 
 import json
 from dataclasses import replace
@@ -10,7 +10,7 @@ import pytest
 from exidyn.identify.diagnosis import Alternative, Diagnosis, Finding, Improvement, Quantity, Remainder
 from exidyn.identify.diagnosis.candidates import KINDS, hypotheses
 from exidyn.identify.diagnosis.findings.finding import Budget, Change, Moment, Share
-from exidyn.identify.diagnosis.findings.quantities import with_interval
+from exidyn.identify.diagnosis.findings.quantities import Formatted, with_interval
 from exidyn.identify.diagnosis.questions.candidate import Candidate
 from exidyn.identify.diagnosis.results.budget import NOISE as NOISE_SHARE
 from exidyn.identify.diagnosis.results.budget import OTHER
@@ -74,7 +74,7 @@ def sliding(one: Diagnosis) -> Diagnosis:
     return replace(one, evidence=SimpleNamespace(model=SimpleNamespace(robot=robot), noise=NOISE, traces=()))
 
 
-def test_a_finding_is_said_with_number_unit_joint_and_what_was_gained():
+def test_a_finding_is_reported_with_number_unit_joint_and_what_was_gained():
     first, second, *_ = verdict(diagnosis(finding()))
     assert first == (
         "Joint 3 has load-dependent friction: Coulomb friction grows by 0.120 ± 0.012 N m per N m that the "
@@ -95,7 +95,7 @@ def test_every_word_of_the_vocabulary_has_a_sentence_and_a_picture():
         assert set(kind.mistaken_for) <= set(VOCABULARY)
 
 
-def test_what_the_vocabulary_has_no_name_for_is_told_to_people_and_unexplained_in_an_answer():
+def test_what_the_vocabulary_has_no_name_for_is_reported_to_people_and_unexplained_in_an_answer():
     one = diagnosis(finding("current_crosstalk"), finding())
     given = answer(one)
     assert [named["effect"] for named in given["findings"]] == ["load_dependent_friction"]
@@ -105,7 +105,7 @@ def test_what_the_vocabulary_has_no_name_for_is_told_to_people_and_unexplained_i
 
 
 @pytest.mark.parametrize("effect", KINDS)
-def test_what_the_search_asks_about_can_be_said(effect):
+def test_what_the_search_asks_about_can_be_put_in_words(effect):
     model = two_joints.model()
     for candidate in [*hypotheses(effect, model)][:3]:
         values = {
@@ -114,20 +114,20 @@ def test_what_the_search_asks_about_can_be_said(effect):
         }
         shape = {name: Quantity(value, np.nan, "1") for name, value in candidate.shape.items()}
         one = finding(effect, candidate.joints, parameters=values | shape, candidate=candidate)
-        said = sentence(one, model.robot.joints)
-        assert not set("{}[]?") & set(said)
-        assert any(letter.isdigit() for letter in said)
+        text = sentence(one, model.robot.joints)
+        assert not set("{}[]?") & set(text)
+        assert any(letter.isdigit() for letter in text)
         # What is fitted of a balancer has the lever in it, which is not known.
         if effect != "spring_balancer":
-            assert said != sentence(replace(one, parameters={}), model.robot.joints)
+            assert text != sentence(replace(one, parameters={}), model.robot.joints)
 
 
-def test_a_name_that_nobody_knows_is_still_said():
+def test_a_name_that_is_not_known_is_still_reported():
     assert sentence(finding("gear_song", parameters={}), JOINTS) == "Joint 3: gear song"
 
 
 @pytest.mark.parametrize(
-    ("value", "std", "said"),
+    ("value", "std", "message"),
     [
         (0.11679, 0.0004, "0.1168 ± 0.0008"),
         (45.3, 6.0, "45 ± 12"),
@@ -137,8 +137,8 @@ def test_a_name_that_nobody_knows_is_still_said():
         (123456.0, 1e-3, "123500 ± 100"),
     ],
 )
-def test_numbers_have_the_digits_of_their_interval(value, std, said):
-    assert with_interval(value, std) == said
+def test_numbers_have_the_digits_of_their_interval(value, std, message):
+    assert with_interval(value, std) == message
 
 
 def test_numbers_change_unit_sign_and_word():
@@ -148,7 +148,7 @@ def test_numbers_change_unit_sign_and_word():
     assert f"{Formatted(0.1, np.nan, '1'):%}" == "10 %"
 
 
-def test_a_body_of_unknown_mass_is_said_by_its_moments():
+def test_a_body_of_unknown_mass_is_reported_by_its_moments():
     numbers = {name: Quantity(value, 0.01, "kg m") for name, value in (("MX", 0.4), ("MY", 0.0), ("MZ", 1.2))}
     light = numbers | {"M": Quantity(1.0, 5.0, "kg")}
     heavy = numbers | {"M": Quantity(4.0, 0.1, "kg")}
@@ -158,12 +158,12 @@ def test_a_body_of_unknown_mass_is_said_by_its_moments():
     assert "centre of mass at (100, 0, 300) mm" in sentence(finding("payload", (), parameters=heavy), JOINTS)
 
 
-def test_joints_are_numbers_with_names_where_those_say_more():
+def test_joints_are_numbers_with_names_where_those_state_more():
     assert sentence(finding(), ("a1", "a2", "elbow")).startswith("Joint 3 (elbow) has")
     assert sentence(finding(), ("a1", "a2", "joint_a3")).startswith("Joint 3 has")
 
 
-def test_nothing_is_said_plainly_and_only_where_it_is_true():
+def test_nothing_is_reported_plainly_and_only_where_it_is_true():
     assert verdict(diagnosis())[0].startswith("Nothing is missing. With parameters")
     worse = verdict(diagnosis(after=(1.0, 1.0, 1.8)))[0]
     assert "But it is more than noise; the worst is joint 3 with 1.80 x noise" in worse
@@ -179,13 +179,13 @@ def test_nothing_is_said_plainly_and_only_where_it_is_true():
     ],
     ids=["undecided", "remainder", "moment"],
 )
-def test_nothing_is_not_said_where_something_is(there):
-    said = " ".join(verdict(diagnosis(**there)))
-    assert "othing is missing" not in said
-    assert "Nothing was found" not in said
+def test_nothing_is_not_reported_where_something_is(there):
+    text = " ".join(verdict(diagnosis(**there)))
+    assert "othing is missing" not in text
+    assert "Nothing was found" not in text
 
 
-def test_multiples_of_noise_are_said_only_where_it_was_measured():
+def test_multiples_of_noise_are_reported_only_where_it_was_measured():
     guessed = diagnosis(finding(), budget=budget((0.0, 0.0, 0.31), noise=0.0), after=(1.9, 1.0, 1.05))
     page = summary(guessed)
     assert "x noise" not in page
@@ -282,7 +282,7 @@ def test_candidates_are_listed_with_what_each_alone_would_change():
 
 
 @pytest.mark.parametrize(
-    ("effect", "parameters", "said"),
+    ("effect", "parameters", "message"),
     [
         (
             "friction_asymmetry",
@@ -297,24 +297,24 @@ def test_candidates_are_listed_with_what_each_alone_would_change():
         ("load_dependent_friction", {"mu3": "1"}, "0.120 ± 0.012 N per N that"),
     ],
 )
-def test_joints_that_slide_have_units_of_their_own(effect, parameters, said):
+def test_joints_that_slide_have_units_of_their_own(effect, parameters, message):
     numbers = {name: Quantity(0.12, 0.006, unit) for name, unit in parameters.items()}
     one = finding(effect, parameters=numbers)
     page = " ".join(summary(sliding(diagnosis(one))).split())
-    assert said in page
+    assert message in page
     assert "-> 0.21 N (2.7" in page
     assert "2 N that the model misses" in page
     units = [
         quantity["unit"] for quantity in plain(sliding(diagnosis(one)))["findings"][0]["parameters"].values()
     ]
     assert not any("N m" in unit or "rad" in unit for unit in units)
-    assert said not in " ".join(summary(diagnosis(one)).split())
+    assert message not in " ".join(summary(diagnosis(one)).split())
 
 
-def test_what_has_no_name_is_said_with_where_it_shows():
+def test_what_has_no_name_is_reported_with_where_it_shows():
     left = (Remainder(1, 2.14, 0.999, "position and velocity"),)
-    said = verdict(diagnosis(remainders=left))[0]
-    assert said == (
+    text = verdict(diagnosis(remainders=left))[0]
+    assert text == (
         "Something is missing, and it is none of the effects that exidyn knows: joint 2 keeps 1 N m (2.00 x "
         "its noise), and what is left goes with position and velocity."
     )
@@ -339,10 +339,10 @@ def test_small_and_unconfirmed_findings_are_called_so():
     assert "It is small" not in verdict(diagnosis(finding()))[1]
 
 
-def test_doubts_come_last_as_sentences_and_what_is_left_before_them():
-    said = verdict(diagnosis(finding(), after=(1.6, 1.0, 1.0), warnings=("no run carries a known payload",)))
-    assert said[-1] == "No run carries a known payload."
-    assert said[-2].startswith("More than noise is left on joint 1 (1.60 x noise)")
+def test_warnings_come_last_as_sentences_and_what_is_left_before_them():
+    text = verdict(diagnosis(finding(), after=(1.6, 1.0, 1.0), warnings=("no run carries a known payload",)))
+    assert text[-1] == "No run carries a known payload."
+    assert text[-2].startswith("More than noise is left on joint 1 (1.60 x noise)")
 
 
 def test_the_page_of_text_has_findings_intervals_and_ratios():

@@ -157,7 +157,7 @@ def test_refitting_finds_the_spring_and_explains_what_was_held_out():
     assert fit.validation[0].over_noise[1] < 2.0
 
 
-def test_late_currents_are_moved_back_and_the_fit_says_so():
+def test_late_currents_are_moved_back_and_the_fit_reports_it():
     [candidate, *_] = hypotheses("time_delay", nominal_model())
     delay = found(candidate, 0.004)
     [whole, *_] = recordings()

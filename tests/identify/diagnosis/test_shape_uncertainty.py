@@ -51,7 +51,7 @@ def noise(seed):
     return NOISE * np.random.default_rng(seed).normal(size=COUNT)
 
 
-def test_a_shape_that_was_chosen_leaves_the_doubt_of_a_fit_that_varies_it():
+def test_a_shape_that_was_chosen_leaves_the_uncertainty_of_a_fit_that_varies_it():
     torque = 2.0 * np.exp(-SPEED / 0.3) + noise(1)
     values, covariance = optimize.curve_fit(
         lambda x, height, speed: height * np.exp(-x / speed), SPEED, torque, (2.0, 0.3)
@@ -66,7 +66,7 @@ def test_a_shape_that_was_chosen_leaves_the_doubt_of_a_fit_that_varies_it():
     assert coefficients[0] > 1.3 * fixed
 
 
-def test_without_a_shape_the_doubt_is_that_of_a_straight_fit():
+def test_without_a_shape_the_uncertainty_is_that_of_a_straight_fit():
     plain = Candidate(
         "viscous_friction", (0,), lambda run: SPEED[:, None, None], ("Fs",), ("N m s/rad",), (0.0,)
     )

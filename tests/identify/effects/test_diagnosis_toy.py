@@ -48,7 +48,7 @@ class Shaped(QuadraticViscousFriction):
 
 @dataclass(frozen=True, kw_only=True)
 class Needy(QuadraticViscousFriction):
-    """Of which nobody can ask without a number."""
+    """Needs a number to be asked for."""
 
     width: float = shape(None, "rad/s", 0.1, 2.0)
 
@@ -136,7 +136,7 @@ def test_an_effect_of_an_installed_package_is_in_robot_files_and_in_the_diagnosi
 
 
 @pytest.mark.parametrize(
-    ("entry", "text", "said"),
+    ("entry", "text", "message"),
     [
         ("churning = grease_physics:Churning", "import nothing_of_that_name", "No module named"),
         (
@@ -149,13 +149,13 @@ def test_an_effect_of_an_installed_package_is_in_robot_files_and_in_the_diagnosi
         ("payload = grease_physics:Churning", MODULE, "the name is taken"),
     ],
 )
-def test_an_effect_that_cannot_be_used_is_one_line_that_names_its_package(install, entry, text, said):
+def test_an_effect_that_cannot_be_used_is_one_line_that_names_its_package(install, entry, text, message):
     module = f"grease_physics_{abs(hash((entry, text)))}"  # a module is imported once
     install(entry.replace("grease_physics", module), text, module)
     with pytest.raises(EffectError) as error:
         [*candidates(nominal_model())]
     line = str(error.value)
-    assert said in line
+    assert message in line
     assert "package grease-physics" in line
     assert entry.split(" = ")[0] in line
     assert "\n" not in line

@@ -72,7 +72,7 @@ class TestEveryEffect:
         units = [parameter.unit for parameter in effect.parameters(robot)]
         assert {*units, *(shape.unit for shape in effect.shapes().values())} <= UNITS
 
-    def test_believes_only_its_own_parameters(self, key, robot):
+    def test_has_priors_of_only_its_own_parameters(self, key, robot):
         effect = default(key)
         names = {parameter.name for parameter in effect.parameters(robot)}
         assert set(effect.priors(robot)) <= names
@@ -96,7 +96,7 @@ class TestEveryEffect:
         for derivative in derivatives.values():
             assert derivative.shape == effect.regressor(robot, motion).shape
 
-    def test_says_whether_it_needs_the_load(self, key, robot):
+    def test_states_whether_it_needs_the_load(self, key, robot):
         effect, motion = default(key), known_run(robot)
         other = replace(motion, load=2.0 * motion.load + 1.0)
         changes = np.any(effect.regressor(robot, motion) != effect.regressor(robot, other))
@@ -104,7 +104,7 @@ class TestEveryEffect:
         # The load is the sum of the transmitted torques: one that needed it would need itself.
         assert not (effect.needs_load and effect.transmitted)
 
-    def test_says_whether_acceleration_changes_its_torque(self, key, robot):
+    def test_states_whether_acceleration_changes_its_torque(self, key, robot):
         effect, motion = default(key), known_run(robot)
         other = replace(motion, acceleration=2.0 * motion.acceleration + 1.0)
         changes = any(

@@ -58,7 +58,7 @@ def test_a_name_stands_for_one_parameter(robot):
         Model(robot, (CoulombFriction(("joint1", "joint2")), CoulombFriction(("joint2",))))
 
 
-def test_what_is_stated_beats_what_the_robot_says(robot):
+def test_what_is_stated_beats_what_the_robot_states(robot):
     plain = Model(robot, (RigidBody(), ViscousFriction()))
     stated = Model(robot, plain.effects, {"M2": Prior(9.0, 0.5), "Fv6": Prior(4.0)})
     at = {name: index for index, name in enumerate(plain.names)}
@@ -77,7 +77,7 @@ def test_inertias_point_at_bodies_wherever_they_stand(robot):
     assert [bodies[9] for bodies in names] == [*(f"M{link}" for link in range(1, 7)), "MB"]
 
 
-def test_load_is_what_the_gears_transmit_with_the_believed_values(robot):
+def test_load_is_what_the_gears_transmit_with_the_nominal_values(robot):
     motion = random_motion(robot, payload="A")
     stated = {"Fv1": Prior(50.0), "Ia2": Prior(8.0), "mu3": Prior(0.1)}
     model = Model(

@@ -1,4 +1,4 @@
-"""Exported models, loaded by the programs they are for, need the same torque; what they lack is said."""
+"""Exported models, loaded by the programs they are for, need the same torque; what they lack is reported."""
 
 import json
 from dataclasses import replace
@@ -45,7 +45,7 @@ SLOWEST = 0.1
 
 
 def values_of(model):
-    """Values that an arm could have: what `drawn` says, and bodies that can exist."""
+    """Values that an arm could have: those of `drawn`, and bodies that can exist."""
     values = drawn(model)
     for body in model.inertias:
         values[body] = possible(values[body], 10.0)
@@ -142,13 +142,13 @@ def test_dry_friction_in_mujoco_turns_over_the_same_velocity():
     np.testing.assert_allclose((with_it - bare)[0], 0.1 * friction, rtol=1e-3)
 
 
-def test_pinocchio_needs_the_torque_of_what_urdf_says(robot):
+def test_pinocchio_needs_the_torque_of_what_urdf_states(robot):
     model = Model(robot, (RigidBody(), ViscousFriction(), CoulombFriction()))
     model = known(model, values_of(model))
     motion = sliding_motion(robot)
     text, missing = (what(Portable.of(model)) for what in (FORMATS["urdf"].text, FORMATS["urdf"].leaves_out))
     if any("gravity" in sentence for sentence in missing):
-        # told, and so to be set by whoever loads it
+        # reported, and so to be set by whoever loads it
         upright = robot.kinematics.copy()
         upright.gravity.linear = np.array([0.0, 0.0, -9.81])
         model = replace(model, robot=replace(robot, kinematics=upright))
@@ -157,7 +157,7 @@ def test_pinocchio_needs_the_torque_of_what_urdf_says(robot):
 
 
 @pytest.mark.parametrize("key", EFFECTS)
-def test_what_mujoco_does_not_reproduce_is_said(key):
+def test_what_mujoco_does_not_reproduce_is_reported(key):
     robot = six_axis()
     more = () if key in ("link_inertia", "rotor_inertia") else (default(key),)
     model = Model(robot, (RigidBody(), RotorInertia(), *more))
@@ -166,19 +166,19 @@ def test_what_mujoco_does_not_reproduce_is_said(key):
     motion = replace(model.loaded(sliding_motion(robot)), payload="L" if key == "payload" else "")
     expected = torque_of(model, motion)
     wrong = np.abs(in_mujoco(form.text(portable), motion) - expected).max() / np.abs(expected).max()
-    told = [sentence for sentence in form.leaves_out(portable) if sentence.startswith(key)]
-    assert (wrong > 1e-5) == bool(told), wrong
-    assert all("up to" in sentence for sentence in told)
+    reported = [sentence for sentence in form.leaves_out(portable) if sentence.startswith(key)]
+    assert (wrong > 1e-5) == bool(reported), wrong
+    assert all("up to" in sentence for sentence in reported)
 
 
-def test_a_spring_that_stiffens_is_left_out_and_said():
+def test_a_spring_that_stiffens_is_left_out_and_reported():
     model = full(six_axis(), JointSpring(("joint2",), stiffening=True))
     portable = Portable.of(model)
     assert not np.any(portable.joints.stiffness)
     assert any(line.startswith("joint_spring: up to") for line in left_out(portable, ()))
 
 
-def test_urdf_says_what_it_lacks():
+def test_urdf_reports_what_it_lacks():
     missing = "\n".join(FORMATS["urdf"].leaves_out(Portable.of(full(six_axis(), StribeckFriction()))))
     for words in (
         "rotor_inertia: joint1",
@@ -246,7 +246,7 @@ def test_a_payload_becomes_part_of_the_last_link(form):
         Portable.of(model, "gripper")
 
 
-def test_bodies_that_cannot_be_are_moved_and_said():
+def test_bodies_that_cannot_be_are_moved_and_reported():
     model = Model(six_axis(), (RigidBody(), RotorInertia()))
     values = values_of(model)
     values[0:10], values[10:16] = 0.0, -1.0
@@ -285,7 +285,7 @@ def test_an_identified_model_predicts_what_the_fit_does():
     estimate = replace(fit().estimate, values=base[[fit().structure.names.index(n) for n in kept_names()]])
     ours, theirs = fit().agree(run), agreement(run, estimate, *parts(run))
     change = np.sqrt(np.mean((ours.predicted - theirs.predicted) ** 2, axis=0))
-    assert np.all(change < 0.2 * ours.noise)  # far below what the run itself could tell
+    assert np.all(change < 0.2 * ours.noise)  # far below what the run itself could show
     bodies = found.nominal_values[:20].reshape(2, 10)
     assert all(np.linalg.eigvalsh(pseudo_inertia(body))[0] > 0 for body in bodies)
 
@@ -301,7 +301,7 @@ def parts(run):
     return decimated_regressor(fit().model, fit().base, run, run.motion)
 
 
-def test_an_identified_model_believes_what_was_found():
+def test_an_identified_model_has_what_was_found_as_nominal():
     found, was = identified(fit()), fit()
     np.testing.assert_array_equal(found.robot.drive_gain, was.estimate.gain)
     assert found.stated["Fv1"].value == pytest.approx(was.value("Fv1"), rel=1e-3)

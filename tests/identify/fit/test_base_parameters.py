@@ -206,7 +206,7 @@ def test_two_rails_carry_everything():
 
 
 @pytest.mark.parametrize("payloads", [("",), ("", "L"), ("L",)])
-def test_payload_is_told_apart_only_by_runs_with_and_without(payloads):
+def test_payload_is_distinguished_only_by_runs_with_and_without(payloads):
     robot = tilted()
     model = Model(robot, (RigidBody(), Payload("L", known_parameters(5.0))))
     names = base_parameters(model, payloads).names

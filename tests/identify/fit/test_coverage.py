@@ -1,4 +1,4 @@
-"""Do intervals hold the truth as often as they say? Two hundred draws of coloured noise, same motion."""
+"""Do intervals hold the truth as often as stated? Two hundred draws of coloured noise, same motion."""
 
 from dataclasses import replace
 
@@ -54,7 +54,7 @@ def test_intervals_hold_the_truth(estimator):
     share = held(np.array(errors), np.array(deviations))
     assert abs(share - 0.95) < tolerance(len(truth)) + 0.005, share  # half a per cent: the noise is estimated
     assert held(np.array(errors), np.array(naive)) < 0.85
-    # the deviations are those of the scatter, one parameter at a time: 200 draws tell it to 5 %
+    # the deviations are those of the scatter, one parameter at a time: 200 draws give it to 5 %
     np.testing.assert_allclose(np.mean(deviations, axis=0), np.std(errors, axis=0), rtol=0.2)
 
 
@@ -86,8 +86,8 @@ def test_gains_and_values_together():
     assert np.all(np.abs(np.mean(errors, axis=0)) < 4 * np.std(errors, axis=0) / np.sqrt(DRAWS))
 
 
-def test_beliefs_and_data_together():
-    """The truth scatters as believed, too; noise so large that prior and data count alike."""
+def test_priors_and_data_together():
+    """The truth scatters as its prior, too; noise so large that prior and data count alike."""
     exact, truth = equations(rows=400)
     random = np.random.default_rng(7)
     tolerance_each = np.maximum(0.1 * np.abs(exact.nominal), 0.02)

@@ -29,7 +29,7 @@ def test_many_that_are_each_below_but_not_together_stay():
     assert len(found) == np.flatnonzero(squares > limits)[0] == 4
 
 
-def test_two_that_cannot_be_told_apart_are_not_both_dropped():
+def test_two_that_cannot_be_distinguished_are_not_both_dropped():
     """Their sum is known well: once one is zero, the other is all of it."""
     apart, together = np.array([1.0, -1.0]), np.array([1.0, 1.0])
     covariance = 100.0 * np.outer(apart, apart) + 0.01 * np.outer(together, together)

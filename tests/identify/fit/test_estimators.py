@@ -38,7 +38,7 @@ def exact():
 
 @pytest.fixture(scope="module")
 def system(exact):
-    """Noisy, some rows sticking, gains believed 10 % wrong."""
+    """Noisy, some rows sticking, nominal gains 10 % wrong."""
     noisy = white(exact[0], NOISE)
     weight = np.where(np.random.default_rng(3).uniform(size=noisy.weight.shape) < 0.1, 0.0, 1.0)
     return replace(noisy, weight=weight)
@@ -68,7 +68,7 @@ def test_without_noise_the_truth_comes_out(name, exact):
 
 
 @pytest.mark.parametrize("name", ESTIMATORS)
-def test_estimates_are_near_the_truth_as_they_say_and_finite(name, exact, system):
+def test_estimates_are_near_the_truth_as_they_state_and_finite(name, exact, system):
     estimate = ESTIMATORS[name](system)
     assert estimate.covariance.shape == (len(exact[1]) + 2,) * 2
     np.testing.assert_allclose(estimate.covariance, estimate.covariance.T, rtol=1e-6, atol=1e-12)
@@ -155,7 +155,7 @@ def test_sandwich_is_the_sum_over_lags_of_the_known_colour():
     left = residual(system, truth, GAIN)
     found = np.sqrt(np.diag(sandwich(system.regressor, left, system)))
     expected = np.sqrt(np.diag(brute_force_sandwich(system.regressor, left, system)))
-    np.testing.assert_allclose(found, expected, rtol=0.15)  # six thousand rows tell the colour to some 10 %
+    np.testing.assert_allclose(found, expected, rtol=0.15)  # six thousand rows give the colour to some 10 %
     rows = (system.regressor * system.weight[:, :, None] / np.std(left, axis=0)[:, None]).reshape(
         -1, len(truth)
     )
@@ -163,7 +163,7 @@ def test_sandwich_is_the_sum_over_lags_of_the_known_colour():
 
 
 def test_each_run_counts_with_its_own_noise():
-    """The second run, which alone tells the payload, is four times as noisy as the first."""
+    """The second run, which alone shows the payload, is four times as noisy as the first."""
     system, truth = equations(rows=6000, payload=True)
     spread = np.ones((6000, 1))
     spread[system.runs[1]] = 4.0
@@ -204,7 +204,7 @@ def test_ordinary_covariance_when_joints_differ_in_noise(exact):
     sigma = (NOISE * [1.0, 20.0] * np.abs(GAIN))[joint]
     bread = np.linalg.inv(rows.T @ rows)
     expected = np.sqrt(np.diag(bread @ (rows.T * sigma**2) @ rows @ bread))
-    # six hundred rows tell the noise's density at zero frequency, which offsets see, to some 30 %
+    # six hundred rows give the noise's density at zero frequency, which offsets see, to some 30 %
     np.testing.assert_allclose(ordinary(system).std, expected, rtol=0.35)
     assert np.max(expected / weighted(system).std) > 2
 
@@ -416,13 +416,13 @@ def test_joining_certain_and_uncertain_keeps_the_certain(data, prior):
     assert covariance[0, 0] == pytest.approx(data * prior / (data + prior), rel=1e-9)
 
 
-def test_no_belief_changes_nothing(system):
+def test_no_prior_changes_nothing(system):
     free, data = bayesian(system), weighted(system)
     np.testing.assert_allclose(free.values, data.values, atol=1e-3 * data.std.min())
     np.testing.assert_allclose(free.std, data.std, rtol=1e-3)
 
 
-def test_loose_tolerance_is_far_above_what_data_say(system):
+def test_loose_tolerance_is_far_above_what_data_state(system):
     loose = finite_tolerance(system)[system.base.kept]
     assert np.all(loose > 100 * weighted(system).std)
     assert np.all(np.isfinite(finite_tolerance(system)))
@@ -454,7 +454,7 @@ def test_consistent_is_bayesian_where_that_is_consistent(exact):
     np.testing.assert_allclose(estimate.values, free.values, rtol=1e-6, atol=1e-6 * free.std.min())
 
 
-def test_consistent_is_weighted_without_beliefs_where_that_is_consistent(exact):
+def test_consistent_is_weighted_without_priors_where_that_is_consistent(exact):
     system = white(exact[0], 0.1 * NOISE)
     free, estimate = weighted(system), consistent(system)
     np.testing.assert_allclose(estimate.values, free.values, atol=1e-3 * free.std.min())
@@ -562,12 +562,12 @@ def test_a_joint_that_sticks_is_named(system):
         weighted(replace(system, weight=weight))
 
 
-def test_columns_that_are_not_told_apart_are_named():
+def test_columns_that_are_not_distinguished_are_named():
     rows = np.random.default_rng(0).normal(size=(30, 3))
     with pytest.raises(NotExcited, match="does not reveal b"):
         solve(rows * [1.0, 0.0, 1.0], rows[:, 0], ["a", "b", "c"])
     rows[:, 2] = rows[:, 0] - 2 * rows[:, 1]
-    with pytest.raises(NotExcited, match="does not tell c"):
+    with pytest.raises(NotExcited, match="does not distinguish c"):
         solve(rows, rows[:, 0], ["a", "b", "c"])
 
 

@@ -1,4 +1,4 @@
-"""Motions that are too poor are named, and what they cannot tell is not forced to zero."""
+"""Motions that are too poor are named, and what they cannot show is not forced to zero."""
 
 from dataclasses import replace
 
@@ -34,7 +34,7 @@ def test_a_joint_that_hardly_moves_in_any_run_is_named():
 
 
 @pytest.mark.parametrize("condition", [1.01 * WORST, np.inf, np.nan])
-def test_a_poor_condition_number_is_doubted(condition):
+def test_a_poor_condition_number_gives_a_warning(condition):
     [warning] = excitation_warnings(("a", "b"), [moved([1.0, 1.0])], condition)
     assert warning.startswith("the motion is poor: condition number")
     assert excitation_warnings(("a", "b"), [moved([1.0, 1.0])], 0.99 * WORST) == ()
@@ -60,14 +60,14 @@ def test_arithmetic_that_does_not_is_left_alone():
     np.testing.assert_allclose(solvable(weighted)(equations).values, values, rtol=1e-6, atol=1e-6)
 
 
-def test_what_is_believed_to_be_far_from_zero_is_not_dropped():
+def test_what_is_far_from_zero_by_its_prior_is_not_dropped():
     estimate = Estimate("test", np.array([0.5, 1.0, 50.0]), np.ones(1), np.diag([1.0, 1, 1, 0]), np.ones(1))
     assert unsupported(estimate) == [0, 1]
     assert unsupported(estimate, held=[0]) == [1]
     assert unsupported(estimate, held=[0, 1, 2]) == []
 
 
-def test_beliefs_two_deviations_from_zero_count_as_far():
+def test_priors_two_deviations_from_zero_count_as_far():
     stated = {"Fv1": Prior(2.1, 1.0), "Fv2": Prior(1.9, 1.0), "Fc1": Prior(-2.1, 1.0), "Fc2": Prior(9.0)}
     model = replace(two_joints.model(), stated=stated)
     base = base_parameters(model)

@@ -1,4 +1,4 @@
-"""What a fit must not claim: units that nobody stated, values that cannot be, runs that say nothing."""
+"""What a fit must not claim: unstated units, impossible values, runs that prove nothing."""
 
 import json
 from dataclasses import replace
@@ -28,7 +28,7 @@ SCALE = "currents were recorded and no drive gain is known: every value is per N
 
 
 def silent(recording: Recording) -> Recording:
-    """The recording, of a robot whose description says nothing of its drives."""
+    """The recording, of a robot whose description contains no drives."""
     return replace(recording, model=two_joints.model(gain=np.ones(2)))
 
 
@@ -39,7 +39,7 @@ def amperes() -> Fit:
 
 @cache
 def found() -> Fit:
-    """Gains that nobody stated, found with a known payload."""
+    """Unstated gains, found with a known payload."""
     return identify([silent(run("empty")), silent(loaded(KnownPayload("L", two_joints.MASS)))])
 
 
@@ -76,7 +76,7 @@ def test_torque_is_still_torque():
     assert "residual N m" in summary(torque)
 
 
-def test_gains_that_nobody_stated_are_not_compared_with_one():
+def test_gains_not_given_are_not_compared_with_one():
     np.testing.assert_allclose(found().estimate.gain, two_joints.GAIN, rtol=0.01)
     assert not any(SCALE in line for line in verdict(found()))
     gains = summary(found()).partition("Drive gains")[2].partition("Parameters")[0]
@@ -116,7 +116,7 @@ def test_noise_explained_by_noise_is_no_explanation():
     assert "Not distinguished from noise on shoulder (1.0 x noise): the motion moves it too little" in first
 
 
-def test_one_run_that_tells_a_joint_from_noise_is_enough():
+def test_one_run_that_distinguishes_a_joint_from_noise_is_enough():
     both = (*with_agreement(0.51).validation, *with_agreement(0.2).validation)
     assert [v.words for v in joint_verdicts(replace(fit(), validation=both))] == [
         "residual at the noise floor"
@@ -148,7 +148,7 @@ def test_the_same_recording_is_known_by_its_content():
     [twice] = repeated_runs([a, b, replace(a, name="copy")], [])
     assert twice.startswith("a and copy are the same recording, used twice")
     [held_out] = repeated_runs([a], [b, replace(a, name="copy")])
-    assert held_out == "copy: validated on a run that was also used (as a): says nothing"
+    assert held_out == "copy: validated on a run that was also used (as a): proves nothing"
     assert "validated on twice" in repeated_runs([a], [b, replace(b, name="copy")])[0]
     assert repeated_runs([a], [b]) == ()
     current = a.signals["current"]
@@ -156,9 +156,9 @@ def test_the_same_recording_is_known_by_its_content():
     assert repeated_runs([a, heavier], []) == ()
 
 
-def test_a_flattering_validation_is_a_doubt_of_the_fit():
+def test_a_flattering_validation_is_a_warning_of_the_fit():
     recording = run("empty")
-    assert any("says nothing" in d for d in identify([recording], [replace(recording, name="x")]).warnings)
+    assert any("proves nothing" in d for d in identify([recording], [replace(recording, name="x")]).warnings)
 
 
 def renamed(recording: Recording) -> Recording:
@@ -175,21 +175,21 @@ def test_a_robot_with_other_joints_is_refused_with_both_lists():
 
 
 @pytest.mark.parametrize(
-    ("ratio", "doubted"), [(1.01 * FACTOR, 1), (0.99 / FACTOR, 1), (-1.0, 1), (0.99 * FACTOR, 0)]
+    ("ratio", "warned"), [(1.01 * FACTOR, 1), (0.99 / FACTOR, 1), (-1.0, 1), (0.99 * FACTOR, 0)]
 )
-def test_gains_far_from_those_stated_point_to_the_mass(ratio, doubted):
+def test_gains_far_from_those_stated_point_to_the_mass(ratio, warned):
     gain = fit().model.robot.drive_gain * [1.0, ratio]
     warnings = far_gains(replace(fit(), estimate=replace(fit().estimate, gain=gain)))
-    assert len(warnings) == doubted
+    assert len(warnings) == warned
     assert all("elbow" in d and "check --mass (is its unit kg?" in d for d in warnings)
 
 
-@pytest.mark.parametrize(("deviations", "doubted"), [(-2.1, True), (-1.9, False), (5.0, False)])
-def test_a_negative_friction_is_impossible(deviations, doubted):
+@pytest.mark.parametrize(("deviations", "warned"), [(-2.1, True), (-1.9, False), (5.0, False)])
+def test_a_negative_friction_is_impossible(deviations, warned):
     values = np.array(fit().estimate.values)
     values[fit().names.index("Fv2")] = deviations * fit().estimate.std[fit().names.index("Fv2")]
     warnings = impossible_values(replace(fit(), estimate=replace(fit().estimate, values=values)))
-    assert [d.startswith("Fv2 is negative (-0.") for d in warnings] == [True] * doubted
+    assert [d.startswith("Fv2 is negative (-0.") for d in warnings] == [True] * warned
     assert all("try --estimator consistent" in d for d in warnings)
 
 
@@ -215,8 +215,10 @@ def test_the_payload_has_its_centre_of_mass():
 @pytest.mark.parametrize("option", ["position_cutoff", "torque_cutoff"])
 @pytest.mark.parametrize("value", [125.0, 1e4])
 def test_cutoffs_that_no_filter_has_are_refused(option, value):
-    said = rf"--{option.replace('_', '-')} is {value:g} Hz; it must lie below 125 Hz, half the sample rate of"
-    with pytest.raises(RecordingError, match=said):
+    message = (
+        rf"--{option.replace('_', '-')} is {value:g} Hz; it must lie below 125 Hz, half the sample rate of"
+    )
+    with pytest.raises(RecordingError, match=message):
         choose(run("empty"), Filtering(**{option: value}))
     assert choose(run("empty"), Filtering(position_cutoff=124.0)).position_cutoff == 124.0
 

@@ -56,7 +56,7 @@ def within(fit, deviations=4.0):
     return np.abs(fit.estimate.values - truth(fit)) < deviations * fit.estimate.std
 
 
-def test_values_are_the_truth_as_nearly_as_said(fit):
+def test_values_are_the_truth_as_nearly_as_stated(fit):
     assert within(fit).all()
     assert np.median(fit.estimate.std / np.abs(truth(fit))) < 0.02
     assert {"YY1R", "MX1R", "Fv1", "Fc2", "Off1"} <= set(fit.names)
@@ -102,11 +102,11 @@ def test_validation_does_not_enter_the_fit(fit, runs):
     np.testing.assert_array_equal(other.estimate.values, fit.estimate.values)
 
 
-def test_a_payload_that_only_validation_carries_is_doubted(fit, runs):
-    doubtful = identify(runs, validate=[record(7, BODY)])
-    assert any("run 7: carries 'L'" in warning for warning in doubtful.warnings)
+def test_a_payload_that_only_validation_carries_gives_a_warning(fit, runs):
+    unknown_payload = identify(runs, validate=[record(7, BODY)])
+    assert any("run 7: carries 'L'" in warning for warning in unknown_payload.warnings)
     assert not any("carries" in warning for warning in fit.warnings)
-    assert doubtful.validation[0].over_noise.max() > 5
+    assert unknown_payload.validation[0].over_noise.max() > 5
 
 
 def test_value_by_name_with_and_without_the_r(fit):
@@ -127,7 +127,7 @@ def test_condition_is_that_of_the_weighted_scaled_matrix(fit, runs):
     assert fit.rows == int(equations.weight.sum())
 
 
-def test_believed_base_values_and_their_deviation(fit):
+def test_nominal_base_values_and_their_deviation(fit):
     mean, deviation = fit.prior
     inertial = np.array([name[:2] not in ("Fv", "Fc", "Of") for name in fit.names])
     np.testing.assert_allclose(mean[inertial], truth(fit)[inertial], rtol=1e-9)
@@ -185,11 +185,11 @@ def test_jittering_stamps():
         assert fit.value(name) == pytest.approx(even.value(name), rel=0.05, abs=0.05)
 
 
-def test_progress_is_told(runs):
-    said = []
-    identify(runs[:1], progress=said.append)
-    assert len(said) >= 4
-    assert all(said)
+def test_progress_is_reported(runs):
+    text = []
+    identify(runs[:1], progress=text.append)
+    assert len(text) >= 4
+    assert all(text)
 
 
 def test_chosen_estimator_and_filters_are_kept(runs):

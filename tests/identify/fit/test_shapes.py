@@ -42,12 +42,12 @@ def run() -> Prepared:
 
 def test_each_joint_gets_its_own_presliding(run):
     others = tuple(effect for effect in model().effects if not isinstance(effect, CoulombFriction))
-    said = []
-    fitted = fit_shapes(replace(model(), effects=(*others, Hysteresis())), [run], ["hysteresis"], said.append)
+    text = []
+    fitted = fit_shapes(replace(model(), effects=(*others, Hysteresis())), [run], ["hysteresis"], text.append)
     found = [effect.presliding for effect in fitted.effects if isinstance(effect, Hysteresis)]
     np.testing.assert_allclose(found, PRESLIDING, rtol=0.2)
-    assert len(said) == 2
-    assert "elbow" in said[1]
+    assert len(text) == 2
+    assert "elbow" in text[1]
 
 
 @pytest.mark.parametrize("name", ["hysteresis", "viscous_friction", "nonsense"])
@@ -56,7 +56,7 @@ def test_only_an_effect_of_the_model_with_shapes_can_be_fitted(run, name):
         fit_shapes(model(), [run], [name])
 
 
-def test_shapes_of_coupled_motors_are_told_from_the_motors_torques(run):
+def test_shapes_of_coupled_motors_follow_from_the_motors_torques(run):
     """The elbow's friction is on both motors where the shoulder's also turns with the elbow."""
     coupled = replace(model().robot, coupling=np.array([[1.0, 0.8], [0.0, 1.0]]))
     plant = replace(presliding_model(*PRESLIDING), robot=coupled)

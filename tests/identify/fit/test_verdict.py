@@ -1,4 +1,4 @@
-"""The verdict: what is missing, flattering or surprising is said, and only that."""
+"""The verdict: what is missing, flattering or surprising is reported, and only that."""
 
 from dataclasses import replace
 
@@ -45,14 +45,14 @@ def test_verdict_warns_without_a_run_held_out(fit):
     assert "flatters" not in verdict(fit)[0]
 
 
-def test_verdict_counts_the_gains_and_repeats_doubts(fit):
+def test_verdict_counts_the_gains_and_repeats_warnings(fit):
     lines = verdict(replace(fit, warnings=("the clock jumps",)))
     percent = 100 * fit.estimate.gain_std / np.abs(fit.estimate.gain)
     assert f"{percent.min():.2g} to {percent.max():.2g} %" in lines[1]
     assert lines[-1] == "the clock jumps"
 
 
-def test_surprise_is_a_value_far_from_its_belief(fit):
+def test_surprise_is_a_value_far_from_its_prior(fit):
     deviation = np.full(len(fit.names), np.inf)
     deviation[2] = 1.0
     nominal = np.array(fit.estimate.values)

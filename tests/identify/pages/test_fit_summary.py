@@ -76,7 +76,7 @@ def test_the_page_is_no_wider_than_a_page_and_has_no_trailing_blanks():
         assert all(line == line.rstrip() for line in lines)
 
 
-def test_the_head_says_what_was_done():
+def test_the_head_reports_what_was_done():
     head = summary(fit()).partition("Drive gains")[0]
     for words in (
         "Identified dynamics of two joints",
@@ -92,7 +92,7 @@ def test_the_head_says_what_was_done():
         assert words in head
 
 
-def test_gains_are_printed_with_interval_and_belief():
+def test_gains_are_printed_with_interval_and_prior():
     name, gain, percent, low, high, nominal, off = row(section(summary(fit()), "Drive gains"), "elbow")
     assert float(gain) == pytest.approx(fit().estimate.gain[1], rel=1e-3)
     assert float(high) - float(low) == pytest.approx(2 * 1.96 * fit().estimate.gain_std[1], rel=0.1, abs=2e-3)
@@ -105,7 +105,7 @@ def gain_size(joint: int) -> float:
     return abs(fit().estimate.gain[joint])
 
 
-def test_gains_that_were_not_identified_say_what_they_need():
+def test_gains_that_were_not_identified_state_what_they_need():
     lines = section(summary(plain_fit()), "Drive gains")
     assert "needs motor currents and a run with a known payload" in " ".join(lines)
     assert row(lines, "shoulder")[1] == digits(plain_fit().estimate.gain[0])
@@ -135,7 +135,7 @@ def test_every_kept_parameter_has_a_row_with_its_joint_and_every_dropped_one_is_
     assert all(f"{name} " in dropped for name in fit().dropped)
 
 
-def test_far_from_belief_is_pointed_out():
+def test_far_from_prior_is_pointed_out():
     value, std = fit().estimate.values, fit().estimate.std
     near = replace(fit(), prior=(value + 2.9 * std, 0 * std))
     far = replace(fit(), prior=(value + 3.1 * std, 0 * std))
@@ -195,8 +195,8 @@ def test_joints_of_long_names_fit_into_the_table():
     assert max(map(len, lines)) <= WIDTH
 
 
-def test_doubts_are_printed():
-    assert "- other: the cable touched the base" in summary(fit())
+def test_warnings_are_printed():
+    assert "- other: the cable was caught at the base" in summary(fit())
 
 
 def test_a_fit_that_was_read_has_a_page_too(tmp_path):

@@ -101,7 +101,7 @@ def test_dropped_and_condition_are_shown_as_they_are(fit, tmp_path):
         assert line in page.words
 
 
-def test_worst_pairs_are_correlated_as_said(page, fit):
+def test_worst_pairs_are_correlated_as_stated(page, fit):
     names = [*fit.names, *(f"gain of {joint}" for joint in fit.model.robot.joints)]
     covariance = fit.estimate.covariance
     std = np.sqrt(np.diag(covariance))
@@ -155,7 +155,7 @@ def test_pictures_are_finite_and_inside_their_frames(page):
     assert paths >= joints * runs * 3 + joints * 3
 
 
-def test_fit_without_samples_says_so(fit, tmp_path):
+def test_fit_without_samples_reports_it(fit, tmp_path):
     page = page_of(bare(fit), tmp_path)
     assert "loaded without its samples" in page.words
     assert "torque and residual over time" not in page.words

@@ -99,7 +99,7 @@ def test_ranges_are_never_empty(values):
     assert span.size > 0.0
 
 
-def test_interval_far_from_its_belief_becomes_an_arrow():
+def test_interval_far_from_its_prior_becomes_an_arrow():
     assert "<circle" in interval_bar(1.0, 0.1, 1.2, 0.2)
     assert "<circle" not in interval_bar(9.0, 0.1, 1.2, 0.2)
     assert interval_bar(1.0, 0.1, 0.0, np.inf) == "no nominal value"

@@ -36,7 +36,7 @@ def test_spectrum_of_white_noise_is_its_variance_over_the_band():
     np.testing.assert_allclose(floor, 0.04 / (0.5 * RATE), rtol=0.05)
 
 
-def test_encoder_noise_is_told_under_a_large_motion():
+def test_encoder_noise_is_reported_under_a_large_motion():
     still = sines(0.2, 0.4)
     _, _, floor = spectra(still + noise(1e-6, still), RATE)
     np.testing.assert_allclose(floor, 1e-12 / (0.5 * RATE), rtol=0.1)
@@ -94,7 +94,7 @@ def test_inertia_is_the_mass_matrix():
     np.testing.assert_allclose(nominal_inertia(of, posture), exact, rtol=1e-12)
 
 
-def test_crossing_is_where_encoder_noise_would_drown_the_current():
+def test_crossing_is_where_encoder_noise_would_exceed_the_current():
     moved = sines(0.2, 0.5)
     encoder, current = 1e-5, 0.05
     found = noise_crossing(model(), moved + noise(encoder, moved), noise(current, moved, 1), GAIN, RATE)

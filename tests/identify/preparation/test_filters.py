@@ -36,7 +36,7 @@ def test_derivatives_of_a_polynomial_are_exact_also_near_the_ends():
     np.testing.assert_allclose(acceleration[3:-3], second[3:-3], atol=1e-10)
 
 
-def test_sixth_order_is_as_accurate_at_a_twelfth_of_the_rate_as_said():
+def test_sixth_order_is_as_accurate_at_a_twelfth_of_the_rate_as_stated():
     _, values, first, second = wave(RATE / 12)
     velocity, acceleration = differentiate(values, RATE)
     short = 1 - np.linalg.norm(velocity[3:-3]) / np.linalg.norm(first[3:-3])

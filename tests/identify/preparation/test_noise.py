@@ -111,7 +111,7 @@ def test_rest_before_the_motion_is_preferred_to_the_creep_after():
     np.testing.assert_allclose(noise_at_rest(disturbed, first | (rows > 2500), decimation), alone, rtol=1e-12)
 
 
-def test_no_rest_says_nothing():
+def test_no_rest_shows_nothing():
     decimation = Decimation.at(500.0, 20.0)
     still = np.zeros(4000, bool)
     assert np.isnan(noise_at_rest(np.ones((4000, 2)), still, decimation)).all()
@@ -119,7 +119,7 @@ def test_no_rest_says_nothing():
     assert np.isnan(noise_at_rest(np.ones((4000, 2)), still, decimation)).all()
 
 
-def test_white_noise_above_the_cutoff_tells_that_below():
+def test_white_noise_above_the_cutoff_shows_that_below():
     decimation = Decimation.at(500.0, 20.0)
     random = np.random.default_rng(6)
     time = np.arange(20_000) / 500.0
@@ -130,5 +130,5 @@ def test_white_noise_above_the_cutoff_tells_that_below():
     )
 
 
-def test_nothing_above_the_cutoff_says_nothing():
+def test_nothing_above_the_cutoff_shows_nothing():
     assert np.isnan(noise_above(np.ones((100, 2)), Decimation.at(100.0, 50.0))).all()

@@ -88,7 +88,7 @@ def test_a_recording_on_the_clock_of_a_run_has_what_is_known_of_it():
     )
 
 
-def test_motions_that_cannot_be_told_apart_say_so():
+def test_motions_that_cannot_be_distinguished_are_reported():
     one = run()
     time = np.arange(0, 12, 0.004)
     again = np.stack([np.sin(2 * np.pi * time), np.cos(2 * np.pi * time)], axis=1)

@@ -25,7 +25,7 @@ def folder(tmp_path, monkeypatch) -> Path:
 
 
 def refused(arguments: list[str], capsys) -> str:
-    """The one line that the command says before it gives up."""
+    """The one line that the command prints before it ends."""
     assert main(arguments) == REFUSED
     lines = [line for line in capsys.readouterr().err.splitlines() if line.startswith("exidyn: ")]
     assert len(lines) == 1
@@ -106,9 +106,9 @@ def test_a_table_without_robot_asks_for_it(folder, capsys):
 
 
 def test_a_motor_side_without_gears_is_refused(folder, capsys):
-    said = refused([*table(folder), "--motor-side", "position"], capsys)
-    assert "--motor-side" in said
-    assert "give [drive] gear_ratio" in said
+    text = refused([*table(folder), "--motor-side", "position"], capsys)
+    assert "--motor-side" in text
+    assert "give [drive] gear_ratio" in text
 
 
 @pytest.mark.parametrize(
@@ -122,7 +122,9 @@ def test_a_motor_side_without_gears_is_refused(folder, capsys):
     ],
     ids=["time", "position", "degrees", "milliseconds", "nan"],
 )
-def test_what_to_do_about_a_table_is_said_in_options_of_the_command(folder, change, header, words, capsys):
+def test_what_to_do_about_a_table_is_reported_in_options_of_the_command(
+    folder, change, header, words, capsys
+):
     assert words in refused(table(folder, change, header), capsys)
 
 
@@ -138,7 +140,7 @@ def test_gaps_are_warned_of_and_imported(folder, capsys):
 
 
 @pytest.mark.parametrize("top", [0.6])
-def test_saturated_currents_are_doubted_in_the_summary(folder, top, capsys):
+def test_saturated_currents_give_a_warning_in_the_summary(folder, top, capsys):
     current = RUN.signals["current"].values.copy()
     limit = top * np.abs(current[:, 0]).max()
     current[:, 0] = np.clip(current[:, 0], -limit, limit)
@@ -153,19 +155,19 @@ def test_a_constant_current_is_refused_with_the_joint(folder, capsys):
     current = RUN.signals["current"].values.copy()
     current[:, 1] = 0.25
     [path] = write(folder, with_current(current))
-    said = refused(["identify", path], capsys)
-    assert "elbow is constant at 0.25" in said
+    text = refused(["identify", path], capsys)
+    assert "elbow is constant at 0.25" in text
 
 
 def test_a_motion_too_poor_is_refused(folder, capsys):
     position = RUN.signals["position"]
     still = Signal(position.time, position.values * [0.0, 1.0])
     [path] = write(folder, replace(RUN, signals={**RUN.signals, "position": still}))
-    said = refused(["identify", path], capsys)
-    assert "shoulder" in said or "joint 1" in said
+    text = refused(["identify", path], capsys)
+    assert "shoulder" in text or "joint 1" in text
 
 
-def test_a_joint_that_hardly_moves_is_doubted(folder, capsys):
+def test_a_joint_that_hardly_moves_gives_a_warning(folder, capsys):
     position = RUN.signals["position"]
     nearly = Signal(position.time, position.values * [1.0, 0.01])
     [path] = write(folder, replace(RUN, signals={**RUN.signals, "position": nearly}))
@@ -175,16 +177,16 @@ def test_a_joint_that_hardly_moves_is_doubted(folder, capsys):
 
 def test_gains_without_a_known_payload_are_refused(folder, capsys):
     [path] = write(folder, RUN)
-    said = refused(["identify", path, "--estimator", "ml"], capsys)
-    assert "give --payload RUN --mass KG" in said
+    text = refused(["identify", path, "--estimator", "ml"], capsys)
+    assert "give --payload RUN --mass KG" in text
 
 
 def test_a_payload_run_without_mass_is_refused(folder, capsys):
     empty, full = write(folder, RUN, loaded())
-    said = refused(["identify", empty, "--payload", full], capsys)
-    assert "says how heavy the payload is. Add --mass KG behind it" in said
-    said = refused(["identify", empty, "--payload", full, "--com", "0", "0", "0.1"], capsys)
-    assert "com given without --mass" in said
+    text = refused(["identify", empty, "--payload", full], capsys)
+    assert "says how heavy the payload is. Add --mass KG behind it" in text
+    text = refused(["identify", empty, "--payload", full, "--com", "0", "0", "0.1"], capsys)
+    assert "com given without --mass" in text
     [silent] = write(folder, loaded(KnownPayload("L")))
     assert "Add --mass KG" in refused(["identify", empty, "--payload", silent], capsys)
 
@@ -203,10 +205,10 @@ def test_two_robots_are_refused(folder, capsys):
 
 def test_a_robot_of_other_joints_is_refused(folder, capsys):
     [path] = write(folder, RUN)
-    said = refused(["identify", path, "--robot", "kr270"], capsys)
+    text = refused(["identify", path, "--robot", "kr270"], capsys)
     assert (
         "recorded on two joints (joints shoulder, elbow), but the robot given is kr270 (joints joint1,"
-        in said
+        in text
     )
 
 
@@ -233,8 +235,8 @@ def test_a_joint_that_the_robot_does_not_have_is_refused(folder, capsys):
     [path] = write(folder, RUN)
     effect = '\n[[effect]]\nname = "joint_spring"\njoints = ["wrist"]\n'
     (folder / "robot.toml").write_text(model_text(RUN.model) + effect)
-    said = refused(["identify", path, "--robot", "robot.toml"], capsys)
-    assert "has no joint 'wrist'. Valid joints: shoulder, elbow" in said
+    text = refused(["identify", path, "--robot", "robot.toml"], capsys)
+    assert "has no joint 'wrist'. Valid joints: shoulder, elbow" in text
 
 
 BROKEN = """<robot name="broken"><link name="base"/><link name="one"/><link name="lost"/>
@@ -246,9 +248,9 @@ BROKEN = """<robot name="broken"><link name="base"/><link name="one"/><link name
 def test_a_urdf_with_a_broken_tree_is_refused(folder, child, capsys):
     [path] = write(folder, RUN)
     (folder / "broken.urdf").write_text(BROKEN.format(child=child))
-    said = refused(["identify", path, "--robot", "broken.urdf"], capsys)
-    assert "broken" in said
-    assert "lost" in said or "nowhere" in said
+    text = refused(["identify", path, "--robot", "broken.urdf"], capsys)
+    assert "broken" in text
+    assert "lost" in text or "nowhere" in text
 
 
 def test_what_does_not_exist_is_named(folder, capsys):
@@ -270,9 +272,9 @@ def test_an_output_with_the_ending_of_a_recording_is_a_file(folder, capsys):
 
 def test_several_runs_in_one_file_are_refused(folder, capsys):
     write_case(folder / "case")
-    said = refused(["import", "case", "-o", "one.mcap"], capsys)
-    assert said.startswith(
+    text = refused(["import", "case", "-o", "one.mcap"], capsys)
+    assert text.startswith(
         "exidyn: case holds 2 runs (small/run, small/again), and --output one.mcap is one "
     )
-    assert said.endswith("Name a folder: --output one")
+    assert text.endswith("Name a folder: --output one")
     assert not (folder / "one.mcap").exists()

@@ -45,7 +45,7 @@ def test_a_case_states_its_model():
 
 @needs_cases
 @pytest.mark.parametrize("case", ["s1", "s4"])
-def test_the_stated_model_balances_as_the_case_says(case):
+def test_the_stated_model_balances_as_the_case_states(case):
     """Against the formulas at the top of case.toml, written out once more."""
     believed = nominal_model(CASES / case)
     random = np.random.default_rng(0)

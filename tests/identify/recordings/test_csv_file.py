@@ -115,7 +115,7 @@ def test_joints_without_a_second_encoder_are_silent(tmp_path):
         ("t,q1,q2,i1,i2\n0,0,0,0,0\n0.002,90,0,1,1\n", BadUnit, "looks like degrees"),
     ],
 )
-def test_a_bad_table_says_what_is_wrong(tmp_path, content, error, message):
+def test_a_bad_table_reports_what_is_wrong(tmp_path, content, error, message):
     (tmp_path / "run.csv").write_text(content)
     with pytest.raises(error, match=message):
         import_source(tmp_path / "run.csv", model())
@@ -146,7 +146,7 @@ def test_a_table_cut_off_in_the_middle_of_its_compression(tmp_path):
         import_source(path, model())
 
 
-def test_a_table_that_is_not_compressed_as_it_says(tmp_path):
+def test_a_table_that_is_not_compressed_as_it_states(tmp_path):
     (tmp_path / "run.csv.gz").write_text("t,q1\n")
     with pytest.raises(NotAFile, match="cannot be read as a table"):
         import_source(tmp_path / "run.csv.gz", model())
@@ -195,7 +195,7 @@ def test_kr300_torques_come_to_the_joint_and_three_joints_have_a_second_encoder(
 
 
 @needs_data
-def test_panda_keeps_its_stamps_and_says_so(tmp_path):
+def test_panda_keeps_its_stamps_and_reports_it(tmp_path):
     folder = DATA / "panda_gaz"
     [found] = import_source(folder / "traj1.csv.gz", read_model(folder / "panda.urdf"))
     assert len(found.signals["torque"]) == 20544

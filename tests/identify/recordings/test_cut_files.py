@@ -53,7 +53,7 @@ def test_a_cut_costs_no_more_than_a_block_of_compression(file, tmp_path):
     assert len(found) > 0.4 * SAMPLES
 
 
-def test_a_cut_before_the_first_sample_still_tells_which_robot(file, tmp_path):
+def test_a_cut_before_the_first_sample_still_names_the_robot(file, tmp_path):
     with open(file, "rb") as stream:
         first = min(chunk.chunk_start_offset for chunk in make_reader(stream).get_summary().chunk_indexes)
     (tmp_path / "cut.mcap").write_bytes(file.read_bytes()[:first])
@@ -132,7 +132,7 @@ def test_a_damaged_explanation_is_refused(file, tmp_path):
 
 
 def test_a_recorder_that_never_finished_is_read(tmp_path):
-    """As acquisition writes it: nobody knows how many samples will come, and then the power fails."""
+    """As acquisition writes it: the number of samples is unknown, and then the power fails."""
     joints = model().robot.joints
     signals = {name: recording().signals[name] for name in ("position", "torque")}
     path = tmp_path / "run.mcap"

@@ -13,7 +13,7 @@ from ...parts.runs.runs import TIME, model, motion, noise, table
 
 @pytest.mark.parametrize("name", IMPORTERS)
 def test_every_importer_in_the_table_can_be_called(name, tmp_path):
-    # Nothing is there to read, so that each one must say so in our words.
+    # Nothing is there to read, so that each one must report it in our words.
     empty = tmp_path / "empty"
     empty.write_bytes(b"")
     with pytest.raises(ExidynError):

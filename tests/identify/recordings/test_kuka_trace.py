@@ -100,7 +100,7 @@ def test_kuka_interpolator_alone_gives_commands_at_its_own_rate(tmp_path):
     np.testing.assert_allclose(found.signals["command"].values, np.radians(position[::3]), atol=1e-12)
 
 
-def test_kuka_unknown_units_are_left_out_with_a_doubt(tmp_path):
+def test_kuka_unknown_units_are_left_out_with_a_warning(tmp_path):
     position, current, *_ = write_traces(tmp_path)
     for axis in range(2):
         channels = [
@@ -122,7 +122,7 @@ def test_kuka_data_cut_off_are_read_up_to_the_cut(tmp_path):
     assert "Lauf 7_NextGenDrive#1.r64 ends abruptly: 179 of 200 samples are there" in found.warnings
 
 
-def test_kuka_traces_that_are_not_whole_say_so(tmp_path):
+def test_kuka_traces_that_are_not_whole_are_reported(tmp_path):
     write_traces(tmp_path)
     with pytest.raises(RecordingError, match="axis 2, but small has 1"):
         import_source(tmp_path, model(joints=1))

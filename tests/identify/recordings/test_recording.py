@@ -1,4 +1,4 @@
-"""What a recording must be, and what is doubted in it."""
+"""What a recording must be, and what is warned in it."""
 
 from dataclasses import replace
 
@@ -46,7 +46,7 @@ def recording(limit: float = 3.0, time=TIME, host_time=None, **signals) -> Recor
     )
 
 
-def test_a_good_recording_has_no_doubts():
+def test_a_good_recording_has_no_warnings():
     assert check(recording()).warnings == ()
 
 
@@ -147,7 +147,7 @@ def test_gaps_are_counted_once_for_all_signals_that_share_their_stamps():
     assert "median periods of 2.000 ms, the longest 102.000 ms, the first at 0.998 s" in warning
 
 
-def test_gaps_that_signals_share_without_their_stamps_are_said_once():
+def test_gaps_that_signals_share_without_their_stamps_are_reported_once():
     time = TIME.copy()
     time[500:] += 0.1
     found = recording(time=time)
@@ -156,7 +156,7 @@ def test_gaps_that_signals_share_without_their_stamps_are_said_once():
     assert warning.startswith("position, current: 1 gap of")
 
 
-def test_gaps_are_said_once_of_a_recording_of_which_a_part_was_lost():
+def test_gaps_are_reported_once_of_a_recording_of_which_a_part_was_lost():
     time = TIME.copy()
     time[500:] += 0.1
     time[700:] += 0.1
@@ -207,7 +207,7 @@ def test_a_slide_in_millimetres_is_recognised():
         check(recording(position=motion() * [1.0, 1.0, 1000.0]))
 
 
-def test_positions_beyond_the_limits_are_doubted():
+def test_positions_beyond_the_limits_give_a_warning():
     [warning] = check(recording(limit=0.3)).warnings[:1]
     assert "joint1 goes 0.2 rad or m beyond its limits" in warning
 
@@ -217,7 +217,7 @@ def test_temperature_in_kelvin_is_recognised():
         check(recording(temperature=np.full((len(TIME), 3), 310.0)))
 
 
-def test_clipped_currents_are_doubted_joint_by_joint():
+def test_clipped_currents_give_a_warning_joint_by_joint():
     current = np.round(3.0 * motion() + 0.05 * noise(), 2)
     current[:, 1] = np.clip(current[:, 1], -1.2, 1.2)
     warnings = check(recording(current=current)).warnings
@@ -230,7 +230,7 @@ def test_the_crest_of_a_smooth_quantised_current_is_not_clipping(resolution):
     assert check(recording(current=np.round(3.0 * motion() / resolution) * resolution)).warnings == ()
 
 
-def test_constant_current_is_doubted():
+def test_constant_current_gives_a_warning():
     current = noise()
     current[:, 2] = 0.25
     assert check(recording(current=current)).warnings == (
@@ -238,7 +238,7 @@ def test_constant_current_is_doubted():
     )
 
 
-def test_checking_twice_does_not_repeat_doubts():
+def test_checking_twice_does_not_repeat_warnings():
     once = check(recording(limit=0.3))
     assert check(once).warnings == once.warnings
 

@@ -1,4 +1,4 @@
-"""What a crash left becomes a whole file; what is lost is said."""
+"""What a crash left becomes a whole file; what is lost is reported."""
 
 import numpy as np
 import pytest
@@ -40,18 +40,18 @@ def cut(run, tmp_path):
 def test_a_part_becomes_a_whole_file_that_other_readers_open(run, cut, capsys):
     before = cut.read_bytes()
     assert main(["recover", str(cut)]) == LOST
-    said = capsys.readouterr()
+    text = capsys.readouterr()
     whole = cut.with_suffix("")
     found, expected = messages(whole), messages(run)
     assert 0.5 * len(expected) < len(found) < len(expected)
     assert found == expected[: len(found)]
-    assert f"{len(found)} messages in " in said.out
-    assert "lost: whatever came after the end of the file" in said.err
+    assert f"{len(found)} messages in " in text.out
+    assert "lost: whatever came after the end of the file" in text.err
     assert cut.read_bytes() == before
     assert sorted(file.name for file in cut.parent.iterdir()) == ["run.mcap", "run.mcap.part"]
 
 
-def test_what_was_recovered_reads_as_what_was_left_and_says_so(cut):
+def test_what_was_recovered_reads_as_what_was_left_and_reports_it(cut):
     recover(cut, cut.with_name("whole.mcap"))
     left, whole = read_recording(cut), read_recording(cut.with_name("whole.mcap"))
     for name, signal in left.signals.items():

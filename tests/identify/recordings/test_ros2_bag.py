@@ -70,7 +70,7 @@ def test_a_bag_of_another_robot_is_refused(tmp_path):
         import_source(tmp_path / "bag", model())
 
 
-def test_a_bag_says_which_topics_it_has(tmp_path):
+def test_a_bag_lists_its_topics(tmp_path):
     write_bag(tmp_path / "bag", "mcap")
     with pytest.raises(
         RecordingError, match="no joint states on /states. Topics with joint states: /arm/joint_states"
@@ -86,7 +86,7 @@ def test_a_broken_bag_is_refused_in_our_words(tmp_path):
         import_source(tmp_path / "bag", model())
 
 
-def test_without_rosbags_the_message_says_how_to_get_it(tmp_path, monkeypatch):
+def test_without_rosbags_the_message_states_how_to_get_it(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "rosbags.highlevel", None)
     (tmp_path / "run.db3").write_bytes(b"")
     assert kind_of(tmp_path / "run.db3") == "ros2_bag"

@@ -112,13 +112,13 @@ def fast(time, values):
     ],
     ids=["infinite", "twice", "milliseconds", "fast"],
 )
-def test_what_cannot_be_is_a_doubt_in_a_recording_and_an_error_elsewhere(folder, change, error, warning):
+def test_what_cannot_be_is_a_warning_in_a_recording_and_an_error_elsewhere(folder, change, error, warning):
     wrong = broken(change)
     with pytest.raises(error):
         check(wrong)
     write_recording(wrong, folder / "run.mcap")
     found = read_recording(folder / "run.mcap")
-    assert any(said.startswith(warning) for said in found.warnings)
+    assert any(text.startswith(warning) for text in found.warnings)
     assert np.array_equal(found.signals["position"].values, wrong.signals["position"].values)
 
 

@@ -63,7 +63,7 @@ def test_temperatures_that_come_in_turn_are_joined(run):
     assert found.warnings == ()
 
 
-def test_a_joint_that_never_speaks_is_doubted_and_not_identified_from(run, tmp_path):
+def test_a_joint_that_never_answers_gives_a_warning_and_is_not_identified_from(run, tmp_path):
     values = np.array(run.signals["current"].values)
     values[:, 1] = np.nan
     write_recording(

@@ -90,7 +90,7 @@ def test_antecedents_make_a_tree():
 
 
 @pytest.mark.parametrize(
-    ("row", "error", "says"),
+    ("row", "error", "message"),
     [
         ({"alhpa": 1.0}, UnknownKey, "alpha"),
         ({"sigma": 3}, RobotError, "0 \\(revolute\\), 1 \\(prismatic\\), 2 \\(fixed\\)"),
@@ -110,8 +110,8 @@ def test_antecedents_make_a_tree():
         ({"r": "long"}, RobotError, "long"),
     ],
 )
-def test_a_wrong_row_is_named(row, error, says):
-    with pytest.raises(error, match=f"(?s)mdh row 2.*{says}"):
+def test_a_wrong_row_is_named(row, error, message):
+    with pytest.raises(error, match=f"(?s)mdh row 2.*{message}"):
         mdh_kinematics([{}, row], "arm")
 
 

@@ -190,7 +190,7 @@ def test_urdf_has_something_to_see():
     assert urdf_text(MODELS["kr270"]).count("<cylinder") >= 6
 
 
-def test_values_and_tolerances_become_beliefs():
+def test_values_and_tolerances_become_priors():
     stated = MODELS["full"].stated
     assert stated["Ia2"] == Prior(1.7, 0.1 * 1.7)
     assert stated["Fc1"] == Prior(3.1, np.inf)
@@ -200,7 +200,7 @@ def test_values_and_tolerances_become_beliefs():
     assert "Fv1" not in stated
 
 
-def test_rigid_body_goes_without_saying():
+def test_rigid_body_is_implied():
     assert parse_model(TWO).effects == (RigidBody(),)
     assert parse_model("rigid_body = false\n" + TWO + '[[effect]]\nname = "rotor_inertia"').effects == (
         RotorInertia(),
@@ -341,9 +341,9 @@ WRONG = [
 ]
 
 
-@pytest.mark.parametrize(("text", "error", "says"), WRONG)
-def test_what_is_wrong_is_said_in_one_line(text, error, says, tmp_path):
-    with pytest.raises(error, match=says) as caught:
+@pytest.mark.parametrize(("text", "error", "message"), WRONG)
+def test_what_is_wrong_is_reported_in_one_line(text, error, message, tmp_path):
+    with pytest.raises(error, match=message) as caught:
         parse_model(text, tmp_path)
     assert "\n" not in str(caught.value)
 

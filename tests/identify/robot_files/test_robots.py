@@ -22,7 +22,7 @@ TABLE_III = {
     "Off2": -153.0, "Kr": 50400.0, "K0": -78500.0,
 }  # fmt: skip
 PER_CENT = {"XX2": 16.0}
-"""Allowed deviation where it is more than 2 %; kr270.toml says why."""
+"""Allowed deviation where it is more than 2 %; kr270.toml gives the reason."""
 
 
 def regrouped(values: dict[str, float]) -> dict[str, float]:
@@ -122,7 +122,7 @@ def test_limits_are_all_there_and_torque_holds_the_arm(name):
     assert np.all(np.abs(model.torque(still, model.nominal_values)) < 0.8 * limits.torque)
 
 
-def test_every_belief_has_a_weight():
+def test_every_prior_has_a_weight():
     for name in builtin_names():
         assert np.all(np.isfinite([prior.std for prior in read_model(name).priors]))
 

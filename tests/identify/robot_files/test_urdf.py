@@ -90,7 +90,7 @@ MIMIC = joint("elbow", "upper", "lower", inside='<mimic joint="shoulder"/>')
 
 
 @pytest.mark.parametrize(
-    ("text", "says"),
+    ("text", "message"),
     [
         ("<robot><link></robot>", "not well-formed XML.*line 1"),
         ("", "not well-formed XML"),
@@ -123,8 +123,8 @@ MIMIC = joint("elbow", "upper", "lower", inside='<mimic joint="shoulder"/>')
         (robot(LINKS + JOINTS).replace('izz="1"', 'izz="-1"'), "'shoulder': principal moment of inertia -1 "),
     ],
 )
-def test_a_broken_tree_names_the_culprit(text, says):
-    with pytest.raises(BrokenTree, match=f"arm.urdf.*{says}") as caught:
+def test_a_broken_tree_names_the_culprit(text, message):
+    with pytest.raises(BrokenTree, match=f"arm.urdf.*{message}") as caught:
         parse_urdf(text, "arm.urdf")
     assert "\n" not in str(caught.value)
 

@@ -47,11 +47,11 @@ def as_torque(recording: Recording) -> Recording:
     )
 
 
-def test_noise_is_all_that_tells_two_runs_of_one_arm_apart():
+def test_noise_is_all_that_distinguishes_two_runs_of_one_arm():
     found = compare(made("sim", seed=1), made("real", seed=2))
     np.testing.assert_allclose(
         found.effort.rms / found.effort.noise, 1.0, atol=0.5
-    )  # a short rest tells noise to a third
+    )  # a short rest gives noise to a third
     assert found.effort.quantity == "current"
     assert found.effort.units == ("A", "A")
     assert found.warnings == ()
@@ -87,7 +87,7 @@ def test_friction_is_seen_alike_at_all_speeds_and_its_viscous_part_at_high_ones(
     assert np.ptp(dry) < 0.35 * np.mean(dry)
 
 
-def test_positions_that_differ_are_told_to_the_size():
+def test_positions_that_differ_are_reported_to_the_size():
     real = made("real", seed=2)
     signals = dict(made("sim").signals)
     signals["position"] = Signal(
@@ -105,7 +105,7 @@ def test_torque_of_a_simulator_and_current_of_a_controller_meet_as_torque():
     same = compare(made("sim"), real)
     np.testing.assert_allclose(found.effort.rms, same.effort.rms * np.abs(two_joints.GAIN), rtol=0.1)
     unknown = replace(real, model=replace(real.model, robot=replace(real.robot, drive_gain=np.ones(2))))
-    assert "no drive gain says" in compare(as_torque(made("sim")), unknown).warnings[0]
+    assert "no drive gain that converts" in compare(as_torque(made("sim")), unknown).warnings[0]
 
 
 def test_a_slower_simulation_is_compared_up_to_where_it_goes():
@@ -119,7 +119,7 @@ def test_a_slower_simulation_is_compared_up_to_where_it_goes():
     assert np.all(found.effort.rms < 2.0 * found.effort.noise)
 
 
-def test_other_payloads_are_a_doubt():
+def test_other_payloads_are_a_warning():
     found = compare(replace(made("sim"), payload=KnownPayload("L", (("M", 3.0),))), made("real"))
     assert found.warnings == ("sim carries L, M 3, real carries nothing",)
 
@@ -145,8 +145,8 @@ def files(tmp_path):
 def test_page_names_the_joint_aligns_the_clocks_and_goes_on(files, tmp_path, capsys):
     path = tmp_path / "compared.json"
     assert main(["compare", *files, "--json", str(path)]) == 0
-    page, said = capsys.readouterr()
-    assert said == f"written: {path}\n"
+    page, text = capsys.readouterr()
+    assert text == f"written: {path}\n"
     assert max(map(len, page.splitlines()[:-3])) <= 110
     assert "- elbow: current differs by" in page
     assert "- shoulder" not in page
@@ -182,7 +182,7 @@ def test_two_runs_alike_leave_nothing_to_diagnose(tmp_path, capsys):
     assert "No joint's current differs by more than noise" in capsys.readouterr().out
 
 
-def test_motion_that_repeats_itself_is_a_doubt(tmp_path, capsys):
+def test_motion_that_repeats_itself_is_a_warning(tmp_path, capsys):
     runs = []
     for name in ("sim", "real"):
         one = made(name)
@@ -195,14 +195,14 @@ def test_motion_that_repeats_itself_is_a_doubt(tmp_path, capsys):
 
 
 @pytest.mark.parametrize(
-    ("arguments", "said"),
+    ("arguments", "message"),
     [
         (["{sim}", "missing.mcap"], "missing.mcap does not exist"),
         (["{sim}", "{case}"], "holds 0 recordings"),
         (["{sim}", "{real}", "--offset", "100"], "0.00 s in common"),
     ],
 )
-def test_what_is_wrong_is_said_in_one_line(arguments, said, files, tmp_path, capsys, monkeypatch):
+def test_what_is_wrong_is_reported_in_one_line(arguments, message, files, tmp_path, capsys, monkeypatch):
     from exidyn.acquire.commands import compare_command
 
     read = compare_command.import_source
@@ -212,7 +212,7 @@ def test_what_is_wrong_is_said_in_one_line(arguments, said, files, tmp_path, cap
     names = dict(zip(("sim", "real"), files, strict=True)) | {"case": tmp_path}
     assert main(["compare", *(one.format(**names) for one in arguments)]) == REFUSED
     [line] = capsys.readouterr().err.splitlines()
-    assert said in line
+    assert message in line
 
 
 def test_another_arm_is_compared_by_its_joints(tmp_path):

@@ -1,4 +1,4 @@
-"""The plant moves as its model says, and its sensors say how."""
+"""The plant moves by its model, and its sensors measure it."""
 
 from dataclasses import replace
 
@@ -66,7 +66,7 @@ def quiet(model, payload="", integration=None, seconds=2.0, seed=0):
 
 
 def differentiated(motion):
-    """The motion that its positions alone tell, as an identification knows it."""
+    """The motion by its positions alone, as an identification knows it."""
     spline = make_interp_spline(motion.time, motion.position, 5)
     return replace(motion, velocity=spline(motion.time, 1), acceleration=spline(motion.time, 2))
 
@@ -201,11 +201,11 @@ def test_looking_twice_changes_nothing():
         np.testing.assert_array_equal(one, again)
 
 
-@pytest.mark.parametrize("told", [True, False], ids=["velocities", "positions alone"])
-def test_to_follow_is_to_step_from_command_to_command(told):
+@pytest.mark.parametrize("with_velocity", [True, False], ids=["velocities", "positions alone"])
+def test_to_follow_is_to_step_from_command_to_command(with_velocity):
     model, none = read_model("kr270"), np.zeros(6)
     _, position, velocity = quiet(model, seconds=0.3)
-    velocity = velocity if told else [None] * len(position)
+    velocity = velocity if with_velocity else [None] * len(position)
     control, sensors, thermal = typical_parts(model)
     sensors = replace(sensors, encoder_step=none, current_step=none, temperature_step=0.0, current_delay=3e-3)
     parts = (
@@ -224,7 +224,7 @@ def test_to_follow_is_to_step_from_command_to_command(told):
         stepping.step(wanted, speed, TICK)
         seen.append(stepping.measure())
     pieces = [
-        following.follow(position[rows], velocity[rows] if told else None, TICK)
+        following.follow(position[rows], velocity[rows] if with_velocity else None, TICK)
         for rows in (slice(0, 1), slice(1, 40), slice(40, None))
     ]
     for name, one, other in zip(
@@ -247,11 +247,11 @@ def test_slow_ticks_move_the_arm_as_fast_ones_do():
 def test_without_velocities_the_drive_finds_them():
     model = read_model("cobot")
     plant, position, velocity = quiet(model, seconds=1.0)
-    told = follow(plant, position, velocity)
+    followed = follow(plant, position, velocity)
     again = quiet(model, seconds=1.0)[0]
     for wanted in position:
         again.step(wanted, None, TICK)
-    np.testing.assert_allclose(again.truth().position[0], told.motion.position[-1], atol=1e-4)
+    np.testing.assert_allclose(again.truth().position[0], followed.motion.position[-1], atol=1e-4)
 
 
 def test_the_amplifier_gives_no_more_than_its_largest_current():
@@ -275,7 +275,7 @@ def test_iron_that_saturates_takes_more_current():
     assert control.torque_limit(np.array([3.0]))[0] < 3.0 * 8.0
 
 
-def test_currents_are_as_late_as_they_are_said_to_be():
+def test_currents_are_as_late_as_stated():
     model = read_model("cobot")
     _, position, velocity = quiet(model, seconds=0.5)
     exact, late = (

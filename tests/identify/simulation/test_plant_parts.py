@@ -138,11 +138,11 @@ def test_backlash_changes_sides_with_the_weight():
 
 
 @pytest.mark.parametrize(
-    ("stiffness", "backlash", "said"),
+    ("stiffness", "backlash", "message"),
     [(0.0, 0.0, "without drive"), (-1.0, 0.0, "none below 0"), (np.inf, 0.1, "needs a finite stiffness")],
 )
-def test_gears_that_are_none_are_refused(stiffness, backlash, said):
-    with pytest.raises(RobotError, match=said):
+def test_gears_that_are_none_are_refused(stiffness, backlash, message):
+    with pytest.raises(RobotError, match=message):
         Transmission(np.array([stiffness]), np.zeros(1), np.array([backlash]))
 
 

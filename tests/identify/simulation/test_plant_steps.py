@@ -57,7 +57,7 @@ def swung(elastic, limit):
 
 
 @pytest.mark.parametrize("key", [key for key, effect in EFFECTS.items() if effect.linear])
-def test_what_is_said_to_be_linear_is_so_in_velocity_and_acceleration_alone(key):
+def test_what_is_declared_linear_is_so_in_velocity_and_acceleration_alone(key):
     robot, effect = six_axis(), default(key)
     one, other = random_motion(robot), random_motion(robot, seed=1, payload="L")
     same = replace(other, velocity=one.velocity, acceleration=one.acceleration)

@@ -37,7 +37,7 @@ def test_current_is_inverse_dynamics_over_gain(motion):
 
 
 def test_pieces_make_the_whole(motion):
-    """Longer than a piece, with friction that depends on believed load."""
+    """Longer than a piece, with friction that depends on nominal load."""
     of = model() + LoadDependentFriction()
     values = np.append(true_values(model()), [0.02, 0.03])
     whole = of.torque(of.loaded(motion), values) / GAIN

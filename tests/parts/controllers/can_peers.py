@@ -68,7 +68,7 @@ def follow(driver, where, cycles=100):
 
 
 def until_fault(driver, where, cycles=200):
-    """The first sample with a fault, while told to stay."""
+    """The first sample with a fault, while commanded to stay."""
     for _ in range(cycles):
         sample = driver.exchange(command(where))
         if sample.fault:

@@ -62,7 +62,7 @@ def correction(text):
 
 
 class ByHand:
-    """Sends what a test says, and reads what is answered."""
+    """Sends what a test gives, and reads what is answered."""
 
     def __init__(self, path, stamp=4208163634, cycle=4):
         self.to = ("127.0.0.1", int(re.search(r"<PORT>(\d+)", path.read_text())[1]))
@@ -100,7 +100,7 @@ class ByHand:
         return False
 
     def opened(self, one, **content):
-        """Open a driver, sending until it is; what it says, with all answers read and no exchange made."""
+        """Open a driver, sending until it is; its text, with all answers read and no exchange made."""
         done = threading.Event()
 
         def go_on():

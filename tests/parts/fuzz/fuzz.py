@@ -1,4 +1,4 @@
-"""Runs damaged files through a parser and says what came of them."""
+"""Runs damaged files through a parser and reports the results."""
 
 import resource
 import shutil
@@ -37,7 +37,7 @@ class Outcome:
     Attributes:
         read: Inputs that were read.
         refused: Inputs that were refused with an error for the user.
-        longest: Of the lines that say why.
+        longest: Of the lines that give the reason.
         failures: Seed of the input and what else was raised.
     """
 

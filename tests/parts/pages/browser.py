@@ -1,4 +1,4 @@
-"""A headless Chromium, spoken to through a pipe."""
+"""A headless Chromium, driven through a pipe."""
 
 import base64
 import json

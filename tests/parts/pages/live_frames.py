@@ -32,8 +32,8 @@ def measured(model, seconds, rate=500.0, hidden=(), seed=0, sensors=SENSORS, beg
     return motion, np.round(position / sensors.encoder_step) * sensors.encoder_step, current
 
 
-def head(model, **said):
-    return RunHead("live", model, ("position", "current"), EPOCH, 0, **said).frame()
+def head(model, **options):
+    return RunHead("live", model, ("position", "current"), EPOCH, 0, **options).frame()
 
 
 def frames(model, seconds, rate=500.0, hidden=(), start=EPOCH, stop=True, explained=None):

@@ -39,13 +39,13 @@ def limits(robot=None):
     return usable(robot or two_joints.arm()).limits
 
 
-def goal(model=None, **said):
-    return Identify(Experiment.of(model or two_joints.model()), **said)
+def goal(model=None, **options):
+    return Identify(Experiment.of(model or two_joints.model()), **options)
 
 
-def setting(**said):
+def setting(**options):
     """Two harmonics in four seconds: a start takes a second."""
-    return replace(Setting(limits(), harmonics=2, periods=(4.0,), tick=TICK), **said)
+    return replace(Setting(limits(), harmonics=2, periods=(4.0,), tick=TICK), **options)
 
 
 def along(function, at, direction, step=1e-6):

@@ -14,7 +14,7 @@ def square(number, seconds, stop):
 
 
 def until_asked(number, seconds, stop):
-    """What a search does: goes on until it is asked to end, then tells what it has."""
+    """What a search does: goes on until it is asked to end, then reports what it has."""
     begun = time.monotonic()
     while not stop():
         if time.monotonic() - begun > LONG:
@@ -52,10 +52,10 @@ def pressing_twice(number, seconds, stop):
         time.sleep(0.01)
 
 
-def telling(number, seconds, stop):
+def reporting(number, seconds, stop):
     """How far it is, before it ends."""
-    from exidyn.trajectories.search.parallel import tell
+    from exidyn.trajectories.search.parallel import report
 
-    tell(10 * number)
+    report(10 * number)
     time.sleep(0.5)  # longer than it takes to be heard
     return number

@@ -42,9 +42,9 @@ SAMPLES = {"chirp": chirp, "fourier": fourier, "phases": phases, "sequence": seq
 """Family -> a function that makes one of two joints; a new family needs a line here."""
 
 
-def known_plan(trajectory=None, **said):
+def known_plan(trajectory=None, **options):
     """A plan of the two-joint arm with something in every field."""
-    said = {
+    options = {
         "margins": {"velocity": 0.02, "self collision": 0.05},
         "criterion": "condition",
         "reached": 1.0 / 3.0,
@@ -53,5 +53,5 @@ def known_plan(trajectory=None, **said):
         "tick": 0.004,
         "payload_pair": True,
         "assumed": ("no wind", "the ü in Müller stays"),
-    } | said
-    return Plan.of(trajectory or fourier(), two_joints.model(), **said)
+    } | options
+    return Plan.of(trajectory or fourier(), two_joints.model(), **options)

@@ -1,4 +1,4 @@
-"""Commands on a peer: its controller file, and what they say as JSON."""
+"""Commands on a peer: its controller file, and their output as JSON."""
 
 import json
 from contextlib import contextmanager
@@ -65,13 +65,13 @@ def feetech(folder, **settings):
 CELLS = {one.__name__: one for one in (kuka_rsi, canopen_402, can_mit, dynamixel, feetech)}
 
 
-def verdicts(said):
+def verdicts(text):
     """Name -> verdict of the judgements of a jog."""
-    return {one["name"]: one["verdict"] for one in said["judgements"]}
+    return {one["name"]: one["verdict"] for one in text["judgements"]}
 
 
 def jog(capsys, *arguments):
-    """Exit code, and what a jog of the cobot said."""
+    """Exit code, and the output of a jog of the cobot."""
     code = main(["jog", "--robot", "cobot", "--json", "-", *map(str, arguments)])
     return code, json.loads(capsys.readouterr().out)
 
@@ -79,5 +79,5 @@ def jog(capsys, *arguments):
 def jog_on(cell, folder, capsys, *arguments, **settings):
     """As `jog`, on a peer, which is given as well."""
     with cell(folder, **settings) as (peer, path):
-        code, said = jog(capsys, "--controller", path, "--yes", *arguments)
-    return code, said, peer
+        code, text = jog(capsys, "--controller", path, "--yes", *arguments)
+    return code, text, peer

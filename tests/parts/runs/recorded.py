@@ -56,8 +56,8 @@ def event(number, kind="driver", text="something happened", **details):
     return event_frame(Event(HOST + number * STEP, CONTROLLER + number * STEP, kind, text, details))
 
 
-def end(**said):
-    return text_frame(END, {"stop": "none"} | said)
+def end(**options):
+    return text_frame(END, {"stop": "none"} | options)
 
 
 def record(path, frames):

@@ -30,7 +30,7 @@ def job(**other):
 
 
 class Following(Driver):
-    """An arm that is where it was commanded one cycle before; `change` may spoil what it says.
+    """An arm that is where it was commanded one cycle before; `change` may spoil its answer.
 
     Args:
         start: Where it stands.

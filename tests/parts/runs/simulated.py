@@ -22,7 +22,7 @@ class Run:
 
     Attributes:
         motion: As it really was.
-        measured: What its sensors said, each (t, n).
+        measured: What its sensors measured, each (t, n).
     """
 
     motion: Motion

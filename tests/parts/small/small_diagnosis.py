@@ -1,4 +1,4 @@
-"""A two-joint arm with a spring at its elbow that its nominal model lacks, and what is said of it."""
+"""A two-joint arm with a spring at its elbow that its nominal model lacks, and its diagnosis in words."""
 
 from dataclasses import replace
 from functools import cache

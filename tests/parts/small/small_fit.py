@@ -17,7 +17,7 @@ from .two_joint_files import NOMINAL, loaded, run
 def fit() -> Fit:
     """With a known payload, a run held out, a warning, and friction asked for that the arm does not have."""
     runs = [run("empty"), loaded(KnownPayload("L", two_joints.MASS))]
-    other = run("other", 2, 3).with_warnings("the cable touched the base")
+    other = run("other", 2, 3).with_warnings("the cable was caught at the base")
     return identify(runs, [other], model=NOMINAL + FrictionAsymmetry())
 
 

@@ -1,4 +1,4 @@
-"""A two-joint arm that has more than its model, and what a search says of it."""
+"""A two-joint arm that has more than its model, and what a search finds."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -41,7 +41,7 @@ def record(
         effects: What the arm has and the model has not.
         values: Their parameters, or others than the arm's.
         roles: One a run.
-        model: What is believed.
+        model: Nominal.
         change: Of what was recorded.
         only: Role of the runs in which the effects are there; all by default.
     """

@@ -12,7 +12,7 @@ from exidyn.identify.simulation.simulate import simulate
 from . import two_joints
 
 WRONG = 1.1
-"""Believed over true drive gain."""
+"""Nominal over true drive gain."""
 PLANT = two_joints.model(Payload("L"))
 NOMINAL = two_joints.model(gain=WRONG * two_joints.GAIN)
 
@@ -35,7 +35,7 @@ def run(
 
 
 def loaded(payload: KnownPayload | None = None) -> Recording:
-    """A run with 3 kg, of which the file tells what `payload` says."""
+    """A run with 3 kg, of which the file contains `payload`."""
     return replace(run("loaded", 1, 2, KnownPayload("L")), payload=payload)
 
 

@@ -13,9 +13,9 @@ from exidyn.identify.model import Model
 from exidyn.trajectories.random_motion import random_fourier
 
 GAIN = np.array([-40.0, 25.0])
-"""Believed and true drive gains [N m/A]."""
+"""Nominal and true drive gains [N m/A]."""
 MASS = (("M", 3.0),)
-"""What a scale says of the payload."""
+"""The payload by a scale."""
 
 
 def arm(gain=GAIN):
@@ -36,7 +36,7 @@ def model(*more, gain=GAIN):
 
 
 def true_values(of, mass_payload=0.0):
-    """A value for every parameter; friction and offsets are not believed."""
+    """A value for every parameter; friction and offsets have no prior."""
     given = {"Fv1": 3.0, "Fv2": 1.5, "Fc1": 4.0, "Fc2": 2.0, "Off1": 1.0, "Off2": -0.5}
     given |= {"MXL": 0.1 * mass_payload, "MZL": 0.05 * mass_payload, "YYL": 0.02 * mass_payload}
     return np.array([given.get(n, v) for n, v in zip(of.names, of.nominal_values, strict=True)])

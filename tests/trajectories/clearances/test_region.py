@@ -196,7 +196,7 @@ def test_regions_are_read_from_toml():
 
 
 @pytest.mark.parametrize(
-    ("row", "said"),
+    ("row", "message"),
     [
         ({"lowr": [0, 0, 0]}, "region 1: unknown key 'lowr'. Valid keys: half_space, lower"),
         ({"lower": [0, 0]}, "region 1 lower: 2 values, expected 3"),
@@ -206,8 +206,8 @@ def test_regions_are_read_from_toml():
         ({"radius": -1, "upper": [1, 1, 1]}, "radius: -1 is less than 0"),
     ],
 )
-def test_a_wrong_row_is_named(row, said):
-    with pytest.raises(RobotError, match=said.replace("[", r"\[")):
+def test_a_wrong_row_is_named(row, message):
+    with pytest.raises(RobotError, match=message.replace("[", r"\[")):
         read_regions([row], two_joints.arm())
 
 

@@ -168,7 +168,7 @@ def test_nothing_on_a_trajectory_is_nearer_than_proved(small, seed):
     assert found.allowed == (found.bound >= -1e-3)
 
 
-def test_a_touch_between_samples_is_found(small):
+def test_a_contact_between_samples_is_found(small):
     """The joint swings at 10 Hz, so that every tenth of a second shows it at rest in one place."""
     robot, collision = small
     centre, swing = np.zeros(robot.dof), np.zeros(robot.dof)
@@ -325,7 +325,7 @@ def test_a_file_that_is_no_mesh_is_named(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("shape", "said"),
+    ("shape", "message"),
     [
         ('sphere radius="-1"', "every size must be above 0 m"),
         ('box size="1 1"', r"expected 3 finite number"),
@@ -333,9 +333,9 @@ def test_a_file_that_is_no_mesh_is_named(tmp_path):
         ('cone radius="1"', "expected one of box, capsule"),
     ],
 )
-def test_a_wrong_shape_is_named(tmp_path, shape, said):
+def test_a_wrong_shape_is_named(tmp_path, shape, message):
     parts = [arm.link("base", arm.body(shape)), arm.link("arm"), arm.joint("only", "base", "arm", "0 0 1")]
-    with pytest.raises(BrokenTree, match=f"link 'base'.*{said}"):
+    with pytest.raises(BrokenTree, match=f"link 'base'.*{message}"):
         read_geometry(arm.write(tmp_path, parts))
 
 
@@ -354,7 +354,7 @@ def ur10():
     return path
 
 
-def test_ur10_watches_what_can_touch():
+def test_ur10_watches_what_can_collide():
     path = ur10()
     robot = read_model(path).robot
     collision = SelfCollision.of(robot, read_geometry(path))

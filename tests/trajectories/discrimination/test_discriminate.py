@@ -137,7 +137,7 @@ def test_no_separation_from_itself_or_from_what_is_contained():
     assert separation(wider, balancer(), motion(), OBSERVATION).separation == pytest.approx(0.0, abs=1e-12)
 
 
-def test_beliefs_hold_the_rival():
+def test_priors_hold_the_rival():
     true = hypothesis("stiff", JointSpring(("shoulder",)), values={"Ks1": 20.0})
     free = hypothesis("free", JointSpring(("shoulder",)))
     fixed = hypothesis("fixed", JointSpring(("shoulder",)), deviations={"Ks1": 0.0, "Ts1": 0.0})
@@ -180,7 +180,7 @@ def test_fixed_hypotheses_have_nothing_to_move():
 
 
 @pytest.mark.parametrize(
-    ("make", "said"),
+    ("make", "message"),
     [
         (lambda: Discriminate((balancer(),), OBSERVATION), "two or more"),
         (lambda: Discriminate((balancer(), balancer()), OBSERVATION), "a name of its own"),
@@ -192,6 +192,6 @@ def test_fixed_hypotheses_have_nothing_to_move():
         (lambda: replace(balancer(), values=np.full(len(balancer().values), np.nan)), "NaN"),
     ],
 )
-def test_bad_input(make, said):
-    with pytest.raises(NotComparable, match=said):
+def test_bad_input(make, message):
+    with pytest.raises(NotComparable, match=message):
         make()

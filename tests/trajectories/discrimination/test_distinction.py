@@ -1,4 +1,4 @@
-"""What is said of pairs that a run leaves open, and of those that no motion tells apart."""
+"""Sentences about pairs that a run leaves open, and about those that no motion distinguishes."""
 
 from dataclasses import replace
 
@@ -45,7 +45,7 @@ def heavier():
     return hypothesis("centre of mass", deviations={"MX1": np.inf, "MZ1": np.inf})
 
 
-def test_no_motion_tells_a_balancer_from_a_weight_and_a_tilted_base_does():
+def test_no_motion_distinguishes_a_balancer_from_a_weight_and_a_tilted_base_does():
     true = zero_length_balancer()
     goal = Discriminate((true, as_told_by(true, heavier(), motion())), OBSERVATION)
     (found,) = distinguish(goal, motion(), arm().limits, 5.0)
@@ -56,11 +56,11 @@ def test_no_motion_tells_a_balancer_from_a_weight_and_a_tilted_base_does():
     assert offers["the base tilted by 15 degrees about y"] > SURE
     assert offers["link-side encoders"] < SURE
     (text,) = sentences([found])
-    assert "No motion tells them apart" in text
+    assert "No motion distinguishes them" in text
     assert "What would: the same run once more, with the base tilted" in text
 
 
-def test_link_side_encoders_tell_what_is_before_the_gear_from_what_is_behind():
+def test_link_side_encoders_distinguish_what_is_before_the_gear_from_what_is_behind():
     held = {"Ks1": 0.0, "Off1": 0.0}
     hose = hypothesis("hose", JointSpring(("shoulder",)), values={"Ts1": 20.0}, deviations=held)
     offset = hypothesis("offset", deviations={"Off1": np.inf})
@@ -72,7 +72,7 @@ def test_link_side_encoders_tell_what_is_before_the_gear_from_what_is_behind():
     assert all(offer.probability < 0.6 for offer in found.remedies[1:])
 
 
-def test_what_a_run_tells_apart_needs_no_remedy():
+def test_what_a_run_distinguishes_needs_no_remedy():
     true = hypothesis("stribeck", StribeckFriction(("elbow",), reversal=0.05), values={"Fs2": 20.0})
     (found,) = distinguish(Discriminate((true, grease()), OBSERVATION), motion(), arm().limits, 5.0)
     assert found.possible
@@ -81,7 +81,7 @@ def test_what_a_run_tells_apart_needs_no_remedy():
     assert "No motion" not in sentences([found])[0]
 
 
-def test_weak_pairs_are_told_how_many_runs():
+def test_weak_pairs_are_given_how_many_runs():
     true = hypothesis("stribeck", StribeckFriction(("elbow",), reversal=0.05), values={"Fs2": 0.5})
     rival = as_told_by(true, hypothesis("grease", NonlinearViscousFriction(("elbow",))), motion())
     goal = Discriminate((true, rival), replace(OBSERVATION, rows=50.0))
@@ -97,7 +97,7 @@ def test_weak_pairs_are_told_how_many_runs():
     assert f"About {found.runs} such runs" in sentences([found])[0]
 
 
-def test_bounds_of_the_most_telling_states_hold_a_motion():
+def test_bounds_of_the_most_informative_states_hold_a_motion():
     true, rival, limits = stribeck(), grease(), arm().limits
     low, high = most_informative(true, rival, OBSERVATION, limits, 200.0)
     random = explain_states(true, rival, states_within(limits, 300, seed=4), 200.0)
@@ -109,7 +109,7 @@ def explain_states(true, rival, at, rows):
     return separation(true, rival, at, replace(OBSERVATION, rows=rows)).separation
 
 
-def test_remedies_change_what_they_say():
+def test_remedies_change_what_they_state():
     hypotheses, at = (balancer(), gain()), motion()
     case = known_payload(hypotheses, at, OBSERVATION)
     weight = OBSERVATION.seen(hypotheses[1], at).torque, case.observation.seen(case.hypotheses[1], at).torque

@@ -151,12 +151,12 @@ def test_it_shrinks_until_it_can_be_stopped():
     assert chirp.reached[0, 1] < 0.9 * free.reached[0, 1]
 
 
-def test_unless_told_it_ends_at_20_hz_or_six_ticks_a_period():
+def test_by_default_it_ends_at_20_hz_or_six_ticks_a_period():
     assert with_chirp(REST, [0], LIMITS, 0.002).high == pytest.approx(20.0)
     assert with_chirp(REST, [0], LIMITS, 0.012).high == pytest.approx(1 / 0.072)
 
 
-def test_an_amplitude_below_the_encoder_is_refused_and_says_from_which_frequency():
+def test_an_amplitude_below_the_encoder_is_refused_and_states_from_which_frequency():
     whole = with_chirp(REST, [0], LIMITS, TICK)
     coarse = 1.01 / STEPS * float(whole.amplitude(np.array([10.0]))[0, 0])
     with pytest.raises(Infeasible, match=r"joint 1: at 20 Hz .* from (9\.\d+|10) Hz on .* Try"):
@@ -187,10 +187,10 @@ def test_a_motion_that_leaves_nothing_names_joint_and_quantity():
         ({"limits": replace(LIMITS, velocity=np.array([np.inf, 1.0]))}, "joint 1: limit velocity is inf"),
     ],
 )
-def test_what_is_no_chirp_is_said(wrong, words):
-    said = {"base": REST, "joints": [0], "limits": LIMITS, "tick": TICK} | wrong
+def test_what_is_no_chirp_is_reported(wrong, words):
+    options = {"base": REST, "joints": [0], "limits": LIMITS, "tick": TICK} | wrong
     with pytest.raises(BadLimits, match=words):
-        with_chirp(**said)
+        with_chirp(**options)
 
 
 def floor(depth):
@@ -200,7 +200,7 @@ def floor(depth):
     return Region.of(arm(), "flange", box(np.array([-9.0, -9.0, room - depth]), wide))
 
 
-def test_nothing_is_touched():
+def test_nothing_is_in_contact():
     free = with_chirp(REST, [0, 1], LIMITS, TICK)
     near = floor(0.02)
     kept = with_chirp(REST, [0, 1], LIMITS, TICK, clearances=[near])

@@ -44,7 +44,7 @@ def test_extremes_are_reached_and_never_passed(seed):
         sampled = getattr(fine, name)
         assert np.all(found.lower <= sampled.min(axis=0) + 1e-12)
         assert np.all(found.upper >= sampled.max(axis=0) - 1e-12)
-        if name == "jerk":  # of a piece without length no sample can tell
+        if name == "jerk":  # of a piece without length no sample can show
             continue
         for joint in range(motion.dof):
             at_lower = getattr(motion.at(found.lower_time[joint]), name)[0, joint]

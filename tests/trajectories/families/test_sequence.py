@@ -102,7 +102,7 @@ def test_leads_begin_and_end_at_rest_and_keep_every_limit(seed, start):
     assert run.duration == pytest.approx(1.0 + into.duration + 5.0 + out.duration)
 
 
-def test_unless_told_it_starts_near():
+def test_by_default_it_starts_near():
     """A given start far off takes longer to come in from than the one it finds."""
     core = series()
     own, far = with_leads(core, LIMITS, TICK), with_leads(core, LIMITS, TICK, np.array([2.0, -2.0]))
@@ -114,7 +114,7 @@ def test_a_rest_is_at_least_as_long_as_asked_and_ends_on_a_tick():
     assert rest == pytest.approx(0.004, abs=1e-12)
 
 
-def test_a_lead_that_overshoots_a_limit_says_which():
+def test_a_lead_that_overshoots_a_limit_names_it():
     """It begins fast and just inside a limit, so that getting up to speed needs room beyond it."""
     core = series(seed=1)
     begin = first(core)

@@ -90,13 +90,13 @@ def test_a_joint_swings_only_as_far_as_the_arm_is_clear(tmp_path):
         ({"limits": replace(LIMITS, velocity=np.array([1.0, 0.0]))}, BadLimits, "joint 2: velocity limit 0"),
     ],
 )
-def test_what_cannot_move_says_why(wrong, kind, words):
-    said = {"limits": LIMITS, "joints": [0, 1], "pose": POSE, "tick": TICK} | wrong
+def test_what_cannot_move_gives_the_reason(wrong, kind, words):
+    options = {"limits": LIMITS, "joints": [0, 1], "pose": POSE, "tick": TICK} | wrong
     with pytest.raises(kind, match=words):
-        single_joint_runs(**said)
+        single_joint_runs(**options)
 
 
-def test_a_pose_that_touches_says_what(tmp_path):
+def test_a_pose_that_collides_reports_what(tmp_path):
     robot, geometry = small_arm.small_arm(tmp_path)
     collision, limits = SelfCollision.of(robot, geometry), usable(robot).limits
     folded = np.array([0.0, 0.0, 2.8, 0.0, 0.0])

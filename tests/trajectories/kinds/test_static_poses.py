@@ -77,7 +77,7 @@ def gravity_information(model, poses):
     return np.linalg.slogdet(seen @ rows.T @ rows @ seen.T)[1], len(seen)
 
 
-def test_chosen_poses_tell_more_than_random_ones():
+def test_chosen_poses_are_more_informative_than_random_ones():
     robot = replace(six_axis(), limits=usable_six())
     model = Model(robot, (RigidBody(), CurrentOffset()))
     candidates = random_positions(robot, 200, seed=1)
@@ -98,9 +98,10 @@ def test_what_the_way_decides_at_rest_does_not_choose_poses():
     robot = replace(six_axis(), limits=usable_six())
     candidates = random_positions(robot, 100, seed=1)
     plain = Model(robot, (RigidBody(), CurrentOffset()))
-    rubbing = plain + CoulombFriction() + Hysteresis()
+    with_friction = plain + CoulombFriction() + Hysteresis()
     np.testing.assert_array_equal(
-        informative(candidates, 6, robot.limits, plain), informative(candidates, 6, robot.limits, rubbing)
+        informative(candidates, 6, robot.limits, plain),
+        informative(candidates, 6, robot.limits, with_friction),
     )
 
 
@@ -117,14 +118,14 @@ def test_without_a_model_poses_are_spread_out():
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_an_arm_that_could_touch_itself_never_does(tmp_path, seed):
+def test_an_arm_that_could_collide_with_itself_never_does(tmp_path, seed):
     robot, geometry = small_arm.small_arm(tmp_path)
     collision, limits = SelfCollision.of(robot, geometry), usable(robot).limits
     model = Model(robot, (RigidBody(), CurrentOffset()))
-    said = {"dwell": 0.2, "seed": seed, "model": model}
-    free = static_poses(limits, 8, TICK, **said)
+    options = {"dwell": 0.2, "seed": seed, "model": model}
+    free = static_poses(limits, 8, TICK, **options)
     assert not collision.worst(free.trajectory).allowed
-    kept = static_poses(limits, 8, TICK, clearances=[collision], **said)
+    kept = static_poses(limits, 8, TICK, clearances=[collision], **options)
     assert collision.worst(kept.trajectory).allowed
     assert check(kept.trajectory, limits, TICK) == []
     left_out = [note for note in kept.notes if "left out" in note]
@@ -133,7 +134,7 @@ def test_an_arm_that_could_touch_itself_never_does(tmp_path, seed):
     assert len(kept.rests) == len(kept.poses)
 
 
-def test_what_is_left_out_and_what_goes_round_is_said(tmp_path):
+def test_what_is_left_out_and_what_goes_round_is_reported(tmp_path):
     robot, geometry = small_arm.small_arm(tmp_path)
     collision, limits = SelfCollision.of(robot, geometry), usable(robot).limits
     notes = [
@@ -145,7 +146,7 @@ def test_what_is_left_out_and_what_goes_round_is_said(tmp_path):
     assert any(note.endswith("goes round") for note in notes)
 
 
-def test_an_arm_without_gravity_has_nothing_to_tell():
+def test_an_arm_without_gravity_has_nothing_to_show():
     robot = two_joints.arm()
     robot.kinematics.gravity.linear = np.zeros(3)
     with pytest.raises(NothingToIdentify, match="two joints: at rest no parameter"):
@@ -169,10 +170,10 @@ def test_an_arm_without_gravity_has_nothing_to_tell():
         ),
     ],
 )
-def test_what_cannot_be_asked_for_says_why(wrong, kind, words):
-    said = {"limits": LIMITS, "count": 4, "tick": TICK} | wrong
+def test_what_cannot_be_asked_for_gives_the_reason(wrong, kind, words):
+    options = {"limits": LIMITS, "count": 4, "tick": TICK} | wrong
     with pytest.raises(kind, match=words):
-        static_poses(**said)
+        static_poses(**options)
 
 
 class Crowded(Clearance):
@@ -192,6 +193,6 @@ class Crowded(Clearance):
         return np.eye(2)
 
 
-def test_a_cell_without_room_says_how_much_is_missing():
+def test_a_cell_without_room_states_how_much_is_missing():
     with pytest.raises(Infeasible, match=r"0 of 4000 .* 3 are wanted; .* has -0.\d+ m of room \(arm to "):
         static_poses(LIMITS, 3, TICK, clearances=[Crowded()])

@@ -117,7 +117,7 @@ def test_a_joint_sweeps_only_where_the_arm_is_clear(tmp_path):
     assert not collision.worst(free).allowed
 
 
-def test_the_clear_range_ends_near_where_something_is_touched(tmp_path):
+def test_the_clear_range_ends_near_where_something_is_in_contact(tmp_path):
     robot, geometry = small_arm.small_arm(tmp_path)
     collision, limits = SelfCollision.of(robot, geometry), usable(robot).limits
     pose = np.array([0.0, 0.6, 0.8, 0.1, 0.0])
@@ -160,7 +160,7 @@ def test_the_clear_range_ends_near_where_something_is_touched(tmp_path):
         ),
     ],
 )
-def test_what_cannot_be_swept_says_why(wrong, kind, words):
-    said = {"limits": LIMITS, "joints": [1], "pose": POSE, "tick": TICK} | wrong
+def test_what_cannot_be_swept_gives_the_reason(wrong, kind, words):
+    options = {"limits": LIMITS, "joints": [1], "pose": POSE, "tick": TICK} | wrong
     with pytest.raises(kind, match=words):
-        constant_velocity_sweeps(**said)
+        constant_velocity_sweeps(**options)

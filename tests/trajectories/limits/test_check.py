@@ -43,7 +43,7 @@ def test_a_limit_within_the_extremes_is_violated_once_and_only_it(what, side):
     name = f"position_{side}" if what == "position" else what
     if what in ("velocity", "acceleration") and side == "lower":
         name = f"{what}_lower"
-    if what == "jerk":  # the same both ways, so that only the larger tells
+    if what == "jerk":  # the same both ways, so that only the larger matters
         worst = np.max(np.abs([found.lower[1], found.upper[1]])) * np.sign(worst)
     sign = -1.0 if name == "jerk" and worst < 0 else 1.0
 
@@ -69,7 +69,7 @@ def fast_near_the_limit():
     return Phases.of_jerks(start, np.array([0.05]), np.zeros((1, 2))), limits
 
 
-def test_what_cannot_be_stopped_in_time_is_told():
+def test_what_cannot_be_stopped_in_time_is_reported():
     """Position 0.8 rad at most, but a stop from 2 rad/s at 4 rad/s^2 takes 0.5 rad and more."""
     violations = check(*fast_near_the_limit(), TICK)
     (violation,) = violations
@@ -102,7 +102,7 @@ def test_torque_without_a_limit_or_a_model_is_not_looked_at():
     assert check(series(), replace(LIMITS, torque=np.full(2, 1e-3)), TICK) == []
 
 
-def test_a_motion_that_is_no_number_is_told_and_not_passed():
+def test_a_motion_that_is_no_number_is_reported_and_not_passed():
     jerk = np.zeros((3, 2))
     jerk[1, 1] = np.nan
     start = State(*np.zeros((3, 2)))
@@ -111,7 +111,7 @@ def test_a_motion_that_is_no_number_is_told_and_not_passed():
     assert violation.sentence(("shoulder", "elbow")) == "elbow: no number at 0.100 s, but nan"
 
 
-def test_no_number_between_two_ticks_is_told():
+def test_no_number_between_two_ticks_is_reported():
     """A piece shorter than a tick, after which everything is a number again."""
     zeros = np.zeros((3, 1))
     jerk = np.array([[0.0], [np.nan], [0.0]])
@@ -122,7 +122,7 @@ def test_no_number_between_two_ticks_is_told():
     assert {violation.what for violation in found} == {"no number"}
 
 
-def test_torque_that_is_no_number_is_told():
+def test_torque_that_is_no_number_is_reported():
     def broken(states):
         return np.where(states.time[:, None] > 2.0, np.nan, 0.0) + np.zeros(2)
 

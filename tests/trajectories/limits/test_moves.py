@@ -73,10 +73,10 @@ def test_a_move_meets_both_ends_on_a_tick_within_the_limits(seed):
 
 
 @pytest.mark.parametrize("seed", range(60))
-def test_the_pieces_are_what_ruckig_says_at_any_time(seed):
+def test_the_pieces_are_what_ruckig_states_at_any_time(seed):
     start, target, limits = random_problem(seed)
     n = len(limits.jerk)
-    asked, said = ruckig.InputParameter(n), ruckig.Trajectory(n)
+    asked, message = ruckig.InputParameter(n), ruckig.Trajectory(n)
     asked.current_position, asked.current_velocity, asked.current_acceleration = map(list, start)
     asked.target_position, asked.target_velocity, asked.target_acceleration = map(list, target)
     asked.max_velocity, asked.min_velocity = list(limits.velocity), list(limits.velocity_lower)
@@ -86,12 +86,12 @@ def test_the_pieces_are_what_ruckig_says_at_any_time(seed):
     )
     asked.max_jerk = list(limits.jerk)
     asked.duration_discretization = ruckig.DurationDiscretization.Discrete
-    ruckig.Ruckig(n, TICK).calculate(asked, said)
+    ruckig.Ruckig(n, TICK).calculate(asked, message)
     way = move(start, target, limits, TICK)
-    assert way.duration == pytest.approx(said.duration, abs=1e-12)
-    time = np.linspace(0.0, min(way.duration, said.duration), 101)
+    assert way.duration == pytest.approx(message.duration, abs=1e-12)
+    time = np.linspace(0.0, min(way.duration, message.duration), 101)
     here = way.at(time)
-    expected = np.array([said.at_time(instant) for instant in time])
+    expected = np.array([message.at_time(instant) for instant in time])
     for order, found in enumerate(here[1:4]):
         np.testing.assert_allclose(found, expected[:, order], atol=1e-9)
 

@@ -41,13 +41,13 @@ def test_no_margins_leave_the_limits_as_they_are():
         np.testing.assert_array_equal(getattr(limits, name), value)
 
 
-def test_unless_told_a_little_is_kept_free():
+def test_by_default_a_little_is_kept_free():
     limits = usable(arm()).limits
     np.testing.assert_allclose(limits.position_upper, 2.45)
     np.testing.assert_allclose(limits.velocity, 0.95 * 3.0)
 
 
-def test_what_nobody_said_is_assumed_and_told():
+def test_what_is_not_given_is_assumed_and_reported():
     inf = np.inf
     robot = changed(
         position_lower=[-inf, -2],
@@ -95,7 +95,7 @@ def test_backward_limits_must_be_negative(name, value):
         usable(changed(**{f"{name}_lower": [-1.0, value]}))
 
 
-def test_a_velocity_must_be_said():
+def test_a_velocity_must_be_given():
     with pytest.raises(BadLimits, match="elbow: no velocity limit is given. Try `velocity` under"):
         usable(changed(velocity=[3, np.inf], velocity_lower=[-3, -np.inf]))
     with pytest.raises(BadLimits, match="elbow: no velocity limit is given. Try `velocity_lower` under"):
@@ -143,7 +143,7 @@ def test_a_start_must_be_inside():
 
 
 @pytest.mark.parametrize(
-    ("window", "said"),
+    ("window", "message"),
     [
         ([0.1, 0.0], "elbow: correction window -?0 to 0 rad"),
         ([0.1, np.nan], "elbow: correction window nan"),
@@ -152,12 +152,12 @@ def test_a_start_must_be_inside():
         ([0.1, 0.1, 0.1], "window of shape"),
     ],
 )
-def test_a_window_must_hold_the_start(window, said):
-    with pytest.raises(BadLimits, match=said):
+def test_a_window_must_hold_the_start(window, message):
+    with pytest.raises(BadLimits, match=message):
         usable(arm(), window=np.array(window), start=np.zeros(2))
 
 
-def test_a_window_that_leaves_nothing_says_where():
+def test_a_window_that_leaves_nothing_names_the_place():
     start, window = np.array([0.0, 2.45]), np.array([[-1, 1], [0.0, 1.0]])
     with pytest.raises(
         Infeasible, match="elbow: .*nothing is left in the correction window. Try another start"
@@ -170,10 +170,12 @@ def test_a_window_needs_a_start():
         usable(arm(), window=np.array([0.1, 0.1]))
 
 
-@pytest.mark.parametrize("said", [{"velocity": 1.0}, {"jerk": -0.1}, {"position": np.nan}, {"slide": np.inf}])
-def test_margins_must_be_shares(said):
-    with pytest.raises(BadLimits, match=f"margins: {next(iter(said))} is"):
-        Margins(**said)
+@pytest.mark.parametrize(
+    "options", [{"velocity": 1.0}, {"jerk": -0.1}, {"position": np.nan}, {"slide": np.inf}]
+)
+def test_margins_must_be_shares(options):
+    with pytest.raises(BadLimits, match=f"margins: {next(iter(options))} is"):
+        Margins(**options)
 
 
 def test_limits_have_one_value_a_joint():

@@ -33,9 +33,9 @@ WISHES = Wishes(harmonics=2, period=4.0, seconds=7.0, tick=TICK, rest=0.5)
 BODY = known_parameters(3.0, (0.1, 0.0, 0.05))
 
 
-def planned(wishes=WISHES, model=None, **said):
+def planned(wishes=WISHES, model=None, **options):
     """One start, here."""
-    return plan(model or two_joints.model(), wishes, starts=1, seconds=1e6, **said)
+    return plan(model or two_joints.model(), wishes, starts=1, seconds=1e6, **options)
 
 
 def core(one):
@@ -54,14 +54,14 @@ def usual():
     return one
 
 
-def test_a_plan_says_what_it_is(usual):
+def test_a_plan_reports_what_it_is(usual):
     assert (usual.criterion, usual.seed, usual.tick, usual.payload_pair) == ("condition", 5, TICK, False)
     assert usual.details["goal"] == f"condition number {usual.reached:.4g}"
     assert usual.details["period"] == 4.0
     assert usual.details["harmonics"] == 2
     assert usual.margins == vars(WISHES.margins)
-    (said,) = usual.assumed
-    assert said.startswith("Fv1, Fv2, Fc1, Fc2, Off1, Off2: nothing is said of them")
+    (text,) = usual.assumed
+    assert text.startswith("Fv1, Fv2, Fc1, Fc2, Off1, Off2: nothing is stated of them")
 
 
 def test_a_plan_is_a_whole_run_inside_all_limits(usual):
@@ -74,7 +74,7 @@ def test_a_plan_is_a_whole_run_inside_all_limits(usual):
     assert usual.trajectory.duration / TICK == pytest.approx(round(usual.trajectory.duration / TICK))
 
 
-def test_a_plan_is_as_good_as_it_says(usual):
+def test_a_plan_is_as_good_as_it_states(usual):
     """Condition number of the measured base regressor of the periods, by numpy."""
     of = two_joints.model()
     goal = identification_goal(of, WISHES, limits())
@@ -109,16 +109,16 @@ def test_a_focus_is_on_what_is_named():
 
 
 def test_after_a_fit_what_is_known_counts():
-    """The believed torque is that of the fit, and what it knows least comes to matter."""
+    """The nominal torque is that of the fit, and what it knows least comes to matter."""
     of = replace(two_joints.model(), effects=fit().model.effects)
     goal = identification_goal(of, replace(WISHES, fit=fit()), limits())
     names = goal.experiment.base.names
-    told = [name for name in fit().names if not name.endswith("L")]
-    assert names == [*told, "gain1", "gain2"]
+    visible = [name for name in fit().names if not name.endswith("L")]
+    assert names == [*visible, "gain1", "gain2"]
     assert goal.criterion is worst
     covariance = np.linalg.inv(goal.experiment.known)
     np.testing.assert_allclose(
-        np.sqrt(np.diag(covariance))[: len(told)], fit().estimate.std[: len(told)], rtol=1e-4
+        np.sqrt(np.diag(covariance))[: len(visible)], fit().estimate.std[: len(visible)], rtol=1e-4
     )
     relative = fit().estimate.gain_std / np.abs(fit().estimate.gain)
     np.testing.assert_allclose(np.sqrt(np.diag(covariance))[-2:], relative, rtol=1e-4)
@@ -134,7 +134,7 @@ def test_after_a_fit_what_is_known_counts():
     assert one.reached < 0.9 * np.exp(objective.value(still))
 
 
-def test_what_an_unloaded_run_cannot_tell_is_what_the_fit_says_least_surely():
+def test_what_an_unloaded_run_cannot_show_has_the_largest_deviation_in_the_fit():
     """Gains and parameters all larger by a share make the same currents without a known body."""
     of = replace(two_joints.model(), effects=fit().model.effects)
     goal = identification_goal(of, replace(WISHES, fit=fit()), limits())
@@ -156,7 +156,7 @@ def test_more_runs_after_a_fit_are_more_rows():
     assert two.rows == pytest.approx(2 * one.rows)
 
 
-def test_a_fit_is_believed_as_it_was_found():
+def test_a_fit_is_nominal_as_it_was_found():
     of = learned(fit())
     np.testing.assert_allclose(fit().base.regrouping @ of.nominal_values, fit().estimate.values, rtol=1e-9)
     prior = dict(zip(of.names, of.priors, strict=True))
@@ -249,7 +249,7 @@ def limits_rest():
     return replace(two_joints.motion(1), position=still, velocity=still, acceleration=still)
 
 
-def test_noise_where_nothing_is_believed_is_one():
+def test_noise_without_priors_is_one():
     of = Model(two_joints.arm(), smooth_model().effects[1:])
     np.testing.assert_array_equal(nominal_noise(of, limits()), [1.0, 1.0])
 

@@ -102,19 +102,19 @@ def test_a_region_holds_for_leads_too():
     assert floor.worst(run).allowed
 
 
-def test_a_start_below_the_floor_is_told():
+def test_a_start_below_the_floor_is_reported():
     floor = Region.of(two_joints.arm(), "flange", box([-9.0, -9.0, -0.5], [9.0, 9.0, 9.0]))
     with pytest.raises(Infeasible, match=r"no lead into the motion.* flange z >= .* mm of room at"):
         whole_run(series(0.1), limits(), TICK, start=np.array([1.5, 0.0]), clearances=[floor])
 
 
-def test_a_start_too_heavy_to_hold_is_told():
+def test_a_start_too_heavy_to_hold_is_reported():
     kept = replace(limits(), torque=np.array([90.0, 190.0]))
     torque = TorqueBound(two_joints.model(), np.array([20.0, 190.0])).of("")
     with pytest.raises(Infeasible, match="no lead into the motion keeps to the limits: joint 1: torque"):
         whole_run(series(0.1), replace(kept, torque=np.array([20.0, 190.0])), TICK, torques=[torque])
 
 
-def test_a_start_outside_the_limits_is_told():
+def test_a_start_outside_the_limits_is_reported():
     with pytest.raises(Infeasible, match="joint 1: the lead"):
         whole_run(series(0.1), limits(), TICK, start=np.array([2.6, 0.0]))

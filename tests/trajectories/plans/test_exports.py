@@ -75,7 +75,7 @@ def test_ros_message_has_the_shape_of_a_joint_trajectory(plan, family, rate):
         np.testing.assert_allclose(found, getattr(states, name), atol=1e-7)
 
 
-def test_ros_says_where_the_motion_is_not_at_rest(plan):
+def test_ros_names_the_place_the_motion_is_not_at_rest(plan):
     assert "# It starts in motion" in ros_text(plan)
     assert "# It ends in motion" in ros_text(plan)
     assert "in motion" not in ros_text(at_rest(plan))
@@ -129,7 +129,7 @@ def test_krl_of_a_sliding_joint_is_in_millimetres(plan):
     assert points[0]["A2"] == pytest.approx(np.degrees(start[1]), abs=1e-4)
 
 
-def test_krl_refuses_what_it_cannot_say(plan):
+def test_krl_refuses_what_it_cannot_express(plan):
     with pytest.raises(BadLimits, match="shoulder has no velocity limit"):
         krl_text(replace(plan, limits=Limits.none(2)))
     n = len(KRL_AXES) + 1

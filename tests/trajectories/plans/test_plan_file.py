@@ -93,7 +93,7 @@ def test_infinite_limits_and_a_criterion_of_nothing_come_back():
     assert same(parse_plan(plan_text(plan)), plan)
 
 
-def test_defaults_go_without_saying():
+def test_defaults_is_implied():
     text = plan_text(known_plan())
     for key in ("checksum", "criterion", "reached", "seed", "tick", "payload_pair", "assumed", "periods"):
         text = re.sub(rf"^{key} = .*\n", "", text, flags=re.M)
@@ -111,7 +111,7 @@ def test_a_file_cut_off_anywhere_is_refused(family):
 
 
 @pytest.mark.parametrize(
-    ("found", "put", "said"),
+    ("found", "put", "message"),
     [
         ("format = 1", "format = 2", "format 2; this version reads format 1; update exidyn"),
         ("format = 1", 'format = "1"', "format '1'; this version reads format 1"),
@@ -158,19 +158,23 @@ def test_a_file_cut_off_anywhere_is_refused(family):
         ("[details]", "details = 3\n[detail]", "unknown key 'detail'"),
     ],
 )
-def test_a_wrong_file_is_refused_in_one_sentence(found, put, said, tmp_path):
+def test_a_wrong_file_is_refused_in_one_sentence(found, put, message, tmp_path):
     text = plan_text(known_plan())
     assert found in text
     (tmp_path / "bad.toml").write_text(text.replace(found, put, 1), encoding="utf-8")
-    with pytest.raises(NotATrajectory, match=said) as refused:
+    with pytest.raises(NotATrajectory, match=message) as refused:
         read_plan(tmp_path / "bad.toml")
     assert str(refused.value).startswith(f"{tmp_path / 'bad.toml'}: ")
 
 
 def test_what_is_no_text_or_no_file_is_refused(tmp_path):
     (tmp_path / "picture.png").write_bytes(b"\x89PNG\xff")
-    for name, said in (("picture.png", "not a text file"), ("none.toml", "No such file"), (".", "directory")):
-        with pytest.raises(NotATrajectory, match=said):
+    for name, message in (
+        ("picture.png", "not a text file"),
+        ("none.toml", "No such file"),
+        (".", "directory"),
+    ):
+        with pytest.raises(NotATrajectory, match=message):
             read_plan(tmp_path / name)
 
 
@@ -188,27 +192,27 @@ def test_a_plan_fits_the_model_it_was_made_for():
 def test_other_masses_change_the_model_and_not_the_robot():
     model = two_joints.model(gain=2 * two_joints.GAIN)
     assert robot_differences(known_plan(), model.robot) == []
-    (said,) = model_differences(known_plan(), model)
-    assert "not the one planned with" in said
-    assert fits(known_plan(), model) == [said]
+    (text,) = model_differences(known_plan(), model)
+    assert "not the one planned with" in text
+    assert fits(known_plan(), model) == [text]
 
 
 def test_other_limits_are_named():
     robot = two_joints.arm()
     slower = replace(robot.limits, velocity=np.array([3.0, 2.0]))
-    (said,) = robot_differences(known_plan(), replace(robot, limits=slower))
-    assert said == "limit velocity of elbow is 2; it was 3 when the plan was made"
+    (text,) = robot_differences(known_plan(), replace(robot, limits=slower))
+    assert text == "limit velocity of elbow is 2; it was 3 when the plan was made"
 
 
-def test_another_geometry_and_other_joints_are_told():
+def test_another_geometry_and_other_joints_are_reported():
     robot = two_joints.arm()
     longer = robot.kinematics.copy()
     longer.jointPlacements[2].translation = np.array([0.5, 0.0, 0.0])
-    (said,) = robot_differences(known_plan(), replace(robot, kinematics=longer))
-    assert "another geometry" in said
+    (text,) = robot_differences(known_plan(), replace(robot, kinematics=longer))
+    assert "another geometry" in text
     plan = replace(known_plan(), joints=("A1", "A2"))
-    (said,) = robot_differences(plan, robot)
-    assert said == "the plan is for the joints A1, A2 of two joints; two joints has shoulder, elbow"
+    (text,) = robot_differences(plan, robot)
+    assert text == "the plan is for the joints A1, A2 of two joints; two joints has shoulder, elbow"
 
 
 def test_a_changed_digit_is_another_motion_and_refused():

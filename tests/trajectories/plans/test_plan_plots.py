@@ -159,9 +159,9 @@ def test_violations_name_joint_limit_and_torque(plan):
     weak = replace(plan, limits=replace(plan.limits, torque=np.array([1.0, 200.0])))
     (low, *_) = violations(weak, nominal_torque(weak, two_joints.model()))
     assert low.startswith("shoulder: torque at ")
-    said = violations(beyond(plan))
-    assert any(s.startswith("shoulder: velocity at ") and "8.4" in s and "limit 3 rad/s" in s for s in said)
-    assert not any(s.startswith("elbow") for s in said)
+    text = violations(beyond(plan))
+    assert any(s.startswith("shoulder: velocity at ") and "8.4" in s and "limit 3 rad/s" in s for s in text)
+    assert not any(s.startswith("elbow") for s in text)
 
 
 def test_unknown_limits_are_not_violated_and_stops_still_told(plan):
@@ -171,12 +171,12 @@ def test_unknown_limits_are_not_violated_and_stops_still_told(plan):
     assert violations(replace(plan, limits=walls)) == []
     start = State(np.zeros(2), np.array([3.0, 0.0]), np.zeros(2))
     fast = Phases.of_jerks(start, np.array([0.2]), np.zeros((1, 2)))
-    (said,) = violations(replace(plan, trajectory=fast, limits=walls))
-    assert "shoulder: a stop begun at" in said
+    (text,) = violations(replace(plan, trajectory=fast, limits=walls))
+    assert "shoulder: a stop begun at" in text
 
 
 @pytest.mark.parametrize("unit", ["rad", "m"])
-def test_every_panel_says_its_unit(plan, unit):
+def test_every_panel_states_its_unit(plan, unit):
     plan = replace(plan, units=(unit, unit))
     drawn = Page(joint_plot(plan, 0, plan_curves(plan)))
     for words in (f"position [{unit}]", f"velocity [{unit}/s]", f"accel. [{unit}/s²]", f"jerk [{unit}/s³]"):
@@ -201,7 +201,7 @@ def test_page_needs_nothing_else_and_closes_its_tags(plan):
         assert words in page.words
 
 
-def test_page_says_what_it_did_not_look_at(plan):
+def test_page_reports_what_it_did_not_look_at(plan):
     pair = replace(plan, payload_pair=True)
     bare, known = two_joints.model(), two_joints.model(Payload("L", BODY))
     for one, torque, words in (
@@ -213,7 +213,7 @@ def test_page_says_what_it_did_not_look_at(plan):
         assert words in plan_page(one, (), torque)
 
 
-def test_page_says_what_is_beyond_and_colours_it(plan):
+def test_page_reports_what_is_beyond_and_colours_it(plan):
     far = beyond(plan)
     page = Page(plan_page(far, violations(far)).removeprefix("<!doctype html>"))
     assert "Goes beyond limits: do not run it." in page.words
@@ -240,7 +240,7 @@ def test_page_escapes_what_people_wrote(plan):
     assert "1 &lt; 2" in text
 
 
-def test_unlimited_joints_are_told(plan):
+def test_unlimited_joints_are_reported(plan):
     jerky = replace(plan.limits, jerk=np.array([np.inf, 200.0]))
     page = Page(plan_page(replace(plan, limits=jerky)).removeprefix("<!doctype html>"))
     assert "No jerk limit is known of shoulder." in page.words
@@ -257,7 +257,7 @@ def test_summary_has_the_numbers_and_no_wide_line(plan):
     assert "BEYOND" not in summary(plan, limit_use(plan), violations(plan))
 
 
-def test_facts_tell_how_it_was_planned(plan):
+def test_facts_state_how_it_was_planned(plan):
     facts = plan_facts(replace(plan, payload_pair=True, details={"harmonics": 5, "worst": 0.25}))
     assert facts["to be run"] == "twice, unloaded and loaded, a command every 4 ms"
     assert facts["criterion"] == "condition, reached 0.3333"

@@ -86,7 +86,7 @@ def test_arm_moves_as_planned(chunks, plan):
         np.testing.assert_allclose(np.abs(np.sum(turn * poses[:, k, 3:], axis=1)), 1.0, atol=1e-6)
 
 
-def test_summary_says_what_is_beyond(chunks):
+def test_summary_reports_what_is_beyond(chunks):
     (text,) = chunks["/summary", "TextDocument:text"][0].to_pylist()[0]
     assert "Motion for two joints" in text
     assert "BEYOND: shoulder: velocity" in text

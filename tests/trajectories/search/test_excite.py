@@ -1,4 +1,4 @@
-"""The search as a whole: starts inside, better ends, the best of several, and errors that say why."""
+"""The search as a whole: starts inside, better ends, the best of several, and errors with their reasons."""
 
 import threading
 from concurrent.futures import ThreadPoolExecutor
@@ -94,7 +94,7 @@ def test_starts_keep_to_ninety_per_cent_and_differ(series):
 
 
 def test_several_series_are_planned_together_and_complement_each_other():
-    """Two of four seconds tell no less than one does."""
+    """Two of four seconds are no less informative than one."""
     within = setting(series=2, harmonics=1)
     both = one_start(QUICK, within, 0, NEVER, never)
     assert len(both.series) == 2
@@ -118,15 +118,15 @@ def test_stopped_at_once_it_still_has_its_start():
     assert np.isfinite(one.value)
 
 
-def test_the_best_of_several_starts_is_returned_and_all_are_told_of():
-    said = []
+def test_the_best_of_several_starts_is_returned_and_all_are_reported():
+    text = []
     with ThreadPoolExecutor(2) as pool:
-        best = excite(QUICK, setting(), starts=2, seed=3, seconds=NEVER, executor=pool, progress=said.append)
+        best = excite(QUICK, setting(), starts=2, seed=3, seconds=NEVER, executor=pool, progress=text.append)
     singles = [one_start(QUICK, setting(), seed, NEVER, never) for seed in (3, 4)]
     assert best.value == min(one.value for one in singles)
     assert best.seed == min(singles, key=lambda one: one.value).seed
-    assert [line.split(":")[0] for line in said] == [f"start {k} of 2" for k in (1, 2)]
-    assert said[-1].endswith(f"best so far mean relative deviation {np.exp(best.value):.4g}")
+    assert [line.split(":")[0] for line in text] == [f"start {k} of 2" for k in (1, 2)]
+    assert text[-1].endswith(f"best so far mean relative deviation {np.exp(best.value):.4g}")
 
 
 def test_starts_take_the_periods_in_turn():
@@ -135,15 +135,15 @@ def test_starts_take_the_periods_in_turn():
     assert found == [4.0, 3.0, 4.0]
 
 
-def test_a_search_that_no_start_fits_says_why(monkeypatch):
+def test_a_search_that_no_start_fits_gives_the_reason(monkeypatch):
     nowhere = Region.of(two_joints.arm(), "flange", box([2.0, -1.0, -1.0], [3.0, 1.0, 1.0]))
-    said = []
+    text = []
     with pytest.raises(Infeasible, match=r"no position within the joints' limits keeps to: flange x >= 2 m"):
-        excite(goal(), setting(clearances=(nowhere,)), starts=1, progress=said.append)
-    assert said == []
+        excite(goal(), setting(clearances=(nowhere,)), starts=1, progress=text.append)
+    assert text == []
 
 
-def test_too_heavy_to_hold_is_told(monkeypatch):
+def test_too_heavy_to_hold_is_reported(monkeypatch):
     monkeypatch.setattr("exidyn.trajectories.search.shrink.STEPS", 5)
     weak = replace(limits(), torque=np.array([20.0, 190.0]))
     reason = one_start(goal(), setting(limits=weak), 0, 0.0, never)

@@ -20,8 +20,8 @@ from ...parts.plans.parallel_work import (
     failing,
     pressing,
     pressing_twice,
+    reporting,
     square,
-    telling,
     told_time,
     until_asked,
 )
@@ -62,7 +62,7 @@ def test_several_run_in_other_processes_on_one_thread_each(two, monkeypatch):
     assert not multiprocessing.active_children()
 
 
-def test_at_the_end_of_the_time_running_tasks_tell_what_they_have(two):
+def test_at_the_end_of_the_time_running_tasks_report_what_they_have(two):
     found = collected(until_asked, [1, 2, 3, 4, 5, 6], seconds=0.5)
     assert found
     assert set(found) < {1, 2, 3, 4, 5, 6}
@@ -76,7 +76,7 @@ def test_the_time_begins_when_a_process_has_begun_to_work(two):
 
 @pytest.mark.parametrize("after", [0, 4], ids=["while they begin", "while they work"])
 def test_an_interrupt_of_all_processes_asks_them_to_end(two, monkeypatch, after):
-    """Ctrl-C reaches the whole group; those that work must live to tell what they have."""
+    """Ctrl-C reaches the whole group; those that work must live to report what they have."""
     waits, wait = [], parallel.wait
 
     def interrupted(left, **named):
@@ -119,7 +119,7 @@ def test_an_error_in_a_process_is_raised_here_and_ends_the_others(two):
     assert not multiprocessing.active_children()
 
 
-def test_a_process_that_dies_is_told_of(two):
+def test_a_process_that_dies_is_reported(two):
     with pytest.raises(TrajectoryError, match="a process of the search died.*__main__"):
         collected(dying, [1, 2])
 
@@ -160,15 +160,15 @@ def test_no_tasks_are_no_results():
 
 
 @pytest.mark.parametrize("tasks", [[3], [3, 4]], ids=["here", "in other processes"])
-def test_what_tasks_tell_is_heard_before_they_end(two, tasks):
+def test_what_tasks_report_is_received_before_they_end(two, tasks):
     order = []
     run_all(
-        telling,
+        reporting,
         [(task,) for task in tasks],
         LONG,
         None,
         lambda result: order.append(("ended", result)),
-        lambda said: order.append(("told", said)),
+        lambda message: order.append(("reported", message)),
     )
     for task in tasks:
-        assert order.index(("told", 10 * task)) < order.index(("ended", task))
+        assert order.index(("reported", 10 * task)) < order.index(("ended", task))

@@ -121,7 +121,7 @@ def few(monkeypatch):
     monkeypatch.setattr(shrink, "STEPS", 10)
 
 
-def test_a_centre_that_is_too_heavy_to_hold_is_told(few):
+def test_a_centre_that_is_too_heavy_to_hold_is_reported(few):
     kept = replace(limits(), torque=np.array([10.0, 100.0]))
     with pytest.raises(
         Infeasible, match=r"shoulder: torque at .* limit -?10 N m, and so it is for ever smaller"
@@ -129,13 +129,13 @@ def test_a_centre_that_is_too_heavy_to_hold_is_told(few):
         shrink_inside(series(0.1), goal(), kept, (), TICK)
 
 
-def test_a_centre_outside_the_position_limits_is_told(few):
+def test_a_centre_outside_the_position_limits_is_reported(few):
     kept = replace(limits(), position_lower=np.array([0.2, -2.0]))
     with pytest.raises(Infeasible, match="shoulder: (position|a stop).* limit 0.2 rad"):
         shrink_inside(series(0.1), goal(), kept, (), TICK)
 
 
-def test_a_centre_outside_the_region_is_told(few):
+def test_a_centre_outside_the_region_is_reported(few):
     outside = region((-0.3, -1.0, -0.4), (0.3, 1.0, 0.4))
     with pytest.raises(Infeasible, match=r"flange .* mm of room at .* Try a start pose away from it"):
         shrink_inside(series(0.1), goal(), limits(), (outside,), TICK)

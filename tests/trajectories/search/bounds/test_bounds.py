@@ -35,7 +35,7 @@ LOADED = smooth_model(LoadDependentFriction(reversal=0.08), Payload("L", BODY))
 
 
 def heavy():
-    """With friction believed in, so that all effects make torque."""
+    """With nominal friction, so that all effects make torque."""
     stated = {"Fv1": 3.0, "Fc1": 4.0, "Fc2": 2.0, "mu1": 0.05, "mu2": 0.1, "Off1": 1.0}
     return replace(LOADED, stated={name: Prior(value) for name, value in stated.items()})
 

@@ -116,7 +116,7 @@ def test_units_of_a_parameter_do_not_matter(criterion):
 
 
 @pytest.mark.parametrize("criterion", CASES.values(), ids=CASES.keys())
-def test_two_columns_that_cannot_be_told_apart_are_bad_but_a_number(criterion):
+def test_two_columns_that_cannot_be_distinguished_are_bad_but_a_number(criterion):
     """A start may leave them so: the solver must still see a number and a way out."""
     matrix, size = regressor(), sizes()
     matrix[:, 5] = 2.0 * matrix[:, 1]

@@ -1,4 +1,4 @@
-"""Information: what runs tell about base parameters, and its gradient by the motion."""
+"""Information: what runs show about base parameters, and its gradient by the motion."""
 
 from dataclasses import replace
 
@@ -21,9 +21,9 @@ NOISE = np.array([0.7, 0.2])
 STEP = 1e-6
 
 
-def experiment(**said):
+def experiment(**options):
     of = smooth_model(Payload("L", known(3.0, (0.1, 0.0, 0.05))))
-    return Experiment.of(of, **{"payloads": ("", "L"), "noise": NOISE} | said)
+    return Experiment.of(of, **{"payloads": ("", "L"), "noise": NOISE} | options)
 
 
 def motion(seed=0):
@@ -52,7 +52,7 @@ def test_information_of_runs_and_of_earlier_ones_adds_up():
     np.testing.assert_allclose(more.information(at, 0.1), alone[1] + 0.1 * sum(alone), rtol=1e-12)
 
 
-def test_noisier_joints_tell_less():
+def test_noisier_joints_are_less_informative():
     one = experiment(payloads=("",)).information(motion())
     other = experiment(payloads=("",), noise=3 * NOISE).information(motion())
     np.testing.assert_allclose(one, 9 * other, rtol=1e-12)

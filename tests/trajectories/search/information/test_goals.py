@@ -69,7 +69,7 @@ def test_a_gain_is_the_torque_that_flows_through_it(payload):
     assert not np.any(columns[:, 1, 0])
 
 
-def test_all_gains_are_told_by_a_pair_alone():
+def test_all_gains_are_reported_by_a_pair_alone():
     """Without a known body, all of them scaled together are all parameters scaled: one is regrouped."""
     of = with_drive_gains(nominal(Payload("L", BODY)))
     alone, pair = (Experiment.of(of, payloads).base.names for payloads in ([""], ["", "L"]))
@@ -77,7 +77,7 @@ def test_all_gains_are_told_by_a_pair_alone():
     assert [name for name in pair if name.startswith("gain")] == ["gain1", "gain2"]
 
 
-def test_gains_are_believed_as_the_robot_says():
+def test_gains_are_nominal_as_the_robot_states():
     robot = replace(two_joints.arm(), drive_gain_tolerance=0.03)
     priors = DriveGains(Model(robot, (RigidBody(),))).priors(robot)
     assert priors == {"gain1": Prior(0.0, 0.03), "gain2": Prior(0.0, 0.03)}
@@ -111,7 +111,7 @@ def test_shapes_of_effects_that_were_not_named_stay_known():
 
 
 @pytest.mark.parametrize("key", ["load_dependent_friction", "viscous_friction", "nonsense"])
-def test_shapes_that_the_model_does_not_have_are_told(key):
+def test_shapes_that_the_model_does_not_have_are_reported(key):
     with pytest.raises(UnknownChoice, match=f"'{key}'. Valid: coulomb_friction, stribeck_friction$"):
         with_shapes(shaped(0.3, ("elbow",)), [key])
 
@@ -152,7 +152,7 @@ def test_the_goal_itself_is_the_last_objective(criterion):
         assert min(values[:-1]) > values[-1]
 
 
-def test_objectives_see_gradual_friction_and_the_torque_limit_the_believed_one():
+def test_objectives_see_gradual_friction_and_the_torque_limit_the_nominal_one():
     of = goal(two_joints.model(), nominal=smooth_model())
     smooth = of.objectives(limits(), 0.01)[0].experiment.model
     assert smooth.effects[2].reversal == pytest.approx(0.057)
@@ -162,7 +162,7 @@ def test_objectives_see_gradual_friction_and_the_torque_limit_the_believed_one()
     assert plain.model is plain.experiment.model
 
 
-def test_sizes_are_of_what_is_believed():
+def test_sizes_are_of_nominal_values():
     """Regrouped ones with all that is regrouped into them: elbow's mass at 0.4 m."""
     experiment = Experiment.of(nominal())
     size = dict(zip(experiment.base.names, parameter_sizes(experiment), strict=True))
@@ -173,7 +173,7 @@ def test_sizes_are_of_what_is_believed():
     assert size["MX1R"] == pytest.approx(np.hypot(prior["MX1"].value + 0.4 * prior["M2"].value, deviation))
 
 
-def test_what_nobody_believes_has_the_size_of_the_noise():
+def test_what_has_no_prior_has_the_size_of_the_noise():
     """A deviation of one is then one noise of torque."""
     noise = np.array([0.3, 0.7])
     experiment = Experiment.of(smooth_model(), noise=noise)
@@ -185,8 +185,8 @@ def test_what_nobody_believes_has_the_size_of_the_noise():
 
 
 def test_words_name_the_criterion():
-    said = {name: goal(criterion=c).words(np.log(2.5)) for name, c in CRITERIA.items()}
-    assert said == {
+    text = {name: goal(criterion=c).words(np.log(2.5)) for name, c in CRITERIA.items()}
+    assert text == {
         "condition": "condition number 2.5",
         "volume": "mean relative deviation 2.5",
         "average": "root mean square relative deviation 2.5",
