@@ -14,7 +14,7 @@ from record_krc import echo, timeouts, told
 from record_motion import job
 from record_run import Ran, cpu_time, run
 
-from exidyn.acquire.run.watch import WatchLimits
+from exidyn.acquire.run.stopping.watch import WatchLimits
 
 HEADER = [
     "driver", "cycle ms", "cycles", "missed", "floor's", "late p50 us", "p99 us", "max us", "floor p50 us",

@@ -9,14 +9,14 @@ from typing import NamedTuple
 
 from record_motion import MODEL
 
-from exidyn.acquire.run.frames import END, text_frame
 from exidyn.acquire.run.perform import Job, Outcome, perform
-from exidyn.acquire.run.pipe_sink import PipeSink
+from exidyn.acquire.run.pipe.frames import END, text_frame
+from exidyn.acquire.run.pipe.pipe_sink import PipeSink
+from exidyn.acquire.run.pipe.run_head import RunHead
+from exidyn.acquire.run.pipe.sink import Sink
 from exidyn.acquire.run.realtime import realtime
-from exidyn.acquire.run.recorder import start_recorder
-from exidyn.acquire.run.run_head import RunHead
-from exidyn.acquire.run.sink import Sink
-from exidyn.acquire.run.stop import Stop
+from exidyn.acquire.run.recording.recorder import start_recorder
+from exidyn.acquire.run.stopping.stop import Stop
 from exidyn.acquire.terminal import run_summary
 from exidyn.drivers import Driver, Info, Sample
 

@@ -9,7 +9,7 @@ from exidyn.identify.errors import NeedsPayload
 from exidyn.identify.recordings.recording import KnownPayload
 
 from ..run.errors import NotAllowed
-from ..run.watch import WatchLimits
+from ..run.stopping.watch import WatchLimits
 from .common import positive
 
 BODY = "L"

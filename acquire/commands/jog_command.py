@@ -40,8 +40,8 @@ from ..jog.there_and_back import (
 )
 from ..run.errors import NotAllowed
 from ..run.perform import FEWEST, LISTEN, Job, Outcome
-from ..run.recorder import require_free
-from ..run.run_head import RunHead
+from ..run.pipe.run_head import RunHead
+from ..run.recording.recorder import require_free
 from ..run.start import StartRules
 from ..terminal import run_summary
 from ..terminal.confirm import confirm, require_attended

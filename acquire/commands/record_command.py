@@ -27,10 +27,10 @@ from ..live.live_view import Targets, require_showable, start_view
 from ..run.before import Checked, checked
 from ..run.errors import NotAllowed
 from ..run.perform import Job, Outcome
-from ..run.pipe_sink import PipeSink
-from ..run.recorder import require_free
+from ..run.pipe.pipe_sink import PipeSink
+from ..run.pipe.run_head import RunHead
+from ..run.recording.recorder import require_free
 from ..run.rehearsal import rehearse
-from ..run.run_head import RunHead
 from ..run.start import StartRules
 from ..terminal import run_summary
 from ..terminal.confirm import confirm, require_attended

@@ -20,7 +20,7 @@ from ..arguments.controllers import add_controller, make_driver, read_controller
 from ..arguments.exit_codes import DONE
 from ..files.standing_arm import standing_arm
 from ..run.listener import Listener, Reading
-from ..run.stop_requests import StopRequests
+from ..run.stopping.stop_requests import StopRequests
 from ..terminal.confirm import confirm_reading
 from ..terminal.joint_units import JointUnits
 from ..terminal.json_output import SCREEN, add_json, require_json

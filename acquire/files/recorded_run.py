@@ -9,13 +9,13 @@ from pathlib import Path
 
 from exidyn.drivers import Driver, Info, Sample
 
-from ..run.frames import END, text_frame
 from ..run.perform import Job, Outcome, perform
-from ..run.pipe_sink import PipeSink
+from ..run.pipe.frames import END, text_frame
+from ..run.pipe.pipe_sink import PipeSink
+from ..run.pipe.sink import Sink
 from ..run.realtime import realtime
-from ..run.recorder import part_of, start_recorder
-from ..run.sink import Sink
-from ..run.stop_requests import StopRequests
+from ..run.recording.recorder import part_of, start_recorder
+from ..run.stopping.stop_requests import StopRequests
 from ..terminal import run_summary
 from ..terminal.progress import say
 

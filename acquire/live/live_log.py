@@ -8,8 +8,8 @@ import rerun as rr
 
 from exidyn.identify.pages.views.view_parts import JOINTS, TIMELINE, send
 
-from ..run.frames import Cycle, Event
-from ..run.run_head import RunHead
+from ..run.pipe.frames import Cycle, Event
+from ..run.pipe.run_head import RunHead
 from .live_arm import GREY, LiveArm
 from .live_layout import layout
 from .live_limits import finite_limits

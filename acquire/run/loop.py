@@ -11,15 +11,15 @@ import numpy as np
 from exidyn.drivers import Command, Driver, DriverError, Sample, StopLevel
 from exidyn.trajectories.trajectory import Trajectory
 
-from .command_check import CommandCheck
-from .escalation import escalate, state_of
-from .frames import STAGES, Event, event_frame, sample_frame
+from .pipe.frames import STAGES, Event, event_frame, sample_frame
+from .pipe.sink import Sink
 from .player import BRAKING, LISTENING, Player
-from .signs import Signs
-from .sink import Sink
-from .stop import Stop, harder
-from .stops import Stops
-from .watch import Watch
+from .stopping.command_check import CommandCheck
+from .stopping.escalation import escalate, state_of
+from .stopping.signs import Signs
+from .stopping.stop import Stop, harder
+from .stopping.stops import Stops
+from .stopping.watch import Watch
 
 LISTEN_ON = 2.0
 """How long is listened after each stop that is left to the controller, which takes its own time, and at most

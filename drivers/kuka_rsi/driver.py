@@ -17,19 +17,19 @@ from ..errors import BadSettings, LinkLost
 from ..host_clock import host_time
 from .about import info_of, simulated
 from .axes import axes_of
-from .beginning import look_at
 from .config import standard_config
 from .config_text import config_text
-from .conversation import Conversation, Keeper, lateness
 from .layout import ACTUAL, layout_of
-from .link import Link
-from .probe import Probe
 from .remarks import Remarks
 from .rsi_settings import RsiSettings, config_of
-from .session import Fresh, Session
-from .simulator import cycle_of
-from .telegram import Answer, TelegramReader
-from .waiting import first_telegrams
+from .start.beginning import look_at
+from .start.probe import Probe
+from .start.simulator import cycle_of
+from .start.waiting import first_telegrams
+from .telegrams.conversation import Conversation, Keeper, lateness
+from .telegrams.link import Link
+from .telegrams.session import Fresh, Session
+from .telegrams.telegram import Answer, TelegramReader
 
 SILENCE = 5
 """Cycles without a telegram after which a sample says so; fewer are a busy network."""

@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from exidyn.acquire.run.escalation import (
+from exidyn.acquire.run.pipe.frames import STAGES
+from exidyn.acquire.run.stopping.escalation import (
     RULES,
     Sight,
     Sign,
@@ -20,9 +21,8 @@ from exidyn.acquire.run.escalation import (
     state_of,
     watched,
 )
-from exidyn.acquire.run.frames import STAGES
-from exidyn.acquire.run.stop import Stop
-from exidyn.acquire.run.stops import Stops
+from exidyn.acquire.run.stopping.stop import Stop
+from exidyn.acquire.run.stopping.stops import Stops
 from exidyn.drivers import StopLevel
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))

@@ -5,10 +5,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..errors import NotReady
-from .layout import ACTUAL, DELAY, PROGRAMMED, Layout
-from .session import Fresh
-from .telegram import decimals
+from ...errors import NotReady
+from ..layout import ACTUAL, DELAY, PROGRAMMED, Layout
+from ..telegrams.session import Fresh
+from ..telegrams.telegram import decimals
 
 COARSE = 1
 """Decimals that KUKA sends by default: steps of 0.1 degrees."""

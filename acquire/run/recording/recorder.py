@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
-from .errors import RunError
-from .pipe_sink import PipeSink
+from ..errors import RunError
+from ..pipe.pipe_sink import PipeSink
 
 
 def part_of(path: Path) -> Path:
@@ -25,7 +25,7 @@ def start_recorder(path: Path, waits: bool = False) -> PipeSink:
     """
     require_free(path)
     where = [str(path.absolute())]
-    return PipeSink("recorder", "exidyn.acquire.run.recorder_process", where, waits=waits)
+    return PipeSink("recorder", "exidyn.acquire.run.recording.recorder_process", where, waits=waits)
 
 
 def require_free(path: Path) -> None:

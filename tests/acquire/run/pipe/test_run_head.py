@@ -2,11 +2,11 @@
 
 from dataclasses import replace
 
-from exidyn.acquire.run import run_head
-from exidyn.acquire.run.frames import HEAD, Unframed
-from exidyn.acquire.run.run_head import RunHead
+from exidyn.acquire.run.pipe import run_head
+from exidyn.acquire.run.pipe.frames import HEAD, Unframed
+from exidyn.acquire.run.pipe.run_head import RunHead
 
-from ...parts.runs.recorded import head
+from ....parts.runs.recorded import head
 
 
 def read(frame):

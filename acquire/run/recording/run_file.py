@@ -26,8 +26,8 @@ from exidyn.identify.recordings.mcap.mcap_topics import (
 from exidyn.identify.recordings.mcap.mcap_writer import Head, RecordingWriter
 from exidyn.identify.recordings.recording import Signal
 
-from .frames import ARRAYS, STAGES, Cycle, Event
-from .run_head import RunHead
+from ..pipe.frames import ARRAYS, STAGES, Cycle, Event
+from ..pipe.run_head import RunHead
 
 IN_FRAMES = {"command": "command_position"}
 """Signals that frames call otherwise than recordings do."""

@@ -9,13 +9,13 @@ import pytest
 from exidyn.acquire.arguments.controllers import make_driver
 from exidyn.acquire.run.loop import LISTEN_ON
 from exidyn.acquire.run.perform import perform
-from exidyn.acquire.run.stop import Stop
+from exidyn.acquire.run.stopping.stop import Stop
 from exidyn.acquire.terminal import run_summary
 from exidyn.drivers import StopLevel
 from exidyn.drivers.errors import LinkLost
 from exidyn.identify.simulation.plant import typical_plant
 
-from ...parts.runs.run_parts import CYCLE, MODEL, ROBOT, START, Following, Listening, job
+from ....parts.runs.run_parts import CYCLE, MODEL, ROBOT, START, Following, Listening, job
 
 BRAKE, QUICK, OFF = StopLevel
 

@@ -4,15 +4,15 @@ import numpy as np
 
 from exidyn.acquire.arguments.controllers import make_driver
 from exidyn.acquire.run.perform import Job, perform
-from exidyn.acquire.run.watch import WatchLimits
+from exidyn.acquire.run.stopping.watch import WatchLimits
 from exidyn.drivers import StopLevel
 from exidyn.drivers.kuka_rsi.config import standard_config
 from exidyn.drivers.kuka_rsi.config_text import config_text
 from exidyn.trajectories.limits.moves import move
 from exidyn.trajectories.trajectory import State
 
-from ...parts.controllers.rsi_controller import counted, free_port, running
-from ...parts.runs.run_parts import LIMITS, ROBOT, START, Listening
+from ....parts.controllers.rsi_controller import counted, free_port, running
+from ....parts.runs.run_parts import LIMITS, ROBOT, START, Listening
 
 WIDE = 360.0
 SLOW = 4e-3

@@ -4,7 +4,7 @@ import threading
 import time
 from collections.abc import Sequence
 
-from ..host_clock import host_time
+from ...host_clock import host_time
 from .link import Link
 from .session import Fresh, Session
 from .telegram import Answer

@@ -20,7 +20,7 @@ import numpy as np
 
 from exidyn.drivers import StopLevel
 
-from .frames import STAGES
+from ..pipe.frames import STAGES
 from .stop import Stop
 
 

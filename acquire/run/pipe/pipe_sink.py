@@ -9,7 +9,7 @@ import sys
 import time
 from collections.abc import Sequence
 
-from .errors import RunError
+from ..errors import RunError
 from .frames import SAMPLE
 
 HELD = 1 << 20

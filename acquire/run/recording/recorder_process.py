@@ -8,13 +8,13 @@ import time
 from pathlib import Path
 from typing import IO, cast
 
+from ..pipe.frames import END, EVENT, HEAD, SAMPLE, Cycle, Event, read_cycle, read_event
+from ..pipe.pipe_source import PipeSource
+from ..pipe.run_head import RunHead
 from .course import Course
 from .disk_file import DiskFile
-from .frames import END, EVENT, HEAD, SAMPLE, Cycle, Event, read_cycle, read_event
-from .pipe_source import PipeSource
 from .recorder import part_of
 from .run_file import RunFile
-from .run_head import RunHead
 
 FLUSH = 0.1
 """Time between handing what came to the file [s]: what a crash of this process and the loop's can cost."""

@@ -9,9 +9,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..errors import NotReady
-from .conversation import Conversation
-from .session import Fresh
+from ...errors import NotReady
+from ..telegrams.conversation import Conversation
+from ..telegrams.session import Fresh
 
 COUNT = 50
 """Telegrams that the cycle is the median of."""

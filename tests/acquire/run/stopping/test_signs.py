@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from exidyn.acquire.run.escalation import Sign, State, escalate
-from exidyn.acquire.run.signs import Signs
-from exidyn.acquire.run.watch import WatchLimits
+from exidyn.acquire.run.stopping.escalation import Sign, State, escalate
+from exidyn.acquire.run.stopping.signs import Signs
+from exidyn.acquire.run.stopping.watch import WatchLimits
 from exidyn.drivers import Command, Sample
 from exidyn.identify.arm.robot import Limits
 

@@ -2,7 +2,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from exidyn.acquire.run.monitors import Lateness, Outside, Silence, Speed, Tracking
+from exidyn.acquire.run.stopping.monitors import Lateness, Outside, Silence, Speed, Tracking
 from exidyn.drivers import Command
 
 JOINTS = ("one", "two")

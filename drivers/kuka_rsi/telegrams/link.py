@@ -8,8 +8,8 @@ import sys
 import time
 from typing import NamedTuple
 
-from ..errors import BadSettings, NotReady
-from ..host_clock import host_time
+from ...errors import BadSettings, NotReady
+from ...host_clock import host_time
 
 LONGEST = 65535
 MOST = 256

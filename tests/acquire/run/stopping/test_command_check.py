@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 
-from exidyn.acquire.run.command_check import CommandCheck
+from exidyn.acquire.run.stopping.command_check import CommandCheck
 from exidyn.drivers import Command
 
-from ...parts.runs.run_parts import CYCLE, LIMITS, ROBOT, START, motion
+from ....parts.runs.run_parts import CYCLE, LIMITS, ROBOT, START, motion
 
 STEP = CYCLE * LIMITS.velocity
 

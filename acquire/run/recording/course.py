@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from .frames import Cycle, Event
+from ..pipe.frames import Cycle, Event
 
 
 @dataclass

@@ -3,10 +3,10 @@
 import logging
 import time
 
-from ..errors import NotReady
-from .conversation import Conversation
-from .link import Datagram
-from .session import Fresh
+from ...errors import NotReady
+from ..telegrams.conversation import Conversation
+from ..telegrams.link import Datagram
+from ..telegrams.session import Fresh
 from .simulator import COUNT, greet
 
 PATIENCE = 1.0
