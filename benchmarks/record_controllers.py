@@ -15,7 +15,7 @@ from peer_process import Peer
 from record_motion import MODEL, ROBOT, START
 from servo_units import dynamixel_settings, feetech_settings
 
-from exidyn.acquire.arguments.controllers import make_driver
+from exidyn.acquire.run.arms import make_driver
 from exidyn.drivers import Driver
 from exidyn.drivers.kuka_rsi.config import standard_config
 from exidyn.drivers.kuka_rsi.config_text import config_text

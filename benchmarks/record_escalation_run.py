@@ -9,7 +9,7 @@ from record_escalation_arm import heavy, light
 from record_escalation_cases import Case
 from record_motion import LIMITS, MODEL, START
 
-from exidyn.acquire.arguments.controllers import make_driver
+from exidyn.acquire.run.arms import make_driver
 from exidyn.acquire.run.perform import Job, perform
 from exidyn.acquire.run.pipe.frames import EVENT, SAMPLE, Event, Unframed, read_cycle, read_event
 from exidyn.acquire.run.start import StartRules

@@ -3,7 +3,6 @@
 import argparse
 import math
 from collections.abc import Sequence
-from pathlib import Path
 from typing import NoReturn
 
 from .exit_codes import REFUSED
@@ -51,16 +50,6 @@ def add_robot(parser: argparse.ArgumentParser, why: str = "", required: bool = F
         metavar="ROBOT",
         help=f"{why}{': ' if why else ''}robot.toml or .urdf, or built in: {', '.join(builtin_names())}",
     )
-
-
-def add_output(
-    parser: argparse.ArgumentParser,
-    metavar: str,
-    default: Path | None = None,
-    meaning: str = "default: %(default)s",
-) -> None:
-    """Add --output and -o; `metavar` is FILE or FOLDER, `meaning` the help."""
-    parser.add_argument("--output", "-o", type=Path, default=default, metavar=metavar, help=meaning)
 
 
 def add_body(group: argparse._ArgumentGroup) -> None:

@@ -5,9 +5,9 @@ from pathlib import Path
 
 from exidyn.drivers import DRIVERS
 
-from ..terminal.json_output import add_json
-from .common import add_body, add_output, add_robot, add_seed, command_parser, percent
+from .common import add_body, add_robot, add_seed, command_parser, percent
 from .controllers import add_controller
+from .outputs import add_json, add_output
 from .run_options import add_stops
 
 EXAMPLES = (

@@ -2,7 +2,7 @@
 
 import argparse
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -15,13 +15,15 @@ from exidyn.identify.fit.fit import Fit
 from exidyn.identify.pages.diagnosis.told import whole
 from exidyn.identify.preparation.prepare import Filtering
 
-from ..arguments.common import add_output, command_parser
+from ..arguments.common import command_parser
 from ..arguments.exit_codes import DONE, REFUSED
+from ..arguments.filters import add_filters, filtering_of
+from ..arguments.outputs import add_json, add_output, make_folder, require_json
 from ..files.diagnosis_case import COMPARISON_CUTOFF, Case, case_folders, read_case, recorded_case
 from ..files.diagnosis_files import add_answer, read_answers, write_diagnosis
 from ..files.payload_runs import add_payload_arguments
-from ..terminal.json_output import add_json, hand_over, json_text, require_json
-from .identify_command import add_filters, filtering_of, make_folder, stopwatch
+from ..terminal.json_output import hand_over, json_text
+from ..terminal.stopwatch import Progress, stopwatch
 
 EXAMPLES = (
     "exidyn diagnose robot.toml one.mcap --slow slow.mcap --validate other.mcap",
@@ -30,7 +32,6 @@ EXAMPLES = (
 )
 NOTES = """Runs say themselves what they are for (identify, slow, payload, validate) where recorded so; what
 comes behind an option is for that. The more kinds of run, the more effects can be distinguished."""
-Progress = Callable[[str], None]
 
 
 def main(arguments: Sequence[str]) -> int:

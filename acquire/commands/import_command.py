@@ -16,11 +16,11 @@ from exidyn.identify.recordings.units import BEFORE_GEAR
 from exidyn.identify.robot_files.robot_file import read_model
 from exidyn.identify.text_table import digits
 
-from ..arguments.common import add_output, add_robot, command_parser, positive, whole
-from ..terminal.json_output import add_json, hand_over, json_text, require_file, require_json
+from ..arguments.common import add_robot, command_parser, positive, whole
+from ..arguments.outputs import add_json, add_output, make_folder, require_file, require_json
+from ..terminal.json_output import hand_over, json_text
 from ..terminal.recording_table import recording_table
-from .identify_command import make_folder
-from .info_command import payload_words, warning_lines
+from ..terminal.recording_text import payload_words, warning_lines
 
 EXAMPLES = (
     "exidyn import run.csv --robot robot.toml",

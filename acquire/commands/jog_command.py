@@ -17,12 +17,12 @@ from exidyn.identify.model import Model
 from exidyn.identify.recordings.recording import KnownPayload
 from exidyn.identify.robot_files.robot_file import read_model
 
-from ..arguments.common import add_body, add_output, add_robot, add_seed, command_parser, number
-from ..arguments.controllers import add_controller, make_driver, read_controller
+from ..arguments.common import add_body, add_robot, add_seed, command_parser, number
+from ..arguments.controllers import add_controller, read_controller
 from ..arguments.exit_codes import DONE, STOPPED, WRONG
+from ..arguments.outputs import add_json, add_output, require_json
 from ..arguments.run_options import add_stops, body_of, stops_of
 from ..files.recorded_run import free_path, run_recorded, run_settings, say_where
-from ..files.standing_arm import standing_arm
 from ..jog import jog_text
 from ..jog.believed import FlangeWay, flange_way
 from ..jog.judgements import Judgement, Verdict, judge
@@ -38,6 +38,7 @@ from ..jog.there_and_back import (
     run_limits,
     there_and_back,
 )
+from ..run.arms import make_driver, standing_arm
 from ..run.errors import NotAllowed
 from ..run.perform import FEWEST, LISTEN, Job, Outcome
 from ..run.pipe.run_head import RunHead
@@ -45,7 +46,7 @@ from ..run.recording.recorder import require_free
 from ..run.start import StartRules
 from ..terminal import run_summary
 from ..terminal.confirm import confirm, require_attended
-from ..terminal.json_output import add_json, hand_over, json_text, require_json
+from ..terminal.json_output import hand_over, json_text
 from ..terminal.progress import say, start_progress
 
 EXAMPLES = (

@@ -18,12 +18,14 @@ from exidyn.trajectories.clearances.clearance import Clearance
 from exidyn.trajectories.clearances.self_collision import SelfCollision
 from exidyn.trajectories.plans.plan_file import plan_text, read_plan
 
-from ..arguments.controllers import make_driver, read_controller
+from ..arguments.controllers import read_controller
 from ..arguments.exit_codes import DONE, STOPPED
+from ..arguments.outputs import require_json
 from ..arguments.record_arguments import parser as parser
 from ..arguments.run_options import body_of, stops_of
 from ..files.recorded_run import free_path, run_recorded, run_settings, say_where, warn
 from ..live.live_view import Targets, require_showable, start_view
+from ..run.arms import make_driver
 from ..run.before import Checked, checked
 from ..run.errors import NotAllowed
 from ..run.perform import Job, Outcome
@@ -34,7 +36,7 @@ from ..run.rehearsal import rehearse
 from ..run.start import StartRules
 from ..terminal import run_summary
 from ..terminal.confirm import confirm, require_attended
-from ..terminal.json_output import hand_over, json_text, require_json
+from ..terminal.json_output import hand_over, json_text
 from ..terminal.progress import start_progress
 
 

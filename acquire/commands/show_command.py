@@ -17,8 +17,9 @@ from exidyn.trajectories.plans.plan_summary import summary
 from exidyn.trajectories.plans.plan_use import limit_use
 
 from ..arguments.common import add_robot, command_parser, positive
+from ..arguments.outputs import add_json, require_file, require_json
 from ..arguments.table_help import table_help
-from ..terminal.json_output import add_json, hand_over, json_text, require_file, require_json
+from ..terminal.json_output import hand_over, json_text
 from ..terminal.plan_table import plan_table
 
 EXAMPLES = (

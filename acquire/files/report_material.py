@@ -1,10 +1,10 @@
 """What a joined report is made of, brought together: fits beside runs, one robot, one diagnosis."""
 
-from collections.abc import Callable, Sequence
-from dataclasses import replace
+from collections.abc import Sequence
 from pathlib import Path
 
 from exidyn.identify.diagnosis.findings.trace import Trace
+from exidyn.identify.diagnosis.runs.usable import HELD_OUT
 from exidyn.identify.errors import DifferentRobot, NotAFile
 from exidyn.identify.fit.fit import Fit
 from exidyn.identify.fit.fit_file import read_fit
@@ -16,16 +16,12 @@ from exidyn.identify.recordings.importers import import_source
 from exidyn.identify.recordings.recording import EFFORT, Recording
 from exidyn.identify.simulation.predicted import as_believed, predicted
 
-from ..commands.info_command import payload_words
-from ..views.names import told_apart
+from ..terminal.recording_text import payload_words
+from ..terminal.stopwatch import Progress
+from .names import renamed
 from .payload_runs import PayloadRun, carrying
 from .report_files import COMPARISON, DIAGNOSIS, FIT, KINDS, RECORDING, Found, read_compared, read_told
 from .traces_file import Traces
-
-HELD_OUT = "validate"
-"""Role of runs that are only predicted."""
-
-Progress = Callable[[str], None]
 
 
 def material(
@@ -89,8 +85,7 @@ def _recordings(paths: Sequence[Path], loaded: Sequence[PayloadRun], model: Mode
     bodies = {run.path.resolve(): run for run in loaded}
     found = [one for path in paths if path.resolve() not in bodies for one in import_source(path, model)]
     found += [carrying(one, run) for run in loaded for one in import_source(run.path, model)]
-    names = told_apart([one.name for one in found])
-    return [replace(one, name=name) for one, name in zip(found, names, strict=True)]
+    return renamed(found)
 
 
 def _fitted(path: Path, fit: Fit, recordings: Sequence[Recording], progress: Progress) -> Fitted:

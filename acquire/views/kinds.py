@@ -1,7 +1,6 @@
 """Kinds: what a file is, and how it is shown."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,12 +9,11 @@ from exidyn.identify.fit.fit_file import read_fit
 from exidyn.identify.fit.json_file import read_json
 from exidyn.identify.model import Model
 from exidyn.identify.recordings.importers import import_source
-from exidyn.identify.recordings.recording import Recording
 
-from ..files.traces_file import NAME, Traces, read_traces
+from ..files.names import renamed
+from ..files.traces_file import NAME, read_traces
 from .diagnosis_view import diagnosis_view
 from .fit_view import fit_view
-from .names import told_apart
 from .recording_view import recording_view
 from .screen import View
 
@@ -38,7 +36,7 @@ def view_of(paths: Sequence[Path], model: Model | None = None) -> View:
     if len(results) > 1:
         raise NotAFile(f"{' and '.join(map(str, results))}: give one fit or one diagnosis at a time")
     sources = [path for path in paths if path not in results]
-    recordings = _recordings(sources, model)
+    recordings = renamed(one for path in sources for one in import_source(path, model))
     if not results:
         return recording_view(recordings)
     table = _table(results[0])
@@ -63,13 +61,6 @@ def _table(path: Path) -> dict[str, Any]:
     return table
 
 
-def _recordings(paths: Sequence[Path], model: Model | None) -> list[Recording]:
-    """All that is at the paths, by names that differ."""
-    found = [one for path in paths for one in import_source(path, model)]
-    names = told_apart([one.name for one in found])
-    return [replace(one, name=name) for one, name in zip(found, names, strict=True)]
-
-
 def _diagnosis_view(table: dict[str, Any], path: Path) -> View:
     """A diagnosis, with the samples beside it if there are any.
 
@@ -81,18 +72,10 @@ def _diagnosis_view(table: dict[str, Any], path: Path) -> View:
     try:
         if traces is not None and any(len(one.explained) != len(table["findings"]) for one in traces.traces):
             raise NotAFile(f"{samples} is of another diagnosis than {path}; diagnose again")
-        return diagnosis_view(table, None if traces is None else _by_names(traces))
+        return diagnosis_view(table, traces and traces._replace(traces=tuple(renamed(traces.traces))))
     except ExidynError:
         raise
     except KeyError as error:
         raise NotAFile(f"{path}: key {error} is missing") from error
     except (TypeError, ValueError, AttributeError, IndexError, ArithmeticError) as error:
         raise NotAFile(f"{path} is damaged: {error}") from error
-
-
-def _by_names(traces: Traces) -> Traces:
-    """The same by names that differ."""
-    names = told_apart([one.name for one in traces.traces])
-    return traces._replace(
-        traces=tuple(replace(one, name=name) for one, name in zip(traces.traces, names, strict=True))
-    )

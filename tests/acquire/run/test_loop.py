@@ -4,8 +4,8 @@ from functools import partial
 import numpy as np
 import pytest
 
-from exidyn.acquire.arguments.controllers import make_driver
 from exidyn.acquire.run import perform as performing
+from exidyn.acquire.run.arms import make_driver
 from exidyn.acquire.run.errors import RunError
 from exidyn.acquire.run.perform import perform
 from exidyn.acquire.run.pipe.frames import HEAD, STAGES, text_frame

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from mcap.reader import make_reader
 
-from exidyn.acquire.commands.info_command import describe
 from exidyn.acquire.run.errors import RunError
 from exidyn.acquire.run.pipe.frames import EVENT, SAMPLE, STAGES, sample_frame, text_frame
 from exidyn.acquire.run.recording.recorder import part_of, start_recorder
+from exidyn.acquire.terminal.recording_text import describe
 from exidyn.drivers import Sample
 from exidyn.identify.recordings.mcap.mcap_file import read_recording
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from exidyn.acquire.arguments.controllers import make_driver
+from exidyn.acquire.run.arms import make_driver
 from exidyn.acquire.run.perform import Job, perform
 from exidyn.acquire.run.stopping.watch import WatchLimits
 from exidyn.drivers import StopLevel

@@ -6,7 +6,7 @@ from functools import partial
 import numpy as np
 import pytest
 
-from exidyn.acquire.arguments.controllers import make_driver
+from exidyn.acquire.run.arms import make_driver
 from exidyn.acquire.run.loop import LISTEN_ON
 from exidyn.acquire.run.perform import perform
 from exidyn.acquire.run.stopping.stop import Stop

@@ -1,9 +1,11 @@
-"""The simulated arm of commands that begin wherever an arm stands."""
+"""The arm that a driver is told of, and the simulated ones that the mock drives."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from typing import Any
 
 import numpy as np
 
+from exidyn.drivers import Arm, Driver, create
 from exidyn.drivers.driver import Plant
 from exidyn.identify.arm.robot import Robot
 from exidyn.identify.model import Model
@@ -11,6 +13,19 @@ from exidyn.identify.simulation.plant import typical_plant
 
 SHARE = 0.3
 """Of its range at which each joint stands [-]: half-way most arms point up, and gravity says little."""
+
+
+def make_driver(
+    name: str, settings: Mapping[str, Any], robot: Robot, plant: Callable[[], Plant] | None = None
+) -> Driver:
+    """A driver that is not open yet.
+
+    Raises:
+        DriverError: An unknown driver, or settings that it cannot have.
+    """
+    limits = robot.limits
+    arm = Arm(robot.joints, limits.position_lower, limits.position_upper, limits.velocity, plant)
+    return create(name, settings, arm)
 
 
 def standing_pose(robot: Robot) -> np.ndarray:

@@ -1,0 +1,29 @@
+"""Names that differ, since a tab or an entity has nothing else to be known by."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from typing import TypeVar
+
+from exidyn.identify.diagnosis.findings.trace import Trace
+from exidyn.identify.recordings.recording import Recording
+
+Named = TypeVar("Named", Recording, Trace)
+
+
+def told_apart(names: Sequence[str]) -> list[str]:
+    """The names, with a number behind each that was there before: run, run #2."""
+    found: list[str] = []
+    for name in names:
+        number, free = 1, name
+        while free in found:
+            number += 1
+            free = f"{name} #{number}"
+        found.append(free)
+    return found
+
+
+def renamed(named: Iterable[Named]) -> list[Named]:
+    """The same by names that differ."""
+    every = list(named)
+    names = told_apart([one.name for one in every])
+    return [replace(one, name=name) for one, name in zip(every, names, strict=True)]
