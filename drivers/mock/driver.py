@@ -76,7 +76,7 @@ class Mock(Driver):
         deceleration = np.array(settings.deceleration)
         self._drives = MockDrives(self.arm.plant(), settings.cycle, deceleration, settings.dead_man)
         for fault in self._faults:
-            fault.prepare(self._drives)
+            fault.kind.prepare(fault, self._drives)
         self._stood = np.array(self._drives.measure().position)
         self._clock = (RealClock if self.in_real_time else SteppedClock)(settings.cycle)
         bounded = bool(np.any(np.isfinite(self._window)))
@@ -154,7 +154,7 @@ class Mock(Driver):
             reply = reply.copy()
             for fault in self._faults:
                 if fault.acts(before, self._time):
-                    fault.act(reply, drives)
+                    fault.kind.act(fault, reply, drives)
         return reply
 
     def _since_start(self, number: int) -> float:
