@@ -25,8 +25,7 @@ from ..run.stopping.stop_requests import StopRequests
 from ..terminal.confirm import confirm_reading
 from ..terminal.joint_units import JointUnits
 from ..terminal.json_output import SCREEN
-from ..terminal.redraw import Redraw
-from ..terminal.watch_text import json_line, line, table_lines
+from ..terminal.watch_text import Redraw, json_line, line, table_lines
 
 EXAMPLES = (
     "exidyn watch --controller cell.toml                        # positions in radians",

@@ -8,13 +8,12 @@ from threading import Event, Lock, Thread
 import numpy as np
 
 from exidyn.drivers import Driver, Sample
+from exidyn.drivers.driver import SIGNALS
 
 ASK_STATES = 1.0
 """Time between questions for the drives' states [s]: on a serial line one costs a few cycles."""
 KEPT = 5000
 """Samples, and events, kept for whoever looks: ten seconds at 500 Hz; a terminal may stop for longer."""
-
-SIGNALS = ("position", "velocity", "current", "torque", "temperature")
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from exidyn.drivers import Command, Sample
+from exidyn.drivers.driver import SIGNALS
 
 HEAD, SAMPLE, EVENT, END = b"H", b"S", b"E", b"Z"
 """Kinds: once at the start, every cycle, what happened, once at the end."""
@@ -23,9 +24,7 @@ LONGEST = 64 << 20
 
 _FRAME = struct.Struct("<cI")
 _FIXED = struct.Struct("<qqdII")
-ARRAYS = (
-    "position", "velocity", "current", "torque", "temperature", "command_position", "command_velocity",
-)  # fmt: skip
+ARRAYS = (*SIGNALS, "command_position", "command_velocity")
 """Arrays of a sample frame, each (n,) in the units of `Sample` and `Command`."""
 
 
@@ -82,7 +81,7 @@ def sample_frame(sample: Sample, command: Command | None, stage: int) -> bytes:
     nothing = np.full(len(sample.position), np.nan)
     sent = (command.position, command.velocity) if command is not None else (nothing, nothing)
     body = _FIXED.pack(sample.host_time, sample.controller_time, sample.lateness, sample.skipped, stage)
-    arrays = (sample.position, sample.velocity, sample.current, sample.torque, sample.temperature, *sent)
+    arrays = (*(getattr(sample, name) for name in SIGNALS), *sent)
     return frame(SAMPLE, body + np.concatenate(arrays).astype("<f8", copy=False).tobytes())
 
 

@@ -10,7 +10,6 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...errors import NotReady
-from ..telegrams.conversation import Conversation
 from ..telegrams.session import Fresh
 
 COUNT = 50
@@ -18,13 +17,6 @@ COUNT = 50
 SHORTEST, LONGEST = 0.0005, 0.1
 """Cycles that are taken for a simulator's [s]: faster ones nobody answers here in time, slower ones are no
 motion."""
-
-
-def greet(conversation: Conversation) -> None:
-    """Answer the telegram that a simulator waits with, and from now on all that come."""
-    conversation.session.count_answers()
-    conversation.silent = False
-    conversation.answer_again()
 
 
 def cycle_of(telegrams: Sequence[Fresh]) -> float:

@@ -7,7 +7,7 @@ from ...errors import NotReady
 from ..telegrams.conversation import Conversation
 from ..telegrams.link import Datagram
 from ..telegrams.session import Fresh
-from .simulator import COUNT, greet
+from .simulator import COUNT
 
 PATIENCE = 1.0
 """How long is waited before a person is told what for [s]."""
@@ -42,7 +42,7 @@ def first_telegrams(
             found.append(fresh)
             last = time.monotonic()
         elif answering and conversation.session.waits and not conversation.session.counting:
-            greet(conversation)
+            _answer_from_now_on(conversation)
             found, count = [], COUNT
         elif time.monotonic() - last >= seconds:
             raise NotReady(_what_came(conversation, len(found), seconds, controller, here))
@@ -50,6 +50,13 @@ def first_telegrams(
             log.warning("waiting for %s at %s: start the RSI program on the controller", controller, here)
             asked = True
     return found
+
+
+def _answer_from_now_on(conversation: Conversation) -> None:
+    """Answer the telegram that a simulator waits with, and all that come."""
+    conversation.session.count_answers()
+    conversation.silent = False
+    conversation.answer_again()
 
 
 def _what_came(conversation: Conversation, found: int, seconds: float, controller: str, here: str) -> str:

@@ -15,8 +15,7 @@ from exidyn.acquire.terminal.json_output import json_text
 from exidyn.acquire.terminal.recording_table import recording_table
 from exidyn.acquire.terminal.recording_text import describe
 from exidyn.acquire.views.kinds import view_of
-from exidyn.drivers.kuka_rsi.config import read_config, standard_config
-from exidyn.drivers.kuka_rsi.config_text import config_text
+from exidyn.drivers.kuka_rsi.config import config_text, read_config, standard_config
 from exidyn.identify.fit.fit_file import read_fit
 from exidyn.identify.recordings.importers import import_source
 from exidyn.identify.recordings.mcap.mcap_recover import recover

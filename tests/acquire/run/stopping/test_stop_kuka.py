@@ -6,8 +6,7 @@ from exidyn.acquire.run.arms import make_driver
 from exidyn.acquire.run.perform import Job, perform
 from exidyn.acquire.run.stopping.watch import WatchLimits
 from exidyn.drivers import StopLevel
-from exidyn.drivers.kuka_rsi.config import standard_config
-from exidyn.drivers.kuka_rsi.config_text import config_text
+from exidyn.drivers.kuka_rsi.config import config_text, standard_config
 from exidyn.trajectories.limits.moves import move
 from exidyn.trajectories.trajectory import State
 
