@@ -8,7 +8,7 @@ from importlib.metadata import version
 
 from exidyn.identify.errors import ExidynError
 
-from .arguments.common import CommandParser
+from .arguments.common import CommandParser, name_lines
 from .arguments.exit_codes import INTERRUPTED, NOBODY_READS, REFUSED, STOPPED, codes_help
 from .commands import COMMANDS, command_module
 
@@ -77,14 +77,12 @@ def _code(error: Exception) -> int:
 
 
 def _parser() -> argparse.ArgumentParser:
-    width = max(map(len, COMMANDS))
-    lines = [f"  {name:<{width}}  {purpose}" for name, purpose in COMMANDS.items()]
     parser = CommandParser(
         prog="exidyn",
         description="Find out what a robot arm's dynamics really are.",
         epilog="\n\n".join(
             [
-                "commands:\n" + "\n".join(lines),
+                name_lines("commands", COMMANDS),
                 codes_help(),
                 "'exidyn COMMAND --help' explains a command. To begin: exidyn example",
             ]

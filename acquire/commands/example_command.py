@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from exidyn.identify.errors import ExidynError
 
-from ..arguments.common import any_number, command_parser
+from ..arguments.common import any_number, command_parser, name_lines
 from ..arguments.outputs import add_output
 from ..examples import example_balancer, example_gains
 from ..examples.example_arm import ExampleArm
@@ -112,12 +112,11 @@ def _require_empty(folder: Path) -> None:
 
 def parser() -> argparse.ArgumentParser:
     """What `exidyn example` takes."""
-    width = max(map(len, NAMED))
     found = command_parser(
         "example",
         "Run exidyn's commands on a simulated arm whose truth is known, and compare with that.",
         EXAMPLES,
-        "\n".join(["the examples:", *(f"  {name:<{width}}  {one.purpose}" for name, one in NAMED.items())]),
+        name_lines("the examples", {name: one.purpose for name, one in NAMED.items()}),
     )
     found.add_argument(
         "example",

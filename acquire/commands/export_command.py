@@ -8,9 +8,8 @@ from pathlib import Path
 from exidyn.identify.export import FORMATS, Portable
 from exidyn.identify.text_table import paragraph
 
-from ..arguments.common import command_parser
+from ..arguments.common import command_parser, table_help
 from ..arguments.outputs import add_json, add_output, require_file, require_json
-from ..arguments.table_help import table_help
 from ..files.arm_file import ARM_HELP, read_arm
 from ..terminal.json_output import hand_over, json_text, write_whole
 

@@ -15,10 +15,9 @@ from exidyn.identify.recordings.importers import import_source
 from exidyn.identify.recordings.recording import Recording
 from exidyn.identify.robot_files.robot_file import read_model
 
-from ..arguments.common import add_robot, command_parser
+from ..arguments.common import add_robot, command_parser, table_help
 from ..arguments.filters import add_filters, filtering_of
 from ..arguments.outputs import add_json, add_output, make_folder, require_file, require_json
-from ..arguments.table_help import table_help
 from ..files.payload_runs import add_payload_arguments, carrying, distinct_bodies
 from ..terminal.json_output import hand_over
 from ..terminal.stopwatch import Progress, stopwatch

@@ -16,9 +16,8 @@ from exidyn.trajectories.plans.plan_page import plan_page
 from exidyn.trajectories.plans.plan_summary import summary
 from exidyn.trajectories.plans.plan_use import limit_use
 
-from ..arguments.common import add_robot, command_parser, positive
+from ..arguments.common import add_plan, add_robot, command_parser, positive, table_help
 from ..arguments.outputs import add_json, require_file, require_json
-from ..arguments.table_help import table_help
 from ..terminal.json_output import hand_over, json_text
 from ..terminal.plan_table import plan_table
 
@@ -62,9 +61,7 @@ def parser() -> argparse.ArgumentParser:
         EXAMPLES,
         table_help("formats", EXPORTS),
     )
-    found.add_argument(
-        "plan", type=Path, metavar="TRAJECTORY", help="trajectory file (.toml) of exidyn excite"
-    )
+    add_plan(found)
     add_robot(found, "for torques and the moving arm")
     found.add_argument(
         "--output",

@@ -20,7 +20,7 @@ from exidyn.identify.text_table import digits
 from exidyn.trajectories.plans.plan import robot_differences
 from exidyn.trajectories.plans.plan_file import read_plan
 
-from ..arguments.common import add_body, add_seed, any_number, command_parser, percent, positive
+from ..arguments.common import add_body, add_plan, add_seed, any_number, command_parser, percent, positive
 from ..arguments.outputs import add_json, add_output, require_file, require_json
 from ..files.arm_file import ARM_HELP, read_arm
 from ..run.simulated import simulated
@@ -144,9 +144,7 @@ def parser() -> argparse.ArgumentParser:
         EXAMPLES,
     )
     found.add_argument("arm", metavar="ARM", help=ARM_HELP)
-    found.add_argument(
-        "plan", type=Path, metavar="TRAJECTORY", help="trajectory file (.toml) of exidyn excite"
-    )
+    add_plan(found)
     add_output(found, "FILE", Path("sim.mcap"))
     add_json(found)
     found.add_argument("--name", metavar="NAME", help="what to call the run; default: the name of the file")

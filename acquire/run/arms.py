@@ -8,7 +8,9 @@ import numpy as np
 from exidyn.drivers import Arm, Driver, create
 from exidyn.drivers.driver import Plant
 from exidyn.identify.arm.robot import Robot
+from exidyn.identify.effects import Payload
 from exidyn.identify.model import Model
+from exidyn.identify.recordings.recording import KnownPayload
 from exidyn.identify.simulation.plant import typical_plant
 
 SHARE = 0.3
@@ -46,3 +48,8 @@ def standing_arm(believed: Robot, real: Model, seed: int = 0, payload: str = "")
         payload: Name of the body that it carries; empty for none.
     """
     return lambda: typical_plant(real, standing_pose(believed), seed=seed, payload=payload)
+
+
+def with_body(model: Model, body: KnownPayload | None) -> Model:
+    """The model with what hangs on its flange."""
+    return model if body is None else model + Payload(body.name, body.known)
