@@ -53,27 +53,20 @@ def _answered(arguments: Sequence[str] | None) -> int:
     except KeyboardInterrupt:
         return _said("interrupted", INTERRUPTED)
     except Exception as error:
-        if not _for_the_user(error):
+        # imports numpy, which a help text can do without
+        from exidyn.drivers.errors import DriverError
+
+        from .run.errors import NotConfirmed
+
+        if not isinstance(error, ExidynError | DriverError):  # raised on purpose, these say what to do
             raise
-        return _said(" ".join(str(error).split()), _code(error))
+        code = STOPPED if isinstance(error, NotConfirmed) else REFUSED
+        return _said(" ".join(str(error).split()), code)
 
 
 def _said(line: str, code: int) -> int:
     print(f"exidyn: {line}", file=sys.stderr)
     return code
-
-
-def _for_the_user(error: Exception) -> bool:
-    """Whether the error was raised on purpose, with a text that says what to do."""
-    from exidyn.drivers.errors import DriverError  # imports numpy, which a help text can do without
-
-    return isinstance(error, ExidynError | DriverError)
-
-
-def _code(error: Exception) -> int:
-    from .run.errors import NotConfirmed  # likewise
-
-    return STOPPED if isinstance(error, NotConfirmed) else REFUSED
 
 
 def _parser() -> argparse.ArgumentParser:

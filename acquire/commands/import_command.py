@@ -48,7 +48,8 @@ def main(arguments: Sequence[str]) -> int:
     require_json(given.json)
     run = read_recording(given.align) if given.align else None
     model = read_model(given.robot) if given.robot else (run.model if run else None)
-    options = _options(given) | (_axes(run) if run and _is_trace(given) else {})
+    trace = run is not None and (given.kind or kind_of(given.source)) == "kuka_trace"
+    options = _options(given) | (_axes(run) if run and trace else {})
     recordings = import_source(given.source, model, given.kind, **options)
     if not recordings:
         raise RecordingError(f"{given.source}: there is no run in it")
@@ -114,10 +115,6 @@ def _add_units(found: argparse.ArgumentParser) -> None:
         help=f"columns of a table: time or one of {', '.join(SIGNALS)}; one column a joint with commas, or a "
         "pattern with {number} or {joint}",
     )
-
-
-def _is_trace(given: argparse.Namespace) -> bool:
-    return (given.kind or kind_of(given.source)) == "kuka_trace"
 
 
 def _axes(run: Recording) -> dict[str, list[float]]:

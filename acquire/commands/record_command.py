@@ -61,7 +61,9 @@ def main(arguments: Sequence[str]) -> int:
     print(run_summary.before(ready, facts), file=sys.stderr)
     warn(ready.doubts)
     if not driver.simulated and not given.no_rehearsal:
-        _rehearse(job, ready, driver, payload)
+        print("rehearsing on a simulated arm", file=sys.stderr)
+        cycle = getattr(driver.settings, "cycle", ready.plan.tick)
+        rehearse(job, ready.model, cycle, payload.name if payload else "")
     confirm(driver.simulated, given.yes)
     # Read and written before the loop, which has no time for it; at full speed, as the file has it.
     head = partial(
@@ -106,12 +108,6 @@ def _clearances(given: argparse.Namespace, model: Model) -> tuple[Clearance, ...
         None if given.no_collision or not given.approach else read_geometry(given.robot, given.packages)
     )
     return () if geometry is None else (SelfCollision.of(model.robot, geometry),)
-
-
-def _rehearse(job: Job, ready: Checked, driver: Driver, payload: KnownPayload | None) -> None:
-    print("rehearsing on a simulated arm", file=sys.stderr)
-    cycle = getattr(driver.settings, "cycle", ready.plan.tick)
-    rehearse(job, ready.model, cycle, payload.name if payload else "")
 
 
 def _record(

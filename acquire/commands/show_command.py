@@ -10,7 +10,7 @@ from exidyn.identify.robot_files.robot_file import read_model
 from exidyn.trajectories.errors import TrajectoryError, UnknownChoice
 from exidyn.trajectories.plans.exports import EXPORTS
 from exidyn.trajectories.plans.plan import Plan, fits
-from exidyn.trajectories.plans.plan_check import Torque, believed_torque, violations
+from exidyn.trajectories.plans.plan_check import believed_torque, violations
 from exidyn.trajectories.plans.plan_file import read_plan
 from exidyn.trajectories.plans.plan_page import plan_page
 from exidyn.trajectories.plans.plan_summary import summary
@@ -47,7 +47,9 @@ def main(arguments: Sequence[str]) -> int:
     uses = [*limit_use(plan), *([torque.use] if torque else [])]
     table = {"exidyn_motion": 1, **plan_table(plan, uses, beyond)}
     hand_over(summary(plan, uses, beyond), json_text(table), given.json)
-    written = [_write_page(plan, given, beyond, torque), *_write_exports(plan, given)]
+    page = given.output or given.plan.with_suffix(".html")
+    page.write_text(plan_page(plan, beyond, torque), encoding="utf-8")
+    written = [page, *_write_exports(plan, given)]
     written += _show_moving(plan, given, model) if model else []
     print("written: " + ", ".join(map(str, written)), file=sys.stderr)
     return 0
@@ -107,12 +109,6 @@ def _differences(plan: Plan, model: Model | None) -> list[str]:
     if plan.joints != model.robot.joints:
         raise TrajectoryError(different[0])
     return different
-
-
-def _write_page(plan: Plan, given: argparse.Namespace, beyond: list[str], torque: Torque | None) -> Path:
-    path = given.output or given.plan.with_suffix(".html")
-    path.write_text(plan_page(plan, beyond, torque), encoding="utf-8")
-    return path
 
 
 def _write_exports(plan: Plan, given: argparse.Namespace) -> list[Path]:

@@ -99,13 +99,13 @@ def run_recorded(
         sinks = [recorder, *(stack.enter_context(other) for other in viewers()), *also]
         if driver.in_real_time:
             warn(stack.enter_context(realtime()))
-        outcome = perform(driver, job, sinks, head, asked.look, say_doubts)
+        outcome = perform(driver, job, sinks, head, asked.look, _say_doubts)
         for sink in sinks:
             sink.put(text_frame(END, run_summary.end(outcome)))
     return outcome, recorder
 
 
-def say_doubts(info: Info) -> None:
+def _say_doubts(info: Info) -> None:
     """What a person should know before drives are powered."""
     unguarded = "nothing is known to stop the arm by itself if this program dies"
     warn((*info.warnings, *([] if info.dead_man else [unguarded])))

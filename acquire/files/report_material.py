@@ -54,7 +54,9 @@ def material(
         ]
     )
     beside = {path.with_name("fit.json").resolve() for path in paths[DIAGNOSIS]}
-    known = _predictable(told, recordings)
+    # Where the improved fit was made of runs put earlier by a delay, it foretells none.
+    delayed = told is not None and any(finding.effect == "time_delay" for finding in told.findings)
+    known = () if delayed else recordings
     fits = [_fitted(*one, recordings, progress) for one in read if one[0].resolve() not in beside]
     improved = [_improved(*one, known, progress) for one in read if one[0].resolve() in beside]
     counts = {kind: len(paths[kind]) for kind in KINDS} | {RECORDING: len(recordings)}
@@ -101,12 +103,6 @@ def _improved(path: Path, fit: Fit, recordings: Sequence[Recording], progress: P
     """The fit that lies with a diagnosis, and has what that found."""
     _say(path, recordings, progress)
     return Fitted("Fit with what was found", predicted(fit, recordings), improved=True)
-
-
-def _predictable(told: Told | None, recordings: Sequence[Recording]) -> Sequence[Recording]:
-    """Recordings that the improved fit foretells: none where it was made of runs put earlier by a delay."""
-    delayed = told is not None and any(finding.effect == "time_delay" for finding in told.findings)
-    return () if delayed else recordings
 
 
 def _say(path: Path, recordings: Sequence[Recording], progress: Progress) -> None:

@@ -91,16 +91,13 @@ class Listener:
         try:
             while not self._enough.is_set():
                 sample = self._driver.exchange(None)
-                self._ask_states()
+                if time.monotonic() - self._asked >= ASK_STATES:
+                    self._asked, self._states = time.monotonic(), self._driver.states()
                 with self._lock:
                     self._samples.append(sample)
                     self._events.extend(sample.events)
         except Exception as error:  # raised in `look`, in the thread that waits for readings
             self._failure = error
-
-    def _ask_states(self) -> None:
-        if time.monotonic() - self._asked >= ASK_STATES:
-            self._asked, self._states = time.monotonic(), self._driver.states()
 
 
 def _reading(samples: list[Sample], states: tuple[str, ...], events: tuple[str, ...]) -> Reading:

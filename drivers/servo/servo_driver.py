@@ -96,7 +96,7 @@ class ServoDriver(Driver):
         """Send the goals and ask for all measurements, in one write."""
         bus, _ = self._opened()
         tick, events = self._clock.wait(), list[str]()
-        packets = self._packets(bus, command)
+        packets, self._once = self._once + self._goals_now(bus, command), b""
         readings = self._readings(self._count)
         length = readings[0].length
         self._count += 1
@@ -183,13 +183,8 @@ class ServoDriver(Driver):
         """Counts at which the servos stand, shape (n,)."""
         return self._from_register(np.array(bus.read(self.present)))
 
-    def _packets(self, bus: ServoBus, command: Command | None) -> bytes:
-        """What is told this cycle: the goals of a stop or of the command, and in the first what guards."""
-        once, self._once = self._once, b""
-        return once + self._goals_now(bus, command)
-
     def _goals_now(self, bus: ServoBus, command: Command | None) -> bytes:
-        """A command that no servo takes is not sent and is a fault."""
+        """Goals of a stop or of the command; one that no servo takes is not sent and is a fault."""
         if self._stopped > StopLevel.BRAKE or command is None:
             return self._stop_packet
         counts = self._units.counts(command.position)

@@ -111,8 +111,10 @@ class Signs:
             self._lower, self._upper = np.fmin(self._lower, position), np.fmax(self._upper, position)
 
     def _adrift(self, sample: Sample) -> tuple[np.ndarray, np.ndarray]:
-        """Way from where the joint stood at first, while it moves."""
-        return self._moving(np.abs(sample.position - self._first)), np.full(len(self._joints), FAR)
+        """Way from where the joint stood at first, while it moves; NaN where nobody knows."""
+        way, speed = np.abs(sample.position - self._first), np.abs(self._velocity)
+        moving = np.where(speed > MOVING, way, 0.0)
+        return np.where(np.isnan(speed), np.nan, moving), np.full(len(self._joints), FAR)
 
     def _faster(self, sample: Sample) -> tuple[np.ndarray, np.ndarray]:
         """Speed of a joint that is not where it was commanded, and what was commanded at most lately.
@@ -152,11 +154,6 @@ class Signs:
         by_current = np.isfinite(self._current) & (np.abs(sample.current) < LIMP * self._current)
         by_torque = np.isfinite(self._torque) & (np.abs(sample.torque) < LIMP * self._torque)
         return by_current | by_torque
-
-    def _moving(self, value: np.ndarray) -> np.ndarray:
-        """A value where the joint moves, zero where it does not, NaN where nobody knows."""
-        known = np.where(np.abs(self._velocity) > MOVING, value, 0.0)
-        return np.where(np.isnan(self._velocity), np.nan, known)
 
 
 class _Lasting:
