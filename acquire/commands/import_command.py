@@ -19,8 +19,7 @@ from exidyn.identify.text_table import digits
 from ..arguments.common import add_robot, command_parser, positive, whole
 from ..arguments.outputs import add_json, add_output, make_folder, require_file, require_json
 from ..terminal.json_output import hand_over, json_text
-from ..terminal.recording_table import recording_table
-from ..terminal.recording_text import payload_words, warning_lines
+from ..terminal.recording_text import payload_words, recording_table, warning_lines
 
 EXAMPLES = (
     "exidyn import run.csv --robot robot.toml",

@@ -10,8 +10,7 @@ from exidyn.identify.robot_files.robot_file import read_model
 from ..arguments.common import add_robot, command_parser
 from ..arguments.outputs import add_json, require_json
 from ..terminal.json_output import hand_over, json_text
-from ..terminal.recording_table import recording_table
-from ..terminal.recording_text import describe
+from ..terminal.recording_text import describe, recording_table
 
 EXAMPLES = ("exidyn info run.mcap", "exidyn info run.mcap --json -")
 

@@ -1,13 +1,16 @@
-"""What is inside a recording, in lines for a person."""
+"""What is inside a recording: in lines for a person, and as a plain table for JSON."""
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
 from exidyn.identify.effects import EFFECTS
-from exidyn.identify.recordings.recording import SIGNALS, Recording
+from exidyn.identify.recordings.recording import SIGNALS, Recording, Signal
 from exidyn.identify.recordings.run_log import Event, Timing
 from exidyn.identify.text_table import digits, paragraph, table
+
+from .json_output import plain
 
 SHOWN = 40
 """Events that are printed; of more than that, the first and last half."""
@@ -15,11 +18,10 @@ SHOWN = 40
 
 def describe(recording: Recording) -> str:
     """Robot, signals, ranges, payload, settings and doubts of a recording, in lines."""
-    robot, model = recording.robot, recording.model
-    names = {kind: name for name, kind in EFFECTS.items()}
+    robot = recording.robot
     facts = {
         "robot": f"{robot.name}: {', '.join(robot.joints)}",
-        "model": ", ".join(dict.fromkeys(names[type(effect)] for effect in model.effects)),
+        "model": ", ".join(_effects(recording)),
         "duration": f"{recording.duration:.3f} s",
         "payload": payload_words(recording),
         "trajectory": "inside" if recording.trajectory else "none",
@@ -115,3 +117,57 @@ def _outcome(outcome: Mapping[str, str]) -> list[str]:
     }.get(outcome["stop"], f"STOPPED ({outcome.get('level', 'brake').lower()}): {text}")
     first = "ended:  "
     return paragraph(how, " " * len(first), first)
+
+
+def recording_table(recording: Recording) -> dict[str, Any]:
+    """Robot, signals, payload, settings, course and doubts; what is no number is None."""
+    payload = recording.payload
+    return plain(
+        {
+            "name": recording.name,
+            "robot": recording.robot.name,
+            "joints": list(recording.robot.joints),
+            "effects": _effects(recording),
+            "duration": recording.duration,
+            "payload": payload and {"name": payload.name, "known": dict(payload.known)},
+            "trajectory": bool(recording.trajectory),
+            "settings": dict(recording.settings),
+            "signals": {name: _signal_table(name, signal) for name, signal in recording.signals.items()},
+            "cycles": None if recording.timing is None else _cycle_table(recording.timing),
+            "events": [
+                {"time": event.time, "kind": event.kind, "text": event.text} for event in recording.events
+            ],
+            "outcome": dict(recording.outcome),
+            "warnings": list(recording.warnings),
+        }
+    )
+
+
+def _signal_table(name: str, signal: Signal) -> dict[str, Any]:
+    """Unit, samples, rate, and the range of each joint."""
+    known = [column[np.isfinite(column)] for column in signal.values.T]
+    return {
+        "unit": SIGNALS[name],
+        "samples": len(signal),
+        "rate_hz": float(signal.rate),
+        "lower": [np.min(column, initial=np.inf) for column in known],
+        "upper": [np.max(column, initial=-np.inf) for column in known],
+    }
+
+
+def _cycle_table(timing: Timing) -> dict[str, Any]:
+    """How the clock of the run was kept; times in [s]."""
+    late = np.percentile(timing.lateness, [50, 99, 100]) if len(timing) else np.full(3, np.nan)
+    return {
+        "cycles": len(timing),
+        "skipped": int(timing.skipped.sum()),
+        "lateness_p50": late[0],
+        "lateness_p99": late[1],
+        "lateness_max": late[2],
+    }
+
+
+def _effects(recording: Recording) -> list[str]:
+    """Names of the model's effects, each once."""
+    names = {kind: name for name, kind in EFFECTS.items()}
+    return list(dict.fromkeys(names[type(effect)] for effect in recording.model.effects))

@@ -12,8 +12,7 @@ from exidyn.acquire.files.diagnosis_files import read_answers
 from exidyn.acquire.files.report_files import read_told
 from exidyn.acquire.run.arms import make_driver
 from exidyn.acquire.terminal.json_output import json_text
-from exidyn.acquire.terminal.recording_table import recording_table
-from exidyn.acquire.terminal.recording_text import describe
+from exidyn.acquire.terminal.recording_text import describe, recording_table
 from exidyn.acquire.views.kinds import view_of
 from exidyn.drivers.kuka_rsi.config import config_text, read_config, standard_config
 from exidyn.identify.fit.fit_file import read_fit
