@@ -9,6 +9,7 @@ from typing import Any
 from exidyn.identify.diagnosis import Diagnosis, diagnose
 from exidyn.identify.diagnosis.improved.forward import Forward, forward
 from exidyn.identify.diagnosis.refit import refit
+from exidyn.identify.diagnosis.runs.usable import HELD_OUT
 from exidyn.identify.diagnosis.words.summary import summary
 from exidyn.identify.errors import ExidynError
 from exidyn.identify.fit.fit import Fit
@@ -143,7 +144,7 @@ def _do(case: Case, output: Path, given: argparse.Namespace, progress: Progress)
 def _simulated(diagnosis: Diagnosis, case: Case, progress: Progress) -> Forward | None:
     """The first run held out in simulation, or the first run; None where the arm cannot be simulated."""
     runs = dict(case.runs[::-1])
-    recording = runs.get("validate") or case.runs[0][1]
+    recording = runs.get(HELD_OUT) or case.runs[0][1]
     progress(f"simulate {recording.name} before and after")
     try:
         return forward(diagnosis, recording)

@@ -5,6 +5,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from exidyn.identify.diagnosis.runs.usable import HELD_OUT
 from exidyn.identify.fit.estimators import ESTIMATORS
 from exidyn.identify.fit.fit import Fit
 from exidyn.identify.fit.fit_file import fit_text, write_fit
@@ -106,8 +107,8 @@ def parser() -> argparse.ArgumentParser:
 def _recordings(given: argparse.Namespace, model: Model | None) -> tuple[list[Recording], list[Recording]]:
     """Runs to identify from and runs held out; a case folder says itself which are which."""
     read = [recording for path in given.runs for recording in import_source(path, model)]
-    held_out = [recording for recording in read if recording.settings.get("role") == "validate"]
-    runs = [recording for recording in read if recording.settings.get("role") != "validate"]
+    held_out = [recording for recording in read if recording.settings.get("role") == HELD_OUT]
+    runs = [recording for recording in read if recording.settings.get("role") != HELD_OUT]
     if not runs:  # whoever gives only validation runs as RUN means them
         runs, held_out = held_out, []
     for run in given.payload:

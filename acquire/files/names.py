@@ -1,10 +1,11 @@
-"""Names that differ, since a tab or an entity has nothing else to be known by."""
+"""What runs are called: by names that differ, since a tab has nothing else to be known by, and by role."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import TypeVar
 
 from exidyn.identify.diagnosis.findings.trace import Trace
+from exidyn.identify.diagnosis.runs.usable import HELD_OUT
 from exidyn.identify.recordings.recording import Recording
 
 Named = TypeVar("Named", Recording, Trace)
@@ -27,3 +28,8 @@ def renamed(named: Iterable[Named]) -> list[Named]:
     every = list(named)
     names = told_apart([one.name for one in every])
     return [replace(one, name=name) for one, name in zip(every, names, strict=True)]
+
+
+def role_words(role: str) -> str:
+    """What a run is for, as a person reads it."""
+    return "held out" if role == HELD_OUT else role

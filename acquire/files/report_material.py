@@ -18,7 +18,7 @@ from exidyn.identify.simulation.predicted import as_believed, predicted
 
 from ..terminal.recording_text import payload_words
 from ..terminal.stopwatch import Progress
-from .names import renamed
+from .names import renamed, role_words
 from .payload_runs import PayloadRun, carrying
 from .report_files import COMPARISON, DIAGNOSIS, FIT, KINDS, RECORDING, Found, read_compared, read_told
 from .traces_file import Traces
@@ -147,18 +147,14 @@ def _recorded(recording: Recording, fits: Sequence[Fitted]) -> Run:
     if not role and fits:
         role = "fitted" if recording.name in fits[0].fit.runs else HELD_OUT
     return Run(
-        recording.name, _role(role), payload_words(recording), position.rate, position.time, position.values,
-        effort.time, effort.values, quantity, recording.warnings,
+        recording.name, role_words(role), payload_words(recording), position.rate, position.time,
+        position.values, effort.time, effort.values, quantity, recording.warnings,
     )  # fmt: skip
 
 
 def _kept(trace: Trace) -> Run:
     rate = (len(trace.time) - 1) / float(trace.time[-1] - trace.time[0])
     return Run(
-        trace.name, _role(trace.role), "", rate, trace.time, trace.position, trace.time, trace.measured,
+        trace.name, role_words(trace.role), "", rate, trace.time, trace.position, trace.time, trace.measured,
         "torque",
     )  # fmt: skip
-
-
-def _role(role: str) -> str:
-    return "held out" if role == HELD_OUT else role

@@ -7,18 +7,7 @@ import numpy as np
 from exidyn.drivers import Command, Info, Sample
 from exidyn.identify.arm.robot import Robot
 
-from .monitors import (
-    Current,
-    DriveFault,
-    Lateness,
-    Monitor,
-    Outside,
-    Silence,
-    Speed,
-    Temperature,
-    Torque,
-    Tracking,
-)
+from . import monitors
 from .stop import Stop, harder
 
 
@@ -79,7 +68,7 @@ class Watch:
 
 def _monitors(
     robot: Robot, info: Info, watch: WatchLimits, current: np.ndarray | None
-) -> tuple[Monitor, ...]:
+) -> tuple[monitors.Monitor, ...]:
     joints, limits, cycle = robot.joints, robot.limits, info.cycle
     far = np.full(robot.dof, watch.tracking)
     with np.errstate(divide="ignore"):
@@ -87,14 +76,14 @@ def _monitors(
     speed = watch.speed * np.maximum(limits.velocity, -limits.velocity_lower)
     long, effort = round(watch.tracking_time / cycle), round(watch.effort_time / cycle)
     return (
-        DriveFault(),
-        Silence(joints, max(round(watch.silence / cycle), watch.least_silence)),
+        monitors.DriveFault(),
+        monitors.Silence(joints, max(round(watch.silence / cycle), watch.least_silence)),
         # A command is seen in the next cycle's sample at the earliest, however long the cycle is.
-        Tracking(joints, far, long, max(round(watch.delay / cycle), 2)),
-        Outside(joints, limits.position_lower, limits.position_upper, far, long),
-        Speed(joints, speed, max(round(0.02 / cycle), 2), cycle),
-        Current(joints, by_torque if current is None else current, effort),
-        Torque(joints, watch.effort * limits.torque, effort),
-        Temperature(joints, np.full(robot.dof, watch.temperature), round(1.0 / cycle)),
-        Lateness(cycle, watch.stall, watch.missed),
+        monitors.Tracking(joints, far, long, max(round(watch.delay / cycle), 2)),
+        monitors.Outside(joints, limits.position_lower, limits.position_upper, far, long),
+        monitors.Speed(joints, speed, max(round(0.02 / cycle), 2), cycle),
+        monitors.Current(joints, by_torque if current is None else current, effort),
+        monitors.Torque(joints, watch.effort * limits.torque, effort),
+        monitors.Temperature(joints, np.full(robot.dof, watch.temperature), round(1.0 / cycle)),
+        monitors.Lateness(cycle, watch.stall, watch.missed),
     )
