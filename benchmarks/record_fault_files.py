@@ -26,8 +26,7 @@ from record_run import run
 from exidyn.acquire import command_line
 from exidyn.acquire.live.live_view import Targets, start_view
 from exidyn.acquire.run.before import checked
-from exidyn.acquire.run.pipe.pipe_sink import PipeSink
-from exidyn.acquire.run.pipe.sink import Sink
+from exidyn.acquire.run.pipe.pipe_sink import PipeSink, Sink
 from exidyn.acquire.run.recording.disk_file import KEPT_BACK
 from exidyn.acquire.run.recording.recorder import part_of
 from exidyn.drivers import StopLevel

@@ -11,9 +11,8 @@ from record_motion import MODEL
 
 from exidyn.acquire.run.perform import Job, Outcome, perform
 from exidyn.acquire.run.pipe.frames import END, text_frame
-from exidyn.acquire.run.pipe.pipe_sink import PipeSink
+from exidyn.acquire.run.pipe.pipe_sink import PipeSink, Sink
 from exidyn.acquire.run.pipe.run_head import RunHead
-from exidyn.acquire.run.pipe.sink import Sink
 from exidyn.acquire.run.realtime import realtime
 from exidyn.acquire.run.recording.recorder import start_recorder
 from exidyn.acquire.run.stopping.stop import Stop

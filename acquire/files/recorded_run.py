@@ -13,9 +13,8 @@ from exidyn.identify.recordings.recording import KnownPayload
 
 from ..run.perform import Job, Outcome, perform
 from ..run.pipe.frames import END, text_frame
-from ..run.pipe.pipe_sink import PipeSink
+from ..run.pipe.pipe_sink import PipeSink, Sink
 from ..run.pipe.run_head import RunHead
-from ..run.pipe.sink import Sink
 from ..run.realtime import realtime
 from ..run.recording.recorder import part_of, start_recorder
 from ..run.stopping.stop_requests import StopRequests

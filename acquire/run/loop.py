@@ -12,7 +12,7 @@ from exidyn.drivers import Command, Driver, DriverError, Sample, StopLevel
 from exidyn.trajectories.trajectory import Trajectory
 
 from .pipe.frames import STAGES, Event, event_frame, sample_frame
-from .pipe.sink import Sink
+from .pipe.pipe_sink import Sink
 from .player import BRAKING, LISTENING, Player
 from .stopping.command_check import CommandCheck
 from .stopping.escalation import escalate, state_of

@@ -15,7 +15,7 @@ from exidyn.trajectories.trajectory import Trajectory
 
 from .errors import CannotStart
 from .loop import Counts, Loop
-from .pipe.sink import Sink
+from .pipe.pipe_sink import Sink
 from .player import Player
 from .realtime import yield_to_the_loop
 from .start import StartRules, plan_start

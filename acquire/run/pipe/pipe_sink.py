@@ -1,4 +1,4 @@
-"""PipeSink: the control loop's end of a pipe to a process that records or shows a run."""
+"""Sink: who is handed every frame of a run, and the control loop's end of a pipe to such a process."""
 
 import fcntl
 import os
@@ -8,6 +8,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Sequence
+from typing import Protocol
 
 from ..errors import RunError
 from .frames import SAMPLE
@@ -29,6 +30,23 @@ be trusted, and at its end."""
 
 class SinkFailed(RunError):
     """A process that should record or show a run does not start."""
+
+
+class Sink(Protocol):
+    """The recorder, the live view: a process of its own at the other end of a pipe.
+
+    `put` is called from the control loop: it never blocks and never raises.
+    """
+
+    @property
+    def failure(self) -> str:
+        """Why nothing can be handed over any more; empty while it can. A run without recorder is stopped."""
+
+    def put(self, frame: bytes) -> None:
+        """Hand a frame over."""
+
+    def close(self) -> None:
+        """Wait until all is written or shown."""
 
 
 class PipeSink:

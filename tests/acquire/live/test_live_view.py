@@ -18,7 +18,7 @@ import rerun_cli
 from PIL import Image
 from rerun.experimental import ViewerClient
 
-from exidyn.acquire.live.live_limits import finite_limits
+from exidyn.acquire.live.live_layout import finite_limits
 from exidyn.acquire.live.live_log import COLOURS, COLUMNS, RED, usual_cycle
 from exidyn.acquire.live.live_view import CannotShow, Targets, start_view
 from exidyn.acquire.live.view_process import ABANDONED
