@@ -1,40 +1,16 @@
-"""The command `exidyn`: one line a subcommand, each imported when it is asked for."""
+"""The command `exidyn`: which subcommand is asked for, and what its errors become."""
 
 import argparse
 import os
 import sys
 from collections.abc import Sequence
-from importlib import import_module
 from importlib.metadata import version
-from types import ModuleType
 
 from exidyn.identify.errors import ExidynError
 
-from .arguments.common import CommandParser
+from .arguments.common import CommandParser, name_lines
 from .arguments.exit_codes import INTERRUPTED, NOBODY_READS, REFUSED, STOPPED, codes_help
-
-COMMANDS: dict[str, str] = {
-    "example": "simulate an arm, identify it, compare with the truth",
-    "compare": "a simulation beside a recording: where they differ",
-    "completion": "Tab completion for bash, zsh, fish and others",
-    "diagnose": "which physics a model leaves out, and the proof",
-    "drivers": "robot controllers, and the settings of each",
-    "excite": "the trajectory that identifies an arm best within its limits",
-    "export": "a model for other simulators: URDF, MJCF, JSON, robot.toml",
-    "identify": "dynamics and drive gains from recordings",
-    "import": "other people's files to recordings (.mcap)",
-    "info": "what is inside a recording",
-    "jog": "one joint a few degrees and back, and whether it does as it should",
-    "record": "play a planned motion on a controller, and record it",
-    "recover": "whole recordings of what a crash left",
-    "report": "runs, fit, diagnosis, before and after on one page",
-    "show": "a planned motion against limits: table, page, view, exports",
-    "simulate": "a planned motion in closed loop on a simulated arm",
-    "view": "recordings, a fit or a diagnosis in Rerun, the arm moving",
-    "watch": "what a controller measures, live; nothing is commanded",
-}
-"""Name -> what it does in a line. Its module NAME_command.py has `parser()` and `main(arguments)`, which
-returns the exit code."""
+from .commands import COMMANDS, command_module
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -77,9 +53,15 @@ def _answered(arguments: Sequence[str] | None) -> int:
     except KeyboardInterrupt:
         return _said("interrupted", INTERRUPTED)
     except Exception as error:
-        if not _for_the_user(error):
+        # imports numpy, which a help text can do without
+        from exidyn.drivers.errors import DriverError
+
+        from .run.errors import NotConfirmed
+
+        if not isinstance(error, ExidynError | DriverError):  # raised on purpose, these say what to do
             raise
-        return _said(" ".join(str(error).split()), _code(error))
+        code = STOPPED if isinstance(error, NotConfirmed) else REFUSED
+        return _said(" ".join(str(error).split()), code)
 
 
 def _said(line: str, code: int) -> int:
@@ -87,28 +69,13 @@ def _said(line: str, code: int) -> int:
     return code
 
 
-def _for_the_user(error: Exception) -> bool:
-    """Whether the error was raised on purpose, with a text that says what to do."""
-    from exidyn.drivers.errors import DriverError  # imports numpy, which a help text can do without
-
-    return isinstance(error, ExidynError | DriverError)
-
-
-def _code(error: Exception) -> int:
-    from .run.errors import NotConfirmed  # likewise
-
-    return STOPPED if isinstance(error, NotConfirmed) else REFUSED
-
-
 def _parser() -> argparse.ArgumentParser:
-    width = max(map(len, COMMANDS))
-    lines = [f"  {name:<{width}}  {purpose}" for name, purpose in COMMANDS.items()]
     parser = CommandParser(
         prog="exidyn",
         description="Find out what a robot arm's dynamics really are.",
         epilog="\n\n".join(
             [
-                "commands:\n" + "\n".join(lines),
+                name_lines("commands", COMMANDS),
                 codes_help(),
                 "'exidyn COMMAND --help' explains a command. To begin: exidyn example",
             ]
@@ -119,11 +86,6 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("command", choices=COMMANDS, metavar="COMMAND", help="one of those below")
     parser.add_argument("rest", nargs=argparse.REMAINDER, metavar="...", help="its arguments")
     return parser
-
-
-def command_module(name: str) -> ModuleType:
-    """The module of a command, with `parser` and `main`."""
-    return import_module(f"{__package__}.commands.{name}_command")
 
 
 if __name__ == "__main__":

@@ -43,6 +43,10 @@ class Command:
     velocity: np.ndarray
 
 
+SIGNALS = ("position", "velocity", "current", "torque", "temperature")
+"""What a sample may hold of each joint."""
+
+
 @dataclass(frozen=True, slots=True)
 class Sample:
     """What was measured in one cycle, in joint coordinates; NaN where the controller is silent.

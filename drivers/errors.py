@@ -4,8 +4,7 @@ DriverError
 ├── UnknownDriver     a name that is not in the table
 ├── BadSettings       settings that are missing, unknown or out of range, or a bus that cannot carry them
 ├── NotReady          the controller is there and refuses to begin
-├── LinkLost          nothing comes back, or nothing that can be read
-└── DriveFault        a drive has stopped itself
+└── LinkLost          nothing comes back, or nothing that can be read
 """
 
 import difflib
@@ -61,7 +60,3 @@ class NotReady(DriverError):
 
 class LinkLost(DriverError):
     """Nothing comes back from the controller, or nothing that can be read."""
-
-
-class DriveFault(DriverError):
-    """A drive has stopped itself."""

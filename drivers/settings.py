@@ -41,6 +41,11 @@ def setting(default: Any, text: str, **about: Any) -> Any:
     return field(metadata=metadata) if default is ... else field(default=default, metadata=metadata)
 
 
+def joint_setting(default: Any, text: str, **about: Any) -> Any:
+    """As `setting`, one for each joint."""
+    return setting(default, text, per_joint=True, **about)
+
+
 def read_settings(cls: type[Any], table: Mapping[str, Any], joints: int, where: str) -> Any:
     """An instance of a driver's settings.
 

@@ -2,9 +2,9 @@
 
 import argparse
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import NoReturn
+from typing import Any, NoReturn
 
 from .exit_codes import REFUSED
 
@@ -39,11 +39,21 @@ def command_parser(
     )
 
 
+def name_lines(title: str, texts: Mapping[str, str]) -> str:
+    """A title, and a line each with name and text."""
+    width = max(map(len, texts))
+    return "\n".join([f"{title}:", *(f"  {name:<{width}}  {text}" for name, text in texts.items())])
+
+
+def table_help(title: str, table: Mapping[str, Any]) -> str:
+    """The same of functions or classes: each name, and what its docstring says first."""
+    return name_lines(title, {n: (one.__doc__ or "").partition("\n")[0] for n, one in table.items()})
+
+
 def add_robot(parser: argparse.ArgumentParser, why: str = "", required: bool = False) -> None:
     """Add --robot."""
-    from exidyn.identify.robot_files.robot_file import (
-        builtin_names,  # imports numpy, which the command's name can do without
-    )
+    # imports numpy, which the command's name can do without
+    from exidyn.identify.robot_files.robot_file import builtin_names
 
     parser.add_argument(
         "--robot",
@@ -53,14 +63,10 @@ def add_robot(parser: argparse.ArgumentParser, why: str = "", required: bool = F
     )
 
 
-def add_output(
-    parser: argparse.ArgumentParser,
-    metavar: str,
-    default: Path | None = None,
-    meaning: str = "default: %(default)s",
-) -> None:
-    """Add --output and -o; `metavar` is FILE or FOLDER, `meaning` the help."""
-    parser.add_argument("--output", "-o", type=Path, default=default, metavar=metavar, help=meaning)
+def add_plan(parser: argparse.ArgumentParser) -> None:
+    """Add TRAJECTORY."""
+    meaning = "trajectory file (.toml) of exidyn excite"
+    parser.add_argument("plan", type=Path, metavar="TRAJECTORY", help=meaning)
 
 
 def add_body(group: argparse._ArgumentGroup) -> None:

@@ -1,14 +1,11 @@
 """Which controller, and its settings: from a file, from the command line."""
 
 import argparse
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from exidyn.drivers import Arm, Driver, create
-from exidyn.drivers.driver import Plant
 from exidyn.drivers.errors import BadSettings
-from exidyn.identify.arm.robot import Robot
 from exidyn.identify.errors import RobotError
 from exidyn.identify.robot_files.toml_fields import parse_toml
 
@@ -83,16 +80,3 @@ def _value(text: str) -> Any:
         return parse_toml(f"value = {text}", "--set")["value"]
     except RobotError:
         return text
-
-
-def make_driver(
-    name: str, settings: Mapping[str, Any], robot: Robot, plant: Callable[[], Plant] | None = None
-) -> Driver:
-    """A driver that is not open yet.
-
-    Raises:
-        DriverError: An unknown driver, or settings that it cannot have.
-    """
-    limits = robot.limits
-    arm = Arm(robot.joints, limits.position_lower, limits.position_upper, limits.velocity, plant)
-    return create(name, settings, arm)

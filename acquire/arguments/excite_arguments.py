@@ -9,8 +9,8 @@ from exidyn.identify.robot_files.robot_file import builtin_names
 from exidyn.trajectories.kinds import KINDS
 from exidyn.trajectories.search.information.criteria import CRITERIA
 
-from ..terminal.json_output import add_json
-from .common import add_output, any_number, command_parser, integer, positive
+from .common import any_number, command_parser, integer, positive
+from .outputs import add_json, add_output
 
 OPTIMISED = "best"
 """Name of the kind of run that is searched for; the others are made by rule."""

@@ -5,10 +5,9 @@ from pathlib import Path
 
 from exidyn.drivers import DRIVERS
 
-from ..terminal.json_output import add_json
-from .common import add_body, add_output, add_robot, add_seed, command_parser, percent
-from .controllers import add_controller
-from .run_options import add_stops
+from .common import add_body, add_plan, add_robot, command_parser, name_lines, percent
+from .outputs import add_json, add_output
+from .run_options import add_driving, add_stops
 
 EXAMPLES = (
     "exidyn record trajectory.toml --robot kr270    # a simulated arm",
@@ -19,18 +18,15 @@ EXAMPLES = (
 
 def parser() -> argparse.ArgumentParser:
     """What `exidyn record` takes."""
-    width = max(map(len, DRIVERS))
-    drivers = "\n".join(f"  {name:<{width}}  {entry.purpose}" for name, entry in DRIVERS.items())
+    settings = "drivers ('exidyn drivers DRIVER' lists the settings of one)"
     found = command_parser(
         "record",
         "Play a planned motion on a controller and record the run.",
         EXAMPLES,
-        f"drivers ('exidyn drivers DRIVER' lists the settings of one):\n{drivers}",
+        name_lines(settings, {name: entry.purpose for name, entry in DRIVERS.items()}),
         usage="exidyn record [-h] TRAJECTORY --robot ROBOT [option ...]",
     )
-    found.add_argument(
-        "plan", type=Path, metavar="TRAJECTORY", help="trajectory file (.toml) of exidyn excite"
-    )
+    add_plan(found)
     add_robot(found, required=True)
     add_output(found, "FILE", meaning="default: run.mcap, run-2.mcap, ...")
     add_json(found)
@@ -38,21 +34,12 @@ def parser() -> argparse.ArgumentParser:
     found.add_argument(
         "--note", default="", metavar="TEXT", help="whatever explains the run, kept in the file"
     )
-    _controller(found.add_argument_group("controller"))
+    add_driving(found.add_argument_group("controller"))
     _motion(found.add_argument_group("motion"))
     add_stops(found.add_argument_group("what stops the run"))
     add_body(found.add_argument_group("what hangs on the flange"))
     _view(found.add_argument_group("live view"))
     return found
-
-
-def _controller(group: argparse._ArgumentGroup) -> None:
-    add_controller(group)
-    group.add_argument("--plant", metavar="ROBOT", help="what the mock's arm really is; default: ROBOT")
-    add_seed(group, "of the mock's noise")
-    group.add_argument(
-        "--yes", action="store_true", help="do not ask; see docs/record.md for when that is allowed"
-    )
 
 
 def _motion(group: argparse._ArgumentGroup) -> None:

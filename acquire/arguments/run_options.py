@@ -1,6 +1,7 @@
 """Options of every command that moves an arm: what stops the run, and what hangs on the flange."""
 
 import argparse
+from pathlib import Path
 
 import numpy as np
 
@@ -9,8 +10,9 @@ from exidyn.identify.errors import NeedsPayload
 from exidyn.identify.recordings.recording import KnownPayload
 
 from ..run.errors import NotAllowed
-from ..run.watch import WatchLimits
-from .common import positive
+from ..run.stopping.watch import WatchLimits
+from .common import add_seed, positive
+from .controllers import add_controller
 
 BODY = "L"
 """What the unknown parameters of the payload are called after."""
@@ -29,6 +31,34 @@ def add_stops(group: argparse._ArgumentGroup) -> None:
         help="one, or one a joint; default: by the torque limits",
     )
     group.add_argument("--temperature", type=positive, default=85.0, metavar="DEGC", help="default: 85")
+
+
+def add_driving(group: argparse._ArgumentGroup) -> None:
+    """Add --driver, --controller, --set, --plant, --seed and --yes."""
+    add_controller(group)
+    group.add_argument("--plant", metavar="ROBOT", help="what the mock's arm really is; default: ROBOT")
+    add_seed(group, "of the mock's noise")
+    group.add_argument(
+        "--yes", action="store_true", help="do not ask; see docs/record.md for when that is allowed"
+    )
+
+
+def require_mock(given: argparse.Namespace, driver: str) -> None:
+    """Raise where another arm is given for a driver that moves a real one.
+
+    Raises:
+        NotAllowed: It is.
+    """
+    if given.plant and driver != "mock":
+        raise NotAllowed(
+            f"--plant is an arm of the mock, and {driver} moves a real one. Leave one of them out"
+        )
+
+
+def facts_of(given: argparse.Namespace, driver: str, path: Path, **more: str) -> dict[str, str]:
+    """What a person should know before saying yes, by name."""
+    carried = f"{given.mass:g} kg" if given.mass else "nothing"
+    return {"controller": driver, **more, "on the flange": carried, "recorded to": str(path)}
 
 
 def stops_of(given: argparse.Namespace, joints: int) -> tuple[WatchLimits, np.ndarray | None]:

@@ -1,5 +1,36 @@
-"""The commands, one file each.
+"""The commands, one file each and one line in this table; each is imported when it is asked for.
 
 In: their arguments.
 Out: files, text, an exit code.
 """
+
+from importlib import import_module
+from types import ModuleType
+
+COMMANDS: dict[str, str] = {
+    "example": "simulate an arm, identify it, compare with the truth",
+    "compare": "a simulation beside a recording: where they differ",
+    "completion": "Tab completion for bash, zsh, fish and others",
+    "diagnose": "which physics a model leaves out, and the proof",
+    "drivers": "robot controllers, and the settings of each",
+    "excite": "the trajectory that identifies an arm best within its limits",
+    "export": "a model for other simulators: URDF, MJCF, JSON, robot.toml",
+    "identify": "dynamics and drive gains from recordings",
+    "import": "other people's files to recordings (.mcap)",
+    "info": "what is inside a recording",
+    "jog": "one joint a few degrees and back, and whether it does as it should",
+    "record": "play a planned motion on a controller, and record it",
+    "recover": "whole recordings of what a crash left",
+    "report": "runs, fit, diagnosis, before and after on one page",
+    "show": "a planned motion against limits: table, page, view, exports",
+    "simulate": "a planned motion in closed loop on a simulated arm",
+    "view": "recordings, a fit or a diagnosis in Rerun, the arm moving",
+    "watch": "what a controller measures, live; nothing is commanded",
+}
+"""Name -> what it does in a line. Its module NAME_command.py has `parser()` and `main(arguments)`, which
+returns the exit code."""
+
+
+def command_module(name: str) -> ModuleType:
+    """The module of a command, with `parser` and `main`."""
+    return import_module(f"{__name__}.{name}_command")

@@ -15,8 +15,9 @@ from exidyn.identify.robot_files.robot_file import model_text, read_model
 from exidyn.identify.simulation.comparison import Comparison, compare
 
 from ..arguments.common import add_robot, command_parser, number
+from ..arguments.outputs import add_json, require_json
 from ..terminal.comparison_text import comparison_table, comparison_text, differs
-from ..terminal.json_output import add_json, hand_over, json_text, require_json
+from ..terminal.json_output import hand_over, json_text
 
 EXAMPLES = (
     "exidyn compare sim.mcap real.mcap",

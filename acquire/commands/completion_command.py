@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from ..arguments.common import command_parser
-from ..command_line import COMMANDS, command_module
+from . import COMMANDS, command_module
 
 SHELLS = ("bash", "zsh", "fish", "powershell", "tcsh")
 EXAMPLES = (

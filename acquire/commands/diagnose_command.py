@@ -2,26 +2,29 @@
 
 import argparse
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from exidyn.identify.diagnosis import Diagnosis, diagnose
 from exidyn.identify.diagnosis.improved.forward import Forward, forward
 from exidyn.identify.diagnosis.refit import refit
+from exidyn.identify.diagnosis.runs.usable import HELD_OUT
 from exidyn.identify.diagnosis.words.summary import summary
 from exidyn.identify.errors import ExidynError
 from exidyn.identify.fit.fit import Fit
 from exidyn.identify.pages.diagnosis.page_data import whole
 from exidyn.identify.preparation.prepare import Filtering
 
-from ..arguments.common import add_output, command_parser
+from ..arguments.common import command_parser
 from ..arguments.exit_codes import DONE, REFUSED
+from ..arguments.filters import add_filters, filtering_of
+from ..arguments.outputs import add_json, add_output, make_folder, require_json
 from ..files.diagnosis_case import COMPARISON_CUTOFF, Case, case_folders, read_case, recorded_case
 from ..files.diagnosis_files import add_answer, read_answers, write_diagnosis
 from ..files.payload_runs import add_payload_arguments
-from ..terminal.json_output import add_json, hand_over, json_text, require_json
-from .identify_command import add_filters, filtering_of, make_folder, stopwatch
+from ..terminal.json_output import hand_over, json_text
+from ..terminal.stopwatch import Progress, stopwatch
 
 EXAMPLES = (
     "exidyn diagnose robot.toml one.mcap --slow slow.mcap --validate other.mcap",
@@ -30,7 +33,6 @@ EXAMPLES = (
 )
 NOTES = """Runs say themselves what they are for (identify, slow, payload, validate) where recorded so; what
 comes behind an option is for that. The more kinds of run, the more effects can be distinguished."""
-Progress = Callable[[str], None]
 
 
 def main(arguments: Sequence[str]) -> int:
@@ -142,7 +144,7 @@ def _do(case: Case, output: Path, given: argparse.Namespace, progress: Progress)
 def _simulated(diagnosis: Diagnosis, case: Case, progress: Progress) -> Forward | None:
     """The first run held out in simulation, or the first run; None where the arm cannot be simulated."""
     runs = dict(case.runs[::-1])
-    recording = runs.get("validate") or case.runs[0][1]
+    recording = runs.get(HELD_OUT) or case.runs[0][1]
     progress(f"simulate {recording.name} before and after")
     try:
         return forward(diagnosis, recording)

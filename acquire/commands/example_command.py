@@ -2,16 +2,19 @@
 
 import argparse
 import math
+import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
 from exidyn.identify.errors import ExidynError
 
-from ..arguments.common import add_output, any_number, command_parser
+from ..arguments.common import any_number, command_parser, name_lines
+from ..arguments.outputs import add_output
 from ..examples import example_balancer, example_gains
 from ..examples.example_arm import ExampleArm
-from ..examples.example_steps import Step, run
+from ..examples.example_steps import Step
+from . import command_module
 
 EXAMPLES = (
     "exidyn example",
@@ -86,6 +89,18 @@ def main(arguments: Sequence[str]) -> int:
     return 0
 
 
+def run(steps: Sequence[Step]) -> None:
+    """Run commands one after another, each printed before.
+
+    Raises:
+        ExidynError: One of them ended otherwise than well.
+    """
+    for one in steps:
+        print(f"\n$ {one}", file=sys.stderr)
+        if command_module(one.command).main(one.arguments):
+            raise ExidynError(f"exidyn {one.command} has stopped; what it said is above")
+
+
 def _require_empty(folder: Path) -> None:
     taken = sorted(folder.glob("*.mcap*"))
     if taken:
@@ -97,12 +112,11 @@ def _require_empty(folder: Path) -> None:
 
 def parser() -> argparse.ArgumentParser:
     """What `exidyn example` takes."""
-    width = max(map(len, NAMED))
     found = command_parser(
         "example",
         "Run exidyn's commands on a simulated arm whose truth is known, and compare with that.",
         EXAMPLES,
-        "\n".join(["the examples:", *(f"  {name:<{width}}  {one.purpose}" for name, one in NAMED.items())]),
+        name_lines("the examples", {name: one.purpose for name, one in NAMED.items()}),
     )
     found.add_argument(
         "example",

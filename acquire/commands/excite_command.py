@@ -1,7 +1,7 @@
 """exidyn excite: a robot in; the trajectory that identifies it best out, or another kind of run."""
 
 import argparse
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import permutations
 from pathlib import Path
@@ -39,11 +39,10 @@ from exidyn.trajectories.plans.plan_use import limit_use
 
 from ..arguments.excite_arguments import OPTIMISED, excite_options
 from ..arguments.excite_arguments import parser as parser
-from ..terminal.json_output import hand_over, json_text, require_file, require_json
+from ..arguments.outputs import require_file, require_json
+from ..terminal.json_output import hand_over, json_text
 from ..terminal.plan_table import plan_table
-from .identify_command import stopwatch
-
-Progress = Callable[[str], None]
+from ..terminal.stopwatch import Progress, stopwatch
 
 
 def main(arguments: Sequence[str]) -> int:

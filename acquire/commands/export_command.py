@@ -8,10 +8,10 @@ from pathlib import Path
 from exidyn.identify.export import FORMATS, Portable
 from exidyn.identify.text_table import paragraph
 
-from ..arguments.common import add_output, command_parser
-from ..arguments.table_help import table_help
+from ..arguments.common import command_parser, table_help
+from ..arguments.outputs import add_json, add_output, require_file, require_json
 from ..files.arm_file import ARM_HELP, read_arm
-from ..terminal.json_output import add_json, hand_over, json_text, require_file, require_json, write_whole
+from ..terminal.json_output import hand_over, json_text, write_whole
 
 EXAMPLES = (
     "exidyn export exidyn-fit/fit.json --to mjcf",

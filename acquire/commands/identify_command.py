@@ -1,28 +1,27 @@
 """exidyn identify: recordings in; a table, fit.json, a report and a view out."""
 
 import argparse
-import errno
 import sys
-import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from tempfile import TemporaryFile
 
+from exidyn.identify.diagnosis.runs.usable import HELD_OUT
 from exidyn.identify.fit.estimators import ESTIMATORS
 from exidyn.identify.fit.fit import Fit
 from exidyn.identify.fit.fit_file import fit_text, write_fit
 from exidyn.identify.fit.identification import identify
 from exidyn.identify.model import Model
 from exidyn.identify.pages.fit.fit_summary import summary
-from exidyn.identify.preparation.prepare import Filtering
 from exidyn.identify.recordings.importers import import_source
 from exidyn.identify.recordings.recording import Recording
 from exidyn.identify.robot_files.robot_file import read_model
 
-from ..arguments.common import add_output, add_robot, command_parser, positive
-from ..arguments.table_help import table_help
+from ..arguments.common import add_robot, command_parser, table_help
+from ..arguments.filters import add_filters, filtering_of
+from ..arguments.outputs import add_json, add_output, make_folder, require_file, require_json
 from ..files.payload_runs import add_payload_arguments, carrying, distinct_bodies
-from ..terminal.json_output import add_json, hand_over, require_file, require_json
+from ..terminal.json_output import hand_over
+from ..terminal.stopwatch import Progress, stopwatch
 
 EXAMPLES = (
     "exidyn identify run.mcap --validate other.mcap",
@@ -37,7 +36,7 @@ def main(arguments: Sequence[str]) -> int:
     return 0
 
 
-def run(arguments: Sequence[str], progress: Callable[[str], None]) -> Fit:
+def run(arguments: Sequence[str], progress: Progress) -> Fit:
     """Do what the command does, and return the fit."""
     given = parser().parse_args(arguments)
     make_folder(given.output)
@@ -105,34 +104,11 @@ def parser() -> argparse.ArgumentParser:
     return found
 
 
-def add_filters(found: argparse.ArgumentParser, torque_default: str = "from the data") -> None:
-    """Add the cut-offs and the speed of standstill.
-
-    Args:
-        found: To what.
-        torque_default: Where torque is compared up to if nothing is said, in words.
-    """
-    usual, defaults = "from the data", {"--torque-cutoff": torque_default}
-    for name, unit, meaning in (
-        ("--position-cutoff", "HZ", "low-pass of positions before differentiation"),
-        ("--torque-cutoff", "HZ", "up to where torque is compared"),
-        ("--standstill", "RAD/S", "speed below which a joint sticks"),
-    ):
-        found.add_argument(
-            name, type=positive, metavar=unit, help=f"{meaning}; default: {defaults.get(name, usual)}"
-        )
-
-
-def filtering_of(given: argparse.Namespace) -> Filtering:
-    """What was said of filters."""
-    return Filtering(None, given.position_cutoff, given.torque_cutoff, given.standstill)
-
-
 def _recordings(given: argparse.Namespace, model: Model | None) -> tuple[list[Recording], list[Recording]]:
     """Runs to identify from and runs held out; a case folder says itself which are which."""
     read = [recording for path in given.runs for recording in import_source(path, model)]
-    held_out = [recording for recording in read if recording.settings.get("role") == "validate"]
-    runs = [recording for recording in read if recording.settings.get("role") != "validate"]
+    held_out = [recording for recording in read if recording.settings.get("role") == HELD_OUT]
+    runs = [recording for recording in read if recording.settings.get("role") != HELD_OUT]
     if not runs:  # whoever gives only validation runs as RUN means them
         runs, held_out = held_out, []
     for run in given.payload:
@@ -140,22 +116,6 @@ def _recordings(given: argparse.Namespace, model: Model | None) -> tuple[list[Re
     held_out += [recording for path in given.validate for recording in import_source(path, model)]
     every = distinct_bodies([*runs, *held_out])
     return every[: len(runs)], every[len(runs) :]
-
-
-def make_folder(folder: Path) -> None:
-    """Make the folder for the results before any work is done for them.
-
-    Raises:
-        OSError: It cannot be made or written; names the option.
-    """
-    if folder.exists() and not folder.is_dir():
-        raise FileExistsError(errno.EEXIST, "this file exists; --output needs a folder", str(folder))
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        with TemporaryFile(dir=folder):
-            pass
-    except OSError as error:
-        raise OSError(error.errno, f"--output cannot be written: {error.strerror}", str(folder)) from error
 
 
 def _write(fit: Fit, given: argparse.Namespace) -> None:
@@ -175,13 +135,3 @@ def _write(fit: Fit, given: argparse.Namespace) -> None:
         if given.view:
             open_rerun(fit)
     print("written: " + ", ".join(map(str, written)), file=sys.stderr)
-
-
-def stopwatch() -> Callable[[str], None]:
-    """Prints sentences on standard error with the seconds since it was made."""
-    start = time.perf_counter()
-
-    def progress(sentence: str) -> None:
-        print(f"{time.perf_counter() - start:6.1f} s  {sentence}", file=sys.stderr, flush=True)
-
-    return progress

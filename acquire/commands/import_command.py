@@ -16,11 +16,10 @@ from exidyn.identify.recordings.units import BEFORE_GEAR
 from exidyn.identify.robot_files.robot_file import read_model
 from exidyn.identify.text_table import digits
 
-from ..arguments.common import add_output, add_robot, command_parser, positive, whole
-from ..terminal.json_output import add_json, hand_over, json_text, require_file, require_json
-from ..terminal.recording_table import recording_table
-from .identify_command import make_folder
-from .info_command import payload_words, warning_lines
+from ..arguments.common import add_robot, command_parser, positive, whole
+from ..arguments.outputs import add_json, add_output, make_folder, require_file, require_json
+from ..terminal.json_output import hand_over, json_text
+from ..terminal.recording_text import payload_words, recording_table, warning_lines
 
 EXAMPLES = (
     "exidyn import run.csv --robot robot.toml",
@@ -48,7 +47,8 @@ def main(arguments: Sequence[str]) -> int:
     require_json(given.json)
     run = read_recording(given.align) if given.align else None
     model = read_model(given.robot) if given.robot else (run.model if run else None)
-    options = _options(given) | (_axes(run) if run and _is_trace(given) else {})
+    trace = run is not None and (given.kind or kind_of(given.source)) == "kuka_trace"
+    options = _options(given) | (_axes(run) if run and trace else {})
     recordings = import_source(given.source, model, given.kind, **options)
     if not recordings:
         raise RecordingError(f"{given.source}: there is no run in it")
@@ -114,10 +114,6 @@ def _add_units(found: argparse.ArgumentParser) -> None:
         help=f"columns of a table: time or one of {', '.join(SIGNALS)}; one column a joint with commas, or a "
         "pattern with {number} or {joint}",
     )
-
-
-def _is_trace(given: argparse.Namespace) -> bool:
-    return (given.kind or kind_of(given.source)) == "kuka_trace"
 
 
 def _axes(run: Recording) -> dict[str, list[float]]:

@@ -2,27 +2,26 @@
 
 import argparse
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 
 import numpy as np
 
-from exidyn.drivers import Driver, Info, Sample
+from exidyn.drivers import Driver, Info
 from exidyn.identify.arm.robot import Robot
-from exidyn.identify.effects import Payload
 from exidyn.identify.errors import UnknownJoint
 from exidyn.identify.model import Model
 from exidyn.identify.recordings.recording import KnownPayload
 from exidyn.identify.robot_files.robot_file import read_model
 
-from ..arguments.common import add_body, add_output, add_robot, add_seed, command_parser, number
-from ..arguments.controllers import add_controller, make_driver, read_controller
+from ..arguments.common import add_body, add_robot, command_parser, number
+from ..arguments.controllers import read_controller
 from ..arguments.exit_codes import DONE, STOPPED, WRONG
-from ..arguments.run_options import add_stops, body_of, stops_of
-from ..files.recorded_run import free_path, run_recorded, run_settings, say_where
-from ..files.standing_arm import standing_arm
+from ..arguments.outputs import add_json, add_output, require_json
+from ..arguments.run_options import add_driving, add_stops, body_of, facts_of, require_mock, stops_of
+from ..files.recorded_run import free_path, run_head, run_recorded, say_where
 from ..jog import jog_text
 from ..jog.believed import FlangeWay, flange_way
 from ..jog.judgements import Judgement, Verdict, judge
@@ -38,14 +37,14 @@ from ..jog.there_and_back import (
     run_limits,
     there_and_back,
 )
+from ..run.arms import make_driver, standing_arm, with_body
 from ..run.errors import NotAllowed
 from ..run.perform import FEWEST, LISTEN, Job, Outcome
-from ..run.recorder import require_free
-from ..run.run_head import RunHead
+from ..run.recording.recorder import require_free
 from ..run.start import StartRules
 from ..terminal import run_summary
 from ..terminal.confirm import confirm, require_attended
-from ..terminal.json_output import add_json, hand_over, json_text, require_json
+from ..terminal.json_output import hand_over, json_text
 from ..terminal.progress import say, start_progress
 
 EXAMPLES = (
@@ -122,13 +121,7 @@ def parser() -> argparse.ArgumentParser:
     )
     add_output(found, "FILE", meaning="default: jog.mcap, jog-2.mcap, ...")
     add_json(found)
-    controller = found.add_argument_group("controller")
-    add_controller(controller)
-    controller.add_argument("--plant", metavar="ROBOT", help="what the mock's arm really is; default: ROBOT")
-    add_seed(controller, "of the mock's noise")
-    controller.add_argument(
-        "--yes", action="store_true", help="do not ask; see docs/record.md for when that is allowed"
-    )
+    add_driving(found.add_argument_group("controller"))
     add_stops(found.add_argument_group("what stops the run"))
     add_body(found.add_argument_group("what hangs on the flange"))
     return found
@@ -143,7 +136,7 @@ def main(arguments: Sequence[str]) -> int:
     given = parser().parse_args(arguments)
     payload = body_of(given)
     believed = read_model(given.robot)
-    model = believed + Payload(payload.name, payload.known) if payload else believed
+    model = with_body(believed, payload)
     way = _way(given, model.robot)
     stops_of(given, model.robot.dof)  # so that what is wrong with it is said before anything is asked
     name, settings = read_controller(given.controller, given.driver, given.set)
@@ -152,11 +145,13 @@ def main(arguments: Sequence[str]) -> int:
     require_free(path)
     require_json(given.json)
     require_attended(driver.simulated, given.yes)
-    print(jog_text.before(model.robot, way, _facts(given, name, path)), file=sys.stderr)
+    print(jog_text.before(model.robot, way, facts_of(given, name, path)), file=sys.stderr)
     confirm(driver.simulated, given.yes, ADVICE)
     jog = Jog(model, way, given, driver)
     kept = Kept()
-    head = partial(_head, given, name, believed, way, payload, path)
+    joint, unit = model.robot.joints[way.joint], "rad" if model.robot.revolute[way.joint] else "m"
+    said = f"{joint} by {way.distance:g} {unit} and back"
+    head = partial(run_head, name=path.stem, model=believed, driver=name, payload=payload, jog=said)
     progress = partial(start_progress, duration(way))
     outcome, recorder = run_recorded(driver, jog.job, path, head, progress, [kept])
     judgements = judge(kept.course(), way, model, payload.name if payload else "")
@@ -204,20 +199,10 @@ def _driver(
     Raises:
         NotAllowed: Another arm for a driver that moves a real one.
     """
-    if given.plant and name != "mock":
-        raise NotAllowed(f"--plant is an arm of the mock, and {name} moves a real one. Leave one of them out")
-    real = model
-    if given.plant:
-        real = read_model(given.plant)
-        if payload is not None:
-            real = real + Payload(payload.name, payload.known)
+    require_mock(given, name)
+    real = with_body(read_model(given.plant), payload) if given.plant else model
     plant = standing_arm(model.robot, real, given.seed, payload.name if payload else "")
     return make_driver(name, settings, model.robot, plant)
-
-
-def _facts(given: argparse.Namespace, driver: str, path: Path) -> dict[str, str]:
-    carried = f"{given.mass:g} kg" if given.mass else "nothing"
-    return {"controller": driver, "on the flange": carried, "recorded to": str(path)}
 
 
 def _standing(driver: Driver, info: Info) -> np.ndarray:
@@ -235,29 +220,6 @@ def _standing(driver: Driver, info: Info) -> np.ndarray:
     position = np.full(seen.shape[1], np.nan)
     position[known] = np.nanmedian(seen[:, known], axis=0)
     return position
-
-
-def _head(
-    given: argparse.Namespace,
-    driver: str,
-    model: Model,
-    way: Way,
-    payload: KnownPayload | None,
-    path: Path,
-    info: Info,
-) -> Callable[[Sample], bytes]:
-    """What explains the recording, ready but for the time of its first sample."""
-    joint = model.robot.joints[way.joint]
-    jog = f"{joint} by {way.distance:g} {'rad' if model.robot.revolute[way.joint] else 'm'} and back"
-    begun = RunHead(
-        name=path.stem,
-        model=model,
-        signals=info.signals,
-        payload=payload,
-        settings=run_settings(driver, info, jog=jog),
-        warnings=info.warnings,
-    ).written()
-    return lambda sample: begun(sample.host_time, sample.controller_time)
 
 
 def _tell(jog: Jog, outcome: Outcome, judgements: Sequence[Judgement], path: Path) -> None:

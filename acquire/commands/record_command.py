@@ -2,7 +2,7 @@
 
 import argparse
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 
@@ -18,23 +18,23 @@ from exidyn.trajectories.clearances.clearance import Clearance
 from exidyn.trajectories.clearances.self_collision import SelfCollision
 from exidyn.trajectories.plans.plan_file import plan_text, read_plan
 
-from ..arguments.controllers import make_driver, read_controller
+from ..arguments.controllers import read_controller
 from ..arguments.exit_codes import DONE, STOPPED
+from ..arguments.outputs import require_json
 from ..arguments.record_arguments import parser as parser
-from ..arguments.run_options import body_of, stops_of
-from ..files.recorded_run import free_path, run_recorded, run_settings, say_where, warn
+from ..arguments.run_options import body_of, facts_of, require_mock, stops_of
+from ..files.recorded_run import free_path, run_head, run_recorded, say_where, warn
 from ..live.live_view import Targets, require_showable, start_view
+from ..run.arms import make_driver
 from ..run.before import Checked, checked
-from ..run.errors import NotAllowed
 from ..run.perform import Job, Outcome
-from ..run.pipe_sink import PipeSink
-from ..run.recorder import require_free
+from ..run.pipe.pipe_sink import PipeSink
+from ..run.recording.recorder import require_free
 from ..run.rehearsal import rehearse
-from ..run.run_head import RunHead
 from ..run.start import StartRules
 from ..terminal import run_summary
 from ..terminal.confirm import confirm, require_attended
-from ..terminal.json_output import hand_over, json_text, require_json
+from ..terminal.json_output import hand_over, json_text
 from ..terminal.progress import start_progress
 
 
@@ -44,8 +44,8 @@ def main(arguments: Sequence[str]) -> int:
     payload = body_of(given)
     ready = checked(read_plan(given.plan), read_model(given.robot), given.speed, payload)
     name, settings = read_controller(given.controller, given.driver, given.set)
-    if given.plant and name != "mock" and not given.dry_run:
-        raise NotAllowed(f"--plant is an arm of the mock, and {name} moves a real one. Leave one of them out")
+    if not given.dry_run:
+        require_mock(given, name)
     plant = _plant(given, ready, payload)
     driver = make_driver(name, settings, ready.model.robot, plant)
     if given.dry_run:
@@ -57,14 +57,25 @@ def main(arguments: Sequence[str]) -> int:
     require_showable(targets)
     require_attended(driver.simulated, given.yes)
     job = _job(given, ready)
-    print(run_summary.before(ready, _facts(given, name, path)), file=sys.stderr)
+    facts = facts_of(given, name, path, speed=f"{100 * given.speed:g} % of the planned")
+    print(run_summary.before(ready, facts), file=sys.stderr)
     warn(ready.doubts)
     if not driver.simulated and not given.no_rehearsal:
-        _rehearse(job, ready, driver, payload)
+        print("rehearsing on a simulated arm", file=sys.stderr)
+        cycle = getattr(driver.settings, "cycle", ready.plan.tick)
+        rehearse(job, ready.model, cycle, payload.name if payload else "")
     confirm(driver.simulated, given.yes)
     # Read and written before the loop, which has no time for it; at full speed, as the file has it.
-    explained = read_model(given.robot), plan_text(read_plan(given.plan))
-    head = partial(_head, given, name, explained, payload, path)
+    head = partial(
+        run_head,
+        name=given.name or path.stem,
+        model=read_model(given.robot),
+        driver=name,
+        payload=payload,
+        trajectory=plan_text(read_plan(given.plan)),
+        speed=f"{given.speed:g}",
+        note=given.note,
+    )
     outcome = _record(targets, driver, job, path, head, given.json)
     return DONE if outcome.stop is None else STOPPED
 
@@ -97,45 +108,6 @@ def _clearances(given: argparse.Namespace, model: Model) -> tuple[Clearance, ...
         None if given.no_collision or not given.approach else read_geometry(given.robot, given.packages)
     )
     return () if geometry is None else (SelfCollision.of(model.robot, geometry),)
-
-
-def _facts(given: argparse.Namespace, driver: str, path: Path) -> Mapping[str, str]:
-    """What a person should know before saying yes, by name."""
-    carried = f"{given.mass:g} kg" if given.mass else "nothing"
-    return {
-        "controller": driver,
-        "speed": f"{100 * given.speed:g} % of the planned",
-        "on the flange": carried,
-        "recorded to": str(path),
-    }
-
-
-def _rehearse(job: Job, ready: Checked, driver: Driver, payload: KnownPayload | None) -> None:
-    print("rehearsing on a simulated arm", file=sys.stderr)
-    cycle = getattr(driver.settings, "cycle", ready.plan.tick)
-    rehearse(job, ready.model, cycle, payload.name if payload else "")
-
-
-def _head(
-    given: argparse.Namespace,
-    driver: str,
-    explained: tuple[Model, str],
-    payload: KnownPayload | None,
-    path: Path,
-    info: Info,
-) -> Callable[[Sample], bytes]:
-    """What explains the run by its model and its plan's text, ready but for the time of its first sample."""
-    model, plan = explained
-    begun = RunHead(
-        name=given.name or path.stem,
-        model=model,
-        signals=info.signals,
-        trajectory=plan,
-        payload=payload,
-        settings=run_settings(driver, info, speed=f"{given.speed:g}", note=given.note),
-        warnings=info.warnings,
-    ).written()
-    return lambda sample: begun(sample.host_time, sample.controller_time)
 
 
 def _record(

@@ -9,9 +9,9 @@ from exidyn.identify.errors import RecordingError
 from exidyn.identify.recordings.mcap.mcap_recover import Recovered, recover
 from exidyn.identify.text_table import paragraph
 
-from ..arguments.common import add_output, command_parser
+from ..arguments.common import command_parser
 from ..arguments.exit_codes import DONE, LOST
-from ..terminal.json_output import require_file
+from ..arguments.outputs import add_output, require_file
 
 EXAMPLES = ("exidyn recover run.mcap.part", "exidyn recover cut.mcap -o whole.mcap")
 

@@ -8,12 +8,13 @@ from pathlib import Path
 from exidyn.identify.pages.combined import joined_html
 from exidyn.identify.robot_files.robot_file import read_model
 
-from ..arguments.common import add_output, add_robot, command_parser
+from ..arguments.common import add_robot, command_parser
+from ..arguments.outputs import add_output, require_file
 from ..files.payload_runs import add_payload_arguments
 from ..files.report_files import VALID, found_files
 from ..files.report_material import material
-from ..terminal.json_output import require_file, write_whole
-from .identify_command import stopwatch
+from ..terminal.json_output import write_whole
+from ..terminal.stopwatch import stopwatch
 
 EXAMPLES = (
     "exidyn report exidyn-fit empty.mcap loaded.mcap other.mcap",

@@ -10,15 +10,15 @@ from exidyn.identify.robot_files.robot_file import read_model
 from exidyn.trajectories.errors import TrajectoryError, UnknownChoice
 from exidyn.trajectories.plans.exports import EXPORTS
 from exidyn.trajectories.plans.plan import Plan, fits
-from exidyn.trajectories.plans.plan_check import Torque, nominal_torque, violations
+from exidyn.trajectories.plans.plan_check import nominal_torque, violations
 from exidyn.trajectories.plans.plan_file import read_plan
 from exidyn.trajectories.plans.plan_page import plan_page
 from exidyn.trajectories.plans.plan_summary import summary
 from exidyn.trajectories.plans.plan_use import limit_use
 
-from ..arguments.common import add_robot, command_parser, positive
-from ..arguments.table_help import table_help
-from ..terminal.json_output import add_json, hand_over, json_text, require_file, require_json
+from ..arguments.common import add_plan, add_robot, command_parser, positive, table_help
+from ..arguments.outputs import add_json, require_file, require_json
+from ..terminal.json_output import hand_over, json_text
 from ..terminal.plan_table import plan_table
 
 EXAMPLES = (
@@ -47,7 +47,9 @@ def main(arguments: Sequence[str]) -> int:
     uses = [*limit_use(plan), *([torque.use] if torque else [])]
     table = {"exidyn_motion": 1, **plan_table(plan, uses, beyond)}
     hand_over(summary(plan, uses, beyond), json_text(table), given.json)
-    written = [_write_page(plan, given, beyond, torque), *_write_exports(plan, given)]
+    page = given.output or given.plan.with_suffix(".html")
+    page.write_text(plan_page(plan, beyond, torque), encoding="utf-8")
+    written = [page, *_write_exports(plan, given)]
     written += _show_moving(plan, given, model) if model else []
     print("written: " + ", ".join(map(str, written)), file=sys.stderr)
     return 0
@@ -61,9 +63,7 @@ def parser() -> argparse.ArgumentParser:
         EXAMPLES,
         table_help("formats", EXPORTS),
     )
-    found.add_argument(
-        "plan", type=Path, metavar="TRAJECTORY", help="trajectory file (.toml) of exidyn excite"
-    )
+    add_plan(found)
     add_robot(found, "for torques and the moving arm")
     found.add_argument(
         "--output",
@@ -109,12 +109,6 @@ def _differences(plan: Plan, model: Model | None) -> list[str]:
     if plan.joints != model.robot.joints:
         raise TrajectoryError(different[0])
     return different
-
-
-def _write_page(plan: Plan, given: argparse.Namespace, beyond: list[str], torque: Torque | None) -> Path:
-    path = given.output or given.plan.with_suffix(".html")
-    path.write_text(plan_page(plan, beyond, torque), encoding="utf-8")
-    return path
 
 
 def _write_exports(plan: Plan, given: argparse.Namespace) -> list[Path]:

@@ -20,10 +20,11 @@ from exidyn.identify.text_table import digits
 from exidyn.trajectories.plans.plan import robot_differences
 from exidyn.trajectories.plans.plan_file import read_plan
 
-from ..arguments.common import add_body, add_output, add_seed, any_number, command_parser, percent, positive
+from ..arguments.common import add_body, add_plan, add_seed, any_number, command_parser, percent, positive
+from ..arguments.outputs import add_json, add_output, require_file, require_json
 from ..files.arm_file import ARM_HELP, read_arm
 from ..run.simulated import simulated
-from ..terminal.json_output import add_json, hand_over, json_text, plain, require_file, require_json
+from ..terminal.json_output import hand_over, json_text, plain
 
 FASTEST, SLOWEST = 1e-4, 0.1
 """Cycles [s] of controllers: current loops close every 0.1 ms, and no arm is led ten times a second."""
@@ -143,9 +144,7 @@ def parser() -> argparse.ArgumentParser:
         EXAMPLES,
     )
     found.add_argument("arm", metavar="ARM", help=ARM_HELP)
-    found.add_argument(
-        "plan", type=Path, metavar="TRAJECTORY", help="trajectory file (.toml) of exidyn excite"
-    )
+    add_plan(found)
     add_output(found, "FILE", Path("sim.mcap"))
     add_json(found)
     found.add_argument("--name", metavar="NAME", help="what to call the run; default: the name of the file")

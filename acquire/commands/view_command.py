@@ -8,8 +8,8 @@ from pathlib import Path
 from exidyn.identify.robot_files.robot_file import read_model
 
 from ..arguments.common import add_robot, command_parser
+from ..arguments.outputs import require_apart
 from ..live.targets import LOCAL, PORT, Targets
-from ..terminal.json_output import require_apart
 
 EXAMPLES = (
     "exidyn view run.mcap other.mcap",

@@ -16,16 +16,16 @@ from exidyn.identify.robot_files.robot_file import read_model
 from exidyn.identify.text_table import paragraph
 
 from ..arguments.common import add_robot, command_parser, positive
-from ..arguments.controllers import add_controller, make_driver, read_controller
+from ..arguments.controllers import add_controller, read_controller
 from ..arguments.exit_codes import DONE
-from ..files.standing_arm import standing_arm
+from ..arguments.outputs import add_json, require_json
+from ..run.arms import make_driver, standing_arm
 from ..run.listener import Listener, Reading
-from ..run.stop_requests import StopRequests
+from ..run.stopping.stop_requests import StopRequests
 from ..terminal.confirm import confirm_reading
 from ..terminal.joint_units import JointUnits
-from ..terminal.json_output import SCREEN, add_json, require_json
-from ..terminal.redraw import Redraw
-from ..terminal.watch_text import json_line, line, table_lines
+from ..terminal.json_output import SCREEN
+from ..terminal.watch_text import Redraw, json_line, line, table_lines
 
 EXAMPLES = (
     "exidyn watch --controller cell.toml                        # positions in radians",

@@ -1,14 +1,9 @@
 """Steps of an example: command lines that a person with a cell would type, here with a simulated arm."""
 
 import shlex
-import sys
-from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from exidyn.identify.errors import ExidynError
-
-from ..command_line import command_module
 from .example_arm import BELIEVED, LOADED, TRUTH
 
 LEAST = 5.0
@@ -33,18 +28,6 @@ class Step(NamedTuple):
 def step(command: str, *arguments: str | Path | float) -> Step:
     """A command with its arguments, numbers in as few digits as they have."""
     return Step(command, tuple(f"{a:g}" if isinstance(a, float) else str(a) for a in arguments))
-
-
-def run(steps: Sequence[Step]) -> None:
-    """Run commands one after another, each printed before.
-
-    Raises:
-        ExidynError: One of them ended otherwise than well.
-    """
-    for one in steps:
-        print(f"\n$ {one}", file=sys.stderr)
-        if command_module(one.command).main(one.arguments):
-            raise ExidynError(f"exidyn {one.command} has stopped; what it said is above")
 
 
 def excited(folder: Path, name: str, length: float, search: float, *more: str | float) -> Step:

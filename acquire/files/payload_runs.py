@@ -40,20 +40,6 @@ class PayloadRun:
         return known_parameters(**self.numbers)
 
 
-class StartPayload(argparse.Action):
-    """--payload RUN: begins a new run with a payload."""
-
-    def __call__(
-        self,
-        parser: argparse.ArgumentParser,
-        namespace: argparse.Namespace,
-        values: Any,
-        option_string: str | None = None,
-    ) -> None:
-        """Append the run."""
-        setattr(namespace, self.dest, [*getattr(namespace, self.dest), PayloadRun(Path(values))])
-
-
 class OfLastPayload(argparse.Action):
     """--mass, --com, --inertia: belong to the last --payload."""
 
@@ -78,7 +64,8 @@ def add_payload_arguments(parser: argparse.ArgumentParser) -> None:
     """Add --payload, and what may follow it."""
     parser.add_argument(
         "--payload",
-        action=StartPayload,
+        action="append",
+        type=lambda path: PayloadRun(Path(path)),
         default=[],
         metavar="RUN",
         help="run with a body on the flange; may be repeated, each with its own --mass",

@@ -8,14 +8,16 @@ from importlib.metadata import version
 from pathlib import Path
 
 from exidyn.drivers import Driver, Info, Sample
+from exidyn.identify.model import Model
+from exidyn.identify.recordings.recording import KnownPayload
 
-from ..run.frames import END, text_frame
 from ..run.perform import Job, Outcome, perform
-from ..run.pipe_sink import PipeSink
+from ..run.pipe.frames import END, text_frame
+from ..run.pipe.pipe_sink import PipeSink, Sink
+from ..run.pipe.run_head import RunHead
 from ..run.realtime import realtime
-from ..run.recorder import part_of, start_recorder
-from ..run.sink import Sink
-from ..run.stop_requests import StopRequests
+from ..run.recording.recorder import part_of, start_recorder
+from ..run.stopping.stop_requests import StopRequests
 from ..terminal import run_summary
 from ..terminal.progress import say
 
@@ -26,8 +28,26 @@ def free_path(wanted: Path | None, stem: str) -> Path:
     return wanted or next(p for p in names if not p.exists() and not part_of(p).exists())
 
 
-def run_settings(driver: str, info: Info, **more: str) -> dict[str, str]:
-    """What explains a run in its recording, by name; what is empty is left out."""
+def run_head(
+    info: Info,
+    name: str,
+    model: Model,
+    driver: str,
+    payload: KnownPayload | None,
+    trajectory: str = "",
+    **more: str,
+) -> Callable[[Sample], bytes]:
+    """What explains a run in its recording, ready but for the time of its first sample.
+
+    Args:
+        info: What the driver says of itself.
+        name: Of the run.
+        model: The arm as believed, without what it carries.
+        driver: Its name.
+        payload: What it carries.
+        trajectory: Text of the plan's file.
+        more: What else is known of the run, by name; what is empty is left out.
+    """
     settings = {
         "driver": driver,
         "cycle": f"{info.cycle:g} s",
@@ -38,7 +58,16 @@ def run_settings(driver: str, info: Info, **more: str) -> dict[str, str]:
         **more,
         **{f"driver {name}": text for name, text in info.settings.items()},
     }
-    return {name: text for name, text in settings.items() if text}
+    begun = RunHead(
+        name=name,
+        model=model,
+        signals=info.signals,
+        trajectory=trajectory,
+        payload=payload,
+        settings={name: text for name, text in settings.items() if text},
+        warnings=info.warnings,
+    ).written()
+    return lambda sample: begun(sample.host_time, sample.controller_time)
 
 
 def run_recorded(
@@ -69,13 +98,13 @@ def run_recorded(
         sinks = [recorder, *(stack.enter_context(other) for other in viewers()), *also]
         if driver.in_real_time:
             warn(stack.enter_context(realtime()))
-        outcome = perform(driver, job, sinks, head, asked.look, say_doubts)
+        outcome = perform(driver, job, sinks, head, asked.look, _say_doubts)
         for sink in sinks:
             sink.put(text_frame(END, run_summary.end(outcome)))
     return outcome, recorder
 
 
-def say_doubts(info: Info) -> None:
+def _say_doubts(info: Info) -> None:
     """What a person should know before drives are powered."""
     unguarded = "nothing is known to stop the arm by itself if this program dies"
     warn((*info.warnings, *([] if info.dead_man else [unguarded])))

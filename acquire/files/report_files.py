@@ -7,14 +7,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from exidyn.identify.errors import ExidynError, NotAFile
+from exidyn.identify.errors import NotAFile
 from exidyn.identify.fit.json_file import read_json
 from exidyn.identify.pages.combined import Compared
 from exidyn.identify.pages.diagnosis.page_data import PageData, from_table
 from exidyn.identify.recordings.importers import kind_of
 from exidyn.identify.simulation.comparison import Comparison, Mismatch, Regions
 
-from .traces_file import NAME, Traces, read_traces
+from .traces_file import Traces, traces_beside, undamaged
 
 FIT, DIAGNOSIS, COMPARISON, RECORDING = "fit", "diagnosis", "comparison", "recording"
 KINDS = (FIT, DIAGNOSIS, COMPARISON, RECORDING)
@@ -112,18 +112,11 @@ def read_page_data(path: Path) -> tuple[PageData, Traces | None]:
         NotAFile: It is damaged, of a later format, or the samples are those of another.
     """
     table = _of_format(path, "exidyn_diagnosis")
-    samples = path.with_name(NAME)
-    traces = read_traces(samples) if samples.exists() else None
-    try:
+    with undamaged(path):
+        traces = traces_beside(path, table)
         if traces is None:
             return from_table(table), None
-        if any(len(one.explained) != len(table["findings"]) for one in traces.traces):
-            raise NotAFile(f"{samples} is of another diagnosis than {path}; diagnose again")
         return replace(from_table(table, traces.traces, traces.simulated), noise=traces.noise), traces
-    except ExidynError:
-        raise
-    except (LookupError, TypeError, ValueError, AttributeError, ArithmeticError) as error:
-        raise _damaged(path, error) from error
 
 
 def read_compared(path: Path) -> Compared:
@@ -133,7 +126,7 @@ def read_compared(path: Path) -> Compared:
         NotAFile: It is damaged or of a later format.
     """
     table = _of_format(path, "exidyn_comparison")
-    try:
+    with undamaged(path):
         comparison = Comparison(
             simulated=table["simulated"],
             recorded=table["recorded"],
@@ -144,10 +137,6 @@ def read_compared(path: Path) -> Compared:
             mismatches=tuple(_mismatches(table["mismatch"])),
         )
         return Compared(comparison, tuple(table["verdict"]))
-    except ExidynError:
-        raise
-    except (LookupError, TypeError, ValueError, AttributeError, ArithmeticError) as error:
-        raise _damaged(path, error) from error
 
 
 def _of_format(path: Path, key: str) -> dict[str, Any]:
@@ -155,11 +144,6 @@ def _of_format(path: Path, key: str) -> dict[str, Any]:
     if table.get(key) != FORMAT:
         raise NotAFile(f"{path} has format {table.get(key)}; this version reads {FORMAT}; update exidyn")
     return table
-
-
-def _damaged(path: Path, error: Exception) -> NotAFile:
-    what = f"key {error} is missing" if isinstance(error, KeyError) else f"it is damaged: {error}"
-    return NotAFile(f"{path}: {what}")
 
 
 def _mismatches(table: Mapping[str, Any]) -> Iterator[Mismatch]:

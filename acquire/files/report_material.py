@@ -1,10 +1,10 @@
 """What a joined report is made of, brought together: fits beside runs, one robot, one diagnosis."""
 
-from collections.abc import Callable, Sequence
-from dataclasses import replace
+from collections.abc import Sequence
 from pathlib import Path
 
 from exidyn.identify.diagnosis.findings.trace import Trace
+from exidyn.identify.diagnosis.runs.usable import HELD_OUT
 from exidyn.identify.errors import DifferentRobot, NotAFile
 from exidyn.identify.fit.fit import Fit
 from exidyn.identify.fit.fit_file import read_fit
@@ -16,16 +16,12 @@ from exidyn.identify.recordings.importers import import_source
 from exidyn.identify.recordings.recording import EFFORT, Recording
 from exidyn.identify.simulation.predicted import as_nominal, predicted
 
-from ..commands.info_command import payload_words
-from ..views.names import told_apart
+from ..terminal.recording_text import payload_words
+from ..terminal.stopwatch import Progress
+from .names import renamed, role_words
 from .payload_runs import PayloadRun, carrying
 from .report_files import COMPARISON, DIAGNOSIS, FIT, KINDS, RECORDING, Found, read_compared, read_page_data
 from .traces_file import Traces
-
-HELD_OUT = "validate"
-"""Role of runs that are only predicted."""
-
-Progress = Callable[[str], None]
 
 
 def material(
@@ -58,7 +54,9 @@ def material(
         ]
     )
     beside = {path.with_name("fit.json").resolve() for path in paths[DIAGNOSIS]}
-    known = _predictable(told, recordings)
+    # Where the improved fit was made of runs put earlier by a delay, it foretells none.
+    delayed = told is not None and any(finding.effect == "time_delay" for finding in told.findings)
+    known = () if delayed else recordings
     fits = [_fitted(*one, recordings, progress) for one in read if one[0].resolve() not in beside]
     improved = [_improved(*one, known, progress) for one in read if one[0].resolve() in beside]
     counts = {kind: len(paths[kind]) for kind in KINDS} | {RECORDING: len(recordings)}
@@ -89,8 +87,7 @@ def _recordings(paths: Sequence[Path], loaded: Sequence[PayloadRun], model: Mode
     bodies = {run.path.resolve(): run for run in loaded}
     found = [one for path in paths if path.resolve() not in bodies for one in import_source(path, model)]
     found += [carrying(one, run) for run in loaded for one in import_source(run.path, model)]
-    names = told_apart([one.name for one in found])
-    return [replace(one, name=name) for one, name in zip(found, names, strict=True)]
+    return renamed(found)
 
 
 def _fitted(path: Path, fit: Fit, recordings: Sequence[Recording], progress: Progress) -> Fitted:
@@ -106,12 +103,6 @@ def _improved(path: Path, fit: Fit, recordings: Sequence[Recording], progress: P
     """The fit that lies with a diagnosis, and has what that found."""
     _say(path, recordings, progress)
     return Fitted("Fit with what was found", predicted(fit, recordings), improved=True)
-
-
-def _predictable(told: PageData | None, recordings: Sequence[Recording]) -> Sequence[Recording]:
-    """Recordings that the improved fit foretells: none where it was made of runs put earlier by a delay."""
-    delayed = told is not None and any(finding.effect == "time_delay" for finding in told.findings)
-    return () if delayed else recordings
 
 
 def _say(path: Path, recordings: Sequence[Recording], progress: Progress) -> None:
@@ -156,18 +147,14 @@ def _recorded(recording: Recording, fits: Sequence[Fitted]) -> Run:
     if not role and fits:
         role = "fitted" if recording.name in fits[0].fit.runs else HELD_OUT
     return Run(
-        recording.name, _role(role), payload_words(recording), position.rate, position.time, position.values,
-        effort.time, effort.values, quantity, recording.warnings,
+        recording.name, role_words(role), payload_words(recording), position.rate, position.time,
+        position.values, effort.time, effort.values, quantity, recording.warnings,
     )  # fmt: skip
 
 
 def _kept(trace: Trace) -> Run:
     rate = (len(trace.time) - 1) / float(trace.time[-1] - trace.time[0])
     return Run(
-        trace.name, _role(trace.role), "", rate, trace.time, trace.position, trace.time, trace.measured,
+        trace.name, role_words(trace.role), "", rate, trace.time, trace.position, trace.time, trace.measured,
         "torque",
     )  # fmt: skip
-
-
-def _role(role: str) -> str:
-    return "held out" if role == HELD_OUT else role

@@ -1,5 +1,7 @@
 """traces.npz: the samples behind a diagnosis, for those who look at it later."""
 
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import fields
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -66,6 +68,40 @@ def read_traces(path: Path) -> Traces:
         raise
     except Exception as error:  # whatever the libraries of zip, zlib and numpy stumble over
         raise NotAFile(f"{path} is no file of traces, or was cut off: {error}") from error
+
+
+def traces_beside(path: Path, table: Mapping[str, Any]) -> Traces | None:
+    """The samples behind a diagnosis, if there are any beside it.
+
+    Args:
+        path: Of diagnosis.json.
+        table: In it.
+
+    Raises:
+        NotAFile: They are those of another, or as `read_traces`.
+    """
+    samples = path.with_name(NAME)
+    traces = read_traces(samples) if samples.exists() else None
+    if traces and any(len(one.explained) != len(table["findings"]) for one in traces.traces):
+        raise NotAFile(f"{samples} is of another diagnosis than {path}; diagnose again")
+    return traces
+
+
+@contextmanager
+def undamaged(path: Path) -> Iterator[None]:
+    """What trips over a table that is not as it should be says of which file it is.
+
+    Raises:
+        NotAFile: Something does.
+    """
+    try:
+        yield
+    except ExidynError:
+        raise
+    except KeyError as error:
+        raise NotAFile(f"{path}: key {error} is missing") from error
+    except (LookupError, TypeError, ValueError, AttributeError, ArithmeticError) as error:
+        raise NotAFile(f"{path}: it is damaged: {error}") from error
 
 
 def _arrays(one: Trace | Forward, key: str) -> dict[str, np.ndarray]:

@@ -1,1 +1,5 @@
-"""Jog: one joint a little way and back, and what that tells of its sign, scale, gain and zero."""
+"""One joint a little way and back, and what that tells of its sign, scale, gain and zero.
+
+In: a model, cycles of a run.
+Out: judgements.
+"""

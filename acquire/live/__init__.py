@@ -1,1 +1,5 @@
-"""The live view of a run, in a process of its own."""
+"""The live view of a run, in a process of its own.
+
+In: frames.
+Out: Rerun in a window, in browsers, in a file.
+"""

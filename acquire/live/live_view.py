@@ -5,7 +5,7 @@ import signal
 import sys
 from importlib.util import find_spec
 
-from ..run.pipe_sink import PipeSink
+from ..run.pipe.pipe_sink import PipeSink
 from .targets import Address, CannotShow, Targets
 
 __all__ = ["CannotShow", "LiveView", "Targets", "require_showable", "start_view"]

@@ -11,9 +11,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from exidyn.identify.arm.motion import Motion
-from exidyn.identify.effects import Payload
 from exidyn.identify.model import Model
 from exidyn.identify.recordings.recording import KnownPayload
+
+from ..run.arms import with_body
 
 WINDOW = 0.04
 """Time that a quadratic spans [s]; a motion of 8 Hz keeps 90 % of its acceleration."""
@@ -77,7 +78,7 @@ class LiveResidual:
     """
 
     def __init__(self, model: Model, cycle: float, payload: KnownPayload | None = None) -> None:
-        self._model = model if payload is None else model + Payload(payload.name, payload.known)
+        self._model = with_body(model, payload)
         self._payload = payload.name if payload is not None else ""
         self._values = self._model.nominal_values
         self._memory: list[Any] = [None] * len(self._model.effects)

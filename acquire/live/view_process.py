@@ -12,12 +12,12 @@ from collections.abc import Sequence
 
 import rerun as rr
 
-from ..run.frames import END, EVENT, HEAD, SAMPLE, Cycle, Event, read_cycle, read_event
-from ..run.pipe_source import PipeSource
-from ..run.run_head import RunHead
+from ..run.pipe.frames import END, EVENT, HEAD, SAMPLE, Cycle, Event, read_cycle, read_event
+from ..run.pipe.pipe_source import PipeSource
+from ..run.pipe.run_head import RunHead
 from . import viewers
 from .live_log import LiveLog
-from .targets import Address, CannotShow, Targets
+from .targets import CannotShow, Targets
 
 BATCH = 0.05
 """How long frames are gathered [s]: the cost is by the batch, and the eye sees no difference."""
@@ -59,24 +59,13 @@ def start(targets: Targets) -> tuple[rr.RecordingStream, str]:
     Raises:
         CannotShow: A target cannot be opened.
     """
-    sinks: list[rr.GrpcSink | rr.FileSink] = []
-    where = ""
-    if targets.view:
-        sinks.append(rr.GrpcSink(viewers.open_window()))
-    if targets.serve is not None:
-        address = Address.read(targets.serve)
-        viewers.serve(address)
-        sinks.append(rr.GrpcSink(address.local))
-        where = f"live view: {address.page}"
-    if targets.save is not None:
-        try:
-            targets.save.open("wb").close()
-        except OSError as error:
-            raise CannotShow(f"--save {targets.save}: {error.strerror}") from error
-        sinks.append(rr.FileSink(str(targets.save)))
+    try:
+        opened = viewers.open_targets(targets)
+    except OSError as error:
+        raise CannotShow(f"--save {targets.save}: {error.strerror}") from error
     recording = rr.RecordingStream("exidyn_live")
-    recording.set_sinks(*sinks)
-    return recording, where
+    recording.set_sinks(*opened.sinks)
+    return recording, f"live view: {opened.page}" if opened.page else ""
 
 
 def warm_up() -> None:

@@ -9,9 +9,11 @@ import sys
 import tempfile
 import time
 from collections.abc import Sequence
-from typing import IO
+from typing import IO, NamedTuple
 
-from .targets import LOCAL, Address, CannotShow
+import rerun as rr
+
+from .targets import LOCAL, Address, CannotShow, Targets
 
 MEMORY = "2GB"
 """What a window may hold before it forgets the oldest: an hour of six joints at 500 Hz, and not Rerun's
@@ -22,6 +24,40 @@ NOISE = re.compile(r"\x1b\[[0-9;]*m|os error at \S+: ")
 """In what Rerun says: colours, and places in its source."""
 SETTLE = 1.0
 """How long after that a window might still find that there is no screen [s]."""
+
+
+class Opened(NamedTuple):
+    """Targets that take data.
+
+    Attributes:
+        sinks: One a target.
+        server: Of the pages; None without.
+        page: What to open in a browser; empty without.
+    """
+
+    sinks: list[rr.GrpcSink | rr.FileSink]
+    server: "subprocess.Popen[bytes] | None" = None
+    page: str = ""
+
+
+def open_targets(targets: Targets) -> Opened:
+    """Open the file, the window and the server of targets.
+
+    Raises:
+        OSError: The file cannot be written.
+        CannotShow: Another target cannot be opened.
+    """
+    opened = Opened([])
+    if targets.save is not None:
+        targets.save.open("wb").close()  # says what is wrong better than Rerun does
+        opened.sinks.append(rr.FileSink(str(targets.save)))
+    if targets.view:
+        opened.sinks.append(rr.GrpcSink(open_window()))
+    if targets.serve is not None:
+        address = Address.read(targets.serve)
+        opened = opened._replace(server=serve(address), page=address.page)
+        opened.sinks.append(rr.GrpcSink(address.local))
+    return opened
 
 
 def open_window() -> str:

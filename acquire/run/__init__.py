@@ -1,1 +1,5 @@
-"""One run on a controller: the loop, what it watches, and what it hands over."""
+"""One run on a controller, from the first sample to the last stop.
+
+In: a driver, a motion, limits.
+Out: how it went; every cycle, handed over.
+"""

@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from exidyn.identify.arm.robot import Limits, Robot
-from exidyn.identify.effects import Payload
 from exidyn.identify.model import Model
 from exidyn.identify.recordings.recording import KnownPayload
 from exidyn.trajectories.families.slowed import Slowed
@@ -15,6 +14,7 @@ from exidyn.trajectories.plans.plan import Plan, model_differences, robot_differ
 from exidyn.trajectories.plans.plan_check import Torque, nominal_torque, violations
 from exidyn.trajectories.trajectory import Trajectory
 
+from .arms import with_body
 from .errors import NotAllowed
 
 NO_MARGIN = Margins(position=0.0, slide=0.0, velocity=0.0, acceleration=0.0, jerk=0.0, torque=0.0)
@@ -60,7 +60,7 @@ def checked(plan: Plan, model: Model, speed: float = 1.0, payload: KnownPayload 
     slowed = plan if speed == 1.0 else replace(plan, trajectory=Slowed(plan.trajectory, speed))
     # A pair is run twice, each run by itself; the torque of this run is that with its own payload.
     single = replace(slowed, payload_pair=bool(payload))
-    carrying = model + Payload(payload.name, payload.known) if payload else model
+    carrying = with_body(model, payload)
     torque = nominal_torque(single, carrying)
     beyond = violations(single, torque)
     if beyond:

@@ -8,13 +8,12 @@ from threading import Event, Lock, Thread
 import numpy as np
 
 from exidyn.drivers import Driver, Sample
+from exidyn.drivers.driver import SIGNALS
 
 ASK_STATES = 1.0
 """Time between questions for the drives' states [s]: on a serial line one costs a few cycles."""
 KEPT = 5000
 """Samples, and events, kept for whoever looks: ten seconds at 500 Hz; a terminal may stop for longer."""
-
-SIGNALS = ("position", "velocity", "current", "torque", "temperature")
 
 
 @dataclass(frozen=True)
@@ -92,16 +91,13 @@ class Listener:
         try:
             while not self._enough.is_set():
                 sample = self._driver.exchange(None)
-                self._ask_states()
+                if time.monotonic() - self._asked >= ASK_STATES:
+                    self._asked, self._states = time.monotonic(), self._driver.states()
                 with self._lock:
                     self._samples.append(sample)
                     self._events.extend(sample.events)
         except Exception as error:  # raised in `look`, in the thread that waits for readings
             self._failure = error
-
-    def _ask_states(self) -> None:
-        if time.monotonic() - self._asked >= ASK_STATES:
-            self._asked, self._states = time.monotonic(), self._driver.states()
 
 
 def _reading(samples: list[Sample], states: tuple[str, ...], events: tuple[str, ...]) -> Reading:

@@ -11,15 +11,15 @@ import numpy as np
 from exidyn.drivers import Command, Driver, DriverError, Sample, StopLevel
 from exidyn.trajectories.trajectory import Trajectory
 
-from .command_check import CommandCheck
-from .escalation import escalate, state_of
-from .frames import STAGES, Event, event_frame, sample_frame
+from .pipe.frames import STAGES, Event, event_frame, sample_frame
+from .pipe.pipe_sink import Sink
 from .player import BRAKING, LISTENING, Player
-from .signs import Signs
-from .sink import Sink
-from .stop import Stop, harder
-from .stops import Stops
-from .watch import Watch
+from .stopping.command_check import CommandCheck
+from .stopping.escalation import escalate, state_of
+from .stopping.signs import Signs
+from .stopping.stop import Stop, harder
+from .stopping.stops import Stops
+from .stopping.watch import Watch
 
 LISTEN_ON = 2.0
 """How long is listened after each stop that is left to the controller, which takes its own time, and at most
@@ -120,11 +120,8 @@ class Loop:
         self._listened += 1
         if self._listened > round(LISTEN_ON / self._cycle_time):
             return False
-        return self.stops.by_controller or not self._calm
-
-    @property
-    def _calm(self) -> bool:
-        return self.last is None or self._signs is None or self._signs.calm
+        calm = self.last is None or self._signs is None or self._signs.calm
+        return self.stops.by_controller or not calm
 
     def end(self, stop: Stop) -> None:
         """Stop for a reason found elsewhere."""
@@ -160,7 +157,9 @@ class Loop:
         self._unsent = None if sample.sent else command
         command = command if sample.sent else None
         self.counts.add(sample)
-        self._tell_stage(self._stage_now())
+        if (stage := self._stage_now()) != self._stage:
+            self._stage = stage
+            self.tell("stage", STAGES[stage])
         self._hand_over(sample_frame(sample, command, self._stage))
         for text in sample.events:
             self.tell("driver", text)
@@ -205,11 +204,6 @@ class Loop:
         if self._player is None:
             return LISTENING
         return BRAKING if self.stops.by_controller else self._player.stage
-
-    def _tell_stage(self, stage: int) -> None:
-        if stage != self._stage:
-            self._stage = stage
-            self.tell("stage", STAGES[stage])
 
     def _hand_over(self, frame: bytes) -> None:
         for sink in self._sinks:

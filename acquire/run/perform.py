@@ -13,16 +13,16 @@ from exidyn.identify.errors import ExidynError
 from exidyn.trajectories.families.phases import Phases
 from exidyn.trajectories.trajectory import Trajectory
 
-from .command_check import CommandCheck
 from .errors import CannotStart
 from .loop import Counts, Loop
+from .pipe.pipe_sink import Sink
 from .player import Player
 from .realtime import yield_to_the_loop
-from .signs import Signs
-from .sink import Sink
 from .start import StartRules, plan_start
-from .stop import Stop
-from .watch import Watch, WatchLimits
+from .stopping.command_check import CommandCheck
+from .stopping.signs import Signs
+from .stopping.stop import Stop
+from .stopping.watch import Watch, WatchLimits
 
 LISTEN = 0.1
 """How long the arm is listened to before anything is commanded [s]; its position is the median of that."""

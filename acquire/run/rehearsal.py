@@ -1,13 +1,12 @@
 """Rehearsal: the run on a simulated arm, by the same path, before the real one moves."""
 
-from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
+from functools import partial
 
-from exidyn.drivers import Arm, create
 from exidyn.identify.model import Model
 from exidyn.identify.simulation.plant import typical_plant
 
+from .arms import make_driver
 from .errors import NotAllowed
 from .perform import Job, Outcome, perform
 
@@ -25,17 +24,11 @@ def rehearse(job: Job, model: Model, cycle: float, payload: str = "") -> Outcome
         NotAllowed: The simulated arm had to be stopped.
     """
     start = job.motion.state_at(0.0).position
-    limits = model.robot.limits
-    arm = Arm(
-        model.robot.joints,
-        limits.position_lower,
-        limits.position_upper,
-        limits.velocity,
-        lambda: typical_plant(model, start, payload=payload),
-    )
-    settings: Mapping[str, Any] = {"cycle": cycle, "clock": "stepped"}
+    settings = {"cycle": cycle, "clock": "stepped"}
+    plant = partial(typical_plant, model, start, payload=payload)
+    driver = make_driver("mock", settings, model.robot, plant)
     watch = replace(job.watch, temperature=float("inf"))  # how warm the real arm is, nobody knows
-    outcome = perform(create("mock", settings, arm), replace(job, settle=cycle, watch=watch))
+    outcome = perform(driver, replace(job, settle=cycle, watch=watch))
     if outcome.stop is not None:
         raise NotAllowed(
             f"in a rehearsal on the simulated arm the run was stopped: {outcome.stop.text}. Look at the "

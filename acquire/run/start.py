@@ -50,7 +50,9 @@ def plan_start(
     Raises:
         CannotStart: The arm is too far away, nobody knows where it is, or way or motion are not in order.
     """
-    _require_known(measured, joints)
+    unknown = [name for name, value in zip(joints, measured, strict=True) if not np.isfinite(value)]
+    if unknown:
+        raise CannotStart(f"the controller gives no position of {', '.join(unknown)}")
     target = player.motion.state_at(0.0)
     away = np.abs(measured - target.position)
     if not rules.approach and np.any(away > rules.tolerance):
@@ -73,12 +75,6 @@ def gentle(limits: Limits, share: float) -> Limits:
     """The same limits of position, and a share of all others."""
     names = ("velocity", "velocity_lower", "acceleration", "acceleration_lower", "jerk")
     return replace(limits, **{name: share * getattr(limits, name) for name in names})
-
-
-def _require_known(measured: np.ndarray, joints: Sequence[str]) -> None:
-    unknown = [name for name, value in zip(joints, measured, strict=True) if not np.isfinite(value)]
-    if unknown:
-        raise CannotStart(f"the controller gives no position of {', '.join(unknown)}")
 
 
 def _far(measured: np.ndarray, target: np.ndarray, joints: Sequence[str], rules: StartRules) -> str:

@@ -2,7 +2,7 @@
 
 import sys
 
-from ..run.pipe_sink import PipeSink, SinkFailed
+from ..run.pipe.pipe_sink import PipeSink, SinkFailed
 from .progress_process import CLEAR
 
 PROCESS = "exidyn.acquire.terminal.progress_process"

@@ -4,8 +4,8 @@ import sys
 import time
 from collections.abc import Sequence
 
-from ..run.frames import END, SAMPLE, STAGES, read_cycle
-from ..run.pipe_source import PipeSource
+from ..run.pipe.frames import END, SAMPLE, STAGES, read_cycle
+from ..run.pipe.pipe_source import PipeSource
 from ..run.player import BRAKING, HOLDING, RUNNING
 
 STEP = 0.2

@@ -1,12 +1,14 @@
 """What `exidyn watch` shows of a reading: a table, a line, or JSON."""
 
 import json
+import shutil
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, TextIO
 
 import numpy as np
 
 from exidyn.drivers import Info
+from exidyn.drivers.driver import SIGNALS
 from exidyn.identify.text_table import table
 
 from ..run.listener import Reading
@@ -106,10 +108,7 @@ def json_line(reading: Reading, units: JointUnits, seconds: float) -> str:
         "time": seconds,
         "host_time_ns": reading.host_time,
         "joints": list(units.joints),
-        **{
-            name: plain(getattr(reading, name))
-            for name in ("position", "velocity", "current", "torque", "temperature")
-        },
+        **{name: plain(getattr(reading, name)) for name in SIGNALS},
         "beyond_limits": [units.joints[k] for k in np.flatnonzero(units.beyond(reading.position))],
         "states": list(reading.states),
         "cycles": reading.cycles,
@@ -118,3 +117,24 @@ def json_line(reading: Reading, units: JointUnits, seconds: float) -> str:
         "fault": reading.fault,
     }
     return json.dumps(content, ensure_ascii=False, allow_nan=False)
+
+
+class Redraw:
+    """Draws lines over those that it drew before.
+
+    Args:
+        terminal: Where to.
+    """
+
+    def __init__(self, terminal: TextIO) -> None:
+        self._terminal, self._drawn = terminal, 0
+
+    def draw(self, lines: Sequence[str]) -> None:
+        """Draw these in place of the last; what does not fit into the terminal is cut off."""
+        size = shutil.get_terminal_size()
+        # A line that wraps, or scrolls away, could not be drawn over.
+        shown = [line[: size.columns - 1] for line in lines[: size.lines - 1]]
+        back = f"\x1b[{self._drawn}A" if self._drawn else ""
+        self._terminal.write(back + "\x1b[J" + "".join(f"{line}\n" for line in shown))
+        self._terminal.flush()
+        self._drawn = len(shown)

@@ -1,1 +1,5 @@
-"""Views: recordings, fits and diagnoses in Rerun, one layout a kind."""
+"""Recordings, fits and diagnoses in Rerun, one layout a kind.
+
+In: files.
+Out: a view.
+"""

@@ -12,6 +12,7 @@ from exidyn.identify.diagnosis.findings.trace import Trace
 from exidyn.identify.pages.views.view_arm import arm_view
 from exidyn.identify.pages.views.view_parts import TIMELINE, send
 
+from ..files.names import role_words
 from ..files.traces_file import Traces
 from ..live.live_arm import GREY, LiveArm
 from ..live.live_log import COLOURS
@@ -94,7 +95,7 @@ def _tab(table: dict[str, Any], traces: Traces, trace: Trace, known: list[Suspec
             origin=_entity(trace, "moments"), name="moments: a click on a time goes there", columns=COLUMNS
         )
         beside = rrb.Vertical(arm, times, row_shares=[3, 2])
-    role = "held out" if trace.role == "validate" else trace.role
+    role = role_words(trace.role)
     name = f"{trace.name} ({role})" if role else trace.name
     return rrb.Horizontal(rrb.Vertical(*views), beside, column_shares=[3, 2], name=name)
 

@@ -1,26 +1,21 @@
 """Kinds: what a file is, and how it is shown."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
-from exidyn.identify.errors import ExidynError, NotAFile
+from exidyn.identify.errors import NotAFile
 from exidyn.identify.fit.fit_file import read_fit
 from exidyn.identify.fit.json_file import read_json
 from exidyn.identify.model import Model
 from exidyn.identify.recordings.importers import import_source
-from exidyn.identify.recordings.recording import Recording
 
-from ..files.traces_file import NAME, Traces, read_traces
+from ..files.names import renamed
+from ..files.report_files import FORMAT
+from ..files.traces_file import traces_beside, undamaged
 from .diagnosis_view import diagnosis_view
 from .fit_view import fit_view
-from .names import told_apart
 from .recording_view import recording_view
 from .screen import View
-
-FORMAT = 1
-"""Of diagnosis.json."""
 
 
 def view_of(paths: Sequence[Path], model: Model | None = None) -> View:
@@ -38,61 +33,18 @@ def view_of(paths: Sequence[Path], model: Model | None = None) -> View:
     if len(results) > 1:
         raise NotAFile(f"{' and '.join(map(str, results))}: give one fit or one diagnosis at a time")
     sources = [path for path in paths if path not in results]
-    recordings = _recordings(sources, model)
+    recordings = renamed(one for path in sources for one in import_source(path, model))
     if not results:
         return recording_view(recordings)
-    table = _table(results[0])
+    table = read_json(results[0])
+    if not isinstance(table, dict):
+        raise NotAFile(f"{results[0]} is neither a fit nor a diagnosis")
     if "exidyn_fit" in table:
         return fit_view(read_fit(results[0]), recordings)
     if table.get("exidyn_diagnosis") != FORMAT:
         raise NotAFile(f"{results[0]} is neither a fit nor a diagnosis of format {FORMAT}; update exidyn")
     if recordings:
         raise NotAFile(f"{results[0]} brings its runs; give {', '.join(map(str, sources))} apart from it")
-    return _diagnosis_view(table, results[0])
-
-
-def _table(path: Path) -> dict[str, Any]:
-    """A JSON file.
-
-    Raises:
-        NotAFile: It is none.
-    """
-    table = read_json(path)
-    if not isinstance(table, dict):
-        raise NotAFile(f"{path} is neither a fit nor a diagnosis")
-    return table
-
-
-def _recordings(paths: Sequence[Path], model: Model | None) -> list[Recording]:
-    """All that is at the paths, by names that differ."""
-    found = [one for path in paths for one in import_source(path, model)]
-    names = told_apart([one.name for one in found])
-    return [replace(one, name=name) for one, name in zip(found, names, strict=True)]
-
-
-def _diagnosis_view(table: dict[str, Any], path: Path) -> View:
-    """A diagnosis, with the samples beside it if there are any.
-
-    Raises:
-        NotAFile: It is damaged, or the samples are those of another.
-    """
-    samples = path.with_name(NAME)
-    traces = read_traces(samples) if samples.exists() else None
-    try:
-        if traces is not None and any(len(one.explained) != len(table["findings"]) for one in traces.traces):
-            raise NotAFile(f"{samples} is of another diagnosis than {path}; diagnose again")
-        return diagnosis_view(table, None if traces is None else _by_names(traces))
-    except ExidynError:
-        raise
-    except KeyError as error:
-        raise NotAFile(f"{path}: key {error} is missing") from error
-    except (TypeError, ValueError, AttributeError, IndexError, ArithmeticError) as error:
-        raise NotAFile(f"{path} is damaged: {error}") from error
-
-
-def _by_names(traces: Traces) -> Traces:
-    """The same by names that differ."""
-    names = told_apart([one.name for one in traces.traces])
-    return traces._replace(
-        traces=tuple(replace(one, name=name) for one, name in zip(traces.traces, names, strict=True))
-    )
+    with undamaged(results[0]):
+        traces = traces_beside(results[0], table)
+        return diagnosis_view(table, traces and traces._replace(traces=tuple(renamed(traces.traces))))

@@ -59,7 +59,10 @@ def moments(time: np.ndarray, over_noise: np.ndarray) -> list[Moment]:
         return []
     near = _near(time, power[:, None])[:, 0]
     level = LEVEL * float(np.sum(near**2) / np.sum(near))
-    spans = [_moment(time, power, *span) for span in _spans(time, near >= level)]
+    spans = [
+        Moment(float(time[a]), float(time[b]), float(np.sqrt(np.mean(power[a : b + 1]))))
+        for a, b in _spans(time, near >= level)
+    ]
     energetic = sorted(spans, key=lambda one: -((one.end - one.begin + WINDOW) * one.over_noise**2))
     return sorted(energetic[:MOST])
 
@@ -70,8 +73,3 @@ def _spans(time: np.ndarray, chosen: np.ndarray) -> list[tuple[int, int]]:
     breaks = np.flatnonzero(np.diff(time[rows]) > WINDOW)
     firsts, lasts = np.concatenate([[0], breaks + 1]), np.concatenate([breaks, [len(rows) - 1]])
     return [(int(rows[first]), int(rows[last])) for first, last in zip(firsts, lasts, strict=True)]
-
-
-def _moment(time: np.ndarray, power: np.ndarray, first: int, last: int) -> Moment:
-    size = float(np.sqrt(np.mean(power[first : last + 1])))
-    return Moment(float(time[first]), float(time[last]), size)

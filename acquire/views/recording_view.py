@@ -10,11 +10,11 @@ from exidyn.identify.pages.views.view_arm import arm_view
 from exidyn.identify.pages.views.view_parts import TIMELINE, send
 from exidyn.identify.recordings.recording import EFFORT, Recording, Signal
 
-from ..commands.info_command import describe
 from ..live.live_arm import GREY, LiveArm
 from ..live.live_layout import EVENT_COLUMNS
 from ..live.live_log import COLOURS, FAINT, FRAMES, log_event
 from ..live.residual import LiveResidual, Samples, joint_torque
+from ..terminal.recording_text import describe
 from .screen import View
 
 CHUNK = 2000

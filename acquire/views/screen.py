@@ -11,7 +11,7 @@ import rerun.blueprint as rrb
 
 from ..live import viewers
 from ..live.live_view import require_showable
-from ..live.targets import Address, Targets
+from ..live.targets import Targets
 
 PATIENCE = 60.0
 """How long a viewer may take to take everything in [s]."""
@@ -38,32 +38,22 @@ def show(view: View, targets: Targets) -> None:
         CannotShow: A target cannot be opened.
     """
     require_showable(targets)
-    sinks: list[rr.GrpcSink | rr.FileSink] = []
-    server = None
-    if targets.save is not None:
-        targets.save.open("wb").close()  # says what is wrong better than Rerun does
-        sinks.append(rr.FileSink(str(targets.save)))
-    if targets.view:
-        sinks.append(rr.GrpcSink(viewers.open_window()))
-    if targets.serve is not None:
-        address = Address.read(targets.serve)
-        server = viewers.serve(address)
-        sinks.append(rr.GrpcSink(address.local))
+    opened = viewers.open_targets(targets)
     try:
-        _log(view, sinks)
-        if server is not None:
-            print(f"view: {address.page} (Ctrl-C ends it)", file=sys.stderr, flush=True)
-            server.wait()
+        _log(view, opened)
+        if opened.server is not None:
+            print(f"view: {opened.page} (Ctrl-C ends it)", file=sys.stderr, flush=True)
+            opened.server.wait()
     except KeyboardInterrupt:
         pass  # that is how it ends
     finally:
-        if server is not None:
-            _end(server)
+        if opened.server is not None:
+            _end(opened.server)
 
 
-def _log(view: View, sinks: "list[rr.GrpcSink | rr.FileSink]") -> None:
+def _log(view: View, opened: viewers.Opened) -> None:
     recording = rr.RecordingStream(f"exidyn_{view.kind}")
-    recording.set_sinks(*sinks, default_blueprint=view.blueprint)
+    recording.set_sinks(*opened.sinks, default_blueprint=view.blueprint)
     view.log(recording)
     recording.flush(timeout_sec=PATIENCE)
     recording.disconnect()  # writes the footer of a file, without which readers complain

@@ -10,10 +10,10 @@ from exidyn.identify.diagnosis.findings.trace import Trace
 from exidyn.identify.diagnosis.words.naming import effect_words, joint_words, lower
 from exidyn.identify.pages.views.view_parts import JOINTS
 
+from ..files.names import told_apart
 from ..files.traces_file import Traces
 from .diagnosis_words import finding_name
 from .moments import Moment, moments
-from .names import told_apart
 
 COLOURS = (JOINTS[4], JOINTS[2], JOINTS[1])
 """Of suspects, to be read on dark ground and on light; none is that of before or of after."""

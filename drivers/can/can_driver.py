@@ -6,7 +6,7 @@ from typing import Any, Generic, TypeVar
 
 import numpy as np
 
-from ..driver import Arm, Command, Driver, Sample, StopLevel
+from ..driver import SIGNALS, Arm, Command, Driver, Sample, StopLevel
 from ..errors import LinkLost, NotReady
 from ..host_clock import HostClock, Tick
 from .can_bus import CanBus
@@ -44,6 +44,7 @@ class CanDriver(Driver, Generic[Round]):
         self._clock: HostClock | None = None
         self._armed = False
         self._level = 0
+        self._unknown = np.full(arm.dof, np.nan)
 
     @abstractmethod
     def _aim(self, talk: Round, command: Command) -> None:
@@ -56,6 +57,23 @@ class CanDriver(Driver, Generic[Round]):
     @abstractmethod
     def _sample(self, talk: Round, tick: Tick, sent: int) -> Sample:
         """What was answered, in our units."""
+
+    def _answered(self, talk: Round, tick: Tick, sent: int, **values: np.ndarray) -> Sample:
+        """A sample of what is known, by name and each (n,); NaN for all else and for stale joints."""
+        stale = ~np.array(talk.fresh)
+        if stale.any():
+            values = {name: np.where(stale, np.nan, value) for name, value in values.items()}
+        known: dict[str, Any] = {name: values.get(name, self._unknown) for name in SIGNALS}
+        return Sample(
+            sent,
+            sent,
+            **known,
+            lateness=tick.lateness,
+            skipped=tick.skipped,
+            stale=stale,
+            events=talk.events(),
+            fault=talk.fault,
+        )
 
     @abstractmethod
     def _position(self, talk: Round) -> np.ndarray:

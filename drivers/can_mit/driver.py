@@ -13,7 +13,7 @@ from ..can.can_driver import CanDriver
 from ..driver import Arm, Command, Info, Sample, StopLevel
 from ..errors import LinkLost, NotReady
 from ..host_clock import Tick
-from .damiao_registers import TIMEOUT_UNIT
+from .about import info_of
 from .damiao_setup import Found, leave, set_up
 from .mit_frame import DAMIAO, ON, T_MOTOR, Family, error_text
 from .mit_motors import MotorRound, Say
@@ -95,7 +95,8 @@ class CanMit(CanDriver[MotorRound]):
         except BaseException:
             self.close()
             raise
-        return self._info(self._round)
+        scales = self._to_current, self._to_torque
+        return info_of(self.settings, self._motors, self._found, self._round.state, *scales)
 
     def arm_drives(self) -> None:
         """As in `Driver`: switch on with zero gains, then hold each joint where it stands."""
@@ -174,71 +175,6 @@ class CanMit(CanDriver[MotorRound]):
                 "and bitrate, and the termination of the bus"
             )
 
-    def _info(self, talk: MotorRound) -> Info:
-        guarded = all(one.guarded for one in self._found)
-        state = np.array(talk.state)
-        known = {
-            "position": True,
-            "velocity": True,
-            "current": bool(np.isfinite(self._to_current).any()),
-            "torque": bool(np.isfinite(self._to_torque).any()),
-            "temperature": bool(np.isfinite(state[:, 4]).any()),
-        }
-        timeout = round(self.settings.dead_man / TIMEOUT_UNIT)
-        return Info(
-            cycle=self.settings.cycle,
-            clock="host",
-            signals=tuple(name for name, is_known in known.items() if is_known),
-            dead_man=f"switched off {self.settings.dead_man:g} s after the host's last frame: an arm without "
-            f"brakes drops (TIMEOUT {timeout} read back)"
-            if guarded
-            else "",
-            settings=self._explain(),
-            warnings=(
-                *(text for one in self._found for text in one.warnings),
-                *self._doubts(talk),
-            ),
-        )
-
-    def _doubts(self, talk: MotorRound) -> list[str]:
-        s, doubts = self.settings, []
-        for joint, (motor, state) in enumerate(zip(self._motors, talk.state, strict=True)):
-            if motor.family is T_MOTOR:
-                doubts.append(
-                    f"{motor.name} goes on with its last command if this computer falls silent; and it tells "
-                    "its state only when commanded with zero gains, so that opening makes it limp"
-                )
-                if not s.current_range[joint]:
-                    doubts.append(
-                        f"{motor.name}: its answer is read as torque up to {motor.answered.torque:g} N m; "
-                        "makers' papers disagree whether it is a current: set current_range to read one"
-                    )
-            if text := error_text(motor.family, state.error):
-                doubts.append(f"{motor.name} has {text}; it is cleared when the motors are switched on")
-        return doubts
-
-    def _explain(self) -> dict[str, str]:
-        """What explains the measurement later."""
-        s = self.settings
-        explained = {
-            "bus": f"{s.interface} {s.channel}, {s.bitrate} bit/s, load {100.0 * s.load:.0f} % at worst",
-            "time of a sample": "when the first command was handed to the bus; a motor measures when its own "
-            f"arrives, on a wire up to {1e3 * s.apart:.2f} ms after the one before it",
-        }
-        for joint, (motor, found) in enumerate(zip(self._motors, self._found, strict=True)):
-            ranges = motor.answered
-            what = "current in A" if s.current_range[joint] else "torque in N m"
-            explained[motor.name] = ", ".join(
-                [
-                    f"{motor.family.name} {s.model[joint]}, answers with {what}",
-                    f"steps of {2.0 * ranges.position / 65535:.3g} rad, "
-                    f"{2.0 * ranges.velocity / 4095:.3g} rad/s and {2.0 * ranges.torque / 4095:.3g}",
-                    f"kp {motor.kp:g}, kd {motor.kd:g}, sign {s.sign[joint]}, zero {s.zero[joint]:g} rad",
-                    *found.facts,
-                ]
-            )
-        return explained
-
     def _lead_on(self, talk: MotorRound, joint: int) -> None:
         """Tell a motor what leads towards following: zero gains, on, and to stay where it is."""
         motor, state = self._motors[joint], talk.state[joint]
@@ -276,28 +212,16 @@ class CanMit(CanDriver[MotorRound]):
         """Errors are seen where they are heard."""
 
     def _sample(self, talk: MotorRound, tick: Tick, sent: int) -> Sample:
-        stale = ~np.array(talk.fresh)
         _, position, velocity, effort, temperature = np.array(talk.state).T
-        values = [
-            position * self._sign + self._zero,
-            velocity * self._sign,
-            effort * self._to_current,
-            effort * self._to_torque,
-            temperature,
-        ]
-        if stale.any():
-            for value in values:
-                value[stale] = np.nan
-        named = dict(zip(("position", "velocity", "current", "torque", "temperature"), values, strict=True))
-        return Sample(
-            host_time=sent,
-            controller_time=sent,
-            **named,
-            lateness=tick.lateness,
-            skipped=tick.skipped,
-            stale=stale,
-            events=talk.events(),
-            fault=talk.fault,
+        return self._answered(
+            talk,
+            tick,
+            sent,
+            position=position * self._sign + self._zero,
+            velocity=velocity * self._sign,
+            current=effort * self._to_current,
+            torque=effort * self._to_torque,
+            temperature=temperature,
         )
 
     def _position(self, talk: MotorRound) -> np.ndarray:

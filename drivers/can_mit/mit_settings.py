@@ -8,7 +8,7 @@ from ..can.can_bus import read_options, require_interface
 from ..can.can_load import bus_load, require_room
 from ..driver import Arm
 from ..errors import BadSettings
-from ..settings import setting
+from ..settings import joint_setting, setting
 from .mit_frame import DAMIAO, KD, KP, MODELS, T_MOTOR, Ranges
 from .mit_motors import Motor
 
@@ -20,47 +20,31 @@ OWN = {"Damiao": DAMIAO, "T-Motor": T_MOTOR}
 class MitSettings:
     """How the motors are reached, how stiff they are, and what their numbers mean."""
 
-    model: tuple[str, ...] = setting(..., "of the motor", kind=str, choices=(*MODELS, *OWN), per_joint=True)
-    ids: tuple[int, ...] = setting(
-        ..., "identifier of its commands (ESC_ID)", kind=int, low=1, high=0x7FE, per_joint=True
+    model: tuple[str, ...] = joint_setting(..., "of the motor", kind=str, choices=(*MODELS, *OWN))
+    ids: tuple[int, ...] = joint_setting(
+        ..., "identifier of its commands (ESC_ID)", kind=int, low=1, high=0x7FE
     )
-    kp: tuple[float, ...] = setting(
-        ..., "stiffness", kind=float, unit="N m/rad", low=0.0, high=KP, per_joint=True
+    kp: tuple[float, ...] = joint_setting(..., "stiffness", kind=float, unit="N m/rad", low=0.0, high=KP)
+    kd: tuple[float, ...] = joint_setting(..., "damping", kind=float, unit="N m s/rad", low=0.0, high=KD)
+    masters: tuple[int, ...] = joint_setting(0, "identifier of its answers (MST_ID)", low=0, high=0x7FE)
+    sign: tuple[int, ...] = joint_setting(
+        1, "1, or -1 where the motor counts against the joint", low=-1, high=1
     )
-    kd: tuple[float, ...] = setting(
-        ..., "damping", kind=float, unit="N m s/rad", low=0.0, high=KD, per_joint=True
+    zero: tuple[float, ...] = joint_setting(0.0, "position of the joint at motor zero", unit="rad")
+    position_range: tuple[float, ...] = joint_setting(
+        0.0, "largest position in a frame, PMAX; 0 is the model's", unit="rad", low=0.0, high=1e3
     )
-    masters: tuple[int, ...] = setting(
-        0, "identifier of its answers (MST_ID)", low=0, high=0x7FE, per_joint=True
+    velocity_range: tuple[float, ...] = joint_setting(
+        0.0, "largest velocity, VMAX; 0 is the model's", unit="rad/s", low=0.0, high=1e3
     )
-    sign: tuple[int, ...] = setting(
-        1, "1, or -1 where the motor counts against the joint", low=-1, high=1, per_joint=True
+    torque_range: tuple[float, ...] = joint_setting(
+        0.0, "largest torque, TMAX; 0 is the model's", unit="N m", low=0.0, high=1e3
     )
-    zero: tuple[float, ...] = setting(0.0, "position of the joint at motor zero", unit="rad", per_joint=True)
-    position_range: tuple[float, ...] = setting(
-        0.0,
-        "largest position in a frame, PMAX; 0 is the model's",
-        unit="rad",
-        low=0.0,
-        high=1e3,
-        per_joint=True,
+    current_range: tuple[float, ...] = joint_setting(
+        0.0, "T-Motor: largest current in an answer; 0 reads torque", unit="A", low=0.0, high=1e3
     )
-    velocity_range: tuple[float, ...] = setting(
-        0.0, "largest velocity, VMAX; 0 is the model's", unit="rad/s", low=0.0, high=1e3, per_joint=True
-    )
-    torque_range: tuple[float, ...] = setting(
-        0.0, "largest torque, TMAX; 0 is the model's", unit="N m", low=0.0, high=1e3, per_joint=True
-    )
-    current_range: tuple[float, ...] = setting(
-        0.0,
-        "T-Motor: largest current in an answer; 0 reads torque",
-        unit="A",
-        low=0.0,
-        high=1e3,
-        per_joint=True,
-    )
-    torque_constant: tuple[float, ...] = setting(
-        0.0, "at the output; 0 is unknown", unit="N m/A", low=0.0, high=1e3, per_joint=True
+    torque_constant: tuple[float, ...] = joint_setting(
+        0.0, "at the output; 0 is unknown", unit="N m/A", low=0.0, high=1e3
     )
     interface: str = setting("socketcan", "interface of python-can")
     channel: str = setting("can0", "its channel, such as can0 or /dev/ttyACM0")

@@ -37,7 +37,6 @@ class Canopen402(CanDriver[Frames]):
         self._names = [f"{joint} (node {n})" for joint, n in zip(arm.joints, settings.nodes, strict=True)]
         self._per_radian, self._zero = settings.per_radian, np.array(settings.zero)
         self._network: DriveNetwork | None = None
-        self._unknown = np.full(arm.dof, np.nan)
         self._unit = self._unknown
         self._kind = ""
 
@@ -196,26 +195,8 @@ class Canopen402(CanDriver[Frames]):
                 )
 
     def _sample(self, frames: Frames, tick: Tick, sent: int) -> Sample:
-        stale = ~np.array(frames.fresh)
-        position = self._position(frames)
-        effort = np.array(frames.effort, float) * self._unit
-        if stale.any():
-            position[stale] = effort[stale] = np.nan
-        current = self._kind == "current"
-        return Sample(
-            host_time=sent,
-            controller_time=sent,
-            position=position,
-            velocity=self._unknown,
-            current=effort if current else self._unknown,
-            torque=self._unknown if current else effort,
-            temperature=self._unknown,
-            lateness=tick.lateness,
-            skipped=tick.skipped,
-            stale=stale,
-            events=frames.events(),
-            fault=frames.fault,
-        )
+        effort = {self._kind: np.array(frames.effort, float) * self._unit}
+        return self._answered(frames, tick, sent, position=self._position(frames), **effort)
 
     def _position(self, frames: Frames) -> np.ndarray:
         return np.array(frames.position, float) / self._per_radian + self._zero

@@ -103,20 +103,8 @@ class DriveNetwork:
         low, high = sorted(s.to_counts(np.array([arm.position_lower, arm.position_upper]))[:, joint])
         bounded = s.write_limits and math.isfinite(low) and math.isfinite(high)
         window = round(abs(s.following_error[joint] * s.per_radian[joint]))
-        return Wish(
-            node=s.nodes[joint],
-            host=s.host_node,
-            cycle=s.cycle,
-            dead_man=s.dead_man,
-            require_dead_man=s.require_dead_man,
-            heartbeat=s.heartbeat,
-            quick_stop=s.quick_stop,
-            fault_reaction=s.fault_reaction,
-            abort_connection=s.abort_connection,
-            following_window=window or None,
-            following_time=s.following_time,
-            limits=(math.ceil(low), math.floor(high)) if bounded else None,
-        )
+        limits = (math.ceil(low), math.floor(high)) if bounded else None
+        return Wish(s.nodes[joint], s, window or None, limits)
 
     def _start(self, beating: Sequence[bool]) -> None:
         """Start all, and see by their heartbeats that all take part."""

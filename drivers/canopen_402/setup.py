@@ -9,6 +9,7 @@ from . import cia402 as c
 from .drive import Drive, Refused
 from .effort import Effort
 from .frames import beside
+from .settings import CanopenSettings
 
 INVALID = 0x80000000
 """Bit of a PDO's identifier that switches the PDO off."""
@@ -27,34 +28,18 @@ SPARE_RPDOS = (0x1401, 0x1402, 0x1403)
 
 
 class Wish(NamedTuple):
-    """What a drive is to be set to, in its own units.
+    """What one drive is to be set to, in its own units, besides what is set for all.
 
     Attributes:
         node: Its number.
-        host: Number under which the host sends its heartbeat.
-        cycle: Time between SYNCs [s].
-        dead_man: Silence of the host after which the drive stops by itself [s].
-        require_dead_man: Whether a drive that does not do so is refused.
-        heartbeat: Time between its own heartbeats [s].
-        quick_stop: Value of 0x605A.
-        fault_reaction: Value of 0x605E.
-        abort_connection: Value of 0x6007.
+        settings: Of the driver.
         following_window: Counts; None leaves the drive's own.
-        following_time: For so long it may be beyond the window [s].
         limits: Lowest and highest position in counts; None leaves the drive's own.
     """
 
     node: int
-    host: int
-    cycle: float
-    dead_man: float
-    require_dead_man: bool
-    heartbeat: float
-    quick_stop: int
-    fault_reaction: int
-    abort_connection: int
+    settings: CanopenSettings
     following_window: int | None
-    following_time: float
     limits: tuple[int, int] | None
 
 
@@ -189,15 +174,15 @@ def _set_cycle(drive: Drive, wish: Wish, found: Found) -> None:
     refused = ""
     told = drive.look_up(c.SYNC_PERIOD) is not None
     if told:
-        refused = drive.offer(c.SYNC_PERIOD, round(1e6 * wish.cycle))
+        refused = drive.offer(c.SYNC_PERIOD, round(1e6 * wish.settings.cycle))
         found.warnings += filter(None, [refused])
     if drive.size(c.PERIOD_VALUE) is None:
         found.warnings.append(
             f"{drive.name} has no {c.PERIOD_VALUE}: it must know by itself that targets come every "
-            f"{1e3 * wish.cycle:g} ms{', or by 0x1006' * (told and not refused)}"
+            f"{1e3 * wish.settings.cycle:g} ms{', or by 0x1006' * (told and not refused)}"
         )
         return
-    period = c.period_of(wish.cycle)
+    period = c.period_of(wish.settings.cycle)
     assert period is not None  # the driver has seen to that
     for entry, value in zip((c.PERIOD_VALUE, c.PERIOD_POWER), period, strict=True):
         drive.set(entry, value)
@@ -206,21 +191,21 @@ def _set_cycle(drive: Drive, wish: Wish, found: Found) -> None:
 def _set_guard(drive: Drive, wish: Wish, found: Found) -> None:
     """Make the drive stop by itself when the host dies, and say whether it will."""
     missing = [
-        drive.offer(c.HEARD_HEARTBEAT, wish.host << 16 | round(1e3 * wish.dead_man)),
-        drive.offer(c.ABORT_CONNECTION, wish.abort_connection),
+        drive.offer(c.HEARD_HEARTBEAT, wish.settings.host_node << 16 | round(1e3 * wish.settings.dead_man)),
+        drive.offer(c.ABORT_CONNECTION, wish.settings.abort_connection),
     ]
     found.guarded = not any(missing)
     if not found.guarded:
         why = f"{', '.join(filter(None, missing))}: nothing makes it stop by itself when this computer dies"
-        if wish.require_dead_man:
+        if wish.settings.require_dead_man:
             raise NotReady(f"{why}. Set require_dead_man = false to go on, with a hand on the emergency stop")
         found.warnings.insert(0, why)
     stops = [
-        drive.offer(c.QUICK_STOP_OPTION, wish.quick_stop),
-        drive.offer(c.FAULT_REACTION, wish.fault_reaction),
+        drive.offer(c.QUICK_STOP_OPTION, wish.settings.quick_stop),
+        drive.offer(c.FAULT_REACTION, wish.settings.fault_reaction),
     ]
     found.warnings += filter(None, stops)
-    silent = drive.offer(c.OWN_HEARTBEAT, round(1e3 * wish.heartbeat))
+    silent = drive.offer(c.OWN_HEARTBEAT, round(1e3 * wish.settings.heartbeat))
     found.beats = not silent
     if silent:
         found.warnings.append(f"{silent}: only by its measurements is it known to be there")
@@ -229,7 +214,9 @@ def _set_guard(drive: Drive, wish: Wish, found: Found) -> None:
 def _set_limits(drive: Drive, wish: Wish, found: Found) -> None:
     if wish.following_window is not None:
         _set_or_advise(drive, c.FOLLOWING_WINDOW, wish.following_window, "following_error = 0")
-        found.warnings += filter(None, [drive.offer(c.FOLLOWING_TIME, round(1e3 * wish.following_time))])
+        found.warnings += filter(
+            None, [drive.offer(c.FOLLOWING_TIME, round(1e3 * wish.settings.following_time))]
+        )
     if wish.limits is not None:
         for entry, value in zip((c.LOWER_LIMIT, c.UPPER_LIMIT), wish.limits, strict=True):
             _set_or_advise(drive, entry, value, "write_limits = false")

@@ -13,15 +13,15 @@ import numpy as np
 from ..driver import Arm, Info, StopLevel
 from ..errors import NotReady
 from ..host_clock import host_time
-from ..servo.serial_rate import Traffic, shortest_cycle
 from ..servo.servo_bus import TRIES, ServoBus
-from ..servo.servo_driver import Goals, Measured, ServoDriver
+from ..servo.servo_driver import ServoDriver
 from ..servo.servo_packet import Codec, Reading, Status
 from ..servo.servo_settings import ServoSettings
 from ..servo.servo_talk import LENGTHS
-from ..settings import setting
+from ..servo.servo_units import Goals, Measured
+from ..settings import joint_setting, setting
 from . import packet as packets
-from . import registers as registers
+from . import registers
 from .health import DynamixelHealth
 from .models import joins_answers, model_name, stops_in_silence
 from .registers import MEASURED, TRIPPED, WARM
@@ -36,8 +36,8 @@ class DynamixelSettings(ServoSettings):
     """Settings of an arm of Dynamixel servos."""
 
     operating_mode: str = setting("position", "in which the servos are", choices=tuple(registers.MODES))
-    current_unit: tuple[float, ...] = setting(
-        0.0, "current of a count; 0 looks it up by model", unit="A", low=0.0, high=1.0, per_joint=True
+    current_unit: tuple[float, ...] = joint_setting(
+        0.0, "current of a count; 0 looks it up by model", unit="A", low=0.0, high=1.0
     )
     fast_sync_read: str = setting(
         "auto", "whether all servos answer in one packet, which is shorter", choices=("auto", "on", "off")
@@ -55,6 +55,7 @@ class Dynamixel(ServoDriver):
 
     Settings = DynamixelSettings
     codec: ClassVar[Codec] = packets
+    baudrates, joining = registers.BAUDRATES, ", servos that know the fast sync read"
     torque, goal, present = registers.TORQUE, registers.GOAL, registers.PRESENT
 
     def __init__(self, settings: DynamixelSettings, arm: Arm) -> None:
@@ -78,16 +79,8 @@ class Dynamixel(ServoDriver):
         self._allowed = self._goals_allowed(bus)
         self._choose_reading(bus, found)
         warnings += self._doubts(bus, found)
-        lower, upper = self._window(bus)
-        return Info(
-            cycle=settings.cycle,
-            clock="host",
-            signals=self._signals(),
-            dead_man=self._dead_man(found),
-            window_lower=lower,
-            window_upper=upper,
-            settings=self._explained() | self._identities(bus, found),
-            warnings=(*warnings, *self._line_warnings()),
+        return self._info(
+            bus, self._signals(), warnings, self._dead_man(found), **self._identities(bus, found)
         )
 
     def _reset_watchdog(self, bus: ServoBus, warnings: list[str]) -> None:
@@ -113,8 +106,7 @@ class Dynamixel(ServoDriver):
                     'from 46. Try fast_sync_read = "auto", or new firmware'
                 )
             self._joined = False
-        delay = self.settings.return_delay
-        longest = shortest_cycle(self._bytes(WARM), self.settings.baudrate, delay, self.latency)
+        longest = self._shortest_cycle(self._traffic(self._ask(WARM.itemsize)), self.settings.baudrate)
         self._cool, self._warm = (
             [self._ask(what.itemsize, more) for more in range(LENGTHS)] for what in (MEASURED, WARM)
         )
@@ -173,24 +165,8 @@ class Dynamixel(ServoDriver):
         ask = packets.fast_sync_read if self._joined else packets.sync_read
         return ask(registers.FIRST - more, length + more, self.settings.ids)
 
-    def _bytes(self, what: np.dtype) -> Traffic:
-        goals = packets.sync_write(
-            registers.GOAL.address, {servo: bytes(registers.GOAL.size) for servo in self.settings.ids}
-        )
-        ask = self._ask(what.itemsize)
-        delays = 1 if self._joined else self.arm.dof
-        return Traffic(len(goals) + len(ask.packet), ask.answer_bytes, delays)
-
-    def _traffic(self) -> tuple[Traffic, float, str]:
-        settings, traffic = self.settings, self._bytes(MEASURED)
-        enough = [
-            rate
-            for rate in registers.BAUDRATES
-            if shortest_cycle(traffic, rate, settings.return_delay, self.latency) <= settings.cycle
-        ]
-        advice = f"a baudrate of {enough[0]}" if enough else "fewer servos on a port"
-        faster = "" if self._joined else ", servos that know the fast sync read"
-        return traffic, settings.return_delay, advice + faster
+    def _question(self) -> Reading:
+        return self._ask(MEASURED.itemsize)
 
     def _readings(self, number: int) -> Sequence[Reading]:
         return self._warm if self._has_time and number % WARM_EVERY == 0 else self._cool

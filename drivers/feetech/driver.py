@@ -12,13 +12,13 @@ import numpy as np
 
 from ..driver import Info
 from ..errors import NotReady
-from ..servo.serial_rate import Traffic, shortest_cycle
 from ..servo.servo_bus import ServoBus
-from ..servo.servo_driver import Goals, Measured, ServoDriver
+from ..servo.servo_driver import ServoDriver
 from ..servo.servo_packet import Codec, Reading, Register, Status
 from ..servo.servo_settings import ServoSettings
 from ..servo.servo_talk import LENGTHS
-from ..settings import setting
+from ..servo.servo_units import Goals, Measured
+from ..settings import joint_setting, setting
 from . import packet as packets
 
 BAUDRATES = (38_400, 57_600, 115_200, 250_000, 500_000, 1_000_000)
@@ -68,8 +68,8 @@ ALARMS = ("voltage", "encoder", "overheating", "overcurrent", "", "overload")
 class FeetechSettings(ServoSettings):
     """Settings of an arm of Feetech servos."""
 
-    current_unit: tuple[float, ...] = setting(
-        6.5e-3, "current of a count", unit="A", low=1e-6, high=1.0, per_joint=True
+    current_unit: tuple[float, ...] = joint_setting(
+        6.5e-3, "current of a count", unit="A", low=1e-6, high=1.0
     )
     acceleration: int = setting(
         254, "with which servos follow their goals", unit="100 counts/s^2", low=0, high=254
@@ -84,6 +84,7 @@ class Feetech(ServoDriver):
 
     Settings = FeetechSettings
     codec: ClassVar[Codec] = packets
+    baudrates = BAUDRATES
     torque, goal, present = TORQUE, GOAL, PRESENT
 
     def _set_up(self, bus: ServoBus) -> Info:
@@ -110,16 +111,8 @@ class Feetech(ServoDriver):
         self._measures = np.array([not phase & NO_CURRENT for phase in phases])
         self._ampere = np.where(self._measures, settings.current_unit, np.nan)
         models = ", ".join(f"{s} model {model}" for s, model in zip(bus.servos, bus.read(MODEL), strict=True))
-        lower, upper = self._window(bus)
-        return Info(
-            cycle=settings.cycle,
-            clock="host",
-            signals=("position", "velocity", *["current"] * bool(self._measures.any()), "temperature"),
-            window_lower=lower,
-            window_upper=upper,
-            settings=self._explained() | {"servos": models},
-            warnings=(*self._doubts(), *self._line_warnings()),
-        )
+        signals = ("position", "velocity", *["current"] * bool(self._measures.any()), "temperature")
+        return self._info(bus, signals, self._doubts(), dead_man="", servos=models)
 
     def _doubts(self) -> list[str]:
         doubts = [
@@ -129,21 +122,8 @@ class Feetech(ServoDriver):
             doubts.append("some servos measure no current; their joints cannot be identified")
         return doubts
 
-    def _traffic(self) -> tuple[Traffic, float, str]:
-        settings = self.settings
-        goals = packets.sync_write(GOAL.address, {servo: bytes(GOAL.size) for servo in settings.ids})
-        ask = packets.sync_read(PRESENT.address, MEASURED.itemsize, settings.ids)
-        traffic = Traffic(len(goals) + len(ask.packet), ask.answer_bytes, self.arm.dof)
-        enough = [
-            rate
-            for rate in BAUDRATES
-            if shortest_cycle(traffic, rate, settings.return_delay, self.latency) <= settings.cycle
-        ]
-        return (
-            traffic,
-            settings.return_delay,
-            f"a baudrate of {enough[0]}" if enough else "fewer servos on a port",
-        )
+    def _question(self) -> Reading:
+        return packets.sync_read(PRESENT.address, MEASURED.itemsize, self.settings.ids)
 
     def _readings(self, number: int) -> Sequence[Reading]:
         return self._questions

@@ -1,1 +1,5 @@
-"""KUKA's Robot Sensor Interface: its configuration file, its telegrams, and one session of them."""
+"""KUKA's Robot Sensor Interface.
+
+In: settings, the configuration of the controller.
+Out: the driver.
+"""

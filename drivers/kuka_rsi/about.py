@@ -6,11 +6,11 @@ import numpy as np
 
 from ..driver import Info
 from .axes import Axes
-from .beginning import Beginning
 from .config import RsiConfig
 from .layout import Layout
 from .rsi_settings import RsiSettings
-from .simulator import doubt
+from .start.beginning import Beginning
+from .start.simulator import doubt
 
 MARGIN = 0.05
 """By how much the window that is told is narrower than the controller's [deg]: whoever uses it counts from

@@ -14,22 +14,21 @@ import numpy as np
 
 from ..driver import Arm, Command, Driver, Info, Sample, StopLevel
 from ..errors import BadSettings, LinkLost
-from ..host_clock import host_time
 from .about import info_of, simulated
 from .axes import axes_of
-from .beginning import look_at
-from .config import standard_config
-from .config_text import config_text
-from .conversation import Conversation, Keeper, lateness
+from .config import config_text, standard_config
 from .layout import ACTUAL, layout_of
-from .link import Link
-from .probe import Probe
 from .remarks import Remarks
 from .rsi_settings import RsiSettings, config_of
-from .session import Fresh, Session
-from .simulator import cycle_of
-from .telegram import Answer, TelegramReader
-from .waiting import first_telegrams
+from .samples import Samples
+from .start.beginning import look_at
+from .start.probe import Probe
+from .start.simulator import cycle_of
+from .start.waiting import first_telegrams
+from .telegrams.conversation import Conversation, Keeper
+from .telegrams.link import Link
+from .telegrams.session import Fresh, Session
+from .telegrams.telegram import Answer, TelegramReader
 
 SILENCE = 5
 """Cycles without a telegram after which a sample says so; fewer are a busy network."""
@@ -62,16 +61,13 @@ class KukaRsi(Driver):
         self._axes = axes_of(settings)
         self._cycle = settings.cycle
         self._lower, self._upper = settings.window
-        self._silence = np.full(arm.dof, np.nan)
-        self._fresh = np.zeros(arm.dof, bool)
+        self._samples = Samples(self._layout, self._axes, settings)
         self._talk: Conversation | None = None
         self._keeper: Keeper | None = None
-        self._start = self._silence
+        self._start = np.full(arm.dof, np.nan)
         self._remarks: Remarks | None = None
         self._probe: Probe | None = None
         self._fault = ""
-        self._gone = 0  # cycles told of since the last telegram
-        self._time = self._host_time = 0
 
     @classmethod
     def controller_file(cls, address: str) -> str:
@@ -208,35 +204,10 @@ class KukaRsi(Driver):
         talk.correct(corrections.tolist())
 
     def _sample(self, talk: Conversation, fresh: Fresh) -> Sample:
-        numbers = np.array(fresh.telegram.numbers)
-        skipped = max(fresh.cycles - 1 - self._gone, 0)
-        self._gone = 0
-        self._time = round(1e6 * talk.session.elapsed)
-        self._host_time = max(self._host_time + 1, fresh.datagram.arrival)
         self._fault = self._fault or talk.session.restarted
-        return Sample(
-            host_time=self._host_time,
-            controller_time=self._time,
-            position=self._axes.joints(numbers[self._layout.columns(ACTUAL)]),
-            velocity=self._silence,
-            current=self._current(numbers),
-            torque=self._torque(numbers),
-            temperature=self._silence,
-            lateness=lateness(fresh),
-            skipped=skipped,
-            stale=self._fresh,
-            events=self._events(talk, fresh),
-            fault=self._fault,
-            sent=not (talk.refused or talk.repeated or self._fault),
-        )
-
-    def _current(self, numbers: np.ndarray) -> np.ndarray:
-        columns = self._layout.columns(self.settings.current_tag)
-        return self._silence if columns is None else numbers[columns] * self._axes.ampere
-
-    def _torque(self, numbers: np.ndarray) -> np.ndarray:
-        columns = self._layout.columns(self.settings.torque_tag)
-        return self._silence if columns is None else numbers[columns] * self._axes.sign
+        sent = not (talk.refused or talk.repeated or self._fault)
+        elapsed = talk.session.elapsed
+        return self._samples.of(fresh, elapsed, self._events(talk, fresh), self._fault, sent)
 
     def _silent(self, talk: Conversation) -> Sample:
         """A sample of nothing, so that whoever watches may decide."""
@@ -246,20 +217,7 @@ class KukaRsi(Driver):
                 "Look at the pendant's messages, then start the program again"
             )
         gone = int(talk.quiet / self._cycle)
-        skipped = max(gone - 1 - self._gone, 0)
-        self._gone += 1 + skipped
-        self._host_time = max(self._host_time + 1, host_time())
-        nothing = (self._silence,) * 5
-        return Sample(
-            self._host_time,
-            self._time,
-            *nothing,
-            skipped=skipped,
-            stale=~self._fresh,
-            events=self._events(talk, None),
-            fault=self._fault,
-            sent=False,
-        )
+        return self._samples.of_silence(gone, self._events(talk, None), self._fault)
 
     def _events(self, talk: Conversation, fresh: Fresh | None) -> tuple[str, ...]:
         probed = self._probe.events() if self._probe else ()

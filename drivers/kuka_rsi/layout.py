@@ -51,7 +51,7 @@ def layout_of(config: RsiConfig, settings: RsiSettings, joints: int) -> Layout:
     axes = _axes(settings, joints)
     where = settings.config or "the configuration"
     wanted = (ACTUAL, PROGRAMMED, settings.current_tag, settings.torque_tag)
-    elements = [name for name in wanted if name and _sends_all(config, name, axes)]
+    elements = [name for name in wanted if name and all(config.sends(f"{name}.{axis}") for axis in axes)]
     if ACTUAL not in elements:
         raise BadSettings(
             f"{where} does not send the axes' positions: add DEF_{ACTUAL} to SEND, also on the controller"
@@ -64,10 +64,6 @@ def layout_of(config: RsiConfig, settings: RsiSettings, joints: int) -> Layout:
         corrections=() if config.only_send else _corrections(config, settings, axes, where),
         switch=settings.stop_tag if settings.stop_tag in tags and not config.only_send else "",
     )
-
-
-def _sends_all(config: RsiConfig, name: str, axes: Sequence[str]) -> bool:
-    return all(config.sends(f"{name}.{axis}") for axis in axes)
 
 
 def _axes(settings: RsiSettings, joints: int) -> tuple[str, ...]:

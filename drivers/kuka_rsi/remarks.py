@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from .beginning import Beginning
-from .conversation import Conversation
 from .layout import DELAY, PROGRAMMED, Layout
-from .session import Fresh
+from .start.beginning import Beginning
+from .telegrams.conversation import Conversation
+from .telegrams.session import Fresh
 
 FOLLOWS = 0.1
 """Motion of the programmed pose from which on it is told [deg]."""

@@ -6,7 +6,7 @@ from ipaddress import ip_address
 import numpy as np
 
 from ..errors import BadSettings
-from ..settings import setting
+from ..settings import joint_setting, setting
 from .config import RsiConfig, read_config, standard_config
 
 FAST, SLOW = 0.004, 0.012
@@ -30,30 +30,29 @@ class RsiSettings:
     mode: str = setting("absolute", "as RSI_ON is told", choices=("absolute", "relative"))
     probe: bool = setting(True, "see what corrections do by at most 0.05 degrees before a motion")
     axes: str = setting("", "axis of each joint with spaces between; by default A1 A2 ...")
-    sign: tuple[float, ...] = setting(
-        1.0, "-1 where an axis turns the other way than its joint", low=-1, high=1, per_joint=True
+    sign: tuple[float, ...] = joint_setting(
+        1.0, "-1 where an axis turns the other way than its joint", low=-1, high=1
     )
-    zero: tuple[float, ...] = setting(
-        0.0, "position of the joint where the axis shows zero", unit="rad", per_joint=True
+    zero: tuple[float, ...] = joint_setting(
+        0.0, "position of the joint where the axis shows zero", unit="rad"
     )
-    window_lower: tuple[float, ...] = setting(
-        -5.0, "LowerLim of the AXISCORR object", unit="deg", low=-720.0, high=0.0, per_joint=True
+    window_lower: tuple[float, ...] = joint_setting(
+        -5.0, "LowerLim of the AXISCORR object", unit="deg", low=-720.0, high=0.0
     )
-    window_upper: tuple[float, ...] = setting(
-        5.0, "UpperLim of the AXISCORR object", unit="deg", low=0.0, high=720.0, per_joint=True
+    window_upper: tuple[float, ...] = joint_setting(
+        5.0, "UpperLim of the AXISCORR object", unit="deg", low=0.0, high=720.0
     )
-    overall: tuple[float, ...] = setting(
-        6.0, "Max of the AXISCORRMON object; 6 also where there is none", unit="deg", low=0.0, high=720.0,
-        per_joint=True,
+    overall: tuple[float, ...] = joint_setting(
+        6.0, "Max of the AXISCORRMON object; 6 also where there is none", unit="deg", low=0.0, high=720.0
     )  # fmt: skip
     timeout: int = setting(
         100, "Timeout of the ETHERNET object; KUKA's default is 10", unit="cycles", low=5, high=10000
     )
-    current_unit: tuple[str, ...] = setting(
-        "A", "unit of MACur on this controller", choices=("A", "percent"), per_joint=True
+    current_unit: tuple[str, ...] = joint_setting(
+        "A", "unit of MACur on this controller", choices=("A", "percent")
     )
-    i_max: tuple[float, ...] = setting(
-        0.0, "current that is 100 percent; for current_unit percent", unit="A", low=0.0, per_joint=True
+    i_max: tuple[float, ...] = joint_setting(
+        0.0, "current that is 100 percent; for current_unit percent", unit="A", low=0.0
     )
     current_tag: str = setting("MACur", "element with the motors' currents")
     torque_tag: str = setting("GearTorque", "element with the joints' torques in N m, of a GEARTORQUE object")

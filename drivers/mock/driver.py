@@ -11,7 +11,7 @@ import numpy as np
 
 from ..driver import Arm, Command, Driver, Info, Measured, Sample, StopLevel
 from ..errors import BadSettings, LinkLost, NotReady
-from ..settings import setting
+from ..settings import joint_setting, setting
 from .clock import RealClock, SteppedClock
 from .drives import MockDrives
 from .fault import START, Reply
@@ -30,11 +30,11 @@ class MockSettings:
         "stepped", "whether a cycle takes as long as it computes or as it says", choices=("stepped", "real")
     )
     silent: str = setting("", f"signals that are not measured, of {', '.join(SIGNALS[1:])}; commas between")
-    window: tuple[float, ...] = setting(
-        0.0, "largest way from where it stands; 0 for any", unit="rad", low=0.0, high=100.0, per_joint=True
+    window: tuple[float, ...] = joint_setting(
+        0.0, "largest way from where it stands; 0 for any", unit="rad", low=0.0, high=100.0
     )
-    deceleration: tuple[float, ...] = setting(
-        10.0, "with which drives stop by themselves", unit="rad/s^2", low=0.1, high=1e3, per_joint=True
+    deceleration: tuple[float, ...] = joint_setting(
+        10.0, "with which drives stop by themselves", unit="rad/s^2", low=0.1, high=1e3
     )
     dead_man: float = setting(
         0.2, "time without a command after which they do", unit="s", low=0.002, high=10.0
@@ -76,7 +76,7 @@ class Mock(Driver):
         deceleration = np.array(settings.deceleration)
         self._drives = MockDrives(self.arm.plant(), settings.cycle, deceleration, settings.dead_man)
         for fault in self._faults:
-            fault.prepare(self._drives)
+            fault.kind.prepare(fault, self._drives)
         self._stood = np.array(self._drives.measure().position)
         self._clock = (RealClock if self.in_real_time else SteppedClock)(settings.cycle)
         bounded = bool(np.any(np.isfinite(self._window)))
@@ -154,7 +154,7 @@ class Mock(Driver):
             reply = reply.copy()
             for fault in self._faults:
                 if fault.acts(before, self._time):
-                    fault.act(reply, drives)
+                    fault.kind.act(fault, reply, drives)
         return reply
 
     def _since_start(self, number: int) -> float:

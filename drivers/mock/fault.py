@@ -1,8 +1,8 @@
 """A fault that the mock can inject: when it acts, and what it is given to spoil."""
 
-from abc import ABC, abstractmethod
+from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import ClassVar
+from typing import NamedTuple
 
 import numpy as np
 
@@ -51,38 +51,27 @@ class Reply:
             values[joint] = np.nan
 
 
-@dataclass(frozen=True)
-class Fault(ABC):
+class Fault(NamedTuple):
     """One fault.
 
     Attributes:
+        kind: What it does.
         joint: Index of the joint it befalls; None for all, or for none in particular.
         amount: How much of it, in the fault's own unit.
         begin: From when on [s]; `START` for the first exchange.
         length: For how long [s]; zero for one cycle.
-        usual: Amount where none is said.
-        lasts: Length where none is said [s].
     """
 
+    kind: "Kind"
     joint: int | None
     amount: float
     begin: float
     length: float
 
-    usual: ClassVar[float] = 0.0
-    lasts: ClassVar[float] = 0.0
-
     def acts(self, before: float, now: float) -> bool:
         """Whether it acts in the cycle at a time [s], the one before having been at another."""
         since, then = now - self.begin + ROUNDING, before - self.begin + ROUNDING
         return since >= 0.0 and (then < 0.0 or since < self.length)
-
-    def prepare(self, drives: MockDrives) -> None:  # noqa: B027 - most have nothing to prepare
-        """What it does before the first exchange."""
-
-    @abstractmethod
-    def act(self, reply: Reply, drives: MockDrives) -> None:
-        """Spoil a reply, or the drives."""
 
     @property
     def where(self) -> int | slice:
@@ -93,3 +82,19 @@ class Fault(ABC):
     def one(self) -> int:
         """The joint, or the first."""
         return self.joint or 0
+
+
+class Kind(NamedTuple):
+    """What faults of a name do.
+
+    Attributes:
+        act: Spoils a reply, or the drives.
+        usual: Amount where none is said.
+        lasts: Length where none is said [s].
+        prepare: What it does before the first exchange.
+    """
+
+    act: Callable[[Fault, Reply, MockDrives], None] = lambda fault, reply, drives: None
+    usual: float = 0.0
+    lasts: float = 0.0
+    prepare: Callable[[Fault, MockDrives], None] = lambda fault, drives: None

@@ -1,4 +1,4 @@
-"""Faults that the mock can inject, one object each, written as texts such as "drop at 2 for 0.1".
+"""Faults that the mock can inject, one function each, written as texts such as "drop at 2 for 0.1".
 
 A text is a name, and in any order a joint, an amount, "at" when it begins and "for" how long. Time is in
 seconds from the first command; "at start" is before, from the first exchange. Semicolons separate several.
@@ -11,214 +11,136 @@ import numpy as np
 
 from ..errors import BadSettings
 from .drives import MockDrives
-from .fault import START, Fault, Reply
+from .fault import START, Fault, Kind, Reply
 
 UNITS = ("s", "A", "rad", "rad/s", "degC")
 """What may be written behind a number."""
 
 
-class Drop(Fault):
+def _drop(fault: Fault, reply: Reply, drives: MockDrives) -> None:
     """Replies get lost."""
-
-    def act(self, reply: Reply, drives: MockDrives) -> None:
-        reply.silence(self.where)
+    reply.silence(fault.where)
 
 
-class Duplicate(Fault):
+def _duplicate(fault: Fault, reply: Reply, drives: MockDrives) -> None:
     """The last reply comes once more instead of the next one, and is recognised by its counter."""
-
-    def act(self, reply: Reply, drives: MockDrives) -> None:
-        reply.silence(self.where)
-        reply.events.append("a reply came twice; the second was discarded")
+    reply.silence(fault.where)
+    reply.events.append("a reply came twice; the second was discarded")
 
 
-class Reorder(Fault):
+def _reorder(fault: Fault, reply: Reply, drives: MockDrives) -> None:
     """A reply is overtaken by the next one, and discarded when it comes."""
-
-    def act(self, reply: Reply, drives: MockDrives) -> None:
-        reply.silence(self.where)
-        reply.events.append("a reply came after a later one; it was discarded")
+    reply.silence(fault.where)
+    reply.events.append("a reply came after a later one; it was discarded")
 
 
-class Delay(Fault):
+def _delay(fault: Fault, reply: Reply, drives: MockDrives) -> None:
     """Replies come late by an amount [s]."""
-
-    usual, lasts = 0.001, float("inf")
-
-    def act(self, reply: Reply, drives: MockDrives) -> None:
-        reply.late = self.amount
+    reply.late = fault.amount
 
 
-class Stall(Delay):
-    """One reply comes late by an amount [s]."""
-
-    usual, lasts = 0.1, 0.0
-
-
-class Stale(Fault):
-    """A joint says nothing."""
-
-    lasts = float("inf")
-
-    def act(self, reply: Reply, drives: MockDrives) -> None:
-        reply.silence(self.where)
-
-
-class Trip(Fault):
+def _trip(fault: Fault, reply: Reply, drives: MockDrives) -> None:
     """A drive stops itself."""
-
-    def act(self, reply: Reply, drives: MockDrives) -> None:
-        drives.trip(f"joint {self.one + 1}: the drive has stopped itself (overcurrent)")
+    drives.trip(f"joint {fault.one + 1}: the drive has stopped itself (overcurrent)")
 
 
-class FarStart(Fault):
-    """The arm stands away by an amount [rad] from where it is thought to be."""
-
-    usual = 0.1
-
-    def prepare(self, drives: MockDrives) -> None:
-        away = np.zeros(len(drives.blocked))
-        away[self.where] = self.amount
-        drives.go(away, 1.0)
-
-    def act(self, reply: Reply, drives: MockDrives) -> None:
-        """Nothing: it has been there from the start."""
+def _stand_away(fault: Fault, drives: MockDrives) -> None:
+    """The arm stands away by an amount [rad] from where it is thought to be, from the start."""
+    away = np.zeros(len(drives.blocked))
+    away[fault.where] = fault.amount
+    drives.go(away, 1.0)
 
 
-class CurrentSpike(Fault):
+def _spike(fault: Fault, reply: Reply, drives: MockDrives) -> None:
     """A current of some amount is measured [A]."""
-
-    usual = 1000.0
-
-    def act(self, reply: Reply, drives: MockDrives) -> None:
-        reply.current[self.one] = self.amount
+    reply.current[fault.one] = fault.amount
 
 
-class NotANumber(Fault):
+def _no_number(fault: Fault, reply: Reply, drives: MockDrives) -> None:
     """What is measured cannot be, and nobody says so."""
-
-    def act(self, reply: Reply, drives: MockDrives) -> None:
-        reply.position[self.where] = reply.current[self.where] = np.nan
+    reply.position[fault.where] = reply.current[fault.where] = np.nan
 
 
-class Jump(Fault):
+def _jump(fault: Fault, reply: Reply, drives: MockDrives) -> None:
     """An encoder slips by an amount [rad]."""
-
-    usual, lasts = 0.1, float("inf")
-
-    def act(self, reply: Reply, drives: MockDrives) -> None:
-        reply.position[self.one] += self.amount
+    reply.position[fault.one] += fault.amount
 
 
-class Scale(Fault):
+def _scale(fault: Fault, reply: Reply, drives: MockDrives) -> None:
     """An encoder counts an amount of times what it should from where the arm stood; negative: backwards."""
-
-    usual, lasts = 2.0, float("inf")
-
-    def act(self, reply: Reply, drives: MockDrives) -> None:
-        stood = drives.stood[self.where]
-        reply.position[self.where] = stood + self.amount * (reply.position[self.where] - stood)
-        reply.velocity[self.where] *= self.amount
+    stood = drives.stood[fault.where]
+    reply.position[fault.where] = stood + fault.amount * (reply.position[fault.where] - stood)
+    reply.velocity[fault.where] *= fault.amount
 
 
-class Exchange(Fault):
+def _exchange(fault: Fault, reply: Reply, drives: MockDrives) -> None:
     """What a joint does is measured of the next one, and the other way round; where both stood is right."""
-
-    lasts = float("inf")
-
-    def act(self, reply: Reply, drives: MockDrives) -> None:
-        here, other = self.one, (self.one + 1) % len(reply.stale)
-        reply.position -= drives.stood
-        for values in (reply.position, reply.velocity, reply.current, reply.temperature):
-            values[[here, other]] = values[[other, here]]
-        reply.position += drives.stood
+    here, other = fault.one, (fault.one + 1) % len(reply.stale)
+    reply.position -= drives.stood
+    for values in (reply.position, reply.velocity, reply.current, reply.temperature):
+        values[[here, other]] = values[[other, here]]
+    reply.position += drives.stood
 
 
-class Stuck(Fault):
+def _block(fault: Fault, reply: Reply, drives: MockDrives) -> None:
     """A joint no longer follows its commands."""
-
-    lasts = float("inf")
-
-    def act(self, reply: Reply, drives: MockDrives) -> None:
-        drives.blocked[self.one] = True
+    drives.blocked[fault.one] = True
 
 
-class Hot(Fault):
+def _heat(fault: Fault, reply: Reply, drives: MockDrives) -> None:
     """A joint is as warm as the amount [degC]."""
-
-    usual, lasts = 120.0, float("inf")
-
-    def act(self, reply: Reply, drives: MockDrives) -> None:
-        reply.temperature[self.where] = self.amount
+    reply.temperature[fault.where] = fault.amount
 
 
-class Silent(Fault):
+def _lose(fault: Fault, reply: Reply, drives: MockDrives) -> None:
     """Nobody answers any more."""
-
-    lasts = float("inf")
-
-    def act(self, reply: Reply, drives: MockDrives) -> None:
-        reply.lost = "the simulated controller does not answer, as it was told not to"
+    reply.lost = "the simulated controller does not answer, as it was told not to"
 
 
-class Runaway(Fault):
+def _run_away(fault: Fault, reply: Reply, drives: MockDrives) -> None:
     """A joint runs away with a speed [rad/s], whatever is commanded, until it is stopped."""
-
-    usual, lasts = 2.0, float("inf")
-
-    def act(self, reply: Reply, drives: MockDrives) -> None:
-        drives.runaway[self.one] = self.amount
+    drives.runaway[fault.one] = fault.amount
 
 
-class Additive(Fault):
+def _add(fault: Fault, reply: Reply, drives: MockDrives) -> None:
     """Every cycle the controller adds what is commanded, from where this began on, up to a speed [rad/s]."""
-
-    usual, lasts = 3.0, float("inf")
-
-    def act(self, reply: Reply, drives: MockDrives) -> None:
-        drives.add(self.amount)
+    drives.add(fault.amount)
 
 
-class Deaf(Fault):
+def _deafen(fault: Fault, reply: Reply, drives: MockDrives) -> None:
     """Drives ignore a quick stop."""
-
-    lasts = float("inf")
-
-    def act(self, reply: Reply, drives: MockDrives) -> None:
-        drives.deaf = True
+    drives.deaf = True
 
 
-class StopFails(Fault):
+def _refuse(fault: Fault, reply: Reply, drives: MockDrives) -> None:
     """The driver fails to tell the drives a stop, up to a level: 2 is the quick stop, 3 is off."""
-
-    usual, lasts = 2.0, float("inf")
-
-    def act(self, reply: Reply, drives: MockDrives) -> None:
-        drives.refused = self.amount
+    drives.refused = fault.amount
 
 
-FAULTS: dict[str, type[Fault]] = {
-    "drop": Drop,
-    "duplicate": Duplicate,
-    "reorder": Reorder,
-    "delay": Delay,
-    "stall": Stall,
-    "stale": Stale,
-    "fault": Trip,
-    "far start": FarStart,
-    "current spike": CurrentSpike,
-    "nan": NotANumber,
-    "jump": Jump,
-    "scale": Scale,
-    "exchange": Exchange,
-    "stuck": Stuck,
-    "hot": Hot,
-    "silent": Silent,
-    "runaway": Runaway,
-    "additive": Additive,
-    "deaf": Deaf,
-    "stop fails": StopFails,
+FOREVER = float("inf")
+FAULTS = {
+    "drop": Kind(_drop),
+    "duplicate": Kind(_duplicate),
+    "reorder": Kind(_reorder),
+    "delay": Kind(_delay, 0.001, FOREVER),
+    "stall": Kind(_delay, 0.1),
+    "stale": Kind(_drop, lasts=FOREVER),
+    "fault": Kind(_trip),
+    "far start": Kind(usual=0.1, prepare=_stand_away),
+    "current spike": Kind(_spike, 1000.0),
+    "nan": Kind(_no_number),
+    "jump": Kind(_jump, 0.1, FOREVER),
+    "scale": Kind(_scale, 2.0, FOREVER),
+    "exchange": Kind(_exchange, lasts=FOREVER),
+    "stuck": Kind(_block, lasts=FOREVER),
+    "hot": Kind(_heat, 120.0, FOREVER),
+    "silent": Kind(_lose, lasts=FOREVER),
+    "runaway": Kind(_run_away, 2.0, FOREVER),
+    "additive": Kind(_add, 3.0, FOREVER),
+    "deaf": Kind(_deafen, lasts=FOREVER),
+    "stop fails": Kind(_refuse, 2.0, FOREVER),
 }
+"""Name -> what it does, amount where none is said, and how long where nothing is said [s]."""
 
 
 def read_faults(texts: str, joints: Sequence[str]) -> tuple[Fault, ...]:
@@ -247,7 +169,7 @@ def _read(text: str, joints: Sequence[str]) -> Fault:
         elif word not in UNITS:
             found[expected] = _number(word, text, joints)
             expected = "amount"
-    return kind(joint, **found)
+    return Fault(kind, joint, **found)
 
 
 def _number(word: str, text: str, joints: Sequence[str]) -> float:

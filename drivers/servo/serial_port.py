@@ -118,6 +118,16 @@ def adapter_latency(name: str, adapters: Path = ADAPTERS) -> float:
         return 0.0
 
 
+def latency_doubts(name: str, latency: float) -> tuple[str, ...]:
+    """What to say of an adapter that keeps bytes for so long [s]."""
+    if latency <= 1e-3:
+        return ()
+    return (
+        f"the adapter keeps bytes for up to {1e3 * latency:g} ms. Try: echo 1 | sudo tee "
+        f"{ADAPTERS}/{name.rsplit('/', 1)[-1]}/latency_timer",
+    )
+
+
 def _cannot_open(name: str, baudrate: int, error: Exception) -> BadSettings | NotReady:
     """What to say of a port that does not open."""
     text = str(error)

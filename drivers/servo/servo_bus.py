@@ -137,18 +137,16 @@ class ServoBus:
         Raises:
             LinkLost: Some do not answer, or refuse.
         """
-        size, signed = register.size, register.signed
-        answers: list[Status | None] = []
         for _ in range(TRIES):
-            self.drain()
-            answers = self.ask(self._codec.sync_read(register.address, size, self.servos))
-            data = [answer.data for answer in answers if answer is not None and len(answer.data) == size]
-            if len(data) == len(self.servos):
-                return [int.from_bytes(one, "little", signed=signed) for one in data]
+            answers = self._answers(register)
+            found = [_number(answer, register) for answer in answers]
+            whole = [one for one in found if one is not None]
+            if len(whole) == len(self.servos):
+                return whole
         texts = [
             f"{self.names[servo]} " + ("is silent" if answer is None else f"refuses (error {answer.error})")
-            for servo, answer in zip(self.servos, answers, strict=True)
-            if answer is None or len(answer.data) != size
+            for servo, answer, one in zip(self.servos, answers, found, strict=True)
+            if one is None
         ]
         raise LinkLost(f"{register} cannot be read: {', '.join(texts)}. Look at plugs and power")
 
@@ -158,15 +156,11 @@ class ServoBus:
         Raises:
             LinkLost: The port is gone.
         """
-        size, signed = register.size, register.signed
+        return [_number(answer, register) for answer in self._answers(register)]
+
+    def _answers(self, register: Register) -> list[Status | None]:
         self.drain()
-        answers = self.ask(self._codec.sync_read(register.address, size, self.servos))
-        return [
-            int.from_bytes(answer.data, "little", signed=signed)
-            if answer is not None and len(answer.data) == size
-            else None
-            for answer in answers
-        ]
+        return self.ask(self._codec.sync_read(register.address, register.size, self.servos))
 
     def packet(self, register: Register, values: Sequence[int]) -> bytes:
         """What sets a register of all servos."""
@@ -202,3 +196,10 @@ class ServoBus:
             if not wrong:
                 return
         raise NotReady(f"{register} is not taken: {', '.join(wrong)}")
+
+
+def _number(answer: Status | None, register: Register) -> int | None:
+    """What a register holds by an answer; None for one that does not say."""
+    if answer is None or len(answer.data) != register.size:
+        return None
+    return int.from_bytes(answer.data, "little", signed=register.signed)

@@ -6,19 +6,20 @@ In a cycle one packet sets all goals and one asks for all measurements, in a sin
 from abc import abstractmethod
 from collections.abc import Sequence
 from contextlib import suppress
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar
 
 import numpy as np
 
 from ..driver import Arm, Command, Driver, Info, Sample, StopLevel
 from ..errors import BadSettings, DriverError, LinkLost
 from ..host_clock import HostClock, host_time
-from .serial_port import SerialPort, adapter_latency
-from .serial_rate import Traffic, require_rate
+from .serial_port import SerialPort, adapter_latency, latency_doubts
+from .serial_rate import Traffic, require_rate, shortest_cycle
 from .servo_bus import ServoBus
 from .servo_packet import Codec, Reading, Register, Status
-from .servo_settings import ServoUnits, explained
+from .servo_settings import explained
 from .servo_talk import ServoTalk
+from .servo_units import Goals, Measured, ServoUnits
 
 BEFORE_RUN = 0.1
 """How long an answer is waited for before the run [s]."""
@@ -27,33 +28,14 @@ IN_RUN = 3.0
 """How long one is waited for in the run [cycles]: a late answer is better than none."""
 
 
-class Goals(NamedTuple):
-    """Counts that the servos take as a goal, each of shape (n,)."""
-
-    lowest: np.ndarray
-    highest: np.ndarray
-
-
-class Measured(NamedTuple):
-    """What the servos answered, each of shape (n,), with the signs of the servos.
-
-    Attributes:
-        position: [counts].
-        velocity: [rad/s].
-        current: [A]; NaN where there is none.
-        temperature: [degC]; NaN where it was not asked for.
-    """
-
-    position: np.ndarray
-    velocity: np.ndarray
-    current: np.ndarray
-    temperature: np.ndarray
-
-
 class ServoDriver(Driver):
     """Servos on a serial line, one a joint."""
 
     codec: ClassVar[Codec]
+    baudrates: ClassVar[Sequence[int]]
+    joining: ClassVar[str] = ""
+    """What servos could do that join their answers to one packet, behind other advice."""
+    _joined = False
     torque: ClassVar[Register]
     goal: ClassVar[Register]
     present: ClassVar[Register]
@@ -114,7 +96,7 @@ class ServoDriver(Driver):
         """Send the goals and ask for all measurements, in one write."""
         bus, _ = self._opened()
         tick, events = self._clock.wait(), list[str]()
-        packets = self._packets(bus, command)
+        packets, self._once = self._once + self._goals_now(bus, command), b""
         readings = self._readings(self._count)
         length = readings[0].length
         self._count += 1
@@ -122,33 +104,26 @@ class ServoDriver(Driver):
         now = host_time()
         stale = np.array([answer is None for answer in answers])
         measured, units = self._decode(_joined(answers, length), length), self._units
-        rows: tuple[np.ndarray, ...] = (
-            units.position(measured.position),
-            units.velocity(measured.velocity),
-            measured.current * units.sign,
-            self._nothing,
-            measured.temperature,
-        )
+        values: dict[str, Any] = {
+            "position": units.position(measured.position),
+            "velocity": units.velocity(measured.velocity),
+            "current": measured.current * units.sign,
+            "torque": self._nothing,
+            "temperature": measured.temperature,
+        }
         if stale.any():
-            rows = tuple(np.where(stale, np.nan, row) for row in rows)
-            self._counts = np.where(stale, self._counts, measured.position)
-        else:
-            self._counts = measured.position
+            values = {name: np.where(stale, np.nan, value) for name, value in values.items()}
+        self._counts = np.where(stale, self._counts, measured.position)
         self._fault = self._fault or self._look(answers, now, events)
-        position, velocity, current, torque, temperature = rows
         return Sample(
             now,
             now,
-            position,
-            velocity,
-            current,
-            torque,
-            temperature,
-            tick.lateness,
-            tick.skipped,
-            stale,
-            tuple(events),
-            self._fault,
+            **values,
+            lateness=tick.lateness,
+            skipped=tick.skipped,
+            stale=stale,
+            events=tuple(events),
+            fault=self._fault,
         )
 
     @property
@@ -208,13 +183,8 @@ class ServoDriver(Driver):
         """Counts at which the servos stand, shape (n,)."""
         return self._from_register(np.array(bus.read(self.present)))
 
-    def _packets(self, bus: ServoBus, command: Command | None) -> bytes:
-        """What is told this cycle: the goals of a stop or of the command, and in the first what guards."""
-        once, self._once = self._once, b""
-        return once + self._goals_now(bus, command)
-
     def _goals_now(self, bus: ServoBus, command: Command | None) -> bytes:
-        """A command that no servo takes is not sent and is a fault."""
+        """Goals of a stop or of the command; one that no servo takes is not sent and is a fault."""
         if self._stopped > StopLevel.BRAKE or command is None:
             return self._stop_packet
         counts = self._units.counts(command.position)
@@ -237,32 +207,47 @@ class ServoDriver(Driver):
         ends = [self._units.way(end - self._where(bus)) for end in self._allowed]
         return np.minimum(*ends), np.maximum(*ends)
 
-    def _explained(self) -> dict[str, str]:
-        """What explains the measurements later."""
-        return explained(self.settings) | {"adapter_latency": f"{1e3 * self.latency:g} ms"}
-
-    def _line_warnings(self) -> tuple[str, ...]:
-        """Doubts about the adapter."""
-        if self.latency <= 1e-3:
-            return ()
-        name = self.settings.port.rsplit("/", 1)[-1]
-        return (
-            f"the adapter keeps bytes for up to {1e3 * self.latency:g} ms. Try: echo 1 | sudo tee "
-            f"/sys/bus/usb-serial/devices/{name}/latency_timer",
+    def _info(
+        self, bus: ServoBus, signals: Sequence[str], doubts: Sequence[str], dead_man: str, **facts: str
+    ) -> Info:
+        """What the driver says of itself once it is set up; `facts` explain the measurements later."""
+        lower, upper = self._window(bus)
+        latency = f"{1e3 * self.latency:g} ms"
+        return Info(
+            cycle=self.settings.cycle,
+            clock="host",
+            signals=tuple(signals),
+            dead_man=dead_man,
+            window_lower=lower,
+            window_upper=upper,
+            settings=explained(self.settings) | {"adapter_latency": latency} | facts,
+            warnings=(*doubts, *latency_doubts(self.settings.port, self.latency)),
         )
 
     def _require_rate(self) -> None:
         """Nothing, if a cycle fits on the line as far as it is known."""
-        traffic, return_delay, advice = self._traffic()
-        require_rate(traffic, self.settings.cycle, self.settings.baudrate, return_delay, self.latency, advice)
+        s, traffic = self.settings, self._traffic(self._question())
+        enough = [rate for rate in self.baudrates if self._shortest_cycle(traffic, rate) <= s.cycle]
+        advice = f"a baudrate of {enough[0]}" if enough else "fewer servos on a port"
+        advice += "" if self._joined else self.joining
+        require_rate(traffic, s.cycle, s.baudrate, s.return_delay, self.latency, advice)
+
+    def _shortest_cycle(self, traffic: Traffic, baudrate: int) -> float:
+        return shortest_cycle(traffic, baudrate, self.settings.return_delay, self.latency)
+
+    def _traffic(self, question: Reading) -> Traffic:
+        """Bytes of a cycle with this question."""
+        goals = self.codec.sync_write(self.goal.address, dict.fromkeys(self._names, bytes(self.goal.size)))
+        delays = 1 if self._joined else self.arm.dof
+        return Traffic(len(goals) + len(question.packet), question.answer_bytes, delays)
 
     @abstractmethod
     def _set_up(self, bus: ServoBus) -> Info:
         """Find the servos, set them up and verify it; sets `_allowed` on the way."""
 
     @abstractmethod
-    def _traffic(self) -> tuple[Traffic, float, str]:
-        """Bytes of a cycle, return delay [s], and what to try if they are too many."""
+    def _question(self) -> Reading:
+        """What is asked in most cycles."""
 
     @abstractmethod
     def _readings(self, number: int) -> Sequence[Reading]:

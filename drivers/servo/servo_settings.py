@@ -1,10 +1,8 @@
-"""What every arm of servos on a serial line has to tell, and its units."""
+"""What every arm of servos on a serial line has to tell."""
 
 from dataclasses import dataclass
 
-import numpy as np
-
-from ..settings import setting
+from ..settings import joint_setting, setting
 
 
 @dataclass(frozen=True)
@@ -12,62 +10,22 @@ class ServoSettings:
     """Settings that all servo drivers share."""
 
     port: str = setting(..., 'serial port of the adapter, such as "/dev/ttyUSB0"', kind=str)
-    ids: tuple[int, ...] = setting(..., "id of each joint's servo", kind=int, low=0, high=252, per_joint=True)
+    ids: tuple[int, ...] = joint_setting(..., "id of each joint's servo", kind=int, low=0, high=252)
     baudrate: int = setting(1_000_000, "as set in the servos", unit="bit/s", low=9600, high=10_000_000)
     cycle: float = setting(0.002, "time between exchanges", unit="s", low=0.001, high=0.1)
-    counts_per_turn: tuple[int, ...] = setting(
-        4096, "counts in a turn of the servo", low=1, high=1 << 24, per_joint=True
+    counts_per_turn: tuple[int, ...] = joint_setting(
+        4096, "counts in a turn of the servo", low=1, high=1 << 24
     )
-    gear: tuple[float, ...] = setting(
-        1.0, "turns of the servo in a turn of the joint", low=1e-3, high=1e4, per_joint=True
+    gear: tuple[float, ...] = joint_setting(
+        1.0, "turns of the servo in a turn of the joint", low=1e-3, high=1e4
     )
-    sign: tuple[int, ...] = setting(
-        1, "-1 where the servo turns against the joint", choices=(1, -1), per_joint=True
-    )
-    zero: tuple[int, ...] = setting(
-        2048,
-        "count of the servo where the joint's position is zero",
-        low=-(1 << 24),
-        high=1 << 24,
-        per_joint=True,
+    sign: tuple[int, ...] = joint_setting(1, "-1 where the servo turns against the joint", choices=(1, -1))
+    zero: tuple[int, ...] = joint_setting(
+        2048, "count of the servo where the joint's position is zero", low=-(1 << 24), high=1 << 24
     )
     at_end: str = setting(
         "hold", "what servos do after the run: an arm without brakes drops when off", choices=("hold", "off")
     )
-
-
-class ServoUnits:
-    """Between the servos' counts and the joints' radians.
-
-    Args:
-        settings: Scales, signs and zeros.
-
-    Attributes:
-        sign: -1 where servo and joint turn against each other, shape (n,).
-    """
-
-    def __init__(self, settings: ServoSettings) -> None:
-        turn = np.array(settings.counts_per_turn) * np.array(settings.gear)
-        self.sign = np.array(settings.sign, float)
-        self._gear = np.array(settings.gear)
-        self._scale = self.sign * 2.0 * np.pi / turn  # (n,) [rad] a count
-        self._zero = np.array(settings.zero, float)
-
-    def position(self, counts: np.ndarray) -> np.ndarray:
-        """Of the joints, shape (n,) [rad], where the servos stand at these counts."""
-        return (counts - self._zero) * self._scale
-
-    def counts(self, position: np.ndarray) -> np.ndarray:
-        """Whole counts nearest to a position of the joints [rad], shape (n,)."""
-        return np.rint(self._zero + position / self._scale)
-
-    def velocity(self, of_servos: np.ndarray) -> np.ndarray:
-        """Of the joints, shape (n,) [rad/s], from that of the servos."""
-        return of_servos * self.sign / self._gear
-
-    def way(self, counts: np.ndarray) -> np.ndarray:
-        """How far a joint goes when its servo goes so many counts, shape (n,) [rad]."""
-        return counts * self._scale
 
 
 def explained(settings: ServoSettings) -> dict[str, str]:

@@ -92,7 +92,7 @@ def nominal(model: Model) -> Model:
 def noise_floor(runs: Sequence[Driven]) -> tuple[np.ndarray, bool]:
     """Noise of each joint's torque behind the filter, shape (n,) [N m], and whether it was seen at rest."""
     first = pooled_noise([run.prepared for run in runs])[0]
-    return first.noise * first.gain, first.noise_source == "rest"
+    return first.noise * np.abs(first.gain), first.noise_source == "rest"
 
 
 def _findings(found: SearchResult) -> list[Finding]:

@@ -12,7 +12,7 @@ import warnings
 from ..excite.arm import Arm
 from ..excite.peers import Best, Clock, PeerResult
 from .peer import why_absent as why_no_figaroh
-from .trajectory import FigarohSettings, Told, work
+from .trajectory import FigarohSettings, FigarohRun, work
 
 GRACE = 20.0
 """How many times its budget, and one minute, the process may live before it is taken for hung: its clock may
@@ -73,7 +73,7 @@ def figaroh(
     return _result(arm, settings, told)
 
 
-def _result(arm: Arm, settings: FigarohSettings, told: Told) -> PeerResult:
+def _result(arm: Arm, settings: FigarohSettings, told: FigarohRun) -> PeerResult:
     best = Best(arm, settings.collisions)
     for seconds, states in told.iterates:
         best.offer(seconds, states)

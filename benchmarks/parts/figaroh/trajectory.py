@@ -53,7 +53,7 @@ class FigarohSettings(NamedTuple):
 
 
 @dataclass
-class Told:
+class FigarohRun:
     """What the process reports: iterates with the seconds at which they were reached, and what it logged."""
 
     iterates: list[tuple[float, States]]
@@ -121,7 +121,7 @@ class _Watch(logging.Handler):
         seconds = self.clock() - self.began
         within = [kept for kept in self.iterates if kept[0] <= self.budget]
         sampled = [(when, _sampled(problem, x)) for when, problem, x in within]
-        self.pipe.send(Told(sampled, seconds, self.attempts, self.accepted, self.complaints))
+        self.pipe.send(FigarohRun(sampled, seconds, self.attempts, self.accepted, self.complaints))
         self.pipe.close()
         os._exit(0)  # out of IPOPT's C code there is no other way at once
 

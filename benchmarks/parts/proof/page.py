@@ -264,7 +264,7 @@ def section(one: Answer, picture: Callable[[str, str, str], str]) -> str:
         for k in one["known"]
         if k["counted"] or k["named"]
     ]
-    parts = [f"## {about.heading}\n", f"{about.what} Told: {case.prior}.\n"]
+    parts = [f"## {about.heading}\n", f"{about.what} PageData: {case.prior}.\n"]
     if known:
         parts.append(table(["known effect", "known by", "known size", "", "found, or how near"], known))
     parts += [

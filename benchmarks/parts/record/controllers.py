@@ -11,10 +11,9 @@ from peer_process import NoBus as NoBus
 from peer_process import Peer
 from servo_units import dynamixel_settings, feetech_settings
 
-from exidyn.acquire.arguments.controllers import make_driver
+from exidyn.acquire.run.arms import make_driver
 from exidyn.drivers import Driver
-from exidyn.drivers.kuka_rsi.config import standard_config
-from exidyn.drivers.kuka_rsi.config_text import config_text
+from exidyn.drivers.kuka_rsi.config import config_text, standard_config
 from exidyn.identify.simulation.plant import typical_plant
 
 from .motion import MODEL, ROBOT, START

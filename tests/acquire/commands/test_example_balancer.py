@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from exidyn.acquire.command_line import REFUSED, main
+from exidyn.acquire.commands.example_command import run
 from exidyn.acquire.examples import example_balancer
 from exidyn.acquire.examples.example_result import Result
-from exidyn.acquire.examples.example_steps import run
 from exidyn.acquire.examples.example_words import words
 from exidyn.identify.robot_files.robot_file import read_model
 from exidyn.trajectories.families.fourier import Fourier

@@ -4,14 +4,14 @@ from functools import partial
 import numpy as np
 import pytest
 
-from exidyn.acquire.arguments.controllers import make_driver
 from exidyn.acquire.run import perform as performing
+from exidyn.acquire.run.arms import make_driver
 from exidyn.acquire.run.errors import RunError
-from exidyn.acquire.run.frames import HEAD, STAGES, text_frame
 from exidyn.acquire.run.perform import perform
+from exidyn.acquire.run.pipe.frames import HEAD, STAGES, text_frame
 from exidyn.acquire.run.start import StartRules
-from exidyn.acquire.run.stop import Stop
-from exidyn.acquire.run.watch import WatchLimits
+from exidyn.acquire.run.stopping.stop import Stop
+from exidyn.acquire.run.stopping.watch import WatchLimits
 from exidyn.drivers import StopLevel
 from exidyn.drivers.errors import LinkLost
 from exidyn.identify.simulation.plant import typical_plant

@@ -5,7 +5,7 @@ import pty
 import signal
 from contextlib import contextmanager
 
-from exidyn.acquire.run.frames import END, SAMPLE, text_frame
+from exidyn.acquire.run.pipe.frames import END, SAMPLE, text_frame
 from exidyn.acquire.run.player import APPROACHING, HOLDING, RUNNING
 from exidyn.acquire.terminal import progress
 from exidyn.acquire.terminal.progress import Progress, start_progress

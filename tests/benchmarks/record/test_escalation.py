@@ -1,5 +1,5 @@
-"""Every fault in every stage: what is asked of the driver, and when. The arm follows its
-drives' commands at once; `benchmarks/record.py --only escalation` has the same table with an arm that has mass."""
+"""Every fault in every stage: what is asked of the driver, and when. The arm follows its drives' commands at
+once; `benchmarks/record.py --only escalation` has the same table with an arm that has mass."""
 
 from itertools import product
 
@@ -10,7 +10,8 @@ from parts.record.escalation.cases import CASES
 from parts.record.escalation.run import ran
 from parts.record.escalation.table import wrong
 
-from exidyn.acquire.run.escalation import (
+from exidyn.acquire.run.pipe.frames import STAGES
+from exidyn.acquire.run.stopping.escalation import (
     RULES,
     Sight,
     Sign,
@@ -22,9 +23,8 @@ from exidyn.acquire.run.escalation import (
     state_of,
     watched,
 )
-from exidyn.acquire.run.frames import STAGES
-from exidyn.acquire.run.stop import Stop
-from exidyn.acquire.run.stops import Stops
+from exidyn.acquire.run.stopping.stop import Stop
+from exidyn.acquire.run.stopping.stops import Stops
 from exidyn.drivers import StopLevel
 
 NONE, BRAKE, QUICK, OFF = 0, *StopLevel

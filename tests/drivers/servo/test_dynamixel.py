@@ -13,7 +13,9 @@ from exidyn.drivers.errors import BadSettings, LinkLost, NotReady
 
 from ...parts.controllers.servo_parts import (
     SETTINGS,
+    TURN,
     arm,
+    counting,
     driver,
     fresh,
     hold,
@@ -23,8 +25,6 @@ from ...parts.controllers.servo_parts import (
     tell,
     until,
 )
-
-TURN = 2.0 * np.pi / 4096
 
 
 @pytest.fixture(scope="module")
@@ -52,12 +52,6 @@ def mirrors(mirroring):
     """Servos that are where they were told to be last."""
     tell(mirroring, "heal")
     return mirroring
-
-
-def counting(peer, **settings):
-    """A driver whose positions are counts of the servos."""
-    given = {"gear": 1.0, "sign": 1, "zero": 0, "cycle": 0.004} | settings
-    return driver("dynamixel", peer, **given)
 
 
 def test_servos_are_found_set_up_and_told(servos):
@@ -103,7 +97,7 @@ def test_without_commands_the_arm_stays(servos):
 
 
 def test_every_fresh_sample_is_of_its_own_cycle(mirrors):
-    with counting(mirrors) as one:
+    with counting("dynamixel", mirrors) as one:
         one.open()
         one.arm_drives()
         checked = 0
@@ -120,7 +114,7 @@ def test_every_fresh_sample_is_of_its_own_cycle(mirrors):
 
 
 def test_numbers_that_look_like_headers_come_through(mirrors):
-    with counting(mirrors, fast_sync_read="off") as one:
+    with counting("dynamixel", mirrors, fast_sync_read="off") as one:
         one.open()
         one.arm_drives()
         for count in (-1, -3, -513, 0xFFFF, 0xFFFD, -131073):
@@ -131,7 +125,7 @@ def test_numbers_that_look_like_headers_come_through(mirrors):
 
 
 def test_a_servo_with_a_broken_answer_is_stale_for_that_cycle(mirrors):
-    with counting(mirrors, fast_sync_read="off") as one:
+    with counting("dynamixel", mirrors, fast_sync_read="off") as one:
         one.open()
         one.arm_drives()
         fresh(one)
@@ -147,7 +141,7 @@ def test_a_servo_with_a_broken_answer_is_stale_for_that_cycle(mirrors):
 
 
 def test_a_silent_servo_is_told_and_the_others_go_on(mirrors):
-    with counting(mirrors, fast_sync_read="off") as one:
+    with counting("dynamixel", mirrors, fast_sync_read="off") as one:
         one.open()
         one.arm_drives()
         tell(mirrors, f"silent {servo(4)}")
@@ -160,7 +154,7 @@ def test_a_silent_servo_is_told_and_the_others_go_on(mirrors):
 
 
 def test_noise_on_the_line_raises_nothing_and_passes(mirrors):
-    with counting(mirrors) as one:
+    with counting("dynamixel", mirrors) as one:
         one.open()
         one.arm_drives()
         chance = random.Random(0)
@@ -328,7 +322,7 @@ def test_another_operating_mode_is_refused(servos):
 
 def test_in_position_mode_the_limits_of_the_servos_are_the_window(mirrors):
     tell(mirrors, "set 11 1 3")
-    with counting(mirrors, operating_mode="position") as one:
+    with counting("dynamixel", mirrors, operating_mode="position") as one:
         info = one.open()
         np.testing.assert_allclose(info.window_lower, 0.0)
         np.testing.assert_allclose(info.window_upper, 4095 * TURN)

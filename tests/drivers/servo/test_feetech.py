@@ -9,7 +9,9 @@ from exidyn.drivers.feetech.driver import GOAL_VELOCITY
 
 from ...parts.controllers.servo_parts import (
     SETTINGS,
+    TURN,
     arm,
+    counting,
     driver,
     fresh,
     hold,
@@ -19,8 +21,6 @@ from ...parts.controllers.servo_parts import (
     tell,
     until,
 )
-
-TURN = 2.0 * np.pi / 4096
 
 
 @pytest.fixture(scope="module")
@@ -48,10 +48,6 @@ def mirrors(mirroring):
     return mirroring
 
 
-def counting(peer, **settings):
-    return driver("feetech", peer, **{"gear": 1.0, "sign": 1, "zero": 0, "cycle": 0.004} | settings)
-
-
 def test_servos_are_found_and_nobody_claims_that_they_stop_by_themselves(servos):
     with driver("feetech", servos) as one:
         info = one.open()
@@ -77,7 +73,7 @@ def test_the_arm_follows_and_tells_position_velocity_and_current(servos):
 
 
 def test_every_fresh_sample_is_of_its_own_cycle_on_both_sides_of_zero(mirrors):
-    with counting(mirrors) as one:
+    with counting("feetech", mirrors) as one:
         one.open()
         one.arm_drives()
         checked = 0
@@ -93,7 +89,7 @@ def test_every_fresh_sample_is_of_its_own_cycle_on_both_sides_of_zero(mirrors):
 
 
 def test_noise_on_the_line_raises_nothing_and_passes(mirrors):
-    with counting(mirrors) as one:
+    with counting("feetech", mirrors) as one:
         one.open()
         one.arm_drives()
         for number in range(60):
@@ -104,7 +100,7 @@ def test_noise_on_the_line_raises_nothing_and_passes(mirrors):
 
 
 def test_an_alarm_on_which_a_servo_gives_way_is_a_fault_and_another_an_event(mirrors):
-    with counting(mirrors) as one:
+    with counting("feetech", mirrors) as one:
         one.open()
         one.arm_drives()
         fresh(one)
@@ -136,7 +132,7 @@ def test_a_quick_stop_holds_and_off_switches_torque_off(servos):
 def test_position_limits_of_the_servos_are_the_window(mirrors):
     tell(mirrors, "set 9 2 1000")
     tell(mirrors, "set 11 2 3000")
-    with counting(mirrors) as one:
+    with counting("feetech", mirrors) as one:
         info = one.open()
         np.testing.assert_allclose(info.window_upper - info.window_lower, 2000 * TURN)
         one.arm_drives()

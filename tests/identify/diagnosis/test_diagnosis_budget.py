@@ -121,5 +121,7 @@ def test_noise_measured_at_rest_in_one_run_holds_for_all():
     above = replace(run, prepared=replace(run.prepared, noise_source="high frequencies"))
     floor, rested = noise_floor([above, rest, above])
     assert rested
-    np.testing.assert_allclose(floor, 2.0 * run.prepared.noise * run.prepared.gain)
+    np.testing.assert_allclose(floor, 2.0 * run.prepared.noise * np.abs(run.prepared.gain))
+    mounted_the_other_way = replace(rest, prepared=replace(rest.prepared, gain=-rest.prepared.gain))
+    np.testing.assert_allclose(noise_floor([mounted_the_other_way])[0], floor)
     assert not noise_floor([above])[1]

@@ -9,8 +9,7 @@ from contextlib import contextmanager
 import numpy as np
 
 from exidyn.drivers import Arm, Command, create
-from exidyn.drivers.kuka_rsi.config import standard_config
-from exidyn.drivers.kuka_rsi.config_text import config_text
+from exidyn.drivers.kuka_rsi.config import config_text, standard_config
 
 from ...peers.peer_process import Peer
 

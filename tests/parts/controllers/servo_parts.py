@@ -14,6 +14,7 @@ import servo_units  # noqa: E402 - the peers' own, which are programs
 
 SETTINGS = {"dynamixel": servo_units.dynamixel_settings, "feetech": servo_units.feetech_settings}
 JOINTS = 6
+TURN = 2.0 * np.pi / 4096
 
 
 def arm(joints=JOINTS):
@@ -29,6 +30,11 @@ def driver(kind, peer, **settings):
     """Not open yet; a bus watchdog is so slow that a busy machine does not trip it."""
     patient = {"watchdog": 2.0} if kind == "dynamixel" else {}
     return create(kind, SETTINGS[kind](peer.address) | patient | settings, arm())
+
+
+def counting(kind, peer, **settings):
+    """A driver whose positions are counts of the servos."""
+    return driver(kind, peer, **{"gear": 1.0, "sign": 1, "zero": 0, "cycle": 0.004} | settings)
 
 
 def tell(peer, line):

@@ -7,15 +7,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from exidyn.acquire.arguments.controllers import make_driver, read_controller
-from exidyn.acquire.commands.info_command import describe
+from exidyn.acquire.arguments.controllers import read_controller
 from exidyn.acquire.files.diagnosis_files import read_answers
 from exidyn.acquire.files.report_files import read_page_data
+from exidyn.acquire.run.arms import make_driver
 from exidyn.acquire.terminal.json_output import json_text
-from exidyn.acquire.terminal.recording_table import recording_table
+from exidyn.acquire.terminal.recording_text import describe, recording_table
 from exidyn.acquire.views.kinds import view_of
-from exidyn.drivers.kuka_rsi.config import read_config, standard_config
-from exidyn.drivers.kuka_rsi.config_text import config_text
+from exidyn.drivers.kuka_rsi.config import config_text, read_config, standard_config
 from exidyn.identify.fit.fit_file import read_fit
 from exidyn.identify.recordings.importers import import_source
 from exidyn.identify.recordings.mcap.mcap_recover import recover

@@ -4,7 +4,7 @@ import json
 from contextlib import contextmanager
 
 from exidyn.acquire.command_line import main
-from exidyn.acquire.run.watch import WatchLimits
+from exidyn.acquire.run.stopping.watch import WatchLimits
 
 from ...peers.can_arm import canopen_settings, mit_settings
 from ..controllers import rsi_controller, servo_parts

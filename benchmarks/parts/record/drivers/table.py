@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from common import show
 
-from exidyn.acquire.run.watch import WatchLimits
+from exidyn.acquire.run.stopping.watch import WatchLimits
 
 from ..controllers import CONTROLLERS, NoBus, controller
 from ..motion import job

@@ -6,11 +6,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from exidyn.acquire.arguments.controllers import make_driver
-from exidyn.acquire.run.frames import EVENT, SAMPLE, Event, Unframed, read_cycle, read_event
+from exidyn.acquire.run.arms import make_driver
 from exidyn.acquire.run.perform import Job, perform
+from exidyn.acquire.run.pipe.frames import EVENT, SAMPLE, Event, Unframed, read_cycle, read_event
 from exidyn.acquire.run.start import StartRules
-from exidyn.acquire.run.stop import Stop
+from exidyn.acquire.run.stopping.stop import Stop
 from exidyn.drivers import Driver, StopLevel
 from exidyn.drivers.driver import Plant
 from exidyn.trajectories.limits.moves import move

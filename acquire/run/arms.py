@@ -1,0 +1,55 @@
+"""The arm that a driver is told of, and the simulated ones that the mock drives."""
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+from exidyn.drivers import Arm, Driver, create
+from exidyn.drivers.driver import Plant
+from exidyn.identify.arm.robot import Robot
+from exidyn.identify.effects import Payload
+from exidyn.identify.model import Model
+from exidyn.identify.recordings.recording import KnownPayload
+from exidyn.identify.simulation.plant import typical_plant
+
+SHARE = 0.3
+"""Of its range at which each joint stands [-]: half-way most arms point up, and gravity says little."""
+
+
+def make_driver(
+    name: str, settings: Mapping[str, Any], robot: Robot, plant: Callable[[], Plant] | None = None
+) -> Driver:
+    """A driver that is not open yet.
+
+    Raises:
+        DriverError: An unknown driver, or settings that it cannot have.
+    """
+    limits = robot.limits
+    arm = Arm(robot.joints, limits.position_lower, limits.position_upper, limits.velocity, plant)
+    return create(name, settings, arm)
+
+
+def standing_pose(robot: Robot) -> np.ndarray:
+    """Where the simulated arm stands, shape (n,) [rad] or [m]; joints without limits have half a turn."""
+    lower = np.where(np.isfinite(robot.limits.position_lower), robot.limits.position_lower, -np.pi)
+    upper = np.where(np.isfinite(robot.limits.position_upper), robot.limits.position_upper, np.pi)
+    pose: np.ndarray = lower + SHARE * (upper - lower)
+    return pose
+
+
+def standing_arm(believed: Robot, real: Model, seed: int = 0, payload: str = "") -> Callable[[], Plant]:
+    """What makes the arm of the mock, at rest at `standing_pose` of the believed one.
+
+    Args:
+        believed: Robot whose limits say where.
+        real: What the arm really is.
+        seed: Of its noise.
+        payload: Name of the body that it carries; empty for none.
+    """
+    return lambda: typical_plant(real, standing_pose(believed), seed=seed, payload=payload)
+
+
+def with_body(model: Model, body: KnownPayload | None) -> Model:
+    """The model with what hangs on its flange."""
+    return model if body is None else model + Payload(body.name, body.known)

@@ -1,0 +1,245 @@
+"""Sink: who is handed every frame of a run, and the control loop's end of a pipe to such a process."""
+
+import fcntl
+import os
+import select
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Sequence
+from typing import Protocol
+
+from ..errors import RunError
+from .frames import SAMPLE
+
+HELD = 1 << 20
+"""Bytes that wait for a slow reader before the sink fails: five seconds of six joints at 500 Hz, in the
+pipe where the operating system makes it that large, and else in memory."""
+
+START = 60.0
+"""How long a process may take to be ready [s]: one or two, but for a loaded machine with a cold disk."""
+
+FINISH = 60.0
+"""How long a process may take to finish when it has got everything [s]."""
+
+READY, FAILURE, DONE = "ready", "failure", "done"
+"""What a process reports, each in a line with some text behind it: at its start, when its work can no longer
+be trusted, and at its end."""
+
+
+class SinkFailed(RunError):
+    """A process that should record or show a run does not start."""
+
+
+class Sink(Protocol):
+    """The recorder, the live view: a process of its own at the other end of a pipe.
+
+    `put` is called from the control loop: it never blocks and never raises.
+    """
+
+    @property
+    def failure(self) -> str:
+        """Why nothing can be handed over any more; empty while it can. A run without recorder is stopped."""
+
+    def put(self, frame: bytes) -> None:
+        """Hand a frame over."""
+
+    def close(self) -> None:
+        """Wait until all is written or shown."""
+
+
+class PipeSink:
+    """Hands frames to a process of its own; see `Sink`. A context manager that closes it.
+
+    The process is in a session of its own, so that Ctrl-C in a terminal does not reach it, and is scheduled
+    as usual even where the loop is not. It outlives the loop's process if that dies, and then has all that
+    was handed over until then.
+
+    Args:
+        name: What the process is called in errors.
+        module: What it runs; it opens its end as a `PipeSource`.
+        arguments: Handed to it.
+        lossy: Whether to drop samples that it is too slow for, instead of keeping them and failing.
+        waits: Whether to wait for it instead: for a loop that is not in real time.
+        patience: How long it may take to be ready [s].
+
+    Raises:
+        SinkFailed: It is not ready in time, or says why it cannot be.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        module: str,
+        arguments: Sequence[str] = (),
+        lossy: bool = False,
+        waits: bool = False,
+        patience: float = START,
+    ) -> None:
+        self.name, self.dropped, self.said, self.outcome = name, 0, "", ""
+        self._lossy, self._waits = lossy, waits
+        self._failure = ""
+        self._waiting = bytearray()
+        self._heard = bytearray()
+        self._start(module, arguments)
+        if not self._listen(patience, until=READY):
+            why = self._failure or f"is not ready after {patience:g} s"
+            self.close(patience=0.0)
+            raise SinkFailed(f"{name}: {why}")
+
+    def _start(self, module: str, arguments: Sequence[str]) -> None:
+        frames, self._pipe = os.pipe()
+        self._report, report = os.pipe()
+        os.set_blocking(self._pipe, False)
+        os.set_blocking(self._report, False)
+        self._room = HELD - _enlarge(self._pipe)
+        try:
+            self._process = subprocess.Popen(
+                [sys.executable, "-m", module, str(frames), str(report), *arguments],
+                pass_fds=(frames, report),
+                stdin=subprocess.DEVNULL,
+                start_new_session=True,
+            )
+        finally:
+            os.close(frames)
+            os.close(report)
+        _schedule_as_usual(self._process.pid)
+
+    @property
+    def failure(self) -> str:
+        """Why the run is no longer recorded or shown; empty while it is."""
+        return self._failure
+
+    @property
+    def process_id(self) -> int:
+        """Of the process."""
+        return self._process.pid
+
+    def put(self, frame: bytes) -> None:
+        """Hand a frame over; never raises, nor blocks unless it `waits`. After a failure it still tries."""
+        if self._pipe < 0:
+            return
+        self._waiting += frame
+        self._drain()
+        if self._waits and self._waiting and not self._failure:
+            self._wait_for_room(FINISH)
+        if self._lossy:
+            self._drop(frame)
+        elif len(self._waiting) > self._room:
+            self._fail(f"has been too slow, {len(self._waiting)} bytes wait for it")
+        self._listen(0.0)
+
+    def _drop(self, frame: bytes) -> None:
+        """Take the last frame back if none of it has gone out; what is not a sample may wait a while."""
+        spared = frame[:1] != SAMPLE and len(self._waiting) <= HELD
+        if len(self._waiting) >= len(frame) and not spared:
+            del self._waiting[-len(frame) :]
+            self.dropped += 1
+
+    def _drain(self) -> None:
+        try:
+            while self._waiting:
+                del self._waiting[: os.write(self._pipe, self._waiting)]
+        except BlockingIOError:
+            pass
+        except OSError:  # the process is gone; what it last said is heard next
+            self._waiting.clear()
+
+    def _listen(self, patience: float, until: str = "") -> bool:
+        """Take in what the process reports; whether `until` was among it, or its end where that is empty."""
+        deadline = time.monotonic() + patience
+        while True:
+            try:
+                data = os.read(self._report, 4096)
+            except BlockingIOError:
+                left = deadline - time.monotonic()
+                if left <= 0.0:
+                    return False
+                select.select([self._report], [], [], left)
+                continue
+            if not data:
+                self._ended()
+                return not until
+            self._heard += data
+            if self._take_in() == until and until:
+                return True
+
+    def _take_in(self) -> str:
+        """Take in whole lines; the kind of the last one."""
+        *lines, rest = bytes(self._heard).split(b"\n")
+        self._heard[:] = rest
+        kind = ""
+        for line in lines:
+            kind, _, text = line.decode(errors="replace").partition(" ")
+            if kind == FAILURE:
+                self._fail(text)
+            elif kind == DONE:
+                self.outcome = text
+            else:
+                self.said = text
+        return kind
+
+    def _ended(self) -> None:
+        if self._pipe >= 0:  # nobody told it to
+            self._fail(self.outcome or "its process has ended without a word")
+
+    def _fail(self, why: str) -> None:
+        self._failure = self._failure or why
+
+    def _wait_for_room(self, patience: float) -> None:
+        """Until nothing waits any more, or that takes too long."""
+        deadline = time.monotonic() + patience
+        while self._waiting and time.monotonic() < deadline:
+            select.select([], [self._pipe], [], 0.1)
+            self._drain()
+
+    def close(self, patience: float = FINISH) -> None:
+        """Hand over what waits, and wait until the process has done its work; `outcome` is what it says.
+
+        Args:
+            patience: How long to wait before it is killed [s].
+        """
+        if self._report < 0:
+            return
+        deadline = time.monotonic() + patience
+        self._wait_for_room(patience)
+        os.close(self._pipe)
+        self._pipe = -1
+        self._listen(max(deadline - time.monotonic(), 0.0))
+        self._wait(max(deadline - time.monotonic(), 0.0))
+        os.close(self._report)
+        self._report = -1
+
+    def _wait(self, patience: float) -> None:
+        try:
+            code = self._process.wait(patience)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            self._process.wait()
+            self._fail("has not finished in time, and was killed")
+            return
+        if code:
+            how = f"was killed by {signal.Signals(-code).name}" if code < 0 else f"ended with code {code}"
+            self._fail(f"its process {how}")
+
+    def __enter__(self) -> "PipeSink":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+def _enlarge(pipe: int) -> int:
+    """Make a pipe as large as is allowed, up to `HELD`; its size."""
+    try:
+        return fcntl.fcntl(pipe, fcntl.F_SETPIPE_SZ, HELD)
+    except (AttributeError, OSError):  # not Linux, or a user with too many large pipes
+        return select.PIPE_BUF
+
+
+def _schedule_as_usual(process: int) -> None:
+    try:
+        os.sched_setscheduler(process, os.SCHED_OTHER, os.sched_param(0))
+    except (AttributeError, OSError):
+        pass  # it has ended already, or the operating system has no such thing

@@ -1,0 +1,156 @@
+"""The process that writes a run to a file: whatever becomes of the loop, what it handed over is kept."""
+
+import json
+import os
+import struct
+import sys
+import time
+from pathlib import Path
+from typing import IO, cast
+
+from ..pipe.frames import END, EVENT, HEAD, SAMPLE, Cycle, Event, read_cycle, read_event
+from ..pipe.pipe_source import PipeSource
+from ..pipe.run_head import RunHead
+from .course import Course
+from .disk_file import DiskFile
+from .recorder import part_of
+from .run_file import RunFile
+
+FLUSH = 0.1
+"""Time between handing what came to the file [s]: what a crash of this process and the loop's can cost."""
+
+NICE = -10
+"""Of this process; it works for five milliseconds out of a hundred."""
+
+ABANDONED = "the program that moved the arm ended without saying why; all that it had handed over is here"
+
+
+class Recorder:
+    """Writes the frames of one run.
+
+    Args:
+        source: Where they come from.
+        file: Where they go.
+    """
+
+    def __init__(self, source: PipeSource, file: DiskFile) -> None:
+        self._source, self._file = source, file
+        self._run: RunFile | None = None
+        self._cycles: list[Cycle] = []
+        self._events: list[Event] = []
+        self._doubts: list[str] = []
+        self._full = ""
+        self.course = Course()
+
+    def record(self) -> bool:
+        """Write until the run is over; whether there was one.
+
+        Raises:
+            OSError: The file cannot be written any more.
+        """
+        while True:
+            began = time.monotonic()
+            self._take(1.0)
+            self._write()
+            if self._source.ended or self.course.end is not None:
+                break
+            # All that comes in between is read at once, which costs less than waking for each frame.
+            time.sleep(max(began + FLUSH - time.monotonic(), 0.0))
+        if self._run is None:
+            return False
+        if self.course.end is None and not self._source.broken:
+            self._events.append(self.course.event("recorder", ABANDONED))
+        self._write()
+        self._run.finish(self.course.outcome())
+        return True
+
+    def _take(self, patience: float) -> None:
+        """Take in the frames that are there, but for those that make no sense."""
+        for kind, body in self._source.read(patience):
+            try:
+                self._add(kind, body)
+            except (ArithmeticError, LookupError, TypeError, ValueError, struct.error) as error:
+                self._refuse(str(error))
+        if self._source.broken:
+            self._refuse(self._source.broken)
+
+    def _refuse(self, why: str) -> None:
+        self.course.unreadable += 1
+        if self.course.unreadable == 1:
+            self._doubt(f"a frame could not be read: {why}")
+
+    def _doubt(self, text: str) -> None:
+        """Tell the loop, and with what is written next the recording."""
+        self._source.fail(text)
+        self._doubts.append(text)
+
+    def _add(self, kind: bytes, body: bytes) -> None:
+        if self._run is None:
+            if kind != HEAD:
+                raise ValueError("nothing has explained the run")
+            head = RunHead.read(body)
+            self._run = RunFile(cast(IO[bytes], self._file), head)
+            self.course.host_time, self.course.controller_time = head.epoch, head.zero
+        elif kind == SAMPLE:
+            self._cycles.append(self._run.possible(read_cycle(body)))
+            self.course.count(self._cycles[-1])
+        elif kind == EVENT:
+            self._events.append(read_event(body))
+        elif kind == END:
+            self.course.end = dict(json.loads(body))
+        else:
+            raise ValueError("the run is explained already")
+
+    def _write(self) -> None:
+        if self._run is not None:
+            doubts = [self.course.event("warning", text) for text in self._doubts]
+            self._run.write(self._cycles, [*self._events, *doubts])
+            self._cycles, self._events, self._doubts = [], [], []
+        if self._file.full and not self._full:
+            self._full = self._file.full
+            self._doubt(f"the disk says: {self._full}")
+
+
+def main(arguments: list[str]) -> None:
+    """Write what comes to a file, and call it by its name when it is whole."""
+    source = PipeSource(arguments)
+    _hurry()
+    path = Path(source.arguments[0])
+    part = part_of(path)
+    try:
+        with DiskFile(part) as file:
+            source.ready(str(part))
+            recorder = Recorder(source, file)
+            whole = recorder.record()
+        _name(part, path, whole)
+        source.done(f"{recorder.course.cycles} cycles in {path}" if whole else "nothing was recorded")
+    except OSError as error:
+        source.fail(f"{error.filename or part}: {error.strerror or error}")
+        source.done(f"what was written is in {part}")
+
+
+def _hurry() -> None:
+    """Before other people's work, where that is allowed: what waits in the pipe is lost with this process."""
+    try:
+        os.setpriority(os.PRIO_PROCESS, 0, NICE)
+    except OSError:
+        pass
+
+
+def _name(part: Path, path: Path, whole: bool) -> None:
+    if not whole:
+        part.unlink()
+        return
+    try:
+        os.link(part, path)  # which, unlike a renaming, refuses where somebody was faster
+        part.unlink()
+    except FileExistsError:
+        raise
+    except OSError:  # a file system that has no links
+        if path.exists():
+            raise
+        part.rename(path)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

@@ -1,0 +1,145 @@
+"""RunFile: the frames of a run as the topics of an MCAP file."""
+
+from collections.abc import Mapping, Sequence
+from typing import IO
+
+import numpy as np
+
+from exidyn.identify.recordings import run_log
+from exidyn.identify.recordings.mcap.mcap_run_log import EVENTS, event_message, timing_messages, timing_topic
+from exidyn.identify.recordings.mcap.mcap_streams import (
+    Stream,
+    of_any_length,
+    pose_messages,
+    ticks,
+    write_merged,
+)
+from exidyn.identify.recordings.mcap.mcap_topics import (
+    ARRAY,
+    ARRAY_TOPICS,
+    COMMAND_FIELDS,
+    JOINT_STATE,
+    STATE_FIELDS,
+    TRANSFORMS,
+    Topic,
+)
+from exidyn.identify.recordings.mcap.mcap_writer import Head, RecordingWriter
+from exidyn.identify.recordings.recording import Signal
+
+from ..pipe.frames import ARRAYS, STAGES, Cycle, Event
+from ..pipe.run_head import RunHead
+
+IN_FRAMES = {"command": "command_position"}
+"""Signals that frames call otherwise than recordings do."""
+
+
+class RunFile:
+    """Writes a run as it happens.
+
+    Args:
+        stream: A file opened for writing.
+        head: What explains the run; it is in the file when this returns.
+    """
+
+    def __init__(self, stream: IO[bytes], head: RunHead) -> None:
+        self._head = head
+        self._robot = head.model.robot
+        self._signals = _topics(head.signals)
+        self._timing = timing_topic(STAGES)
+        self._shown = -np.inf
+        self._writer = RecordingWriter(stream, _explained(head))
+        for topic in (*self._signals, TRANSFORMS, self._timing, EVENTS):
+            self._writer.add_topic(topic)
+        self._writer.flush()
+
+    def possible(self, cycle: Cycle) -> Cycle:
+        """The cycle, if it can be one of this arm and run.
+
+        Raises:
+            ValueError: It cannot.
+        """
+        joints = cycle.arrays.shape[1]
+        if joints != self._robot.dof:
+            raise ValueError(f"a sample of {joints} joints of an arm that has {self._robot.dof}")
+        if min(cycle.host_time, cycle.controller_time - self._head.zero + self._head.epoch) < 0:
+            raise ValueError(f"a sample before 1970: {cycle.host_time} ns, {cycle.controller_time} ns")
+        return cycle
+
+    def write(self, cycles: Sequence[Cycle], events: Sequence[Event]) -> None:
+        """Write what has happened since the last time, and hand it to the file."""
+        streams = [self._happened(events)] if events else []
+        if cycles:
+            streams += self._went(cycles)
+        if streams:
+            write_merged(streams, self._writer)
+        self._writer.flush()
+
+    def finish(self, outcome: Mapping[str, str]) -> None:
+        """Say how the run ended, and write the index that viewers look for."""
+        self._writer.add_outcome(outcome)
+        self._writer.finish()
+
+    def _happened(self, events: Sequence[Event]) -> Stream:
+        since = np.array([event.controller_time - self._head.zero for event in events], np.int64)
+        messages = [
+            event_message(run_log.Event(1e-9 * time, event.kind, event.text, event.details))
+            for time, event in zip(since.tolist(), events, strict=True)
+        ]
+        logged = np.array([event.host_time for event in events], np.int64)
+        return Stream(EVENTS, since + self._head.epoch, logged, of_any_length(messages))
+
+    def _went(self, cycles: Sequence[Cycle]) -> list[Stream]:
+        since = np.array([cycle.controller_time - self._head.zero for cycle in cycles], np.int64)
+        logged = np.array([cycle.host_time for cycle in cycles], np.int64)
+        time, arrays = 1e-9 * since, np.stack([cycle.arrays for cycle in cycles])  # (t,), (t, 7, n)
+        streams = []
+        for topic in self._signals:
+            values = {signal: arrays[:, _row(signal)] for signal in topic.fields}
+            rows = np.any([np.isfinite(each).any(axis=1) for each in values.values()], axis=0)
+            signals = {signal: Signal(time[rows], each[rows]) for signal, each in values.items()}
+            streams.append((topic, rows, topic.messages(self._robot.joints, signals)))
+        streams.append(self._poses(time, arrays[:, _row("position")]))
+        timing = run_log.Timing(
+            time,
+            np.array([cycle.lateness for cycle in cycles]),
+            np.array([cycle.skipped for cycle in cycles]),
+            np.array([cycle.stage for cycle in cycles]),
+        )
+        streams.append((self._timing, np.ones(len(time), bool), timing_messages(timing)))
+        published = since + self._head.epoch
+        return [Stream(topic, published[rows], logged[rows], messages) for topic, rows, messages in streams]
+
+    def _poses(self, time: np.ndarray, position: np.ndarray) -> tuple[Topic, np.ndarray, np.ndarray]:
+        """Which cycles are shown by viewers, and how."""
+        tick = ticks(time)
+        rows = (np.diff(tick, prepend=self._shown) != 0.0) & np.isfinite(position).all(axis=1)
+        self._shown = tick[-1]
+        return TRANSFORMS, rows, pose_messages(self._robot.kinematics, time[rows], position[rows])
+
+
+def _explained(head: RunHead) -> Head:
+    return Head(
+        name=head.name,
+        model=head.model,
+        payload=head.payload,
+        trajectory=head.trajectory,
+        settings={**head.settings, "controller_zero_ns": str(head.zero)},
+        warnings=head.warnings,
+        epoch=head.epoch,
+        host_clock=True,
+    )
+
+
+def _topics(measured: Sequence[str]) -> list[Topic]:
+    """Topics of what is measured and commanded."""
+    states = {name: field for name, field in STATE_FIELDS.items() if name in ("position", *measured)}
+    arrays = [name for name in ARRAY_TOPICS if name in measured and name not in STATE_FIELDS]
+    return [
+        Topic("/joint_states", JOINT_STATE, states),
+        Topic("/joint_command", JOINT_STATE, COMMAND_FIELDS),
+        *(Topic(ARRAY_TOPICS[name], ARRAY, {name: "data"}) for name in arrays),
+    ]
+
+
+def _row(signal: str) -> int:
+    return ARRAYS.index(IN_FRAMES.get(signal, signal))

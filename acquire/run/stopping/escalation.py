@@ -1,0 +1,165 @@
+"""Escalation: what is asked of the driver where a stop does not do what it should.
+
+    LISTENING    MOVING --- what is watched ---> BRAKING ---> HOLDING
+        |           |                               |            |
+        |           +--- fault, silence, link lost  |            |
+        |                         |                 |            |
+        +-----------------------> QUICK <-----------+------------+
+                                    |
+                                    +---> OFF
+
+No driver and no clock in here: `signs.py` sees, `loop.py` asks the driver. A level is never taken back. What
+`watch.py` finds at the level of a quick stop begins one in every state before QUICK, without waiting.
+"""
+
+from collections.abc import Mapping
+from enum import Enum
+from typing import NamedTuple
+
+import numpy as np
+
+from exidyn.drivers import StopLevel
+
+from ..pipe.frames import STAGES
+from .stop import Stop
+
+
+class State(Enum):
+    """How far a stop has got; the value says it in a sentence."""
+
+    LISTENING = "while nothing is commanded"
+    MOVING = "while commands move the arm"
+    BRAKING = "while commands brake the arm"
+    HOLDING = "while commands hold the arm"
+    QUICK = "after a quick stop"
+    OFF = "after the torque was taken away"
+
+
+class Sign(Enum):
+    """What tells that a stop does not work, on any joint; the value is the kind of stop that follows."""
+
+    ADRIFT = "motion without command"
+    FASTER = "speed against a brake"
+    BEHIND = "tracking error in a brake"
+    AWAY = "tracking error at rest"
+    OUTWARD = "motion beyond a limit"
+    GOES_ON = "motion after a quick stop"
+
+
+UNITS = {Sign.FASTER: "rad/s"}
+"""Of value and limit of a sign; all others are in rad."""
+
+SURE = 0.1
+"""Twice the time over which a speed is a mean [s]: no jump of an encoder is taken for motion."""
+SETTLING = 0.2
+"""A position loop as slow as 2 Hz has lost nine tenths of its error by then [s]."""
+
+
+class Rule(NamedTuple):
+    """What follows from a sign.
+
+    Attributes:
+        seconds: How long it must have been seen without a break [s].
+        level: What is asked of the driver then.
+    """
+
+    seconds: float
+    level: StopLevel
+
+
+RULES = {
+    # Nothing is commanded that could brake, so that only the controller can.
+    (State.LISTENING, Sign.ADRIFT): Rule(SURE, StopLevel.QUICK),
+    # Commands slow down, and the arm does not.
+    (State.BRAKING, Sign.FASTER): Rule(SURE, StopLevel.QUICK),
+    (State.BRAKING, Sign.BEHIND): Rule(SURE, StopLevel.QUICK),
+    (State.BRAKING, Sign.OUTWARD): Rule(SURE, StopLevel.QUICK),
+    # Commands rest, and the arm does not, or not there.
+    (State.HOLDING, Sign.FASTER): Rule(SURE, StopLevel.QUICK),
+    (State.HOLDING, Sign.AWAY): Rule(SETTLING, StopLevel.QUICK),
+    (State.HOLDING, Sign.OUTWARD): Rule(SURE, StopLevel.QUICK),
+    # Well after the controller should have stopped the arm. Nothing less takes the torque away: arms drop.
+    (State.QUICK, Sign.GOES_ON): Rule(SURE, StopLevel.OFF),
+}
+"""The whole table; what is not in it does nothing."""
+
+
+class Sight(NamedTuple):
+    """A sign as it is seen.
+
+    Attributes:
+        joint: Name of the joint that has shown it for longest.
+        value: In rad, or rad/s.
+        limit: What it is beyond.
+        seconds: For how long without a break [s].
+    """
+
+    joint: str
+    value: float
+    limit: float
+    seconds: float
+
+
+def state_of(level: int, stage: int) -> State:
+    """The state of a stop.
+
+    Args:
+        level: Hardest `StopLevel` asked for, 0 for none.
+        stage: Of the commands, index in `STAGES`.
+    """
+    if level > StopLevel.BRAKE:
+        return State.OFF if level == StopLevel.OFF else State.QUICK
+    moving = {"approaching": State.MOVING, "running": State.MOVING}
+    return moving.get(STAGES[stage]) or State[STAGES[stage].upper()]
+
+
+def watched(state: State) -> tuple[Sign, ...]:
+    """The signs that are looked for in a state."""
+    return tuple(sign for at, sign in RULES if at is state)
+
+
+def escalate(state: State, sights: Mapping[Sign, Sight]) -> Stop | None:
+    """What to ask of the driver now, by what has been seen for long enough; None for nothing new."""
+    for sign in watched(state):
+        rule, seen = RULES[state, sign], sights.get(sign)
+        if seen is not None and seen.seconds >= rule.seconds:
+            unit = UNITS.get(sign, "rad")
+            text = (
+                f"{seen.joint}: {sign.value} of {seen.value:.4g} {unit}, limit {seen.limit:.4g}, for "
+                f"{seen.seconds:.2f} s {state.value}"
+            )
+            return Stop(rule.level, sign.value, text, seen.joint, seen.value, seen.limit, unit)
+    return None
+
+
+def after_failure(level: StopLevel, why: Exception) -> Stop | None:
+    """What to ask of a driver at once that could not do what was asked; None where nothing is left."""
+    if level == StopLevel.OFF:
+        return None
+    return Stop(StopLevel(level + 1), "stop failed", f"the driver failed at {level.name}: {why}")
+
+
+REACTION = 0.15
+"""Within this time a quick stop shows in the measured speed [s]: the drives' delay (0.05 s), the mean of the
+speed (0.05 s), and as much again for the ramp's own jerk."""
+RAMP = 0.5
+"""Share of the robot's deceleration that a controller's own quick stop has at least [-]: what a controller is
+set to is not known here."""
+LONGEST = 1.0
+"""No quick stop of an arm that began within its speed limits takes longer [s]."""
+
+
+def allowed_speed(before: np.ndarray, deceleration: np.ndarray, since: float) -> np.ndarray:
+    """Speed that a quick stop may have left, shape (n,) [rad/s].
+
+    Args:
+        before: Speed when it was asked for, shape (n,) [rad/s].
+        deceleration: Limits, shape (n,) [rad/s^2].
+        since: Time since then [s].
+    """
+    return np.maximum(before - RAMP * deceleration * max(since - REACTION, 0.0), 0.0)
+
+
+def overdue(before: np.ndarray, deceleration: np.ndarray, since: float) -> np.ndarray:
+    """Whether a quick stop should have ended, shape (n,); arguments as of `allowed_speed`."""
+    return since > REACTION + np.minimum(before / (RAMP * deceleration), LONGEST)

@@ -1,0 +1,173 @@
+"""What is inside a recording: in lines for a person, and as a plain table for JSON."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from exidyn.identify.effects import EFFECTS
+from exidyn.identify.recordings.recording import SIGNALS, Recording, Signal
+from exidyn.identify.recordings.run_log import Event, Timing
+from exidyn.identify.text_table import digits, paragraph, table
+
+from .json_output import plain
+
+SHOWN = 40
+"""Events that are printed; of more than that, the first and last half."""
+
+
+def describe(recording: Recording) -> str:
+    """Robot, signals, ranges, payload, settings and doubts of a recording, in lines."""
+    robot = recording.robot
+    facts = {
+        "robot": f"{robot.name}: {', '.join(robot.joints)}",
+        "model": ", ".join(_effects(recording)),
+        "duration": f"{recording.duration:.3f} s",
+        "payload": payload_words(recording),
+        "trajectory": "inside" if recording.trajectory else "none",
+        **dict(recording.settings),
+    }
+    lines = [recording.name]
+    width = max(map(len, facts)) + 2
+    for name, text in facts.items():
+        lines += paragraph(str(text), " " * (width + 2), f"  {name + ':':<{width}}")
+    for each in (_signals(recording), _ranges(recording), _course(recording)):
+        lines += ["", *(f"  {line}" for line in each)] if each else []
+    return "\n".join(lines + warning_lines(recording))
+
+
+def payload_words(recording: Recording) -> str:
+    """What hung on the flange."""
+    if recording.payload is None:
+        return "none"
+    known = ", ".join(f"{name} {digits(value)}" for name, value in recording.payload.known)
+    return f"{recording.payload.name}: {known or 'nothing known'}"
+
+
+def warning_lines(recording: Recording) -> list[str]:
+    """The recording's doubts, a sentence each."""
+    return [line for doubt in recording.warnings for line in paragraph(doubt, " " * 11, "  warning: ")]
+
+
+def _signals(recording: Recording) -> list[str]:
+    """Table of the signals."""
+    rows = [
+        [name, SIGNALS[name], str(len(signal)), digits(signal.rate) if signal.rate else "-"]
+        for name, signal in recording.signals.items()
+    ]
+    return table(["signal", "unit", "samples", "Hz"], rows, left=(0, 1))
+
+
+def _ranges(recording: Recording) -> list[str]:
+    """Table of the range that each joint covers in each signal."""
+    columns = [[_range(column) for column in s.values.T] for s in recording.signals.values()]
+    rows = [list(row) for row in zip(recording.robot.joints, *columns, strict=True)]
+    return table(["joint", *recording.signals], rows)
+
+
+def _range(column: np.ndarray) -> str:
+    known = column[np.isfinite(column)]
+    if not len(known):
+        return "-"
+    return f"{known.min():.3g} .. {known.max():.3g}"
+
+
+def _course(recording: Recording) -> list[str]:
+    """Cycles, events and outcome of a recorded run, in lines; none for one that was imported."""
+    lines = _cycles(recording.timing) if recording.timing is not None else []
+    if recording.events:
+        lines += ["events", *_events(recording.events)]
+    return lines + _outcome(recording.outcome)
+
+
+def _cycles(timing: Timing) -> list[str]:
+    if not len(timing):
+        return ["not one cycle"]
+    late = np.percentile(1e3 * timing.lateness, [50, 99, 100])
+    spent = [
+        f"{name} {np.count_nonzero(timing.stage == place)}"
+        for place, name in enumerate(timing.stages)
+        if np.any(timing.stage == place)
+    ]
+    return [
+        f"{len(timing)} cycles ({', '.join(spent)}), {timing.skipped.sum()} skipped",
+        "lateness median {:.3f}, 99 % {:.3f}, largest {:.3f} ms".format(*late),
+    ]
+
+
+def _events(events: tuple[Event, ...]) -> list[str]:
+    lines = []
+    for place, event in enumerate(events):
+        if SHOWN // 2 <= place < len(events) - SHOWN // 2:
+            continue
+        if place == len(events) - SHOWN // 2 and len(events) > SHOWN:
+            lines.append(f"  ... and {len(events) - SHOWN} more ...")
+        first = f"  {event.time:10.3f} s  {event.kind:<8}  "
+        lines += paragraph(event.text, " " * len(first), first)
+    return lines
+
+
+def _outcome(outcome: Mapping[str, str]) -> list[str]:
+    if "stop" not in outcome:
+        return []
+    text = outcome.get("text") or " ".join(filter(None, (outcome["stop"], outcome.get("joint"))))
+    how = {
+        "none": text,
+        "unknown": "nobody said how; the program that moved the arm, or the recorder, ended before it could",
+    }.get(outcome["stop"], f"STOPPED ({outcome.get('level', 'brake').lower()}): {text}")
+    first = "ended:  "
+    return paragraph(how, " " * len(first), first)
+
+
+def recording_table(recording: Recording) -> dict[str, Any]:
+    """Robot, signals, payload, settings, course and doubts; what is no number is None."""
+    payload = recording.payload
+    return plain(
+        {
+            "name": recording.name,
+            "robot": recording.robot.name,
+            "joints": list(recording.robot.joints),
+            "effects": _effects(recording),
+            "duration": recording.duration,
+            "payload": payload and {"name": payload.name, "known": dict(payload.known)},
+            "trajectory": bool(recording.trajectory),
+            "settings": dict(recording.settings),
+            "signals": {name: _signal_table(name, signal) for name, signal in recording.signals.items()},
+            "cycles": None if recording.timing is None else _cycle_table(recording.timing),
+            "events": [
+                {"time": event.time, "kind": event.kind, "text": event.text} for event in recording.events
+            ],
+            "outcome": dict(recording.outcome),
+            "warnings": list(recording.warnings),
+        }
+    )
+
+
+def _signal_table(name: str, signal: Signal) -> dict[str, Any]:
+    """Unit, samples, rate, and the range of each joint."""
+    known = [column[np.isfinite(column)] for column in signal.values.T]
+    return {
+        "unit": SIGNALS[name],
+        "samples": len(signal),
+        "rate_hz": float(signal.rate),
+        "lower": [np.min(column, initial=np.inf) for column in known],
+        "upper": [np.max(column, initial=-np.inf) for column in known],
+    }
+
+
+def _cycle_table(timing: Timing) -> dict[str, Any]:
+    """How the clock of the run was kept; times in [s]."""
+    late = np.percentile(timing.lateness, [50, 99, 100]) if len(timing) else np.full(3, np.nan)
+    return {
+        "cycles": len(timing),
+        "skipped": int(timing.skipped.sum()),
+        "lateness_p50": late[0],
+        "lateness_p99": late[1],
+        "lateness_max": late[2],
+    }
+
+
+def _effects(recording: Recording) -> list[str]:
+    """Names of the model's effects, each once."""
+    names = {kind: name for name, kind in EFFECTS.items()}
+    return list(dict.fromkeys(names[type(effect)] for effect in recording.model.effects))
