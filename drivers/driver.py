@@ -142,7 +142,7 @@ class Info:
             [rad], as the controller allows it; None for no such window.
         window_upper: Most positive, likewise.
         settings: What explains the measurement later: scales, units, identities, versions.
-        warnings: Doubts, a sentence each.
+        warnings: Warnings, a sentence each.
         listens: Whether it takes no commands: something else moves the arm.
     """
 

@@ -50,11 +50,11 @@ def _compared(simulated: Recording, recorded: Recording, offset: float | None) -
     found = compare(simulated, recorded, alignment.offset)
     if not again:
         return found
-    doubt = (
+    warning = (
         f"both agree as well {again:.2f} s further, since the motion repeats itself; "
         "state how far apart the clocks are with --offset"
     )
-    return replace(found, warnings=(*found.warnings, doubt))
+    return replace(found, warnings=(*found.warnings, warning))
 
 
 def _one(path: Path, model: Model | None) -> Recording:

@@ -35,7 +35,7 @@ class Example(NamedTuple):
         folder: Where its files go by default.
         length: Of each motion by default [s].
         search: How long the first motion is searched by default [s]; a minute finds a better one.
-        arm: Makes the arm, true and believed.
+        arm: Makes the arm, true and nominal.
         steps: Its commands for a folder, a length of each motion [s] and a time to search it [s].
         outcome: What came of it, by the files of its folder.
     """

@@ -23,9 +23,9 @@ from ..arguments.outputs import add_json, add_output, require_json
 from ..arguments.run_options import add_driving, add_stops, body_of, facts_of, require_mock, stops_of
 from ..files.recorded_run import free_path, run_head, run_recorded, say_where
 from ..jog import jog_text
-from ..jog.believed import FlangeWay, flange_way
 from ..jog.judgements import Judgement, Verdict, judge
 from ..jog.kept import Kept
+from ..jog.nominal_arm import FlangeWay, flange_way
 from ..jog.there_and_back import (
     MOST_SLIDE,
     MOST_TURN,
@@ -63,7 +63,7 @@ class Jog:
     """One jog, as it is asked for, and what was found when the arm was.
 
     Attributes:
-        model: As believed, with what it carries.
+        model: Nominal, with what it carries.
         way: To be gone.
         given: The command line.
         driver: Not open yet.
@@ -135,8 +135,8 @@ def main(arguments: Sequence[str]) -> int:
     """Check, ask, move, record, judge."""
     given = parser().parse_args(arguments)
     payload = body_of(given)
-    believed = read_model(given.robot)
-    model = with_body(believed, payload)
+    nominal = read_model(given.robot)
+    model = with_body(nominal, payload)
     way = _way(given, model.robot)
     stops_of(given, model.robot.dof)  # so that what is wrong with it is said before anything is asked
     name, settings = read_controller(given.controller, given.driver, given.set)
@@ -151,7 +151,7 @@ def main(arguments: Sequence[str]) -> int:
     kept = Kept()
     joint, unit = model.robot.joints[way.joint], "rad" if model.robot.revolute[way.joint] else "m"
     said = f"{joint} by {way.distance:g} {unit} and back"
-    head = partial(run_head, name=path.stem, model=believed, driver=name, payload=payload, jog=said)
+    head = partial(run_head, name=path.stem, model=nominal, driver=name, payload=payload, jog=said)
     progress = partial(start_progress, duration(way))
     outcome, recorder = run_recorded(driver, jog.job, path, head, progress, [kept])
     judgements = judge(kept.course(), way, model, payload.name if payload else "")

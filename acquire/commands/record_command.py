@@ -59,7 +59,7 @@ def main(arguments: Sequence[str]) -> int:
     job = _job(given, ready)
     facts = facts_of(given, name, path, speed=f"{100 * given.speed:g} % of the planned")
     print(run_summary.before(ready, facts), file=sys.stderr)
-    warn(ready.doubts)
+    warn(ready.warnings)
     if not driver.simulated and not given.no_rehearsal:
         print("rehearsing on a simulated arm", file=sys.stderr)
         cycle = getattr(driver.settings, "cycle", ready.plan.tick)

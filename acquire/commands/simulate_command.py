@@ -43,12 +43,12 @@ def main(arguments: Sequence[str]) -> int:
     require_json(given.json)
     require_file(given.output, "--output", [given.arm, given.plan])
     arm, plan = read_arm(given.arm), read_plan(given.plan)
-    believed, carried = _carrying(given, arm)
+    nominal, carried = _carrying(given, arm)
     for difference in robot_differences(plan, arm.robot) if plan.joints == arm.robot.joints else ():
         print(f"exidyn: warning: {difference}", file=sys.stderr)
     began = time.perf_counter()
     recording = simulated(
-        arm, plan, believed, carried, _transmission(given, arm), speed=given.speed, tick=given.tick,
+        arm, plan, nominal, carried, _transmission(given, arm), speed=given.speed, tick=given.tick,
         seed=given.seed, exact=given.exact, name=given.name or given.output.stem,
     )  # fmt: skip
     taken = time.perf_counter() - began
@@ -71,7 +71,7 @@ def _carrying(given: argparse.Namespace, arm: Model) -> tuple[Model, KnownPayloa
         body = Payload(BODY, known_parameters(**numbers))
         others = tuple(effect for effect in arm.effects if effect is not names.get(BODY))
         stated = {
-            name: belief for name, belief in arm.stated.items() if name in replace(arm, effects=others).names
+            name: prior for name, prior in arm.stated.items() if name in replace(arm, effects=others).names
         }
         return replace(arm, effects=(*others, body), stated=stated), KnownPayload(BODY, body.known)
     if not given.payload:

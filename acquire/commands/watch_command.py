@@ -69,8 +69,8 @@ def main(arguments: Sequence[str]) -> int:
         stack.callback(driver.close)
         info = driver.open_to_read()
         asked.look()  # from here on Ctrl-C is a request, and does not interrupt
-        for doubt in info.warnings:
-            print(f"exidyn: warning: {doubt}", file=sys.stderr)
+        for warning in info.warnings:
+            print(f"exidyn: warning: {warning}", file=sys.stderr)
         print("\n".join(paragraph(f"read only; sent to it: {driver.sent_to_read}")), file=sys.stderr)
         file = None
         if given.json is not None and given.json != SCREEN:

@@ -20,25 +20,25 @@ INERTIA = (8.0, 0.1, 0.2, 9.0, 0.3, 7.0)
 BODY = known_parameters(MASS, CENTRE, INERTIA)
 """What the payload really is, by parameter; what is told of it is another matter."""
 
-BELIEVED, TRUTH, LOADED = "robot.toml", "truth.toml", "truth-loaded.toml"
-"""Files of the arm as it is believed to be, as it is, and as it is with its payload."""
+NOMINAL, TRUTH, LOADED = "robot.toml", "truth.toml", "truth-loaded.toml"
+"""Files of the arm nominal, as it is, and as it is with its payload."""
 
 
 @dataclass(frozen=True)
 class ExampleArm:
-    """An arm as it is, and as it is believed to be.
+    """An arm as it is, and nominal.
 
     Attributes:
-        truth: The arm as it is, its beliefs being true.
-        believed: The same with something wrong or missing.
+        truth: The arm as it is, its priors being true.
+        nominal: The same with something wrong or missing.
     """
 
     truth: Model
-    believed: Model
+    nominal: Model
 
     def files(self) -> Mapping[str, str]:
         """Robot files, name -> text."""
-        models = {BELIEVED: self.believed, TRUTH: self.truth, LOADED: self.truth + Payload("L", BODY)}
+        models = {NOMINAL: self.nominal, TRUTH: self.truth, LOADED: self.truth + Payload("L", BODY)}
         return {name: model_text(model) for name, model in models.items()}
 
     def write(self, folder: Path) -> None:

@@ -1,4 +1,4 @@
-"""Example: a spring balancer that is concealed from the belief, from the first motion to other simulators."""
+"""Example: a spring balancer that is missing in the nominal model, from the first motion to other simulators."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -6,7 +6,7 @@ from pathlib import Path
 from exidyn.identify.effects import SpringBalancer
 from exidyn.identify.robot_files.robot_file import read_model
 
-from .example_arm import BELIEVED, CENTRE, INERTIA, MASS, ExampleArm
+from .example_arm import CENTRE, INERTIA, MASS, NOMINAL, ExampleArm
 from .example_result import IMPROVED, Result
 from .example_steps import LEAST, Step, excited, recorded, step
 from .example_words import words
@@ -17,7 +17,7 @@ def arm() -> ExampleArm:
     truth = read_model("kr270")
     others = tuple(effect for effect in truth.effects if not isinstance(effect, SpringBalancer))
     names = replace(truth, effects=others, stated={}).names
-    stated = {name: belief for name, belief in truth.stated.items() if name in names}
+    stated = {name: prior for name, prior in truth.stated.items() if name in names}
     return ExampleArm(truth, replace(truth, effects=others, stated=stated))
 
 
@@ -38,7 +38,7 @@ def steps(folder: Path, length: float, search: float) -> list[Step]:
         recorded(folder, "loaded", "loaded", 2, *body, "--inertia", *INERTIA),
         recorded(folder, "other", "other", 3),
         step("identify", *runs, "--output", folder / "exidyn-fit"),
-        step("diagnose", folder / BELIEVED, *runs, "--output", folder / "exidyn-diagnosis"),
+        step("diagnose", folder / NOMINAL, *runs, "--output", folder / "exidyn-diagnosis"),
         _export(folder / "exidyn-diagnosis" / "fit.json", "toml", folder / IMPROVED),
         *_simulated(folder, folder / "exidyn-fit" / "fit.json", "before"),
         *_simulated(folder, folder / IMPROVED, "after"),

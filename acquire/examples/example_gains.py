@@ -1,4 +1,4 @@
-"""Example: drive gains that are believed wrong, identified with a known payload beside the truth."""
+"""Example: nominal drive gains that are wrong, identified with a known payload beside the truth."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -15,11 +15,11 @@ from .example_arm import MASS, TRUTH, ExampleArm
 from .example_steps import LEAST, Step, excited, recorded, step
 
 GAIN_ERROR = 0.1
-"""By how much the drive gains are believed too large; the paper found data sheets 8 to 19 % off."""
+"""By how much the nominal drive gains are too large; the paper found data sheets 8 to 19 % off."""
 
 
 def arm() -> ExampleArm:
-    """The KR270, and one whose drive gains are believed too large by `GAIN_ERROR`."""
+    """The KR270, and one whose nominal drive gains are too large by `GAIN_ERROR`."""
     truth = read_model("kr270")
     gain = (1 + GAIN_ERROR) * truth.robot.drive_gain
     wrong = replace(truth.robot, drive_gain=gain, drive_gain_tolerance=GAIN_ERROR)
@@ -42,7 +42,7 @@ def steps(folder: Path, length: float, search: float) -> list[Step]:
 
 def outcome(folder: Path) -> str:
     """What was identified beside what is true."""
-    said = f"Identified beside true; drive gains were believed {100 * GAIN_ERROR:.0f} % too large."
+    said = f"Identified beside true; nominal drive gains are {100 * GAIN_ERROR:.0f} % too large."
     return f"{said}\n\n{comparison(read_fit(folder / 'fit.json'), read_model(str(folder / TRUTH)))}"
 
 
@@ -64,14 +64,14 @@ def comparison(fit: Fit, truth: Model) -> str:
     for name, meaning in (("Kr", "spring stiffness K_r"), ("K0", "spring preload K_0")):
         if name in fit.names:
             row = fit.names.index(name)
-            believed = fit.prior[0][row]
+            nominal = fit.prior[0][row]
             rows.append(
-                (meaning, fit.base.units[row], true[name], believed, estimate.values[row], estimate.std[row])
+                (meaning, fit.base.units[row], true[name], nominal, estimate.values[row], estimate.std[row])
             )
-    real, believed, found, std = np.array([row[2:] for row in rows]).T
-    texts = [at_point([digits(v) for v in column]) for column in (real, believed, found)]
+    real, nominal, found, std = np.array([row[2:] for row in rows]).T
+    texts = [at_point([digits(v) for v in column]) for column in (real, nominal, found)]
     for column in (100 * (found / real - 1), 100 * std / np.abs(found), (found - real) / std):
         texts.append([f"{v:.3f}" for v in column])
-    head = ["", "unit", "true", "believed", "identified", "error %", "std %", "error/std"]
+    head = ["", "unit", "true", "nominal", "identified", "error %", "std %", "error/std"]
     labels = ([row[0] for row in rows], [row[1] for row in rows])
     return "\n".join(table(head, [list(row) for row in zip(*labels, *texts, strict=True)], left=(0, 1)))

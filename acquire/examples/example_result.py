@@ -66,7 +66,7 @@ class Result:
         robot: The arm.
         concealed: The true spring.
         findings: Those of diagnosis.json.
-        left: Root mean square over noise of each joint, name -> shape (n,): torque "believed", "identified"
+        left: Root mean square over noise of each joint, name -> shape (n,): torque "nominal", "identified"
             without the spring and "found"; current "simulated before" and "simulated after".
     """
 
@@ -83,7 +83,7 @@ class Result:
         diagnosis = _table(folder / "exidyn-diagnosis" / "diagnosis.json")
         fit = _table(folder / "exidyn-fit" / "fit.json")
         left = {
-            "believed": _over(diagnosis["torque_rms_before"], diagnosis["noise"]),
+            "nominal": _over(diagnosis["torque_rms_before"], diagnosis["noise"]),
             "identified": np.array(fit["validation"][0]["over_noise"]),
             "found": _over(diagnosis["torque_rms_after"], diagnosis["noise"]),
         }

@@ -4,7 +4,7 @@ import shlex
 from pathlib import Path
 from typing import NamedTuple
 
-from .example_arm import BELIEVED, LOADED, TRUTH
+from .example_arm import LOADED, NOMINAL, TRUTH
 
 LEAST = 5.0
 """Time in which motions are searched that need not be the best [s]."""
@@ -31,7 +31,7 @@ def step(command: str, *arguments: str | Path | float) -> Step:
 
 
 def excited(folder: Path, name: str, length: float, search: float, *more: str | float) -> Step:
-    """Plan a motion for the arm as it is believed to be.
+    """Plan a motion for the nominal arm.
 
     Args:
         folder: Of all files.
@@ -41,7 +41,7 @@ def excited(folder: Path, name: str, length: float, search: float, *more: str | 
         more: Further arguments.
     """
     asked = "--length", length, *more, "--search", search
-    return step("excite", folder / BELIEVED, *asked, "--output", folder / f"{name}.toml")
+    return step("excite", folder / NOMINAL, *asked, "--output", folder / f"{name}.toml")
 
 
 def recorded(folder: Path, name: str, motion: str, seed: int, *payload: str | float) -> Step:
@@ -56,7 +56,7 @@ def recorded(folder: Path, name: str, motion: str, seed: int, *payload: str | fl
     """
     plant = folder / (LOADED if payload else TRUTH)
     mock = "--driver", "mock", "--plant", plant, "--seed", str(seed)
-    robot = "--robot", folder / BELIEVED
+    robot = "--robot", folder / NOMINAL
     return step(
         "record", folder / f"{motion}.toml", *robot, *mock, *payload, "--output", folder / f"{name}.mcap"
     )

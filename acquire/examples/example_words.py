@@ -11,7 +11,7 @@ from exidyn.identify.text_table import WIDTH, at_point, digits, paragraph, table
 from .example_result import EFFECT, IMPROVED, Result, Spring
 
 COLUMNS = {
-    "believed": "believed",
+    "nominal": "nominal",
     "identified": "identified without",
     "found": "with it",
     "simulated before": "simulated without",

@@ -42,7 +42,7 @@ def run_head(
     Args:
         info: What the driver says of itself.
         name: Of the run.
-        model: The arm as believed, without what it carries.
+        model: The nominal arm, without what it carries.
         driver: Its name.
         payload: What it carries.
         trajectory: Text of the plan's file.
@@ -98,22 +98,22 @@ def run_recorded(
         sinks = [recorder, *(stack.enter_context(other) for other in viewers()), *also]
         if driver.in_real_time:
             warn(stack.enter_context(realtime()))
-        outcome = perform(driver, job, sinks, head, asked.look, _say_doubts)
+        outcome = perform(driver, job, sinks, head, asked.look, _print_warnings)
         for sink in sinks:
             sink.put(text_frame(END, run_summary.end(outcome)))
     return outcome, recorder
 
 
-def _say_doubts(info: Info) -> None:
+def _print_warnings(info: Info) -> None:
     """What a person should know before drives are powered."""
     unguarded = "nothing is known to stop the arm by itself if this program dies"
     warn((*info.warnings, *([] if info.dead_man else [unguarded])))
 
 
-def warn(doubts: Iterable[str]) -> None:
-    """Say doubts on standard error."""
-    for doubt in doubts:
-        say(f"exidyn: warning: {doubt}")
+def warn(warnings: Iterable[str]) -> None:
+    """Say warnings on standard error."""
+    for warning in warnings:
+        say(f"exidyn: warning: {warning}")
 
 
 def say_where(recorder: PipeSink, path: Path, advice: str) -> None:

@@ -62,7 +62,7 @@ def material(
     counts = {kind: len(paths[kind]) for kind in KINDS} | {RECORDING: len(recordings)}
     return Material(
         joints=joints,
-        model=_believed(traces, (*fits, *improved), recordings),
+        model=_nominal(traces, (*fits, *improved), recordings),
         runs=_runs(recordings, traces, fits),
         fits=(*fits, *improved),
         diagnosis=told,
@@ -91,10 +91,10 @@ def _recordings(paths: Sequence[Path], loaded: Sequence[PayloadRun], model: Mode
 
 
 def _fitted(path: Path, fit: Fit, recordings: Sequence[Recording], progress: Progress) -> Fitted:
-    """A fit beside the runs, and what was believed before it."""
+    """A fit beside the runs, and one of nominal values beside it."""
     _say(path, recordings, progress)
     shown = predicted(fit, recordings)
-    if fit.unscaled:  # beliefs are in other units
+    if fit.unscaled:  # priors are in other units
         return Fitted("Fit", shown)
     return Fitted("Fit", shown, predicted(as_nominal(fit), recordings))
 
@@ -125,8 +125,8 @@ def _one_arm(named: Sequence[tuple[str, tuple[str, ...]]]) -> tuple[str, ...]:
     return joints
 
 
-def _believed(traces: Traces | None, fits: Sequence[Fitted], recordings: Sequence[Recording]) -> Model | None:
-    """The robot as believed: what was diagnosed, or fitted, or written into the recordings."""
+def _nominal(traces: Traces | None, fits: Sequence[Fitted], recordings: Sequence[Recording]) -> Model | None:
+    """The nominal robot: what was diagnosed, or fitted, or written into the recordings."""
     models = [] if traces is None else [traces.model]
     models += [fitted.fit.model for fitted in fits] + [recording.model for recording in recordings]
     return models[0] if models else None

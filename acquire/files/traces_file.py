@@ -27,7 +27,7 @@ class Traces(NamedTuple):
     """What is left of every run, and of which arm.
 
     Attributes:
-        model: As believed.
+        model: Nominal.
         noise: Noise floor of each joint's torque behind the filter, shape (n,) [N m].
         traces: Runs held out first.
         simulated: A run in simulation; None if nothing was simulated.

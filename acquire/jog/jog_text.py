@@ -10,8 +10,8 @@ from exidyn.identify.text_table import digits, paragraph, table
 
 from ..terminal.joint_units import JointUnits
 from ..terminal.json_output import plain
-from .believed import FlangeWay
 from .judgements import OF_WAY, Judgement, Verdict
+from .nominal_arm import FlangeWay
 from .there_and_back import BEFORE, Way, duration
 
 LOOK = (

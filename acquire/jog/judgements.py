@@ -7,9 +7,9 @@ import numpy as np
 
 from exidyn.identify.model import Model
 
-from .believed import torque_at_rest
 from .effort import Effort, effort_of
 from .kept import Course
+from .nominal_arm import torque_at_rest
 from .there_and_back import Way
 
 NO_PART = 0.1
@@ -21,7 +21,7 @@ FEWEST = 0.25
 DEVIATIONS = 3.0
 """Standard deviations from which on a value counts as seen: chance alone gives that once in 400."""
 FACTOR = 4.0 / 3.0
-"""Factor between measured and believed torque that is in order [-]: masses and gains of data sheets are
+"""Factor between measured and nominal torque that is in order [-]: masses and gains of data sheets are
 better than that, and a gain that is of the peak instead of the r.m.s. current (1.41), or half, is not."""
 FARTHEST = np.radians(30)
 """Wrong zero up to which gravity is followed [rad]; one that shows only beyond is said to be unknown."""
@@ -72,7 +72,7 @@ def judge(course: Course, way: Way, model: Model, payload: str = "") -> list[Jud
     Args:
         course: What was commanded and measured.
         way: That was to be gone.
-        model: As believed, with what it carries.
+        model: Nominal, with what it carries.
         payload: Name of the body that it carries; empty for none.
     """
     joints = model.robot.joints
@@ -153,47 +153,48 @@ def _friction(effort: Effort) -> Judgement:
 def _gravity(
     effort: Effort, friction: Judgement, way: Way, model: Model, payload: str
 ) -> tuple[Judgement, tuple[float, float]]:
-    """The mean of there and back, in which friction cancels, against the torque believed at rest.
+    """The mean of there and back, in which friction cancels, against the nominal torque at rest.
 
     Returns:
         The judgement, and the interval in which the torque at rest really is [N m]: as measured, give or
         take the friction, which may be different each way.
     """
     name, unit = "gravity torque", effort.unit
-    believed = float(torque_at_rest(model, effort.middle[None], payload)[0, way.joint])
-    believed = believed if abs(believed) > ROUNDING else 0.0
-    low, high = sorted((believed / FACTOR, believed * FACTOR))
-    doubt = abs(effort.friction) + DEVIATIONS * effort.gravity_std
+    nominal = float(torque_at_rest(model, effort.middle[None], payload)[0, way.joint])
+    nominal = nominal if abs(nominal) > ROUNDING else 0.0
+    low, high = sorted((nominal / FACTOR, nominal * FACTOR))
+    uncertainty = abs(effort.friction) + DEVIATIONS * effort.gravity_std
     value = effort.gravity
-    known = (value - doubt, value + doubt)
+    known = (value - uncertainty, value + uncertainty)
     inside = low <= value <= high
     if known[1] < low or known[0] > high:
-        text = _why_gravity(effort, friction, believed)
+        text = _why_gravity(effort, friction, nominal)
         return Judgement(name, value, low, high, unit, Verdict.WRONG, text), known
-    if abs(believed) >= doubt and inside:
+    if abs(nominal) >= uncertainty and inside:
         return Judgement(name, value, low, high, unit, Verdict.RIGHT), known
     why = (
-        f"friction may shift it by {doubt:.3g} {unit}, and {abs(believed):.3g} {unit} are believed: jog it "
+        f"friction may shift it by {uncertainty:.3g} {unit}, and {abs(believed):.3g} {unit} are nominal: jog "
+        f"it 
         "where gravity is larger"
     )
     return Judgement(name, value, low, high, unit, Verdict.UNKNOWN, why), known
 
 
-def _why_gravity(effort: Effort, friction: Judgement, believed: float) -> str:
+def _why_gravity(effort: Effort, friction: Judgement, nominal: float) -> str:
     where = "the load on the flange (--mass), masses in the robot file, the zero or the order of the joints"
-    if effort.gravity * believed < 0.0:
+    if effort.gravity * nominal < 0.0:
         if friction.verdict is Verdict.WRONG:
             return f"as friction: the sign of {effort.source}"
-        return f"the other way than believed: the joint's sign or zero, or {where}"
-    if abs(believed) < effort.friction_std:
-        return f"none is believed here: {where}"
-    return f"{effort.gravity / believed:.2f} of what is believed: {effort.source}, or {where}"
+        return f"the other way than nominal: the joint's sign or zero, or {where}"
+    if abs(nominal) < effort.friction_std:
+        return f"none is nominal here: {where}"
+    return f"{effort.gravity / believed:.2f} of the nominal one: {effort.source}, or {where}"
 
 
 def _zero(
     measured: tuple[float, float], gravity: Judgement, effort: Effort, way: Way, model: Model, payload: str
 ) -> Judgement:
-    """How wrong the zero could be without gravity showing it, if gain and masses are as believed."""
+    """How wrong the zero could be without gravity showing it, if gain and masses are nominal."""
     name = "encoder zero"
     if gravity.verdict is not Verdict.RIGHT or not model.robot.revolute[way.joint]:
         return _unknown(name, "cannot be judged from this motion")
@@ -215,7 +216,7 @@ def _zero(
 def _hidden(
     measured: tuple[float, float], sign: float, effort: Effort, way: Way, model: Model, payload: str
 ) -> float:
-    """Smallest wrong zero one way at which another torque is believed than measured [rad]; or infinity."""
+    """Smallest wrong zero one way at which the nominal torque differs from the measured one [rad]; or infinity."""
     away = np.arange(STEP, FARTHEST + 0.5 * STEP, STEP)
     positions = np.repeat(effort.middle[None], len(away), axis=0)
     positions[:, way.joint] += sign * away

@@ -1,8 +1,8 @@
-"""Residual while the arm moves: measured joint torque minus what the model believes of the measured motion.
+"""Residual while the arm moves: measured joint torque minus that of the nominal model for the measured motion.
 
 The motion's derivatives are those of a quadratic, by least squares through a short window of samples, at the
 window's middle: at its end they would be up to date, but the velocity alone would have eight times the noise.
-Measured and believed torque of that moment are then both averaged over a longer window, so that noise and
+Measured and nominal torque of that moment are then both averaged over a longer window, so that noise and
 the moments at which friction turns do not hide what stays. So what is shown is half of both windows old.
 """
 
@@ -51,25 +51,25 @@ class Torques(NamedTuple):
         stamp: Of the samples in the middle, shape (r,).
         velocity: Shape (r, n) [rad/s].
         measured: Shape (r, n) [N m].
-        believed: Shape (r, n) [N m].
+        nominal: Shape (r, n) [N m].
     """
 
     stamp: np.ndarray
     velocity: np.ndarray
     measured: np.ndarray
-    believed: np.ndarray
+    nominal: np.ndarray
 
     @property
     def residual(self) -> np.ndarray:
         """What the model does not explain, shape (r, n) [N m]."""
-        return self.measured - self.believed
+        return self.measured - self.nominal
 
 
 class LiveResidual:
     """Takes samples as they come, in pieces of any length.
 
     Args:
-        model: What is believed of the arm.
+        model: The nominal arm.
         cycle: Time between samples [s].
         payload: What it carries; None for nothing.
 
@@ -92,10 +92,10 @@ class LiveResidual:
         """Torques of every window that is whole by now."""
         windows = Samples(*self._fitted.add(samples))
         motion, middle = self._motion(windows), self._middle
-        rows = (windows.stamp[:, middle], motion.velocity, windows.torque[:, middle], self._believed(motion))
-        stamp, velocity, measured, believed = self._averaged.add(rows)
+        rows = (windows.stamp[:, middle], motion.velocity, windows.torque[:, middle], self._nominal(motion))
+        stamp, velocity, measured, nominal = self._averaged.add(rows)
         middle = stamp.shape[1] // 2
-        return Torques(stamp[:, middle], velocity[:, middle], measured.mean(axis=1), believed.mean(axis=1))
+        return Torques(stamp[:, middle], velocity[:, middle], measured.mean(axis=1), nominal.mean(axis=1))
 
     def _motion(self, windows: Samples) -> Motion:
         """Motion in the middle of each window; NaN where that has holes."""
@@ -114,16 +114,16 @@ class LiveResidual:
             middle, position, velocity / self._half, acceleration / self._half**2, payload=self._payload
         )
 
-    def _believed(self, motion: Motion) -> np.ndarray:
+    def _nominal(self, motion: Motion) -> np.ndarray:
         """The model's torque where all of the arm's motion is known, shape (r, n) [N m]."""
-        believed = np.full_like(motion.position, np.nan)
+        nominal = np.full_like(motion.position, np.nan)
         known = np.isfinite(motion.position).all(axis=1)
         if known.any():
             time, position = motion.time[known], motion.position[known]
             velocity, acceleration = motion.velocity[known], motion.acceleration[known]
             piece = Motion.of(time, position, velocity, acceleration, payload=self._payload)
-            believed[known] = self._torque(self._model.loaded(piece))
-        return believed
+            nominal[known] = self._torque(self._model.loaded(piece))
+        return nominal
 
     def _torque(self, piece: Motion) -> np.ndarray:
         """As `Model.torque`, effects with a memory going on from the piece before."""
@@ -153,7 +153,7 @@ class _Windows:
 
 
 def joint_torque(model: Model, current: np.ndarray, torque: np.ndarray) -> np.ndarray:
-    """Joint torque by the believed drive gains; the controller's word where it gives no current.
+    """Joint torque by the nominal drive gains; the controller's own where it sends no current.
 
     Args:
         model: Has the drive gains, and how the wrist's motors are coupled.

@@ -38,16 +38,16 @@ def standing_pose(robot: Robot) -> np.ndarray:
     return pose
 
 
-def standing_arm(believed: Robot, real: Model, seed: int = 0, payload: str = "") -> Callable[[], Plant]:
-    """What makes the arm of the mock, at rest at `standing_pose` of the believed one.
+def standing_arm(nominal: Robot, real: Model, seed: int = 0, payload: str = "") -> Callable[[], Plant]:
+    """What makes the arm of the mock, at rest at `standing_pose` of the nominal one.
 
     Args:
-        believed: Robot whose limits say where.
+        nominal: Robot whose limits give the pose.
         real: What the arm really is.
         seed: Of its noise.
         payload: Name of the body that it carries; empty for none.
     """
-    return lambda: typical_plant(real, standing_pose(believed), seed=seed, payload=payload)
+    return lambda: typical_plant(real, standing_pose(nominal), seed=seed, payload=payload)
 
 
 def with_body(model: Model, body: KnownPayload | None) -> Model:

@@ -29,15 +29,15 @@ class Checked:
         plan: At the speed at which it is to be played.
         model: Of the robot, with what it carries.
         limits: The robot's; those that nobody said as the planner assumes them, or as the motion uses them.
-        torque: What the model believes that it takes.
-        doubts: What may be otherwise than when it was planned, a sentence each.
+        torque: Torque of the motion by the nominal model.
+        warnings: What may be different than when it was planned, a sentence each.
     """
 
     plan: Plan
     model: Model
     limits: Limits
     torque: Torque
-    doubts: tuple[str, ...]
+    warnings: tuple[str, ...]
 
 
 def checked(plan: Plan, model: Model, speed: float = 1.0, payload: KnownPayload | None = None) -> Checked:

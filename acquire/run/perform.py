@@ -40,7 +40,7 @@ class Job:
     """What is to be done with an arm.
 
     Attributes:
-        robot: As believed.
+        robot: Nominal.
         motion: At the speed at which it is to be played.
         limits: The robot's, finite in velocity, acceleration and jerk.
         start: How to get there.

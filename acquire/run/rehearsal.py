@@ -12,11 +12,11 @@ from .perform import Job, Outcome, perform
 
 
 def rehearse(job: Job, model: Model, cycle: float, payload: str = "") -> Outcome:
-    """Play the job on the mock, which is the arm as believed and stands where the motion begins.
+    """Play the job on the mock, which is the nominal arm and stands where the motion begins.
 
     Args:
         job: What to do.
-        model: The arm as believed, with its payload.
+        model: The nominal arm, with its payload.
         cycle: Of the controller that is rehearsed for [s].
         payload: Name of the body that it carries; empty for none.
 

@@ -47,7 +47,7 @@ def verdict(comparison: Comparison) -> list[str]:
         f"{comparison.simulated} moved by {comparison.offset:.4f} s. {effort.quantity.capitalize()} counts "
         "while the joint slides."
     )
-    return [*lines, *(f"{doubt[:1].upper()}{doubt[1:]}." for doubt in comparison.warnings)]
+    return [*lines, *(f"{warning[:1].upper()}{warning[1:]}." for warning in comparison.warnings)]
 
 
 def _joint(comparison: Comparison, effort: Mismatch, joint: int) -> str:

@@ -17,7 +17,7 @@ SHOWN = 40
 
 
 def describe(recording: Recording) -> str:
-    """Robot, signals, ranges, payload, settings and doubts of a recording, in lines."""
+    """Robot, signals, ranges, payload, settings and warnings of a recording, in lines."""
     robot = recording.robot
     facts = {
         "robot": f"{robot.name}: {', '.join(robot.joints)}",
@@ -45,8 +45,8 @@ def payload_words(recording: Recording) -> str:
 
 
 def warning_lines(recording: Recording) -> list[str]:
-    """The recording's doubts, a sentence each."""
-    return [line for doubt in recording.warnings for line in paragraph(doubt, " " * 11, "  warning: ")]
+    """The recording's warnings, a sentence each."""
+    return [line for warning in recording.warnings for line in paragraph(warning, " " * 11, "  warning: ")]
 
 
 def _signals(recording: Recording) -> list[str]:
@@ -120,7 +120,7 @@ def _outcome(outcome: Mapping[str, str]) -> list[str]:
 
 
 def recording_table(recording: Recording) -> dict[str, Any]:
-    """Robot, signals, payload, settings, course and doubts; what is no number is None."""
+    """Robot, signals, payload, settings, course and warnings; what is no number is None."""
     payload = recording.payload
     return plain(
         {

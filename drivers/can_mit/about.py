@@ -20,7 +20,7 @@ def info_of(
     to_current: np.ndarray,
     to_torque: np.ndarray,
 ) -> Info:
-    """All that explains the measurement later, and what is doubtful now.
+    """All that explains the measurement later, and what to warn about now.
 
     Args:
         s: Settings.
@@ -47,11 +47,11 @@ def info_of(
         if all(one.guarded for one in found)
         else "",
         settings=_explained(s, motors, found),
-        warnings=(*(text for one in found for text in one.warnings), *_doubts(s, motors, states)),
+        warnings=(*(text for one in found for text in one.warnings), *_warnings(s, motors, states)),
     )
 
 
-def _doubts(s: MitSettings, motors: Sequence[Motor], states: Sequence[State]) -> Iterator[str]:
+def _warnings(s: MitSettings, motors: Sequence[Motor], states: Sequence[State]) -> Iterator[str]:
     for motor, state, ampere in zip(motors, states, s.current_range, strict=True):
         if motor.family is T_MOTOR:
             yield (

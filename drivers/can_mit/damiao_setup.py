@@ -1,4 +1,4 @@
-"""Set-up of one Damiao motor by its registers: what was believed of it is checked, its dead-man is set."""
+"""Set-up of one Damiao motor by its registers: what was assumed about it is checked, its dead-man is set."""
 
 import struct
 from dataclasses import dataclass, field
@@ -18,7 +18,7 @@ class Found:
         guarded: Whether it is verified that it switches off when the host falls silent.
         timeout: What its TIMEOUT was before; None if it did not say.
         facts: What explains the measurement later.
-        warnings: Doubts, a sentence each.
+        warnings: Warnings, a sentence each.
     """
 
     guarded: bool = False
@@ -68,11 +68,11 @@ def _reading(bus: CanBus, motor: Motor, register: r.Register) -> float | None:
 
 
 def _require_ranges(bus: CanBus, motor: Motor) -> None:
-    for register, believed in zip(r.RANGES, motor.commanded, strict=True):
+    for register, nominal in zip(r.RANGES, motor.commanded, strict=True):
         value = _reading(bus, motor, register)
-        if value is not None and abs(value - believed) > 1e-3 * believed:
+        if value is not None and abs(value - nominal) > 1e-3 * nominal:
             raise NotReady(
-                f"{motor.name} has {register.name} = {value:g}, its model here has {believed:g}: every "
+                f"{motor.name} has {register.name} = {value:g}, its model here has {nominal:g}: every "
                 "number would be wrong. Correct model, or set position_range, velocity_range and torque_range"
             )
 

@@ -117,11 +117,11 @@ class Canopen402(CanDriver[Frames]):
             warnings=(
                 *made.warnings,
                 *(text for one in found for text in one.warnings),
-                *self._doubtful_positions(found),
+                *self._suspicious_positions(found),
             ),
         )
 
-    def _doubtful_positions(self, found: list[Found]) -> list[str]:
+    def _suspicious_positions(self, found: list[Found]) -> list[str]:
         position = self.settings.from_counts(np.array([one.position for one in found]))
         lower, upper = self.arm.position_lower, self.arm.position_upper
         return [

@@ -50,7 +50,7 @@ class Effort(NamedTuple):
         entry: The object.
         unit: What a count of it means [A] or, at the motor, [N m].
         fact: What explains that later.
-        warnings: Doubts, a sentence each.
+        warnings: Warnings, a sentence each.
     """
 
     entry: c.Entry
@@ -163,6 +163,6 @@ def _in_thousandths(drive: Drive, entry: c.Entry, rating: c.Entry, own: float, w
         )
     rated, source = (own, words.setting) if own else (told, f"0x{rating.index:04X}")
     differs = own and told and abs(own - told) > STEP
-    doubt = f"{drive.name} has {told:g} {words.unit} in {rating}; {words.setting} = {own:g} is used"
+    warning = f"{drive.name} has {told:g} {words.unit} in {rating}; {words.setting} = {own:g} is used"
     fact = f"{entry}, in thousandths of {rated:g} {words.unit} ({source})"
-    return Effort(entry, 1e-3 * rated, fact, (doubt,) if differs else ())
+    return Effort(entry, 1e-3 * rated, fact, (warning,) if differs else ())

@@ -25,7 +25,7 @@ class SetUp(NamedTuple):
         kind: "current" or "torque", of all drives.
         efforts: What tells it, of each.
         found: What each said of itself.
-        warnings: Doubts that are of no single drive, a sentence each.
+        warnings: Warnings that are of no single drive, a sentence each.
     """
 
     kind: str
@@ -69,12 +69,12 @@ class DriveNetwork:
             drives = [self._drive(joint) for joint in range(arm.dof)]
             found = [inspect(drive) for drive in drives]
             wishes = self._settings.efforts
-            kind, doubts = kind_of_all(drives, wishes, self._settings.effort)
+            kind, warnings = kind_of_all(drives, wishes, self._settings.effort)
             efforts = [find_effort(d, wish, kind) for d, wish in zip(drives, wishes, strict=True)]
             for joint, drive in enumerate(drives):
                 set_up(drive, self._wish(arm, joint), efforts[joint], found[joint])
             self._start([one.beats for one in found])
-        return SetUp(kind, efforts, found, doubts)
+        return SetUp(kind, efforts, found, warnings)
 
     def error_of(self, joint: int) -> str:
         """Why a drive is in fault, by its own account."""

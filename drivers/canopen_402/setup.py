@@ -52,7 +52,7 @@ class Found:
         beats: Whether the drive sends a heartbeat.
         position: Where it stands, in counts.
         facts: What explains the measurement later.
-        warnings: Doubts, a sentence each.
+        warnings: Warnings, a sentence each.
     """
 
     guarded: bool = False

@@ -78,7 +78,7 @@ class Dynamixel(ServoDriver):
         self._ampere = np.where(self._current_unit > 0.0, self._current_unit, np.nan)
         self._allowed = self._goals_allowed(bus)
         self._choose_reading(bus, found)
-        warnings += self._doubts(bus, found)
+        warnings += self._warnings(bus, found)
         return self._info(
             bus, self._signals(), warnings, self._dead_man(found), **self._identities(bus, found)
         )
@@ -122,26 +122,26 @@ class Dynamixel(ServoDriver):
         seconds = self._watchdog * registers.WATCHDOG_UNIT
         return f"bus watchdog: servos stop and hold after {seconds:g} s of silence"
 
-    def _doubts(self, bus: ServoBus, found: Sequence[Found]) -> list[str]:
-        doubts = []
+    def _warnings(self, bus: ServoBus, found: Sequence[Found]) -> list[str]:
+        warnings = []
         if not np.all(self._current_unit):
-            doubts.append("some servos measure no current; their joints cannot be identified")
+            warnings.append("some servos measure no current; their joints cannot be identified")
         if not self._watchdog:
-            doubts.append("without bus watchdog servos go on to their last goal when the computer dies")
+            warnings.append("without bus watchdog servos go on to their last goal when the computer dies")
         unstopped = [
             bus.names[s] for s, one in zip(bus.servos, found, strict=True) if not stops_in_silence(*one)
         ]
         if self._watchdog and unstopped:
-            doubts.append(
+            warnings.append(
                 f"the bus watchdog of {', '.join(unstopped)} may trip and not stop the servo, as has been "
                 "reported of its firmware. Try firmware 52 or newer, and pull the plug once to see"
             )
         if any(bus.read(registers.HOMING)) and self.settings.operating_mode != "position":
-            doubts.append(
+            warnings.append(
                 "servos have homing offsets, with which some firmware moves when its bus watchdog stops it. "
                 "Try homing offsets of 0, and `zero` in the settings instead"
             )
-        return doubts
+        return warnings
 
     def _identities(self, bus: ServoBus, found: Sequence[Found]) -> dict[str, str]:
         servos = (

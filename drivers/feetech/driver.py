@@ -112,15 +112,15 @@ class Feetech(ServoDriver):
         self._ampere = np.where(self._measures, settings.current_unit, np.nan)
         models = ", ".join(f"{s} model {model}" for s, model in zip(bus.servos, bus.read(MODEL), strict=True))
         signals = ("position", "velocity", *["current"] * bool(self._measures.any()), "temperature")
-        return self._info(bus, signals, self._doubts(), dead_man="", servos=models)
+        return self._info(bus, signals, self._warnings(), dead_man="", servos=models)
 
-    def _doubts(self) -> list[str]:
-        doubts = [
+    def _warnings(self) -> list[str]:
+        warnings = [
             "these servos go on to their last goal when the computer dies: no way is known to stop them"
         ]
         if not self._measures.all():
-            doubts.append("some servos measure no current; their joints cannot be identified")
-        return doubts
+            warnings.append("some servos measure no current; their joints cannot be identified")
+        return warnings
 
     def _question(self) -> Reading:
         return packets.sync_read(PRESENT.address, MEASURED.itemsize, self.settings.ids)

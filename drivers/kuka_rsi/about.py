@@ -10,7 +10,7 @@ from .config import RsiConfig
 from .layout import Layout
 from .rsi_settings import RsiSettings
 from .start.beginning import Beginning
-from .start.simulator import doubt
+from .start.simulator import warning
 
 MARGIN = 0.05
 """By how much the window that is told is narrower than the controller's [deg]: whoever uses it counts from
@@ -27,27 +27,27 @@ def simulated(info: Info, cycle: float) -> Info:
         clock="host",
         dead_man="",
         settings={**info.settings, "stamps": "a simulator's count of answers; times are this computer's"},
-        warnings=(doubt(cycle), *info.warnings),
+        warnings=(warning(cycle), *info.warnings),
     )
 
 
 def info_of(
     settings: RsiSettings, config: RsiConfig, layout: Layout, axes: Axes, beginning: Beginning
 ) -> Info:
-    """All that explains the measurement later, and what is doubtful now."""
+    """All that explains the measurement later, and what to warn about now."""
     signals = ["position"]
     signals += ["current"] if layout.columns(settings.current_tag) else []
     signals += ["torque"] if layout.columns(settings.torque_tag) else []
     explained = _explained(settings, config, layout, beginning)
-    doubts = [*beginning.warnings(), *_doubts(settings, config, signals)]
+    warnings = [*beginning.warnings(), *_warnings(settings, config, signals)]
     if config.only_send:
-        doubts.append("this computer only listens: start the motion at the controller within a minute")
+        warnings.append("this computer only listens: start the motion at the controller within a minute")
         return Info(
             settings.cycle,
             "controller",
             tuple(signals),
             settings=explained,
-            warnings=tuple(doubts),
+            warnings=tuple(warnings),
             listens=True,
         )
     lower, upper = settings.window
@@ -62,7 +62,7 @@ def info_of(
         window_lower=window[0],
         window_upper=window[1],
         settings=explained | _commanded(settings, config, layout),
-        warnings=(*doubts, *_risks(settings, layout)),
+        warnings=(*warnings, *_risks(settings, layout)),
     )
 
 
@@ -99,13 +99,13 @@ def _commanded(settings: RsiSettings, config: RsiConfig, layout: Layout) -> dict
     }
 
 
-def _doubts(settings: RsiSettings, config: RsiConfig, signals: list[str]) -> list[str]:
-    doubts = []
+def _warnings(settings: RsiSettings, config: RsiConfig, signals: list[str]) -> list[str]:
+    warnings = []
     if len(signals) == 1:
-        doubts.append("neither currents nor torques are sent: add DEF_MACur to SEND, or import a trace too")
+        warnings.append("neither currents nor torques are sent: add DEF_MACur to SEND, or import a trace too")
     if (settings.bind or config.address) == "0.0.0.0":
-        doubts.append("the driver listens on every network of this computer; set bind to one address of it")
-    return doubts
+        warnings.append("the driver listens on every network of this computer; set bind to one address of it")
+    return warnings
 
 
 def _risks(settings: RsiSettings, layout: Layout) -> list[str]:

@@ -111,7 +111,7 @@ def _look_over(settings: RsiSettings) -> None:
     if settings.mode == "relative":
         raise BadSettings(
             "driver kuka_rsi: mode is 'relative', in which every lost telegram moves the arm away from where "
-            "it is believed to be. Valid: absolute; call RSI_ON(#ABSOLUTE) in the program"
+            "it is assumed to be. Valid: absolute; call RSI_ON(#ABSOLUTE) in the program"
         )
     slow_only = settings.generation == "KRC2"
     if settings.cycle not in (FAST, SLOW)[slow_only:]:

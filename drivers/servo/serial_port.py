@@ -118,7 +118,7 @@ def adapter_latency(name: str, adapters: Path = ADAPTERS) -> float:
         return 0.0
 
 
-def latency_doubts(name: str, latency: float) -> tuple[str, ...]:
+def latency_warnings(name: str, latency: float) -> tuple[str, ...]:
     """What to say of an adapter that keeps bytes for so long [s]."""
     if latency <= 1e-3:
         return ()

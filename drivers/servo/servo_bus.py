@@ -2,7 +2,7 @@
 
 Answers carry no number. One that comes after its deadline would be read in the next cycle, look right and be
 late from then on. So whoever asks looks first whether something is waiting already, and afterwards whether
-there is more than was asked for; in doubt the line is left alone until it is silent.
+there is more than was asked for; in warning the line is left alone until it is silent.
 """
 
 import time
@@ -51,7 +51,7 @@ class ServoBus:
         return self._port.drain()
 
     def ask(self, reading: Reading, before: bytes = b"") -> list[Status | None]:
-        """The answers in the order of the question; None for each that did not come or cannot be believed.
+        """The answers in the order of the question; None for each that did not come or is not valid.
 
         Args:
             reading: The question.

@@ -13,7 +13,7 @@ import numpy as np
 from ..driver import Arm, Command, Driver, Info, Sample, StopLevel
 from ..errors import BadSettings, DriverError, LinkLost
 from ..host_clock import HostClock, host_time
-from .serial_port import SerialPort, adapter_latency, latency_doubts
+from .serial_port import SerialPort, adapter_latency, latency_warnings
 from .serial_rate import Traffic, require_rate, shortest_cycle
 from .servo_bus import ServoBus
 from .servo_packet import Codec, Reading, Register, Status
@@ -208,7 +208,7 @@ class ServoDriver(Driver):
         return np.minimum(*ends), np.maximum(*ends)
 
     def _info(
-        self, bus: ServoBus, signals: Sequence[str], doubts: Sequence[str], dead_man: str, **facts: str
+        self, bus: ServoBus, signals: Sequence[str], warnings: Sequence[str], dead_man: str, **facts: str
     ) -> Info:
         """What the driver says of itself once it is set up; `facts` explain the measurements later."""
         lower, upper = self._window(bus)
@@ -221,7 +221,7 @@ class ServoDriver(Driver):
             window_lower=lower,
             window_upper=upper,
             settings=explained(self.settings) | {"adapter_latency": latency} | facts,
-            warnings=(*doubts, *latency_doubts(self.settings.port, self.latency)),
+            warnings=(*warnings, *latency_warnings(self.settings.port, self.latency)),
         )
 
     def _require_rate(self) -> None:

@@ -129,7 +129,7 @@ def test_every_driver_has_its_peer_here():
     assert set(PEERS) == set(DRIVERS)
 
 
-def test_it_says_what_the_recording_needs_to_know(session):
+def test_it_reports_what_the_recording_needs_to_know(session):
     info = session.info
     assert 0.0005 < info.cycle < 0.1
     assert info.clock in ("host", "controller")
@@ -145,12 +145,12 @@ def test_what_it_claims_to_measure_it_measures_and_nothing_else(session):
         assert np.isfinite(values).any() == (name in session.info.signals), name
 
 
-def test_nothing_moves_before_it_is_told_to(session):
+def test_nothing_moves_before_a_command(session):
     positions = np.array([sample.position for sample in session.before])
     assert np.nanmax(np.abs(positions - np.nanmedian(positions, axis=0))) < 0.005
 
 
-def test_the_arm_goes_where_it_is_told_to(session):
+def test_the_arm_goes_where_it_is_commanded(session):
     fresh = [(sample.position, target) for sample, target in session.during if not sample.stale.any()]
     reached, told = (np.array(column) for column in zip(*fresh, strict=True))
     assert len(fresh) > 0.8 * COUNT
@@ -200,7 +200,7 @@ def test_a_peer_that_dies_raises_nothing_but_our_errors(name, tmp_path):
 
 
 @pytest.mark.parametrize("name", [name for name in DRIVERS if name != "mock"])
-def test_without_its_peer_it_says_so_and_lets_go(name, tmp_path):
+def test_without_its_peer_it_reports_it_and_lets_go(name, tmp_path):
     with PEERS[name](tmp_path) as (process, settings):
         process.process.kill()
         process.process.wait()

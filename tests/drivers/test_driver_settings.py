@@ -55,7 +55,7 @@ def test_the_template_is_valid_once_the_required_is_filled_in():
     assert read_settings(Settings, tomllib.loads(text), 3, "driver test") == read()
 
 
-def test_an_unknown_driver_is_told_the_valid_ones():
+def test_an_unknown_driver_lists_the_valid_ones():
     with pytest.raises(UnknownDriver, match="mock, kuka_rsi"):
         driver_class("kuka")
 

@@ -62,7 +62,7 @@ def test_it_is_read_without_power_and_without_a_command(name, tmp_path):
 
 
 @pytest.mark.parametrize("name", DRIVERS)
-def test_settings_say_how_many_joints_there_are(name, tmp_path):
+def test_settings_state_how_many_joints_there_are(name, tmp_path):
     with PEERS[name](tmp_path) as (_, settings):
         assert driver_class(name).count_joints(settings) == (0 if name == "mock" else 6)
 
@@ -79,18 +79,18 @@ def test_motors_that_were_left_on_stay_on():
             driver.exchange(None)
         assert driver.states() == ("on",) * 6
         driver.close()
-        assert not peer.said(": error")
-        assert not peer.said(": off,")
+        assert not peer.text(": error")
+        assert not peer.text(": off,")
 
 
-def test_what_reading_may_do_is_said_before_anything_is_opened():
+def test_what_reading_may_do_is_reported_before_anything_is_opened():
     with motors(maker="t-motor") as (peer, driver):
         assert "goes limp" in driver.risk_of_reading
         driver.open_to_read()
         sample = driver.exchange(None)
         driver.close()
         assert np.isfinite(sample.position).all()
-        assert not peer.said(": on,")
+        assert not peer.text(": on,")
     with motors() as (_, driver):
         assert driver.risk_of_reading == ""
 

@@ -17,14 +17,14 @@ class RunHead:
 
     Attributes:
         name: What people call the run.
-        model: The robot as believed, with its effects.
+        model: The nominal robot, with its effects.
         signals: What the controller measures: of position, velocity, current, torque, temperature.
         epoch: Host's clock at the first sample, where the recording's time begins [ns since 1970].
         zero: Controller's clock there [ns from its own zero].
         trajectory: Text of the trajectory's file.
         payload: What hangs on the flange.
         settings: Driver, scales, limits and whatever else explains the run.
-        warnings: Doubts that are known already.
+        warnings: Warnings that are known already.
     """
 
     name: str

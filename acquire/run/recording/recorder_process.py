@@ -38,7 +38,7 @@ class Recorder:
         self._run: RunFile | None = None
         self._cycles: list[Cycle] = []
         self._events: list[Event] = []
-        self._doubts: list[str] = []
+        self._warnings: list[str] = []
         self._full = ""
         self.course = Course()
 
@@ -77,12 +77,12 @@ class Recorder:
     def _refuse(self, why: str) -> None:
         self.course.unreadable += 1
         if self.course.unreadable == 1:
-            self._doubt(f"a frame could not be read: {why}")
+            self._warning(f"a frame could not be read: {why}")
 
-    def _doubt(self, text: str) -> None:
+    def _warning(self, text: str) -> None:
         """Tell the loop, and with what is written next the recording."""
         self._source.fail(text)
-        self._doubts.append(text)
+        self._warnings.append(text)
 
     def _add(self, kind: bytes, body: bytes) -> None:
         if self._run is None:
@@ -103,12 +103,12 @@ class Recorder:
 
     def _write(self) -> None:
         if self._run is not None:
-            doubts = [self.course.event("warning", text) for text in self._doubts]
-            self._run.write(self._cycles, [*self._events, *doubts])
-            self._cycles, self._events, self._doubts = [], [], []
+            warnings = [self.course.event("warning", text) for text in self._warnings]
+            self._run.write(self._cycles, [*self._events, *warnings])
+            self._cycles, self._events, self._warnings = [], [], []
         if self._file.full and not self._full:
             self._full = self._file.full
-            self._doubt(f"the disk says: {self._full}")
+            self._warning(f"the disk says: {self._full}")
 
 
 def main(arguments: list[str]) -> None:

@@ -12,7 +12,7 @@ import warnings
 from ..excite.arm import Arm
 from ..excite.peers import Best, Clock, PeerResult
 from .peer import why_absent as why_no_figaroh
-from .trajectory import FigarohSettings, FigarohRun, work
+from .trajectory import FigarohRun, FigarohSettings, work
 
 GRACE = 20.0
 """How many times its budget, and one minute, the process may live before it is taken for hung: its clock may

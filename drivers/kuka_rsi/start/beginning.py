@@ -37,7 +37,7 @@ class Beginning:
     simulated: bool = False
 
     def warnings(self) -> list[str]:
-        """Doubts."""
+        """Warnings."""
         if self.decimals > COARSE or self.simulated:
             return []
         return [

@@ -35,7 +35,7 @@ def cycle_of(telegrams: Sequence[Fresh]) -> float:
     return round(cycle, 4)
 
 
-def doubt(cycle: float) -> str:
+def warning(cycle: float) -> str:
     """What a person should know of a run against one."""
     return (
         "this is a simulator that waits for each answer and counts answers instead of milliseconds, not a "

@@ -17,7 +17,7 @@ MOST = 256
 _STAMPED = 35  # SO_TIMESTAMPNS of Linux, which Python does not name
 _TIME = struct.Struct("@ll")
 _OLDEST = 10_000_000_000
-"""A receive time longer ago than this is not believed: the wall clock was set since [ns]."""
+"""A receive time longer ago than this is not accepted: the wall clock was set since [ns]."""
 
 
 class Datagram(NamedTuple):

@@ -67,8 +67,8 @@ def test_options_that_pages_name_exist(page):
     text = page.read_text(encoding="utf-8").replace("\\\n", " ")
     for name, rest in COMMAND.findall(text):
         if name in COMMANDS:
-            said = set(re.findall(r"(?<!\S)--?[a-z][a-z-]*", rest))
-            assert said <= options(command_module(name).parser()), f"exidyn {name}{rest}"
+            found_text = set(re.findall(r"(?<!\S)--?[a-z][a-z-]*", rest))
+            assert found_text <= options(command_module(name).parser()), f"exidyn {name}{rest}"
     every = set().union(*(options(command_module(name).parser()) for name in COMMANDS))
     alone = set(re.findall(r"`(--[a-z][a-z-]*)", text))
     assert alone <= every | {"--quick", "--sweep", "--version"}  # those of benchmarks, and of all commands
@@ -94,9 +94,9 @@ def test_every_page_is_in_the_index():
 def test_exit_codes_are_where_people_look(capsys):
     with pytest.raises(SystemExit):
         main(["--help"])
-    said, page = capsys.readouterr().out, (ROOT / "docs" / "command-line.md").read_text(encoding="utf-8")
+    text, page = capsys.readouterr().out, (ROOT / "docs" / "command-line.md").read_text(encoding="utf-8")
     for code, words in MEANINGS.items():
-        assert f"  {code:<3}  {words}" in said
+        assert f"  {code:<3}  {words}" in text
         assert f"| {code} | {words} |" in page
 
 
@@ -156,5 +156,5 @@ def script(tmp_path_factory) -> Path:
 )
 def test_bash_completes(script, typed, expected):
     command = ["bash", "--norc", "-c", COMPLETE, str(script), *typed.split()]
-    said = subprocess.check_output(command, text=True, cwd=script.parent)
-    assert said.split() == [expected]
+    found_text = subprocess.check_output(command, text=True, cwd=script.parent)
+    assert found_text.split() == [expected]

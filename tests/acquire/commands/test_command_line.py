@@ -33,7 +33,7 @@ def files(tmp_path_factory):
     return write(folder, run("empty"), loaded(), run("other", 2, 3))
 
 
-def test_a_payload_of_known_mass_tells_the_drive_gains(files, tmp_path, capsys):
+def test_a_payload_of_known_mass_identifies_the_drive_gains(files, tmp_path, capsys):
     empty, full, other = files
     out = tmp_path / "out"
     assert (
@@ -117,7 +117,7 @@ def test_center_of_mass_and_inertia_are_known_then(files, tmp_path):
         (["--estimator", "magic"], "invalid choice: 'magic'"),
     ],
 )
-def test_wrong_options_say_what_is_wrong(files, options, words, capsys):
+def test_wrong_options_state_what_is_wrong(files, options, words, capsys):
     with pytest.raises(SystemExit) as stopped:
         main(["identify", files[0], *options])
     assert stopped.value.code == REFUSED
@@ -133,7 +133,7 @@ def test_info_prints_what_is_inside(files, tmp_path, capsys):
         assert words in printed
 
 
-def test_import_writes_recordings_and_says_so(tmp_path, capsys):
+def test_import_writes_recordings_and_reports_it(tmp_path, capsys):
     recording = run("table")
     signals = {name: recording.signals[name] for name in ("position", "current")}
     columns = np.column_stack([signals["position"].time, *(s.values for s in signals.values())])
@@ -190,9 +190,9 @@ def test_motor_side_of_currents_is_refused(capsys):
 def test_columns_are_explained_by_the_command_and_the_page(capsys):
     with pytest.raises(SystemExit):
         main(["import", "--help"])
-    said, page = capsys.readouterr().out, (DOCS / "import.md").read_text()
+    text, page = capsys.readouterr().out, (DOCS / "import.md").read_text()
     for first in (prefixes[0] for prefixes in PREFIXES.values()):
-        assert f"  {first}1" in said
+        assert f"  {first}1" in text
         assert f"`{first}1`" in page
 
 
@@ -252,8 +252,8 @@ def test_an_interruption_ends_quietly(monkeypatch, capsys):
 def test_a_folder_that_cannot_be_written_is_named(files, tmp_path, capsys):
     (tmp_path / "taken").write_text("")
     assert main(["identify", files[0], "--output", str(tmp_path / "taken")]) == REFUSED
-    said = capsys.readouterr().err
-    assert said == f"exidyn: {tmp_path / 'taken'}: this file exists; --output needs a folder\n"
+    text = capsys.readouterr().err
+    assert text == f"exidyn: {tmp_path / 'taken'}: this file exists; --output needs a folder\n"
     assert main(["identify", files[0], "--output", str(tmp_path / "taken" / "below")]) == REFUSED
     assert capsys.readouterr().err.startswith(
         f"exidyn: {tmp_path / 'taken' / 'below'}: --output cannot be written: "
@@ -267,7 +267,9 @@ def test_the_example_finds_the_truth(tmp_path, capsys):
     lines = [line.split() for line in printed.partition("Identified beside true")[2].splitlines() if line]
     gains = [line for line in lines if line[0] == "drive"]
     assert len(gains) == 6
-    assert all(abs(float(line[-3])) < 3.0 for line in gains)  # % of truth, where 10 % wrong was believed
+    assert all(
+        abs(float(line[-3])) < 3.0 for line in gains
+    )  # % of truth, where the nominal one was 10 % wrong
     assert all(abs(float(line[-1])) < 4.0 for line in gains)  # standard deviations: one draw in a thousand
     spring = [line for line in lines if line[0] == "spring"]
     assert len(spring) == 2

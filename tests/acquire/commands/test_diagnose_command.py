@@ -48,7 +48,7 @@ URDF = "".join(
 
 @pytest.fixture
 def runs(tmp_path):
-    """Paths of a robot as believed, and of its runs with their roles in them."""
+    """Paths of a nominal robot, and of its runs with their roles in them."""
     robot = tmp_path / "robot.toml"
     robot.write_text(model_text(nominal_model()))
     return [str(robot), *write(tmp_path, *recordings())]
@@ -83,19 +83,19 @@ def test_quick_json_has_neither_simulation_nor_fit(runs, tmp_path, monkeypatch, 
     assert not (tmp_path / "out" / "fit.json").exists()
 
 
-def test_models_to_tell_apart_are_written_where_the_words_say(tmp_path, monkeypatch, capsys, runs):
+def test_models_to_distinguish_are_written_where_the_words_state(tmp_path, monkeypatch, capsys, runs):
     one = diagnosis().findings[0]
     both = replace(diagnosis(), findings=(replace(one, alternatives=(instead("torque_ripple", 1),)),))
     monkeypatch.setattr(diagnose_command, "diagnose", lambda *_, **__: both)
     out = tmp_path / "out"
     assert main(["diagnose", *runs, "--quick", "--output", str(out)]) == 0
-    said = " ".join(capsys.readouterr().out.split())
-    assert f"exidyn excite {out}/found.toml --against {out}/instead-1.toml" in said
+    text = " ".join(capsys.readouterr().out.split())
+    assert f"exidyn excite {out}/found.toml --against {out}/instead-1.toml" in text
     assert "Ks2" in read_model(out / "found.toml").names
     assert "Ks2" not in read_model(out / "instead-1.toml").names
 
 
-def test_the_model_found_is_written_without_alternatives_and_says_what_it_cannot_hold(tmp_path):
+def test_the_model_found_is_written_without_alternatives_and_reports_what_it_cannot_hold(tmp_path):
     other = instead("time_delay", None)
     late = replace(diagnosis(), findings=(as_finding(other),), undecided=(), budget=None)
     [spring] = diagnosis().findings
@@ -188,15 +188,15 @@ def test_without_a_robot_the_recordings_bring_theirs(runs, tmp_path, monkeypatch
     assert seen[0].names == nominal_model().names
 
 
-def test_what_cannot_be_asked_is_a_doubt_and_the_rest_is_answered(tmp_path, capsys):
+def test_what_cannot_be_asked_is_a_warning_and_the_rest_is_answered(tmp_path, capsys):
     first, second, held_out = recordings()
     short = replace(recording("identify", 7), name="short", signals=_first(first, 1.0))
     paths = write(tmp_path, first, second, short)
     assert main(["diagnose", *paths, "--quick", "--output", str(tmp_path / "out")]) == 0
-    said = " ".join(capsys.readouterr().out.split())
-    assert "Short is left out: 1.00 s is too short for filters" in said
-    assert "No run was held out: that the fit improves is no proof" in said
-    assert "Temperatures were not recorded" in said
+    text = " ".join(capsys.readouterr().out.split())
+    assert "Short is left out: 1.00 s is too short for filters" in text
+    assert "No run was held out: that the fit improves is no proof" in text
+    assert "Temperatures were not recorded" in text
 
 
 def _first(recording, seconds):
@@ -205,7 +205,7 @@ def _first(recording, seconds):
 
 
 @pytest.mark.parametrize(
-    ("arguments", "said"),
+    ("arguments", "message"),
     [
         (["{robot}"], "a robot and no run"),
         (["{robot}", "{held_out}"], "no run is left to fit: all are held out"),
@@ -217,7 +217,7 @@ def _first(recording, seconds):
         (["{robot}", "{one}", "--output", "{one}"], "--output needs a folder"),
     ],
 )
-def test_what_is_wrong_is_said_in_one_line(arguments, said, runs, tmp_path, capsys):
+def test_what_is_wrong_is_reported_in_one_line(arguments, message, runs, tmp_path, capsys):
     case = tmp_path / "case"
     case.mkdir()
     (case / "case.toml").write_text("[case]\nformat = 1\n")
@@ -229,7 +229,7 @@ def test_what_is_wrong_is_said_in_one_line(arguments, said, runs, tmp_path, caps
         given += ["--output", str(tmp_path / "out")]
     assert main(["diagnose", *given]) == REFUSED
     [line] = [line for line in capsys.readouterr().err.splitlines() if line.startswith("exidyn: ")]
-    assert said in line
+    assert message in line
 
 
 def test_a_case_that_fails_does_not_stop_the_others(tmp_path, monkeypatch, capsys):
@@ -265,13 +265,13 @@ def test_numbers_that_are_none_do_not_spoil_the_files(tmp_path):
     assert "NaN" not in path.read_text()
 
 
-def test_temperatures_that_are_there_are_no_doubt():
+def test_temperatures_that_are_there_are_no_warning():
     one = recordings()[0]
     time = one.signals["position"].time
     warm = Signal(time, np.full((len(time), 2), 31.0) + 0.01 * time[:, None])
     for signals, doubted in ((one.signals, True), ({**one.signals, "temperature": warm}, False)):
-        _, doubts = usable(nominal_model(), [("identify", replace(one, signals=signals))])
-        assert any("temperatures were not recorded" in doubt for doubt in doubts) == doubted
+        _, warnings = usable(nominal_model(), [("identify", replace(one, signals=signals))])
+        assert any("temperatures were not recorded" in warning for warning in warnings) == doubted
 
 
 def test_the_page_opens_with_the_budget_and_has_what_is_undecided_moments_and_candidates():
@@ -294,7 +294,7 @@ def test_the_page_opens_with_the_budget_and_has_what_is_undecided_moments_and_ca
     assert "something is missing that is joint spring (65\N{NO-BREAK SPACE}%)" in page.words
 
 
-def test_the_page_says_what_is_left_without_a_name():
+def test_the_page_reports_what_is_left_without_a_name():
     left = (Remainder(1, 2.14, 0.999, "position"),)
     page = Page(report_html(replace(diagnosis(), findings=(), undecided=(), budget=None, remainders=left)))
     assert "none of the effects that exidyn knows" in page.words

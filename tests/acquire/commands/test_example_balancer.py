@@ -45,15 +45,15 @@ def result(tmp_path_factory):
 
 def test_what_is_concealed_is_named_and_nothing_else(result):
     assert [(one["effect"], one["joints"]) for one in result.findings] == [("spring_balancer", [2])]
-    said = words(result)
-    assert "named:     spring_balancer of joint 2, probability above 99.9 %: right\n" in said
-    assert "NOT" not in said
-    assert "WRONG" not in said
+    text = words(result)
+    assert "named:     spring_balancer of joint 2, probability above 99.9 %: right\n" in text
+    assert "NOT" not in text
+    assert "WRONG" not in text
 
 
 def test_its_torque_is_right(result):
     real, found = (spring.torque(result.robot) for spring in (result.concealed, result.found))
-    # masses are believed to a tenth, and of what they weigh at joint 2 the spring's wave is as good a guess
+    # masses are known to a tenth, and of what they weigh at joint 2 the spring's wave is as good a guess
     assert np.max(np.abs(found - real)) < 0.1 * np.max(np.abs(real))
 
 
@@ -61,10 +61,10 @@ def test_simulation_comes_near_the_recording_and_the_residual_to_noise(result):
     joint = result.joint
     assert result.left["simulated after"][joint] < 0.2 * result.left["simulated before"][joint]
     assert result.left["simulated after"][joint] < 2.0  # over noise
-    assert result.left["found"][joint] < 2.0 < 0.1 * result.left["believed"][joint]
+    assert result.left["found"][joint] < 2.0 < 0.1 * result.left["nominal"][joint]
 
 
-def test_other_simulators_get_the_spring_or_are_told_what_is_missing(result):
+def test_other_simulators_get_the_spring_or_what_is_missing_is_reported(result):
     assert "spring" in (result.folder / "kr270.xml").read_text()
     assert "<robot" in (result.folder / "kr270.urdf").read_text()
     assert "Kr" in read_model(str(result.folder / "improved.toml")).names
@@ -92,12 +92,12 @@ def test_lengths_in_another_scale_are_the_same_spring(result):
     np.testing.assert_allclose(spring.in_place_of(same, result.robot)[1:], spring[1:])
 
 
-def test_the_belief_has_no_balancer_and_is_right_otherwise():
+def test_the_prior_has_no_balancer_and_is_right_otherwise():
     arm = example_balancer.arm()
-    lost = set(arm.truth.names) - set(arm.believed.names)
+    lost = set(arm.truth.names) - set(arm.nominal.names)
     assert lost == {"Kr", "K0"}
     values = dict(zip(arm.truth.names, arm.truth.nominal_values, strict=True))
-    assert [values[name] for name in arm.believed.names] == list(arm.believed.nominal_values)
+    assert [values[name] for name in arm.nominal.names] == list(arm.nominal.nominal_values)
 
 
 def test_commands_are_printed_as_they_would_be_run(tmp_path, capsys):

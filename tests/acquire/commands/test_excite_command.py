@@ -56,11 +56,11 @@ def test_it_writes_a_plan_that_can_be_run(robot, capsys):
     assert (plan.seed, plan.tick, plan.criterion) == (7, 0.004, "condition")
     torque = TorqueBound(two_joints.model(), limits().torque).of("")
     assert not check(plan.trajectory, limits(), 0.004, torque)
-    printed, said = capsys.readouterr()
+    printed, text = capsys.readouterr()
     assert f"written: {output}; exidyn show {output} draws it" in printed
-    assert f"condition number {plan.reached:.4g}" in said
+    assert f"condition number {plan.reached:.4g}" in text
     assert "BEYOND" not in printed
-    assert "start 1 of 1: condition number" in said
+    assert "start 1 of 1: condition number" in text
 
 
 def test_a_window_in_degrees_is_kept(robot):
@@ -126,9 +126,9 @@ WRONG = {
 @pytest.mark.parametrize(("arguments", "words"), WRONG.values(), ids=WRONG.keys())
 def test_a_wrong_wish_is_one_clear_line(robot, capsys, arguments, words):
     code, output = excite(robot, *arguments)
-    printed, said = capsys.readouterr()
+    printed, text = capsys.readouterr()
     assert code == REFUSED
-    lines = [line for line in said.splitlines() if line.startswith("exidyn: ")]
+    lines = [line for line in text.splitlines() if line.startswith("exidyn: ")]
     assert len(lines) == 1
     assert words in lines[0]
     assert printed == ""
@@ -167,10 +167,10 @@ def test_options_that_would_be_ignored_are_refused(robot, capsys, arguments, wor
 
 def test_an_unknown_robot_is_one_clear_line(capsys):
     assert main(["excite", "nobody"]) == REFUSED
-    said = capsys.readouterr().err
-    assert said.startswith("exidyn: no robot or file called 'nobody'")
-    assert "kr270" in said
-    assert len(said.splitlines()) == 1
+    text = capsys.readouterr().err
+    assert text.startswith("exidyn: no robot or file called 'nobody'")
+    assert "kr270" in text
+    assert len(text.splitlines()) == 1
 
 
 @pytest.mark.parametrize("starts", ["1", "2"])
@@ -188,11 +188,11 @@ def test_ctrl_c_keeps_the_best(robot, tmp_path, starts):
         time.sleep(1.0)  # what comes before the search takes a tenth
         assert process.poll() is None
         os.killpg(process.pid, signal.SIGINT)
-        printed, said = process.communicate(timeout=300)
+        printed, found_text = process.communicate(timeout=300)
     finally:
         if process.poll() is None:
             os.killpg(process.pid, signal.SIGKILL)
-    assert process.returncode == 0, said
-    assert "Traceback" not in said
+    assert process.returncode == 0, found_text
+    assert "Traceback" not in found_text
     assert f"written: {output}" in printed
     assert read_plan(output).reached > 1

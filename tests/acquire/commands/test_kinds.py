@@ -51,12 +51,12 @@ def test_one_joint_alone_moves(robot, kind):
     np.testing.assert_array_equal(reached.upper - reached.lower > 0.1, [False, True])
 
 
-def test_what_cannot_be_is_told_by_the_joints_name(robot, capsys):
+def test_what_cannot_be_is_reported_by_the_joints_name(robot, capsys):
     assert excite(robot, "--kind", "single-joint", "--joints", "elbow", "--start", "0", "2.44") == REFUSED
     assert "exidyn: elbow: at 2.44 rad it can swing by" in capsys.readouterr().err
 
 
-def test_a_run_against_another_model_says_how_well_it_tells(robot, capsys):
+def test_a_run_against_another_model_states_how_well_it_distinguishes(robot, capsys):
     springy = two_joints.model(JointSpring(("elbow",)))
     springy = replace(springy, stated={**springy.stated, "Ks2": Prior(20.0)})
     (robot / "springy.toml").write_text(model_text(springy))
@@ -79,7 +79,7 @@ def test_a_model_whose_own_effect_has_no_values_explains_nothing(robot, capsys):
     assert "Ks2, Ts2 have no values" in capsys.readouterr().err
 
 
-def test_a_file_that_cannot_be_written_is_told_before_the_search(robot, capsys):
+def test_a_file_that_cannot_be_written_is_reported_before_the_search(robot, capsys):
     assert main(["excite", str(robot / "robot.toml"), "-o", str(robot)]) == REFUSED
     assert "--output needs a file" in capsys.readouterr().err
     assert "searching" not in capsys.readouterr().err

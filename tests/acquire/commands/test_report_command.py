@@ -118,13 +118,13 @@ def test_links_lead_to_parts_that_are_there_once(page):
     assert sorted(links) == sorted(f"#{name}" for name in names)
 
 
-def test_the_verdict_says_what_is_identified_missing_and_simulated(page):
-    said = page.words.partition("What was identified")[2].partition("What was recorded")[0]
-    assert "Physics is missing on elbow" in said
-    assert "Joint 2 (elbow) has a spring that the model does not have" in said
-    assert "it is none of the effects that exidyn knows: joint 1 (shoulder) keeps" in said
-    assert "sim beside real: current differs by more than noise on 1 joint; elbow most" in said
-    assert "better beside real: no joint's current differs by more than noise" in said
+def test_the_verdict_reports_what_is_identified_missing_and_simulated(page):
+    text = page.words.partition("What was identified")[2].partition("What was recorded")[0]
+    assert "Physics is missing on elbow" in text
+    assert "Joint 2 (elbow) has a spring that the model does not have" in text
+    assert "it is none of the effects that exidyn knows: joint 1 (shoulder) keeps" in text
+    assert "sim beside real: current differs by more than noise on 1 joint; elbow most" in text
+    assert "better beside real: no joint's current differs by more than noise" in text
 
 
 def test_a_fit_predicts_the_runs_as_when_it_was_made(page):
@@ -205,7 +205,7 @@ def test_a_diagnosis_alone_brings_runs_and_robot_and_one_without_samples_only_wo
     assert "Joint 2 (elbow) has a spring that the model does not have" in page.words
 
 
-def test_believed_values_predict_as_the_believed_model_does():
+def test_nominal_values_predict_as_the_nominal_model_does():
     run = recordings()[2]
     shown = predicted(as_nominal(fit()), [run])
     given = prepare(replace(run, model=fit().model), fit().filtering)
@@ -220,9 +220,11 @@ def test_bodies_are_known_by_what_is_known_of_them():
     fit = known_fit()
     [known] = [effect.known for effect in fit.model.effects if isinstance(effect, Payload)]
     loaded = replace(recordings()[0], payload=KnownPayload("other name", known))
-    assert not any("knows nothing" in doubt for doubt in predicted(fit, [loaded]).warnings)
+    assert not any("knows nothing" in warning for warning in predicted(fit, [loaded]).warnings)
     strange = replace(loaded, payload=KnownPayload("tool", (("M", 77.0),)))
-    assert any("carries 'tool', of which the fit" in doubt for doubt in predicted(fit, [strange]).warnings)
+    assert any(
+        "carries 'tool', of which the fit" in warning for warning in predicted(fit, [strange]).warnings
+    )
 
 
 def test_scores_survive_the_file(tmp_path):
@@ -238,7 +240,7 @@ def test_scores_survive_the_file(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("names", "said"),
+    ("names", "message"),
     [
         (["missing.json"], "missing.json does not exist"),
         (["half.json"], "is not JSON, or was cut off"),
@@ -255,7 +257,7 @@ def test_scores_survive_the_file(tmp_path):
         (["fit.json", "hips.mcap"], "identify0 of hip, elbow: a report is of one arm"),
     ],
 )
-def test_what_is_no_part_of_a_report_is_said_in_one_line(names, said, files, tmp_path, capsys):
+def test_what_is_no_part_of_a_report_is_reported_in_one_line(names, message, files, tmp_path, capsys):
     table = json.loads((files / "diagnosis" / "diagnosis.json").read_text())
     flat = json.loads((files / "worse.json").read_text()) | {"mismatch": {"position": 3}}
     texts = {
@@ -280,11 +282,11 @@ def test_what_is_no_part_of_a_report_is_said_in_one_line(names, said, files, tmp
     assert main(["report", *given, "--output", str(tmp_path / "report.html")]) == REFUSED
     line = capsys.readouterr().err.splitlines()[-1]
     assert line.startswith("exidyn: ")
-    assert said in line
+    assert message in line
     assert not (tmp_path / "report.html").exists()
 
 
-def test_where_the_page_cannot_be_written_is_said_before_any_work(files, tmp_path, capsys):
+def test_where_the_page_cannot_be_written_is_reported_before_any_work(files, tmp_path, capsys):
     assert main(["report", str(files / "fit.json"), "--output", str(tmp_path)]) == REFUSED
     assert "--output needs a file" in capsys.readouterr().err
     before = (files / "fit.json").read_bytes()

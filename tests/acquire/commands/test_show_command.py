@@ -37,15 +37,15 @@ def show(folder, *arguments):
 
 def test_summary_is_printed_and_the_page_written(folder, capsys):
     assert show(folder, "plan.toml") == 0
-    printed, said = capsys.readouterr()
+    printed, text = capsys.readouterr()
     assert "Motion for two joints: 6.66667 s, fourier" in printed
     assert "BEYOND" not in printed
     assert "torque %" not in printed
-    assert said == f"written: {folder / 'plan.html'}\n"
+    assert text == f"written: {folder / 'plan.html'}\n"
     assert (folder / "plan.html").read_text(encoding="utf-8") == plan_page(known_plan(MOTION))
 
 
-def test_a_plan_beyond_its_limits_is_told(folder, capsys):
+def test_a_plan_beyond_its_limits_is_reported(folder, capsys):
     assert show(folder, "beyond.toml", "--page", str(folder / "other.html")) == 0
     assert "BEYOND: shoulder: velocity at" in capsys.readouterr().out
     assert "Goes beyond limits: do not run it." in (folder / "other.html").read_text(encoding="utf-8")
@@ -54,19 +54,19 @@ def test_a_plan_beyond_its_limits_is_told(folder, capsys):
 
 def test_with_the_robot_torque_is_shown(folder, capsys):
     assert show(folder, "plan.toml", "--robot", "robot.toml") == 0
-    printed, said = capsys.readouterr()
+    printed, text = capsys.readouterr()
     assert "torque %" in printed
-    assert "warning" not in said
+    assert "warning" not in text
     assert "torque [N m]" in (folder / "plan.html").read_text(encoding="utf-8")
 
 
 def test_another_robot_is_warned_of_or_refused(folder, capsys):
     assert show(folder, "plan.toml", "--robot", "slower.toml") == 0
-    said = capsys.readouterr().err
-    assert "warning: limit velocity of shoulder is 2; it was 3 when the plan was made" in said
+    text = capsys.readouterr().err
+    assert "warning: limit velocity of shoulder is 2; it was 3 when the plan was made" in text
     assert show(folder, "plan.toml", "--robot", "kr270") == REFUSED
-    said = capsys.readouterr().err
-    assert "the plan is for the joints shoulder, elbow of two joints; kr270 has joint1, joint2" in said
+    text = capsys.readouterr().err
+    assert "the plan is for the joints shoulder, elbow of two joints; kr270 has joint1, joint2" in text
 
 
 def test_exports_are_those_of_the_table(folder, capsys):
@@ -110,7 +110,7 @@ def test_a_view_can_be_opened(folder, monkeypatch):
         (["--export", "csv"], "expected 2 arguments"),
     ],
 )
-def test_wrong_options_say_what_is_wrong(folder, arguments, words, capsys):
+def test_wrong_options_state_what_is_wrong(folder, arguments, words, capsys):
     with pytest.raises(SystemExit) as stopped:
         show(folder, "plan.toml", *arguments)
     assert stopped.value.code == REFUSED

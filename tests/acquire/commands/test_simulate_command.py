@@ -47,10 +47,10 @@ def simulate(*arguments, plan="plan.toml", output="sim.mcap", source="robot.toml
 
 def test_a_simulation_is_a_recording(folder, capsys):
     assert simulate() == 0
-    printed, said = capsys.readouterr()
+    printed, text = capsys.readouterr()
     assert "times real time" in printed
     assert "farthest from its command: shoulder" in printed
-    assert "written: sim.mcap" in said
+    assert "written: sim.mcap" in text
     run = read_recording("sim.mcap")
     assert set(run.signals) == {
         "position",
@@ -131,7 +131,7 @@ def test_half_the_speed_takes_twice_the_time(folder):
 
 
 @pytest.mark.parametrize(
-    ("arguments", "said"),
+    ("arguments", "message"),
     [
         (
             ["--stiffness", "1", "2", "3"],
@@ -143,10 +143,10 @@ def test_half_the_speed_takes_twice_the_time(folder):
         (["--mass", "2", "--payload", "tool"], "not both"),
     ],
 )
-def test_what_does_not_fit_is_refused_in_a_line(folder, capsys, arguments, said):
+def test_what_does_not_fit_is_refused_in_a_line(folder, capsys, arguments, message):
     assert simulate(*arguments) == REFUSED
     error = capsys.readouterr().err
-    assert said in error
+    assert message in error
     assert error.count("\n") == 1
     assert not (folder / "sim.mcap").exists()
 
@@ -156,12 +156,12 @@ def test_a_plan_for_other_joints_is_refused(folder, capsys):
     assert "the plan is for the joints shoulder, elbow" in capsys.readouterr().err
 
 
-def test_export_writes_and_says_what_is_missing(folder, capsys):
+def test_export_writes_and_reports_what_is_missing(folder, capsys):
     assert main(["export", "fit.json", "--to", "urdf", "-o", "arm.urdf"]) == 0
-    printed, said = capsys.readouterr()
+    printed, text = capsys.readouterr()
     assert printed.startswith("urdf: not in it\n  - ")
     assert "friction_asymmetry: up to" in printed
-    assert said == "written: arm.urdf\n"
+    assert text == "written: arm.urdf\n"
     assert (folder / "arm.urdf").read_text().startswith('<?xml version="1.0"?>')
 
 

@@ -110,7 +110,7 @@ def test_the_arm_moves_as_measured(files, tmp_path):
     np.testing.assert_allclose(place, poses[:, :, :3], atol=1e-6)
 
 
-def test_runs_of_one_name_are_told_apart(files, tmp_path):
+def test_runs_of_one_name_are_distinguished(files, tmp_path):
     chunks = saved(files, tmp_path, "run.mcap", "run.mcap")
     assert ("/run/position/measured", "Scalars:scalars") in chunks
     assert ("/run #2/position/measured", "Scalars:scalars") in chunks
@@ -240,7 +240,7 @@ def test_traces_are_those_of_the_evidence(files):
 
 
 @pytest.mark.parametrize(
-    ("names", "said"),
+    ("names", "message"),
     [
         (["missing.mcap"], "missing.mcap does not exist"),
         (["fit.json", "diagnosis.json"], "give one fit or one diagnosis at a time"),
@@ -253,7 +253,7 @@ def test_traces_are_those_of_the_evidence(files):
         (["run.mcap", "-o", "no/folder.rrd"], "there is no folder"),
     ],
 )
-def test_what_cannot_be_shown_is_said_in_one_line(names, said, files, tmp_path, capsys):
+def test_what_cannot_be_shown_is_reported_in_one_line(names, message, files, tmp_path, capsys):
     texts = {"list": "[]", "other": '{"exidyn_diagnosis": 9}', "half": "{", "bare": '{"exidyn_diagnosis": 1}'}
     for name, text in texts.items():
         (files / f"{name}.json").write_text(text)
@@ -262,7 +262,7 @@ def test_what_cannot_be_shown_is_said_in_one_line(names, said, files, tmp_path, 
         given += ["-o", str(tmp_path / "view.rrd")]
     assert main(["view", *given]) == REFUSED
     [line] = capsys.readouterr().err.splitlines()
-    assert said in line
+    assert message in line
 
 
 @pytest.mark.parametrize(

@@ -14,7 +14,7 @@ from exidyn.acquire.arguments import run_options
 from exidyn.acquire.arguments.exit_codes import DONE, WRONG
 from exidyn.acquire.command_line import REFUSED, STOPPED, main
 from exidyn.acquire.commands import jog_command
-from exidyn.acquire.jog.believed import flange_way
+from exidyn.acquire.jog.nominal_arm import flange_way
 from exidyn.acquire.jog.there_and_back import SHARE, TURN, Way, run_limits, there_and_back
 from exidyn.acquire.terminal.confirm import UNATTENDED
 from exidyn.identify.effects import CoulombFriction, RigidBody
@@ -57,40 +57,40 @@ def robot_with(**drive):
     return path
 
 
-def wrong(said):
-    return [name for name, verdict in verdicts(said).items() if verdict == "wrong"]
+def wrong(text):
+    return [name for name, verdict in verdicts(text).items() if verdict == "wrong"]
 
 
 @pytest.mark.parametrize("joint", ["2", "joint3"])
-def test_a_right_joint_is_said_to_be_right(joint, capsys):
-    code, said = jog(capsys, "--joint", joint)
+def test_a_right_joint_is_judged_right(joint, capsys):
+    code, text = jog(capsys, "--joint", joint)
     assert code == DONE
-    assert list(verdicts(said).values())[:4] == ["right"] * 4
-    assert said["stop"] == "none"
-    assert said["distance"] == pytest.approx(np.radians(2.0))
+    assert list(verdicts(text).values())[:4] == ["right"] * 4
+    assert text["stop"] == "none"
+    assert text["distance"] == pytest.approx(np.radians(2.0))
 
 
 def test_a_robot_with_negative_gains_and_a_balancer_is_right_too(capsys):
     assert main(["jog", "--robot", "kr270", "--joint", "2", "--json", "-"]) == DONE
-    said = json.loads(capsys.readouterr().out)
-    assert set(verdicts(said).values()) == {"right"}
-    zero = said["judgements"][-1]
+    text = json.loads(capsys.readouterr().out)
+    assert set(verdicts(text).values()) == {"right"}
+    zero = text["judgements"][-1]
     assert zero["low"] < 0.0 < zero["high"]
 
 
 def test_down_is_as_good_as_up(capsys):
-    code, said = jog(capsys, "--joint", 3, "--degrees", -4)
+    code, text = jog(capsys, "--joint", 3, "--degrees", -4)
     assert code == DONE
-    assert list(verdicts(said).values())[:4] == ["right"] * 4
+    assert list(verdicts(text).values())[:4] == ["right"] * 4
 
 
-def test_a_joint_that_gravity_does_not_pull_at_tells_no_gain(capsys):
-    code, said = jog(capsys, "--joint", 1)
+def test_a_joint_that_gravity_does_not_pull_at_shows_no_gain(capsys):
+    code, found_text = jog(capsys, "--joint", 1)
     assert code == DONE
-    assert verdicts(said)[GRAVITY] == "unknown"
-    assert verdicts(said)[ZERO] == "unknown"
-    assert "cannot be judged from this motion" in said["judgements"][-1]["text"]
-    assert verdicts(said)[FRICTION] == "right"
+    assert verdicts(found_text)[GRAVITY] == "unknown"
+    assert verdicts(found_text)[ZERO] == "unknown"
+    assert "cannot be judged from this motion" in found_text["judgements"][-1]["text"]
+    assert verdicts(found_text)[FRICTION] == "right"
 
 
 @pytest.mark.parametrize(
@@ -103,29 +103,29 @@ def test_a_joint_that_gravity_does_not_pull_at_tells_no_gain(capsys):
         ("exchange joint3 at start", 0.0, ["way", OTHERS]),
     ],
 )
-def test_encoders_that_are_wrong_are_said_to_be(faults, value, expected, capsys):
-    code, said = jog(capsys, "--joint", 3, "--set", f"faults={faults}")
+def test_wrong_encoders_are_reported(faults, value, expected, capsys):
+    code, text = jog(capsys, "--joint", 3, "--set", f"faults={faults}")
     assert code in (WRONG, STOPPED)
-    assert wrong(said) == expected
-    assert said["judgements"][0]["value"] == pytest.approx(value, abs=0.02)
-    assert "NOT as it should be: way" in said["summary"]
-    assert verdicts(said)[GRAVITY] == "unknown"
+    assert wrong(text) == expected
+    assert text["judgements"][0]["value"] == pytest.approx(value, abs=0.02)
+    assert "NOT as it should be: way" in text["summary"]
+    assert verdicts(text)[GRAVITY] == "unknown"
 
 
 @pytest.mark.parametrize(
     ("factor", "expected", "words"),
     [
         (-1.0, [FRICTION, GRAVITY], "the sign of drive gain or current"),
-        (0.5, [GRAVITY], "0.50 of what is believed"),
+        (0.5, [GRAVITY], "0.50 of the nominal one"),
         (2.0, [GRAVITY], "2.0"),
     ],
 )
-def test_gains_that_are_wrong_are_said_to_be(factor, expected, words, capsys):
-    believed = robot_with(drive_gain=factor * ROBOT.drive_gain)
-    assert main(["jog", "--robot", believed, "--plant", "cobot", "--joint", "2", "--json", "-"]) == WRONG
-    said = json.loads(capsys.readouterr().out)
-    assert wrong(said) == expected
-    assert words in " ".join(one["text"] for one in said["judgements"])
+def test_wrong_gains_are_reported(factor, expected, words, capsys):
+    nominal = robot_with(drive_gain=factor * ROBOT.drive_gain)
+    assert main(["jog", "--robot", nominal, "--plant", "cobot", "--joint", "2", "--json", "-"]) == WRONG
+    found_text = json.loads(capsys.readouterr().out)
+    assert wrong(found_text) == expected
+    assert words in " ".join(one["text"] for one in found_text["judgements"])
 
 
 def test_a_load_that_nobody_named_is_seen_and_a_named_one_is_right(capsys):
@@ -135,25 +135,25 @@ def test_a_load_that_nobody_named_is_seen_and_a_named_one_is_right(capsys):
     )
     with open("loaded.toml", "w", encoding="utf-8") as file:
         file.write(model_text(replace(MODEL, robot=replace(ROBOT, kinematics=loaded))))
-    code, said = jog(capsys, "--joint", 2, "--plant", "loaded.toml")
-    assert (code, wrong(said)) == (WRONG, [GRAVITY])
-    code, said = jog(capsys, "--joint", 2, "--mass", 10, "--com", 0, 0, 0.1)
+    code, text = jog(capsys, "--joint", 2, "--plant", "loaded.toml")
+    assert (code, wrong(text)) == (WRONG, [GRAVITY])
+    code, text = jog(capsys, "--joint", 2, "--mass", 10, "--com", 0, 0, 0.1)
     assert code == DONE
-    assert verdicts(said)[GRAVITY] == "right"
+    assert verdicts(text)[GRAVITY] == "right"
 
 
-def test_without_gains_currents_tell_nothing(capsys):
+def test_without_gains_currents_show_nothing(capsys):
     unknown = robot_with(drive_gain=np.ones(6))
     assert main(["jog", "--robot", unknown, "--plant", "cobot", "--joint", "2", "--json", "-"]) == DONE
-    said = json.loads(capsys.readouterr().out)
-    assert verdicts(said)[FRICTION] == "unknown"
-    assert "no drive gains" in said["judgements"][2]["text"]
+    found_text = json.loads(capsys.readouterr().out)
+    assert verdicts(found_text)[FRICTION] == "unknown"
+    assert "no drive gains" in found_text["judgements"][2]["text"]
 
 
-def test_without_currents_only_the_way_is_told(capsys):
-    code, said = jog(capsys, "--joint", 2, "--set", "silent=current")
+def test_without_currents_only_the_way_is_reported(capsys):
+    code, found_text = jog(capsys, "--joint", 2, "--set", "silent=current")
     assert code == DONE
-    assert "neither current nor torque" in said["judgements"][2]["text"]
+    assert "neither current nor torque" in found_text["judgements"][2]["text"]
 
 
 def test_a_joint_that_slides_goes_millimetres(capsys, tmp_path):
@@ -165,9 +165,9 @@ def test_a_joint_that_slides_goes_millimetres(capsys, tmp_path):
         DONE,
         WRONG,
     )
-    said = json.loads(capsys.readouterr().out)
-    assert said["distance"] == pytest.approx(-0.008)
-    assert said["judgements"][0]["value"] == pytest.approx(1.0, abs=0.05)
+    text = json.loads(capsys.readouterr().out)
+    assert text["distance"] == pytest.approx(-0.008)
+    assert text["judgements"][0]["value"] == pytest.approx(1.0, abs=0.05)
     assert main(["jog", "--robot", "slides.toml", "--joint", "3", "--degrees", "2"]) == REFUSED
     assert "achse_3 slides: say how far with --mm" in capsys.readouterr().err
 
@@ -203,21 +203,21 @@ def test_beyond_the_limits_nothing_is_powered_and_nothing_moved(capsys, tmp_path
         assert main(["jog", *arguments, "--joint", "2"]) == REFUSED
         peer.close()
         assert json.loads(peer.lines[-1])["farthest"] == 0.0
-    said = capsys.readouterr().err
-    assert "joint2 would go to -124.00 deg, its limits are -180.0 to -125.0 deg" in said
+    text = capsys.readouterr().err
+    assert "joint2 would go to -124.00 deg, its limits are -180.0 to -125.0 deg" in text
     assert not list(tmp_path.glob("*.mcap*"))
 
 
-def test_nobody_says_yes_and_nothing_is_opened(capsys, monkeypatch, tmp_path):
+def test_without_a_yes_nothing_is_opened(capsys, monkeypatch, tmp_path):
     monkeypatch.setattr("sys.stdin", io.StringIO("y\n"))
     servos = ["--driver", "feetech", "--set", "port=/dev/nowhere", "--set", "ids=[1, 2, 3, 4, 5, 6]"]
     servos += ["--set", "cycle=0.01"]
     assert main(["jog", "--robot", "cobot", "--joint", "2", *servos]) == STOPPED
-    said = capsys.readouterr().err
-    assert "joint2, joint 2 of 6, +2.00 deg and back at 2 deg/s" in said
-    assert "not safety-rated" in said
-    assert "nothing was moved" in said
-    assert "--speed" not in said
+    text = capsys.readouterr().err
+    assert "joint2, joint 2 of 6, +2.00 deg and back at 2 deg/s" in text
+    assert "not safety-rated" in text
+    assert "nothing was moved" in text
+    assert "--speed" not in text
     assert not list(tmp_path.glob("*.mcap*"))
 
 
@@ -230,7 +230,7 @@ def test_yes_alone_moves_nothing_real(capsys, monkeypatch):
     assert UNATTENDED in capsys.readouterr().err
 
 
-def test_it_is_recorded_and_says_where(capsys):
+def test_it_is_recorded_and_the_place_is_printed(capsys):
     assert main(["jog", "--robot", "cobot", "--joint", "2"]) == DONE
     assert main(["jog", "--robot", "cobot", "--joint", "2", "-o", "elbow.mcap"]) == DONE
     assert main(["jog", "--robot", "cobot", "--joint", "2"]) == DONE
@@ -270,13 +270,13 @@ def test_the_motion_is_slow_and_ends_where_it_began():
 
 
 def test_a_kuka_is_right_and_exchanged_axes_are_not(tmp_path, capsys):
-    code, said, peer = jog_on(kuka_rsi, tmp_path, capsys, "--joint", 2)
+    code, found_text, peer = jog_on(kuka_rsi, tmp_path, capsys, "--joint", 2)
     assert code == DONE
-    assert list(verdicts(said).values())[:4] == ["right"] * 4
+    assert list(verdicts(found_text).values())[:4] == ["right"] * 4
     assert json.loads(peer.lines[-1])["farthest"] == pytest.approx(2.0, abs=0.01)
-    code, said, peer = jog_on(kuka_rsi, tmp_path, capsys, "--joint", 2, axes="A1 A3 A2 A4 A5 A6")
-    assert (code, wrong(said)) == (WRONG, [GRAVITY])
-    assert "the order of the joints" in said["judgements"][3]["text"]
+    code, found_text, peer = jog_on(kuka_rsi, tmp_path, capsys, "--joint", 2, axes="A1 A3 A2 A4 A5 A6")
+    assert (code, wrong(found_text)) == (WRONG, [GRAVITY])
+    assert "the order of the joints" in found_text["judgements"][3]["text"]
 
 
 @pytest.mark.parametrize("cell", [kuka_rsi, canopen_402, can_mit])
@@ -288,43 +288,43 @@ def test_planning_may_take_longer_than_a_controller_waits(cell, tmp_path, capsys
         return flange_way(*arguments)
 
     monkeypatch.setattr(jog_command, "flange_way", slow)
-    _, said, _ = jog_on(cell, tmp_path, capsys, "--joint", 2)
-    assert said["stop"] == "none", said["text"]
+    _, found_text, _ = jog_on(cell, tmp_path, capsys, "--joint", 2)
+    assert found_text["stop"] == "none", found_text["text"]
 
 
 def test_a_kuka_axis_that_turns_against_its_joint_is_wrong(tmp_path, capsys):
     sign = [1, 1, -1, 1, 1, 1]
-    code, said, _ = jog_on(kuka_rsi, tmp_path, capsys, "--joint", 3, sign=sign)
+    code, text, _ = jog_on(kuka_rsi, tmp_path, capsys, "--joint", 3, sign=sign)
     assert code == WRONG
-    assert FRICTION in wrong(said)
+    assert FRICTION in wrong(text)
 
 
 def test_drives_on_can_are_right_and_a_current_of_the_other_sign_is_not(tmp_path, capsys):
-    code, said, peer = jog_on(canopen_402, tmp_path, capsys, "--joint", 3, "--degrees", 4)
+    code, text, peer = jog_on(canopen_402, tmp_path, capsys, "--joint", 3, "--degrees", 4)
     assert code == DONE
-    assert list(verdicts(said).values())[:3] == ["right"] * 3
-    assert peer.said("enabled")
-    believed = robot_with(drive_gain=-ROBOT.drive_gain)
-    code, said, _ = jog_on(canopen_402, tmp_path, capsys, "--joint", 3, "--degrees", 4, "--robot", believed)
+    assert list(verdicts(text).values())[:3] == ["right"] * 3
+    assert peer.text("enabled")
+    nominal = robot_with(drive_gain=-ROBOT.drive_gain)
+    code, text, _ = jog_on(canopen_402, tmp_path, capsys, "--joint", 3, "--degrees", 4, "--robot", nominal)
     assert code == WRONG
-    assert FRICTION in wrong(said)
+    assert FRICTION in wrong(text)
 
 
 def test_servos_are_right(tmp_path, capsys):
-    code, said, _ = jog_on(dynamixel, tmp_path, capsys, "--joint", 3, "--degrees", 4)
+    code, text, _ = jog_on(dynamixel, tmp_path, capsys, "--joint", 3, "--degrees", 4)
     assert code == DONE
-    assert list(verdicts(said).values())[:3] == ["right"] * 3
+    assert list(verdicts(text).values())[:3] == ["right"] * 3
 
 
 def test_torque_of_motors_that_is_none_is_seen(tmp_path, capsys):
     """These motors state their currents where the frame has torque."""
-    code, said, _ = jog_on(can_mit, tmp_path, capsys, "--joint", 2, "--degrees", 4)
-    assert verdicts(said)["way"] == "right"
+    code, text, _ = jog_on(can_mit, tmp_path, capsys, "--joint", 2, "--degrees", 4)
+    assert verdicts(text)["way"] == "right"
     assert code == WRONG
-    assert wrong(said) == [GRAVITY]
+    assert wrong(text) == [GRAVITY]
 
 
-def test_a_controller_that_only_tells_is_not_jogged(tmp_path, capsys):
+def test_a_controller_that_only_reports_is_not_jogged(tmp_path, capsys):
     config = rsi_controller.config_file(tmp_path, only_send=True)
     given = {"controller": "127.0.0.1", "config": str(config), "wait": 20.0}
     with rsi_controller.running(config):

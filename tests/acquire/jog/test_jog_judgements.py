@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from exidyn.acquire.jog.believed import flange_way, torque_at_rest
 from exidyn.acquire.jog.judgements import Verdict, judge
 from exidyn.acquire.jog.kept import Course
+from exidyn.acquire.jog.nominal_arm import flange_way, torque_at_rest
 from exidyn.acquire.jog.there_and_back import Way, run_limits, there_and_back
 from exidyn.identify.robot_files.robot_file import read_model
 
@@ -34,18 +34,18 @@ def course(model=MODEL, way=WAY, here=HERE, friction=10.0, noise=0.5, torque=Fal
     return Course(states.position, states.velocity, states.position.copy(), nothing, current, at_joints)
 
 
-def found(said, name):
-    return next(one for one in said if one.name == name)
+def found(text, name):
+    return next(one for one in text if one.name == name)
 
 
-def test_friction_and_gravity_are_told_apart_as_they_are():
-    said = judge(course(), WAY, MODEL)
-    assert found(said, "friction with the motion").value == pytest.approx(10.0, abs=0.2)
-    believed = torque_at_rest(MODEL, HERE[None])[0, 1]
-    gravity = found(said, "gravity torque")
-    assert gravity.value == pytest.approx(believed, rel=0.02)
-    assert (gravity.low, gravity.high) == pytest.approx((0.75 * believed, believed / 0.75), rel=0.02)
-    assert found(said, "way").value == pytest.approx(1.0)
+def test_friction_and_gravity_are_distinguished_as_they_are():
+    text = judge(course(), WAY, MODEL)
+    assert found(text, "friction with the motion").value == pytest.approx(10.0, abs=0.2)
+    nominal = torque_at_rest(MODEL, HERE[None])[0, 1]
+    gravity = found(text, "gravity torque")
+    assert gravity.value == pytest.approx(nominal, rel=0.02)
+    assert (gravity.low, gravity.high) == pytest.approx((0.75 * nominal, nominal / 0.75), rel=0.02)
+    assert found(text, "way").value == pytest.approx(1.0)
 
 
 @pytest.mark.parametrize("joint", [3, 4, 5])
@@ -53,12 +53,12 @@ def test_torques_of_a_coupled_wrist_are_as_its_drives_feel_them(joint):
     way = Way.of(COUPLED.robot, joint, np.radians(-2.0))
     here = np.array([0.0, -1.0, 0.5, 0.3, 1.0, 0.2])
     for torque in (False, True):
-        said = judge(course(COUPLED, way, here, friction=1.0, noise=0.01, torque=torque), way, COUPLED)
-        believed = torque_at_rest(COUPLED, here[None])[0, joint]
+        text = judge(course(COUPLED, way, here, friction=1.0, noise=0.01, torque=torque), way, COUPLED)
+        nominal = torque_at_rest(COUPLED, here[None])[0, joint]
         alone = torque_at_rest(UNCOUPLED, here[None])[0]
-        assert believed == pytest.approx((COUPLED.robot.to_motors @ alone)[joint])
-        assert found(said, "gravity torque").value == pytest.approx(believed, rel=0.05, abs=0.05)
-        assert found(said, "friction with the motion").value == pytest.approx(1.0, abs=0.05)
+        assert nominal == pytest.approx((COUPLED.robot.to_motors @ alone)[joint])
+        assert found(text, "gravity torque").value == pytest.approx(nominal, rel=0.05, abs=0.05)
+        assert found(text, "friction with the motion").value == pytest.approx(1.0, abs=0.05)
 
 
 def test_one_that_goes_to_each_command_in_a_step_is_not_judged_by_its_current():
@@ -83,14 +83,14 @@ def test_friction_below_noise_is_not_judged():
     assert abs(friction.value) < friction.low
 
 
-def test_friction_that_could_be_another_each_way_leaves_small_gravity_untold():
-    said = judge(course(friction=100.0), WAY, MODEL)
-    assert found(said, "gravity torque").verdict is Verdict.UNKNOWN
-    assert "jog it where gravity is larger" in found(said, "gravity torque").text
-    assert found(said, "encoder zero").verdict is Verdict.UNKNOWN
+def test_friction_that_could_be_another_each_way_leaves_small_gravity_open():
+    found_text = judge(course(friction=100.0), WAY, MODEL)
+    assert found(found_text, "gravity torque").verdict is Verdict.UNKNOWN
+    assert "jog it where gravity is larger" in found(found_text, "gravity torque").text
+    assert found(found_text, "encoder zero").verdict is Verdict.UNKNOWN
 
 
-def test_a_wrong_zero_is_seen_from_the_angle_on_that_is_said():
+def test_a_wrong_zero_is_seen_from_the_angle_on_that_is_reported():
     """Within it gravity would be as measured; well beyond it, it is not."""
     way = Way.of(ROBOT, 1, np.radians(-2.0))
     zero = found(judge(course(way=way), way, MODEL), "encoder zero")
@@ -107,21 +107,21 @@ def test_silent_samples_are_left_out():
     whole = course()
     position, current = whole.position.copy(), whole.current.copy()
     position[::7] = current[::7] = np.nan
-    said = judge(replace(whole, position=position, current=current), WAY, MODEL)
-    assert [one.verdict for one in said[:4]] == [Verdict.RIGHT] * 4
+    text = judge(replace(whole, position=position, current=current), WAY, MODEL)
+    assert [one.verdict for one in text[:4]] == [Verdict.RIGHT] * 4
 
 
-def test_one_that_was_stopped_early_tells_nothing():
+def test_one_that_was_stopped_early_shows_nothing():
     whole = course()
     rows = np.flatnonzero(np.abs(whole.speed[:, 1]) > 0)[:20]
     early = Course(*(getattr(whole, name)[: rows[-1]] for name in Course.__dataclass_fields__))
-    said = judge(early, WAY, MODEL)
-    assert [one.verdict for one in said] == [Verdict.UNKNOWN]
+    text = judge(early, WAY, MODEL)
+    assert [one.verdict for one in text] == [Verdict.UNKNOWN]
     nothing = Course(*(getattr(whole, name)[:0] for name in Course.__dataclass_fields__))
     assert judge(nothing, WAY, MODEL)[0].verdict is Verdict.UNKNOWN
 
 
-def test_the_flange_goes_where_the_geometry_says():
+def test_the_flange_goes_where_the_geometry_states():
     """The first joint of the cobot turns about the vertical."""
     way = Way.of(ROBOT, 0, np.radians(10.0))
     flange = flange_way(ROBOT, HERE, way)

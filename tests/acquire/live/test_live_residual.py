@@ -24,9 +24,9 @@ def model():
     return read_model("cobot")
 
 
-def moving(model, seconds, **said):
+def moving(model, seconds, **options):
     """As `measured`, but in the midst of the motion."""
-    return measured(model, seconds, begin=3.0, **said)
+    return measured(model, seconds, begin=3.0, **options)
 
 
 def run(live, model, time, position, current, piece=25):
@@ -55,7 +55,7 @@ def test_residual_of_the_true_model_is_the_noise(model):
     np.testing.assert_allclose(torques.velocity, motion.velocity[rows_of(torques, motion.time)], atol=0.005)
 
 
-def test_residual_of_a_body_that_nobody_told_is_its_torque(model):
+def test_residual_of_an_unstated_body_is_its_torque(model):
     motion, position, current = moving(model, 6.0, hidden=BODY)
     torques = run(LiveResidual(model, 0.002), model, motion.time, position, current)
     body = Model(model.robot, (Payload("hidden", BODY),))
@@ -67,7 +67,7 @@ def test_residual_of_a_body_that_nobody_told_is_its_torque(model):
     assert np.all(np.sqrt(np.mean(error**2, axis=0)) < 0.01 * largest + 0.005 * usual)
 
 
-def test_told_payload_is_believed(model):
+def test_stated_payload_is_nominal(model):
     motion, position, current = moving(model, 6.0, hidden=BODY)
     live = LiveResidual(model, 0.002, KnownPayload("L", BODY))
     torques = run(live, model, motion.time, position, current)
@@ -95,7 +95,7 @@ def test_friction_with_a_memory_goes_on_from_piece_to_piece(model):
 
 
 @pytest.mark.parametrize("cycle", [0.001, 0.002, 0.004, 0.012])
-def test_torques_are_as_old_as_said(model, cycle):
+def test_torques_are_as_old_as_stated(model, cycle):
     motion, position, current = moving(model, 2.0, rate=1 / cycle)
     live = LiveResidual(model, cycle)
     torques = run(live, model, motion.time, position, current, piece=1)
@@ -106,7 +106,7 @@ def test_torques_are_as_old_as_said(model, cycle):
     assert np.all(np.std(torques.residual, axis=0) < 0.01 * usual)
 
 
-def test_windows_with_skipped_cycles_and_silent_joints_say_nothing(model):
+def test_windows_with_skipped_cycles_and_silent_joints_show_nothing(model):
     motion, position, current = moving(model, 3.0)
     kept = (motion.time < 1.0) | (motion.time > 1.2)
     position[motion.time == motion.time[1000], 3] = np.nan
@@ -121,7 +121,7 @@ def test_windows_with_skipped_cycles_and_silent_joints_say_nothing(model):
     assert np.isnan(torques.residual).all(axis=1).sum() < len(at) / 4
 
 
-def test_clock_that_stands_still_or_goes_back_says_nothing(model):
+def test_clock_that_stands_still_or_goes_back_shows_nothing(model):
     motion, position, current = moving(model, 1.0)
     time = motion.time.copy()
     time[250:] -= 0.3

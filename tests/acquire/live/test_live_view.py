@@ -169,7 +169,7 @@ def test_run_that_ends_at_once_is_shown_with_its_reason(model, run, tmp_path):
     assert texts(chunks, "end") == ["0.01 s  end: stopped (tracking)"]
 
 
-def test_run_that_nobody_ends_is_said_to_be_abandoned(model, run, tmp_path):
+def test_an_unended_run_is_reported_as_abandoned(model, run, tmp_path):
     chunks = saved(model, tmp_path / "run.rrd", run[:100])
     lines = texts(chunks, "stop")
     assert " ".join(line.strip() for line in lines) == f"0.19 s  stop: {ABANDONED}"
@@ -217,7 +217,7 @@ def test_finite_limits_are_drawn_in_the_colour_of_their_joint(chunks, model):
     assert seconds(chunks, "/velocity/limit")[-1] > SECONDS - 0.5
 
 
-def test_limits_that_nobody_stated_are_not_drawn(model):
+def test_limits_not_given_are_not_drawn(model):
     robot = read_model("cobot").robot
     robot.limits.position_upper[1] = np.inf
     robot.limits.torque[:] = np.inf
@@ -265,7 +265,7 @@ def test_killed_view_takes_nothing_along(model, run, tmp_path, capsys):
     assert len(numbers(read_part(path), "/position/measured"))
 
 
-def test_view_that_is_too_slow_is_not_waited_for_and_says_what_it_lacks(run, tmp_path, capsys):
+def test_view_that_is_too_slow_is_not_waited_for_and_reports_what_it_lacks(run, tmp_path, capsys):
     handed = [run[0], *10 * run[1:-4], *run[-4:]]
     with view(save=tmp_path / "run.rrd") as shown:
         os.kill(shown.process_id, signal.SIGSTOP)
@@ -281,7 +281,7 @@ def test_view_that_is_too_slow_is_not_waited_for_and_says_what_it_lacks(run, tmp
     assert f"too slow for {shown.dropped} cycles" in capsys.readouterr().err
 
 
-def test_rerun_that_is_not_installed_is_said(tmp_path, monkeypatch):
+def test_rerun_that_is_not_installed_is_reported(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "rerun", None)
     with pytest.raises(CannotShow, match="pip install rerun-sdk"):
         start_view(Targets(save=tmp_path / "run.rrd"))
@@ -298,7 +298,7 @@ def test_pages_and_data_are_served_on_this_machine_only(capsys):
     with view(serve=f"127.0.0.1:{port}") as shown:
         assert listeners(port) == [LOOPBACK]
         assert listeners(port + 1) == [LOOPBACK]
-        address = shown.said.split()[-1]
+        address = shown.text.split()[-1]
         assert address in capsys.readouterr().err
         with urllib.request.urlopen(address) as page:
             assert b"Rerun" in page.read()
@@ -314,14 +314,14 @@ def test_address_that_is_none_is_refused(text):
         start_view(Targets(serve=text))
 
 
-def test_port_that_is_taken_is_said():
+def test_port_that_is_taken_is_reported():
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
         with pytest.raises(SinkFailed, match=f"port {port} of 127.0.0.1"):
             start_view(Targets(serve=f"127.0.0.1:{port}"))
 
 
-def test_file_that_cannot_be_written_is_said(tmp_path):
+def test_file_that_cannot_be_written_is_reported(tmp_path):
     with pytest.raises(CannotShow, match="no folder"):
         start_view(Targets(save=tmp_path / "nowhere" / "run.rrd"))
     with pytest.raises(SinkFailed, match="directory"):
@@ -397,7 +397,7 @@ def test_browser_shows_the_run(tmp_path):
     model, port, pictures = two_joints.model(), free_port(), []
     beginning = [frame for due, frame in frames(model, SECONDS) if due < 0.8]
     with headless_browser(tmp_path / "profile") as browser, view(serve=f"127.0.0.1:{port}") as shown:
-        browser.open(shown.said.split()[-1] + "&renderer=webgl", width=1000, height=640)
+        browser.open(shown.text.split()[-1] + "&renderer=webgl", width=1000, height=640)
         hand_over(shown, beginning)
 
         def drawn():

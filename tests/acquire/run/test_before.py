@@ -23,7 +23,7 @@ def robot(**limits):
 
 def test_a_plan_for_the_robot_at_hand_may_run():
     found = checked(plan(), MODEL)
-    assert not found.doubts
+    assert not found.warnings
     assert np.array_equal(found.limits.jerk, LIMITS.jerk)
 
 
@@ -51,7 +51,7 @@ def test_torque_counts_with_what_hangs_on_the_flange():
         checked(plan(), MODEL, payload=heavy)
 
 
-def test_limits_that_nobody_said_are_finite_and_bear_the_motion():
+def test_limits_not_given_are_finite_and_bear_the_motion():
     unsaid = robot(
         acceleration=np.full(6, np.inf), acceleration_lower=np.full(6, -np.inf), jerk=np.full(6, np.inf)
     )
@@ -62,6 +62,6 @@ def test_limits_that_nobody_said_are_finite_and_bear_the_motion():
     assert np.all(found.jerk >= reached.jerk.upper)
 
 
-def test_another_model_of_the_same_arm_is_a_doubt():
+def test_another_model_of_the_same_arm_is_a_warning():
     other = replace(MODEL, effects=MODEL.effects[:-1])
-    assert "torques" in checked(plan(), other).doubts[0]
+    assert "torques" in checked(plan(), other).warnings[0]

@@ -174,7 +174,7 @@ def test_an_arm_that_stands_elsewhere_is_not_moved():
     assert not driver.commands
 
 
-def test_a_joint_nobody_knows_of_is_not_moved():
+def test_an_unknown_joint_is_not_moved():
     nowhere = START.copy()
     nowhere[1] = np.nan
     driver = Following(nowhere, change=lambda number, fields: fields.update(stale=np.zeros(6, bool)))
@@ -271,7 +271,7 @@ def test_how_the_controller_stops_the_arm_is_not_called_running():
     assert [STAGES[cycle.stage] for cycle in sink.cycles()][-100:] == ["braking"] * 100
 
 
-def test_the_drives_are_powered_after_what_the_driver_says_was_told():
+def test_the_drives_are_powered_after_the_driver_reports():
     driver, told = Following(), []
     driver.arm_drives = lambda: told.append("powered")
     perform(driver, job(), opened=lambda info: told.append(info.cycle))

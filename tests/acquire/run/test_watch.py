@@ -36,20 +36,20 @@ def test_positions_are_there_and_no_drive_is_on(name, tmp_path, capsys):
     with CELLS[name](tmp_path) as (peer, path):
         arguments = ["--controller", str(path), "--robot", "cobot", "--json", "-", *SHORT]
         assert main(["watch", *arguments]) == 0
-        said = readings(capsys)
+        text = readings(capsys)
         assert off(name, peer)
     expected = np.radians(POSE) if name == "kuka_rsi" else [0.0, -np.pi / 2, 0.0, 0.0, 0.0, 0.0]
-    np.testing.assert_allclose(said[-1]["position"], expected, atol=2e-3)
-    assert said[-1]["joints"] == list(ROBOT.joints)
-    assert said[-1]["fault"] == ""
-    assert said[-1]["beyond_limits"] == []
+    np.testing.assert_allclose(text[-1]["position"], expected, atol=2e-3)
+    assert text[-1]["joints"] == list(ROBOT.joints)
+    assert text[-1]["fault"] == ""
+    assert text[-1]["beyond_limits"] == []
     measured = "torque" if name == "can_mit" else "current"
-    assert all(value is not None for value in said[-1][measured])
+    assert all(value is not None for value in text[-1][measured])
     words = {"kuka_rsi": "", "canopen_402": "switch-on disabled", "can_mit": "off"}
-    assert said[-1]["states"] == [words.get(name, "torque off")] * 6
+    assert text[-1]["states"] == [words.get(name, "torque off")] * 6
 
 
-def test_a_controller_that_falls_silent_is_told_in_a_line(tmp_path, capsys):
+def test_a_controller_that_falls_silent_is_reported_in_a_line(tmp_path, capsys):
     with CELLS["canopen_402"](tmp_path) as (peer, path):
         peer.process.kill()
         assert main(["watch", "--controller", str(path), "--robot", "cobot"]) == REFUSED
@@ -94,10 +94,10 @@ def test_without_a_terminal_it_is_a_line_a_reading(capsys):
 def test_json_goes_to_a_file_line_by_line(tmp_path, capsys):
     path = tmp_path / "watched.json"
     assert main(["watch", "--robot", "cobot", "--json", str(path), *SHORT]) == 0
-    said = [json.loads(one) for one in path.read_text().splitlines()]
-    assert len(said) == len(capsys.readouterr().out.splitlines())
-    assert said[0]["exidyn_reading"] == 1
-    assert said[0]["position"][0] == pytest.approx(np.radians(-72.0), abs=1e-4)
+    text = [json.loads(one) for one in path.read_text().splitlines()]
+    assert len(text) == len(capsys.readouterr().out.splitlines())
+    assert text[0]["exidyn_reading"] == 1
+    assert text[0]["position"][0] == pytest.approx(np.radians(-72.0), abs=1e-4)
 
 
 def test_without_a_robot_positions_are_radians(tmp_path, capsys):
@@ -130,9 +130,9 @@ def test_motors_that_reading_makes_limp_are_not_read_unasked(tmp_path, capsys, m
         path = controller_file(tmp_path, "can_mit", mit_settings(peer.address, maker="t-motor"))
         monkeypatch.setattr("builtins.input", lambda: "no")
         assert main(["watch", "--controller", str(path), *SHORT]) == STOPPED
-        said = capsys.readouterr()
-        assert "goes limp" in said.err
-        assert "nothing was sent" in said.err
+        text = capsys.readouterr()
+        assert "goes limp" in text.err
+        assert "nothing was sent" in text.err
         monkeypatch.setattr("builtins.input", lambda: "yes")
         assert main(["watch", "--controller", str(path), *SHORT]) == 0
 
@@ -186,11 +186,11 @@ INFO = Info(cycle=0.01, clock="host", signals=("position", "current"))
 
 def test_what_is_beyond_limits_or_silent_is_marked():
     far = reading(position=np.array([4.1, np.nan, -4.001]))
-    rows = table_lines(far, UNITS, INFO, 1.0, ["said before"])
+    rows = table_lines(far, UNITS, INFO, 1.0, ["found_text before"])
     assert rows[1].split()[1:4] == ["234.91", "deg", "BEYOND"]
     assert rows[2].split()[-1] == "silent"
     assert rows[3].split()[1:4] == ["-4001.00", "mm", "BEYOND"]
-    assert rows[-1] == "said: said before"
+    assert rows[-1] == "found_text: found_text before"
     text = line(far, UNITS, INFO, 1.0)
     assert "BEYOND limits: achse_1, achse_3; silent: achse_2" in text
     assert "deg/deg/mm" in text
@@ -204,4 +204,4 @@ def test_what_is_not_known_is_null_and_a_dash():
     text = line(reading(fault="tripped"), UNITS, INFO, 1.0)
     assert "position 5.73 - 500.00" in text
     assert "torque" not in text
-    assert text.endswith("fault: tripped; said: a sentence")
+    assert text.endswith("fault: tripped; found_text: a sentence")

@@ -18,13 +18,13 @@ def test_anything_but_yes_is_no(monkeypatch, answer):
         confirm(simulated=False, yes=False)
 
 
-def test_yes_is_yes_and_what_is_at_stake_was_said(monkeypatch, capsys):
+def test_yes_is_yes_and_what_is_at_stake_was_stated(monkeypatch, capsys):
     monkeypatch.setattr("sys.stdin", io.StringIO("yes\n"))
     confirm(simulated=False, yes=False)
     assert "not safety-rated" in capsys.readouterr().err
 
 
-def test_where_nobody_can_answer_that_is_said(monkeypatch):
+def test_where_nobody_can_answer_that_is_reported(monkeypatch):
     monkeypatch.setattr("sys.stdin", io.StringIO(""))
     with pytest.raises(NotConfirmed, match="nobody is there to type yes"):
         confirm(simulated=False, yes=False)

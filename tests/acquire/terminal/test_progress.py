@@ -26,7 +26,7 @@ def line(*stages, skipped=0):
     return str(found)
 
 
-def test_it_says_how_far_the_motion_has_got_and_how_to_stop_it():
+def test_it_states_how_far_the_motion_has_got_and_how_to_stop_it():
     assert line(APPROACHING) == "approaching; cycles missed: 0; Ctrl-C brakes"
     assert line(*[RUNNING] * 751, skipped=1) == "running 1.5 of 10.0 s; cycles missed: 751; Ctrl-C brakes"
 

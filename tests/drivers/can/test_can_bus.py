@@ -138,7 +138,7 @@ def test_what_an_interface_needs_and_is_not_installed_is_named(monkeypatch, inte
     assert "plugged in" not in str(caught.value)
 
 
-def test_python_can_says_that_msgpack_is_missing(monkeypatch):
+def test_python_can_states_that_msgpack_is_missing(monkeypatch):
     """As it does of itself, not as this project imagines it."""
     utils = pytest.importorskip("can.interfaces.udp_multicast.utils")
     monkeypatch.setattr(utils, "msgpack", None)
@@ -156,7 +156,7 @@ def test_a_plain_install_brings_what_the_how_to_needs():
     assert all(can_bus.PACKAGES.get(interface, "python-can") in names for interface in used)
 
 
-def test_a_frame_that_cannot_be_read_is_told_once_and_survived(scripted):
+def test_a_frame_that_cannot_be_read_is_reported_once_and_survived(scripted):
     bad = ValueError("noise")
     bus, _ = scripted([bad, bad, frame(0x181, b"12345678")])
     assert bus.recv(0.0) is None

@@ -27,7 +27,7 @@ def test_the_arm_follows_and_its_units_are_ours():
         assert "TIMEOUT 10000 read back" in info.dead_man
         assert "answers with torque in N m" in info.settings["joint2 (motor 2)"]
         assert "KT_Value 0.945" in info.settings["joint2 (motor 2)"]
-        assert not peer.said("on")
+        assert not peer.text("on")
         driver.arm_drives()
         where = standing(driver)
         np.testing.assert_allclose(where, [0.0, -1.0, 1.0, 0.0, 0.5, 0.0], atol=STEP)
@@ -82,7 +82,7 @@ def test_both_answers_of_the_other_maker_are_read(short):
         np.testing.assert_allclose(samples[-1].current, 0.1 * np.arange(1, 7), atol=0.003)
 
 
-def test_without_a_current_range_the_other_maker_is_read_as_torque_and_doubted():
+def test_without_a_current_range_the_other_maker_is_read_as_torque_with_a_warning():
     with motors(maker="t-motor") as (_, driver):
         info = driver.open()
         assert "torque" in info.signals
@@ -101,7 +101,7 @@ def test_a_motor_that_is_not_there_is_named():
             driver.open()
 
 
-def test_an_old_error_is_told_and_cleared_by_arming():
+def test_an_old_error_is_reported_and_cleared_by_arming():
     with motors("--error", "9") as (peer, driver):
         info = driver.open()
         assert any("joint1 (motor 1) has error 9 (under-voltage)" in text for text in info.warnings)
@@ -144,7 +144,7 @@ def test_a_quick_stop_holds_and_off_switches_off():
         last = [sample.position for sample in samples if not sample.stale.any()]
         assert (np.abs(last[-1] - last[0]) < 0.005).all()
         assert (last[-1] - where > 0.02).all()
-        assert not peer.said(": off")
+        assert not peer.text(": off")
         driver.stop(StopLevel.OFF)
         for number in range(1, 7):
             peer.wait_for(f"motor {number}: off")
@@ -157,14 +157,14 @@ def test_after_the_end_held_motors_do_not_miss_the_host():
         driver.close()
         with pytest.raises(LookupError):
             peer.wait_for("error 13", 0.8)
-        assert not peer.said(": off")
-        assert not peer.said("store")
+        assert not peer.text(": off")
+        assert not peer.text("store")
 
 
 def test_a_motor_that_runs_away_is_not_left_running_at_the_end():
     with motors("--fault", "runaway:3@5") as (peer, driver):
         where = armed(driver)
-        while not peer.said("motor 3: now runaway"):
+        while not peer.text("motor 3: now runaway"):
             driver.exchange(command(where))
         driver.close()
         for number in range(1, 7):

@@ -43,7 +43,7 @@ def test_what_is_informative_or_not_asked_for_may_be_missing(missing):
 @pytest.mark.parametrize(
     "withheld", ["0x1003:0", "0x1005:0", "0x1006:0", "0x1008:0", "0x1018:1", "0x603F:0", "0x6502:0"]
 )
-def test_what_is_informative_may_be_there_and_tell_nothing(withheld):
+def test_what_is_informative_may_be_there_and_show_nothing(withheld):
     with drives("--withhold", f"2:{withheld}") as (_, driver):
         info, samples = run(driver)
         assert not told_of_joint2(info)
@@ -133,7 +133,7 @@ def test_current_here_and_torque_there_is_refused():
             driver.open()
 
 
-def test_torque_stands_in_for_current():
+def test_torque_replaces_current():
     with drives("--without", "2:0x6078:0") as (_, driver):
         info, samples = run(driver)
         assert info.signals == ("position", "torque")

@@ -53,7 +53,7 @@ def test_middle_and_ends_of_a_command():
 
 
 @pytest.mark.parametrize("model", MODELS)
-def test_an_answer_says_what_was_measured_to_half_a_step(model):
+def test_an_answer_reports_what_was_measured_to_half_a_step(model):
     family, ranges = MODELS[model]
     random = np.random.default_rng(1)
     for _ in range(100):

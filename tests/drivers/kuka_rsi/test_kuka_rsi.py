@@ -52,7 +52,7 @@ def test_each_telegram_is_answered_with_the_command_of_its_cycle(path):
         np.testing.assert_allclose(correction(controller.answer()), position - START, atol=1e-6)
 
 
-def test_what_the_driver_says_of_itself(path):
+def test_what_the_driver_states_of_itself(path):
     with by_hand(path) as controller, driver(path, timeout=10, probe=True) as one:
         info, _ = controller.begun(one)
     assert (info.cycle, info.clock, info.signals) == (0.004, "controller", ("position", "current"))
@@ -145,7 +145,7 @@ def test_telegrams_twice_late_and_out_of_order_are_no_samples(path):
 
 
 def until_lost(one):
-    """Exchange until the link is said to be lost; the samples."""
+    """Exchange until the link is text to be lost; the samples."""
     samples = []
     for _ in range(2000):
         try:
@@ -236,7 +236,7 @@ def test_no_bytes_from_the_controllers_address_break_an_exchange(path):
             other.close()
 
 
-def test_late_answers_that_the_controller_counts_are_told_when_they_grow(path):
+def test_late_answers_that_the_controller_counts_are_reported_when_they_grow(path):
     with by_hand(path) as controller, driver(path) as one:
         info, _ = controller.begun(one, delay=2)
         assert info.settings["late_answers_at_start"] == "2"
@@ -249,7 +249,7 @@ def test_late_answers_that_the_controller_counts_are_told_when_they_grow(path):
         assert told[0] == told[2] == told[3] == ()
 
 
-def test_a_programmed_pose_that_moves_is_told_once(path):
+def test_a_programmed_pose_that_moves_is_reported_once(path):
     with by_hand(path) as controller, driver(path) as one:
         controller.begun(one)
         told = []
@@ -300,7 +300,7 @@ def test_another_cycle_than_the_settings_is_refused(path):
             controller.opened(one)
 
 
-def test_coarse_positions_are_doubted(path):
+def test_coarse_positions_give_a_warning(path):
     with by_hand(path) as controller, driver(path) as one:
         controller.send = lambda **_: (
             setattr(controller, "stamp", controller.stamp + 4),
@@ -320,7 +320,7 @@ def test_a_start_without_programmed_pose_is_where_the_arm_is(tmp_path):
     assert info.settings["start"] == "10 -90 90 5 45 -20 deg"
 
 
-def test_who_does_not_come_is_told_what_to_do(path, caplog):
+def test_a_missing_controller_is_reported_with_what_to_do(path, caplog):
     with driver(path, wait=0.05) as one:
         with pytest.raises(NotReady, match=r"nothing arrived at 127.0.0.1:\d+ .* Start the RSI program on"):
             one.open()

@@ -90,7 +90,7 @@ def test_what_a_controller_would_refuse_is_refused(tmp_path, old, new, message):
         ("DEF_AIPos", "DEF_ASPos", "does not send the axes' positions: add DEF_AIPos"),
     ],
 )  # fmt: skip
-def test_a_configuration_without_a_place_for_what_is_needed_says_so(tmp_path, old, new, message):
+def test_a_configuration_without_a_place_for_what_is_needed_reports_it(tmp_path, old, new, message):
     path = tmp_path / "config.xml"
     path.write_text(INDUSTRIAL.replace(old, new))
     given = settings(config=str(path))

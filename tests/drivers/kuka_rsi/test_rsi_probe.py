@@ -95,7 +95,7 @@ def test_distances_are_taken_for_such_and_sums_refused(rest, timeout, cycle):
     assert not probe.correction.any()
 
 
-def test_a_run_is_told_what_is_done_and_what_was_seen():
+def test_what_is_done_and_what_was_seen_is_reported():
     probe, count = probed(Arm())
     assert probe.events() == (
         "seeing what corrections do, by motions of 0.01 degrees, for 1.0 s",

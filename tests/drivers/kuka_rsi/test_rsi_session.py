@@ -29,7 +29,7 @@ def test_the_newest_counts_and_missing_ones_are_counted():
     assert one.events() == ()
 
 
-def test_telegrams_that_come_twice_late_or_broken_are_told_once():
+def test_telegrams_that_come_twice_late_or_broken_are_reported_once():
     one = session()
     one.take([datagram(100), datagram(104)])
     assert one.take([datagram(104), datagram(104), datagram(100), Datagram(b"?", 1000, 0)]) is None
@@ -84,7 +84,7 @@ def test_who_sends_one_telegram_again_for_a_while_waits_for_an_answer():
     assert not one.waits
 
 
-def test_stamps_that_count_answers_say_nothing_of_time():
+def test_stamps_that_count_answers_show_nothing_of_time():
     one = session()
     one.take([datagram(0, arrival=0), datagram(0, arrival=10**9)])
     one.count_answers()

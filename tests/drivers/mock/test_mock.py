@@ -17,7 +17,7 @@ from ...parts.small.two_joints import GAIN, model, trajectory, true_values
 from ...peers.arm import make_plant
 
 
-def test_it_says_what_it_is():
+def test_it_reports_what_it_is():
     driver, info = opened(cycle=0.004, silent="current, temperature")
     assert driver.simulated
     assert not driver.in_real_time
@@ -142,7 +142,7 @@ def test_in_real_time_it_keeps_to_the_clock():
 
 
 @pytest.mark.parametrize(
-    ("settings", "said"),
+    ("settings", "message"),
     [
         ({"cycle": 0.0}, "0.0005 to 0.1"),
         ({"clock": "sundial"}, "Valid: stepped, real"),
@@ -152,8 +152,8 @@ def test_in_real_time_it_keeps_to_the_clock():
         ({"faults": "drop at 1.2.3"}, "'1.2.3' in fault"),
     ],
 )
-def test_settings_that_cannot_be_are_refused(settings, said):
-    with pytest.raises(BadSettings, match=said):
+def test_settings_that_cannot_be_are_refused(settings, message):
+    with pytest.raises(BadSettings, match=message):
         create("mock", settings, arm())
 
 

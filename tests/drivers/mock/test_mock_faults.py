@@ -47,7 +47,7 @@ def test_one_joint_can_be_silent_from_the_start():
     assert np.isnan(samples[5].position[1])
 
 
-def test_a_drive_that_trips_brakes_and_says_so_from_then_on():
+def test_a_drive_that_trips_brakes_and_reports_it_from_then_on():
     samples = spoiled("fault elbow at 0.3")
     assert [bool(sample.fault) for sample in samples] == [k >= 150 for k in range(300)]
     assert "joint 2" in samples[-1].fault

@@ -54,7 +54,7 @@ def mirrors(mirroring):
     return mirroring
 
 
-def test_servos_are_found_set_up_and_told(servos):
+def test_servos_are_found_set_up_and_reported(servos):
     with driver("dynamixel", servos) as one:
         info = one.open()
         assert info.settings["servos"].startswith("10 XM430-W210 firmware 46, 11 XM430")
@@ -68,7 +68,7 @@ def test_servos_are_found_set_up_and_told(servos):
 
 
 @pytest.mark.parametrize("fast", ["on", "off"])
-def test_the_arm_follows_and_tells_position_velocity_and_current(servos, fast):
+def test_the_arm_follows_and_reports_position_velocity_and_current(servos, fast):
     with driver("dynamixel", servos, fast_sync_read=fast) as one:
         one.open()
         one.arm_drives()
@@ -140,7 +140,7 @@ def test_a_servo_with_a_broken_answer_is_stale_for_that_cycle(mirrors):
         )
 
 
-def test_a_silent_servo_is_told_and_the_others_go_on(mirrors):
+def test_a_silent_servo_is_reported_and_the_others_go_on(mirrors):
     with counting("dynamixel", mirrors, fast_sync_read="off") as one:
         one.open()
         one.arm_drives()

@@ -72,12 +72,12 @@ def test_any_data_come_back_as_they_went():
         assert packets.parse(sent, 10).statuses == [Status(5, 0, data)]
 
 
-def test_a_servo_that_refuses_says_so_without_data():
+def test_a_servo_that_refuses_reports_it_without_data():
     assert packets.parse(REFUSED, 4).statuses == [Status(1, 7, b"")]
 
 
 @pytest.mark.parametrize("bit", range(8))
-def test_no_answer_with_a_wrong_bit_is_believed(bit):
+def test_no_answer_with_a_wrong_bit_is_accepted(bit):
     good = bytes.fromhex(ANSWERS)
     for place in range(15):
         wrong = bytearray(good)

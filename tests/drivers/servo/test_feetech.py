@@ -57,7 +57,7 @@ def test_servos_are_found_and_nobody_claims_that_they_stop_by_themselves(servos)
         assert set(info.signals) == {"position", "velocity", "current", "temperature"}
 
 
-def test_the_arm_follows_and_tells_position_velocity_and_current(servos):
+def test_the_arm_follows_and_reports_position_velocity_and_current(servos):
     with driver("feetech", servos) as one:
         one.open()
         one.arm_drives()
@@ -147,7 +147,7 @@ def test_another_mode_is_refused(servos):
             one.open()
 
 
-def test_bridges_that_measure_no_current_are_told(servos):
+def test_bridges_that_measure_no_current_are_reported(servos):
     tell(servos, "set 18 1 32")
     with driver("feetech", servos) as one:
         info = one.open()

@@ -33,7 +33,7 @@ def test_published_answers_are_understood():
 
 
 @pytest.mark.parametrize("bit", range(8))
-def test_no_answer_with_a_wrong_bit_is_believed(bit):
+def test_no_answer_with_a_wrong_bit_is_accepted(bit):
     good = bytes.fromhex(ANSWERS)
     for place in range(14):
         wrong = bytearray(good)

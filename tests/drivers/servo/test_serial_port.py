@@ -65,7 +65,7 @@ def test_what_nobody_wants_is_thrown_away(line):
     port.close()
 
 
-def test_a_port_that_is_not_there_is_said_with_those_that_are():
+def test_a_port_that_is_not_there_is_reported_with_those_that_are():
     with pytest.raises(BadSettings, match="/dev/nothing does not open at 1000000 bit/s.*Ports found:"):
         SerialPort("/dev/nothing", 1_000_000, 0.1)
 

@@ -78,7 +78,7 @@ def test_a_late_answer_is_never_taken_for_the_next(talk, line):
     assert exchange(talk, line, answers(4, turn=1)) == ([4, 4, 4], ["answers again from one, two, three"])
 
 
-def test_answers_that_are_always_a_question_late_are_never_believed(talk, line):
+def test_answers_that_are_always_a_question_late_are_never_accepted(talk, line):
     asked = []
 
     def late(data):
@@ -110,7 +110,7 @@ def test_an_old_answer_in_front_of_the_right_one_is_passed_over_or_all_is_left(t
     assert exchange(talk, line, answers(5, turn=2))[0] == [5, 5, 5]
 
 
-def test_bytes_that_nobody_asked_for_are_told_once(talk, line):
+def test_bytes_that_nobody_asked_for_are_reported_once(talk, line):
     line.came = b"???"
     first = exchange(talk, line, answers(1))
     line.came = b"???"
@@ -123,7 +123,7 @@ def test_answers_out_of_order_are_of_several_questions(talk, line):
     assert exchange(talk, line, answers(1, (3, 1, 2)))[0] == NOBODY
 
 
-def test_a_servo_that_answers_twice_is_not_believed(talk, line):
+def test_a_servo_that_answers_twice_is_not_accepted(talk, line):
     assert exchange(talk, line, answers(1, (1, 1, 2)))[0] == NOBODY
 
 
@@ -140,7 +140,7 @@ def test_a_silent_servo_leaves_the_others(talk, line):
         assert exchange(talk, line, answers(5, (1, 3), turn))[0] == NOBODY  # it might come yet
 
 
-def test_an_answer_of_somebody_else_is_not_believed(talk, line):
+def test_an_answer_of_somebody_else_is_not_accepted(talk, line):
     assert exchange(talk, line, answers(5, (1, 2, 9)))[0] == NOBODY
 
 

@@ -76,7 +76,7 @@ def test_a_head_larger_than_a_small_pipe_and_all_behind_it_arrive(tmp_path, monk
     assert len(recording.timing) == 100
 
 
-def test_a_process_that_cannot_start_says_why(tmp_path, capfd):
+def test_a_process_that_cannot_start_gives_the_reason(tmp_path, capfd):
     with pytest.raises(SinkFailed, match="view: its process has ended"):
         PipeSink("view", "exidyn.nothing")
     with pytest.raises(SinkFailed, match=r"recorder: /proc/run\.mcap\.part: No such file"):

@@ -61,7 +61,7 @@ def test_what_is_read_is_what_was_handed_over(run):
     assert recording.payload == head().payload
     assert recording.trajectory == head().trajectory
     assert recording.settings == {"driver": "mock", "controller_zero_ns": str(CONTROLLER)}
-    assert recording.warnings[0] == "doubtful"
+    assert recording.warnings[0] == "suspicious"
     assert recording.model.names == MODEL.names
 
 
@@ -82,7 +82,7 @@ def test_timing_events_and_outcome_are_kept(run):
     assert recording.outcome["lateness_max_s"] == "0.000006"
 
 
-def test_info_tells_how_the_run_went(run):
+def test_info_states_how_the_run_went(run):
     text = describe(read_recording(run))
     assert "1000 cycles (running 1000), 20 skipped" in text
     assert "lateness median 0.003, 99 % 0.006, largest 0.006 ms" in text
@@ -189,7 +189,9 @@ def test_silent_cycles_leave_rows_out_and_their_timing_in(tmp_path):
     assert recording.signals["position"].time.tolist() == [0.0, 0.002, 0.006, 0.010, 0.012, 0.014, 0.016]
     assert len(recording.host_time) == 7
     assert len(recording.signals["current"]) == 8
-    assert any("joint was silent in 1 of 8 samples (joint2 in 1)" in doubt for doubt in recording.warnings)
+    assert any(
+        "joint was silent in 1 of 8 samples (joint2 in 1)" in warning for warning in recording.warnings
+    )
 
 
 @pytest.mark.parametrize(("victims", "after"), [(("recorder", "loop"), 0.37), (("recorder",), 0.61)])
@@ -200,7 +202,7 @@ def test_a_killed_recorder_leaves_a_readable_file_up_to_just_before(tmp_path, vi
     assert left.recording.warnings[0].startswith("file ends abruptly")
     assert left.lost_ms < 500.0  # how much less benchmarks/record_kill.py measures
     if "loop" not in victims:
-        assert left.said.startswith("failure its process has ended")
+        assert left.text.startswith("failure its process has ended")
 
 
 def test_a_killed_loop_loses_nothing(tmp_path):
@@ -209,7 +211,7 @@ def test_a_killed_loop_loses_nothing(tmp_path):
     assert left.lost_ms == 0.0
     assert "ended without saying why" in left.recording.events[-1].text
     assert left.recording.outcome["stop"] == "unknown"
-    assert not any("abruptly" in doubt for doubt in left.recording.warnings)
+    assert not any("abruptly" in warning for warning in left.recording.warnings)
 
 
 def test_a_file_that_may_not_grow_stops_the_run_and_stays_readable(tmp_path):

@@ -177,7 +177,7 @@ def test_a_joint_that_nobody_hears_moves_for_nobody():
     assert first(looking, State.QUICK, rows[50:], begin=50) is None
 
 
-def test_cycles_that_say_nothing_are_no_break():
+def test_cycles_that_show_nothing_are_no_break():
     rows = ramp(2.0, 100)
     rows[::7] = np.nan
     assert first(signs(), State.HOLDING, rows, np.zeros((100, 2)))[1].kind == Sign.FASTER.value

@@ -108,7 +108,7 @@ def test_a_link_that_is_lost_in_a_brake_is_a_quick_stop():
     assert outcome.stop.kind == "link lost"
 
 
-def test_a_link_that_is_lost_in_a_quick_stop_is_told_and_no_reason_to_drop_the_arm():
+def test_a_link_that_is_lost_in_a_quick_stop_is_reported_and_no_reason_to_drop_the_arm():
     def change(number, fields):
         fields["fault"] = "tripped" * (number >= 150)
         if driver.stops and driver.number > 300:

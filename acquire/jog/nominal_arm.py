@@ -1,4 +1,4 @@
-"""What a model believes of an arm that moves at a crawl: torque at rest, and where its flange goes."""
+"""Nominal model of an arm that moves at a crawl: torque at rest, and where its flange goes."""
 
 from dataclasses import dataclass
 
@@ -16,7 +16,7 @@ def torque_at_rest(model: Model, positions: np.ndarray, payload: str = "") -> np
     """Gravity, springs and balancers, as the drives feel them.
 
     Args:
-        model: As believed.
+        model: Nominal.
         positions: Shape (t, n) [rad] or [m].
         payload: Name of the body on the flange; empty for none.
 
