@@ -1,4 +1,4 @@
-"""Example: a spring balancer that is missing in the nominal model, from the first motion to other simulators."""
+"""Example: a spring balancer that the nominal model lacks, from the first motion to other simulators."""
 
 from dataclasses import replace
 from pathlib import Path

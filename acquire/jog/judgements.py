@@ -173,9 +173,8 @@ def _gravity(
     if abs(nominal) >= uncertainty and inside:
         return Judgement(name, value, low, high, unit, Verdict.RIGHT), known
     why = (
-        f"friction may shift it by {uncertainty:.3g} {unit}, and {abs(believed):.3g} {unit} are nominal: jog "
-        f"it 
-        "where gravity is larger"
+        f"friction may shift it by {uncertainty:.3g} {unit}, and {abs(nominal):.3g} {unit} are nominal: "
+        "jog it where gravity is larger"
     )
     return Judgement(name, value, low, high, unit, Verdict.UNKNOWN, why), known
 
@@ -188,7 +187,7 @@ def _why_gravity(effort: Effort, friction: Judgement, nominal: float) -> str:
         return f"the other way than nominal: the joint's sign or zero, or {where}"
     if abs(nominal) < effort.friction_std:
         return f"none is nominal here: {where}"
-    return f"{effort.gravity / believed:.2f} of the nominal one: {effort.source}, or {where}"
+    return f"{effort.gravity / nominal:.2f} of the nominal one: {effort.source}, or {where}"
 
 
 def _zero(
@@ -216,7 +215,7 @@ def _zero(
 def _hidden(
     measured: tuple[float, float], sign: float, effort: Effort, way: Way, model: Model, payload: str
 ) -> float:
-    """Smallest wrong zero one way at which the nominal torque differs from the measured one [rad]; or infinity."""
+    """Smallest wrong zero one way at which nominal and measured torque differ [rad]; or infinity."""
     away = np.arange(STEP, FARTHEST + 0.5 * STEP, STEP)
     positions = np.repeat(effort.middle[None], len(away), axis=0)
     positions[:, way.joint] += sign * away

@@ -1,4 +1,4 @@
-"""Residual while the arm moves: measured joint torque minus that of the nominal model for the measured motion.
+"""Residual while the arm moves: measured joint torque minus the nominal torque of the measured motion.
 
 The motion's derivatives are those of a quadratic, by least squares through a short window of samples, at the
 window's middle: at its end they would be up to date, but the velocity alone would have eight times the noise.

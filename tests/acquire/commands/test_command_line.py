@@ -267,9 +267,7 @@ def test_the_example_finds_the_truth(tmp_path, capsys):
     lines = [line.split() for line in printed.partition("Identified beside true")[2].splitlines() if line]
     gains = [line for line in lines if line[0] == "drive"]
     assert len(gains) == 6
-    assert all(
-        abs(float(line[-3])) < 3.0 for line in gains
-    )  # % of truth, where the nominal one was 10 % wrong
+    assert all(abs(float(line[-3])) < 3.0 for line in gains)  # % of truth; nominal is 10 % wrong
     assert all(abs(float(line[-1])) < 4.0 for line in gains)  # standard deviations: one draw in a thousand
     spring = [line for line in lines if line[0] == "spring"]
     assert len(spring) == 2

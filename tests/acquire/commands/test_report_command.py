@@ -222,9 +222,7 @@ def test_bodies_are_known_by_what_is_known_of_them():
     loaded = replace(recordings()[0], payload=KnownPayload("other name", known))
     assert not any("knows nothing" in warning for warning in predicted(fit, [loaded]).warnings)
     strange = replace(loaded, payload=KnownPayload("tool", (("M", 77.0),)))
-    assert any(
-        "carries 'tool', of which the fit" in warning for warning in predicted(fit, [strange]).warnings
-    )
+    assert any("carries 'tool', of which the fit" in one for one in predicted(fit, [strange]).warnings)
 
 
 def test_scores_survive_the_file(tmp_path):
