@@ -9,7 +9,7 @@ from importlib.metadata import version
 from exidyn.identify.errors import ExidynError
 
 from .arguments.common import CommandParser, name_lines
-from .arguments.exit_codes import INTERRUPTED, NOBODY_READS, REFUSED, STOPPED, codes_help
+from .arguments.exit_codes import INTERRUPTED, READER_LEFT, REFUSED, STOPPED, codes_help
 from .commands import COMMANDS, command_module
 
 
@@ -27,11 +27,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
             return _answered(arguments)
         finally:
             if sys.stdout is not None:  # as it is where it was closed
-                sys.stdout.flush()  # here, where it still can be told why that fails
+                sys.stdout.flush()  # here, where the reason of a failure can still be reported
     except BrokenPipeError:
         # What is left in the buffer would be tried again at the end of the process, with a complaint.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return NOBODY_READS
+        return READER_LEFT
 
 
 def _answered(arguments: Sequence[str] | None) -> int:
@@ -58,7 +58,7 @@ def _answered(arguments: Sequence[str] | None) -> int:
 
         from .run.errors import NotConfirmed
 
-        if not isinstance(error, ExidynError | DriverError):  # raised on purpose, these say what to do
+        if not isinstance(error, ExidynError | DriverError):  # raised on purpose, these name what to do
             raise
         code = STOPPED if isinstance(error, NotConfirmed) else REFUSED
         return _said(" ".join(str(error).split()), code)

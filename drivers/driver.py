@@ -62,7 +62,7 @@ class Sample:
         lateness: By how much the cycle began, or was answered, too late [s].
         skipped: Cycles that went by without an exchange since the last sample.
         stale: Whether no fresh measurement came from a joint in this cycle, shape (n,); its values are NaN.
-        events: What the device said or the driver noticed in this cycle, a sentence each.
+        events: Messages of the device or the driver in this cycle, a sentence each.
         fault: Why the arm can no longer be commanded; empty while it can.
         sent: Whether the command went out; where the controller asks and did not, it has not.
     """
@@ -99,7 +99,7 @@ class Plant(Protocol):
     """A simulated arm with its drives: `exidyn.identify.simulation.plant` has one for any model."""
 
     def measure(self) -> Measured:
-        """What its sensors say now."""
+        """What its sensors measure now."""
 
     def step(self, position: np.ndarray, velocity: np.ndarray, seconds: float) -> None:
         """Follow a command (n,) [rad], [rad/s], which is reached at the end of these seconds."""
@@ -107,7 +107,7 @@ class Plant(Protocol):
 
 @dataclass(frozen=True)
 class Arm:
-    """What a driver is told of the arm.
+    """What a driver needs to know of the arm.
 
     Attributes:
         joints: Names, in the order of every (n,) array.
@@ -131,7 +131,7 @@ class Arm:
 
 @dataclass(frozen=True)
 class Info:
-    """What a driver says of itself once it is open.
+    """Metadata of a driver once it is open.
 
     Attributes:
         cycle: Time between exchanges [s].
@@ -162,7 +162,7 @@ class Driver(ABC):
 
     Args:
         settings: An instance of the driver's own `Settings`.
-        arm: What it is told of the arm.
+        arm: What it needs to know of the arm.
 
     Raises:
         BadSettings: Settings that do not fit each other, the arm or the bus.
@@ -172,7 +172,7 @@ class Driver(ABC):
     """Frozen dataclass whose fields are made by `settings.setting`."""
 
     simulated: ClassVar[bool] = False
-    """Whether nothing real moves, so that nobody need confirm."""
+    """Whether nothing real moves, so that no confirmation is needed."""
 
     def __init__(self, settings: Any, arm: Arm) -> None:
         self.settings = settings
@@ -194,7 +194,7 @@ class Driver(ABC):
 
     @classmethod
     def count_joints(cls, table: Mapping[str, Any]) -> int:
-        """Number of joints that a table of settings is for; 0 where it does not say."""
+        """Number of joints that a table of settings is for; 0 where not given."""
         return listed_joints(cls.Settings, table)
 
     @abstractmethod
@@ -202,7 +202,7 @@ class Driver(ABC):
         """Find the controller, configure and verify it. Nothing moves, nothing is powered.
 
         Raises:
-            DriverError: One of its kinds, saying what to try.
+            DriverError: One of its kinds, with what to try.
         """
 
     def open_to_read(self) -> Info:
@@ -223,7 +223,7 @@ class Driver(ABC):
         return ""
 
     def states(self) -> tuple[str, ...]:
-        """What each drive says of itself, such as "torque off"; empty where it does not say.
+        """State of each drive, such as "torque off"; empty where it sends none.
 
         Between exchanges, whether drives are powered or not. A bus may be asked, which takes a few cycles.
         """
@@ -243,7 +243,7 @@ class Driver(ABC):
         return True
 
     def held(self) -> np.ndarray | None:
-        """Position that the drives are told to hold, shape (n,) [rad]; None if that is what is measured.
+        """Position that the drives are commanded to hold, shape (n,) [rad]; None if that is what is measured.
 
         None also before `arm_drives`, unless the controller holds the arm from `open` on. Commands begin
         there. A joint that bears a load stands away from it where the controller is a spring or corrects
@@ -256,11 +256,11 @@ class Driver(ABC):
         """Wait for the next cycle, hand over the command, and return what is measured in that cycle.
 
         None commands nothing: the arm stays where its controller holds it. A joint that does not answer
-        gives NaN and is `stale`; a drive that has stopped itself says so in `Sample.fault`, once and from
+        gives NaN and is `stale`; a drive that has stopped itself is reported in `Sample.fault`, once and from
         then on. What comes from outside, however broken, raises nothing but these:
 
         Raises:
-            LinkLost: Nobody answers at all, for so long that waiting makes no sense.
+            LinkLost: No answer at all, for so long that waiting makes no sense.
         """
 
     def stop(self, level: StopLevel) -> None:  # noqa: B027 - likewise

@@ -1,4 +1,4 @@
-"""Settings of a driver: a frozen dataclass whose fields say what they mean, read from a TOML table."""
+"""Settings of a driver: a frozen dataclass whose fields state their meaning, read from a TOML table."""
 
 from collections.abc import Mapping
 from dataclasses import MISSING, dataclass, field, fields
@@ -7,7 +7,7 @@ from typing import Any
 from .errors import BadSettings, listed
 
 FARTHEST = 1e9
-"""Size of a number where no closer limit is said: radians, counts, baud and nanoseconds stay below it."""
+"""Size of a number where no closer limit is given: radians, counts, baud and nanoseconds stay below it."""
 
 
 @dataclass(frozen=True)
@@ -56,7 +56,7 @@ def read_settings(cls: type[Any], table: Mapping[str, Any], joints: int, where: 
         where: What to call the table in messages.
 
     Raises:
-        BadSettings: A name that nobody reads, a value that cannot be, or one that is missing.
+        BadSettings: An unknown name, a value that cannot be, or one that is missing.
     """
     known = {f.name: f for f in fields(cls)}
     unknown = [name for name in table if name not in known]

@@ -13,7 +13,7 @@ class CommandParser(argparse.ArgumentParser):
     """A parser whose complaint is one line: a page of usage would hide it."""
 
     def error(self, message: str) -> NoReturn:
-        """Say what is wrong, and end."""
+        """Print what is wrong, and end."""
         self.exit(REFUSED, f"{self.prog}: {' '.join(message.split())}. '{self.prog} --help' explains\n")
 
 
@@ -46,7 +46,7 @@ def name_lines(title: str, texts: Mapping[str, str]) -> str:
 
 
 def table_help(title: str, table: Mapping[str, Any]) -> str:
-    """The same of functions or classes: each name, and what its docstring says first."""
+    """The same of functions or classes: each name, and the first line of its docstring."""
     return name_lines(title, {n: (one.__doc__ or "").partition("\n")[0] for n, one in table.items()})
 
 

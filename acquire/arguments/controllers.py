@@ -65,7 +65,7 @@ def _file(path: Path) -> Mapping[str, Any]:
     unknown = [key for key in table if key not in KEYS]
     if unknown:
         raise BadSettings(
-            f"{path}: unknown key '{unknown[0]}'. Valid: {', '.join(KEYS)}; all that a driver is told stands "
+            f"{path}: unknown key '{unknown[0]}'. Valid: {', '.join(KEYS)}; all settings of a driver are "
             "below [settings]"
         )
     for key, (kind, form) in KEYS.items():

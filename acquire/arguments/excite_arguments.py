@@ -15,7 +15,7 @@ from .outputs import add_json, add_output
 OPTIMISED = "best"
 """Name of the kind of run that is searched for; the others are made by rule."""
 IDENTIFY_ONLY = ("shapes", "mass", "focus", "after")
-"""Options about what to identify, which another kind of run, or one to tell models apart, does not ask."""
+"""Options about what to identify, which another kind of run, or one to distinguish models, does not need."""
 EXAMPLES = (
     "exidyn excite robot.toml",
     "exidyn excite robot.toml --mass 175 --com 0.1 0 0.2      # a pair of runs, for the drive gains",
@@ -102,7 +102,9 @@ def _add_goal(parser: argparse.ArgumentParser) -> None:
         "--focus", nargs="+", default=[], metavar="NAME", help="base parameters that alone matter: gain Kr K0"
     )
     goal.add_argument("--after", type=Path, metavar="FIT", help="fit.json of earlier runs, to add to")
-    goal.add_argument("--against", metavar="ROBOT", help="another model of the same arm, to be told from it")
+    goal.add_argument(
+        "--against", metavar="ROBOT", help="another model of the same arm, to be distinguished from it"
+    )
     goal.add_argument("--trajectories", type=integer, default=1, metavar="N", help="plan so many together")
 
 

@@ -1,4 +1,4 @@
-"""What the exit code of `exidyn` says, the same for every command."""
+"""What the exit code of `exidyn` means, the same for every command."""
 
 DONE = 0
 STOPPED = 1
@@ -11,17 +11,17 @@ WRONG = 4
 """A joint was moved, and did not do what it should."""
 INTERRUPTED = 130
 """After Ctrl-C, as shells have it: 128 + SIGINT."""
-NOBODY_READS = 141
+READER_LEFT = 141
 """Whoever read the output has left, as shells have it of all commands: 128 + SIGPIPE."""
 
 MEANINGS = {
     DONE: "done",
     STOPPED: "a run of the arm was stopped before its end, or not confirmed (record, jog)",
-    REFUSED: "not done: something given was wrong or missing, which one line on standard error says",
+    REFUSED: "not done: something given was wrong or missing, which one line on standard error names",
     LOST: "done, and part of the recording is lost for good (recover)",
     WRONG: "done, and the joint does not do what it should (jog)",
     INTERRUPTED: "interrupted by Ctrl-C",
-    NOBODY_READS: "whoever read the output has left, as head does",
+    READER_LEFT: "whoever read the output has left, as head does",
 }
 """Code -> in words, for help and docs."""
 

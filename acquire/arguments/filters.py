@@ -12,7 +12,7 @@ def add_filters(found: argparse.ArgumentParser, torque_default: str = "from the 
 
     Args:
         found: To what.
-        torque_default: Where torque is compared up to if nothing is said, in words.
+        torque_default: Default of the limit up to which torque is compared, in words.
     """
     usual, defaults = "from the data", {"--torque-cutoff": torque_default}
     for name, unit, meaning in (
@@ -26,5 +26,5 @@ def add_filters(found: argparse.ArgumentParser, torque_default: str = "from the 
 
 
 def filtering_of(given: argparse.Namespace) -> Filtering:
-    """What was said of filters."""
+    """The filters that were given."""
     return Filtering(None, given.position_cutoff, given.torque_cutoff, given.standstill)

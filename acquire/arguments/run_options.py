@@ -56,7 +56,7 @@ def require_mock(given: argparse.Namespace, driver: str) -> None:
 
 
 def facts_of(given: argparse.Namespace, driver: str, path: Path, **more: str) -> dict[str, str]:
-    """What a person should know before saying yes, by name."""
+    """What a person should know before confirming, by name."""
     carried = f"{given.mass:g} kg" if given.mass else "nothing"
     return {"controller": driver, **more, "on the flange": carried, "recorded to": str(path)}
 

@@ -98,7 +98,7 @@ def parser() -> argparse.ArgumentParser:
         "simulated", type=Path, metavar="SIM", help="recording of any simulator (.mcap, .csv), or another run"
     )
     found.add_argument("recorded", type=Path, metavar="REAL", help="recording of the real arm")
-    add_robot(found, "for tables, which do not say of which robot they are")
+    add_robot(found, "for tables, which do not name their robot")
     found.add_argument(
         "--offset",
         type=number,

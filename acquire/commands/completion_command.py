@@ -53,7 +53,7 @@ def whole_parser() -> argparse.ArgumentParser:
 
 
 def _complete(action: Any) -> None:
-    """Say what the values of an option are, as shtab asks for it."""
+    """Name the values of an option, as shtab asks for it."""
     import shtab
 
     from exidyn.drivers import DRIVERS

@@ -31,7 +31,7 @@ EXAMPLES = (
     "exidyn diagnose robot.toml one.mcap --payload loaded.mcap --mass 4 --validate other.mcap",
     "exidyn diagnose cases/c01 cases/c02 --answer answers.json",
 )
-NOTES = """Runs say themselves what they are for (identify, slow, payload, validate) where recorded so; what
+NOTES = """Runs contain their role (identify, slow, payload, validate) where recorded so; what
 comes behind an option is for that. The more kinds of run, the more effects can be distinguished."""
 
 
@@ -62,7 +62,7 @@ def parser() -> argparse.ArgumentParser:
     """What `exidyn diagnose` takes."""
     found = command_parser(
         "diagnose",
-        "Say which physics a robot's model leaves out, and prove it on runs held out.",
+        "Find the physics that a robot's model leaves out, and prove it on runs held out.",
         EXAMPLES,
         NOTES,
     )
@@ -96,9 +96,7 @@ def _require_no_runs(given: argparse.Namespace) -> None:
     """
     beside = [f"--{name}" for name in ("validate", "slow", "payload") if getattr(given, name)]
     if beside:
-        raise ExidynError(
-            f"{' and '.join(beside)} beside a case folder, whose case.toml says which runs are which"
-        )
+        raise ExidynError(f"{' and '.join(beside)} beside a case folder, whose case.toml names the runs")
 
 
 def _require_no_json(given: argparse.Namespace) -> None:

@@ -98,7 +98,7 @@ def run(steps: Sequence[Step]) -> None:
     for one in steps:
         print(f"\n$ {one}", file=sys.stderr)
         if command_module(one.command).main(one.arguments):
-            raise ExidynError(f"exidyn {one.command} has stopped; what it said is above")
+            raise ExidynError(f"exidyn {one.command} has stopped; its output is above")
 
 
 def _require_empty(folder: Path) -> None:
@@ -160,5 +160,5 @@ def _length(text: str) -> float:
 def _search(text: str) -> float:
     value = any_number(text)
     if not value > 0:
-        raise argparse.ArgumentTypeError(f"{text} is no time to search in; say above 0 s")
+        raise argparse.ArgumentTypeError(f"{text} is no time to search in; give more than 0 s")
     return value

@@ -60,14 +60,14 @@ def main(arguments: Sequence[str]) -> int:
         plans, pages = _against(given, model, wishes, progress)
     else:
         plans, pages = _search(given, model, wishes, progress), []
-    tables, told_apart = [], list(pages)
+    tables, distinguished = [], list(pages)
     for one, path in zip(plans, _paths(given.output, len(plans)), strict=True):
         write_plan(one, path)
         torque = nominal_torque(one, model)
         uses, beyond = [*limit_use(one), torque.use], violations(one, torque)
         pages += [summary(one, uses, beyond), *_poor(one), f"written: {path}; exidyn show {path} draws it"]
         tables.append(plan_table(one, uses, beyond) | {"written": str(path)})
-    table = {"exidyn_plan": 1, "motions": tables, "told_apart": told_apart}
+    table = {"exidyn_plan": 1, "motions": tables, "distinguished": distinguished}
     hand_over("\n".join(pages), json_text(table), given.json)
     return 0
 
@@ -121,7 +121,7 @@ def _by_rule(given: argparse.Namespace, model: Model, wishes: Wishes) -> Plan:
 def _against(
     given: argparse.Namespace, model: Model, wishes: Wishes, progress: Progress
 ) -> tuple[list[Plan], list[str]]:
-    """The run that tells two models apart, and how well it does in sentences."""
+    """The run that distinguishes two models, and how well in sentences."""
     rival = read_model(given.against)
     names = [model.robot.name, rival.robot.name]
     if names[0] == names[1]:
@@ -134,11 +134,11 @@ def _against(
         _require_values(hypothesis, other)
     goal = Discriminate(hypotheses, Observation(nominal_noise(model, limits), rows_of(wishes)))
     plans = _search(given, model, wishes, progress, goal)
-    said = []
+    lines = []
     for one in plans:
         motion = one.trajectory.every(0.01).motion()
-        said += sentences(distinguish(goal, motion, limits, one.trajectory.duration))
-    return plans, said
+        lines += sentences(distinguish(goal, motion, limits, one.trajectory.duration))
+    return plans, lines
 
 
 def _require_values(one: Hypothesis, other: Hypothesis) -> None:
@@ -151,7 +151,7 @@ def _require_values(one: Hypothesis, other: Hypothesis) -> None:
     own = {n: v for n, v in zip(one.model.names, one.values, strict=True) if n not in known}
     if own and not any(own.values()):
         raise RobotError(
-            f"{one.name}: {', '.join(own)} have no values, so it says the same as {other.name}. Give its "
+            f"{one.name}: {', '.join(own)} have no values, so it is the same as {other.name}. Give its "
             "effects the values that a fit found: values = [...] in their [[effect]] rows"
         )
 

@@ -1,4 +1,4 @@
-"""exidyn export: a model for other simulators, and what they have no words for."""
+"""exidyn export: a model for other simulators, and what they cannot represent."""
 
 import argparse
 import sys
@@ -54,7 +54,7 @@ def parser() -> argparse.ArgumentParser:
     """What `exidyn export` takes."""
     found = command_parser(
         "export",
-        "Write an identified or nominal model for a simulator, and say what that leaves out.",
+        "Write an identified or nominal model for a simulator, and list what that leaves out.",
         EXAMPLES,
         table_help("formats", {name: form.text for name, form in FORMATS.items()}),
     )

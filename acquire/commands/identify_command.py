@@ -105,7 +105,7 @@ def parser() -> argparse.ArgumentParser:
 
 
 def _recordings(given: argparse.Namespace, model: Model | None) -> tuple[list[Recording], list[Recording]]:
-    """Runs to identify from and runs held out; a case folder says itself which are which."""
+    """Runs to identify from and runs held out; a case folder names them."""
     read = [recording for path in given.runs for recording in import_source(path, model)]
     held_out = [recording for recording in read if recording.settings.get("role") == HELD_OUT]
     runs = [recording for recording in read if recording.settings.get("role") != HELD_OUT]
@@ -119,7 +119,7 @@ def _recordings(given: argparse.Namespace, model: Model | None) -> tuple[list[Re
 
 
 def _write(fit: Fit, given: argparse.Namespace) -> None:
-    """Write fit.json and report.html, and show or save the view; say where on standard error."""
+    """Write fit.json and report.html, and show or save the view; print where on standard error."""
     from exidyn.identify.pages.fit.report import write_report
 
     folder = given.output

@@ -42,7 +42,7 @@ t, all q and all i or tau are needed. Between columns stands a comma, semicolon 
 
 
 def main(arguments: Sequence[str]) -> int:
-    """Import, write, and say of each run what came in."""
+    """Import, write, and print what each run contains."""
     given = parser().parse_args(arguments)
     require_json(given.json)
     run = read_recording(given.align) if given.align else None
@@ -117,7 +117,7 @@ def _add_units(found: argparse.ArgumentParser) -> None:
 
 
 def _axes(run: Recording) -> dict[str, list[float]]:
-    """How the controller of a run counts its axes, which its trace does not say."""
+    """How the controller of a run counts its axes, which its trace does not give."""
     found = {name: run.settings.get(f"driver {name}", "") for name in ("sign", "zero")}
     return {name: [float(n) for n in text.split() if n != "rad"] for name, text in found.items() if text}
 

@@ -32,6 +32,6 @@ def parser() -> argparse.ArgumentParser:
     found.add_argument(
         "runs", nargs="+", type=Path, metavar="RUN", help="recording (.mcap), table (.csv) or case folder"
     )
-    add_robot(found, "for tables, which do not say of which robot they are")
+    add_robot(found, "for tables, which do not name their robot")
     add_json(found)
     return found

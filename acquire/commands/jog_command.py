@@ -1,4 +1,4 @@
-"""exidyn jog: one joint a little way and back at a crawl, and whether it does as the robot file says."""
+"""exidyn jog: one joint a little way and back at a crawl, and whether it does as in the robot file."""
 
 import argparse
 import sys
@@ -81,7 +81,7 @@ class Jog:
 
         Raises:
             NotAllowed: The controller takes no commands.
-            CannotStart: The joint has no room, or nobody knows where it is.
+            CannotStart: The joint has no room, or its position is unknown.
         """
         robot = self.model.robot
         if info.listens:
@@ -100,7 +100,7 @@ def parser() -> argparse.ArgumentParser:
     """What `exidyn jog` takes."""
     found = command_parser(
         "jog",
-        "Move one joint a little way and back at a crawl, and say whether sign, scale and gain look right.",
+        "Move one joint a little way and back at a crawl, and judge its sign, scale and gain.",
         EXAMPLES,
         usage="exidyn jog [-h] --robot ROBOT --joint JOINT [option ...]",
     )
@@ -138,7 +138,7 @@ def main(arguments: Sequence[str]) -> int:
     nominal = read_model(given.robot)
     model = with_body(nominal, payload)
     way = _way(given, model.robot)
-    stops_of(given, model.robot.dof)  # so that what is wrong with it is said before anything is asked
+    stops_of(given, model.robot.dof)  # so that errors in it are reported before anything is asked
     name, settings = read_controller(given.controller, given.driver, given.set)
     driver = _driver(given, name, settings, model, payload)
     path = free_path(given.output, "jog")
@@ -150,12 +150,12 @@ def main(arguments: Sequence[str]) -> int:
     jog = Jog(model, way, given, driver)
     kept = Kept()
     joint, unit = model.robot.joints[way.joint], "rad" if model.robot.revolute[way.joint] else "m"
-    said = f"{joint} by {way.distance:g} {unit} and back"
-    head = partial(run_head, name=path.stem, model=nominal, driver=name, payload=payload, jog=said)
+    distance = f"{joint} by {way.distance:g} {unit} and back"
+    head = partial(run_head, name=path.stem, model=nominal, driver=name, payload=payload, jog=distance)
     progress = partial(start_progress, duration(way))
     outcome, recorder = run_recorded(driver, jog.job, path, head, progress, [kept])
     judgements = judge(kept.course(), way, model, payload.name if payload else "")
-    _tell(jog, outcome, judgements, path)
+    _report(jog, outcome, judgements, path)
     say_where(recorder, path, f"info {path} shows what happened")
     if outcome.stop is not None:
         return STOPPED
@@ -173,18 +173,18 @@ def _way(given: argparse.Namespace, robot: Robot) -> Way:
     turns = bool(robot.revolute[joint])
     if (given.mm if turns else given.degrees) is not None:
         kind, option = ("turns", "--degrees") if turns else ("slides", "--mm")
-        raise NotAllowed(f"{robot.joints[joint]} {kind}: say how far with {option}")
+        raise NotAllowed(f"{robot.joints[joint]} {kind}: give the distance with {option}")
     if turns:
         return Way.of(robot, joint, USUAL_TURN if given.degrees is None else float(np.radians(given.degrees)))
     return Way.of(robot, joint, USUAL_SLIDE if given.mm is None else 1e-3 * given.mm)
 
 
-def _joint(said: str, robot: Robot) -> int:
-    if said in robot.joints:
-        return robot.index(said)
-    if said.isdecimal() and 1 <= int(said) <= robot.dof:
-        return int(said) - 1
-    raise UnknownJoint(said, f"{robot.name} (numbers 1 to {robot.dof})", robot.joints)
+def _joint(given: str, robot: Robot) -> int:
+    if given in robot.joints:
+        return robot.index(given)
+    if given.isdecimal() and 1 <= int(given) <= robot.dof:
+        return int(given) - 1
+    raise UnknownJoint(given, f"{robot.name} (numbers 1 to {robot.dof})", robot.joints)
 
 
 def _driver(
@@ -222,7 +222,7 @@ def _standing(driver: Driver, info: Info) -> np.ndarray:
     return position
 
 
-def _tell(jog: Jog, outcome: Outcome, judgements: Sequence[Judgement], path: Path) -> None:
+def _report(jog: Jog, outcome: Outcome, judgements: Sequence[Judgement], path: Path) -> None:
     robot, json_file = jog.model.robot, jog.given.json
     content = {"exidyn_jog": 1, **jog_text.json_table(robot, jog.way, judgements)}
     run = {name: value for name, value in run_summary.table(outcome).items() if name != "exidyn_run"}

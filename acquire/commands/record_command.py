@@ -118,7 +118,7 @@ def _record(
     head: Callable[[Info], Callable[[Sample], bytes]],
     json_file: Path | None = None,
 ) -> Outcome:
-    """Run, and say how it went."""
+    """Run, and print how it went."""
 
     def viewers() -> list[PipeSink]:
         return [*start_view(targets), *start_progress(job.motion.duration)]

@@ -17,11 +17,11 @@ EXAMPLES = ("exidyn recover run.mcap.part", "exidyn recover cut.mcap -o whole.mc
 
 
 def main(arguments: Sequence[str]) -> int:
-    """Write a whole file beside each one given, and say what it lacks."""
+    """Write a whole file beside each one given, and print what it lacks."""
     given = parser().parse_args(arguments)
     if given.output and len(given.runs) > 1:
         raise RecordingError(f"--output is one name, and {len(given.runs)} files are given")
-    if given.output and not given.output.exists():  # of one that does, the errors below say more
+    if given.output and not given.output.exists():  # of one that does, the errors below are clearer
         require_file(given.output, "--output")
     lost = False
     for file in given.runs:

@@ -48,6 +48,6 @@ def parser() -> argparse.ArgumentParser:
     )
     found.add_argument("sources", nargs="+", type=Path, metavar="FILE", help=f"in any order: {VALID}")
     add_payload_arguments(found)
-    add_robot(found, "for tables, which do not say of which robot they are")
+    add_robot(found, "for tables, which do not name their robot")
     add_output(found, "FILE", Path("report.html"))
     return found

@@ -33,7 +33,7 @@ def main(arguments: Sequence[str]) -> int:
     options = parser()
     given = options.parse_args(arguments)
     if (given.view or given.save) and not given.robot:
-        options.error("--view and --save draw the arm: say which with --robot")
+        options.error("--view and --save draw the arm: name it with --robot")
     for name, _ in given.export:
         if name not in EXPORTS:
             raise UnknownChoice("export format", name, EXPORTS)

@@ -38,7 +38,7 @@ EXAMPLES = (
 
 
 def main(arguments: Sequence[str]) -> int:
-    """Simulate, write, and say how fast that was."""
+    """Simulate, write, and print how fast that was."""
     given = parser().parse_args(arguments)
     require_json(given.json)
     require_file(given.output, "--output", [given.arm, given.plan])
@@ -60,7 +60,7 @@ def main(arguments: Sequence[str]) -> int:
 
 
 def _carrying(given: argparse.Namespace, arm: Model) -> tuple[Model, KnownPayload | None]:
-    """The arm with what hangs on its flange, and what the recording says of that."""
+    """The arm with what hangs on its flange, and what the recording states about it."""
     numbers = {name: getattr(given, name) for name in ("mass", "com", "inertia") if getattr(given, name)}
     if numbers and ("mass" not in numbers or given.payload):
         raise NeedsPayload(

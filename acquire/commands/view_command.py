@@ -48,7 +48,7 @@ def parser() -> argparse.ArgumentParser:
         metavar="FILE",
         help="recordings (.mcap, .csv, case folder); or fit.json and recordings; or diagnosis.json",
     )
-    add_robot(found, "for tables, which do not say of which robot they are")
+    add_robot(found, "for tables, which do not name their robot")
     found.add_argument(
         "--save",
         "--output",

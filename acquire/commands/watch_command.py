@@ -92,7 +92,7 @@ def _driver(given: argparse.Namespace) -> tuple[Driver, JointUnits]:
     if not count:
         cell = "" if given.controller else ", and what moves it with --controller"
         raise BadSettings(
-            f"driver {name}: the settings list no joints, so that nobody knows how many there are. "
+            f"driver {name}: the settings list no joints, so that their number is unknown. "
             f"Name the arm with --robot{cell}"
         )
     far = np.full(count, np.inf)

@@ -1,4 +1,4 @@
-"""What `exidyn example` lays out and says.
+"""What `exidyn example` writes and prints.
 
 In: nothing.
 Out: robots, plans and steps.

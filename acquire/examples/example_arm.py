@@ -18,7 +18,7 @@ INERTIA = (8.0, 0.1, 0.2, 9.0, 0.3, 7.0)
 """Its moments about that, XX, XY, XZ, YY, YZ, ZZ [kg m^2]."""
 
 BODY = known_parameters(MASS, CENTRE, INERTIA)
-"""What the payload really is, by parameter; what is told of it is another matter."""
+"""What the payload really is, by parameter; what is stated about it may differ."""
 
 NOMINAL, TRUTH, LOADED = "robot.toml", "truth.toml", "truth-loaded.toml"
 """Files of the arm nominal, as it is, and as it is with its payload."""

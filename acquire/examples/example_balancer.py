@@ -13,7 +13,7 @@ from .example_words import words
 
 
 def arm() -> ExampleArm:
-    """The KR270, and one of which nobody has told that it has a spring balancer."""
+    """The KR270, and one whose spring balancer is not stated."""
     truth = read_model("kr270")
     others = tuple(effect for effect in truth.effects if not isinstance(effect, SpringBalancer))
     names = replace(truth, effects=others, stated={}).names

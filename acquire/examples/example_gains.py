@@ -27,7 +27,7 @@ def arm() -> ExampleArm:
 
 
 def steps(folder: Path, length: float, search: float) -> list[Step]:
-    """Excite, record, identify; of the payload nothing but the mass is told."""
+    """Excite, record, identify; of the payload only the mass is stated."""
     mass = "--mass", MASS
     runs = folder / "unloaded.mcap", "--payload", folder / "loaded.mcap", *mass
     return [
@@ -42,8 +42,8 @@ def steps(folder: Path, length: float, search: float) -> list[Step]:
 
 def outcome(folder: Path) -> str:
     """What was identified beside what is true."""
-    said = f"Identified beside true; nominal drive gains are {100 * GAIN_ERROR:.0f} % too large."
-    return f"{said}\n\n{comparison(read_fit(folder / 'fit.json'), read_model(str(folder / TRUTH)))}"
+    text = f"Identified beside true; nominal drive gains are {100 * GAIN_ERROR:.0f} % too large."
+    return f"{text}\n\n{comparison(read_fit(folder / 'fit.json'), read_model(str(folder / TRUTH)))}"
 
 
 def comparison(fit: Fit, truth: Model) -> str:

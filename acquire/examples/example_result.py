@@ -1,4 +1,4 @@
-"""What the files of the balancer's example say: what was concealed, what was named, what is left."""
+"""Results in the files of the balancer's example: what was concealed, what was named, what is left."""
 
 import json
 from dataclasses import dataclass, replace
@@ -132,5 +132,5 @@ def _table(path: Path) -> dict[str, Any]:
 
 
 def _over(rms: list[float | None], noise: list[float | None]) -> np.ndarray:
-    """Ratios, NaN where a file says null."""
+    """Ratios, NaN where a file has null."""
     return np.array(rms, float) / np.array(noise, float)

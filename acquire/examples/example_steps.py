@@ -52,7 +52,7 @@ def recorded(folder: Path, name: str, motion: str, seed: int, *payload: str | fl
         name: Of the recording's file.
         motion: Name of the motion's file.
         seed: Of the noise.
-        payload: What is told of the body on the flange, which is there if anything is told.
+        payload: What is stated about the body on the flange, which is there if anything is stated.
     """
     plant = folder / (LOADED if payload else TRUTH)
     mock = "--driver", "mock", "--plant", plant, "--seed", str(seed)

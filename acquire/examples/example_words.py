@@ -23,7 +23,7 @@ COLUMNS = {
 def words(result: Result) -> str:
     """One page."""
     parts = [
-        ["A concealed balancer, and what the recordings said of it".center(WIDTH).rstrip(), "=" * WIDTH],
+        ["A concealed balancer, and what was found in the recordings".center(WIDTH).rstrip(), "=" * WIDTH],
         [
             *paragraph(_concealed(result), " " * 11, "concealed: "),
             *paragraph(_named(result), " " * 11, "named:     "),
@@ -47,8 +47,8 @@ def _named(result: Result) -> str:
         return f"NOT {EFFECT} of joint {result.joint + 1}. Named instead: {_list(result.wrong) or 'nothing'}"
     chance = result.right["probability"]
     sure = "above 99.9 %" if chance > 0.999 else f"{100 * chance:.3g} %"
-    said = f"{_list([result.right])}, probability {sure}: right"
-    return f"{said}. Named as well, which is WRONG: {_list(result.wrong)}" if result.wrong else said
+    text = f"{_list([result.right])}, probability {sure}: right"
+    return f"{text}. Named as well, which is WRONG: {_list(result.wrong)}" if result.wrong else text
 
 
 def _list(findings: Sequence[dict[str, Any]]) -> str:

@@ -16,7 +16,7 @@ from exidyn.identify.robot_files.robot_file import builtin_names, read_model
 from .payload_runs import carrying, distinct_bodies
 
 ROLE = "identify"
-"""What a run is for that does not say so."""
+"""Role of a run that does not contain its own."""
 
 
 COMPARISON_CUTOFF = 25.0
@@ -71,7 +71,7 @@ def read_case(folder: Path) -> Case:
 
 
 def role_of(recording: Recording) -> str:
-    """What a run says that it is for."""
+    """The role that a run contains."""
     return recording.settings.get("role") or ROLE
 
 

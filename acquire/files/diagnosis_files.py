@@ -1,4 +1,4 @@
-"""The files of a diagnosis: tables, pages, models to tell apart, and answers of many cases."""
+"""The files of a diagnosis: tables, pages, models to distinguish, and answers of many cases."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -25,7 +25,7 @@ from .traces_file import NAME, write_traces
 def write_diagnosis(
     diagnosis: Diagnosis, simulated: Forward | None, fit: Fit | None, folder: Path
 ) -> list[Path]:
-    """Write diagnosis.json, report.html, traces, models of findings and rivals, and fit.json; say which."""
+    """Write diagnosis.json, report.html, traces, models of findings and rivals, and fit.json; name them."""
     folder.mkdir(parents=True, exist_ok=True)
     texts = {
         "diagnosis.json": json_text(whole(diagnosis, simulated, str(folder))),
@@ -45,7 +45,7 @@ def write_diagnosis(
 
 
 def _model_file(model: Model, absent: Sequence[str]) -> str:
-    """A robot.toml that says first which findings it does not hold."""
+    """A robot.toml that first lists the findings that it does not hold."""
     lacking = ", ".join(effect_words(one) for one in absent)
     head = f"# Found, and no part of this model, which cannot hold it: {lacking}.\n" if absent else ""
     return head + model_text(model)

@@ -11,7 +11,7 @@ from exidyn.identify.recordings.recording import Recording
 Named = TypeVar("Named", Recording, Trace)
 
 
-def told_apart(names: Sequence[str]) -> list[str]:
+def distinct_names(names: Sequence[str]) -> list[str]:
     """The names, with a number behind each that was there before: run, run #2."""
     found: list[str] = []
     for name in names:
@@ -26,7 +26,7 @@ def told_apart(names: Sequence[str]) -> list[str]:
 def renamed(named: Iterable[Named]) -> list[Named]:
     """The same by names that differ."""
     every = list(named)
-    names = told_apart([one.name for one in every])
+    names = distinct_names([one.name for one in every])
     return [replace(one, name=name) for one, name in zip(every, names, strict=True)]
 
 

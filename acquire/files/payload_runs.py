@@ -100,7 +100,7 @@ def carrying(recording: Recording, run: PayloadRun) -> Recording:
         return replace(recording, payload=KnownPayload(name, known))
     if recording.payload is None or not recording.payload.known:
         raise NeedsPayload(
-            f"--payload {run.path}: neither the file nor the command line says how heavy the payload is. Add "
+            f"--payload {run.path}: neither the file nor the command line gives the mass of the payload. Add "
             "--mass KG behind it; if it is not known, give the file as a further RUN without --payload"
         )
     return recording

@@ -40,7 +40,7 @@ def run_head(
     """What explains a run in its recording, ready but for the time of its first sample.
 
     Args:
-        info: What the driver says of itself.
+        info: Metadata of the driver.
         name: Of the run.
         model: The nominal arm, without what it carries.
         driver: Its name.
@@ -111,13 +111,13 @@ def _print_warnings(info: Info) -> None:
 
 
 def warn(warnings: Iterable[str]) -> None:
-    """Say warnings on standard error."""
+    """Print warnings on standard error."""
     for warning in warnings:
         say(f"exidyn: warning: {warning}")
 
 
 def say_where(recorder: PipeSink, path: Path, advice: str) -> None:
-    """Say where the recording is.
+    """Print where the recording is.
 
     Args:
         recorder: Which has ended.

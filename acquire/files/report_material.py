@@ -31,8 +31,8 @@ def material(
 
     Args:
         files: Of known kinds.
-        loaded: Recordings with a payload, as the command line says.
-        model: The robot of tables, which do not say of which they are.
+        loaded: Recordings with a payload, as on the command line.
+        model: The robot of tables, which do not name their robot.
         progress: Called with a sentence at each stage.
 
     Raises:
@@ -41,21 +41,21 @@ def material(
     """
     progress("read the files")
     paths = {kind: [one.path for one in files if one.kind == kind] for kind in KINDS}
-    told, traces = _diagnosis(paths[DIAGNOSIS])
+    diagnosis, traces = _diagnosis(paths[DIAGNOSIS])
     comparisons = [(path, read_compared(path)) for path in paths[COMPARISON]]
     read = [(path, read_fit(path)) for path in paths[FIT]]
     recordings = _recordings(paths[RECORDING], loaded, model)
     joints = _one_arm(
         [
             *((str(path), fit.model.robot.joints) for path, fit in read),
-            *((str(path), told.joints) for path in paths[DIAGNOSIS] if told),
+            *((str(path), diagnosis.joints) for path in paths[DIAGNOSIS] if diagnosis),
             *((str(path), one.comparison.joints) for path, one in comparisons),
             *((one.name, one.robot.joints) for one in recordings),
         ]
     )
     beside = {path.with_name("fit.json").resolve() for path in paths[DIAGNOSIS]}
-    # Where the improved fit was made of runs put earlier by a delay, it foretells none.
-    delayed = told is not None and any(finding.effect == "time_delay" for finding in told.findings)
+    # Where the improved fit was made of runs put earlier by a delay, it predicts none.
+    delayed = diagnosis is not None and any(finding.effect == "time_delay" for finding in diagnosis.findings)
     known = () if delayed else recordings
     fits = [_fitted(*one, recordings, progress) for one in read if one[0].resolve() not in beside]
     improved = [_improved(*one, known, progress) for one in read if one[0].resolve() in beside]
@@ -65,7 +65,7 @@ def material(
         model=_nominal(traces, (*fits, *improved), recordings),
         runs=_runs(recordings, traces, fits),
         fits=(*fits, *improved),
-        diagnosis=told,
+        diagnosis=diagnosis,
         comparisons=tuple(one for _, one in comparisons),
         files={kind: counted(count, kind) for kind, count in counts.items() if count},
     )

@@ -89,7 +89,7 @@ def traces_beside(path: Path, table: Mapping[str, Any]) -> Traces | None:
 
 @contextmanager
 def undamaged(path: Path) -> Iterator[None]:
-    """What trips over a table that is not as it should be says of which file it is.
+    """Errors about a wrong table name its file.
 
     Raises:
         NotAFile: Something does.

@@ -1,4 +1,4 @@
-"""One joint a little way and back, and what that tells of its sign, scale, gain and zero.
+"""One joint a little way and back, and what that shows of its sign, scale, gain and zero.
 
 In: a model, cycles of a run.
 Out: judgements.

@@ -47,7 +47,7 @@ class Effort:
 
 
 def effort_of(course: Course, way: Way, model: Model) -> Effort | str:
-    """What a jog says of its joint's effort, or why it says nothing."""
+    """Result of a jog for its joint's effort, or why there is none."""
     robot, joint = model.robot, way.joint
     if np.isfinite(course.current[:, joint]).any():
         if np.all(robot.drive_gain == 1.0):
@@ -85,7 +85,7 @@ def effort_of(course: Course, way: Way, model: Model) -> Effort | str:
 
 
 def _pace(course: Course, way: Way, rows: np.ndarray) -> float:
-    """Mean of the measured speed as a share of the commanded; as commanded where nobody measures it."""
+    """Mean of the measured speed as a share of the commanded; as commanded where it is not measured."""
     measured = course.velocity[rows, way.joint] / course.speed[rows, way.joint]
     return float(np.nanmean(measured)) if np.isfinite(measured).any() else 1.0
 

@@ -64,7 +64,7 @@ def _vector(values: np.ndarray, form: str) -> str:
 
 
 def after(robot: Robot, way: Way, judgements: Sequence[Judgement], flange: FlangeWay | None) -> str:
-    """What the jog told."""
+    """The result of the jog."""
     rows = [
         [one.name, _number(one.value, one), _range(one), one.unit, str(one.verdict)] for one in judgements
     ]
@@ -96,7 +96,7 @@ def summary(joint: str, judgements: Sequence[Judgement]) -> str:
     if named[Verdict.WRONG]:
         return f"{joint} is NOT as it should be: {', '.join(named[Verdict.WRONG])}."
     if not named[Verdict.RIGHT]:
-        return f"{joint}: nothing can be told."
+        return f"{joint}: nothing can be judged."
     unknown = (
         f" Not shown by this motion: {', '.join(named[Verdict.UNKNOWN])}." if named[Verdict.UNKNOWN] else ""
     )

@@ -1,4 +1,4 @@
-"""Judgements: what a jog tells of a joint, each with a value, what was expected, and what that means."""
+"""Judgements: what a jog shows of a joint, each with a value, what was expected, and what that means."""
 
 from dataclasses import dataclass
 from enum import StrEnum
@@ -17,14 +17,14 @@ NO_PART = 0.1
 What is set wrongly is wrong by a factor or a sign; play, springs and coarse encoders stay below: two counts
 of 4096 a turn are 0.18 degrees."""
 FEWEST = 0.25
-"""Share of the way that must have been commanded before a stop for anything to be told [-]."""
+"""Share of the way that must have been commanded before a stop for anything to be judged [-]."""
 DEVIATIONS = 3.0
 """Standard deviations from which on a value counts as seen: chance alone gives that once in 400."""
 FACTOR = 4.0 / 3.0
 """Factor between measured and nominal torque that is in order [-]: masses and gains of data sheets are
 better than that, and a gain that is of the peak instead of the r.m.s. current (1.41), or half, is not."""
 FARTHEST = np.radians(30)
-"""Wrong zero up to which gravity is followed [rad]; one that shows only beyond is said to be unknown."""
+"""Wrong zero up to which gravity is followed [rad]; one that shows only beyond is reported as unknown."""
 STEP = np.radians(1)
 OF_WAY = "of the way"
 """Unit of what is a share of the commanded way."""
@@ -36,11 +36,11 @@ NOT_GONE = "it did not go as commanded, so that its torque is of another motion"
 
 
 class Verdict(StrEnum):
-    """What is said of one thing."""
+    """Verdict about one property."""
 
     RIGHT = "right"
     WRONG = "WRONG"
-    UNKNOWN = "cannot tell"
+    UNKNOWN = "unknown"
 
 
 @dataclass(frozen=True)
@@ -53,8 +53,8 @@ class Judgement:
         low: Smallest value that is in order.
         high: Largest.
         unit: Of all three.
-        verdict: What is said of it.
-        text: Why, and what to look at; empty where the numbers say it.
+        verdict: The verdict.
+        text: Why, and what to look at; empty where the numbers suffice.
     """
 
     name: str
@@ -67,7 +67,7 @@ class Judgement:
 
 
 def judge(course: Course, way: Way, model: Model, payload: str = "") -> list[Judgement]:
-    """All that a jog tells of its joint.
+    """All results of a jog for its joint.
 
     Args:
         course: What was commanded and measured.
@@ -95,11 +95,11 @@ def judge(course: Course, way: Way, model: Model, payload: str = "") -> list[Jud
 
 def _shares(course: Course, joint: int) -> np.ndarray:
     """Share of the commanded way that each joint went, by least squares over the motion, shape (n,) [-]."""
-    told = course.commanded[:, joint]
+    commanded = course.commanded[:, joint]
     shares = np.full(course.position.shape[1], np.nan)
     for other in range(len(shares)):
         known = np.isfinite(course.position[:, other])
-        away = told[known] - told[known].mean() if known.any() else told[:0]
+        away = commanded[known] - commanded[known].mean() if known.any() else commanded[:0]
         if away.size and away @ away > 0.0:
             shares[other] = away @ course.position[known, other] / (away @ away)
     return shares
@@ -199,11 +199,11 @@ def _zero(
         return _unknown(name, "cannot be judged from this motion")
     low, high = (_hidden(measured, sign, effort, way, model, payload) for sign in (-1.0, 1.0))
     if not np.isfinite(low) and not np.isfinite(high):
-        far = f"{np.degrees(FARTHEST):g} degrees from where the joint says it is"
+        far = f"{np.degrees(FARTHEST):g} degrees from the joint's reading"
         return _unknown(name, f"cannot be judged from this motion: {far} gravity would be as measured too")
     shows = [f"{np.degrees(end):+.0f}" for end in (-low, high) if np.isfinite(end)]
     text = (
-        f"{' or '.join(shows)} degrees from where the joint says it is, gravity would not be as measured, if "
+        f"{' or '.join(shows)} degrees from the joint's reading, gravity would not be as measured, if "
         "gain and masses are right"
     )
     if len(shows) < 2:

@@ -16,7 +16,7 @@ class Course:
         commanded: Positions, shape (t, n) [rad] or [m].
         speed: Commanded velocities, shape (t, n) [rad/s] or [m/s].
         position: Measured, shape (t, n); NaN where a joint was silent.
-        velocity: Likewise; NaN where nobody measures it.
+        velocity: Likewise; NaN where it is not measured.
         current: Shape (t, n) [A].
         torque: Shape (t, n) [N m].
     """

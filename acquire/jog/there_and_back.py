@@ -20,7 +20,7 @@ that ISO 10218-1 allows with a person near; who reacts after a second sees two d
 SHARE = 0.05
 """Of the velocity limit that is not passed either [-]: small joints are slower still."""
 USUAL_TURN, USUAL_SLIDE = float(np.radians(2.0)), 0.005
-"""Way where none is said [rad], [m]: more than the play of a gear, and little where something is near."""
+"""Default way [rad], [m]: more than the play of a gear, and little where something is near."""
 MOST_TURN, MOST_SLIDE = float(np.radians(10.0)), 0.05
 """Longest way [rad], [m]: beyond it a joint is no longer tried out but moved."""
 SPEED_UP, BUILD_UP = 0.25, 0.1
@@ -67,7 +67,7 @@ def require_room(robot: Robot, way: Way, position: np.ndarray) -> None:
     """Raise where the joint would leave its limits, or is not known to be within them.
 
     Raises:
-        CannotStart: It would; says from where to where.
+        CannotStart: It would; names both positions.
     """
     joint, units = way.joint, JointUnits.of(robot)
     target = position.copy()
@@ -107,7 +107,7 @@ def there_and_back(position: np.ndarray, way: Way, limits: Limits, tick: float) 
 
 
 def run_limits(robot: Robot) -> Limits:
-    """The robot's limits; rates that nobody said as the planner assumes them."""
+    """The robot's limits; rates that are not given as the planner assumes them."""
     assumed = usable(robot, Margins(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)).limits
     positions = robot.limits.position_lower, robot.limits.position_upper
     return replace(assumed, position_lower=positions[0], position_upper=positions[1])

@@ -90,7 +90,7 @@ class DrawnLimits(NamedTuple):
 
 
 def finite_limits(robot: Robot, effort: str) -> dict[str, DrawnLimits]:
-    """Limits that are drawn, by quantity; without those of which nobody said anything.
+    """Limits that are drawn, by quantity; without those that are not given.
 
     Args:
         robot: The arm.

@@ -12,11 +12,11 @@ __all__ = ["CannotShow", "LiveView", "Targets", "require_showable", "start_view"
 
 PROCESS = "exidyn.acquire.live.view_process"
 FINISH = 10.0
-"""How long the last frames may take to be shown [s]; nobody waits longer for a viewer that hangs."""
+"""How long the last frames may take to be shown [s]; there is no longer wait for a viewer that hangs."""
 
 
 def start_view(targets: Targets) -> "list[LiveView]":
-    """Start the view of a run, ready for its frames, and say where it is; none if there is no target.
+    """Start the view of a run, ready for its frames, and print where it is; none if there is no target.
 
     Raises:
         CannotShow: As `require_showable`.
@@ -26,8 +26,8 @@ def start_view(targets: Targets) -> "list[LiveView]":
     if not targets.any:
         return []
     view = LiveView(targets)
-    if view.said:
-        print(view.said, file=sys.stderr)
+    if view.message:
+        print(view.message, file=sys.stderr)
     return [view]
 
 

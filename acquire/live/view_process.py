@@ -69,7 +69,7 @@ def start(targets: Targets) -> tuple[rr.RecordingStream, str]:
 
 
 def warm_up() -> None:
-    """Log once where nobody sees it: the first time takes a second of imports."""
+    """Log once unseen: the first time takes a second of imports."""
     recording = rr.RecordingStream("exidyn_warm_up")
     memory = recording.memory_recording()
     index = rr.TimeColumn("time", duration=[0.0])
@@ -104,9 +104,9 @@ class View:
                 try:
                     self._take(kind, body)
                 except (ArithmeticError, LookupError, TypeError, ValueError, struct.error):
-                    pass  # a frame that makes no sense, which the recorder tells
+                    pass  # a frame that makes no sense, which the recorder reports
             if source.ended and not self._over:
-                self._tell("stop", ABANDONED)
+                self._report("stop", ABANDONED)
             self._log_batch(source.ended)
             if not source.ended:
                 time.sleep(max(begun + self._batch - time.monotonic(), 0.0))
@@ -121,9 +121,9 @@ class View:
         elif kind == END:
             self._over = True
             end = json.loads(body)
-            # why it was stopped has been told when it happened
+            # why it was stopped was reported when it happened
             early = end.get("stop", "none") != "none"
-            self._tell("end", f"stopped ({end['stop']})" if early else str(end.get("text", "")))
+            self._report("end", f"stopped ({end['stop']})" if early else str(end.get("text", "")))
 
     def _take_cycle(self, cycle: Cycle) -> None:
         if self._head is None or cycle.arrays.shape[1] != self._head.model.robot.dof:
@@ -131,7 +131,7 @@ class View:
         self._times = cycle.host_time, cycle.controller_time
         self._cycles.append(cycle)
 
-    def _tell(self, kind: str, text: str) -> None:
+    def _report(self, kind: str, text: str) -> None:
         self._events.append(Event(*self._times, kind, text, {}))
 
     def _log_batch(self, last: bool) -> None:

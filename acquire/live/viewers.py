@@ -21,7 +21,7 @@ default, three quarters of a machine that may be running a controller."""
 START = 40.0
 """How long a viewer may take to listen [s]."""
 NOISE = re.compile(r"\x1b\[[0-9;]*m|os error at \S+: ")
-"""In what Rerun says: colours, and places in its source."""
+"""In Rerun's output: colours, and places in its source."""
 SETTLE = 1.0
 """How long after that a window might still find that there is no screen [s]."""
 
@@ -107,7 +107,7 @@ def end_servers() -> None:
 
 
 def free_port(host: str) -> int:
-    """A port that nobody uses just now."""
+    """A port that is not in use."""
     with socket.create_server((host, 0)) as probe:
         return int(probe.getsockname()[1])
 
@@ -127,22 +127,22 @@ def _start(
     name: str, options: Sequence[str], listens: Sequence[tuple[str, int]], lives_on: bool = False
 ) -> "subprocess.Popen[bytes]":
     """Start one of Rerun's programs and wait until it listens."""
-    with tempfile.TemporaryFile() as said:
+    with tempfile.TemporaryFile() as output:
         process = subprocess.Popen(
             [sys.executable, "-m", "rerun_cli", *options],
             stdin=subprocess.DEVNULL,
-            stdout=said,
-            stderr=said,
+            stdout=output,
+            stderr=output,
             start_new_session=lives_on,
             preexec_fn=_hear_signals,
         )
         deadline = time.monotonic() + START
         while not all(_listening(host, port) for host, port in listens):
             if process.poll() is not None or time.monotonic() > deadline:
-                raise CannotShow(f"{name} does not start: {_last_words(said)}")
+                raise CannotShow(f"{name} does not start: {_last_line(output)}")
             time.sleep(0.05)
         if lives_on and _ends_within(process, SETTLE):
-            raise CannotShow(f"{name} does not start: {_last_words(said)}")
+            raise CannotShow(f"{name} does not start: {_last_line(output)}")
     return process
 
 
@@ -169,7 +169,7 @@ def _listening(host: str, port: int) -> bool:
     return True
 
 
-def _last_words(said: IO[bytes]) -> str:
-    said.seek(0)
-    lines = NOISE.sub("", said.read().decode(errors="replace")).split("\n")
-    return next((line.strip() for line in reversed(lines) if line.strip()), "it says nothing")
+def _last_line(output: IO[bytes]) -> str:
+    output.seek(0)
+    lines = NOISE.sub("", output.read().decode(errors="replace")).split("\n")
+    return next((line.strip() for line in reversed(lines) if line.strip()), "it prints nothing")

@@ -1,4 +1,4 @@
-"""The arm that a driver is told of, and the simulated ones that the mock drives."""
+"""The arm that a driver gets, and the simulated ones that the mock drives."""
 
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -14,7 +14,7 @@ from exidyn.identify.recordings.recording import KnownPayload
 from exidyn.identify.simulation.plant import typical_plant
 
 SHARE = 0.3
-"""Of its range at which each joint stands [-]: half-way most arms point up, and gravity says little."""
+"""Of its range at which each joint stands [-]: half-way most arms point up, and gravity has little effect."""
 
 
 def make_driver(

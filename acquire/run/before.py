@@ -1,4 +1,4 @@
-"""Before: what can be told of a run without moving anything, and what forbids it."""
+"""Before: checks of a run without moving anything, and what forbids it."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -28,7 +28,7 @@ class Checked:
     Attributes:
         plan: At the speed at which it is to be played.
         model: Of the robot, with what it carries.
-        limits: The robot's; those that nobody said as the planner assumes them, or as the motion uses them.
+        limits: The robot's; those that are not given as the planner assumes them, or as the motion uses them.
         torque: Torque of the motion by the nominal model.
         warnings: What may be different than when it was planned, a sentence each.
     """
@@ -82,8 +82,8 @@ def _some(sentences: Sequence[str]) -> str:
 
 
 def _finite(robot: Robot, motion: Trajectory) -> Limits:
-    """The robot's limits; those unsaid as assumed, but no less than what the motion uses."""
-    said, assumed = robot.limits, usable(robot, NO_MARGIN).limits
+    """The robot's limits; those not given as assumed, but no less than what the motion uses."""
+    given, assumed = robot.limits, usable(robot, NO_MARGIN).limits
     extremes = motion.extremes()
     found: dict[str, np.ndarray] = {}
     for name in RATES:
@@ -94,5 +94,5 @@ def _finite(robot: Robot, motion: Trajectory) -> Limits:
             needed = np.maximum(
                 getattr(assumed, name), np.maximum(used.upper, -used.lower * (name == "jerk"))
             )
-        found[name] = np.where(np.isfinite(getattr(said, name)), getattr(said, name), needed)
-    return replace(said, **found)
+        found[name] = np.where(np.isfinite(getattr(given, name)), getattr(given, name), needed)
+    return replace(given, **found)

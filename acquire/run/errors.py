@@ -4,7 +4,7 @@ ExidynError
 └── RunError          a run cannot begin, or not go on
     ├── NotAllowed    what is asked for must not be done with this arm
     ├── CannotStart   the arm does not stand where the motion can begin
-    └── NotConfirmed  nobody said yes
+    └── NotConfirmed  not confirmed
 """
 
 from exidyn.identify.errors import ExidynError
@@ -23,4 +23,4 @@ class CannotStart(RunError):
 
 
 class NotConfirmed(RunError):
-    """Nobody said yes."""
+    """Not confirmed."""

@@ -27,10 +27,10 @@ class Reading:
         current: Mean of the fresh ones, shape (n,) [A].
         torque: Likewise [N m].
         temperature: Last fresh one, shape (n,) [degC].
-        states: What each drive says of itself; empty where it does not.
+        states: What each drive reports about itself; empty where it does not.
         cycles: Exchanges since the last look.
         silent: In how many of them each joint was silent, shape (n,).
-        events: What the controller said since the last look.
+        events: Messages of the controller since the last look.
         fault: Why the arm could not be commanded; empty if it could.
     """
 
@@ -53,7 +53,7 @@ class Listener:
     A controller that gives up when it is not answered is answered all the while.
 
     Args:
-        driver: Open and in real time. Nobody else calls it until the end.
+        driver: Open and in real time. Nothing else calls it until the end.
     """
 
     def __init__(self, driver: Driver) -> None:
@@ -69,7 +69,7 @@ class Listener:
         """What was heard since the last look; None if nothing was.
 
         Raises:
-            DriverError: Nobody answers any more; or whatever else went wrong while exchanging.
+            DriverError: No answers any more; or whatever else went wrong while exchanging.
         """
         with self._lock:
             samples, events = list(self._samples), tuple(self._events)

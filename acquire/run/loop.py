@@ -60,7 +60,7 @@ class Loop:
         sinks: Who is handed every cycle; the failure of the first, the recorder, stops the run.
         head: The frame that explains the run to them, ready but for the time of the first sample.
         asked: What a person asks for.
-        signs: What tells that a stop does not work; None where something else moves the arm.
+        signs: Signs that a stop does not work; None where something else moves the arm.
 
     Attributes:
         counts: What happened to the cycles.
@@ -87,7 +87,7 @@ class Loop:
         self._lost = False
         self._listened = 0
         self.counts = Counts()
-        self.stops = Stops(driver, self.tell)
+        self.stops = Stops(driver, self.report)
         self.last: Sample | None = None
 
     @property
@@ -149,7 +149,7 @@ class Loop:
         except DriverError as error:
             self._lost = True
             if not self._to_stop(Stop(StopLevel.QUICK, "link lost", str(error))):
-                self.tell("driver", f"nobody hears any more whether the stop works: {error}")
+                self.report("driver", f"whether the stop works is no longer known: {error}")
             return False
         if self.last is None and self._head:
             self._hand_over(self._head(sample))
@@ -159,10 +159,10 @@ class Loop:
         self.counts.add(sample)
         if (stage := self._stage_now()) != self._stage:
             self._stage = stage
-            self.tell("stage", STAGES[stage])
+            self.report("stage", STAGES[stage])
         self._hand_over(sample_frame(sample, command, self._stage))
         for text in sample.events:
-            self.tell("driver", text)
+            self.report("driver", text)
         self._to_stop(harder(self._asked(), harder(self._watch.look(sample, command), self._recording())))
         self._escalate(sample, command)
         return True
@@ -192,8 +192,8 @@ class Loop:
             self.stops.escalate(found)
             self._listened = 0
 
-    def tell(self, kind: str, text: str, details: dict[str, object] | None = None) -> None:
-        """Hand an event over, at the time of the last sample; before the first there is nobody to tell."""
+    def report(self, kind: str, text: str, details: dict[str, object] | None = None) -> None:
+        """Hand an event over, at the time of the last sample; before the first there is no receiver."""
         if self.last is None:
             return
         host, controller = self.last.host_time, self.last.controller_time

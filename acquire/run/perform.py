@@ -63,7 +63,7 @@ class Outcome:
     """How a run went.
 
     Attributes:
-        info: What the driver said of itself.
+        info: Metadata of the driver.
         counts: Cycles, and what happened to them.
         stop: Why it ended before its time; None if it did not.
         escalated: What was asked of the driver since, because that stop did not work, in order.
@@ -87,11 +87,11 @@ def perform(
 
     Args:
         driver: Not open yet.
-        job: What to do, or what says so once the driver is open, before its drives are powered.
+        job: What to do, or what gives it once the driver is open, before its drives are powered.
         sinks: Recorder first, then who else wants to know.
         head: What explains the run to them: made before anything is exchanged, ready with the first sample.
         asked: What a person asks for while it goes on.
-        opened: Called with what the driver says of itself, before its drives are powered.
+        opened: Called with the driver's metadata, before its drives are powered.
 
     Raises:
         DriverError: The driver could not be opened or armed.
@@ -137,8 +137,8 @@ def _play(loop: Loop, job: Job, info: Info, driver: Driver) -> None:
     measured = _standing(loop, info)
     if loop.stop is not None:
         return
-    told = driver.held()
-    held = measured if told is None else told
+    commanded = driver.held()
+    held = measured if commanded is None else commanded
 
     def work() -> tuple[Player, Phases]:
         return _prepared(job, info, held)
@@ -180,13 +180,13 @@ def _prepared(job: Job, info: Info, held: np.ndarray) -> tuple[Player, Phases]:
 
 
 def _require_near(held: np.ndarray, measured: np.ndarray, job: Job) -> None:
-    """Raise where the arm does not stand where its drives are told to hold it."""
+    """Raise where the arm does not stand where its drives are commanded to hold it."""
     away = np.abs(held - measured)
     if np.any(away > job.watch.tracking):
         joint = int(np.nanargmax(away))
         raise CannotStart(
-            f"{job.robot.joints[joint]} stands {away[joint]:.4f} rad from where its drive is told to hold "
-            f"it, allowed are {job.watch.tracking:.4f} rad (--tracking). Is its drive on, are its gains high "
+            f"{job.robot.joints[joint]} stands {away[joint]:.4f} rad from where its drive is commanded to hold it, "
+            f"allowed are {job.watch.tracking:.4f} rad (--tracking). Is its drive on, are its gains high "
             "enough?"
         )
 
@@ -206,7 +206,7 @@ def _require_still(loop: Loop, measured: np.ndarray, job: Job) -> None:
 def _meanwhile(loop: Loop, work: Callable[[], T]) -> T | None:
     """What the work gives, done in a thread while the loop listens: no controller likes to wait.
 
-    None if there is a reason to stop; nobody waits for the work then.
+    None if there is a reason to stop; the work is not waited for then.
     """
     result: list[T] = []
     errors: list[Exception] = []

@@ -36,10 +36,10 @@ def simulated(
     """The run that an arm with typical drives and sensors, tuned to what it is, makes of a plan.
 
     Args:
-        arm: As the recording says it is.
+        arm: As in the recording.
         plan: The motion.
         loaded: The arm with what hangs on its flange.
-        payload: What the recording says of that.
+        payload: Of that, as in the recording.
         gears: Between motors and links.
         speed: Over the planned one [-].
         tick: From sample to sample [s].
@@ -69,7 +69,7 @@ def simulated(
     )  # fmt: skip
     signals = follow(plant, position, velocity, tick)
     if not np.any(np.isfinite(gears.stiffness)):
-        del signals["link_position"]  # a second encoder would say the same
+        del signals["link_position"]  # a second encoder would measure the same
     settings = {"source": f"simulated, seed {seed}", "speed": f"{speed:g}", "exidyn": __version__}
     return Recording(name, arm, signals, payload, trajectory=plan_text(plan), settings=settings)
 

@@ -48,7 +48,7 @@ def plan_start(
         info: Has the controller's window.
 
     Raises:
-        CannotStart: The arm is too far away, nobody knows where it is, or way or motion are not in order.
+        CannotStart: The arm is too far away, its position is unknown, or way or motion are not in order.
     """
     unknown = [name for name, value in zip(joints, measured, strict=True) if not np.isfinite(value)]
     if unknown:

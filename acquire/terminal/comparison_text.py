@@ -9,8 +9,8 @@ from exidyn.identify.simulation.comparison import NAMES, Comparison, Mismatch, R
 from exidyn.identify.text_table import WIDTH, at_point, digits, paragraph, table
 
 MOST = 1.5
-"""Ratio of a mismatch in its worst third to that in its best from which on it is said to go with something:
-more than between thirds of a run in which it is the same everywhere."""
+"""Ratio of a mismatch in its worst third to that in its best from which on it is reported to depend on
+something: more than between thirds of a run in which it is the same everywhere."""
 SMALL = {"rad": "mrad", "m": "mm", "rad/s": "mrad/s", "m/s": "mm/s"}
 """Unit -> its thousandth, in which an arm misses a motion."""
 
@@ -18,7 +18,7 @@ SMALL = {"rad": "mrad", "m": "mm", "rad/s": "mrad/s", "m/s": "mm/s"}
 def comparison_text(comparison: Comparison) -> str:
     """One page: what differs most, by joint, by region."""
     title = f"{comparison.simulated} beside {comparison.recorded}"
-    bullets = [line for said in verdict(comparison) for line in paragraph(said, "  ", "- ")]
+    bullets = [line for one in verdict(comparison) for line in paragraph(one, "  ", "- ")]
     parts = [[title.center(WIDTH).rstrip(), "=" * WIDTH, *bullets]]
     parts.append(["Mismatch by joint, root mean square", "-" * WIDTH, *_by_joint(comparison)])
     for mismatch in comparison.mismatches:
@@ -52,7 +52,7 @@ def verdict(comparison: Comparison) -> list[str]:
 
 def _joint(comparison: Comparison, effort: Mismatch, joint: int) -> str:
     share = 100.0 * effort.rms[joint] / effort.size[joint]
-    said = (
+    text = (
         f"{comparison.joints[joint]}: {effort.quantity} differs by {digits(effort.rms[joint])} "
         f"{effort.units[joint]}, {share:.3g} % of what it is and "
         f"{effort.rms[joint] / effort.noise[joint]:.3g} x noise"
@@ -62,9 +62,9 @@ def _joint(comparison: Comparison, effort: Mismatch, joint: int) -> str:
         key=lambda found: found[1],
     )
     if ratio < MOST:
-        return f"{said}, everywhere alike."
+        return f"{text}, everywhere alike."
     where = f"{NAMES[most]} {kind} ({_span(comparison, kind, joint, most)})"
-    return f"{said}; {ratio:.2g} times as much at {where} as at {NAMES[least]}."
+    return f"{text}; {ratio:.2g} times as much at {where} as at {NAMES[least]}."
 
 
 def _contrast(regions: Regions, joint: int) -> tuple[float, int, int]:

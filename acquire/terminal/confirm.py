@@ -9,11 +9,11 @@ from ..run.errors import NotAllowed, NotConfirmed
 from .run_summary import BEGIN_SLOWLY, NOT_RATED
 
 UNATTENDED = "EXIDYN_UNATTENDED"
-"""Environment variable that says, by the value yes, that arms may move with nobody asked: for test stands."""
+"""Environment variable that, by the value yes, lets arms move unconfirmed: for test stands."""
 
 
 def require_attended(simulated: bool, yes: bool) -> None:
-    """Raise where nobody would be asked though something real moves.
+    """Raise where no one would be asked though something real moves.
 
     Raises:
         NotAllowed: --yes alone, which a script that is reused might have without anybody thinking of it.
@@ -26,7 +26,7 @@ def require_attended(simulated: bool, yes: bool) -> None:
 
 
 def confirm_reading(risk: str) -> None:
-    """Return if reading the controller can do nothing to the arm, or somebody said yes.
+    """Return if reading the controller can do nothing to the arm, or it was confirmed.
 
     Args:
         risk: What it may do; empty for nothing.
@@ -40,7 +40,7 @@ def confirm_reading(risk: str) -> None:
 
 
 def confirm(simulated: bool, yes: bool, advice: str = BEGIN_SLOWLY) -> None:
-    """Return if somebody said yes, or if nothing real moves.
+    """Return if it was confirmed, or if nothing real moves.
 
     Args:
         simulated: Whether nothing real moves.
@@ -49,7 +49,7 @@ def confirm(simulated: bool, yes: bool, advice: str = BEGIN_SLOWLY) -> None:
 
     Raises:
         NotAllowed: As `require_attended`.
-        NotConfirmed: Anything but "yes" was answered, or nobody is there to answer.
+        NotConfirmed: Anything but "yes" was answered, or there is no terminal to answer.
     """
     require_attended(simulated, yes)
     if simulated:
@@ -67,6 +67,6 @@ def _ask(question: str, nothing: str) -> None:
         answer = input()
     except EOFError:
         print(file=sys.stderr)
-        raise NotConfirmed(f"nobody is there to type yes, {nothing}. Run it in a terminal") from None
+        raise NotConfirmed(f"there is no terminal to type yes in,  {nothing}. Run it in a terminal") from None
     if answer.strip() != "yes":
         raise NotConfirmed(f"not confirmed, {nothing}; it takes the word yes")

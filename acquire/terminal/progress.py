@@ -7,7 +7,7 @@ from .progress_process import CLEAR
 
 PROCESS = "exidyn.acquire.terminal.progress_process"
 FINISH = 2.0
-"""How long the last line may take [s]; nobody waits longer for a terminal that was stopped (Ctrl-S)."""
+"""How long the last line may take [s]; there is no longer wait for a terminal that was stopped (Ctrl-S)."""
 
 
 class Progress(PipeSink):

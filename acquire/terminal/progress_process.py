@@ -22,7 +22,7 @@ class Line:
         seconds: Duration of the motion [s].
 
     Attributes:
-        over: Whether the loop has said that this is the end.
+        over: Whether the loop has reported the end.
     """
 
     def __init__(self, seconds: float) -> None:

@@ -113,7 +113,7 @@ def _outcome(outcome: Mapping[str, str]) -> list[str]:
     text = outcome.get("text") or " ".join(filter(None, (outcome["stop"], outcome.get("joint"))))
     how = {
         "none": text,
-        "unknown": "nobody said how; the program that moved the arm, or the recorder, ended before it could",
+        "unknown": "unknown; the program that moved the arm, or the recorder, ended before it could",
     }.get(outcome["stop"], f"STOPPED ({outcome.get('level', 'brake').lower()}): {text}")
     first = "ended:  "
     return paragraph(how, " " * len(first), first)

@@ -32,9 +32,9 @@ def table_lines(
     Args:
         reading: Newest.
         units: Of the joints.
-        info: What the driver says of itself.
+        info: Metadata of the driver.
         seconds: Since the first reading [s].
-        events: What was said until now.
+        events: Messages until now.
     """
     signals = [name for name in SHOWN if name in info.signals]
     head = ["joint", "position", "", "limits", *(HEADS[n] for n in signals), "state"]
@@ -43,7 +43,7 @@ def table_lines(
     lines += ["", f"{seconds:.1f} s; {reading.cycles} samples since the last; Ctrl-C ends it"]
     if reading.fault:
         lines.append(f"fault: {reading.fault}")
-    return lines + [f"said: {text}" for text in events[-LATEST:]]
+    return lines + [f"message: {text}" for text in events[-LATEST:]]
 
 
 def _row(reading: Reading, units: JointUnits, signals: Sequence[str], joint: int) -> list[str]:
@@ -83,7 +83,7 @@ def line(reading: Reading, units: JointUnits, info: Info, seconds: float) -> str
     parts += [f"{BEYOND} limits: {', '.join(beyond)}"] * bool(beyond)
     parts += [f"{SILENT}: {', '.join(silent)}"] * bool(silent)
     parts += [f"fault: {reading.fault}"] * bool(reading.fault)
-    return "; ".join(part for part in [*parts, *(f"said: {text}" for text in reading.events)] if part)
+    return "; ".join(part for part in [*parts, *(f"message: {text}" for text in reading.events)] if part)
 
 
 def _several(values: Sequence[float] | np.ndarray, digits: int) -> str:

@@ -161,7 +161,7 @@ def _log_moments(
     _resize(stream, ball, float(trace.time[0]), 0.0)
     for moment in found:
         _resize(stream, ball, moment.begin, radius)
-        words = suspect.said(moment, trace, traces.model.robot, noise)
+        words = suspect.sentence(moment, trace, traces.model.robot, noise)
         row = rr.TextLog(words, color=suspect.colour)
         stream.log(_entity(trace, "moments", suspect.name), row)
         _resize(stream, ball, moment.end, 0.0)

@@ -23,7 +23,7 @@ def view_of(paths: Sequence[Path], model: Model | None = None) -> View:
 
     Args:
         paths: Files or folders.
-        model: The robot of tables, which do not say of which they are.
+        model: The robot of tables, which do not name their robot.
 
     Raises:
         NotAFile: One is nothing that can be shown, or not together with others.

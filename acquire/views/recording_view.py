@@ -71,7 +71,7 @@ def _tab(recording: Recording) -> rrb.Container:
 
 
 def _plot(run: str, quantity: str, title: str) -> rrb.TimeSeriesView:
-    """A plot; the first tells the joints apart for all."""
+    """A plot; the first has the legend of the joints for all."""
     legend = rrb.PlotLegend(rrb.Corner2D.LeftTop, visible=quantity == "residual")
     return rrb.TimeSeriesView(origin=_entity(run, quantity), name=title, plot_legend=legend)
 

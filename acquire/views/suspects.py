@@ -10,7 +10,7 @@ from exidyn.identify.diagnosis.findings.trace import Trace
 from exidyn.identify.diagnosis.words.naming import effect_words, joint_words, lower
 from exidyn.identify.pages.views.view_parts import JOINTS
 
-from ..files.names import told_apart
+from ..files.names import distinct_names
 from ..files.traces_file import Traces
 from .diagnosis_words import finding_name
 from .moments import Moment, moments
@@ -51,14 +51,14 @@ class Suspect(NamedTuple):
         """When it shows most."""
         return moments(trace.time, self.torque(trace) / noise[self.joint])
 
-    def said(self, moment: Moment, trace: Trace, robot: Robot, noise: float = 0.0) -> str:
+    def sentence(self, moment: Moment, trace: Trace, robot: Robot, noise: float = 0.0) -> str:
         """A moment in words: how much, and where the joint was on the average and how fast.
 
         Args:
             moment: When.
             trace: Of the run.
             robot: Whose joint it is.
-            noise: Its scale, where that was not measured and the torque itself is said [N m]; else zero.
+            noise: Its scale, where that was not measured and the torque itself is given [N m]; else zero.
         """
         within = (trace.time >= moment.begin) & (trace.time <= moment.end)
         position = float(np.mean(trace.position[within, self.joint]))
@@ -76,7 +76,7 @@ class Suspect(NamedTuple):
 def suspects(table: dict[str, Any], traces: Traces) -> list[Suspect]:
     """Those of a diagnosis, the tables of whose file are given: findings first."""
     found = [
-        (finding_name(table, one), effect_words(one["effect"]), _telling(traces, place), place)
+        (finding_name(table, one), effect_words(one["effect"]), _clearest(traces, place), place)
         for place, one in enumerate([*table["findings"], *table.get("undecided", ())])
     ]
     left = [
@@ -84,14 +84,14 @@ def suspects(table: dict[str, Any], traces: Traces) -> list[Suspect]:
         for one in table["remainders"]
     ]
     every = [*found, *left]
-    names = told_apart([name for name, *_ in every])
+    names = distinct_names([name for name, *_ in every])
     return [
         Suspect(name, short, joint, place, COLOURS[number % len(COLOURS)])
         for number, (name, (_, short, joint, place)) in enumerate(zip(names, every, strict=True))
     ]
 
 
-def _telling(traces: Traces, place: int) -> int:
+def _clearest(traces: Traces, place: int) -> int:
     """The joint on which a finding's torque stands highest above the noise."""
     squares = sum(np.sum((trace.explained[place] * trace.weight) ** 2, axis=0) for trace in traces.traces)
     return int(np.argmax(squares / traces.noise**2))

@@ -14,14 +14,14 @@ PATIENCE = 0.1
 BUS_OFF = 0x40
 """Bit of an error frame's identifier: the CAN controller has switched itself off (Linux, error.h)."""
 CONTROLLER = 0x04
-"""Bit of an error frame's identifier: the second byte says what troubles the CAN controller."""
+"""Bit of an error frame's identifier: the second byte is the state of the CAN controller."""
 TROUBLES = {
     0x01: "received frames were lost: the host reads too slowly",
     0x02: "frames to be sent were lost",
     0x04: "many errors in what is received",
     0x08: "many errors in what is sent",
     0x10: "error-passive while receiving: check wiring, termination and bitrate",
-    0x20: "error-passive while sending: does nobody acknowledge? Check wiring, termination and bitrate",
+    0x20: "error-passive while sending: is there no acknowledge? Check wiring, termination and bitrate",
 }
 
 PACKAGES = {
@@ -45,7 +45,7 @@ class CanBus:
 
     Attributes:
         trouble: Why the bus can no longer be used; empty while it can.
-        unreadable: Frames so far that nobody could read, or that were not of data.
+        unreadable: Frames so far that could not be read, or that were not of data.
         channel_info: What python-can calls it.
 
     Raises:
@@ -66,7 +66,7 @@ class CanBus:
         self.unreadable = 0
         self.channel_info = f"{interface} {channel}"
         self._failing = {"read": 0.0, "sent": 0.0}
-        self._told: set[str] = set()
+        self._reported: set[str] = set()
         self._events: list[str] = []
 
     def send(self, message: can.Message, timeout: float = 0.002) -> None:
@@ -79,7 +79,7 @@ class CanBus:
             self._failing["sent"] = 0.0
 
     def recv(self, timeout: float | None = 0.0) -> can.Message | None:
-        """The next frame of data; None where there was none in time [s], or one that nobody can read."""
+        """The next frame of data; None where there was none in time [s], or one that cannot be read."""
         try:
             message = self._bus.recv(timeout)
         except Exception as error:  # likewise
@@ -107,12 +107,12 @@ class CanBus:
         try:
             self._bus.shutdown()
         except Exception as error:  # likewise
-            self._tell(f"CAN bus could not be closed: {error}")
+            self._report(f"CAN bus could not be closed: {error}")
 
     def _failed(self, what: str, error: Exception) -> None:
         now = time.monotonic()
         since = self._failing[what] = self._failing[what] or now
-        self._tell(f"a CAN frame could not be {what}: {type(error).__name__}: {error}")
+        self._report(f"a CAN frame could not be {what}: {type(error).__name__}: {error}")
         if now - since > PATIENCE and not self.trouble:
             self.trouble = f"CAN bus: nothing can be {what} any more: {type(error).__name__}: {error}"
 
@@ -122,11 +122,11 @@ class CanBus:
         elif identifier & CONTROLLER and len(data) > 1:
             for bit, text in TROUBLES.items():
                 if data[1] & bit:
-                    self._tell(f"CAN controller: {text}")
+                    self._report(f"CAN controller: {text}")
 
-    def _tell(self, text: str) -> None:
-        if text not in self._told and len(self._told) < 100:
-            self._told.add(text)
+    def _report(self, text: str) -> None:
+        if text not in self._reported and len(self._reported) < 100:
+            self._reported.add(text)
             self._events.append(text)
 
 

@@ -33,7 +33,7 @@ class CanDriver(Driver, Generic[Round]):
 
     Args:
         settings: With interface, channel, bitrate, options, cycle and at_close.
-        arm: What it is told of the arm.
+        arm: What it needs to know of the arm.
     """
 
     def __init__(self, settings: Any, arm: Arm) -> None:
@@ -52,7 +52,7 @@ class CanDriver(Driver, Generic[Round]):
 
     @abstractmethod
     def _look(self, talk: Round) -> None:
-        """Look at what was answered, while joints are commanded and nobody has stopped."""
+        """Look at what was answered, while joints are commanded and there was no stop."""
 
     @abstractmethod
     def _sample(self, talk: Round, tick: Tick, sent: int) -> Sample:
@@ -77,7 +77,7 @@ class CanDriver(Driver, Generic[Round]):
 
     @abstractmethod
     def _position(self, talk: Round) -> np.ndarray:
-        """Where the joints last said that they are, shape (n,) [rad]."""
+        """Position that the joints last sent, shape (n,) [rad]."""
 
     @abstractmethod
     def _stopped(self, talk: Round) -> bool:
@@ -106,7 +106,7 @@ class CanDriver(Driver, Generic[Round]):
         return self._sample(talk, tick, sent)
 
     def close(self) -> None:
-        """As in `Driver`: quick stop until at rest, then held or switched off as `at_close` says."""
+        """As in `Driver`: quick stop until at rest, then held or switched off by `at_close`."""
         try:
             if self._round is not None:
                 if self._armed:
@@ -131,7 +131,7 @@ class CanDriver(Driver, Generic[Round]):
         return self._bus
 
     def _begin(self, talk: Round) -> None:
-        """Begin to exchange, after a time in which nobody did."""
+        """Begin to exchange, after a pause."""
         self._clock = HostClock(self.settings.cycle)
         talk.begin()
 
@@ -160,7 +160,7 @@ class CanDriver(Driver, Generic[Round]):
             self._cycles(talk, 10)
 
     def _runs_on(self, talk: Round) -> bool:
-        """Whether a quick stop has not stopped a joint, and no drive says that it let go by itself.
+        """Whether a quick stop has not stopped a joint, and no drive reports that it let go by itself.
 
         To leave then would leave an arm that runs, and take from it what stops it when the host is silent.
         """

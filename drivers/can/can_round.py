@@ -10,12 +10,12 @@ import can
 
 from .can_bus import CanBus
 
-TOLD = 50
+MOST_EVENTS = 50
 """Events that are kept at most for one sample."""
 MOST = 500
 """Frames that are read at most before a question is asked: more are a flood, and can wait."""
 FORGET = 0.1
-"""How long what came while nobody listened may be read away [s]."""
+"""How long what came unread may be read away [s]."""
 
 
 class CanRound(ABC):
@@ -55,7 +55,7 @@ class CanRound(ABC):
         """Take a frame with an 11-bit identifier for what it is; whether it was of a joint."""
 
     def begin(self) -> None:
-        """Forget what came while nobody listened, and what was wrong."""
+        """Forget what came unread, and what was wrong."""
         end = time.monotonic() + FORGET
         while self._bus.recv(0.0) is not None and time.monotonic() < end:
             pass
@@ -63,13 +63,13 @@ class CanRound(ABC):
         self.heard = time.monotonic()
 
     def fail(self, why: str) -> None:
-        """The arm can no longer be commanded; the first reason is kept, all are told."""
+        """The arm can no longer be commanded; the first reason is kept, all are reported."""
         self.fault = self.fault or why
-        self.tell(why)
+        self.report(why)
 
-    def tell(self, text: str) -> None:
+    def report(self, text: str) -> None:
         """Keep an event for the next sample."""
-        if len(self._events) < TOLD:
+        if len(self._events) < MOST_EVENTS:
             self._events.append(text)
 
     def events(self) -> tuple[str, ...]:
@@ -100,7 +100,7 @@ class CanRound(ABC):
             elif left <= 0.0 or self._bus.trouble:
                 break
         for text in self._bus.events():
-            self.tell(text)
+            self.report(text)
         if self._bus.trouble and not self.fault:
             self.fail(self._bus.trouble)
 

@@ -1,4 +1,4 @@
-"""What the driver says of motors with the MIT frame once they have answered."""
+"""Metadata of motors with the MIT frame once they have answered."""
 
 from collections.abc import Iterator, Sequence
 
@@ -25,9 +25,9 @@ def info_of(
     Args:
         s: Settings.
         motors: In the order of the joints.
-        found: What each said of itself.
+        found: Data of each.
         states: First answer of each.
-        to_current: Current per what is answered, shape (n,) [A]; NaN where nobody knows.
+        to_current: Current per what is answered, shape (n,) [A]; NaN where unknown.
         to_torque: Torque, likewise [N m].
     """
     known = {
@@ -55,7 +55,7 @@ def _warnings(s: MitSettings, motors: Sequence[Motor], states: Sequence[State]) 
     for motor, state, ampere in zip(motors, states, s.current_range, strict=True):
         if motor.family is T_MOTOR:
             yield (
-                f"{motor.name} goes on with its last command if this computer falls silent; and it tells "
+                f"{motor.name} goes on with its last command if this computer falls silent; and it reports "
                 "its state only when commanded with zero gains, so that opening makes it limp"
             )
             if not ampere:

@@ -51,12 +51,12 @@ def refresh(motor: int) -> bytes:
 
 
 def read(bus: CanBus, motor: int, master: int, register: Register) -> float | None:
-    """The value of a register; None where nobody answers for it."""
+    """The value of a register; None where there is no answer for it."""
     return _ask(bus, motor, master, register, READ, bytes(4))
 
 
 def write(bus: CanBus, motor: int, master: int, register: Register, value: int) -> float | None:
-    """Write a register and read it back; None where nobody answers for it."""
+    """Write a register and read it back; None where there is no answer for it."""
     _ask(bus, motor, master, register, WRITE, struct.pack(register.form, value))
     return read(bus, motor, master, register)
 

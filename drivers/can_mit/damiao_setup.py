@@ -12,11 +12,11 @@ from .mit_motors import Motor
 
 @dataclass
 class Found:
-    """What a motor said of itself.
+    """Data of a motor.
 
     Attributes:
         guarded: Whether it is verified that it switches off when the host falls silent.
-        timeout: What its TIMEOUT was before; None if it did not say.
+        timeout: What its TIMEOUT was before; None if it did not answer.
         facts: What explains the measurement later.
         warnings: Warnings, a sentence each.
     """
@@ -82,7 +82,7 @@ def _set_mode(bus: CanBus, motor: Motor) -> None:
         return
     mode = r.write(bus, motor.number, motor.master, r.MODE, r.MIT_MODE)
     if mode != r.MIT_MODE:
-        raise NotReady(f"{motor.name} was told mode {r.MIT_MODE} (MIT) and is in mode {mode}")
+        raise NotReady(f"{motor.name} was set to mode {r.MIT_MODE} (MIT) and is in mode {mode}")
 
 
 def _set_dead_man(bus: CanBus, motor: Motor, dead_man: float, found: Found) -> None:

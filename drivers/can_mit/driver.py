@@ -16,7 +16,7 @@ from ..host_clock import Tick
 from .about import info_of
 from .damiao_setup import Found, leave, set_up
 from .mit_frame import DAMIAO, ON, T_MOTOR, Family, error_text
-from .mit_motors import MotorRound, Say
+from .mit_motors import MotorRound, Request
 from .mit_settings import MitSettings, require_sound
 
 ENABLING = 2.0
@@ -24,7 +24,7 @@ ENABLING = 2.0
 LIMP = 3
 """Cycles of zero gains before a motor is switched on, so that no old command is left in it."""
 BLIND = 3
-"""Cycles in which a motor is told to switch on that does not say whether it is."""
+"""Cycles in which a motor is commanded on that does not report whether it is."""
 ANSWERS = 0.5
 """How long first answers are waited for [s]."""
 
@@ -42,7 +42,7 @@ class CanMit(CanDriver[MotorRound]):
         self._sign, self._zero = np.array(settings.sign, float), np.array(settings.zero)
         self._to_torque, self._to_current = self._scales()
         self._found: list[Found] = []
-        self._told = [0] * arm.dof
+        self._attempts = [0] * arm.dof
 
     def open(self) -> Info:
         """As in `Driver`: check the motors' registers and hear all of them; nothing is switched on."""
@@ -66,12 +66,12 @@ class CanMit(CanDriver[MotorRound]):
             return ""
         names = [motor.name for motor in self._motors if motor.family is T_MOTOR]
         return (
-            f"{', '.join(names)}: T-Motor tells its state only when commanded, here with zero gains. A motor "
+            f"{', '.join(names)}: T-Motor sends its state only when commanded, here with zero gains. A motor "
             "that is off stays off; one that another program left on goes limp: an arm without brakes drops"
         )
 
     def states(self) -> tuple[str, ...]:
-        """As in `Driver`; a T-Motor that is well does not say whether it is on."""
+        """As in `Driver`; a T-Motor without fault does not report whether it is on."""
         return tuple(
             error_text(motor.family, state.error)
             or (("on" if state.error == ON else "off") if motor.family is DAMIAO else "")
@@ -102,14 +102,16 @@ class CanMit(CanDriver[MotorRound]):
         """As in `Driver`: switch on with zero gains, then hold each joint where it stands."""
         talk = self._opened()
         self._begin(talk)
-        self._level, self._told, self._armed = 0, [0] * self.arm.dof, True
+        self._level, self._attempts, self._armed = 0, [0] * self.arm.dof, True
         talk.watching = False
-        talk.say = [
-            say if say is Say.COMMAND and motor.family is T_MOTOR and not state.error else Say.LISTEN
-            for say, motor, state in zip(talk.say, self._motors, talk.state, strict=True)
+        talk.request = [
+            request
+            if request is Request.COMMAND and motor.family is T_MOTOR and not state.error
+            else Request.LISTEN
+            for request, motor, state in zip(talk.request, self._motors, talk.state, strict=True)
         ]
         end = time.monotonic() + ENABLING
-        while not all(say is Say.COMMAND for say in talk.say):
+        while not all(request is Request.COMMAND for request in talk.request):
             if talk.fault or time.monotonic() > end:
                 why = talk.fault or self._not_enabled(talk)
                 self.stop(StopLevel.OFF)
@@ -137,14 +139,14 @@ class CanMit(CanDriver[MotorRound]):
         self._level = level
         talk.watching = talk.watching and level == StopLevel.QUICK
         if level == StopLevel.OFF:
-            talk.say = [Say.DISABLE] * self.arm.dof
+            talk.request = [Request.DISABLE] * self.arm.dof
         else:
             talk.target = [state.position for state in talk.state]
             talk.velocity = [0.0] * self.arm.dof
         talk.cycle(self._patience)
 
     def _scales(self) -> tuple[np.ndarray, np.ndarray]:
-        """Torque and current per what is answered, each shape (n,); NaN where nobody knows."""
+        """Torque and current per what is answered, each shape (n,); NaN where unknown."""
         constant = np.array(self.settings.torque_constant)
         constant[constant == 0.0] = np.nan
         ampere = np.array(self.settings.current_range) > 0.0
@@ -176,23 +178,23 @@ class CanMit(CanDriver[MotorRound]):
             )
 
     def _lead_on(self, talk: MotorRound, joint: int) -> None:
-        """Tell a motor what leads towards following: zero gains, on, and to stay where it is."""
+        """Send a motor what leads towards following: zero gains, on, and to stay where it is."""
         motor, state = self._motors[joint], talk.state[joint]
-        if talk.say[joint] is Say.COMMAND or not talk.fresh[joint]:
+        if talk.request[joint] is Request.COMMAND or not talk.fresh[joint]:
             return
-        self._told[joint] += 1
+        self._attempts[joint] += 1
         damiao = motor.family is DAMIAO
         if error_text(motor.family, state.error):
-            talk.say[joint], self._told[joint] = Say.CLEAR, 0
-        elif (damiao and state.error == ON) or (not damiao and self._told[joint] > LIMP + BLIND):
+            talk.request[joint], self._attempts[joint] = Request.CLEAR, 0
+        elif (damiao and state.error == ON) or (not damiao and self._attempts[joint] > LIMP + BLIND):
             talk.target[joint], talk.velocity[joint] = state.position, 0.0
-            talk.say[joint] = Say.COMMAND
+            talk.request[joint] = Request.COMMAND
         else:
-            talk.say[joint] = Say.LIMP if self._told[joint] <= LIMP else Say.ENABLE
+            talk.request[joint] = Request.LIMP if self._attempts[joint] <= LIMP else Request.ENABLE
 
     def _not_enabled(self, talk: MotorRound) -> str:
         """Which motor does not switch on, and why."""
-        joint = next(j for j, say in enumerate(talk.say) if say is not Say.COMMAND)
+        joint = next(j for j, request in enumerate(talk.request) if request is not Request.COMMAND)
         motor, state = self._motors[joint], talk.state[joint]
         if not talk.fresh[joint]:
             return f"{motor.name} does not answer any more. Is it still there?"
@@ -204,7 +206,9 @@ class CanMit(CanDriver[MotorRound]):
         velocity = command.velocity * self._sign
         for motor, where, speed in zip(self._motors, position, velocity, strict=True):
             if not (abs(where) <= motor.commanded.position and abs(speed) <= motor.commanded.velocity):
-                talk.fail(f"{motor.name}: a command of {where:.4g} rad and {speed:.4g} rad/s cannot be said")
+                talk.fail(
+                    f"{motor.name}: a command of {where:.4g} rad, {speed:.4g} rad/s is outside the frame's range"
+                )
                 return
         talk.target, talk.velocity = position.tolist(), velocity.tolist()
 

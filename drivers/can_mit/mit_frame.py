@@ -101,7 +101,7 @@ def pack(
 
 
 def unpack(ranges: Ranges, family: Family, data: bytes) -> State | None:
-    """What an answer says, its first byte aside; None for what is none.
+    """Content of an answer, its first byte aside; None for what is none.
 
     Damiao: identifier and error share the first byte, temperatures of the power stage and of the rotor are
     the last two. T-Motor: the identifier has the first byte, and newer firmware adds temperature and error.

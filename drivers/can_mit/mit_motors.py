@@ -25,10 +25,10 @@ from .mit_frame import (
 )
 
 
-class Say(Enum):
-    """What a motor is told in a cycle; it answers to all of it."""
+class Request(Enum):
+    """What a motor is sent in a cycle; it answers to all of it."""
 
-    LISTEN = "tell your state"
+    LISTEN = "send your state"
     LIMP = "zero gains"
     CLEAR = "clear your error"
     ENABLE = "switch on"
@@ -72,10 +72,10 @@ class MotorRound(CanRound):
         motors: In the order of the joints.
 
     Attributes:
-        say: What each is told from now on.
+        request: What each is sent from now on.
         state: Last answer of each.
-        target: Where each is told to be [rad].
-        velocity: How fast each is told to move there [rad/s].
+        target: Commanded position of each [rad].
+        velocity: Commanded velocity of each [rad/s].
         watching: Whether an error is a fault.
     """
 
@@ -83,7 +83,7 @@ class MotorRound(CanRound):
         super().__init__(bus, [motor.name for motor in motors])
         self._motors = motors
         count = len(motors)
-        self.say, self.state = [Say.LISTEN] * count, [UNKNOWN] * count
+        self.request, self.state = [Request.LISTEN] * count, [UNKNOWN] * count
         self.target, self.velocity = [0.0] * count, [0.0] * count
         self.watching = False
         self._commands = [frame(motor.number, bytes(8)) for motor in motors]
@@ -96,8 +96,10 @@ class MotorRound(CanRound):
         """As in `CanRound`; a motor measures when it is reached by its question."""
         self._read_late()
         now = host_time()
-        for joint, say in enumerate(self.say):
-            self._bus.send(self._command(joint) if say is Say.COMMAND else self._others[joint][say])
+        for joint, request in enumerate(self.request):
+            self._bus.send(
+                self._command(joint) if request is Request.COMMAND else self._others[joint][request]
+            )
         self._collect(time.monotonic() + patience)
         return now
 
@@ -127,19 +129,21 @@ class MotorRound(CanRound):
         text = error_text(family, state.error)
         if text and self.watching:
             self.fail(f"{self._names[joint]}: {text}")
-        elif self.watching and family is DAMIAO and state.error == 0 and self.say[joint] is Say.COMMAND:
+        elif (
+            self.watching and family is DAMIAO and state.error == 0 and self.request[joint] is Request.COMMAND
+        ):
             self.fail(f"{self._names[joint]}: has switched itself off")
         else:
-            self.tell(f"{self._names[joint]}: {text or ('on' if state.error else 'off or no error')}")
+            self.report(f"{self._names[joint]}: {text or ('on' if state.error else 'off or no error')}")
 
 
-def _others(motor: Motor) -> dict[Say, can.Message]:
-    """What a motor can be told that does not change."""
+def _others(motor: Motor) -> dict[Request, can.Message]:
+    """Frames for a motor that do not change."""
     limp = frame(motor.number, pack(motor.commanded, 0.0, 0.0, 0.0, 0.0))
     listen = frame(TO_ALL, refresh(motor.number)) if motor.family.registers else limp
-    fixed = {Say.CLEAR: CLEAR, Say.ENABLE: ENABLE, Say.DISABLE: DISABLE}
+    fixed = {Request.CLEAR: CLEAR, Request.ENABLE: ENABLE, Request.DISABLE: DISABLE}
     return {
-        Say.LISTEN: listen,
-        Say.LIMP: limp,
-        **{say: frame(motor.number, data) for say, data in fixed.items()},
+        Request.LISTEN: listen,
+        Request.LIMP: limp,
+        **{request: frame(motor.number, data) for request, data in fixed.items()},
     }

@@ -119,13 +119,13 @@ def require_sound(s: MitSettings, arm: Arm) -> None:
 
 
 def _require_distinct(s: MitSettings) -> None:
-    """Answers must tell which motor they are of: by identifier, or by the half byte in them."""
+    """Answers must identify their motor: by identifier, or by the half byte in them."""
     seen: dict[tuple[int, int], int] = {}
     for number, master in zip(s.ids, s.masters, strict=True):
         other = seen.setdefault((master, number & 0x0F), number)
         if list(s.ids).count(number) > 1 or other != number:
             raise BadSettings(
-                f"motors {other} and {number} cannot be told apart: each needs an id of its own, and those "
+                f"motors {other} and {number} cannot be distinguished: each needs its own id, and those "
                 "with the same master an id that differs in its last hexadecimal digit"
             )
 
@@ -139,6 +139,6 @@ def _require_within(s: MitSettings, arm: Arm, joint: int, motor: Motor) -> None:
     ):
         if np.isfinite(value) and value > most:
             raise BadSettings(
-                f"{motor.name}: {what} {value:g} {unit}, a frame can say {most:g}. Narrow the arm's limits, "
+                f"{motor.name}: {what} {value:g} {unit}, a frame can hold {most:g}. Narrow the arm's limits, "
                 "or check zero and ranges"
             )

@@ -55,7 +55,7 @@ class Drive:
         return int(struct.unpack(entry.form, data[:size])[0])
 
     def look_up(self, entry: Entry) -> int | None:
-        """The value of an object that the driver can do without; None where the drive does not tell it.
+        """The value of an object that the driver can do without; None where the drive does not have it.
 
         Raises:
             LinkLost: The drive does not answer.
@@ -76,7 +76,7 @@ class Drive:
             return None if refusal.absent else 0
 
     def text(self, entry: Entry = DEVICE_NAME) -> str:
-        """A text; empty where the drive tells none. Raises as `look_up`."""
+        """A text; empty where the drive has none. Raises as `look_up`."""
         try:
             data = self._upload(entry)
         except Refused:
@@ -105,7 +105,7 @@ class Drive:
             return
         found = self.read(entry)
         if found != value:
-            raise NotReady(f"{self.name} was told {entry} := {value} and still has {found}")
+            raise NotReady(f"{self.name} was set to {entry} := {value} and still has {found}")
 
     def offer(self, entry: Entry, value: int) -> str:
         """As `set`, for a value that not every drive takes; gives why it did not, empty if it did."""
@@ -120,7 +120,7 @@ class Drive:
             try:
                 return self._sdo.upload(entry.index, entry.sub)
             except SdoAbortedError as error:
-                raise self._refused(entry, f"refuses to tell {entry}", error) from error
+                raise self._refused(entry, f"refuses to read {entry}", error) from error
             except Exception as error:  # likewise
                 if attempt == TRIES:
                     raise LinkLost(self._silent(str(entry), error)) from error

@@ -149,7 +149,7 @@ class Canopen402(CanDriver[Frames]):
         return explained
 
     def _lead_on(self, frames: Frames) -> None:
-        """Tell each drive the word that leads towards enabled, and to stay where it is until then."""
+        """Send each drive the word that leads towards enabled, and to stay where it is until then."""
         frames.commanding = True
         for joint in range(self.arm.dof):
             state = frames.state(joint)
@@ -167,13 +167,13 @@ class Canopen402(CanDriver[Frames]):
         name, word, state = self._names[joint], frames.status[joint], frames.state(joint)
         if word < 0:
             return f"{name} does not answer SYNC, though its PDOs are set up. Is it still there?"
-        said = f"{name} stays in {state} (statusword 0x{word:04X}) for {ENABLING:g} s"
+        text = f"{name} stays in {state} (statusword 0x{word:04X}) for {ENABLING:g} s"
         if state == c.FAULT and self._network is not None:
-            return f"{said}: {self._network.error_of(joint)}. Remove the cause, then try again"
+            return f"{text}: {self._network.error_of(joint)}. Remove the cause, then try again"
         if state == c.STOPPING:
-            return f"{said} and cannot be enabled from there. Hold the arm and switch its power off and on"
+            return f"{text} and cannot be enabled from there. Hold the arm and switch its power off and on"
         return (
-            f"{said}, told 0x{frames.control[joint]:02X}. Is its power stage on, and are its enable and "
+            f"{text}, sent 0x{frames.control[joint]:02X}. Is its power stage on, and are its enable and "
             "safe-torque-off inputs closed?"
         )
 
@@ -207,7 +207,7 @@ class Canopen402(CanDriver[Frames]):
     def _part(self, frames: Frames) -> None:
         """Leave drives that no longer miss the host, and a quiet bus."""
         for joint in range(self.arm.dof):
-            frames.tell_node(joint, c.HEARD_HEARTBEAT, 0)
+            frames.write_unanswered(joint, c.HEARD_HEARTBEAT, 0)
         time.sleep(0.02)
         frames.manage(c.PRE_OPERATIONAL)
 

@@ -1,4 +1,4 @@
-"""Which object of a drive tells how hard its motor works, and what a count of it means."""
+"""Which object of a drive measures the effort of its motor, and what a count of it means."""
 
 import struct
 from collections.abc import Sequence
@@ -28,10 +28,10 @@ ADVICE = "Set current_object to what its maker has, such as '0x30D1:2 int32', an
 
 @dataclass(frozen=True)
 class EffortWish:
-    """What a user sets of one drive's current and torque; 0 for what the drive is to tell.
+    """What a user sets of one drive's current and torque; 0 for what the drive has.
 
     Attributes:
-        current: Object that tells the current.
+        current: Object of the current.
         scale: Of that object [A per count].
         rated_current: What a thousand counts of it mean where there is no scale [A].
         rated_torque: What a thousand counts of 0x6077 mean, at the motor [N m].
@@ -44,7 +44,7 @@ class EffortWish:
 
 
 class Effort(NamedTuple):
-    """What tells how hard a motor works.
+    """Measure of a motor's effort.
 
     Attributes:
         entry: The object.
@@ -77,7 +77,7 @@ def read_object(text: str, name: str) -> c.Entry:
 
     Args:
         text: What was set.
-        name: What the object tells.
+        name: What the object measures.
 
     Raises:
         BadSettings: The text is not of that form, or the object is none that can be in a PDO.
@@ -99,15 +99,15 @@ def read_object(text: str, name: str) -> c.Entry:
 
 
 def kind_of_all(drives: Sequence[Drive], wishes: Sequence[EffortWish], kind: str) -> tuple[str, list[str]]:
-    """What is measured of all drives, "current" or "torque", and what to say about it.
+    """What is measured of all drives, "current" or "torque", and the facts about it.
 
     Args:
         drives: Of the arm.
         wishes: For each.
-        kind: "current", "torque", or "auto": torque stands in where a drive has no current object.
+        kind: "current", "torque", or "auto": torque is used where a drive has no current object.
 
     Raises:
-        NotReady: There is neither; the message says what to set.
+        NotReady: There is neither; the message names what to set.
     """
     if kind != "auto":
         return kind, []
@@ -124,10 +124,10 @@ def kind_of_all(drives: Sequence[Drive], wishes: Sequence[EffortWish], kind: str
 
 
 def find_effort(drive: Drive, wish: EffortWish, kind: str) -> Effort:
-    """The object of a drive that tells "current" or "torque", and its unit.
+    """The object of a drive that measures "current" or "torque", and its unit.
 
     Raises:
-        NotReady: There is none, it has another size, or nobody says what it means; the message says what to
+        NotReady: There is none, it has another size, or its meaning is unknown; the message names what to
             set.
         LinkLost: The drive does not answer.
     """
@@ -152,17 +152,17 @@ def _require_object(drive: Drive, entry: c.Entry, advice: str) -> None:
 
 
 def _in_thousandths(drive: Drive, entry: c.Entry, rating: c.Entry, own: float, words: Words) -> Effort:
-    """An object that tells thousandths of a rated value, which is set, or told by the drive."""
+    """An object in thousandths of a rated value, which is set, or read from the drive."""
     value = drive.look_up(rating)
-    told = STEP * (value or 0)
-    if not own and not told:
-        lacking = f"tells no {rating}" if value is None else f"has {rating} = 0"
+    stated = STEP * (value or 0)
+    if not own and not stated:
+        lacking = f"has no {rating}" if value is None else f"has {rating} = 0"
         raise NotReady(
             f"{drive.name} {lacking}, in thousandths of which its {words.name} is. Set {words.instead}, "
             "or commission the drive with its maker's tool"
         )
-    rated, source = (own, words.setting) if own else (told, f"0x{rating.index:04X}")
-    differs = own and told and abs(own - told) > STEP
-    warning = f"{drive.name} has {told:g} {words.unit} in {rating}; {words.setting} = {own:g} is used"
+    rated, source = (own, words.setting) if own else (stated, f"0x{rating.index:04X}")
+    differs = own and stated and abs(own - stated) > STEP
+    warning = f"{drive.name} has {stated:g} {words.unit} in {rating}; {words.setting} = {own:g} is used"
     fact = f"{entry}, in thousandths of {rated:g} {words.unit} ({source})"
     return Effort(entry, 1e-3 * rated, fact, (warning,) if differs else ())

@@ -1,4 +1,4 @@
-"""The cyclic part of CiA 402 over CANopen: targets, SYNC, measurements, and what else drives say."""
+"""The cyclic part of CiA 402 over CANopen: targets, SYNC, measurements, and what else drives send."""
 
 import math
 import struct
@@ -31,7 +31,7 @@ def beside(effort: c.Entry) -> bool:
 
 
 def measured_sizes(effort: c.Entry) -> list[int]:
-    """Bytes of data of each frame in which a drive tells what it measures."""
+    """Bytes of data of each frame with which a drive sends what it measures."""
     sizes = [struct.calcsize(STOOD), struct.calcsize(effort.form)]
     return [sum(sizes)] if beside(effort) else sizes
 
@@ -46,7 +46,7 @@ class Frames(CanRound):
         host: Number under which the host's heartbeat is sent.
         beat: Time between these [s].
         heartbeat: Time between the drives' [s].
-        efforts: Object of each that tells how hard its motor works.
+        efforts: Object of each that measures its motor's effort.
         beating: Whether each sends a heartbeat.
 
     Attributes:
@@ -126,19 +126,19 @@ class Frames(CanRound):
         """A SYNC out of turn, which makes valid what was sent."""
         self._bus.send(self._sync)
 
-    def tell_node(self, joint: int, entry: c.Entry, value: int) -> None:
-        """Write a value to a drive by SDO without waiting for an answer: for when nobody may be there."""
+    def write_unanswered(self, joint: int, entry: c.Entry, value: int) -> None:
+        """Write a value to a drive by SDO without waiting for an answer: for when the drive may be absent."""
         data = struct.pack(entry.form, value)
         head = struct.pack("<BHB", 0x23 | 4 - len(data) << 2, entry.index, entry.sub)
         self._bus.send(frame(c.SDO_TO_NODE + self._nodes[joint], head + data.ljust(4, b"\0")))
 
     def manage(self, command: int) -> None:
-        """Tell all nodes a command of network management."""
+        """Send all nodes a command of network management."""
         for node in self._nodes:
             self._bus.send(frame(c.NMT, bytes([command, node])))
 
     def state(self, joint: int) -> str:
-        """The state that a drive's last statusword says."""
+        """The state by a drive's last statusword."""
         return c.state(self.status[joint])
 
     def _understand(self, identifier: int, data: bytes) -> bool:
@@ -176,9 +176,9 @@ class Frames(CanRound):
         word, state = self.status[joint], self.state(joint)
         if state != self._states[joint]:
             self._states[joint] = state
-            self.tell(f"{self._names[joint]}: {state} (statusword 0x{word:04X})")
+            self.report(f"{self._names[joint]}: {state} (statusword 0x{word:04X})")
         if word & ~before & c.LIMIT_ACTIVE:
-            self.tell(f"{self._names[joint]}: a limit inside the drive is active")
+            self.report(f"{self._names[joint]}: a limit inside the drive is active")
 
     def _emergency(self, joint: int, data: bytes) -> None:
         if len(data) != EMERGENCY.size:
@@ -188,7 +188,7 @@ class Frames(CanRound):
             why = f"{self._names[joint]}: emergency {c.error_text(code)}, error register 0x{register:02X}"
             self.fail(f"{why}, 0x{data[3:].hex()}")
         else:
-            self.tell(f"{self._names[joint]}: emergency over")
+            self.report(f"{self._names[joint]}: emergency over")
 
     def _heartbeat(self, joint: int, data: bytes) -> None:
         if len(data) != 1:

@@ -23,8 +23,8 @@ class SetUp(NamedTuple):
 
     Attributes:
         kind: "current" or "torque", of all drives.
-        efforts: What tells it, of each.
-        found: What each said of itself.
+        efforts: Its source, of each.
+        found: Data of each.
         warnings: Warnings that are of no single drive, a sentence each.
     """
 
@@ -80,7 +80,7 @@ class DriveNetwork:
         """Why a drive is in fault, by its own account."""
         try:
             with self._reading():
-                return f"0x603F says {c.error_text(self._drive(joint).read(c.ERROR_CODE))}"
+                return f"0x603F is {c.error_text(self._drive(joint).read(c.ERROR_CODE))}"
         except DriverError as error:
             return f"its error code cannot be read ({error})"
 
@@ -119,4 +119,4 @@ class DriveNetwork:
             except Exception as error:  # canopen's own, of no common type
                 raise NotReady(f"{name} sends no heartbeat, though it took 0x1017") from error
             if state != "OPERATIONAL":
-                raise NotReady(f"{name} was told to be operational and is {state.lower()}")
+                raise NotReady(f"{name} was set operational and is {state.lower()}")

@@ -41,7 +41,7 @@ class CanopenSettings:
         choices=("auto", "current", "torque"),
     )
     current_object: tuple[str, ...] = joint_setting(
-        "0x6078:0 int16", "object that tells the current, as 'index:sub type'"
+        "0x6078:0 int16", "object of the current, as 'index:sub type'"
     )
     current_scale: tuple[float, ...] = joint_setting(
         0.0,
@@ -51,10 +51,10 @@ class CanopenSettings:
         high=1e3,
     )
     rated_current: tuple[float, ...] = joint_setting(
-        0.0, "rated current of the motor; 0 for what 0x6075 tells", unit="A", low=0.0, high=1e4
+        0.0, "rated current of the motor; 0 for what 0x6075 has", unit="A", low=0.0, high=1e4
     )
     rated_torque: tuple[float, ...] = joint_setting(
-        0.0, "rated torque of the motor; 0 for what 0x6076 tells", unit="N m", low=0.0, high=1e5
+        0.0, "rated torque of the motor; 0 for what 0x6076 has", unit="N m", low=0.0, high=1e5
     )
     ampere: str = setting("rms", "what the drive's maker means by amperes", choices=("rms", "peak", "dc"))
     interface: str = setting("socketcan", "interface of python-can")
@@ -104,8 +104,8 @@ class CanopenSettings:
     @property
     def frames(self) -> list[int]:
         """Bytes of data of each frame in a cycle, at most: targets, SYNC, measurements."""
-        told = [c.TORQUE if self.effort == "torque" else wish.current for wish in self.efforts]
-        measured = [size for entry in told for size in measured_sizes(entry)]
+        objects = [c.TORQUE if self.effort == "torque" else wish.current for wish in self.efforts]
+        measured = [size for entry in objects for size in measured_sizes(entry)]
         return [COMMANDED.size] * len(self.nodes) + [0] + measured
 
     @property
@@ -147,7 +147,7 @@ def require_sound(s: CanopenSettings, arm: Arm) -> None:
     for name, wish in zip(arm.joints, s.efforts, strict=True):
         if wish.scale and wish.rated_current:
             raise BadSettings(
-                f"{name}: current_scale and rated_current are both set; either of them says what a count of "
+                f"{name}: current_scale and rated_current are both set; either of them gives what a count of "
                 "current is. Leave one at 0"
             )
     if c.period_of(s.cycle) is None:

@@ -18,9 +18,9 @@ NO_REMOTE = 0x40000000
 SYNCHRONOUS = 1
 """Transmission type: with every SYNC."""
 MODE_READS = 20
-"""How often a drive is asked again whether it is in the mode it was told, every 10 ms."""
+"""How often a drive is asked again whether it is in the mode that was set, every 10 ms."""
 SHOWN = 3
-"""Old errors that are told of."""
+"""Old errors that are reported."""
 SPARE_TPDOS = (0x1801, 0x1802, 0x1803)
 """TPDOs that are switched off; the first is switched on again where an effort needs one of its own."""
 SPARE_RPDOS = (0x1401, 0x1402, 0x1403)
@@ -45,7 +45,7 @@ class Wish(NamedTuple):
 
 @dataclass
 class Found:
-    """What a drive said of itself.
+    """Data of a drive.
 
     Attributes:
         guarded: Whether it is verified that the drive stops by itself when the host falls silent.
@@ -82,8 +82,8 @@ def set_up(drive: Drive, wish: Wish, effort: Effort, found: Found) -> None:
     Args:
         drive: The drive.
         wish: What it is to be set to.
-        effort: What it is to tell besides its position.
-        found: What it said of itself so far; is added to.
+        effort: What it is to send besides its position.
+        found: Its data so far; is added to.
 
     Raises:
         NotReady: It does not take what it must.
@@ -137,7 +137,7 @@ def _look_at_state(drive: Drive, found: Found) -> None:
 
 
 def _read_history(drive: Drive, found: Found) -> None:
-    """Tell of old errors and clear them, so that those of the next run are its own."""
+    """Report old errors and clear them, so that those of the next run are its own."""
     count = drive.look_up(c.ERROR_COUNT)
     if not count:
         return
@@ -164,22 +164,22 @@ def _set_mode(drive: Drive, found: Found) -> None:
         time.sleep(0.01)
         shown, patience = drive.read(c.MODE_DISPLAY), patience - 1
     if shown != c.CYCLIC_POSITION:
-        raise NotReady(f"{drive.name} was told mode {c.CYCLIC_POSITION} and is in mode {shown} (0x6061)")
+        raise NotReady(f"{drive.name} was set to mode {c.CYCLIC_POSITION} and is in mode {shown} (0x6061)")
 
 
 def _set_cycle(drive: Drive, wish: Wish, found: Found) -> None:
-    """Tell the drive how long it has from target to target: 0x60C2, or 0x1006 where it takes that instead."""
+    """Set the time of the drive from target to target: 0x60C2, or 0x1006 where it takes that instead."""
     if drive.look_up(c.SYNC_ID) not in (None, c.SYNC):
         drive.set(c.SYNC_ID, c.SYNC)
     refused = ""
-    told = drive.look_up(c.SYNC_PERIOD) is not None
-    if told:
+    known = drive.look_up(c.SYNC_PERIOD) is not None
+    if known:
         refused = drive.offer(c.SYNC_PERIOD, round(1e6 * wish.settings.cycle))
         found.warnings += filter(None, [refused])
     if drive.size(c.PERIOD_VALUE) is None:
         found.warnings.append(
             f"{drive.name} has no {c.PERIOD_VALUE}: it must know by itself that targets come every "
-            f"{1e3 * wish.settings.cycle:g} ms{', or by 0x1006' * (told and not refused)}"
+            f"{1e3 * wish.settings.cycle:g} ms{', or by 0x1006' * (known and not refused)}"
         )
         return
     period = c.period_of(wish.settings.cycle)
@@ -189,7 +189,7 @@ def _set_cycle(drive: Drive, wish: Wish, found: Found) -> None:
 
 
 def _set_guard(drive: Drive, wish: Wish, found: Found) -> None:
-    """Make the drive stop by itself when the host dies, and say whether it will."""
+    """Make the drive stop by itself when the host dies, and return whether it will."""
     missing = [
         drive.offer(c.HEARD_HEARTBEAT, wish.settings.host_node << 16 | round(1e3 * wish.settings.dead_man)),
         drive.offer(c.ABORT_CONNECTION, wish.settings.abort_connection),
@@ -223,7 +223,7 @@ def _set_limits(drive: Drive, wish: Wish, found: Found) -> None:
 
 
 def _set_or_advise(drive: Drive, entry: c.Entry, value: int, without: str) -> None:
-    """Set what was asked for, or say how to go on without it."""
+    """Set what was asked for, or name how to go on without it."""
     why = drive.offer(entry, value)
     if why:
         raise NotReady(f"{why}. Set {without} to go on without")
@@ -256,7 +256,7 @@ def _switch_off(drive: Drive, communication: int) -> None:
 
 
 def _map(drive: Drive, communication: int, mapping: int, identifier: int, what: tuple[c.Entry, ...]) -> None:
-    """Switch a PDO off, say what is in it, and switch it on with every SYNC."""
+    """Switch a PDO off, define what is in it, and switch it on with every SYNC."""
     switch = c.Entry(communication, 1, "<I", "identifier of a PDO")
     others = drive.read(switch) & NO_REMOTE
     drive.write(switch, INVALID | others | identifier)

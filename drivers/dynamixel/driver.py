@@ -1,7 +1,7 @@
 """Dynamixel servos with protocol 2.0 (X series, MX with firmware 2.0) on a serial port.
 
 A cycle is one write: the goals of all servos, and the question for current, velocity and position of all.
-Each servo watches the bus: when nothing comes for a while, it stops, holds, and takes no goals until told so.
+Each servo watches the bus: when nothing comes for a while, it stops, holds, and takes no goals until reset.
 """
 
 from collections.abc import Sequence

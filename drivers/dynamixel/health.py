@@ -15,7 +15,7 @@ AGAIN = 100
 
 
 class DynamixelHealth:
-    """What the answers say besides the measurements.
+    """What the answers contain besides the measurements.
 
     Args:
         bus: Of the servos.
@@ -26,10 +26,10 @@ class DynamixelHealth:
     def __init__(self, bus: ServoBus, shutdown: Sequence[int], now: int) -> None:
         self._bus, self._shutdown = bus, shutdown
         self._heard, self._gap = [now] * len(shutdown), 0
-        self._alerts, self._told, self._looks = set[int](), [0] * len(shutdown), 0
+        self._alerts, self._reported, self._looks = set[int](), [0] * len(shutdown), 0
 
     def look(self, answers: Sequence[Status | None], now: int, armed: bool, events: list[str]) -> str:
-        """Why servos have stopped themselves; empty if none has, or if it cannot be said yet.
+        """Why servos have stopped themselves; empty if none has, or if it is not known yet.
 
         Args:
             answers: Of a cycle, in the order of the servos.
@@ -57,9 +57,9 @@ class DynamixelHealth:
             name, stops = self._name(place), bits & self._shutdown[place]
             if stops:
                 faults.append(f"{name} has switched its torque off: {hardware_errors(stops)}")
-            elif bits & ~self._told[place]:
-                events.append(f"{name} warns: {hardware_errors(bits & ~self._told[place])}")
-            self._told[place] = bits
+            elif bits & ~self._reported[place]:
+                events.append(f"{name} warns: {hardware_errors(bits & ~self._reported[place])}")
+            self._reported[place] = bits
         self._alerts = alerts
         return "; ".join(faults)
 

@@ -15,7 +15,7 @@ HEADER = b"\xff\xff\xfd\x00"
 EVERYBODY = 0xFE
 PING, STATUS, SYNC_READ, SYNC_WRITE, FAST_SYNC_READ = 0x01, 0x55, 0x82, 0x83, 0x8A
 ALERT = 0x80
-"""Bit of the error byte: the register of hardware errors has something to say."""
+"""Bit of the error byte: the register of hardware errors is not zero."""
 
 ERRORS = {
     1: "failed",

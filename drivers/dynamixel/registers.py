@@ -38,7 +38,7 @@ GOAL = Register(116, 4, "goal position", True)
 PRESENT = Register(132, 4, "present position", True)
 
 TRIPPED = -1
-"""What the bus watchdog says after it has stopped the servo."""
+"""Value of the bus watchdog after it has stopped the servo."""
 
 FIRST = 126
 """Register from which the measurements are read."""
@@ -53,6 +53,6 @@ _HARDWARE = ("input voltage", "hall sensor", "overheating", "encoder", "electric
 
 
 def hardware_errors(bits: int) -> str:
-    """What the register of hardware errors says."""
+    """Meaning of the register of hardware errors."""
     named = [name for place, name in enumerate(_HARDWARE) if bits >> place & 1]
     return ", ".join(named) or f"hardware error {bits}"

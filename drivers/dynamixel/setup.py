@@ -21,7 +21,7 @@ from .registers import (
 
 
 class Found(NamedTuple):
-    """What a servo says of itself.
+    """Data of a servo.
 
     Attributes:
         model: Its number, a key of `MODELS` if it is known.
@@ -93,7 +93,7 @@ def current_units(bus: ServoBus, found: Sequence[Found], given: Sequence[float])
     """[A] a count, shape (n,), as given or else by model; zero for servos that measure none.
 
     Raises:
-        BadSettings: A model nobody knows, and no unit given.
+        BadSettings: An unknown model, and no unit given.
     """
     for servo, one, unit in zip(bus.servos, found, given, strict=True):
         if not unit and one.model not in MODELS:

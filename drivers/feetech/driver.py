@@ -139,15 +139,15 @@ class Feetech(ServoDriver):
 
     def _begin(self, where: np.ndarray) -> None:
         super()._begin(where)
-        self._told = [0] * self.arm.dof
+        self._reported = [0] * self.arm.dof
 
     def _look(self, answers: Sequence[Status | None], now: int, events: list[str]) -> str:
         """Alarms; those on which a servo is set to give way are a fault."""
         faults = []
         for place, answer in enumerate(answers):
-            if answer is None or answer.error == self._told[place]:
+            if answer is None or answer.error == self._reported[place]:
                 continue
-            new, self._told[place] = answer.error & ~self._told[place], answer.error
+            new, self._reported[place] = answer.error & ~self._reported[place], answer.error
             name = self._names[self.settings.ids[place]]
             if new & self._unloading[place]:
                 faults.append(f"{name} gives way: {_alarms(new & self._unloading[place])}")

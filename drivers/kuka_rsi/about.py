@@ -1,4 +1,4 @@
-"""About: what the driver says of itself once the controller has spoken."""
+"""About: metadata of the driver once the controller has answered."""
 
 from dataclasses import replace
 
@@ -13,7 +13,7 @@ from .start.beginning import Beginning
 from .start.simulator import warning
 
 MARGIN = 0.05
-"""By how much the window that is told is narrower than the controller's [deg]: whoever uses it counts from
+"""By how much the reported window is narrower than the controller's [deg]: whoever uses it counts from
 where the arm was measured, which is not exactly where the controller counts from."""
 SHORT = 10
 """Late answers in a row that a busy computer gives now and then [cycles]; it is KUKA's default Timeout."""

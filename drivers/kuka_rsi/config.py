@@ -125,7 +125,7 @@ def read_config(path: Path | str) -> RsiConfig:
         protocol=_text(path, root, "PROTOCOL", "UDP").upper(),
     )
     if config.protocol != "UDP":
-        raise BadSettings(f"{path}: PROTOCOL is {config.protocol}; the driver speaks UDP only")
+        raise BadSettings(f"{path}: PROTOCOL is {config.protocol}; the driver uses UDP only")
     return config
 
 

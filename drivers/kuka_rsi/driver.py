@@ -1,6 +1,6 @@
 """KUKA controllers by Robot Sensor Interface: the controller asks every 4 or 12 ms, the driver answers.
 
-The controller's clock is the only one. Each telegram says where the axes are; the answer to it says how far
+The controller's clock is the only one. Each telegram has the axes' positions; the answer to it has how far
 they should be from where they stood when the program called RSI_MOVECORR (absolute corrections).
 """
 
@@ -31,7 +31,7 @@ from .telegrams.session import Fresh, Session
 from .telegrams.telegram import Answer, TelegramReader
 
 SILENCE = 5
-"""Cycles without a telegram after which a sample says so; fewer are a busy network."""
+"""Cycles without a telegram after which a sample is marked; fewer are a busy network."""
 LOOKED_AT = 4
 """Telegrams that are looked at before the first is answered: less than half of what any Timeout bears."""
 CLOSING = 1.0

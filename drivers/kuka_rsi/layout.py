@@ -17,7 +17,7 @@ class Layout:
     Attributes:
         axes: Of each joint, such as A1.
         elements: Elements with a value for each axis, in the order in which they are read.
-        delay: Whether the controller says how many answers came late.
+        delay: Whether the controller counts answers that came late.
         corrections: Tag of each joint's correction; empty when only listening.
         switch: Tag of the Stop channel; empty for none.
     """

@@ -1,4 +1,4 @@
-"""Remarks: what is worth telling of a cycle, in sentences."""
+"""Remarks: what is worth reporting of a cycle, in sentences."""
 
 import numpy as np
 
@@ -8,14 +8,14 @@ from .telegrams.conversation import Conversation
 from .telegrams.session import Fresh
 
 FOLLOWS = 0.1
-"""Motion of the programmed pose from which on it is told [deg]."""
+"""Motion of the programmed pose from which on it is reported [deg]."""
 
 
 class Remarks:
-    """Remembers what was told already.
+    """Remembers what was reported already.
 
     Args:
-        layout: What telegrams say.
+        layout: Contents of telegrams.
         beginning: Of the session.
         controller: Its address.
         commanding: Whether the arm is moved by corrections.
@@ -31,16 +31,16 @@ class Remarks:
 
     def on(self, conversation: Conversation, fresh: Fresh | None) -> tuple[str, ...]:
         """What happened since the last cycle; nothing but that if no telegram came."""
-        told = list(conversation.session.events())
+        events = list(conversation.session.events())
         if fresh is not None:
-            told += self._late(fresh) + self._moved(fresh)
+            events += self._late(fresh) + self._moved(fresh)
         if conversation.refused:
-            told.append("the network did not take an answer")
+            events.append("the network did not take an answer")
         stranger = conversation.link.stranger
         if stranger and not self._strange:
             self._strange = True
-            told.append(f"something from {stranger} was ignored: only {self._controller} is heard")
-        return tuple(told)
+            events.append(f"something from {stranger} was ignored: only {self._controller} is accepted")
+        return tuple(events)
 
     def _late(self, fresh: Fresh) -> list[str]:
         if self._delay is None:

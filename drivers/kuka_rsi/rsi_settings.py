@@ -17,7 +17,7 @@ FAST, SLOW = 0.004, 0.012
 class RsiSettings:
     """Settings of the KUKA driver."""
 
-    controller: str = setting(..., "address of the controller; nobody else is heard or answered", kind=str)
+    controller: str = setting(..., "address of the controller; telegrams of others are ignored", kind=str)
     config: str = setting("", "copy of the controller's RSI_EthernetConfig.xml; without it, the values below")
     bind: str = setting("", "address of this computer to listen on; by default IP_NUMBER of the config")
     port: int = setting(0, "port to listen on; by default the config's, or 49152", low=0, high=65535)
@@ -27,7 +27,7 @@ class RsiSettings:
     cycle: float = setting(
         FAST, "0.004 (#IPO_FAST) or 0.012 (#IPO, and any KRC2)", unit="s", low=FAST, high=SLOW
     )
-    mode: str = setting("absolute", "as RSI_ON is told", choices=("absolute", "relative"))
+    mode: str = setting("absolute", "the argument of RSI_ON", choices=("absolute", "relative"))
     probe: bool = setting(True, "see what corrections do by at most 0.05 degrees before a motion")
     axes: str = setting("", "axis of each joint with spaces between; by default A1 A2 ...")
     sign: tuple[float, ...] = joint_setting(
@@ -70,10 +70,10 @@ class RsiSettings:
 
 
 def config_of(settings: RsiSettings) -> RsiConfig:
-    """The configuration that the controller is said to have.
+    """The configuration that the controller should have.
 
     Raises:
-        BadSettings: A file that cannot be read or says otherwise than the settings, or settings that do not
+        BadSettings: A file that cannot be read or differs from the settings, or settings that do not
             fit each other.
     """
     _look_over(settings)
@@ -94,7 +94,7 @@ def config_of(settings: RsiSettings) -> RsiConfig:
     ):
         if ours and ours != theirs:
             raise BadSettings(
-                f"driver kuka_rsi: {name} is {ours}, but {settings.config} says {theirs}. The controller has "
+                f"driver kuka_rsi: {name} is {ours}, but {settings.config} has {theirs}. The controller has "
                 "that file: change it there and here, or leave the setting out"
             )
     return config

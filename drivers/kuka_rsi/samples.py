@@ -1,4 +1,4 @@
-"""Samples: what a telegram says in our units, or that none came."""
+"""Samples: a telegram in our units, or that none came."""
 
 import numpy as np
 
@@ -17,7 +17,7 @@ class Samples:
     Args:
         layout: Which values of the telegrams belong to which joint.
         axes: How axes and joints are related.
-        settings: Say which elements currents and torques are.
+        settings: Name the elements of currents and torques.
     """
 
     def __init__(self, layout: Layout, axes: Axes, settings: RsiSettings) -> None:

@@ -9,7 +9,7 @@ EPOCH = 1_767_225_600_000_000_000
 
 
 class SteppedClock:
-    """A clock like `HostClock` that nobody waits for: as much time goes by as it is told.
+    """A clock like `HostClock` without waiting: as much time goes by as is given.
 
     Args:
         cycle: Time between ticks [s].

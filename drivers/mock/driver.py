@@ -27,7 +27,9 @@ class MockSettings:
 
     cycle: float = setting(0.002, "time between commands", unit="s", low=0.0005, high=0.1)
     clock: str = setting(
-        "stepped", "whether a cycle takes as long as it computes or as it says", choices=("stepped", "real")
+        "stepped",
+        "whether a cycle takes as long as it computes or its nominal time",
+        choices=("stepped", "real"),
     )
     silent: str = setting("", f"signals that are not measured, of {', '.join(SIGNALS[1:])}; commas between")
     window: tuple[float, ...] = joint_setting(
@@ -101,7 +103,7 @@ class Mock(Driver):
             raise NotReady("driver mock: not open")
         drives.step()
         tick = self._clock.wait()
-        if tick.skipped and self._began is not None:  # before the first command nobody is missed
+        if tick.skipped and self._began is not None:  # before the first command none is missed
             drives.idle(tick.skipped)
         if self._began is None and command is not None:
             self._began = tick.number
@@ -134,7 +136,7 @@ class Mock(Driver):
         if drives is None:
             return
         if level <= drives.refused:
-            raise LinkLost(f"driver mock: {level.name} was not told to the drives, as it was told not to")
+            raise LinkLost(f"driver mock: {level.name} was not sent to the drives, as this fault demands")
         if level == StopLevel.QUICK and not drives.deaf:
             drives.stop()
         elif level == StopLevel.OFF:

@@ -24,7 +24,7 @@ class MockDrives:
         blocked: Joints that do not follow, shape (n,).
         runaway: Speed of joints that run away whatever is commanded, until stopped, shape (n,) [rad/s].
         deaf: Whether a quick stop is ignored.
-        refused: Hardest level of a stop that the host fails to tell them.
+        refused: Hardest level of a stop that the host fails to send them.
         additive: Whether a command is added every cycle, by how far it is from where this began.
     """
 
@@ -42,7 +42,7 @@ class MockDrives:
         self._began = self._correction = np.zeros(len(self._position))
 
     def measure(self) -> Measured:
-        """What the sensors say now."""
+        """What the sensors measure now."""
         return self._plant.measure()
 
     def command(self, position: np.ndarray, velocity: np.ndarray) -> None:
@@ -79,7 +79,7 @@ class MockDrives:
         return (self.runaway != 0.0) & (not self.stopped or (self.deaf and not self._released))
 
     def idle(self, cycles: int) -> None:
-        """Cycles go by in which nobody commands; after too many the dead-man stops the arm."""
+        """Cycles go by without commands; after too many the dead-man stops the arm."""
         allowed = round(self._dead_man / self._cycle)
         self.hold()
         for cycle in range(min(cycles, allowed + round(LONGEST_IDLE / self._cycle))):
@@ -103,7 +103,7 @@ class MockDrives:
         self.additive, self._fastest = True, fastest
 
     def trip(self, fault: str) -> None:
-        """Stop, and say why; the first reason counts."""
+        """Stop, and give the reason; the first reason counts."""
         self.fault = self.fault or fault
         self.stop()
 

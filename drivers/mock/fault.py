@@ -89,8 +89,8 @@ class Kind(NamedTuple):
 
     Attributes:
         act: Spoils a reply, or the drives.
-        usual: Amount where none is said.
-        lasts: Length where none is said [s].
+        usual: Default amount.
+        lasts: Default length [s].
         prepare: What it does before the first exchange.
     """
 

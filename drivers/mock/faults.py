@@ -57,7 +57,7 @@ def _spike(fault: Fault, reply: Reply, drives: MockDrives) -> None:
 
 
 def _no_number(fault: Fault, reply: Reply, drives: MockDrives) -> None:
-    """What is measured cannot be, and nobody says so."""
+    """What is measured is impossible, without a report."""
     reply.position[fault.where] = reply.current[fault.where] = np.nan
 
 
@@ -93,8 +93,8 @@ def _heat(fault: Fault, reply: Reply, drives: MockDrives) -> None:
 
 
 def _lose(fault: Fault, reply: Reply, drives: MockDrives) -> None:
-    """Nobody answers any more."""
-    reply.lost = "the simulated controller does not answer, as it was told not to"
+    """There are no answers any more."""
+    reply.lost = "the simulated controller does not answer, as this fault demands"
 
 
 def _run_away(fault: Fault, reply: Reply, drives: MockDrives) -> None:
@@ -113,7 +113,7 @@ def _deafen(fault: Fault, reply: Reply, drives: MockDrives) -> None:
 
 
 def _refuse(fault: Fault, reply: Reply, drives: MockDrives) -> None:
-    """The driver fails to tell the drives a stop, up to a level: 2 is the quick stop, 3 is off."""
+    """The driver fails to send the drives a stop, up to a level: 2 is the quick stop, 3 is off."""
     drives.refused = fault.amount
 
 
@@ -140,7 +140,7 @@ FAULTS = {
     "deaf": Kind(_deafen, lasts=FOREVER),
     "stop fails": Kind(_refuse, 2.0, FOREVER),
 }
-"""Name -> what it does, amount where none is said, and how long where nothing is said [s]."""
+"""Name -> what it does, default amount, and default length [s]."""
 
 
 def read_faults(texts: str, joints: Sequence[str]) -> tuple[Fault, ...]:

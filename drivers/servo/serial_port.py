@@ -1,4 +1,4 @@
-"""A serial port, held by this program alone: exact reads with a deadline, and nobody's errors but ours."""
+"""A serial port, held by this program alone: exact reads with a deadline, and no errors but ours."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -82,7 +82,7 @@ class SerialPort:
             self._port.write(data)
 
     def drain(self) -> int:
-        """Throw away what has come, and say how many bytes that was.
+        """Throw away what has come, and return how many bytes that was.
 
         Raises:
             LinkLost: The port is gone.
@@ -105,11 +105,11 @@ class SerialPort:
 
 
 def adapter_latency(name: str, adapters: Path = ADAPTERS) -> float:
-    """How long a USB adapter may keep bytes before it hands them over [s]; zero where nobody knows.
+    """How long a USB adapter may keep bytes before it hands them over [s]; zero where unknown.
 
     Args:
         name: Of the port.
-        adapters: Where the system tells it.
+        adapters: Where the system lists it.
     """
     try:
         text = (adapters / Path(name).resolve().name / "latency_timer").read_text()
@@ -119,7 +119,7 @@ def adapter_latency(name: str, adapters: Path = ADAPTERS) -> float:
 
 
 def latency_warnings(name: str, latency: float) -> tuple[str, ...]:
-    """What to say of an adapter that keeps bytes for so long [s]."""
+    """Warning about an adapter that keeps bytes for so long [s]."""
     if latency <= 1e-3:
         return ()
     return (
@@ -129,7 +129,7 @@ def latency_warnings(name: str, latency: float) -> tuple[str, ...]:
 
 
 def _cannot_open(name: str, baudrate: int, error: Exception) -> BadSettings | NotReady:
-    """What to say of a port that does not open."""
+    """Message about a port that does not open."""
     text = str(error)
     if "lock" in text or "busy" in text.lower():
         return NotReady(f"{name} is in use by another program. Close it and try again")

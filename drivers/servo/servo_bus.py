@@ -1,4 +1,4 @@
-"""Servos on a serial line: ask them, tell them, and never take an old answer for a new one.
+"""Servos on a serial line: ask them, command them, and never take an old answer for a new one.
 
 Answers carry no number. One that comes after its deadline would be read in the next cycle, look right and be
 late from then on. So whoever asks looks first whether something is waiting already, and afterwards whether
@@ -33,8 +33,8 @@ class ServoBus:
         self.servos = tuple(self.names)
         self.in_step = True
 
-    def tell(self, packets: bytes) -> None:
-        """Send what nobody answers.
+    def send_only(self, packets: bytes) -> None:
+        """Send what has no answer.
 
         Raises:
             LinkLost: The port is gone.
@@ -43,7 +43,7 @@ class ServoBus:
             self._port.write(packets)
 
     def drain(self) -> int:
-        """Throw away what came unasked, and say how many bytes that was.
+        """Throw away what came unasked, and return how many bytes that was.
 
         Raises:
             LinkLost: The port is gone.
@@ -84,7 +84,7 @@ class ServoBus:
         return answers
 
     def ping(self, servo: int) -> bytes | None:
-        """What a servo says of itself; None if it does not answer.
+        """Data of a servo; None if it does not answer.
 
         Raises:
             LinkLost: The port is gone.
@@ -97,7 +97,7 @@ class ServoBus:
         return None
 
     def find(self, baudrate: int, baudrates: Sequence[int]) -> list[bytes]:
-        """What all servos say of themselves.
+        """Data of all servos.
 
         Args:
             baudrate: Of the port [bit/s].
@@ -124,10 +124,10 @@ class ServoBus:
         """A plain adapter hears itself, and a ping can look like the answer of a servo with an alarm."""
         question = self._codec.sync_read(0, 1, self.servos)
         self.drain()
-        self.tell(question.packet)
+        self.send_only(question.packet)
         if self._port.read(len(question.packet) + question.answer_bytes).startswith(question.packet):
             raise NotReady(
-                "the adapter sends back what it is sent, so that answers cannot be told from questions. Try "
+                "the adapter sends back what it is sent, so that answers look like questions. Try "
                 "one that listens only while it does not send, as those of the servos' makers do"
             )
 
@@ -186,10 +186,10 @@ class ServoBus:
         """
         wrong: list[str] = []
         for _ in range(TRIES):
-            self.tell(self.packet(register, values))
+            self.send_only(self.packet(register, values))
             time.sleep(pause)
             wrong = [
-                f"{self.names[servo]} says {found} instead of {value}"
+                f"{self.names[servo]} has {found} instead of {value}"
                 for servo, value, found in zip(self.servos, values, self.read(register), strict=True)
                 if found != value
             ]
@@ -199,7 +199,7 @@ class ServoBus:
 
 
 def _number(answer: Status | None, register: Register) -> int | None:
-    """What a register holds by an answer; None for one that does not say."""
+    """What a register holds by an answer; None for one without."""
     if answer is None or len(answer.data) != register.size:
         return None
     return int.from_bytes(answer.data, "little", signed=register.signed)

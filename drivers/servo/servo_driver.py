@@ -151,15 +151,15 @@ class ServoDriver(Driver):
             self._stop_packet = self._goals(self._bus, self._counts)
         self._stopped = level
         with suppress(DriverError):
-            self._bus.tell(self._stop_packet)
+            self._bus.send_only(self._stop_packet)
 
     def close(self) -> None:
-        """Leave the servos at their last goal, or off if the settings say so, and let go."""
+        """Leave the servos at their last goal, or off by the settings, and let go."""
         bus, port, self._bus, self._port = self._bus, self._port, None, None
         with suppress(DriverError):
             if bus is not None and self._armed:
                 if self.settings.at_end == "off":
-                    bus.tell(bus.packet(self.torque, [0] * self.arm.dof))
+                    bus.send_only(bus.packet(self.torque, [0] * self.arm.dof))
                 self._unguard(bus)
         self._armed = False
         if port is not None:
@@ -210,7 +210,7 @@ class ServoDriver(Driver):
     def _info(
         self, bus: ServoBus, signals: Sequence[str], warnings: Sequence[str], dead_man: str, **facts: str
     ) -> Info:
-        """What the driver says of itself once it is set up; `facts` explain the measurements later."""
+        """Metadata of the driver once it is set up; `facts` explain the measurements later."""
         lower, upper = self._window(bus)
         latency = f"{1e3 * self.latency:g} ms"
         return Info(

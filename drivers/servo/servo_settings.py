@@ -1,4 +1,4 @@
-"""What every arm of servos on a serial line has to tell."""
+"""Settings of every arm of servos on a serial line."""
 
 from dataclasses import dataclass
 

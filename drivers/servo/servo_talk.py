@@ -16,7 +16,7 @@ LOST = 100
 class ServoTalk:
     """The servos' side of the cycles of a run.
 
-    After an answer that was not whole, or bytes that nobody asked for, nothing is asked for a cycle, only
+    After an answer that was not whole, or bytes that were not asked for, nothing is asked for a cycle, only
     goals are sent. The next question is for another number of bytes, so that an answer to an earlier one,
     however late it comes, cannot be taken for the right one.
 
@@ -33,12 +33,12 @@ class ServoTalk:
         """Send packets, ask, and return the answers; None for each servo without one.
 
         Args:
-            packets: Nobody answers these.
+            packets: These have no answer.
             readings: The question, and the same with more and more bytes in front, `LENGTHS` in all.
             events: What was noticed is added here.
 
         Raises:
-            LinkLost: The port is gone, or nobody has answered for a long time.
+            LinkLost: The port is gone, or there was no answer for a long time.
         """
         answers = self._answers(packets, readings, events)
         self._mute = 0 if any(answer is not None for answer in answers) else self._mute + 1
@@ -53,7 +53,7 @@ class ServoTalk:
             events.append(f"{unasked} bytes came unasked; nothing is asked until the line is silent")
         if unasked or self._quiet:
             self._quiet = bool(unasked)
-            self._bus.tell(packets)
+            self._bus.send_only(packets)
             return [None] * len(self._answering)
         reading, length = readings[self._turn % LENGTHS], readings[0].length
         answers = [
@@ -64,11 +64,11 @@ class ServoTalk:
         ]
         self._quiet = not self._bus.in_step
         self._turn += self._quiet
-        self._tell_changes(answers, events)
+        self._report_changes(answers, events)
         return answers
 
-    def _tell_changes(self, answers: Sequence[Status | None], events: list[str]) -> None:
-        """Say who fell silent or speaks again."""
+    def _report_changes(self, answers: Sequence[Status | None], events: list[str]) -> None:
+        """Report which fell silent or answers again."""
         answering = [answer is not None for answer in answers]
         if answering == self._answering:
             return

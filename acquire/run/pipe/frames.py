@@ -109,9 +109,9 @@ def read_cycle(body: bytes) -> Cycle:
 
 def read_event(body: bytes) -> Event:
     """The event of an event frame."""
-    said = json.loads(body)
-    times = int(said["host_time"]), int(said["controller_time"])
-    return Event(*times, str(said["kind"]), str(said["text"]), dict(said["details"]))
+    fields = json.loads(body)
+    times = int(fields["host_time"]), int(fields["controller_time"])
+    return Event(*times, str(fields["kind"]), str(fields["text"]), dict(fields["details"]))
 
 
 class Unframed:
@@ -124,7 +124,7 @@ class Unframed:
         """Kind and body of each frame that is whole by now.
 
         Raises:
-            ValueError: What comes cannot be frames, so that nobody knows where the next one begins.
+            ValueError: What comes cannot be frames, so that the begin of the next one is unknown.
         """
         self._waiting += data
         start = 0

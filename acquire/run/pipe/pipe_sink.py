@@ -65,7 +65,7 @@ class PipeSink:
         patience: How long it may take to be ready [s].
 
     Raises:
-        SinkFailed: It is not ready in time, or says why it cannot be.
+        SinkFailed: It is not ready in time, or reports why it cannot be.
     """
 
     def __init__(
@@ -77,7 +77,7 @@ class PipeSink:
         waits: bool = False,
         patience: float = START,
     ) -> None:
-        self.name, self.dropped, self.said, self.outcome = name, 0, "", ""
+        self.name, self.dropped, self.message, self.outcome = name, 0, "", ""
         self._lossy, self._waits = lossy, waits
         self._failure = ""
         self._waiting = bytearray()
@@ -143,7 +143,7 @@ class PipeSink:
                 del self._waiting[: os.write(self._pipe, self._waiting)]
         except BlockingIOError:
             pass
-        except OSError:  # the process is gone; what it last said is heard next
+        except OSError:  # the process is gone; its last message is read next
             self._waiting.clear()
 
     def _listen(self, patience: float, until: str = "") -> bool:
@@ -177,11 +177,11 @@ class PipeSink:
             elif kind == DONE:
                 self.outcome = text
             else:
-                self.said = text
+                self.message = text
         return kind
 
     def _ended(self) -> None:
-        if self._pipe >= 0:  # nobody told it to
+        if self._pipe >= 0:  # without being asked to
             self._fail(self.outcome or "its process has ended without a word")
 
     def _fail(self, why: str) -> None:
@@ -195,7 +195,7 @@ class PipeSink:
             self._drain()
 
     def close(self, patience: float = FINISH) -> None:
-        """Hand over what waits, and wait until the process has done its work; `outcome` is what it says.
+        """Hand over what waits, and wait until the process has done its work; `outcome` is its report.
 
         Args:
             patience: How long to wait before it is killed [s].

@@ -19,7 +19,7 @@ class Course:
         lateness: Of each [s].
         host_time: Of the last [ns since 1970].
         controller_time: Of the last [ns].
-        end: What the loop said at its end; None as long as it has not.
+        end: The loop's result at its end; None until then.
         unreadable: Frames that made no sense.
     """
 
@@ -39,18 +39,18 @@ class Course:
         self.host_time, self.controller_time = cycle.host_time, cycle.controller_time
 
     def event(self, kind: str, text: str) -> Event:
-        """Something that this process has to say, at the time of the last cycle."""
+        """Message of this process, at the time of the last cycle."""
         return Event(self.host_time, self.controller_time, kind, text, {})
 
     def outcome(self) -> dict[str, str]:
         """How the run ended, for the recording."""
-        said = {name: str(value) for name, value in (self.end or {"stop": "unknown"}).items()}
+        facts = {name: str(value) for name, value in (self.end or {"stop": "unknown"}).items()}
         late = np.frombuffer(self.lateness) if self.cycles else np.zeros(1)
         p50, p99 = np.percentile(late, [50, 99])
         counted = {"cycles": self.cycles, "skipped": self.skipped, "unreadable_frames": self.unreadable}
         measured = {"lateness_p50": p50, "lateness_p99": p99, "lateness_max": late.max()}
         return (
-            said
+            facts
             | {name: str(number) for name, number in counted.items()}
             | {f"{name}_s": f"{value:.6f}" for name, value in measured.items()}
         )

@@ -29,7 +29,7 @@ def start_recorder(path: Path, waits: bool = False) -> PipeSink:
 
 
 def require_free(path: Path) -> None:
-    """Raise where no recording can be created, as far as that can be told without creating it.
+    """Raise where no recording can be created, as far as that can be checked without creating it.
 
     Raises:
         RunError: There is such a file already, or no folder for it, or it would not be known for a recording.

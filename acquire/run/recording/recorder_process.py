@@ -22,7 +22,7 @@ FLUSH = 0.1
 NICE = -10
 """Of this process; it works for five milliseconds out of a hundred."""
 
-ABANDONED = "the program that moved the arm ended without saying why; all that it had handed over is here"
+ABANDONED = "the program that moved the arm ended without a reason; all that it had handed over is here"
 
 
 class Recorder:
@@ -80,7 +80,7 @@ class Recorder:
             self._warning(f"a frame could not be read: {why}")
 
     def _warning(self, text: str) -> None:
-        """Tell the loop, and with what is written next the recording."""
+        """Report to the loop, and with what is written next to the recording."""
         self._source.fail(text)
         self._warnings.append(text)
 
@@ -108,7 +108,7 @@ class Recorder:
             self._cycles, self._events, self._warnings = [], [], []
         if self._file.full and not self._full:
             self._full = self._file.full
-            self._warning(f"the disk says: {self._full}")
+            self._warning(f"disk error: {self._full}")
 
 
 def main(arguments: list[str]) -> None:

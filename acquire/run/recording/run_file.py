@@ -75,7 +75,7 @@ class RunFile:
         self._writer.flush()
 
     def finish(self, outcome: Mapping[str, str]) -> None:
-        """Say how the run ended, and write the index that viewers look for."""
+        """Write how the run ended, and the index that viewers look for."""
         self._writer.add_outcome(outcome)
         self._writer.finish()
 

@@ -25,7 +25,7 @@ from .stop import Stop
 
 
 class State(Enum):
-    """How far a stop has got; the value says it in a sentence."""
+    """How far a stop has got; the value is a sentence about it."""
 
     LISTENING = "while nothing is commanded"
     MOVING = "while commands move the arm"
@@ -36,7 +36,7 @@ class State(Enum):
 
 
 class Sign(Enum):
-    """What tells that a stop does not work, on any joint; the value is the kind of stop that follows."""
+    """Signs that a stop does not work, on any joint; the value is the kind of stop that follows."""
 
     ADRIFT = "motion without command"
     FASTER = "speed against a brake"

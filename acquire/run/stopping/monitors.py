@@ -1,4 +1,4 @@
-"""Monitors: each watches one thing, every cycle, and says why the arm must stop.
+"""Monitors: each watches one thing, every cycle, and gives the reason why the arm must stop.
 
 What counts as too long is stated as time and not as cycles, so that it means the same at every rate.
 """
@@ -47,7 +47,7 @@ class JointMonitor(Monitor):
 
     @abstractmethod
     def value(self, sample: Sample, sent: Command | None) -> np.ndarray:
-        """What is held against the limit, shape (n,); NaN where nobody knows."""
+        """What is held against the limit, shape (n,); NaN where unknown."""
 
     def look(self, sample: Sample, sent: Command | None) -> Stop | None:
         value = self.value(sample, sent)
@@ -173,7 +173,7 @@ class Speed(JointMonitor):
 
 
 class Silence(Monitor):
-    """A joint of which nothing fresh is heard, or whose position is not a number, which nobody can watch.
+    """A joint without fresh samples, or whose position is not a number, which cannot be watched.
 
     Args:
         joints: Names.

@@ -35,7 +35,7 @@ class Signs:
     Args:
         joints: Names.
         limits: Of the robot, finite in velocity and acceleration.
-        current: Largest current, shape (n,) [A]; infinite where nobody knows.
+        current: Largest current, shape (n,) [A]; infinite where unknown.
         watch: What is in order.
         cycle: Time between samples [s].
     """
@@ -54,7 +54,7 @@ class Signs:
         self._window = max(round(WINDOW / cycle), 2)
         self._least = self._window * cycle
         self._seen = deque[tuple[float, np.ndarray]](maxlen=self._window + 1)
-        self._told = deque[np.ndarray](maxlen=memory + self._window)
+        self._commanded = deque[np.ndarray](maxlen=memory + self._window)
         self._unknown = np.full(n, np.nan)
         self._velocity = self._error = self._first = self._rest = self._before = self._unknown
         self._since = dict[Sign, _Lasting]()
@@ -106,12 +106,12 @@ class Signs:
         self._first = np.where(np.isnan(self._first), position, self._first)
         self._error = self._tracking.value(sample, sent)
         if sent is not None:
-            self._told.append(np.abs(sent.velocity))
+            self._commanded.append(np.abs(sent.velocity))
         if self._state is State.LISTENING:  # an arm may begin outside, and come back in
             self._lower, self._upper = np.fmin(self._lower, position), np.fmax(self._upper, position)
 
     def _adrift(self, sample: Sample) -> tuple[np.ndarray, np.ndarray]:
-        """Way from where the joint stood at first, while it moves; NaN where nobody knows."""
+        """Way from where the joint stood at first, while it moves; NaN where unknown."""
         way, speed = np.abs(sample.position - self._first), np.abs(self._velocity)
         moving = np.where(speed > MOVING, way, 0.0)
         return np.where(np.isnan(speed), np.nan, moving), np.full(len(self._joints), FAR)
@@ -121,10 +121,10 @@ class Signs:
 
         A soft arm that swings around where it is held is where it was commanded.
         """
-        told = np.max(self._told, axis=0) if self._told else np.zeros(len(self._joints))
-        unknown = 0.0 * self._error  # NaN where nobody knows
+        commanded = np.max(self._commanded, axis=0) if self._commanded else np.zeros(len(self._joints))
+        unknown = 0.0 * self._error  # NaN where unknown
         speed = np.where(self._error > self._watch.tracking, np.abs(self._velocity), unknown)
-        return speed, MOVING + self._watch.speed * told
+        return speed, MOVING + self._watch.speed * commanded
 
     def _outward(self, sample: Sample) -> tuple[np.ndarray, np.ndarray]:
         """How far beyond its limits a joint is that moves away from them."""
@@ -157,7 +157,7 @@ class Signs:
 
 
 class _Lasting:
-    """For how long each joint has been beyond a limit; a cycle that says nothing of it is no break.
+    """For how long each joint has been beyond a limit; a cycle that shows nothing of it is no break.
 
     Args:
         joints: How many.

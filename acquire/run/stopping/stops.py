@@ -13,7 +13,7 @@ class Stops:
 
     Args:
         driver: Open.
-        tell: Called with every stop and failure: kind of event, text and details.
+        report: Called with every stop and failure: kind of event, text and details.
 
     Attributes:
         reason: Why the run ends before its time; None as long as it does not.
@@ -21,8 +21,8 @@ class Stops:
         level: Hardest level asked for so far; 0 for none.
     """
 
-    def __init__(self, driver: Driver, tell: Callable[[str, str, dict[str, object]], None]) -> None:
-        self._driver, self._tell = driver, tell
+    def __init__(self, driver: Driver, report: Callable[[str, str, dict[str, object]], None]) -> None:
+        self._driver, self._report = driver, report
         self.reason: Stop | None = None
         self.escalated: list[Stop] = []
         self.level = 0
@@ -52,19 +52,19 @@ class Stops:
 
     def _ask(self, stop: Stop) -> None:
         self.level = stop.level
-        failure = self._told(stop.level)
-        self._tell("stop", stop.text, stop.details())
+        failure = self._sent(stop.level)
+        self._report("stop", stop.text, stop.details())
         if failure is None:
             return
         harder = after_failure(stop.level, failure)
         if harder is not None:
             self.escalate(harder)
         else:
-            self._tell(
+            self._report(
                 "warning", f"the driver failed at {stop.level.name}, and nothing is left: {failure}", {}
             )
 
-    def _told(self, level: StopLevel) -> Exception | None:
+    def _sent(self, level: StopLevel) -> Exception | None:
         """Hand a level on to the driver; what went wrong. A brake is made by commands."""
         if level == StopLevel.BRAKE:
             return None

@@ -1,4 +1,4 @@
-"""Beginning: what the first telegrams of a session say, and whether the arm may be commanded from there."""
+"""Beginning: the first telegrams of a session, and whether the arm may be commanded from there."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -26,7 +26,7 @@ class Beginning:
         start: Pose from which corrections count, shape (n,) [deg].
         reference: Element that it was read from.
         decimals: Of positions.
-        delay: Late answers that the controller counted until then; None if it does not say.
+        delay: Late answers that the controller counted until then; None if it does not count.
         simulated: Whether it is a simulator, which sends as many decimals as a number happens to need.
     """
 
@@ -51,7 +51,7 @@ def look_at(telegrams: Sequence[Fresh], layout: Layout, cycle: float | None, com
 
     Args:
         telegrams: At least two.
-        layout: What they say.
+        layout: Their contents.
         cycle: That the controller should have [s]; None for a simulator, which has none of its own.
         commanding: Whether the arm is to be moved.
 

@@ -1,7 +1,7 @@
 """Probe: what the controller makes of corrections, seen from motions too small to do harm.
 
 RSI_ON(#ABSOLUTE) takes a correction for the distance from the start, RSI_ON(#RELATIVE) adds it in every
-cycle, so that an arm whose correction is held runs away; no telegram says which. So two small patterns come
+cycle, so that an arm whose correction is held runs away; no telegram shows which. So two small patterns come
 before any motion. Only a controller that adds makes anything of the first: some ten thousandths of a degree
 for a while, none, the opposite for as long, none. Added up it is a trapezoid that ends where it began, so
 that nothing need be undone. The second is that sum, and goes out only if the first moved nothing: a
@@ -24,7 +24,7 @@ no more together. An axis that is seen further away ends the probe: only where R
 the middle of the second pattern, on a controller that adds, may it be further by then, half a degree."""
 SIZES = (0.01, 0.03)
 """By how much the arm should move, in as many attempts [deg]: encoders see ten thousandths, drives hold
-thousandths; a cold gear's friction may swallow the first."""
+thousandths; a cold gear's friction may hide the first."""
 SHORTEST = 100
 """Timeout for which steps are made where it is shorter [cycles]: 0.1 degrees a second, without a jerk."""
 STEPS, SIGMAS = 3, 4
@@ -85,7 +85,7 @@ class Probe:
         self._way = np.where(upper >= SIZES[-1], 1.0, np.where(lower <= -SIZES[-1], -1.0, 0.0))
         self._rest = np.empty(0)
         self._decimals = 0
-        self._told: list[str] = []
+        self._messages: list[str] = []
         self.done, self.fault, self.passed = not self._way.any(), "", False
         self._course = self._probe()
         self.correction = next(self._course)
@@ -107,9 +107,9 @@ class Probe:
         self.done = True
 
     def events(self) -> tuple[str, ...]:
-        """What there is to say since the last call."""
-        told, self._told = tuple(self._told), []
-        return told
+        """Messages since the last call."""
+        messages, self._messages = tuple(self._messages), []
+        return messages
 
     def _probe(self) -> Generator[np.ndarray, np.ndarray, None]:
         yield from self._played(np.zeros(self._cycles(BEGINNING)))
@@ -118,7 +118,7 @@ class Probe:
         size, rise = 0.0, self._rest
         for size in self._sizes(still.std(axis=0)):
             half = self._half(size)
-            self._tell_begin(size, 4 * len(half))
+            self._report_begin(size, 4 * len(half))
             up = _last((yield from self._played(half)))
             back = _last((yield from self._played(-half)))
             self._require_unmoved(up, back, size, half[0])
@@ -127,7 +127,7 @@ class Probe:
             rise = self._way * (top - 0.5 * (back + self._rest))
             wrong = rise[self._wrong(rise, size)]
             if wrong.size == 0:
-                self._tell_end(rise, size)
+                self._report_end(rise, size)
                 return
             if np.abs(wrong).max() > MOVED * size:  # it moved, and not as it was corrected
                 break
@@ -169,7 +169,7 @@ class Probe:
         return sizes
 
     def _require_unmoved(self, up: np.ndarray, back: np.ndarray, size: float, step: float) -> None:
-        """Raise where the first pattern moved anything, or nobody could see it."""
+        """Raise where the first pattern moved anything, or it could not be seen."""
         if self._decimals <= COARSE:
             raise _Refused(
                 f"positions come in steps of {10.0**-self._decimals:g} degrees, too coarse to see what "
@@ -213,14 +213,14 @@ class Probe:
             "something else moves the arm"
         )
 
-    def _tell_begin(self, size: float, cycles: int) -> None:
-        self._told.append(
+    def _report_begin(self, size: float, cycles: int) -> None:
+        self._messages.append(
             f"seeing what corrections do, by motions of {size:g} degrees, for {cycles * self._cycle:.1f} s"
         )
 
-    def _tell_end(self, rise: np.ndarray, size: float) -> None:
+    def _report_end(self, rise: np.ndarray, size: float) -> None:
         probed = rise[self._way != 0.0]
-        self._told.append(
+        self._messages.append(
             "corrections are distances from the start (RSI_ON(#ABSOLUTE)): axes moved by "
             f"{probed.min():.4f} to {probed.max():.4f} degrees when corrected by {size:g}"
         )

@@ -15,7 +15,7 @@ from ..telegrams.session import Fresh
 COUNT = 50
 """Telegrams that the cycle is the median of."""
 SHORTEST, LONGEST = 0.0005, 0.1
-"""Cycles that are taken for a simulator's [s]: faster ones nobody answers here in time, slower ones are no
+"""Cycles that are taken for a simulator's [s]: faster ones cannot be answered in time, slower ones are no
 motion."""
 
 
@@ -23,7 +23,7 @@ def cycle_of(telegrams: Sequence[Fresh]) -> float:
     """Time between telegrams, each of which was answered [s].
 
     Raises:
-        NotReady: Nobody could move anything like that.
+        NotReady: Nothing can be moved like that.
     """
     arrivals = np.array([fresh.datagram.arrival for fresh in telegrams])
     cycle = float(np.median(np.diff(arrivals))) * 1e-9

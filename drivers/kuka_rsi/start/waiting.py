@@ -1,4 +1,4 @@
-"""Waiting for a controller's program to begin, and saying what is wrong when it does not."""
+"""Waiting for a controller's program to begin, and reporting what is wrong when it does not."""
 
 import logging
 import time
@@ -10,9 +10,9 @@ from ..telegrams.session import Fresh
 from .simulator import COUNT
 
 PATIENCE = 1.0
-"""How long is waited before a person is told what for [s]."""
+"""How long is waited before a message about it [s]."""
 SHOWN = 80
-"""Bytes of what cannot be used that are shown: enough to tell a telegram from anything else."""
+"""Bytes of what cannot be used that are shown: enough to recognise a telegram."""
 
 log = logging.getLogger(__name__)
 

@@ -39,7 +39,7 @@ class Conversation:
         self.link, self.session = link, session
         self._answer, self._counted = answer, counted
         self._late: float | None = None
-        self._told = b""
+        self._answered = b""
         self.repeated = False
         self.silent = True
         self.stopping = False
@@ -81,9 +81,9 @@ class Conversation:
 
     def _reply(self, fresh: Fresh) -> None:
         # A correction that was not taken, and then the next one, would be two steps in one cycle.
-        self.repeated = bool(self._told) and self._was_late(fresh) and not self.stopping
-        self._told = self._told if self.repeated else self._head
-        whole = self._answer.whole(self._told, fresh.telegram.stamp)
+        self.repeated = bool(self._answered) and self._was_late(fresh) and not self.stopping
+        self._answered = self._answered if self.repeated else self._head
+        whole = self._answer.whole(self._answered, fresh.telegram.stamp)
         self.refused = not self.link.answer(whole, fresh.datagram.port)
 
     def _was_late(self, fresh: Fresh) -> bool:
@@ -105,10 +105,10 @@ def lateness(fresh: Fresh) -> float:
 
 
 class Keeper:
-    """A thread that keeps a conversation up while nobody exchanges.
+    """A thread that keeps a conversation up between exchanges.
 
     Args:
-        conversation: Not to be touched by anybody else until `end`.
+        conversation: Not to be used elsewhere until `end`.
         cycle: Of the controller [s].
     """
 

@@ -1,7 +1,7 @@
 """One session of RSI, from the controller's first telegram to its last: which telegram is the next one.
 
 Telegrams may be lost, come twice, late or in another order, or not be telegrams. Only one that is newer than
-all before is followed; what happened to the others is told in a sentence. A clock that jumps, or another
+all before is followed; what happened to the others is reported in a sentence. A clock that jumps, or another
 port, means that the controller has begun anew, from wherever the arm stood then.
 """
 
@@ -30,7 +30,7 @@ class Fresh(NamedTuple):
         telegram: As read.
         datagram: As it came.
         cycles: By how many it is newer than the one before; 1 if none is missing.
-        late: By how much it came later after the one before than their stamps say [s].
+        late: By how much it came later after the one before than by their stamps [s].
     """
 
     telegram: Telegram
@@ -131,9 +131,9 @@ class Session:
         """What was odd since the last call, a sentence each."""
         if not self._odd:
             return ()
-        told = tuple(f"{count} telegram{'s' * (count > 1)} {what}" for what, count in self._odd.items())
+        events = tuple(f"{count} telegram{'s' * (count > 1)} {what}" for what, count in self._odd.items())
         self._odd.clear()
-        return told
+        return events
 
 
 def _advance(before: Telegram, after: Telegram) -> int:

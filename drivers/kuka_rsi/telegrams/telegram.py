@@ -45,7 +45,7 @@ class Telegram(NamedTuple):
 
 
 class _Value(NamedTuple):
-    """Where a value stands in a telegram."""
+    """Place of a value in a telegram."""
 
     name: str
     start: int

@@ -20,9 +20,9 @@ from ...parts.controllers.servo_parts import (
     fresh,
     hold,
     peer,
+    send_only,
     servo,
     still,
-    tell,
     until,
 )
 
@@ -42,15 +42,15 @@ def mirroring():
 @pytest.fixture
 def servos(moving):
     """An arm held by its servos, that answer at once, with registers as from the factory else."""
-    tell(moving, "heal")
-    tell(moving, "set 9 1 0")
+    send_only(moving, "heal")
+    send_only(moving, "set 9 1 0")
     return moving
 
 
 @pytest.fixture
 def mirrors(mirroring):
     """Servos that are where they were told to be last."""
-    tell(mirroring, "heal")
+    send_only(mirroring, "heal")
     return mirroring
 
 
@@ -103,9 +103,9 @@ def test_every_fresh_sample_is_of_its_own_cycle(mirrors):
         checked = 0
         for number in range(200):
             if number in (20, 90):
-                tell(mirrors, f"late {0.0045 * (1 + number // 40)} 1")
+                send_only(mirrors, f"late {0.0045 * (1 + number // 40)} 1")
             if number == 150:
-                tell(mirrors, "short 1")
+                send_only(mirrors, "short 1")
             sample = one.exchange(hold(np.full(6, number * TURN)))
             checked += not sample.stale.any()
             seen = sample.position[~sample.stale]
@@ -129,7 +129,7 @@ def test_a_servo_with_a_broken_answer_is_stale_for_that_cycle(mirrors):
         one.open()
         one.arm_drives()
         fresh(one)
-        tell(mirrors, f"corrupt {servo(2)} 1")
+        send_only(mirrors, f"corrupt {servo(2)} 1")
         sample, events = until(one, lambda s: s.stale.any())
         assert np.isnan(sample.position[sample.stale]).all()
         assert sample.stale[2]
@@ -144,13 +144,13 @@ def test_a_silent_servo_is_reported_and_the_others_go_on(mirrors):
     with counting("dynamixel", mirrors, fast_sync_read="off") as one:
         one.open()
         one.arm_drives()
-        tell(mirrors, f"silent {servo(4)}")
+        send_only(mirrors, f"silent {servo(4)}")
         try:
             sample, events = until(one, lambda s: s.stale.sum() == 1)
             assert sample.stale[4]
             assert any("servo 14" in event for event in events)
         finally:
-            tell(mirrors, "clear")
+            send_only(mirrors, "clear")
 
 
 def test_noise_on_the_line_raises_nothing_and_passes(mirrors):
@@ -160,7 +160,7 @@ def test_noise_on_the_line_raises_nothing_and_passes(mirrors):
         chance = random.Random(0)
         for number in range(60):
             if number % 6 == 0:
-                tell(mirrors, f"babble {chance.randrange(1, 300)}")
+                send_only(mirrors, f"babble {chance.randrange(1, 300)}")
             one.exchange(hold(np.zeros(6)))
         assert (fresh(one, hold(np.zeros(6))).position == 0.0).all()
 
@@ -170,11 +170,11 @@ def test_an_error_for_which_a_servo_stops_is_a_fault_and_another_an_event(servos
         one.open()
         one.arm_drives()
         fresh(one)
-        tell(servos, f"error {servo(1)} 1")  # input voltage does not switch torque off
+        send_only(servos, f"error {servo(1)} 1")  # input voltage does not switch torque off
         sample, events = until(one, lambda s: s.events)
         assert sample.fault == ""
         assert "servo 11 (joint2) warns: input voltage" in events
-        tell(servos, f"error {servo(3)} 32")
+        send_only(servos, f"error {servo(3)} 32")
         sample, _ = until(one, lambda s: s.fault)
         assert sample.fault == "servo 13 (joint4) has switched its torque off: overload"
         assert one.exchange(None).fault == sample.fault
@@ -212,11 +212,11 @@ def test_a_servo_that_lost_its_power_is_a_fault(servos):
         one.open()
         one.arm_drives()
         fresh(one)
-        tell(servos, f"silent {servo(0)}")
+        send_only(servos, f"silent {servo(0)}")
         for _ in range(80):
             one.exchange(None)
-        tell(servos, f"reboot {servo(0)}")
-        tell(servos, "clear")
+        send_only(servos, f"reboot {servo(0)}")
+        send_only(servos, "clear")
         sample, _ = until(one, lambda s: s.fault)
         assert "servo 10 (joint1) has its torque off" in sample.fault
 
@@ -265,7 +265,7 @@ def test_a_goal_that_no_servo_takes_is_not_sent_and_is_a_fault(servos, wrong):
 
 
 def test_old_firmware_answers_one_by_one(servos):
-    tell(servos, "set 6 1 44")
+    send_only(servos, "set 6 1 44")
     with driver("dynamixel", servos) as one:
         info = one.open()
         assert info.settings["fast_sync_read"] == "off"
@@ -284,19 +284,19 @@ def test_every_question_of_a_run_asks_for_registers_that_are_there(servos, fast)
 
 
 def test_an_adapter_that_hears_itself_is_refused(servos):
-    tell(servos, "echo")
+    send_only(servos, "echo")
     with driver("dynamixel", servos) as one, pytest.raises(NotReady, match="sends back what it is sent"):
         one.open()
 
 
 def test_a_watchdog_that_is_known_to_fail_is_not_relied_upon(servos):
-    tell(servos, "set 0 2 1200")
-    tell(servos, "set 6 1 51")
+    send_only(servos, "set 0 2 1200")
+    send_only(servos, "set 6 1 51")
     with driver("dynamixel", servos) as one:
         info = one.open()
         assert info.dead_man == ""
         assert any("bus watchdog of servo 10 (joint1), servo 11" in text for text in info.warnings)
-    tell(servos, "set 6 1 52")
+    send_only(servos, "set 6 1 52")
     with driver("dynamixel", servos) as one:
         info = one.open()
         assert "stop and hold" in info.dead_man
@@ -321,7 +321,7 @@ def test_another_operating_mode_is_refused(servos):
 
 
 def test_in_position_mode_the_limits_of_the_servos_are_the_window(mirrors):
-    tell(mirrors, "set 11 1 3")
+    send_only(mirrors, "set 11 1 3")
     with counting("dynamixel", mirrors, operating_mode="position") as one:
         info = one.open()
         np.testing.assert_allclose(info.window_lower, 0.0)
@@ -329,26 +329,26 @@ def test_in_position_mode_the_limits_of_the_servos_are_the_window(mirrors):
 
 
 def test_a_return_delay_is_not_changed_while_a_servo_holds_the_arm(servos):
-    tell(servos, "set 9 1 250")
+    send_only(servos, "set 9 1 250")
     with driver("dynamixel", servos) as one:
         with pytest.raises(NotReady, match="return delay.*only while torque is off.*Support the arm"):
             one.open()
     with driver("dynamixel", servos, return_delay=500e-6, cycle=0.01) as one:
         one.open()
-    tell(servos, "set 64 1 0")
+    send_only(servos, "set 64 1 0")
     with driver("dynamixel", servos) as one:
         one.open()
         assert one._bus.read(RETURN_DELAY) == [0] * 6
 
 
 def test_the_unit_of_the_current_is_by_model_or_as_given(servos):
-    tell(servos, "set 0 2 9999")
+    send_only(servos, "set 0 2 9999")
     with driver("dynamixel", servos) as one:
         with pytest.raises(BadSettings, match="model 9999.*set current_unit"):
             one.open()
     with driver("dynamixel", servos, current_unit=0.5) as one:
         assert one.open().settings["current_unit"] == "0.5 0.5 0.5 0.5 0.5 0.5"
-    tell(servos, "set 0 2 1060")
+    send_only(servos, "set 0 2 1060")
     with driver("dynamixel", servos) as one:
         info = one.open()
         assert "current" not in info.signals

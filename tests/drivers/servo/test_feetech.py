@@ -16,9 +16,9 @@ from ...parts.controllers.servo_parts import (
     fresh,
     hold,
     peer,
+    send_only,
     servo,
     still,
-    tell,
     until,
 )
 
@@ -37,14 +37,14 @@ def mirroring():
 
 @pytest.fixture
 def servos(moving):
-    tell(moving, "heal")
+    send_only(moving, "heal")
     return moving
 
 
 @pytest.fixture
 def mirrors(mirroring):
     """Servos that are where they were told to be last."""
-    tell(mirroring, "heal")
+    send_only(mirroring, "heal")
     return mirroring
 
 
@@ -79,9 +79,9 @@ def test_every_fresh_sample_is_of_its_own_cycle_on_both_sides_of_zero(mirrors):
         checked = 0
         for number in range(-100, 100):
             if number in (-80, 10):
-                tell(mirrors, f"late {0.02 + 1e-4 * (number + 80)} 1")
+                send_only(mirrors, f"late {0.02 + 1e-4 * (number + 80)} 1")
             if number == 50:
-                tell(mirrors, "short 1")
+                send_only(mirrors, "short 1")
             sample = one.exchange(hold(np.full(6, number * TURN)))
             checked += not sample.stale.any()
             np.testing.assert_allclose(sample.position[~sample.stale], number * TURN, atol=1e-9)
@@ -94,7 +94,7 @@ def test_noise_on_the_line_raises_nothing_and_passes(mirrors):
         one.arm_drives()
         for number in range(60):
             if number % 6 == 0:
-                tell(mirrors, f"babble {1 + 7 * number}")
+                send_only(mirrors, f"babble {1 + 7 * number}")
             one.exchange(hold(np.zeros(6)))
         assert (fresh(one, hold(np.zeros(6))).position == 0.0).all()
 
@@ -104,10 +104,10 @@ def test_an_alarm_on_which_a_servo_gives_way_is_a_fault_and_another_an_event(mir
         one.open()
         one.arm_drives()
         fresh(one)
-        tell(mirrors, f"error {servo(1)} 1")
+        send_only(mirrors, f"error {servo(1)} 1")
         sample, events = until(one, lambda s: s.events)
         assert (sample.fault, events) == ("", ["servo 11 (joint2) warns: voltage"])
-        tell(mirrors, f"error {servo(1)} 33")
+        send_only(mirrors, f"error {servo(1)} 33")
         sample, _ = until(one, lambda s: s.fault)
         assert sample.fault == "servo 11 (joint2) gives way: overload"
 
@@ -130,8 +130,8 @@ def test_a_quick_stop_holds_and_off_switches_torque_off(servos):
 
 
 def test_position_limits_of_the_servos_are_the_window(mirrors):
-    tell(mirrors, "set 9 2 1000")
-    tell(mirrors, "set 11 2 3000")
+    send_only(mirrors, "set 9 2 1000")
+    send_only(mirrors, "set 11 2 3000")
     with counting("feetech", mirrors) as one:
         info = one.open()
         np.testing.assert_allclose(info.window_upper - info.window_lower, 2000 * TURN)
@@ -141,14 +141,14 @@ def test_position_limits_of_the_servos_are_the_window(mirrors):
 
 
 def test_another_mode_is_refused(servos):
-    tell(servos, "set 33 1 1")
+    send_only(servos, "set 33 1 1")
     with driver("feetech", servos) as one:
         with pytest.raises(NotReady, match=r"servo 10 .* operating mode 1, not 0 \(position\)"):
             one.open()
 
 
 def test_bridges_that_measure_no_current_are_reported(servos):
-    tell(servos, "set 18 1 32")
+    send_only(servos, "set 18 1 32")
     with driver("feetech", servos) as one:
         info = one.open()
         assert "current" not in info.signals
@@ -167,9 +167,9 @@ def test_a_servo_that_is_not_there_is_named(servos):
 
 
 def test_an_adapter_that_hears_itself_is_not_taken_for_servos(servos):
-    tell(servos, "echo")
+    send_only(servos, "echo")
     for nobody in range(6):
-        tell(servos, f"silent {servo(nobody)}")
+        send_only(servos, f"silent {servo(nobody)}")
     with driver("feetech", servos) as one, pytest.raises(NotReady, match="sends back what it is sent"):
         one.open()
 

@@ -118,7 +118,7 @@ def test_the_stiffness_states_how_large_the_effect_is():
     right = near.reshaped({"resonance": 12.0, "damping_ratio": 0.01})
     column = right.columns(driven)[:, 0, 0]
     assert column @ torque / (column @ column) == pytest.approx(1.0, abs=0.05)
-    assert right.told["stiffness"][0] == pytest.approx(LINK * (2 * np.pi * 12.0) ** 2, rel=1e-6)
+    assert right.reported["stiffness"][0] == pytest.approx(LINK * (2 * np.pi * 12.0) ** 2, rel=1e-6)
 
 
 def test_a_force_on_the_flange_does_the_work_that_its_torques_do():

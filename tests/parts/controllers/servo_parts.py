@@ -37,7 +37,7 @@ def counting(kind, peer, **settings):
     return driver(kind, peer, **{"gear": 1.0, "sign": 1, "zero": 0, "cycle": 0.004} | settings)
 
 
-def tell(peer, line):
+def send_only(peer, line):
     """Have something happen, and wait until it has."""
     count = peer.lines.count(f"did {line}\n")
     peer.process.stdin.write(line + "\n")
