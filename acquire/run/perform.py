@@ -185,7 +185,7 @@ def _require_near(held: np.ndarray, measured: np.ndarray, job: Job) -> None:
     if np.any(away > job.watch.tracking):
         joint = int(np.nanargmax(away))
         raise CannotStart(
-            f"{job.robot.joints[joint]} stands {away[joint]:.4f} rad from where its drive is commanded to hold it, "
+            f"{job.robot.joints[joint]} stands {away[joint]:.4f} rad from where its drive was commanded, "
             f"allowed are {job.watch.tracking:.4f} rad (--tracking). Is its drive on, are its gains high "
             "enough?"
         )

@@ -207,7 +207,7 @@ class CanMit(CanDriver[MotorRound]):
         for motor, where, speed in zip(self._motors, position, velocity, strict=True):
             if not (abs(where) <= motor.commanded.position and abs(speed) <= motor.commanded.velocity):
                 talk.fail(
-                    f"{motor.name}: a command of {where:.4g} rad, {speed:.4g} rad/s is outside the frame's range"
+                    f"{motor.name}: a command of {where:.4g} rad, {speed:.4g} rad/s exceeds the frame's range"
                 )
                 return
         talk.target, talk.velocity = position.tolist(), velocity.tolist()

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from exidyn.acquire.arguments.exit_codes import MEANINGS, NOBODY_READS
+from exidyn.acquire.arguments.exit_codes import MEANINGS, READER_LEFT
 from exidyn.acquire.command_line import COMMANDS, command_module, main
 from exidyn.acquire.commands.completion_command import SHELLS, whole_parser
 
@@ -108,7 +108,7 @@ def test_a_reader_that_leaves_is_no_complaint():
     silent = {name: value for name, value in os.environ.items() if name != "PYTHONUNBUFFERED"}
     done = subprocess.run(command, stdout=writing, stderr=subprocess.PIPE, env=silent, check=False)
     os.close(writing)
-    assert (done.returncode, done.stderr) == (NOBODY_READS, b"")
+    assert (done.returncode, done.stderr) == (READER_LEFT, b"")
 
 
 def test_complaints_are_one_line(capsys):

@@ -296,7 +296,7 @@ def test_an_arm_that_its_drives_do_not_hold_is_not_commanded():
     driver.holds = START + np.eye(len(START))[2] * 0.05
     outcome = perform(driver, job())
     assert outcome.stop.kind == "start"
-    assert "stands 0.0500 rad from where its drive is told to hold it" in outcome.stop.text
+    assert "stands 0.0500 rad from where its drive was commanded" in outcome.stop.text
     assert not driver.commands
 
 

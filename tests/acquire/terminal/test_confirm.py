@@ -26,7 +26,7 @@ def test_yes_is_yes_and_what_is_at_stake_was_stated(monkeypatch, capsys):
 
 def test_where_nobody_can_answer_that_is_reported(monkeypatch):
     monkeypatch.setattr("sys.stdin", io.StringIO(""))
-    with pytest.raises(NotConfirmed, match="nobody is there to type yes"):
+    with pytest.raises(NotConfirmed, match="there is no terminal to type yes in"):
         confirm(simulated=False, yes=False)
 
 

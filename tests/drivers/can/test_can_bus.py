@@ -12,7 +12,7 @@ from exidyn.drivers import create
 from exidyn.drivers.can import can_bus
 from exidyn.drivers.can.can_bus import CanBus, read_options
 from exidyn.drivers.can.can_load import bus_load, frame_bits, require_room
-from exidyn.drivers.can_mit.mit_motors import MotorRound
+from exidyn.drivers.can_mit.mit_motors import MotorRound, Request
 from exidyn.drivers.can_mit.mit_settings import MitSettings
 from exidyn.drivers.canopen_402.cia402 import Entry
 from exidyn.drivers.canopen_402.frames import Frames
@@ -298,6 +298,6 @@ def test_listening_to_a_motor_does_not_command_it(scripted):
     assert {identifier for identifier, _ in script.sent} == {0x7FF}
     assert script.sent[2][1] == bytes([3, 0, 0xCC, 0, 0, 0, 0, 0])
     script.sent.clear()
-    talk.say[2] = Request.ENABLE
+    talk.request[2] = Request.ENABLE
     talk.cycle(0.0)
     assert script.sent[2] == (3, b"\xff" * 7 + b"\xfc")

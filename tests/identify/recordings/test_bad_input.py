@@ -184,7 +184,7 @@ def test_gains_without_a_known_payload_are_refused(folder, capsys):
 def test_a_payload_run_without_mass_is_refused(folder, capsys):
     empty, full = write(folder, RUN, loaded())
     text = refused(["identify", empty, "--payload", full], capsys)
-    assert "says how heavy the payload is. Add --mass KG behind it" in text
+    assert "gives the mass of the payload. Add --mass KG behind it" in text
     text = refused(["identify", empty, "--payload", full, "--com", "0", "0", "0.1"], capsys)
     assert "com given without --mass" in text
     [silent] = write(folder, loaded(KnownPayload("L")))

@@ -245,14 +245,14 @@ def test_a_full_disk_stops_the_run_and_still_takes_how_it_ended(small_disk):
     with start_recorder(path) as sink:
         sink.put(head().frame())
         count = record_until_failure(sink, 20_000, after=500)
-        assert "the disk says: No space left on device" in sink.failure
+        assert "disk error: No space left on device" in sink.failure
         sink.put(event(count, "stop", "the recording cannot go on"))
         sink.put(end(stop="recorder"))
     assert sink.outcome.endswith(f"cycles in {path}")
     recording = read_recording(path)
     assert len(recording.timing) == count
     assert [happened.kind for happened in recording.events] == ["warning", "stop"]
-    assert recording.events[0].text == "the disk says: No space left on device"
+    assert recording.events[0].text == "disk error: No space left on device"
     assert recording.outcome["stop"] == "recorder"
 
 
