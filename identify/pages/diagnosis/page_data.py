@@ -184,7 +184,8 @@ def from_table(
         over_noise=bool(table.get("noise_measured_at_rest", True)),
         improvement=_improvement(table, noise) if len(noise) else None,
         runs=tuple(table["runs"]),
-        warnings=tuple(table["warnings"]),
+        # Older files call them doubts.
+        warnings=tuple(table["warnings"] if "warnings" in table else table["doubts"]),
         seconds=float(table["seconds"]),
         noise=noise,
         traces=tuple(traces),

@@ -168,7 +168,7 @@ def test_comparisons_are_shown_as_they_were_written(page, files):
     )
 
 
-def test_a_diagnosis_reads_back_as_it_was_told(files):
+def test_a_diagnosis_reads_back(files):
     ours, (theirs, traces) = (
         page_data(small(), simulated(), "x"),
         read_page_data(files / "diagnosis" / "diagnosis.json"),
@@ -183,6 +183,13 @@ def test_a_diagnosis_reads_back_as_it_was_told(files):
     np.testing.assert_allclose(traces.simulated.torque_before, simulated().torque_before, rtol=1e-6)
     np.testing.assert_array_equal(traces.simulated.time, simulated().time)
     np.testing.assert_allclose(theirs.simulated.before, simulated().before)
+
+
+def test_the_older_name_of_warnings_is_read(files, tmp_path):
+    table = json.loads((files / "diagnosis" / "diagnosis.json").read_text())
+    old = {("doubts" if key == "warnings" else key): value for key, value in table.items()}
+    (tmp_path / "diagnosis.json").write_text(json.dumps(old | {"doubts": ["no run was held out"]}))
+    assert read_page_data(tmp_path / "diagnosis.json")[0].warnings == ("no run was held out",)
 
 
 def test_a_fit_alone_brings_its_scores_and_asks_for_the_rest(files, tmp_path):

@@ -103,8 +103,8 @@ def test_a_view_can_be_opened(folder, monkeypatch):
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["--view"], "say which with --robot"),
-        (["--save", "x.rrd"], "say which with --robot"),
+        (["--view"], "name it with --robot"),
+        (["--save", "x.rrd"], "name it with --robot"),
         (["--rate", "0"], "0 must be above 0"),
         (["--rate", "nan"], "nan must be above 0"),
         (["--export", "csv"], "expected 2 arguments"),
