@@ -61,10 +61,10 @@ def timed(folder: Path, answer: Answerer) -> dict[str, Any]:
     """An answer, with the seconds it took; an error is an answer too."""
     began = time.perf_counter()
     try:
-        said = answer(folder)
+        given = answer(folder)
     except Exception as error:  # the other cases are worth their score
-        said = {"findings": [], "unexplained": False, "error": f"{type(error).__name__}: {error}"}
-    return said | {"seconds": time.perf_counter() - began}
+        given = {"findings": [], "unexplained": False, "error": f"{type(error).__name__}: {error}"}
+    return given | {"seconds": time.perf_counter() - began}
 
 
 def make_all(cases: Sequence[Draw], folder: Path, pool: Executor) -> None:
@@ -76,12 +76,12 @@ def answered(who: str, file: str, folder: Path, pool: Executor, only: set[str] |
     """All cases of a folder with the answers of `who`, which go into a file beside them."""
     places = sorted(place for place in (folder / "cases").iterdir() if only is None or place.name in only)
     answer = partial(timed, answer=answerer(who, folder / "truth"))
-    said = dict(zip([place.name for place in places], pool.map(answer, places), strict=True))
-    for name, case in said.items():
+    given = dict(zip([place.name for place in places], pool.map(answer, places), strict=True))
+    for name, case in given.items():
         if "error" in case:
             print(f"{name}: {case['error']}")
-    (folder / file).write_text(json.dumps(said, indent=1) + "\n")
-    return pairs(read_truths(folder / "truth"), {name: read_answer(case) for name, case in said.items()})
+    (folder / file).write_text(json.dumps(given, indent=1) + "\n")
+    return pairs(read_truths(folder / "truth"), {name: read_answer(case) for name, case in given.items()})
 
 
 def main(options: argparse.Namespace) -> dict[str, Any]:

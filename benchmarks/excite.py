@@ -1,4 +1,4 @@
-"""Exciting trajectories beside other tools and random motion, inside their limits, telling models apart.
+"""Exciting trajectories beside other tools and random motion, inside their limits, distinguishing models.
 
 1. The UR10 of the package example-robot-data, 36 base columns, one 12 s period: condition number that
    exidyn, FIGAROH, random search and plain SLSQP reach, and when, with the same limits and time.
@@ -39,14 +39,14 @@ def against_peers(arm: Arm, budget: float, seeds: Sequence[int], collisions: boo
     if absent:
         print(absent)
     else:
-        for name, told in (("FIGAROH", False), ("FIGAROH, this criterion", True)):
-            settings = figaroh_excitation.FigarohSettings(collisions=collisions, unit_columns=told)
+        for name, own in (("FIGAROH", False), ("FIGAROH, this criterion", True)):
+            settings = figaroh_excitation.FigarohSettings(collisions=collisions, unit_columns=own)
             tools[name] = partial(_figaroh, arm, budget, settings)
     found = {name: [tool(seed) for seed in seeds] for name, tool in tools.items()}
     rows = [_row(name, results) for name, results in found.items()]
-    touching = "with self-collision" if collisions else "without self-collision"
+    condition = "with self-collision" if collisions else "without self-collision"
     show(
-        f"UR10, condition number of 36 base columns scaled to one; {budget:g} s a tool and seed, {touching}",
+        f"UR10, condition number of 36 base columns scaled to one; {budget:g} s a tool and seed, {condition}",
         ["tool", "best", "worst seed", "failed seeds", "first at s", "note of the best"],
         rows,
     )

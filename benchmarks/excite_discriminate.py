@@ -1,4 +1,4 @@
-"""Telling models apart by a run that is made for it: the last part of `excite.py`, alone."""
+"""Distinguishing models by a run that is made for it: the last part of `excite.py`, alone."""
 
 import os
 

@@ -1,8 +1,8 @@
 """The paper's experiment on a simulated KR270: drive gains, spring balancer and dynamics together.
 
 Two runs of 40 s follow the same random Fourier motion, without and with 175 kg of which only the mass is
-told. Current noise is white, 1 % of each joint's rms current; encoders have 4e-6 rad steps and 1e-6 rad
-noise. The believed drive gains are the manufacturer's of Table III, 8 to 19 % off.
+given. Current noise is white, 1 % of each joint's rms current; encoders have 4e-6 rad steps and 1e-6 rad
+noise. The nominal drive gains are the manufacturer's of Table III, 8 to 19 % off.
 """
 
 import os

@@ -1,6 +1,6 @@
-"""Whether the believed model explains the sample cases to their noise, and in which joints it does not.
+"""Whether the nominal model explains the sample cases to their noise, and in which joints it does not.
 
-The believed model is fitted with its priors and their tolerances as prior, drive gains included, to the
+The nominal model is fitted with its priors, drive gains included, to the
 runs of a case that are not held out, and compared with the `validate` run. The noise floor is measured
 where the arm rests before it moves. Over some 1.5 to 3 s of rest at 15 Hz, that is 45 to 90 degrees of
 freedom, the floor itself is uncertain to about a tenth: a ratio of 1.3 is exceeded by chance about once
@@ -23,7 +23,7 @@ LIMIT = 1.3
 
 
 def fit_case(folder: Path) -> Fit:
-    """Fit the believed model to a case; its `validate` run is held out."""
+    """Fit the nominal model to a case; its `validate` run is held out."""
     runs = import_source(folder)
     used = [run for run in runs if run.settings["role"] != "validate"]
     held_out = [run for run in runs if run.settings["role"] == "validate"]

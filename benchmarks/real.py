@@ -1,7 +1,7 @@
 """Real arms: drive gains and an unknown mass of a UR10e, and held-out residuals of three arms.
 
 The model is the README's (rigid body, rotors, viscous and dry friction, offset). How dry friction reverses,
-from which speed on a joint counts as sliding, and how far the drawn inertias are believed is chosen by
+from which speed on a joint counts as sliding, and the tolerance of the drawn inertias is chosen by
 predicting each training run from the others. Held-out runs do not enter that choice, but whoever drew up
 what there is to choose from had seen them, so margins of a per cent mean little.
 

@@ -1,6 +1,6 @@
 """Who writes while the loop runs: a thread of its own process, or a process of its own?
 
-A 500 Hz loop with real-time scheduling hands over six joints to nobody, to a thread and to a process, which
+A 500 Hz loop with real-time scheduling hands over six joints to no one, to a thread and to a process, which
 write the same file in the same way, on a quiet machine and beside two busy processes. Each is run in a
 process of its own. Compared is how late the loop is, and how long it takes to hand over.
 """

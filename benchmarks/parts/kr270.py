@@ -19,7 +19,7 @@ from exidyn.trajectories.random_motion import random_fourier
 
 MASS = 175.0
 BODY = known_parameters(MASS, com=(0.04, -0.03, -0.219), inertia=(8.0, 0.1, 0.2, 9.0, 0.3, 7.0))
-"""The true payload; MZL is the paper's -38.3 kg m. The estimators are told the mass alone."""
+"""The true payload; MZL is the paper's -38.3 kg m. The estimators get the mass alone."""
 CATALOGUE = np.array([-299.0, -389.0, -367.0, -258.0, -258.0, 183.0])
 """Manufacturer's drive gains, Table III, third column [N m/A]."""
 
@@ -29,11 +29,11 @@ def plant() -> Model:
     return read_model("kr270") + Payload("L", BODY)
 
 
-def nominal(told: Sequence[tuple[str, float]] = (("M", MASS),)) -> Model:
+def nominal(given: Sequence[tuple[str, float]] = (("M", MASS),)) -> Model:
     """What the identification starts from."""
     model = read_model("kr270")
     robot = replace(model.robot, drive_gain=CATALOGUE, drive_gain_tolerance=0.2)
-    return replace(model, robot=robot) + Payload("L", tuple(told))
+    return replace(model, robot=robot) + Payload("L", tuple(given))
 
 
 def record(

@@ -6,7 +6,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from .recordings.truth import told_truth
+from .recordings.truth import truth_table
 
 if TYPE_CHECKING:
     from exidyn.identify.model import Model
@@ -16,11 +16,11 @@ Answerer = Callable[[Path], dict[str, Any]]
 
 
 def product(folder: Path, simulate: bool = False, values: bool = True) -> dict[str, Any]:
-    """What exidyn says; it is given the folder of the case and nothing else.
+    """Exidyn's answer; it is given the folder of the case and nothing else.
 
     Args:
         folder: Of the case.
-        simulate: Whether the run held out is simulated too, as believed and with what was found.
+        simulate: Whether the run held out is simulated too, nominal and with what was found.
         values: Whether the values that the case states of inertias and friction are used.
     """
     from exidyn.acquire.files.diagnosis_case import COMPARISON_CUTOFF
@@ -35,23 +35,23 @@ def product(folder: Path, simulate: bool = False, values: bool = True) -> dict[s
     roles = [(run.settings["role"], run) for run in runs]
     model = runs[0].model if values else without_values(runs[0].model)
     diagnosis = diagnose(model, roles, filtering=Filtering(torque_cutoff=COMPARISON_CUTOFF))
-    said: dict[str, Any] = answer(diagnosis)
-    if not simulate or not said["findings"]:
-        return said
+    given: dict[str, Any] = answer(diagnosis)
+    if not simulate or not given["findings"]:
+        return given
     [held_out] = [run for run in runs if run.settings["role"] == "validate"]
     try:
         simulated = forward(diagnosis, held_out)
     except ExidynError as error:  # the answer stands all the same
-        return said | {"not_simulated": str(error)}
+        return given | {"not_simulated": str(error)}
     assert simulated is not None
-    return said | {
+    return given | {
         "simulated_before": simulated.before.tolist(),
         "simulated_after": simulated.after.tolist(),
     }
 
 
 def without_values(model: "Model") -> "Model":
-    """A model of which nobody states inertias, friction or offsets."""
+    """A model with inertias, friction and offsets unstated."""
     return replace(model, stated={}, robot=replace(model.robot, inertias_stated=False))
 
 
@@ -62,18 +62,18 @@ def silent(folder: Path) -> dict[str, Any]:
 
 def oracle(folder: Path, truths: Path) -> dict[str, Any]:
     """Reads the truth: whether the scorer gives full marks."""
-    told = told_truth(truths, folder.name)
-    outside = told["kind"] == "outside"
+    truth = truth_table(truths, folder.name)
+    outside = truth["kind"] == "outside"
     findings = [
         {"effect": effect["effect"], "joints": effect["joints"], "confidence": 1.0, "alternatives": []}
-        for effect in told["effects"]
+        for effect in truth["effects"]
     ]
     return {
         "findings": [] if outside else findings,
         "unexplained": outside,
-        "torque_rms_before": told["noise_floor_filtered"],
-        "torque_rms_after": told["noise_floor_filtered"],
-        "torque_rms_filter_hz": told["noise_filter_hz"],
+        "torque_rms_before": truth["noise_floor_filtered"],
+        "torque_rms_after": truth["noise_floor_filtered"],
+        "torque_rms_filter_hz": truth["noise_filter_hz"],
         "seconds": 0.0,
     }
 

@@ -24,15 +24,15 @@ from .strength import Bench, conceal, with_peak
 TIERS = {"edge": (0.3, 1.0), "middle": (1.0, 3.0), "clear": (3.0, 10.0)}
 """Visibility: rms of the effect's torque over the noise floor."""
 EVIDENT = {"edge": 0.0, "middle": 2 * DETECTABLE, "clear": 5 * DETECTABLE}
-"""Evidence at least: what is called clear, an oracle could tell from a fifth of the data."""
+"""Evidence at least: what is called clear, an oracle could find in a fifth of the data."""
 WITH_A_LOAD = {"drive_gain", "encoder_offset"}
-"""Effects that mostly take a payload run to be told from the inertias."""
+"""Effects that mostly take a payload run to be distinguished from the inertias."""
 SEPARATE = {"joint_elasticity", "backlash", "time_delay", "kinematic_coupling", "hysteresis"}
 """Effects of motion in the small, of which a double has no more than one."""
 HALVINGS = 5
 """Times that effects are halved with which an arm falls."""
 BEYOND = 0.5
-"""How far beyond a joint's limits its encoder may say that it is, whose zero may be wrong [rad]."""
+"""How far beyond a joint's limits its encoder may read, whose zero may be wrong [rad]."""
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,7 @@ def draw(
 ) -> Draw:
     """A case of these effects, on any arm, somewhere within a tier."""
     rng = np.random.default_rng([seed, 0])
-    # Where temperatures are not recorded, nobody can say that it is they.
+    # Where temperatures are not recorded, they cannot be shown to be the cause.
     arms = list(ARMS) if "temperature_dependent_friction" not in effects else ["kr270", "ur10like"]
     chosen = arm or arms[rng.integers(len(arms))]
     low, high = np.log(TIERS[tier]) if tier else (0.0, 0.0)
@@ -123,8 +123,8 @@ def warm_up() -> None:
 def concealing(
     robot: Robot, case: Draw, bench: Bench, rng: np.random.Generator
 ) -> tuple[Robot, list[dict[str, Any]]]:
-    """The robot with everything that a case conceals, and what its truth says of each."""
-    told: list[dict[str, Any]] = []
+    """The robot with everything that a case conceals, and its truth about each."""
+    truth: list[dict[str, Any]] = []
     taken: set[int] = set()
     for name, wanted in zip(case.effects, case.wanted, strict=True):
         there = [joint for joint in places(name, robot) if joint not in taken]
@@ -133,7 +133,7 @@ def concealing(
         concealed, strength = conceal(robot, effect, joint, wanted, evident, bench, case.tries)
         robot = concealed.robot
         taken |= set(concealed.joints)
-        told.append({
+        truth.append({
             "effect": name,
             "joints": [joint + 1 for joint in concealed.joints],
             "parameters": concealed.parameters,
@@ -142,7 +142,7 @@ def concealing(
             "beyond_prior": strength.beyond_prior,
             "evidence": strength.evidence,
         })  # fmt: skip
-    return robot, told
+    return robot, truth
 
 
 def singles(seed: int, tier: str = "clear") -> list[Draw]:
@@ -176,7 +176,7 @@ def outside(seed: int, tier: str = "clear") -> list[Draw]:
 
 
 def concealed_set(seed: int) -> list[Draw]:
-    """The whole benchmark, in an order and under names that tell nothing."""
+    """The whole benchmark, in an order and under names without meaning."""
     base = 10_000 * seed
     cases = [case for k, tier in enumerate(TIERS) for case in singles(base + 100 * k, tier)]
     cases += nothing(base + 1000, 20) + doubles(base + 2000, 20)
@@ -186,7 +186,7 @@ def concealed_set(seed: int) -> list[Draw]:
 
 
 def quick_set(seed: int) -> list[Draw]:
-    """Four cases of short runs, at the strength that their scale says."""
+    """Four cases of short runs, at the strength of their scale."""
     base = 10_000 * seed + 9000
     cases = [
         draw("q1", "none", (), "", base, "ur10like"),

@@ -1,6 +1,6 @@
-"""What an oracle that knows the effect could tell: its torque beyond what the owner's warnings can take up.
+"""What an oracle that knows the effect could find: its torque beyond what the owner's priors can take up.
 
-Deviations of all believed parameters, each within its tolerance, are fitted to the effect's torque. What is
+Deviations of all nominal parameters, each within its tolerance, are fitted to the effect's torque. What is
 left over is what shows the effect; half its squared length over the noise is the log-likelihood it gains.
 """
 
@@ -41,7 +41,7 @@ def torques(body, position, velocity, acceleration):
 
 
 def leeway(robot: Robot, log: Log) -> list[np.ndarray]:
-    """Torques (t, n) by which believed parameters may be off, each at its tolerance [N m]."""
+    """Torques (t, n) by which nominal parameters may be off, each at its tolerance [N m]."""
     prior, n = robot.prior, robot.arm.joints
     position = low_pass(log.position)
     velocity = np.gradient(position, 1.0 / RATE, axis=0)
@@ -92,7 +92,7 @@ def _difference(one, other, position, velocity, acceleration):  # type: ignore[n
 
 
 def beyond_prior(robot: Robot, seen: list[Seen], noise: np.ndarray) -> tuple[np.ndarray, float]:
-    """What of an effect's torque the believed parameters cannot take up.
+    """What of an effect's torque the nominal parameters cannot take up.
 
     Args:
         robot: With the effect's owner's priors.

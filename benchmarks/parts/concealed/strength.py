@@ -25,7 +25,7 @@ class Strength:
         visibility: Rms of the effect's torque over the noise floor, both below 25 Hz, on the joint and in the
             run where it is largest [-].
         by_joint: The same for every joint, (n,).
-        beyond_prior: Of that, what the owner's warnings cannot take up, (n,).
+        beyond_prior: Of that, what the owner's priors cannot take up, (n,).
         evidence: Gain in chi-squared by knowing the effect [-].
     """
 
@@ -41,8 +41,8 @@ class Bench:
 
     def __init__(self, seed: int, loaded: bool = False, seconds: float = SECONDS) -> None:
         self.seed, self.seconds = seed, seconds
-        # Runs that say most about an effect; the others say the same again.
-        self.telling = (*SHOWN_IN, "payload") if loaded else SHOWN_IN
+        # Runs that are most informative about an effect; the others repeat the same.
+        self.informative = (*SHOWN_IN, "payload") if loaded else SHOWN_IN
         self._known: dict[bytes, Seen] = {}
 
     def seen(self, robot: Robot, run: str) -> Seen:
@@ -70,8 +70,8 @@ def visibility(bench: Bench, concealed: Concealed) -> np.ndarray:
 
 
 def beyond(bench: Bench, concealed: Concealed) -> tuple[np.ndarray, float]:
-    """What the owner's warnings cannot take up of it; see `beyond_prior`."""
-    seen = [bench.effect(concealed, run) for run in bench.telling]
+    """What the owner's priors cannot take up of it; see `beyond_prior`."""
+    seen = [bench.effect(concealed, run) for run in bench.informative]
     return beyond_prior(concealed.robot, seen, low_floor(concealed.sound))
 
 
@@ -95,7 +95,7 @@ def conceal(
         effect: What.
         joint: Where.
         wanted: Visibility.
-        evident: Evidence that it should have at least; a payload within the warnings about the last link has
+        evident: Evidence that it should have at least; a payload within the prior of the last link has
             none, however many noise floors it weighs.
         bench: On which it is tried.
         tries: Simulations at most.

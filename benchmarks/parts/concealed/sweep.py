@@ -65,9 +65,9 @@ def staircase(
             seed + 1000 * list(VOCABULARY).index(effect) + trial,
         )
         place = make(case, folder / "cases", folder / "truth")
-        told = read_truth(folder / "truth" / f"{name}.json")
-        found = recalled(Pair(told, read_answer(answer(folder / "truth")(place))))[0]
+        truth = read_truth(folder / "truth" / f"{name}.json")
+        found = recalled(Pair(truth, read_answer(answer(folder / "truth")(place))))[0]
         shutil.rmtree(place)
-        tried.append((told.visibility[0], found))
+        tried.append((truth.visibility[0], found))
         wanted = float(np.clip(wanted / STEP if found else wanted * STEP, *BOUNDS))
     return tried

@@ -84,11 +84,11 @@ def answer(key: str, again: bool = True) -> dict[str, Any]:
 
 def compared(known: Known, found: Diagnosis) -> dict[str, Any]:
     """A known effect and the finding that is it, or how near one came."""
-    told = {name: getattr(known, name) for name in ("effect", "how", "size", "counted")}
-    one, told = known.is_in(found.findings), told | {"joints": joints_words(known.joints)}
+    fields = {name: getattr(known, name) for name in ("effect", "how", "size", "counted")}
+    one, fields = known.is_in(found.findings), fields | {"joints": joints_words(known.joints)}
     if one is None:
-        return told | {"named": False, "near": near(known, found)}
-    return told | {
+        return fields | {"named": False, "near": near(known, found)}
+    return fields | {
         "named": True,
         "found": size(one),
         "probability": one.probability,
@@ -214,14 +214,14 @@ def over_a_turn(found: Diagnosis) -> dict[str, Any]:
     Also the share of samples in which harmonic 7 is slower than the end of the band that is compared.
     """
     assert found.evidence is not None
-    ratio, angle, left, told = found.evidence.model.robot.gear_ratio[0], [], [], []
+    ratio, angle, left, fields = found.evidence.model.robot.gear_ratio[0], [], [], []
     for trace in found.evidence.traces:
         angle.append(np.mod(trace.motor_angle[:, 0], 2 * np.pi))
         left.append(trace.before[:, 0])
-        told.append(trace.explained[: len(found.findings), :, 0].sum(axis=0))
+        fields.append(trace.explained[: len(found.findings), :, 0].sum(axis=0))
     place = (np.concatenate(angle) * STATES / (2 * np.pi)).astype(int) % STATES
     count = np.maximum(np.bincount(place, minlength=STATES), 1)
-    mean = [np.bincount(place, np.concatenate(one), STATES) / count for one in (left, told)]
+    mean = [np.bincount(place, np.concatenate(one), STATES) / count for one in (left, fields)]
     table = np.loadtxt(FOLDER / "odrive_spin_slow/cogging_map_truth.csv", delimiter=",", skiprows=1)
     grid = (np.arange(STATES) + 0.5) * 2 * np.pi / STATES
     known = np.interp(grid, table[:, 0], table[:, 1], period=2 * np.pi)

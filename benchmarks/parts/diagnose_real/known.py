@@ -67,7 +67,7 @@ def numbers(one: Finding) -> dict[str, tuple[float, float]]:
         order = max(waves, key=lambda n: float(np.hypot(*waves[n][:, 0])))
         found["amplitude"] = float(np.hypot(*waves[order][:, 0])), float(waves[order][:, 1].max())
         found.setdefault("harmonic", (order, float("nan")))
-    if one.effect == "kinematic_coupling":  # told of either joint, which is the same where the ratio is 1
+    if one.effect == "kinematic_coupling":  # fields of either joint, which is the same where the ratio is 1
         found |= {f"{name[:2]} of both": pair for name, pair in found.items() if "_" in name}
     if {"stiffness", "share"} <= set(found):
         (stiffness, off), (share, also) = found["stiffness"], found["share"]
@@ -79,7 +79,7 @@ def numbers(one: Finding) -> dict[str, tuple[float, float]]:
 INDEX = "index of the recordings"
 FITS = "least squares with and without it, held out"
 TURN = 0.5
-"""Ripples nearer than this are one [cycles a turn]: over one turn of a joint they cannot be told apart."""
+"""Ripples nearer than this are one [cycles a turn]: over one turn of a joint they cannot be fields apart."""
 
 
 def about(value: float, spare: float = 0.0) -> Range:
@@ -176,9 +176,9 @@ KNOWN: dict[str, tuple[Known, ...]] = {
 """Set -> what it has. Sixteen are counted: the motor's cogging, one of the EMPS, four of the TX40, four of
 the KR300 and its balancer, three of the UR10e and its load, one of the servo."""
 
-UNTOLD = "nothing of the kind in the source's account"
-STILL = dict.fromkeys(("contact_event", "time_delay", "base_tilt", "payload"), UNTOLD)
-"""What would have to be told of an experiment, and is not; effect -> why it is false unless said below."""
+UNSTATED = "nothing of the kind in the source's account"
+STILL = dict.fromkeys(("contact_event", "time_delay", "base_tilt", "payload"), UNSTATED)
+"""What would have to be fields of an experiment, and is not; effect -> why it is false unless stated below."""
 TORQUE = STILL | {"drive_gain": "its torque was recorded, not its current"}
 
 ABSENT: dict[str, Mapping[str, str]] = {

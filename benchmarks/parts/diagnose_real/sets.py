@@ -35,7 +35,7 @@ class Case:
     Attributes:
         title: In the tables.
         folder: Of the recordings.
-        prior: Of the robot, and what was not told, in words.
+        prior: Of the robot, and what was not fields, in words.
         ask: Makes the prior and reads the runs.
         known: What is known to be there.
         absent: Effect -> why it cannot be there.
@@ -80,7 +80,7 @@ KR300_RUNS = (
 
 
 def kr300_drawn() -> tuple[Model, Runs]:
-    """The KR300 with its links as drawn; what it carries is a body of which nothing is said."""
+    """The KR300 with its links as drawn; what it carries is a body of which nothing is stated."""
     model, runs = of_set(KR300, *KR300_RUNS)
     robot = replace(model.robot, inertias_stated=True, inertial_tolerance=CAD)
     carried = [(role, replace(run, payload=KnownPayload("tool"))) for role, run in runs]
@@ -88,7 +88,7 @@ def kr300_drawn() -> tuple[Model, Runs]:
 
 
 def ur10e_loaded() -> tuple[Model, Runs]:
-    """The UR10e as exidyn identified it without a load; and runs with one, of which nobody is told."""
+    """The UR10e as exidyn identified it without a load; and runs with one, of which nothing is stated."""
     fit = identify([UR10E.run(name) for name in UR10E.train], model=UR10E.model())
     model = identified(fit)
     robot = replace(model.robot, inertias_stated=True, inertial_tolerance=WEIGHED)
@@ -110,7 +110,7 @@ def kscale() -> tuple[Model, Runs]:
 
 
 def on_flange(run: Recording) -> Recording:
-    """A run of the servo with the mass that its name says."""
+    """A run of the servo with the mass in its name."""
     body = run.name.split("_")[0]
     if not MASSES[body]:
         return run
@@ -198,8 +198,8 @@ def cases() -> Iterator[tuple[str, Case]]:
     }
     yield "odrive_off", odrive("nocomp", "measured")
     yield "odrive_on", odrive("comp", "setpoint")
-    for key, told in arms.items():
-        yield key, case(key, *told, control=key == "panda", quick=key in QUICK)
+    for key, fields in arms.items():
+        yield key, case(key, *fields, control=key == "panda", quick=key in QUICK)
     yield "odrive_off_set", odrive("nocomp", "setpoint")
     yield "odrive_on_measured", odrive("comp", "measured")
     for state, current in STATES:

@@ -41,14 +41,14 @@ class States(NamedTuple):
 
 
 class Verdict(NamedTuple):
-    """What the judge says of a trajectory.
+    """Verdict of the judge on a trajectory.
 
     Attributes:
         condition: Condition number of the base regressor, columns scaled to unit length [-].
         raw: The same without scaling [-].
         excess: Worst excess over a limit as a share of it; not above 0 where all are kept [-].
         where: Which limit of which joint that is.
-        collisions: Samples in which two links that are not neighbours touch.
+        collisions: Samples in which two links that are not neighbours collide.
     """
 
     condition: float
@@ -58,7 +58,7 @@ class Verdict(NamedTuple):
     collisions: int
 
     def feasible(self, collisions: bool) -> bool:
-        """Within the limits, and without touching itself if `collisions` count."""
+        """Within the limits, and without colliding with itself if `collisions` count."""
         return self.excess <= ALLOWED and not (collisions and self.collisions)
 
     def breaches(self) -> str:
@@ -67,7 +67,7 @@ class Verdict(NamedTuple):
         if self.excess > 1e-6:  # rounding
             found.append(f"{100 * self.excess:.2g} % over the {self.where}")
         if self.collisions:
-            found.append(f"touches itself in {self.collisions} samples at {RATE:.0f} Hz")
+            found.append(f"collides with itself in {self.collisions} samples at {RATE:.0f} Hz")
         return ", ".join(found)
 
 
@@ -139,7 +139,7 @@ class Arm:
         return over[where], where
 
     def collisions(self, position: np.ndarray) -> int:
-        """How many of the positions (t, n) make two links touch that are not neighbours."""
+        """How many of the positions (t, n) make two links collide that are not neighbours."""
         return sum(self._touching(position))
 
     def clear(self, position: np.ndarray) -> bool:
@@ -196,7 +196,7 @@ def unit_condition(columns: np.ndarray) -> float:
 
 
 def why_no_arm() -> str:
-    """Sentence that says why there is no UR10; empty where there is."""
+    """Sentence with the reason why there is no UR10; empty where there is."""
     try:
         importlib.metadata.distribution(PACKAGE)
     except importlib.metadata.PackageNotFoundError as missing:

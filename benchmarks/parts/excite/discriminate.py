@@ -1,12 +1,12 @@
-"""Trajectories that tell two models apart, against those that identify one of them best.
+"""Trajectories that distinguish two models, against those that identify one of them best.
 
 An identification run (smallest condition number) leaves two models open. The next run of the same length,
 within the same limits, is that run again or the discriminating one. Independent rows come 20 a second (10 Hz
 of bandwidth), their noise is 1 % of each joint's rms torque in the identification run.
 
 The size of an effect is not chosen to look well but to be open: that at which the identification run leaves
-the probability of choosing right at 70 %; a larger one is told without any of this. The balancer has its
-true size, and the range of joint 2 is what hides it.
+the probability of choosing right at 70 %; a larger one is distinguished without this. The balancer has its true
+size, and the range of joint 2 is what hides it.
 """
 
 from collections.abc import Callable
@@ -60,7 +60,7 @@ class Pair:
     Attributes:
         key: Of its figures.
         true: Makes a hypothesis of the size of its effect.
-        rival: The other one, as believed.
+        rival: The other one, nominal.
         limits: Of all runs.
         size: What size means, and in which unit; empty for a fixed one.
         own: Parameters of the true one that are its effect.
@@ -150,12 +150,12 @@ def study(pair: Pair, effort: Effort) -> dict[str, Any]:
         one = separation(pair.true(1.0), pair.rival, first, observation).separation
         size = float(np.sqrt(separation_for(OPEN) / one))
     true = pair.true(size)
-    told = separation(true, pair.rival, first, observation)
-    other = replace(pair.rival, values=told.hypothesis.values)  # as it is if it is the true one
+    separated = separation(true, pair.rival, first, observation)
+    other = replace(pair.rival, values=separated.hypothesis.values)  # as it is if it is the true one
     back = separation(other, true, first, observation)
     known = separation(true, true, first, observation).hypothesis
-    earlier = np.array([[0.0, told.separation], [back.separation, 0.0]])
-    goal = Discriminate((known, told.hypothesis), observation, earlier)
+    earlier = np.array([[0.0, separated.separation], [back.separation, 0.0]])
+    goal = Discriminate((known, separated.hypothesis), observation, earlier)
     second = run_of(goal, pair.limits, effort)
     found: dict[str, Any] = {"size": size if pair.size else np.nan}
     runs = {"before": [first], "again": [first, first], "after": [first, second]}
@@ -179,7 +179,7 @@ def _drawn(
 ) -> float:
     """Share of draws of truth and noise in which a fit of both models prefers the true one.
 
-    The truth is spread as believed, but for the effect in question.
+    The truth is spread by its prior, but for the effect in question.
     """
     random = np.random.default_rng(0)
     columns, torque = _rows(true, motions, observation)
@@ -218,7 +218,7 @@ def _misfit(one: Hypothesis, motions: list[Motion], observation: Observation, se
 
 
 def hopeless(effort: Effort) -> dict[str, Any]:
-    """Pairs on the cobot that no motion tells apart, and what would."""
+    """Pairs on the cobot that no motion distinguishes, and what would."""
     model = read_model("cobot")
     model = replace(model, robot=replace(model.robot, inertial_tolerance=0.01))
     limits = usable(model.robot).limits
@@ -233,7 +233,7 @@ def hopeless(effort: Effort) -> dict[str, Any]:
     hose = Hypothesis.of_priors("a hose that pulls steadily", pulling, {"Ts3": 3.0}, held)
     offset = Hypothesis.of_priors("a current offset", model, deviations={"Off3": np.inf})
     figures: dict[str, Any] = {}
-    print("\nPairs that no motion tells apart")
+    print("\nPairs that no motion distinguishes")
     for key, true, rival in (("balancer_or_weight", balancer, weight), ("hose_or_offset", hose, offset)):
         fitted = replace(rival, values=separation(true, rival, motion, observation).hypothesis.values)
         (found,) = distinguish(Discriminate((true, fitted), observation), motion, limits, PERIOD)

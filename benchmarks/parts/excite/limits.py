@@ -96,7 +96,7 @@ def _height(model: Model) -> float:
 
 
 def _nominal(model: Model, states: States) -> np.ndarray:
-    """Believed torque, the rigid part by Pinocchio sample by sample."""
+    """Nominal torque, the rigid part by Pinocchio sample by sample."""
     robot = model.robot
     data = robot.kinematics.createData()
     rigid = [

@@ -41,7 +41,7 @@ class PeerResult:
         history: When it first held a feasible trajectory so good: seconds, condition number.
         note: What it did and what its best trajectory violates.
         states: Best trajectory at `RATE`, or none.
-        verdict: What the judge says of it.
+        verdict: The judge's verdict.
     """
 
     name: str
@@ -75,15 +75,15 @@ class Best:
 
     def result(self, name: str, seconds: float, notes: Iterable[str]) -> PeerResult:
         """The result, with what the best trajectory violates among its notes."""
-        said = [*notes]
+        parts = [*notes]
         if self.infeasible:
-            said.append(f"{self.infeasible} candidates outside the limits")
+            parts.append(f"{self.infeasible} candidates outside the limits")
         if self.verdict and (breaches := self.verdict.breaches()):
-            said.append(f"its best: {breaches}")
+            parts.append(f"its best: {breaches}")
         if not self.verdict:
-            said.append("nothing feasible found")
+            parts.append("nothing feasible found")
         condition = self.verdict.condition if self.verdict else np.inf
-        return PeerResult(name, condition, seconds, self.history, "; ".join(said), self.states, self.verdict)
+        return PeerResult(name, condition, seconds, self.history, "; ".join(parts), self.states, self.verdict)
 
 
 class Series:

@@ -20,7 +20,7 @@ count CPU seconds on a busy machine."""
 
 
 def why_absent() -> str:
-    """Sentence that says why FIGAROH's trajectory cannot be compared with; empty where it can."""
+    """Sentence with the reason why FIGAROH's trajectory cannot be compared with; empty where it can."""
     if absent := why_no_figaroh():
         return absent
     try:
@@ -61,24 +61,24 @@ def figaroh(
     try:
         if not ours.poll(GRACE * budget_seconds + 60.0):
             raise TimeoutError(f"{settings.name} did not end long after its budget of {budget_seconds:g} s")
-        told = ours.recv()
+        run = ours.recv()
     except EOFError as error:
         raise RuntimeError(f"{settings.name} ended without a word") from error
     finally:
         ours.close()
         process.kill()
         process.join()
-    if isinstance(told, str):
-        raise RuntimeError(f"{settings.name} failed: {told}")
-    return _result(arm, settings, told)
+    if isinstance(run, str):
+        raise RuntimeError(f"{settings.name} failed: {run}")
+    return _result(arm, settings, run)
 
 
-def _result(arm: Arm, settings: FigarohSettings, told: FigarohRun) -> PeerResult:
+def _result(arm: Arm, settings: FigarohSettings, run: FigarohRun) -> PeerResult:
     best = Best(arm, settings.collisions)
-    for seconds, states in told.iterates:
+    for seconds, states in run.iterates:
         best.offer(seconds, states)
-    said = [
-        f"{told.attempts} attempts, {told.accepted} accepted by itself, {len(told.iterates)} iterates",
-        *(f"{told.complaints.count(line)} x '{line}'" for line in dict.fromkeys(told.complaints)),
+    parts = [
+        f"{run.attempts} attempts, {run.accepted} accepted by itself, {len(run.iterates)} iterates",
+        *(f"{run.complaints.count(line)} x '{line}'" for line in dict.fromkeys(run.complaints)),
     ]
-    return best.result(settings.name, told.seconds, said)
+    return best.result(settings.name, run.seconds, parts)

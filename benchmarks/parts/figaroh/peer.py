@@ -1,14 +1,14 @@
 """FIGAROH's own code path on arrays in memory, for comparison.
 
-Used as its documentation says: `load_robot`, a YAML file in its unified format, and a subclass of its
+Used as in its documentation: `load_robot`, a YAML file in its unified format, and a subclass of its
 `BaseIdentification` that returns the recording as a `TrajectoryData`. Filter, derivatives, regressor, base
 parameters, solution and standard deviations are all FIGAROH's. Two ways to set it:
 
-- `Settings()`: what FIGAROH does unless told otherwise (cut-off 100 Hz, every tenth row after its
-  decimation), told only the sample rate;
+- `Settings()`: FIGAROH's defaults (cut-off 100 Hz, every tenth row after its
+  decimation), given only the sample rate;
 - `Settings.best()`: a cut-off that suits the motion, and the filter's edges masked.
 
-FIGAROH is optional: `why_absent()` says in one sentence what to install.
+FIGAROH is optional: `why_absent()` names in one sentence what to install.
 """
 
 import contextlib
@@ -69,7 +69,7 @@ class FigarohFit:
 
 
 def why_absent() -> str:
-    """Sentence that says why FIGAROH cannot be compared with; empty where it can."""
+    """Sentence with the reason why FIGAROH cannot be compared with; empty where it can."""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # two of its dependencies register the same converters
@@ -115,7 +115,7 @@ class FigarohArm:
             file = Path(folder) / "arm.yaml"
             file.write_text(json.dumps(_configuration(self.joints, rate, settings.cutoff)))  # JSON is YAML
             work = _subclass(lambda: recording)(self.robot, str(file))
-            # FIGAROH leaves it to the user to say which model columns the joints are.
+            # FIGAROH leaves it to the user to name which model columns the joints are.
             every = list(range(len(self.joints)))
             work.identif_config |= {"act_idxq": every, "act_idxv": every}
             work.initialize()
@@ -138,7 +138,7 @@ class FigarohArm:
 
 
 def _subclass(load: Callable[[], Any]) -> Any:
-    """The subclass that FIGAROH wants for each robot; it says where the data come from, and no more."""
+    """The subclass that FIGAROH wants for each robot; it names where the data come from, and no more."""
     from figaroh.identification.base_identification import BaseIdentification
 
     class ArmIdentification(BaseIdentification):
@@ -149,7 +149,7 @@ def _subclass(load: Callable[[], Any]) -> Any:
 
 
 def _configuration(joints: tuple[str, ...], rate: float, cutoff: float) -> dict[str, Any]:
-    """FIGAROH's unified configuration; what is not said here stays at its default."""
+    """FIGAROH's unified configuration; what is not given here stays at its default."""
     components = {"friction": True, "actuator_inertia": True, "joint_offset": True}
     unknown = [0.0] * len(joints)
     mechanics = {

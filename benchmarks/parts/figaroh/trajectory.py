@@ -44,12 +44,12 @@ class FigarohSettings(NamedTuple):
     @property
     def name(self) -> str:
         """What to call it in a table."""
-        said = ["FIGAROH"]
+        parts = ["FIGAROH"]
         if self.unit_columns:
-            said.append("told this criterion")
+            parts.append("with this criterion")
         if self.collisions:
-            said.append("clear of itself")
-        return ", ".join(said)
+            parts.append("clear of itself")
+        return ", ".join(parts)
 
 
 @dataclass
@@ -147,7 +147,7 @@ def _prepared(arm: Arm, settings: FigarohSettings, watch: _Watch) -> Any:
         file = Path(folder) / "arm.yaml"
         file.write_text(json.dumps(_configuration(joints, arm.margin, settings)))  # JSON is YAML
         figaroh = _subclass(watch, arm, settings.unit_columns)(robot, joints, str(file))
-        # FIGAROH leaves it to the user to say which model columns the joints are.
+        # FIGAROH leaves it to the user to name which model columns the joints are.
         every = list(range(len(joints)))
         figaroh.identif_config |= {"act_idxq": every, "act_idxv": every}
         figaroh.initialize()

@@ -28,7 +28,7 @@ def open_loop(found: Diagnosis, runs: Any) -> dict[str, dict[str, float]]:
     fitted = [run for role, run in runs if role != HELD_OUT]
     arms = {
         "published": replace(plain, values=values),
-        "identified, as told": identified_arm(plain, fitted),
+        "identified, as given": identified_arm(plain, fitted),
         "diagnosed, with findings": with_it,
         "identified with what was named": identified_arm(as_found(found.evidence, found.findings), fitted),
     }

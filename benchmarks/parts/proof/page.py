@@ -63,13 +63,13 @@ ABOUT = {
     "kr300": About(
         "KUKA KR300",
         "Six joints, 300 kg class, six runs of 10 s at 250 Hz on three days (Weigand and others), motor "
-        "torque: four fitted, two held out. A second encoder behind the gears of J1 to J3 tells by how "
+        "torque: four fitted, two held out. A second encoder behind the gears of J1 to J3 shows by how "
         "much they bend, and so their stiffness.",
     ),
     "kr300_drawn": About(
         "KUKA KR300 with its links as drawn",
         "The same runs; now the masses of the CAD drawing are stated to 10 %, which have neither the gas "
-        "counterbalance of J2 nor the tool. The tool is told as a body of unknown mass. Without stated "
+        "counterbalance of J2 nor the tool. The tool is given as a body of unknown mass. Without stated "
         "masses a balancer may be a mass.",
     ),
     "ur10e": About(
@@ -78,7 +78,7 @@ ABOUT = {
         "motions held out. Drive gains are published ones, to 10 %.",
     ),
     "ur10e_loaded": About(
-        "UR10e with a weighed load that nobody tells of",
+        "UR10e with a weighed load that is not stated",
         "The prior is what exidyn identified from the five runs without a load. The run that is diagnosed "
         "has 2.805 kg on the flange; the one held out another motion with the same body.",
     ),
@@ -92,14 +92,14 @@ ABOUT = {
 INTRODUCTION = """# Proof on real recordings
 
 `python benchmarks/diagnose_real.py --pages docs/proof.md` makes this page and its pictures. It diagnoses
-public recordings that nobody of this project made, with what a user has to begin with: a bare description,
+public recordings not made by this project, with what a user has to begin with: a bare description,
 no friction values, inertias not stated, all filters chosen from the data. The recordings are not part of
 the repository (`EXIDYN_DATA` names their folder).
 
 An effect is *known* if the experiment shows it without a diagnosis: it was switched off and on, weighed,
 measured by a second encoder, mapped by another method, published, found by plain least squares with and
-without it, or told by the index of the recordings. It is *named* from a probability of 90 % on. A name is
-*false* if the source excludes it or would have told of it (contact, delay, tilt, load; a gain where torque
+without it, or named by the index of the recordings. It is *named* from a probability of 90 % on. A name is
+*false* if the source excludes it or would have reported it (contact, delay, tilt, load; a gain where torque
 was recorded), if the set is a control, or if it is named once more with what was named in the model. Its
 size is *off* if it is not the known one within two of its standard deviations. Other names are *unverified*:
 nothing is known for or against them. What is *undecided* is in the fit without a name. Misfit is the root
@@ -171,7 +171,7 @@ def motor_section(given: dict[str, Answer], picture: Callable[[str, str, str], s
     rows = [motor_row(one) for one in given.values() if one["case"].startswith("odrive")]
     drawn = {CASES[key].title: given[key] for key in (MOTOR[0], *SWITCHED) if key in given}
     alike = [given[key] for key in SWITCHED if key in given]
-    told = " ".join(state_words(word, one) for word, one in zip(("Off", "On"), alike, strict=False))
+    text = " ".join(state_words(word, one) for word, one in zip(("Off", "On"), alike, strict=False))
     head = [
         "state",
         "band",
@@ -184,7 +184,7 @@ def motor_section(given: dict[str, Answer], picture: Callable[[str, str, str], s
     return f"""## A motor whose cogging compensation was switched off and on
 
 {MOTOR_WORDS}
-{told}
+{text}
 
 {picture("cogging", "Current over one turn of the motor, and the independent map", turn_picture(drawn))}
 {" ".join(seventh_words(one) for one in alike)}
@@ -228,8 +228,8 @@ def state_words(state: str, one: Answer) -> str:
     """What was named in a state."""
     orders = [short(name) for name in one["named"] if name["effect"] == "torque_ripple"]
     other = [title(name) for name in one["named"] if name["effect"] != "torque_ripple"]
-    told = [f"torque ripple, {'; '.join(orders)}"] if orders else []
-    return f"**{state}: {'; '.join(told) or 'no ripple'} is named.**" + (
+    text = [f"torque ripple, {'; '.join(orders)}"] if orders else []
+    return f"**{state}: {'; '.join(text) or 'no ripple'} is named.**" + (
         f" Also named: {', '.join(other)}." if other else ""
     )
 
@@ -257,14 +257,14 @@ def motor_row(one: Answer) -> list[str]:
 
 
 def section(one: Answer, picture: Callable[[str, str, str], str]) -> str:
-    """One set: what is known, what was told, named, left and missed."""
+    """One set: what is known, what was given, named, left and missed."""
     about, case = ABOUT[one["case"]], CASES[one["case"]]
     known = [
         [title(k), k["how"], k["size"], verdict(k), k.get("found", k.get("near", ""))]
         for k in one["known"]
         if k["counted"] or k["named"]
     ]
-    parts = [f"## {about.heading}\n", f"{about.what} PageData: {case.prior}.\n"]
+    parts = [f"## {about.heading}\n", f"{about.what} Given: {case.prior}.\n"]
     if known:
         parts.append(table(["known effect", "known by", "known size", "", "found, or how near"], known))
     parts += [
@@ -323,15 +323,15 @@ def open_loop_words(found: dict[str, dict[str, float]]) -> str:
 
 
 def again_words(one: Answer) -> str:
-    """What a second diagnosis says with the findings in the model."""
+    """What a second diagnosis finds with the findings in the model."""
     if not one["again"]:
         return ""
     held, total, more = len(one["again"]["held"]), len(one["named"]), one["again"]["named"]
     if not held:
         return "Not diagnosed again: what was named is nothing that a model's columns can hold.\n"
     rest = "" if held == total else "; the others are nothing that a model's columns can hold"
-    told = f"Diagnosed again with {held} of the {total} named in the model{rest}"
-    return f"{told}: {'; '.join(more) if more else 'nothing'} named.\n"
+    text = f"Diagnosed again with {held} of the {total} named in the model{rest}"
+    return f"{text}: {'; '.join(more) if more else 'nothing'} named.\n"
 
 
 def missed_words(one: Answer) -> str:

@@ -21,7 +21,7 @@ from exidyn.identify.recordings.recording import Recording
 from .data import DataSet, thirds
 
 LAWS = ("coulomb_friction", "hysteresis")
-"""Dry friction that turns over a velocity, or over a displacement: one size and one shape a joint each."""
+"""Dry friction that reverses over a velocity, or over a displacement: one size and one shape a joint each."""
 
 
 class Recipe(NamedTuple):
@@ -76,7 +76,7 @@ def refined(fit: Fit, runs: Sequence[Recording], recipe: Recipe) -> Fit:
 
 
 def with_tolerance(model: Model, tolerance: float | None) -> Model:
-    """The model with its inertias believed to another tolerance."""
+    """The model with its inertias known to another tolerance."""
     if tolerance is None:
         return model
     return replace(model, robot=replace(model.robot, inertial_tolerance=tolerance))
@@ -107,7 +107,7 @@ class Compared(NamedTuple):
         """Prepare a run for the model of a fit."""
         motion, current = filtered(recording, fit.filtering)
         motion = fit.model.loaded(motion)
-        thin = slice(None, None, max(1, int(data.rate / (3 * data.cutoff))))  # closer ones say the same
+        thin = slice(None, None, max(1, int(data.rate / (3 * data.cutoff))))  # closer ones repeat the same
 
         def behind(values: np.ndarray) -> np.ndarray:
             return low_pass(values, data.rate, data.cutoff)[thin]

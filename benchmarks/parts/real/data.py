@@ -32,7 +32,7 @@ KR300_TURNS = np.array([256.857, 267.429, 252.333, 221.0, 239.619, 154.323])
 
 @dataclass(frozen=True, eq=False)
 class DataSet:
-    """One arm's recordings, split as its README says.
+    """One arm's recordings, split as in its README.
 
     Attributes:
         key: Name in the figures.
@@ -43,8 +43,8 @@ class DataSet:
         rate: Sample rate [Hz].
         cutoff: Low-pass through which the README compares torques [Hz].
         moving: Low-passed speed above which the README counts a sample of a joint [rad/s].
-        weighed: Whether the description holds inertias that anyone believes.
-        drives: What the description does not say of the drives, fields of `Robot`.
+        weighed: Whether the description holds inertias that can be trusted.
+        drives: What the description does not state of the drives, fields of `Robot`.
         options: Of the importer.
     """
 

@@ -83,8 +83,8 @@ def gears_model(data: DataSet, unloaded: Sequence[Recording]) -> Model:
 def with_gears_load(data: DataSet, model: Model, runs: Sequence[Recording]) -> Fit:
     """Fit of gains and bodies with friction that grows with the torque that a gear transmits.
 
-    A gear under load rubs more. A model without that lays the additional friction of the loaded runs
-    on gains and masses. The load is first what the drawn inertias say, then what the first fit says.
+    A gear under load has more friction. A model without that lays the additional friction of the loaded runs
+    on gains and masses. The load is first that of the drawn inertias, then that of the first fit.
     """
     first = identify(runs, model=model, filtering=data.filtering, drop=False)
     learnt = replace(first.model, stated=as_priors(first))
@@ -112,7 +112,7 @@ def gain_table(fits: Sequence[Fit], both: Fit) -> None:
     for label, fit in zip(labels, (*fits, both), strict=True):
         rows += [[label, *fit.estimate.gain], ["  its std", *fit.estimate.gain_std]]
     header = ["drive gains [N m/A]", *(f"J{j + 1}" for j in range(6))]
-    show("ur10e: drive gains from a body of which the mass is told", header, rows)
+    show("ur10e: drive gains from a body of which the mass is given", header, rows)
 
 
 def published(

@@ -27,7 +27,7 @@ FEETECH_CYCLE = 0.0025
 
 
 CURRENT_RANGE = 40.0
-"""What an answer of a MIT motor can say: twice the largest current of the arm [A]."""
+"""Largest value in an answer of a MIT motor: twice the largest current of the arm [A]."""
 MIT_MOTORS = ("--maker", "t-motor", "--torque-range", str(CURRENT_RANGE))
 
 
@@ -85,7 +85,7 @@ def _on_a_bus(script: str, name: str, settings_of: Callable[..., dict[str, Any]]
 
 
 def _mit(address: str) -> dict[str, Any]:
-    """T-Motor's answer with a current; Damiao's have a torque, which says nothing of the drive gains."""
+    """T-Motor's answer with a current; Damiao's have a torque, which shows nothing of the drive gains."""
     return mit_settings(address, maker="t-motor") | {"current_range": CURRENT_RANGE}
 
 

@@ -18,7 +18,7 @@ INSIDE = 1.96
 """Deviation of 95 % of normal numbers [standard deviations]."""
 
 LENGTHS = {True: ("--seconds", "20", "--search", "2"), False: ()}
-"""What the command is told, in a hurry and not."""
+"""Options of the command, in a hurry and not."""
 
 
 def main(quick: bool) -> dict[str, Any]:

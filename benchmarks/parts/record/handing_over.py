@@ -1,4 +1,4 @@
-"""A 500 Hz loop that hands over frames to nobody, to a thread or to a process, and how late it is."""
+"""A 500 Hz loop that hands over frames to no one, to a thread or to a process, and how late it is."""
 
 import json
 import os
@@ -28,12 +28,12 @@ from exidyn.drivers.host_clock import HostClock, host_time
 
 from .busy import busy
 
-WHO = ("nobody", "thread", "process")
+WHO = ("none", "thread", "process")
 HEAD_ROOM = 5
 """Bytes before the body of a frame."""
 
 
-class Nobody:
+class NoSink:
     """Takes frames and does nothing."""
 
     def put(self, frame: bytes) -> None:
@@ -73,13 +73,13 @@ class InThread:
         self._file.close()
 
 
-def sink_of(who: str, path: Path) -> Nobody | InThread | PipeSink:
+def sink_of(who: str, path: Path) -> NoSink | InThread | PipeSink:
     """Ready to take frames; started before the loop's scheduling, which it must not inherit."""
     if who == "process":
         sink = start_recorder(path)
         sink.put(head(host_time()).frame())
         return sink
-    return InThread(path) if who == "thread" else Nobody()
+    return InThread(path) if who == "thread" else NoSink()
 
 
 def loop(who: str, seconds: float) -> dict[str, Any]:
@@ -116,7 +116,7 @@ def loop(who: str, seconds: float) -> dict[str, Any]:
     }
 
 
-def cpu(sink: Nobody | InThread | PipeSink) -> float:
+def cpu(sink: NoSink | InThread | PipeSink) -> float:
     """CPU time of this process and of the one that writes [s]."""
     processes = [os.getpid()] + ([sink.process_id] if isinstance(sink, PipeSink) else [])
     times = [
@@ -129,8 +129,8 @@ def measured(who: str, load: int, seconds: float) -> dict[str, Any]:
     """Figures of one case."""
     with busy(load):
         command = [sys.executable, "-P", "-m", __name__, who, str(seconds)]
-        said = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=True, env=imports_as_here())
-    return json.loads(said.stdout)
+        output = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=True, env=imports_as_here())
+    return json.loads(output.stdout)
 
 
 if __name__ == "__main__":

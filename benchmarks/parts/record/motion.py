@@ -1,4 +1,4 @@
-"""The arm that benchmarks record, and what it is told to do."""
+"""The arm that benchmarks record, and its motion."""
 
 from functools import cache
 
@@ -26,11 +26,11 @@ START = 0.5 * (
 TICK = 0.02
 """Of the motions [s]: a whole number of every controller's cycles."""
 PLANNED = 8.0
-"""Motions as long as this are planned to tell the parameters; shorter ones are random [s]."""
+"""Motions as long as this are planned to identify the parameters; shorter ones are random [s]."""
 SHARE = 0.35
 """Of the limits, in a short motion [-]: full speed would leave no time but for getting there."""
 REST = 0.5
-"""At both ends [s]: rest tells the noise."""
+"""At both ends [s]: rest shows the noise."""
 
 
 @cache

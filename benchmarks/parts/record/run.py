@@ -86,7 +86,7 @@ def _head(path: Path, info: Info) -> Callable[[Sample], bytes]:
 
 
 def cpu_time(process: int) -> float:
-    """CPU time that a process has used [s]; NaN where nobody can say."""
+    """CPU time that a process has used [s]; NaN where unknown."""
     try:
         fields = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()
     except OSError:

@@ -78,7 +78,7 @@ def _of_urdf(portable: Portable, motion: Motion) -> np.ndarray:
 
 
 def _urdf_part(portable: Portable, motion: Motion) -> np.ndarray:
-    """Torque of the model without what URDF has no words for."""
+    """Torque of the model without what URDF cannot represent."""
     model, joints = portable.model, portable.joints
     whole = model.torque(motion, model.nominal_values)
     whole = whole - joints.armature * motion.acceleration - joints.constant

@@ -8,7 +8,7 @@ import pytest
 from parts.concealed.plant.body import inverse_dynamics, turn, weld
 from parts.concealed.plant.closed_loop import EVERY, RATE, SETTLE, STEP, run
 from parts.concealed.plant.forces import windup
-from parts.concealed.plant.friction import plain_friction, rub
+from parts.concealed.plant.friction import add_friction, plain_friction
 from parts.concealed.plant.mass import mass_matrix, solve
 from parts.concealed.recordings.write import urdf
 from parts.concealed.robots.arms import ARMS, EARTH
@@ -131,9 +131,11 @@ def test_bristles_give_way_at_dry_friction_and_hold_before():
     friction, torque = robot.machine.friction, np.zeros(1)
     bristles, blocks, still = np.zeros(2), np.zeros((1, 4)), np.zeros(1)
     for _ in range(400):
-        rub(friction, still, np.array([0.2]), still, np.full(1, 35.0), bristles, blocks, STEP, torque)
+        add_friction(
+            friction, still, np.array([0.2]), still, np.full(1, 35.0), bristles, blocks, STEP, torque
+        )
     assert torque[0] == pytest.approx(friction.coulomb[0] + 0.2 * friction.viscous[0, 0], rel=1e-3)
-    rub(friction, still, still, still, np.full(1, 35.0), bristles, blocks, STEP, torque)
+    add_friction(friction, still, still, still, np.full(1, 35.0), bristles, blocks, STEP, torque)
     assert torque[0] == pytest.approx(friction.coulomb[0], rel=1e-3)
 
 

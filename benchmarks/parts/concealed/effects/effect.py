@@ -23,7 +23,7 @@ class Concealed:
         sound: Without it; what is recorded of both differs by the effect's torque, `part` of it if the
             effect cannot be taken away altogether.
         joints: Where it is, counted from 0; empty where it belongs to the whole arm.
-        parameters: What a truth file says about it.
+        parameters: Its entry in a truth file.
         part: Share of the effect by which the two robots differ [-].
         span: Times of the run between which it is there [s].
     """

@@ -29,23 +29,23 @@ def friction_asymmetry(robot: Robot, joint: int, strength: float, rng: np.random
     drag = friction.viscous[joint, joint] * 0.35 * robot.arm.limits.velocity[joint]
     share = min(strength * floor(robot, joint) / drag, 0.8) * rng.choice([-1.0, 1.0])
     dry = share * rng.uniform(0.0, 1.0)
-    rubbing = robot.with_friction(asymmetry=changed(friction.asymmetry, joint, [dry, share]))
-    return Concealed(rubbing, robot, (joint,), {"dry": dry, "viscous": share})
+    changed_arm = robot.with_friction(asymmetry=changed(friction.asymmetry, joint, [dry, share]))
+    return Concealed(changed_arm, robot, (joint,), {"dry": dry, "viscous": share})
 
 
 def stribeck_friction(robot: Robot, joint: int, strength: float, rng: np.random.Generator) -> Concealed:
     friction, rise = robot.machine.friction, 2.5 * strength * floor(robot, joint)
     speed = rng.uniform(0.03, 0.12) * robot.arm.limits.velocity[joint]
-    rubbing = robot.with_friction(
+    changed_arm = robot.with_friction(
         rise=changed(friction.rise, joint, rise), fade=changed(friction.fade, joint, speed)
     )
-    return Concealed(rubbing, robot, (joint,), {"rise": rise, "speed": speed})
+    return Concealed(changed_arm, robot, (joint,), {"rise": rise, "speed": speed})
 
 
 def load_dependent_friction(robot: Robot, joint: int, strength: float, rng: np.random.Generator) -> Concealed:
     share = strength * floor(robot, joint) / (0.3 * robot.peak[joint])
-    rubbing = robot.with_friction(load=changed(robot.machine.friction.load, joint, share))
-    return Concealed(rubbing, robot, (joint,), {"mu": share})
+    changed_arm = robot.with_friction(load=changed(robot.machine.friction.load, joint, share))
+    return Concealed(changed_arm, robot, (joint,), {"mu": share})
 
 
 def nonlinear_viscous_friction(
@@ -53,18 +53,18 @@ def nonlinear_viscous_friction(
 ) -> Concealed:
     friction, power = robot.machine.friction, rng.choice([1.7, 2.2, 3.0])
     bend = 1.5 * strength * floor(robot, joint) / (0.5 * robot.arm.limits.velocity[joint]) ** power
-    rubbing = robot.with_friction(
+    changed_arm = robot.with_friction(
         bend=changed(friction.bend, joint, bend), power=changed(friction.power, joint, power)
     )
-    return Concealed(rubbing, robot, (joint,), {"coefficient": bend, "power": power})
+    return Concealed(changed_arm, robot, (joint,), {"coefficient": bend, "power": power})
 
 
 def temperature_dependent_friction(
     robot: Robot, joint: int, strength: float, rng: np.random.Generator
 ) -> Concealed:
     share = min(0.003 * strength, 0.06)  # faster than halving every 12 K no grease thins
-    rubbing = robot.with_friction(thinning=changed(robot.machine.friction.thinning, joint, share))
-    return Concealed(rubbing, robot, (joint,), {"per_kelvin": share})
+    changed_arm = robot.with_friction(thinning=changed(robot.machine.friction.thinning, joint, share))
+    return Concealed(changed_arm, robot, (joint,), {"per_kelvin": share})
 
 
 def position_dependent_friction(
@@ -73,8 +73,8 @@ def position_dependent_friction(
     friction = robot.machine.friction
     depth = 2.0 * strength * floor(robot, joint) / max(friction.coulomb[joint], 1e-9)
     spot = [depth, robot.arm.home[joint] + rng.uniform(-0.4, 0.4), rng.uniform(0.2, 0.5)]
-    rubbing = robot.with_friction(spot=changed(friction.spot, joint, spot))
-    return Concealed(rubbing, robot, (joint,), dict(zip(("depth", "angle", "width"), spot, strict=True)))
+    changed_arm = robot.with_friction(spot=changed(friction.spot, joint, spot))
+    return Concealed(changed_arm, robot, (joint,), dict(zip(("depth", "angle", "width"), spot, strict=True)))
 
 
 def hysteresis(robot: Robot, joint: int, strength: float, rng: np.random.Generator) -> Concealed:

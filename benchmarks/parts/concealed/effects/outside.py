@@ -36,14 +36,14 @@ def hose_spring(robot: Robot, joint: int, strength: float, rng: np.random.Genera
 
 
 def neighbour_friction(robot: Robot, joint: int, strength: float, rng: np.random.Generator) -> Concealed:
-    """A bearing is bent, and so rubs harder, by where another joint stands."""
+    """A bearing is bent, and has more friction, by the position of another joint."""
     other = int(rng.choice([k for k in range(robot.arm.joints) if k != joint]))
     level = max(robot.machine.friction.coulomb[joint], 1e-9)
     share = rng.choice([-1.0, 1.0]) * min(3.0 * strength * floor(robot, joint) / level, 0.95)
     neighbour = robot.machine.friction.neighbour.copy()
     neighbour[joint, other] = share
-    rubbing = robot.with_friction(neighbour=neighbour)
-    return Concealed(rubbing, robot, (joint,), {"neighbour": other + 1, "share": share})
+    changed_arm = robot.with_friction(neighbour=neighbour)
+    return Concealed(changed_arm, robot, (joint,), {"neighbour": other + 1, "share": share})
 
 
 def supply_sag(robot: Robot, joint: int, strength: float, rng: np.random.Generator) -> Concealed:

@@ -10,7 +10,7 @@ import numpy as np
 
 from .body import turn
 from .forces import hang, misread, resistance, ripple, saturate, swing, windup
-from .friction import rub
+from .friction import add_friction
 from .jit import njit
 from .machine import Machine, State
 from .mass import mass_matrix, solve
@@ -94,7 +94,9 @@ def drive(machine, state, wanted, wanted_velocity, wanted_acceleration, command)
 def motor_torques(machine, state, command, disturbance, net):
     """Torque of the motors that their friction leaves, into `net` (n,); friction warms the grease."""
     friction, temperature = machine.friction, state.temperature
-    rub(friction, state.motor, state.spin, state.load, temperature, state.bristles, state.blocks, STEP, net)
+    add_friction(
+        friction, state.motor, state.spin, state.load, temperature, state.bristles, state.blocks, STEP, net
+    )
     for j in range(len(command)):
         cooling = (temperature[j] - AMBIENT) / machine.cooling[j]
         temperature[j] += STEP * (machine.heat[j] * net[j] * state.spin[j] - cooling)

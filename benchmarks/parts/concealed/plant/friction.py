@@ -114,7 +114,7 @@ def slide(friction, j, blocks, velocity, step):
 
 
 @njit(cache=True)
-def rub(friction, position, velocity, load, temperature, bristles, blocks, step, torque):
+def add_friction(friction, position, velocity, load, temperature, bristles, blocks, step, torque):
     """Friction torque of all joints, into `torque` (n,); moves the bristles (n + 1,) and blocks (n, m) on."""
     n = len(velocity)
     for j in range(n):

@@ -54,7 +54,7 @@ def within(arm: Arm, wave: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     down = 0.9 * (arm.home - arm.limits.lower) / np.maximum(-np.min(wave, axis=0), 1e-9)
     fast = rng.uniform(0.65, 0.85, arm.joints) * arm.limits.velocity / velocity
     hard = 0.75 * arm.limits.acceleration / acceleration
-    # Nobody swings an arm right round: two radians either way.
+    # No arm is swung right round: two radians either way.
     far = 2.0 / np.max(np.abs(wave), axis=0)
     return np.min([up, down, fast, hard, far], axis=0)
 

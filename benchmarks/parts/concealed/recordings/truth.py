@@ -33,13 +33,13 @@ def truth_of(robot: Robot, effects: list[dict[str, Any]], validate: Run) -> dict
     }
 
 
-def write_truth(folder: Path, name: str, told: dict[str, Any]) -> None:
+def write_truth(folder: Path, name: str, truth: dict[str, Any]) -> None:
     """Write it where the code under test does not look."""
     folder.mkdir(parents=True, exist_ok=True)
-    (folder / f"{name}.json").write_text(json.dumps({"name": name, **told}, indent=1, default=plain) + "\n")
+    (folder / f"{name}.json").write_text(json.dumps({"name": name, **truth}, indent=1, default=plain) + "\n")
 
 
-def told_truth(folder: Path, name: str) -> dict[str, Any]:
+def truth_table(folder: Path, name: str) -> dict[str, Any]:
     """Read a truth file."""
-    told: dict[str, Any] = json.loads((folder / f"{name}.json").read_text())
-    return told
+    truth: dict[str, Any] = json.loads((folder / f"{name}.json").read_text())
+    return truth

@@ -52,7 +52,7 @@ def _table(path: Path, robot: Robot, run: Run) -> None:
 
 
 def urdf(robot: Robot) -> str:
-    """The believed arm as URDF."""
+    """The nominal arm as URDF."""
     body, limits = robot.prior.body, robot.arm.limits
     parts = ['<?xml version="1.0"?>', f'<robot name="{robot.arm.name}">', '  <link name="base"/>']
     for j in range(robot.arm.joints):

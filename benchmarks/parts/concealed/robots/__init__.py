@@ -1,4 +1,4 @@
-"""Three arms, as they are and as their owners believe them to be.
+"""Three arms, as they are, and nominal.
 
 In: the name of an arm, random numbers.
 Out: `Robot`: a machine, a prior, a recorder.

@@ -1,4 +1,4 @@
-"""One robot of a concealed case: the arm as it is, what its owner believes, and how it is recorded."""
+"""One robot of a concealed case: the arm as it is, its nominal model, and how it is recorded."""
 
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
@@ -17,7 +17,7 @@ WAVES = 4
 
 
 class Prior(NamedTuple):
-    """What the owner believes; terms say which of it is in the model at all."""
+    """The nominal model; terms name what of it is in the model at all."""
 
     body: Body
     gain: np.ndarray
@@ -73,8 +73,8 @@ class Robot:
         arm: Its kind.
         machine: As it is.
         recorder: How it is recorded.
-        prior: What its owner believes.
-        touched: Run in which something touches it; elsewhere nothing does.
+        prior: The nominal model.
+        touched: Run in which there is a contact; elsewhere there is none.
         peak: Largest torques of ordinary motion, (n,) [N m].
     """
 
@@ -135,7 +135,7 @@ def _about(tolerance: float, n: int, rng: np.random.Generator) -> np.ndarray:
 
 
 def _doubtful(body: Body, tolerance: float, rng: np.random.Generator) -> Body:
-    """Bodies as believed: masses, centres and inertias within a tolerance, and physical."""
+    """Nominal bodies: masses, centres and inertias within a tolerance, and physical."""
     n = len(body.mass)
     size = np.sqrt(np.trace(body.inertia, axis1=1, axis2=2) / body.mass)
     return body._replace(

@@ -46,7 +46,7 @@ class Finding:
 
 @dataclass(frozen=True)
 class Answer:
-    """What was said about a case; rms held out, (n,) [N m], behind a low-pass if one is named.
+    """Answer about a case; rms held out, (n,) [N m], behind a low-pass if one is named.
 
     Those of simulations, before and after, are empty where nothing was simulated.
     """

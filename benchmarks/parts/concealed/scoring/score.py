@@ -8,7 +8,7 @@ import numpy as np
 from .answers import Answer, Truth
 
 DETECTABLE = 50.0
-"""Gain in chi-squared from which an oracle can tell an effect from hundreds of others, on other joints."""
+"""Gain in chi-squared from which an oracle can distinguish an effect from hundreds on other joints."""
 
 
 class Pair(NamedTuple):
@@ -63,7 +63,7 @@ def precise(case: Pair) -> list[bool]:
 
 
 def alarmed(case: Pair) -> bool:
-    """Whether anything was said to be wrong."""
+    """Whether anything was reported."""
     return bool(case.answer.findings) or case.answer.unexplained
 
 

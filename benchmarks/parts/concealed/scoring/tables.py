@@ -33,7 +33,7 @@ def calibration(cases: list[Pair]) -> list[list[Any]]:
 
 
 def by_strength(cases: list[Pair]) -> list[list[Any]]:
-    """Detectable singles by visibility: from, to, cases, top 1, with alternatives, said to be nothing."""
+    """Detectable singles by visibility: from, to, cases, top 1, with alternatives, reported as nothing."""
     rows: list[list[Any]] = []
     for low, high in zip(STRENGTHS, STRENGTHS[1:], strict=False):
         inside = [
@@ -79,7 +79,7 @@ def outside(cases: list[Pair]) -> list[list[Any]]:
     """Cases outside the vocabulary, of kinds that are asked for all the same and of others.
 
     Returns:
-        Of both: which, cases, share misnamed, share said to be unexplained.
+        Of both: which, cases, share misnamed, share reported as unexplained.
     """
     asked, rows = kinds(), []
     every = of_kind(cases, "outside")

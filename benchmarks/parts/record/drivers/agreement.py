@@ -21,7 +21,7 @@ QUICK_DRIVERS = ("mock", "canopen_402")
 ATTEMPTS = 3
 """At a whole run: a machine that is busy otherwise can be too late for one."""
 OTHER = {"mock": {"clock": "stepped"}}
-"""Settings of drivers that fit here better: nobody waits for what is only simulated."""
+"""Settings of drivers that fit here better: there is no wait for what is only simulated."""
 OWN_TIME = ("mock", "kuka_rsi")
 """Drivers whose controller has a clock of its own; for others, this machine's lateness is left out."""
 INSIDE = 1.96
@@ -29,7 +29,7 @@ INSIDE = 1.96
 
 
 class Identified(NamedTuple):
-    """What a recording tells.
+    """Results of a recording.
 
     Attributes:
         names: Of base parameters.
@@ -52,7 +52,7 @@ class Identified(NamedTuple):
 
 
 def identified(path: Path) -> Identified:
-    """Base parameters out of a recording, drive gains believed."""
+    """Base parameters out of a recording, with nominal drive gains."""
     fit: Fit = identify([read_recording(path)], drop=False)
     true = dict(zip(MODEL.names, MODEL.nominal_values, strict=True))
     truth = fit.base.regrouping @ [true[parameter.name] for parameter in fit.base.parameters]

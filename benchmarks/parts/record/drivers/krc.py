@@ -16,15 +16,15 @@ ANSWER = (
 )
 
 
-def told(peer: Peer) -> dict[str, Any]:
+def report(peer: Peer) -> dict[str, Any]:
     """What the controller counted in a session; it is ended with that."""
     peer.close()
     return json.loads(peer.lines[-1])
 
 
-def timeouts(said: dict[str, Any]) -> int:
+def timeouts(report: dict[str, Any]) -> int:
     """Whether it stopped because too many answers were missing."""
-    return int("RSITimeout" in said["stopped"])
+    return int("RSITimeout" in report["stopped"])
 
 
 def echo(folder: Path, seconds: float) -> dict[str, Any]:
@@ -41,4 +41,4 @@ def echo(folder: Path, seconds: float) -> dict[str, Any]:
             while time.monotonic() < end:
                 data, sender = link.recvfrom(65535)
                 link.sendto(ANSWER % data[data.rindex(b"<IPOC>") + 6 : data.rindex(b"</IPOC>")], sender)
-        return told(peer)
+        return report(peer)

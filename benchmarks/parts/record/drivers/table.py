@@ -15,7 +15,7 @@ from ..controllers import CONTROLLERS, NoBus, controller
 from ..motion import job
 from ..run import Ran, cpu_time, run
 from .floor import Floor, floor
-from .krc import echo, timeouts, told
+from .krc import echo, report, timeouts
 
 HEADER = [
     "driver", "cycle ms", "cycles", "missed", "floor's", "late p50 us", "p99 us", "max us", "floor p50 us",
@@ -81,7 +81,7 @@ def measure(name: str, seconds: float, folder: Path) -> Measured:
         with beside as bare:
             ran = run(driver, job(seconds, watch=PATIENT), folder / f"{name}.mcap")
         used = cpu_time(peer.process.pid) - before if peer else 0.0
-        krc = told(peer) if bare_krc and peer else {}
+        krc = report(peer) if bare_krc and peer else {}
     if bare_krc:
         return Measured(ran, _of_krc(krc), _of_krc(bare_krc), bare_krc["late"], used, krc, "Python")
     slept = int(np.sum(bare.lateness // driver.settings.cycle))
@@ -93,13 +93,13 @@ def _of(lateness: Any) -> tuple[float, float, float]:
     return float(p50), float(p99), float(most)
 
 
-def _of_krc(said: dict[str, Any]) -> tuple[float, float, float]:
-    latency = said["latency_us"]
+def _of_krc(report: dict[str, Any]) -> tuple[float, float, float]:
+    latency = report["latency_us"]
     return latency["p50"], latency["p99"], latency["max"]
 
 
 def measure_all(seconds: float, folder: Path) -> dict[str, Measured]:
-    """All drivers, one after another; those without a bus on this machine are told and left out."""
+    """All drivers, one after another; those without a bus on this machine are named and left out."""
     found = {}
     for name in CONTROLLERS:
         try:

@@ -1,4 +1,4 @@
-"""The arm whose stops do not work: with mass and drives, or where its drives say at once."""
+"""The arm whose stops do not work: with mass and drives, or following its commands at once."""
 
 from dataclasses import replace
 from typing import NamedTuple
@@ -48,5 +48,5 @@ class _Light:
 
 
 def light(coarse: bool) -> Plant:
-    """An arm that is where its drives say, five times as fast to compute."""
+    """An arm that follows its commands at once, five times as fast to compute."""
     return _Light(coarse)

@@ -26,7 +26,7 @@ class Fault(NamedTuple):
 
     Attributes:
         name: In words.
-        faults: As the mock is told, with {at} for when.
+        faults: As the mock gets them, with {at} for when.
         levels: What must be asked in each of `STAGES`: B for brake, Q for quick stop, O for off; "-" where it
             cannot be.
         coarse: Whether encoders are those of serial servos, and as noisy.

@@ -133,7 +133,7 @@ def moments() -> dict[str, tuple[float, StopLevel | None]]:
 
 
 def ran(case: Case, arm: Callable[[bool], Plant] = heavy) -> Ran:
-    """Let it happen, on an arm that is made when told whether its encoders are coarse."""
+    """Let it happen, on an arm that is made by whether its encoders are coarse."""
     begins, level = moments()[case.stage]
     at = "start" if begins < 0.0 else f"{begins:.4f}"
     driver = _driver(case.fault.faults.format(at=at), lambda: arm(case.fault.coarse))

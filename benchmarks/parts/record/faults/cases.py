@@ -24,8 +24,8 @@ from .checks import (
     no_old_samples,
     nothing_commanded,
     peer_says,
+    reports,
     stops,
-    tells,
     time_goes_on,
 )
 from .fault import Action, Fault
@@ -43,7 +43,7 @@ def at(cycle: int, action: Callable[[Peer], object]) -> Callable[[Peer], list[Ac
 
 
 def line(text: str) -> Callable[[Peer], object]:
-    """Tell the servos what goes wrong."""
+    """Send the servos what goes wrong."""
     return lambda peer: os.write(peer.process.stdin.fileno(), f"{text}\n".encode())
 
 
@@ -81,29 +81,29 @@ FAULTS = (
     ),
     Fault(
         "RSI: telegrams 20 ms late",
-        "borne, and told: old ones are no news and are not answered",
+        "borne, and reported: old ones are no news and are not answered",
         "kuka_rsi",
-        (*BORNE, missing(1, 10 + FEW), tells("too late")),
+        (*BORNE, missing(1, 10 + FEW), reports("too late")),
         ("--delay", "500:0.02,600:0.02"),
     ),
     Fault(
         "RSI: ten telegrams twice",
-        "borne, and told: the second is no news, else the motion would run ahead",
+        "borne, and reported: the second is no news, else the motion would run ahead",
         "kuka_rsi",
-        (*BORNE, missing(0, FEW), tells("twice")),
+        (*BORNE, missing(0, FEW), reports("twice")),
         ("--duplicate", "500-509"),
     ),
     Fault(
         "RSI: telegrams in the wrong order",
-        "borne, and told: time never goes back",
+        "borne, and reported: time never goes back",
         "kuka_rsi",
-        (*BORNE, missing(1, 5 + FEW), tells("too late")),
+        (*BORNE, missing(1, 5 + FEW), reports("too late")),
         ("--reorder", "500,510,520"),
         quick=True,
     ),
     Fault(
         "RSI: silence of 100 ms",
-        "QUICK: for that long nobody knows where the arm is, and it stands still under its last command",
+        "QUICK: for that long the arm's position is unknown, and it stands still under its last command",
         "kuka_rsi",
         (
             *ALWAYS,
@@ -117,7 +117,7 @@ FAULTS = (
         "RSI: IPOC jumps by 100 s",
         "QUICK: a new session counts corrections from another pose, so that ours would move the arm",
         "kuka_rsi",
-        (*ALWAYS, stops(QUICK, "drive fault"), tells("new RSI session")),
+        (*ALWAYS, stops(QUICK, "drive fault"), reports("new RSI session")),
         ("--jump", "500:100000"),
     ),
     Fault(
@@ -132,7 +132,7 @@ FAULTS = (
         "CAN: EMCY",
         "QUICK: a drive that reports an error may stop at any moment",
         "canopen_402",
-        (*ALWAYS, stops(QUICK, "drive fault"), comes_to_rest, tells("emergency")),
+        (*ALWAYS, stops(QUICK, "drive fault"), comes_to_rest, reports("emergency")),
         ("--fault", "emergency:2@800"),
     ),
     Fault(
@@ -181,11 +181,11 @@ FAULTS = (
         "serial: three replies with a wrong checksum",
         "borne: that servo is silent in those cycles",
         "dynamixel",
-        (*BORNE, missing(3, 6 + FEW), tells("no whole answer")),
+        (*BORNE, missing(3, 6 + FEW), reports("no whole answer")),
         acts=at(500, line("corrupt 12 3")),
     ),
     Fault(
-        "serial: bytes that nobody asked for",
+        "serial: bytes that were not asked for",
         "borne: thrown away before the next question",
         "dynamixel",
         (*BORNE, no_old_samples),

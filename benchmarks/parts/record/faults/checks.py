@@ -1,4 +1,4 @@
-"""What must be so after a fault, each as a check that says in words what is not."""
+"""What must be so after a fault, each as a check that names in words what is not."""
 
 import numpy as np
 
@@ -14,7 +14,7 @@ MOMENT = 500
 
 
 def all_recorded(seen: Seen) -> str:
-    """Each cycle that the loop has made is in the recording, which says how the run ended."""
+    """Each cycle that the loop has made is in the recording, which contains how the run ended."""
     made = seen.ran.outcome.counts.cycles
     kept = len(seen.recording.timing) if seen.recording.timing is not None else 0
     if kept != made:
@@ -77,21 +77,25 @@ def ends_orderly(seen: Seen) -> str:
     return "" if stop is None or stop.level == StopLevel.QUICK else f"stopped: {stop.text}"
 
 
-def tells(text: str) -> Check:
-    """An event says so."""
+def reports(text: str) -> Check:
+    """An event reports it."""
 
     def check(seen: Seen) -> str:
-        told = any(text in event.text for event in seen.recording.events)
-        return "" if told else f"no event says '{text}'"
+        reported = any(text in event.text for event in seen.recording.events)
+        return "" if reported else f"no event contains '{text}'"
 
     return check
 
 
 def peer_says(text: str, count: int = 1) -> Check:
-    """The controller says so itself."""
+    """The controller reports it itself."""
 
     def check(seen: Seen) -> str:
-        return "" if seen.said.count(text) >= count else f"the controller did not say '{text}' {count} times"
+        return (
+            ""
+            if seen.messages.count(text) >= count
+            else f"the controller did not report '{text}' {count} times"
+        )
 
     return check
 

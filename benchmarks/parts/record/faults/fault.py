@@ -37,12 +37,12 @@ class Seen:
     Attributes:
         ran: The run.
         recording: As it is read back.
-        said: By the peer.
+        messages: Of the peer.
     """
 
     ran: Ran
     recording: Recording
-    said: str
+    messages: str
 
     @property
     def last_motion(self) -> float:

@@ -34,7 +34,7 @@ from exidyn.trajectories.plans.plan_file import read_plan, write_plan
 from ..controllers import controller
 from ..motion import MODEL, ROBOT, TICK, job, motion
 from ..run import run
-from .checks import all_recorded, comes_to_rest, goes_on, no_jump, stops, tells
+from .checks import all_recorded, comes_to_rest, goes_on, no_jump, reports, stops
 from .fault import SECONDS, Check, Row, Seen, Trigger, of_interest
 
 ROOM = 300_000
@@ -123,7 +123,7 @@ def on_a_small_disk(folder: Path) -> None:
         comes_to_rest,
         all_recorded,
         no_jump,
-        tells("the disk says"),
+        reports("disk error"),
     )
     row = _row("", "", folder, lambda recorder: (), checks)
     print(json.dumps([row.cells[2], row.wrong]))
@@ -158,8 +158,8 @@ def corrupt_plans(count: int) -> Row:
             found = fate(path, plan)
             became[found if found in FATES else "wrong"] += 1
             wrong += [] if found in FATES else [f"{kind}: {found}"]
-    told = ", ".join(f"{number} {fate}" for fate, number in became.most_common())
-    return Row(f"trajectory file corrupt, {count} times", must, told, _shortened(wrong))
+    outcomes = ", ".join(f"{number} {fate}" for fate, number in became.most_common())
+    return Row(f"trajectory file corrupt, {count} times", must, outcomes, _shortened(wrong))
 
 
 def _shortened(wrong: list[str], most: int = 3) -> list[str]:
@@ -210,7 +210,7 @@ def fate(path: Path, plan: Plan) -> str:
     except Exception as error:
         return f"{type(error).__name__}: {error}"
     if found.warnings:
-        return "refused"  # it is told before anybody says yes
+        return "refused"  # it is reported before anything is confirmed
     same = found.plan.trajectory.duration == plan.trajectory.duration and all(
         np.array_equal(a, b)
         for a, b in zip(found.plan.trajectory.every(TICK), plan.trajectory.every(TICK), strict=True)
@@ -220,10 +220,10 @@ def fate(path: Path, plan: Plan) -> str:
 
 def _refusal(path: Path) -> str:
     """The same from the command line: an exit code, and one line without a traceback."""
-    said = io.StringIO()
-    with contextlib.redirect_stderr(said):
+    printed = io.StringIO()
+    with contextlib.redirect_stderr(printed):
         code = command_line.main(["record", str(path), "--robot", ROBOT])
-    lines = said.getvalue().splitlines()
+    lines = printed.getvalue().splitlines()
     orderly = code == command_line.REFUSED and len(lines) == 1 and lines[0].startswith("exidyn: ")
     return "refused" if orderly else f"exit code {code} and {lines}"
 

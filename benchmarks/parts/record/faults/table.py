@@ -15,7 +15,7 @@ ATTEMPTS = 3
 
 
 def attempted(fault: Fault) -> Row:
-    """Let it happen, again where something went wrong; the row tells how often."""
+    """Let it happen, again where something went wrong; the row has how often."""
     for attempt in range(1, ATTEMPTS + 1):
         row = shown(fault)
         if not row.wrong:
