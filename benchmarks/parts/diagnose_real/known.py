@@ -178,7 +178,7 @@ the KR300 and its balancer, three of the UR10e and its load, one of the servo.""
 
 UNSTATED = "nothing of the kind in the source's account"
 STILL = dict.fromkeys(("contact_event", "time_delay", "base_tilt", "payload"), UNSTATED)
-"""What would have to be fields of an experiment, and is not; effect -> why it is false unless stated below."""
+"""What an experiment would have to state, and does not; effect -> why it is false unless stated below."""
 TORQUE = STILL | {"drive_gain": "its torque was recorded, not its current"}
 
 ABSENT: dict[str, Mapping[str, str]] = {

@@ -5,8 +5,8 @@ within the same limits, is that run again or the discriminating one. Independent
 of bandwidth), their noise is 1 % of each joint's rms torque in the identification run.
 
 The size of an effect is not chosen to look well but to be open: that at which the identification run leaves
-the probability of choosing right at 70 %; a larger one is distinguished without this. The balancer has its true
-size, and the range of joint 2 is what hides it.
+the probability of choosing right at 70 %; a larger one is distinguished without this. The balancer has its
+true size, and the range of joint 2 is what hides it.
 """
 
 from collections.abc import Callable
