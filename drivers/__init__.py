@@ -1,24 +1,31 @@
-"""Robot controllers: one file a driver, one line in this table. Needs numpy and the bus libraries only."""
+"""Robot controllers: one folder a driver, one line in this table. Needs numpy and the bus libraries only."""
 
 from collections.abc import Mapping
 from importlib import import_module
 from typing import Any, NamedTuple
 
 from .driver import Arm, Command, Driver, Info, Sample, StopLevel
-from .errors import DriverError, UnknownDriver
+from .errors import DriverError, MissingPackage, UnknownDriver
 from .settings import read_settings, template
 
 __all__ = [
-    "DRIVERS", "Arm", "Command", "Driver", "DriverError", "Info", "Sample", "StopLevel", "create",
-    "driver_class", "explain",
+    "DRIVERS", "Arm", "Command", "Driver", "DriverError", "Info", "MissingPackage", "Sample", "StopLevel",
+    "create", "driver_class", "explain",
 ]  # fmt: skip
 
 
 class Entry(NamedTuple):
-    """A driver: "module:Class" in this package, imported when it is asked for, and what it drives."""
+    """A driver.
+
+    Attributes:
+        place: "module:Class" in this package, imported when it is asked for.
+        purpose: What it drives.
+        extra: Extra of the package that brings the libraries that it needs.
+    """
 
     place: str
     purpose: str
+    extra: str = ""
 
 
 DRIVERS: dict[str, Entry] = {
@@ -27,11 +34,13 @@ DRIVERS: dict[str, Entry] = {
         "kuka_rsi.driver:KukaRsi", "KUKA KRC2, KRC4, KRC5 by Robot Sensor Interface (UDP), 83 or 250 Hz"
     ),
     "canopen_402": Entry(
-        "canopen_402.driver:Canopen402", "CiA 402 drives on CAN, cyclic synchronous position, 500 Hz"
+        "canopen_402.driver:Canopen402", "CiA 402 drives on CAN, cyclic synchronous position, 500 Hz", "can"
     ),
-    "can_mit": Entry("can_mit.driver:CanMit", "motors with the MIT frame on CAN: Damiao, T-Motor AK"),
-    "dynamixel": Entry("dynamixel.driver:Dynamixel", "Dynamixel servos, protocol 2.0, on a serial port"),
-    "feetech": Entry("feetech.driver:Feetech", "Feetech STS and SMS servos on a serial port"),
+    "can_mit": Entry("can_mit.driver:CanMit", "motors with the MIT frame on CAN: Damiao, T-Motor AK", "can"),
+    "dynamixel": Entry(
+        "dynamixel.driver:Dynamixel", "Dynamixel servos, protocol 2.0, on a serial port", "serial"
+    ),
+    "feetech": Entry("feetech.driver:Feetech", "Feetech STS and SMS servos on a serial port", "serial"),
 }
 
 
@@ -40,11 +49,18 @@ def driver_class(name: str) -> type[Driver]:
 
     Raises:
         UnknownDriver: A name that is not in the table.
+        MissingPackage: A library that it needs is not installed.
     """
     if name not in DRIVERS:
         raise UnknownDriver(name, DRIVERS)
-    module, which = DRIVERS[name].place.split(":")
-    return getattr(import_module(f"{__name__}.{module}"), which)
+    place, _, extra = DRIVERS[name]
+    module, which = place.split(":")
+    try:
+        return getattr(import_module(f"{__name__}.{module}"), which)
+    except ModuleNotFoundError as error:
+        if not extra or (error.name or "").startswith("exidyn"):
+            raise
+        raise MissingPackage(name, error.name, extra) from error
 
 
 def create(name: str, table: Mapping[str, Any], arm: Arm) -> Driver:

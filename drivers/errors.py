@@ -2,6 +2,7 @@
 
 DriverError
 ├── UnknownDriver     a name that is not in the table
+├── MissingPackage    a package that only some drivers need is not installed
 ├── BadSettings       settings that are missing, unknown or out of range, or a bus that cannot carry them
 ├── NotReady          the controller is there and refuses to begin
 └── LinkLost          nothing comes back, or nothing that can be read
@@ -48,6 +49,16 @@ class UnknownDriver(DriverError, LookupError):
 
     def __init__(self, name: str, valid: Iterable[str]) -> None:
         super().__init__(f"unknown driver '{name}'. Valid: {', '.join(valid)}")
+
+
+class MissingPackage(DriverError, ImportError):
+    """A package that only some drivers need is not installed; names the extra that brings it."""
+
+    def __init__(self, driver: str, package: str | None, extra: str) -> None:
+        super().__init__(
+            f"driver {driver} needs the package {package}, which is not installed. "
+            f'In the folder of exidyn: pip install ".[{extra}]"'
+        )
 
 
 class BadSettings(DriverError, ValueError):

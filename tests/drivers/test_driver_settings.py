@@ -1,3 +1,5 @@
+import subprocess
+import sys
 import tomllib
 from dataclasses import dataclass
 
@@ -68,3 +70,19 @@ def test_every_driver_explains_its_settings(name):
         about.text
         for about in (f.metadata["about"] for f in driver_class(name).Settings.__dataclass_fields__.values())
     )
+
+
+@pytest.mark.parametrize(
+    ("name", "package", "extra"), [("can_mit", "can", "can"), ("feetech", "serial", "serial")]
+)
+def test_a_driver_whose_package_is_missing_names_the_extra(name, package, extra):
+    """In a process of its own, in which the package cannot be imported."""
+    code = (
+        f"import sys; sys.modules[{package!r}] = None\n"
+        "from exidyn.drivers import MissingPackage, driver_class\n"
+        f"try: driver_class({name!r})\n"
+        "except MissingPackage as error: print(error)"
+    )
+    said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+    assert f"driver {name} needs the package {package}" in said
+    assert f'pip install ".[{extra}]"' in said

@@ -79,7 +79,9 @@ def _read(source: Path, robot: Robot, topic: str | None, effort: str) -> dict[st
         from rosbags.highlevel import AnyReader
         from rosbags.typesys import Stores, get_typestore
     except ImportError as error:
-        raise RecordingError("ROS 2 bags need the package rosbags: pip install exidyn[ros2]") from error
+        raise RecordingError(
+            'ROS 2 bags need the package rosbags. In the folder of exidyn: pip install ".[ros2]"'
+        ) from error
     try:
         with AnyReader([source], default_typestore=get_typestore(Stores.ROS2_HUMBLE)) as reader:
             chosen = _connections(source, reader.connections, topic)
