@@ -80,7 +80,7 @@ def _kind(path: Path) -> str:
     """
     if kind := _known_kind(path):
         return kind
-    read_table(path)  # says where it is damaged
+    read_table(path)  # raises with the damaged place
     raise NotAFile(f"{path} is of no kind that a report is made of. Valid: {VALID}")
 
 

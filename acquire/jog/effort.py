@@ -54,7 +54,7 @@ def effort_of(course: Course, way: Way, model: Model) -> Effort | str:
             return "the robot file has no drive gains ([drive] gain), so that currents are no torque"
         torque, source = robot.drive_gain[joint] * course.current[:, joint], "drive gain or current"
     elif np.isfinite(course.torque[:, joint]).any():
-        # What is said of joints, as the motors feel it through a coupled wrist.
+        # What is known of joints, as the motors feel it through a coupled wrist.
         torque, source = (course.torque @ robot.to_motors.T)[:, joint], "the measured torque"
     else:
         return "the controller measures neither current nor torque"

@@ -49,7 +49,7 @@ def open_targets(targets: Targets) -> Opened:
     """
     opened = Opened([])
     if targets.save is not None:
-        targets.save.open("wb").close()  # says what is wrong better than Rerun does
+        targets.save.open("wb").close()  # its error is clearer than Rerun's
         opened.sinks.append(rr.FileSink(str(targets.save)))
     if targets.view:
         opened.sinks.append(rr.GrpcSink(open_window()))

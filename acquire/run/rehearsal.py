@@ -27,7 +27,7 @@ def rehearse(job: Job, model: Model, cycle: float, payload: str = "") -> Outcome
     settings = {"cycle": cycle, "clock": "stepped"}
     plant = partial(typical_plant, model, start, payload=payload)
     driver = make_driver("mock", settings, model.robot, plant)
-    watch = replace(job.watch, temperature=float("inf"))  # how warm the real arm is, nobody knows
+    watch = replace(job.watch, temperature=float("inf"))  # the temperature of the real arm is unknown
     outcome = perform(driver, replace(job, settle=cycle, watch=watch))
     if outcome.stop is not None:
         raise NotAllowed(

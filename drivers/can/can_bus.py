@@ -30,7 +30,7 @@ PACKAGES = {
 }  # fmt: skip
 """Interface -> packages that python-can needs for it and does not bring (its own optional dependencies)."""
 
-for library in ("can", "canopen"):  # what they have to say is in our errors; else they print it
+for library in ("can", "canopen"):  # their messages are in our errors; else they print them
     logging.getLogger(library).addHandler(logging.NullHandler())
 
 

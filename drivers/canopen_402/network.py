@@ -61,7 +61,7 @@ class DriveNetwork:
             LinkLost: A drive does not answer.
         """
         with self._reading():
-            with suppress(LinkLost):  # nobody there, or stopped: then it is not enabled, and is asked again
+            with suppress(LinkLost):  # absent, or stopped: then it is not enabled, and is asked again
                 for joint in range(arm.dof):
                     require_not_enabled(self._drive(joint))
             for node in self._settings.nodes:

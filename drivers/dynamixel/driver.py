@@ -73,7 +73,7 @@ class Dynamixel(ServoDriver):
         require_mode(bus, settings.operating_mode)
         set_return_delay(bus, settings.return_delay)
         for register in (registers.PROFILE_ACCELERATION, registers.PROFILE_VELOCITY):
-            bus.settle(register, [0] * self.arm.dof)  # else each servo would smooth the motion in its way
+            bus.settle(register, [0] * self.arm.dof)  # else each servo would smooth the motion by itself
         self._current_unit = current_units(bus, found, settings.current_unit)
         self._ampere = np.where(self._current_unit > 0.0, self._current_unit, np.nan)
         self._allowed = self._goals_allowed(bus)

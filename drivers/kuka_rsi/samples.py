@@ -24,7 +24,7 @@ class Samples:
         self._layout, self._axes, self._settings = layout, axes, settings
         self._unknown = np.full(len(layout.axes), np.nan)
         self._fresh = np.zeros(len(layout.axes), bool)
-        self._gone = 0  # cycles told of since the last telegram
+        self._gone = 0  # cycles reported since the last telegram
         self._time = self._host_time = 0
 
     def of(self, fresh: Fresh, elapsed: float, events: tuple[str, ...], fault: str, sent: bool) -> Sample:

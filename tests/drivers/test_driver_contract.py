@@ -15,7 +15,7 @@ from ..parts.runs.run_parts import MODEL, START
 from ..peers.can_arm import canopen_settings, mit_settings
 
 AMPLITUDE = 0.04
-"""Of the motion that every arm is told to make [rad]: within the usual window of KUKA's, five degrees."""
+"""Of the motion that every arm is commanded [rad]: within the usual window of KUKA's, five degrees."""
 COUNT = 300
 """Cycles of it."""
 ARM = Arm(
@@ -72,9 +72,9 @@ class Session:
     """One driver from opening to closing.
 
     Attributes:
-        info: What it said of itself.
+        info: Its metadata.
         before: Samples with nothing commanded.
-        during: Samples while it was told to move, and where it was told to be.
+        during: Samples while it was commanded to move, and its commanded positions.
         after: Samples after a quick stop.
     """
 
@@ -152,10 +152,10 @@ def test_nothing_moves_before_a_command(session):
 
 def test_the_arm_goes_where_it_is_commanded(session):
     fresh = [(sample.position, target) for sample, target in session.during if not sample.stale.any()]
-    reached, told = (np.array(column) for column in zip(*fresh, strict=True))
+    reached, commanded = (np.array(column) for column in zip(*fresh, strict=True))
     assert len(fresh) > 0.8 * COUNT
     assert np.all(np.ptp(reached, axis=0) > 0.8 * AMPLITUDE)
-    assert np.all(np.abs(reached[-1] - told[-1]) < 0.01)
+    assert np.all(np.abs(reached[-1] - commanded[-1]) < 0.01)
 
 
 def test_times_never_go_back(session):

@@ -83,6 +83,6 @@ def test_a_driver_whose_package_is_missing_names_the_extra(name, package, extra)
         f"try: driver_class({name!r})\n"
         "except MissingPackage as error: print(error)"
     )
-    said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
-    assert f"driver {name} needs the package {package}" in said
-    assert f'pip install ".[{extra}]"' in said
+    output = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+    assert f"driver {name} needs the package {package}" in output
+    assert f'pip install ".[{extra}]"' in output

@@ -20,7 +20,7 @@ TORQUE = {"dynamixel": 64, "feetech": 40}
 
 def shown(peer, address, size):
     """A register of all servos, by their own account."""
-    servo_parts.tell(peer, f"show {address} {size}")
+    servo_parts.send_only(peer, f"show {address} {size}")
     return next(line for line in reversed(peer.lines) if line.startswith("shows"))[6:].strip()
 
 
@@ -35,7 +35,7 @@ def off(name, peer):
         )
     words = {
         "canopen_402": (": ready", ": switched on", ": enabled"),
-        "can_mit": (": on,", "told to store"),
+        "can_mit": (": on,", "ordered to store"),
         "mock": (),
     }
     return not any(word in line for word in words[name] for line in (peer.lines if peer else ()))
@@ -72,7 +72,7 @@ def test_axes_are_counted_where_they_are_listed():
 
 
 def test_motors_that_were_left_on_stay_on():
-    """A dead-man that is set while nobody commands would switch them off, and the arm would drop."""
+    """A dead-man that is set while there are no commands would switch them off, and the arm would drop."""
     with motors("--on") as (peer, driver):
         driver.open_to_read()
         for _ in range(120):  # more than twice the dead-man

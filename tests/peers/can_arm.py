@@ -1,4 +1,4 @@
-"""How the drives on CAN count: what the peers have and their host must be told."""
+"""How the drives on CAN count: what the peers have and their host must know."""
 
 from types import SimpleNamespace
 
@@ -9,7 +9,7 @@ COUNTS, GEAR = 131072, 101.0
 
 
 class ObedientArm:
-    """Six joints that are at once where they are told to be; their currents say which joint they are of."""
+    """Six joints that are at once where they are commanded; their currents identify their joint."""
 
     joints = tuple(f"joint{number}" for number in range(1, 7))
 

@@ -10,7 +10,7 @@ import can
 from can.interfaces.udp_multicast.utils import pack_message, unpack_message
 
 SO_TIMESTAMPNS = 35
-"""Linux tells with each datagram when it came; the socket module has no name for it."""
+"""Linux gives the receive time with each datagram; the socket module has no name for it."""
 
 CHANNEL = "ff11:7079:7468:6f6e:6465:6d6f:6d63:6173"
 """Interface-local scope: no frame leaves the machine."""
@@ -31,7 +31,7 @@ def multicast(port):
 
 
 class SerialAdapter:
-    """A CAN adapter that speaks slcan over a pseudo-terminal, with the nodes on its other side."""
+    """A CAN adapter with slcan over a pseudo-terminal, with the nodes on its other side."""
 
     def __init__(self):
         self._master, slave = os.openpty()
@@ -67,7 +67,7 @@ class SerialAdapter:
     def _understand(self, line):
         text = line.decode("ascii", "replace")
         if text[:1] == "S":
-            print(f"adapter told {text}", flush=True)
+            print(f"adapter got {text}", flush=True)
         elif text[:1] in ("O", "C"):
             self._open = text[0] == "O"
         elif text[:1] == "t" and self._open:
@@ -120,7 +120,7 @@ def frame(identifier, data):
 
 
 def noise(end, random, identifiers):
-    """Send what nobody can use: foreign frames, frames of wrong lengths on known identifiers, and garbage."""
+    """Send what is of no use: foreign frames, frames of wrong lengths on known identifiers, and garbage."""
     for _ in range(4):
         kind = random.integers(5)
         data = random.bytes(int(random.integers(9)))

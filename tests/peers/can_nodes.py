@@ -72,7 +72,7 @@ class Nodes:
         return send
 
     def measure(self, now):
-        """Put into the objects what the sensors say at a time."""
+        """Put into the objects what the sensors measure at a time."""
         measured = self.plant.measure()
         counts = np.rint((self.pace.position(now) - self.zero) * self.per_radian)
         thousandths = np.rint(sign(len(counts)) * measured.current / (RATED * 1e-6))
@@ -176,7 +176,7 @@ def say(text):
 
 
 def stop_with_input():
-    """An event that is set when standard input ends or the process is told to."""
+    """An event that is set when standard input ends or the process is asked to."""
     ended = threading.Event()
     signal.signal(signal.SIGTERM, lambda *_: ended.set())
 
@@ -200,7 +200,9 @@ def fifo(priority=70):
 def arguments(description):
     """Those that all peers on CAN have."""
     parser = argparse.ArgumentParser(description=description)
-    parser.add_argument("--robot", default="cobot", help="or obedient: six joints that do as they are told")
+    parser.add_argument(
+        "--robot", default="cobot", help="or obedient: six joints that follow their commands at once"
+    )
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--port", type=int, default=0)
     parser.add_argument("--fifo", action="store_true")
@@ -232,7 +234,7 @@ def main():
     parser.add_argument("--begin", choices=STATUS, help="state of all drives")
     parser.add_argument("--object", action="append", default=[], help="NODE:INDEX:SUB=VALUE")
     parser.add_argument("--without", action="append", default=[], help="NODE:INDEX:SUB")
-    parser.add_argument("--withhold", action="append", default=[], help="likewise: there, and tells nothing")
+    parser.add_argument("--withhold", action="append", default=[], help="likewise: there, and empty")
     options = parser.parse_args()
     ended = stop_with_input()
     end = open_end(options.adapter, options.port)

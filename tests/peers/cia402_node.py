@@ -27,7 +27,7 @@ class Node:
     Args:
         number: On the network.
         send: Sends a frame: identifier, data.
-        say: Tells whoever watches.
+        say: Prints an event.
         speed: Most that the motor can do [counts/s].
         rated: Rated current [mA].
     """
@@ -47,7 +47,7 @@ class Node:
         self.map()
 
     def start(self):
-        """Begin anew, as after power-on, and say so."""
+        """Begin anew, as after power-on, and print it."""
         self.nmt, self.pending, self.last_beat = PRE_OPERATIONAL, None, None
         self.send(0x700 + self.number, b"\0")
 
@@ -200,7 +200,7 @@ class Node:
         self.change("fault reaction")
 
     def move(self, seconds):
-        """Where the motor is told to be after this time [counts]."""
+        """Commanded position of the motor after this time [counts]."""
         most = self.speed * seconds
         if self.state == "enabled":
             wish = self.get(0x607A) - self.demand
@@ -294,7 +294,7 @@ class Node:
 
     def written(self, index, sub, value):
         if index in (0x1010, 0x1011):
-            self.say("was told to store or restore")
+            self.say("was ordered to store or restore")
         if index == 0x1003 and value:
             raise Abort(0x06090030)
         if index in (0x1400, 0x1600, 0x1800, 0x1A00):

@@ -2,8 +2,8 @@
 
     python tests/peers/dynamixel_bus.py --robot cobot         prints "ready /dev/pts/N"
 
-Written from the protocol's description, with a checksum and a stuffing of its own. What goes wrong is told
-through standard input, as `servo_line.py` says. Ends when its standard input does.
+Written from the protocol's description, with a checksum and a stuffing of its own. What goes wrong is sent
+through standard input, as in `servo_line.py`. Ends when its standard input does.
 """
 
 import argparse
@@ -93,7 +93,7 @@ class Dynamixels(ServoLine):
             self.arm.stay(np.arange(len(self.ids)) == place)
 
     def sense(self):
-        """Put into the registers what the sensors say."""
+        """Put into the registers what the sensors measure."""
         seen = self.arm.plant.measure()
         currents = np.clip(np.rint(self.direction * seen.current / CURRENT_UNIT), -32768, 32767).astype(int)
         speeds = np.rint(self.direction * self.gear * seen.velocity / VELOCITY_UNIT).astype(int)
@@ -148,7 +148,7 @@ class Dynamixels(ServoLine):
         return 0
 
     def understand(self, data):
-        """Do what the packets in these bytes say, and return what is not whole yet."""
+        """Execute the packets in these bytes, and return what is not whole yet."""
         while (start := data.find(HEADER + b"\0")) >= 0 and len(data) >= start + 7:
             end = start + 7 + int.from_bytes(data[start + 5 : start + 7], "little")
             if len(data) < end:
@@ -197,7 +197,7 @@ class Dynamixels(ServoLine):
             self.answer(self.joined(places, address, length), delay)
 
     def joined(self, places, address, length):
-        """The parts of the answer to a fast read; behind a silent servo nobody goes on."""
+        """The parts of the answer to a fast read; behind a silent servo it ends."""
         total = 1 + len(places) * (4 + length)
         sent, parts = HEADER + bytes([0, 0xFE, *total.to_bytes(2, "little"), STATUS]), []
         check, part = quick_crc(sent), sent

@@ -2,7 +2,7 @@
 
     python tests/peers/feetech_bus.py --robot cobot         prints "ready /dev/pts/N"
 
-What goes wrong is told through standard input, as `servo_line.py` says. Ends when its standard input does.
+What goes wrong is sent through standard input, as in `servo_line.py`. Ends when its standard input does.
 """
 
 import argparse
@@ -49,7 +49,7 @@ class Feetechs(ServoLine):
         self.tables[place][STATUS] = bits
 
     def sense(self):
-        """Put into the registers what the sensors say."""
+        """Put into the registers what the sensors measure."""
         seen = self.arm.plant.measure()
         currents = np.rint(self.direction * seen.current / CURRENT_UNIT)
         speeds = np.rint(self.direction * self.gear * seen.velocity * TURN / (2.0 * np.pi) / self.unit)
@@ -85,7 +85,7 @@ class Feetechs(ServoLine):
             self.sense()
 
     def understand(self, data):
-        """Do what the packets in these bytes say, and return what is not whole yet."""
+        """Execute the packets in these bytes, and return what is not whole yet."""
         while (start := data.find(HEADER)) >= 0 and len(data) >= start + 6:
             end = start + 4 + data[start + 3]
             if data[start + 2] == 0xFF:

@@ -344,11 +344,11 @@ def main():
         left = select.select([sys.stdin], [], [], wait)[0] and not sys.stdin.readline()
         return bool(left or terminated) or time.monotonic() > end
 
-    told = controller.run(ended)
+    counts = controller.run(ended)
     controller.socket.close()
-    while told["stopped"] and not ended(wait=0.05):
+    while counts["stopped"] and not ended(wait=0.05):
         pass
-    print(json.dumps(told), flush=True)
+    print(json.dumps(counts), flush=True)
 
 
 if __name__ == "__main__":

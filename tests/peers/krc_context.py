@@ -12,7 +12,7 @@ import numpy as np
 class Context:
     """Corrections of one session, in degrees.
 
-    `limit` is AXISCORR's, which cuts off and says nothing; `overall` AXISCORRMON's, which stops; `timeout`
+    `limit` is AXISCORR's, which cuts off without a message; `overall` AXISCORRMON's, which stops; `timeout`
     ETHERNET's, in cycles without an answer; `speed` what the axes can do [deg/s]. `relative` is
     RSI_ON(#RELATIVE), which adds in every cycle what ETHERNET puts out; `linked` is 1 for an axis whose
     output of ETHERNET is linked to AXISCORR, else 0.

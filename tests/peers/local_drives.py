@@ -3,7 +3,7 @@
     python tests/peers/local_drives.py 0 0 0 0 0 0            prints "ready PORT" and later what happens
 
 SDO server, network states and heartbeat are those of the package `canopen`; here is what it leaves out: PDOs
-that act with SYNC, the states of a drive behind the controlword, and a motor that is at once where it is told
+that act with SYNC, the states of a drive behind the controlword, and a motor that is at once where it is commanded
 to be. Ends when its standard input does.
 """
 
@@ -41,11 +41,11 @@ NEXT = {
     (STOPPED, ENABLE): ENABLED,
     (STOPPED, NO_VOLTAGE): OFF,
 }
-"""State and command -> the next state, where it changes; quick stop holds, as 0x605A = 5 and 6 say."""
+"""State and command -> the next state, where it changes; quick stop holds, as by 0x605A = 5 and 6."""
 
 
 def command(word):
-    """What a controlword tells a drive that is not in fault."""
+    """Meaning of a controlword for a drive that is not in fault."""
     if not word & 0x02:
         return NO_VOLTAGE
     if not word & 0x04:
@@ -59,7 +59,7 @@ class LocalDrive:
     Args:
         node: The LocalNode, on a network.
         position: Where it stands [counts].
-        say: Tells whoever watches.
+        say: Prints an event.
     """
 
     def __init__(self, node, position, say=print):
@@ -118,7 +118,7 @@ class LocalDrive:
         return [self.get(index, sub) for sub in range(1, self.get(index, 0) + 1)]
 
     def synchronised(self, *_):
-        """Tell what is measured, then take what was received, then be where the target is."""
+        """Send what is measured, then take what was received, then be where the target is."""
         if self.node.nmt.state != "OPERATIONAL":
             return
         for index in range(0x1800, 0x1804):

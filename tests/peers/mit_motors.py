@@ -105,7 +105,7 @@ class Motor:
         if what == 0x55 and register in (9, 10):
             self.registers[register] = struct.unpack(form, data[4:])[0]
         elif what == 0xAA:
-            say(f"motor {self.number}: was told to store")
+            say(f"motor {self.number}: was ordered to store")
         return data[:4] + struct.pack(form, self.registers[register])
 
     def tick(self, now):

@@ -8,7 +8,7 @@ import numpy as np
 STEP = 1e-4
 """Of the arm's time [s]: a plant prepares each length of step once."""
 LOST = 0.05
-"""Distance of the two times from which on they begin anew [s]: nobody has asked for that long."""
+"""Distance of the two times from which on they begin anew [s]: there was no question for that long."""
 
 
 class Pace:
@@ -18,7 +18,7 @@ class Pace:
         plant: The arm.
 
     Attributes:
-        lockstep: One cycle passes with each message whatever the clock says, as for a host that does so too.
+        lockstep: One cycle passes with each message whatever the clock shows, as for a host that does so too.
     """
 
     def __init__(self, plant):

@@ -1,4 +1,4 @@
-"""What a peer is from outside: a process that says when it is ready and what happens to it."""
+"""What a peer is from outside: a process that prints when it is ready and what happens to it."""
 
 import os
 import subprocess
@@ -24,8 +24,8 @@ class Peer:
         arguments: Of its command line.
 
     Attributes:
-        address: What it said after "ready".
-        lines: What it has said since, in order.
+        address: What it printed after "ready".
+        lines: What it has printed since, in order.
     """
 
     def __init__(self, script, *arguments):
@@ -44,8 +44,8 @@ class Peer:
             self.close()
             if self.process.returncode == 77:
                 raise NoBus("".join(self.lines).strip()) from error
-            found_text = "".join(self.lines).strip() or f"nothing in {STARTING:g} s"
-            raise RuntimeError(f"{script} did not start: {found_text}") from error
+            output = "".join(self.lines).strip() or f"nothing in {STARTING:g} s"
+            raise RuntimeError(f"{script} did not start: {output}") from error
 
     def _read(self):
         for line in self.process.stdout:
@@ -64,10 +64,10 @@ class Peer:
                     if text in line:
                         return line
                 if time.monotonic() > end or not (self._reader.is_alive() or self.process.poll() is None):
-                    raise LookupError(f"the peer did not say '{text}'; it found_text: {''.join(self.lines)}")
+                    raise LookupError(f"the peer did not print '{text}'; it printed: {''.join(self.lines)}")
                 self._news.wait(0.05)
 
-    def found_text(self, text):
+    def output(self, text):
         with self._news:
             return any(text in line for line in self.lines)
 

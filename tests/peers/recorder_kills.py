@@ -23,13 +23,13 @@ class Left(NamedTuple):
         file: The recording, whole or not.
         recording: As it is read.
         lost_ms: Time from the last cycle in the file to the last that had been handed over [ms].
-        said: Last line of the program that fed the recorder; empty if it was killed.
+        printed: Last line of the program that fed the recorder; empty if it was killed.
     """
 
     file: Path
     recording: object
     lost_ms: float
-    said: str
+    printed: str
 
 
 def kill(folder: Path, victims: tuple[str, ...], after: float) -> Left:
@@ -46,7 +46,7 @@ def kill(folder: Path, victims: tuple[str, ...], after: float) -> Left:
             _, handed = _handed(progress)
             for victim in victims:
                 os.kill(processes[victim], signal.SIGKILL)
-            found_text = loop.stdout.read().strip()  # ends when both have ended
+            output = loop.stdout.read().strip()  # ends when both have ended
         finally:
             loop.kill()
             _kill(recorder)
@@ -56,7 +56,7 @@ def kill(folder: Path, victims: tuple[str, ...], after: float) -> Left:
     left = path if path.exists() else part_of(path)
     recording = read_recording(left)
     last = int(recording.host_time[-1]) if len(recording.host_time) else begun
-    return Left(left, recording, 1e-6 * max(handed - last, 0), found_text)
+    return Left(left, recording, 1e-6 * max(handed - last, 0), output)
 
 
 def _handed(progress: Path) -> tuple[int, int]:

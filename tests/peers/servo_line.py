@@ -1,18 +1,18 @@
 """Servos on a pseudo-terminal: what both protocols have in common.
 
-What goes wrong is told through standard input, a line each, and "did ..." comes back:
+What goes wrong is sent through standard input, a line each, and "did ..." comes back:
 
     silent ID            this servo answers no more
     corrupt ID COUNT     a bit of its next answers is wrong
     short COUNT          the last bytes of the next answers to all are lost
     late SECONDS COUNT   the next answers to all come later
-    stall SECONDS        nothing is heard nor said
-    babble BYTES         bytes that nobody asked for
+    stall SECONDS        nothing is received nor sent
+    babble BYTES         bytes that were not asked for
     echo                 the line sends back what it is sent
     error ID BITS        hardware errors
     reboot ID            power was lost: registers of the memory that forgets are as at first
     set ADDRESS SIZE N   this register of all servos
-    show ADDRESS SIZE    says what this register of all servos is: "shows [...]"
+    show ADDRESS SIZE    prints this register of all servos: "shows [...]"
     clear                all servos answer again, in time
     heal                 all is as in the beginning, but for where the arm stands
 """
@@ -60,14 +60,14 @@ class MovedArm:
 
 
 class ServoLine:
-    """All servos of an arm; a protocol says what packets mean.
+    """All servos of an arm; a protocol defines what packets mean.
 
     Args:
         plant: The arm.
         cycle: Of its movement [s].
         gear: Turns of a servo in a turn of its joint.
         baudrate: Bytes take their time at this rate; zero for none.
-        mirror: Servos are at their goals at once and say so: a host sees which question is answered.
+        mirror: Servos are at their goals at once and send that: a host sees which question is answered.
     """
 
     def __init__(self, plant, cycle, gear, baudrate=0, mirror=False):

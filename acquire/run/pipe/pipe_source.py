@@ -54,7 +54,7 @@ class PipeSource:
             self.ended = not data
             try:
                 found.extend(self._unframed.add(data))
-            except ValueError as error:  # nobody knows where the next frame would begin
+            except ValueError as error:  # the begin of the next frame is unknown
                 self.broken, self.ended = str(error), True
         return found
 

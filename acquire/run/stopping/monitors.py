@@ -118,7 +118,7 @@ class Temperature(JointMonitor):
 
 
 class Outside(JointMonitor):
-    """Measured position beyond its limits, and not on its way back in from where it began.
+    """Measured position beyond its limits, and not moving back in from where it began.
 
     Args:
         joints: Names.

@@ -96,7 +96,7 @@ class Session:
 
     def _since(self, before: Fresh, last: Fresh) -> Fresh:
         gone = _advance(before.telegram, last.telegram)
-        if abs(gone) > JUMP or gone <= 0:  # another session: its clock says nothing about this one's
+        if abs(gone) > JUMP or gone <= 0:  # another session, with a clock of its own
             gone = self._cycle
         waited = (last.datagram.arrival - before.datagram.arrival) * 1e-9
         time = waited if self.counting else gone * 1e-3

@@ -184,7 +184,7 @@ def from_table(
         over_noise=bool(table.get("noise_measured_at_rest", True)),
         improvement=_improvement(table, noise) if len(noise) else None,
         runs=tuple(table["runs"]),
-        # Older files call them doubts.
+        # Older files call the warnings "doubts".
         warnings=tuple(table["warnings"] if "warnings" in table else table["doubts"]),
         seconds=float(table["seconds"]),
         noise=noise,

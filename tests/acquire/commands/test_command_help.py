@@ -67,8 +67,8 @@ def test_options_that_pages_name_exist(page):
     text = page.read_text(encoding="utf-8").replace("\\\n", " ")
     for name, rest in COMMAND.findall(text):
         if name in COMMANDS:
-            found_text = set(re.findall(r"(?<!\S)--?[a-z][a-z-]*", rest))
-            assert found_text <= options(command_module(name).parser()), f"exidyn {name}{rest}"
+            mentioned = set(re.findall(r"(?<!\S)--?[a-z][a-z-]*", rest))
+            assert mentioned <= options(command_module(name).parser()), f"exidyn {name}{rest}"
     every = set().union(*(options(command_module(name).parser()) for name in COMMANDS))
     alone = set(re.findall(r"`(--[a-z][a-z-]*)", text))
     assert alone <= every | {"--quick", "--sweep", "--version"}  # those of benchmarks, and of all commands
@@ -156,5 +156,5 @@ def script(tmp_path_factory) -> Path:
 )
 def test_bash_completes(script, typed, expected):
     command = ["bash", "--norc", "-c", COMPLETE, str(script), *typed.split()]
-    found_text = subprocess.check_output(command, text=True, cwd=script.parent)
-    assert found_text.split() == [expected]
+    mentioned = subprocess.check_output(command, text=True, cwd=script.parent)
+    assert mentioned.split() == [expected]

@@ -287,7 +287,7 @@ def test_shapes_are_fitted_where_asked(files, tmp_path, capsys):
     page = capsys.readouterr().out
     found = [float(value) for value in re.findall(r"coulomb_friction \(\w+\): reversal (\S+) rad/s", page)]
     assert len(found) == 2
-    # 0.003 rad/s passes in a millisecond of these motions: little more is told than that it is small
+    # 0.003 rad/s passes in a millisecond of these motions: little more is known than that it is small
     assert all(1e-4 <= value < 0.02 for value in found)
     assert main([*command, "stribeck_friction"]) == REFUSED
     assert "stribeck_friction" in capsys.readouterr().err

@@ -269,9 +269,9 @@ def test_temperatures_that_are_there_are_no_warning():
     one = recordings()[0]
     time = one.signals["position"].time
     warm = Signal(time, np.full((len(time), 2), 31.0) + 0.01 * time[:, None])
-    for signals, doubted in ((one.signals, True), ({**one.signals, "temperature": warm}, False)):
+    for signals, warned in ((one.signals, True), ({**one.signals, "temperature": warm}, False)):
         _, warnings = usable(nominal_model(), [("identify", replace(one, signals=signals))])
-        assert any("temperatures were not recorded" in warning for warning in warnings) == doubted
+        assert any("temperatures were not recorded" in warning for warning in warnings) == warned
 
 
 def test_the_page_opens_with_the_budget_and_has_what_is_undecided_moments_and_candidates():

@@ -1,4 +1,4 @@
-"""The balancer's example: its steps in short, and what it says of them, right or wrong."""
+"""The balancer's example: its steps in short, and its statements about them, right or wrong."""
 
 import shlex
 from dataclasses import replace

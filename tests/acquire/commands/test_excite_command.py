@@ -188,11 +188,11 @@ def test_ctrl_c_keeps_the_best(robot, tmp_path, starts):
         time.sleep(1.0)  # what comes before the search takes a tenth
         assert process.poll() is None
         os.killpg(process.pid, signal.SIGINT)
-        printed, found_text = process.communicate(timeout=300)
+        printed, errors = process.communicate(timeout=300)
     finally:
         if process.poll() is None:
             os.killpg(process.pid, signal.SIGKILL)
-    assert process.returncode == 0, found_text
-    assert "Traceback" not in found_text
+    assert process.returncode == 0, errors
+    assert "Traceback" not in errors
     assert f"written: {output}" in printed
     assert read_plan(output).reached > 1

@@ -180,10 +180,10 @@ def test_words_have_the_numbers_of_the_diagnosis(diagnosed, files):
     table = json.loads((files / "diagnosis.json").read_text())
     assert all(line in texts["verdict"] for line in table["verdict"])
     spring = small().findings[0].parameters["Ks2"]
-    told = re.search(r"\| Ks2 \| ([\d.]+) ± ([\d.]+) \| N m/rad \|", texts["parameters"])
-    assert told is not None
-    assert float(told[1]) == pytest.approx(spring.value, abs=0.5 * spring.std)
-    assert float(told[2]) == pytest.approx(1.96 * spring.std, rel=0.3)
+    match = re.search(r"\| Ks2 \| ([\d.]+) ± ([\d.]+) \| N m/rad \|", texts["parameters"])
+    assert match is not None
+    assert float(match[1]) == pytest.approx(spring.value, abs=0.5 * spring.std)
+    assert float(match[2]) == pytest.approx(1.96 * spring.std, rel=0.3)
     shares = [line for line in texts["budget"].splitlines() if line.startswith("| ") and "%" in line]
     assert sum(int(line.split("|")[3].removesuffix("% ")) for line in shares) == 100
     row = next(line for line in texts["residuals"].splitlines() if "elbow" in line)

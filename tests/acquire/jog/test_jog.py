@@ -1,4 +1,4 @@
-"""What `exidyn jog` says of joints that are right, and of joints that are wrong in a known way."""
+"""Verdicts of `exidyn jog` on joints that are right, and of joints that are wrong in a known way."""
 
 import io
 import json
@@ -85,12 +85,12 @@ def test_down_is_as_good_as_up(capsys):
 
 
 def test_a_joint_that_gravity_does_not_pull_at_shows_no_gain(capsys):
-    code, found_text = jog(capsys, "--joint", 1)
+    code, output = jog(capsys, "--joint", 1)
     assert code == DONE
-    assert verdicts(found_text)[GRAVITY] == "unknown"
-    assert verdicts(found_text)[ZERO] == "unknown"
-    assert "cannot be judged from this motion" in found_text["judgements"][-1]["text"]
-    assert verdicts(found_text)[FRICTION] == "right"
+    assert verdicts(output)[GRAVITY] == "unknown"
+    assert verdicts(output)[ZERO] == "unknown"
+    assert "cannot be judged from this motion" in output["judgements"][-1]["text"]
+    assert verdicts(output)[FRICTION] == "right"
 
 
 @pytest.mark.parametrize(
@@ -123,9 +123,9 @@ def test_wrong_encoders_are_reported(faults, value, expected, capsys):
 def test_wrong_gains_are_reported(factor, expected, words, capsys):
     nominal = robot_with(drive_gain=factor * ROBOT.drive_gain)
     assert main(["jog", "--robot", nominal, "--plant", "cobot", "--joint", "2", "--json", "-"]) == WRONG
-    found_text = json.loads(capsys.readouterr().out)
-    assert wrong(found_text) == expected
-    assert words in " ".join(one["text"] for one in found_text["judgements"])
+    output = json.loads(capsys.readouterr().out)
+    assert wrong(output) == expected
+    assert words in " ".join(one["text"] for one in output["judgements"])
 
 
 def test_a_load_that_nobody_named_is_seen_and_a_named_one_is_right(capsys):
@@ -145,15 +145,15 @@ def test_a_load_that_nobody_named_is_seen_and_a_named_one_is_right(capsys):
 def test_without_gains_currents_show_nothing(capsys):
     unknown = robot_with(drive_gain=np.ones(6))
     assert main(["jog", "--robot", unknown, "--plant", "cobot", "--joint", "2", "--json", "-"]) == DONE
-    found_text = json.loads(capsys.readouterr().out)
-    assert verdicts(found_text)[FRICTION] == "unknown"
-    assert "no drive gains" in found_text["judgements"][2]["text"]
+    output = json.loads(capsys.readouterr().out)
+    assert verdicts(output)[FRICTION] == "unknown"
+    assert "no drive gains" in output["judgements"][2]["text"]
 
 
 def test_without_currents_only_the_way_is_reported(capsys):
-    code, found_text = jog(capsys, "--joint", 2, "--set", "silent=current")
+    code, output = jog(capsys, "--joint", 2, "--set", "silent=current")
     assert code == DONE
-    assert "neither current nor torque" in found_text["judgements"][2]["text"]
+    assert "neither current nor torque" in output["judgements"][2]["text"]
 
 
 def test_a_joint_that_slides_goes_millimetres(capsys, tmp_path):
@@ -169,7 +169,7 @@ def test_a_joint_that_slides_goes_millimetres(capsys, tmp_path):
     assert text["distance"] == pytest.approx(-0.008)
     assert text["judgements"][0]["value"] == pytest.approx(1.0, abs=0.05)
     assert main(["jog", "--robot", "slides.toml", "--joint", "3", "--degrees", "2"]) == REFUSED
-    assert "achse_3 slides: say how far with --mm" in capsys.readouterr().err
+    assert "achse_3 slides: give the distance with --mm" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
@@ -180,7 +180,7 @@ def test_a_joint_that_slides_goes_millimetres(capsys, tmp_path):
         (["--joint", "7"], "no joint '7'"),
         (["--joint", "2", "--degrees", "11"], "11 deg; a jog goes up to 10 deg either way"),
         (["--joint", "2", "--degrees", "0"], "0 deg; a jog goes up to 10 deg"),
-        (["--joint", "2", "--mm", "5"], "joint2 turns: say how far with --degrees"),
+        (["--joint", "2", "--mm", "5"], "joint2 turns: give the distance with --degrees"),
         (["--joint", "2", "--com", "0", "0", "1"], "com given without --mass"),
         (["--joint", "2", "--current", "1", "2"], "--current has 2 values"),
         (["--joint", "2", "-o", "run.txt"], "recordings end in .mcap"),
@@ -270,13 +270,13 @@ def test_the_motion_is_slow_and_ends_where_it_began():
 
 
 def test_a_kuka_is_right_and_exchanged_axes_are_not(tmp_path, capsys):
-    code, found_text, peer = jog_on(kuka_rsi, tmp_path, capsys, "--joint", 2)
+    code, output, peer = jog_on(kuka_rsi, tmp_path, capsys, "--joint", 2)
     assert code == DONE
-    assert list(verdicts(found_text).values())[:4] == ["right"] * 4
+    assert list(verdicts(output).values())[:4] == ["right"] * 4
     assert json.loads(peer.lines[-1])["farthest"] == pytest.approx(2.0, abs=0.01)
-    code, found_text, peer = jog_on(kuka_rsi, tmp_path, capsys, "--joint", 2, axes="A1 A3 A2 A4 A5 A6")
-    assert (code, wrong(found_text)) == (WRONG, [GRAVITY])
-    assert "the order of the joints" in found_text["judgements"][3]["text"]
+    code, output, peer = jog_on(kuka_rsi, tmp_path, capsys, "--joint", 2, axes="A1 A3 A2 A4 A5 A6")
+    assert (code, wrong(output)) == (WRONG, [GRAVITY])
+    assert "the order of the joints" in output["judgements"][3]["text"]
 
 
 @pytest.mark.parametrize("cell", [kuka_rsi, canopen_402, can_mit])
@@ -288,8 +288,8 @@ def test_planning_may_take_longer_than_a_controller_waits(cell, tmp_path, capsys
         return flange_way(*arguments)
 
     monkeypatch.setattr(jog_command, "flange_way", slow)
-    _, found_text, _ = jog_on(cell, tmp_path, capsys, "--joint", 2)
-    assert found_text["stop"] == "none", found_text["text"]
+    _, output, _ = jog_on(cell, tmp_path, capsys, "--joint", 2)
+    assert output["stop"] == "none", output["text"]
 
 
 def test_a_kuka_axis_that_turns_against_its_joint_is_wrong(tmp_path, capsys):

@@ -84,10 +84,10 @@ def test_friction_below_noise_is_not_judged():
 
 
 def test_friction_that_could_be_another_each_way_leaves_small_gravity_open():
-    found_text = judge(course(friction=100.0), WAY, MODEL)
-    assert found(found_text, "gravity torque").verdict is Verdict.UNKNOWN
-    assert "jog it where gravity is larger" in found(found_text, "gravity torque").text
-    assert found(found_text, "encoder zero").verdict is Verdict.UNKNOWN
+    output = judge(course(friction=100.0), WAY, MODEL)
+    assert found(output, "gravity torque").verdict is Verdict.UNKNOWN
+    assert "jog it where gravity is larger" in found(output, "gravity torque").text
+    assert found(output, "encoder zero").verdict is Verdict.UNKNOWN
 
 
 def test_a_wrong_zero_is_seen_from_the_angle_on_that_is_reported():

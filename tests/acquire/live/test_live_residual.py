@@ -90,7 +90,7 @@ def test_friction_with_a_memory_goes_on_from_piece_to_piece(model):
     exact = Sensors(current_noise=0.0, encoder_noise=0.0, encoder_step=1e-9)
     motion, position, current = moving(hysteretic, 4.0, sensors=exact)
     torques = run(LiveResidual(hysteretic, 0.002), hysteretic, motion.time, position, current)
-    later = torques.stamp - STAMPS > 1.0  # it has forgotten where it began, which nobody told
+    later = torques.stamp - STAMPS > 1.0  # it has forgotten where it began, which was not stated
     assert np.max(np.abs(torques.residual[later])) < 0.2  # of 20 N m
 
 

@@ -52,10 +52,10 @@ def test_torque_counts_with_what_hangs_on_the_flange():
 
 
 def test_limits_not_given_are_finite_and_bear_the_motion():
-    unsaid = robot(
+    without_limits = robot(
         acceleration=np.full(6, np.inf), acceleration_lower=np.full(6, -np.inf), jerk=np.full(6, np.inf)
     )
-    found = checked(Plan.of(motion(), unsaid, tick=0.002), unsaid).limits
+    found = checked(Plan.of(motion(), without_limits, tick=0.002), without_limits).limits
     reached = motion().extremes()
     assert np.all(np.isfinite(found.acceleration) & np.isfinite(found.jerk))
     assert np.all(found.acceleration >= reached.acceleration.upper)

@@ -45,16 +45,16 @@ def test_what_corrections_do_is_seen_before_any_motion(tmp_path, mode, more):
             one.open()
             samples = until_ready(one)
             last = one.exchange(None)
-        told = counted(peer)
+        counts = counted(peer)
     events = " ".join(text for sample in samples for text in sample.events)
     assert "seeing what corrections do" in events
-    assert told["furthest"] < BOUND
+    assert counts["furthest"] < BOUND
     if mode == "relative":
         assert "corrections add up" in last.fault
     else:
         assert last.fault == ""
         assert "corrections are distances from the start" in events
-        assert told["furthest"] > 0.005
+        assert counts["furthest"] > 0.005
 
 
 @pytest.mark.parametrize(
@@ -92,11 +92,11 @@ def test_a_run_in_relative_mode_is_recorded_and_refused(tmp_path):
     ]
     with running(path, *options) as peer:
         outcome = perform(driver(path, timeout=200, probe=True, **window), job(watch=PATIENT), [sink])
-        told = counted(peer)
+        counts = counted(peer)
     assert outcome.stop.kind == "drive fault"
     assert "Call RSI_ON(#ABSOLUTE) in the controller's program" in outcome.stop.text
     assert "\n" not in outcome.stop.text
-    assert told["furthest"] < BOUND
+    assert counts["furthest"] < BOUND
     assert len(sink.cycles()) == outcome.counts.cycles > 200
     assert not any(np.isfinite(cycle.array("command_position")).any() for cycle in sink.cycles())
     assert any("seeing what corrections do" in event for event in sink.events())

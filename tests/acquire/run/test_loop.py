@@ -272,10 +272,10 @@ def test_how_the_controller_stops_the_arm_is_not_called_running():
 
 
 def test_the_drives_are_powered_after_the_driver_reports():
-    driver, told = Following(), []
-    driver.arm_drives = lambda: told.append("powered")
-    perform(driver, job(), opened=lambda info: told.append(info.cycle))
-    assert told == [CYCLE, "powered"]
+    driver, calls = Following(), []
+    driver.arm_drives = lambda: calls.append("powered")
+    perform(driver, job(), opened=lambda info: calls.append(info.cycle))
+    assert calls == [CYCLE, "powered"]
 
 
 def test_a_limit_of_zero_is_recorded():

@@ -33,7 +33,7 @@ def test_a_simulator_that_counts_answers_is_recognised_and_runs(tmp_path):
         "rsi_counter.py", "--config", path, f"--start={pose}", "--pause", 0.01, "--patience", 0.1
     ) as peer:
         outcome = perform(driver(path, **wide), job(watch=PATIENT), [sink])
-        told = counted(peer)
+        counts = counted(peer)
     info, cycles = outcome.info, sink.cycles()
     assert outcome.stop is None
     assert info.cycle != 0.004
@@ -43,7 +43,7 @@ def test_a_simulator_that_counts_answers_is_recognised_and_runs(tmp_path):
     assert not any("positions come in steps" in text for text in info.warnings)
     assert "count of answers" in info.settings["stamps"]
     # each telegram was answered, and only once
-    assert told["answered"] > outcome.counts.cycles
+    assert counts["answered"] > outcome.counts.cycles
     # times are this computer's, and not a count in milliseconds
     heard = [cycle for cycle in cycles if not np.isnan(cycle.arrays[0]).any()]
     since = np.diff([(cycle.controller_time, cycle.host_time) for cycle in heard], axis=0)

@@ -1,4 +1,4 @@
-"""The line about a run that goes on: right, in time, and in nobody's way."""
+"""The line about a run that goes on: right, in time, and without delay to the run."""
 
 import os
 import pty

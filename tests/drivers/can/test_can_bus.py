@@ -26,7 +26,7 @@ CURRENT = Entry(0x6078, 0, "<h", "current")
 
 
 class Script(can.BusABC):
-    """A bus that gives what it is told to: frames, errors, or nothing."""
+    """A bus that gives what it is set to: frames, errors, or nothing."""
 
     def __init__(self, answers):
         self.channel_info = "script"
@@ -190,7 +190,7 @@ def test_error_frames_of_the_controller_are_understood(scripted):
     off = can.Message(is_error_frame=True, arbitration_id=0x40, data=bytes(8))
     bus, _ = scripted([passive, off])
     assert bus.recv(0.0) is None
-    assert "does nobody acknowledge" in bus.events()[0]
+    assert "is there no acknowledge" in bus.events()[0]
     assert bus.recv(0.0) is None
     assert "bus-off" in bus.trouble
 
@@ -243,17 +243,17 @@ def test_a_late_answer_does_not_count_for_the_next_question(scripted):
 
 def test_a_long_effort_comes_alone_and_an_answer_is_both_frames(scripted):
     alone = Entry(0x606C, 0, "<i", "current")
-    stood, told = frame(0x181, bytes.fromhex("3712E8030000")), frame(0x281, bytes.fromhex("FEFFFFFF"))
+    stood, following = frame(0x181, bytes.fromhex("3712E8030000")), frame(0x281, bytes.fromhex("FEFFFFFF"))
     bus, script = scripted([None, stood, None])
     talk = Frames(bus, [1], ["joint1"], 127, 0.05, 10.0, [alone], [True])
     talk.cycle(0.0)
     assert talk.fresh == [False]
-    for answers in ([told, stood], [stood, told]):
+    for answers in ([following, stood], [stood, following]):
         script.answers = [None, *answers, None]
         talk.cycle(0.0)
         assert talk.fresh == [True]
         assert (talk.position[0], talk.effort[0]) == (1000, -2)
-    script.answers = [None, told, told, None]
+    script.answers = [None, following, following, None]
     talk.cycle(0.0)
     assert talk.fresh == [False]
 

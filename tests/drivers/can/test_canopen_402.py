@@ -273,7 +273,7 @@ def test_drives_on_a_serial_adapter():
     with drives("--adapter", bitrate=500_000, cycle=0.02) as (peer, driver):
         where = armed(driver)
         samples = follow(driver, where, 30)
-        assert peer.wait_for("adapter told S6")
+        assert peer.wait_for("adapter got S6")
         assert not samples[-1].fault
         assert any(not sample.stale.any() for sample in samples)
 

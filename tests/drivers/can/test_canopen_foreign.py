@@ -22,7 +22,7 @@ WHERE = np.array([0.0, -1.0, 1.0, 0.0, 0.5, 0.0])
 POSITIONS = [round(one) for one in (WHERE - zero(6)) * PER_RADIAN]
 SETTINGS = {
     "cycle": SLOW,
-    "current_object": "0x606C:0 int32",  # there is no current; what it tells of velocity can be checked
+    "current_object": "0x606C:0 int32",  # there is no current; its velocity can be checked
     "current_scale": 1e-6,
     "require_dead_man": False,
 }

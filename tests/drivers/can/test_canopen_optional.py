@@ -23,7 +23,7 @@ def run(driver):
     return info, [sample for sample in samples if not sample.stale.any()]
 
 
-def told_of_joint2(info):
+def warnings_of_joint2(info):
     return [text for text in info.warnings if "joint2" in text and "history" not in text]
 
 
@@ -35,7 +35,7 @@ def told_of_joint2(info):
 def test_what_is_informative_or_not_asked_for_may_be_missing(missing):
     with drives("--without", f"2:{missing}") as (_, driver):
         info, samples = run(driver)
-        assert not told_of_joint2(info)
+        assert not warnings_of_joint2(info)
         assert info.dead_man
         assert samples
 
@@ -46,7 +46,7 @@ def test_what_is_informative_or_not_asked_for_may_be_missing(missing):
 def test_what_is_informative_may_be_there_and_show_nothing(withheld):
     with drives("--withhold", f"2:{withheld}") as (_, driver):
         info, samples = run(driver)
-        assert not told_of_joint2(info)
+        assert not warnings_of_joint2(info)
         assert info.dead_man
         assert samples
 
@@ -66,15 +66,15 @@ def test_what_is_informative_may_be_there_and_show_nothing(withheld):
 def test_a_run_begins_with_a_warning_without(missing, words):
     with drives("--without", f"2:{missing}") as (_, driver):
         info, samples = run(driver)
-        (told,) = told_of_joint2(info)
-        assert words in told
+        (warning,) = warnings_of_joint2(info)
+        assert words in warning
         assert samples
 
 
 def test_a_foreign_rpdo_that_cannot_be_switched_off_is_a_warning():
     with drives("--withhold", "2:0x1402:1") as (_, driver):
         info, _ = run(driver)
-        assert "frames of others with that identifier command it" in told_of_joint2(info)[0]
+        assert "frames of others with that identifier command it" in warnings_of_joint2(info)[0]
 
 
 @pytest.mark.parametrize("missing", ["0x1016:1", "0x6007:0"])
@@ -89,7 +89,7 @@ def test_a_drive_without_dead_man_is_refused_until_that_is_set(missing):
     with drives("--without", f"2:{missing}", require_dead_man=False) as (_, driver):
         info, _ = run(driver)
         assert not info.dead_man
-        assert "nothing makes it stop by itself" in told_of_joint2(info)[0]
+        assert "nothing makes it stop by itself" in warnings_of_joint2(info)[0]
 
 
 @pytest.mark.parametrize(
@@ -115,7 +115,7 @@ def test_what_was_asked_for_and_is_missing_is_refused_with_what_to_set(missing, 
 def test_a_window_without_its_time_out_is_a_remark():
     with drives("--without", "2:0x6066:0", following_error=0.2) as (_, driver):
         info, _ = run(driver)
-        assert "no 0x6066:0" in told_of_joint2(info)[0]
+        assert "no 0x6066:0" in warnings_of_joint2(info)[0]
 
 
 def test_neither_current_nor_torque_is_refused():
@@ -137,7 +137,7 @@ def test_torque_replaces_current():
     with drives("--without", "2:0x6078:0") as (_, driver):
         info, samples = run(driver)
         assert info.signals == ("position", "torque")
-        assert "0x6077:0" in told_of_joint2(info)[0]
+        assert "0x6077:0" in warnings_of_joint2(info)[0]
         np.testing.assert_allclose(samples[-1].torque, CURRENT / 4.0 * 2.0 * 101.0, rtol=0.02)
         assert np.isnan(samples[-1].current).all()
 

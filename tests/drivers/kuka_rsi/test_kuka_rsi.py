@@ -48,7 +48,7 @@ def test_each_telegram_is_answered_with_the_command_of_its_cycle(path):
             assert sample.lateness > 0.0
             assert np.isnan([sample.velocity, sample.torque, sample.temperature]).all()
         controller.send()
-        one.exchange(None)  # holds where it was told to be last
+        one.exchange(None)  # holds where it was commanded last
         np.testing.assert_allclose(correction(controller.answer()), position - START, atol=1e-6)
 
 
@@ -208,8 +208,8 @@ def test_strangers_are_neither_heard_nor_answered(path):
                 controller.send()
                 sample = one.exchange(None)
                 np.testing.assert_allclose(sample.position, np.radians(START))
-                told = ("something from 127.0.0.2 was ignored: only 127.0.0.1 is heard",)
-                assert sample.events == (told if not number else ())
+                reported = ("something from 127.0.0.2 was ignored: only 127.0.0.1 is accepted",)
+                assert sample.events == (reported if not number else ())
             stranger.setblocking(False)
             with pytest.raises(BlockingIOError):
                 stranger.recv(100)
@@ -240,24 +240,24 @@ def test_late_answers_that_the_controller_counts_are_reported_when_they_grow(pat
     with by_hand(path) as controller, driver(path) as one:
         info, _ = controller.begun(one, delay=2)
         assert info.settings["late_answers_at_start"] == "2"
-        told = []
+        reported = []
         for delay in (2, 3, 3, 0, 1):
             controller.send(delay=delay)
-            told.append(one.exchange(None).events)
-        assert told[1] == ("the controller counts 3 late answers, 2 before (Delay)",)
-        assert told[4] == ("the controller counts 1 late answers, 0 before (Delay)",)
-        assert told[0] == told[2] == told[3] == ()
+            reported.append(one.exchange(None).events)
+        assert reported[1] == ("the controller counts 3 late answers, 2 before (Delay)",)
+        assert reported[4] == ("the controller counts 1 late answers, 0 before (Delay)",)
+        assert reported[0] == reported[2] == reported[3] == ()
 
 
 def test_a_programmed_pose_that_moves_is_reported_once(path):
     with by_hand(path) as controller, driver(path) as one:
         controller.begun(one)
-        told = []
+        reported = []
         for moved in (0.0, 0.05, 0.3, 0.5):
             controller.send(programmed=np.add(START, moved))
-            told.append(one.exchange(None).events)
-        assert [len(events) for events in told] == [0, 0, 1, 0]
-        assert "the programmed pose (ASPos) moved by 0.3 degrees" in told[2][0]
+            reported.append(one.exchange(None).events)
+        assert [len(events) for events in reported] == [0, 0, 1, 0]
+        assert "the programmed pose (ASPos) moved by 0.3 degrees" in reported[2][0]
 
 
 def test_the_thread_holds_the_arm_until_the_first_exchange(path):
@@ -445,10 +445,10 @@ def test_a_controller_in_real_time_with_a_bad_network(tmp_path):
             one.open()
             start = one.exchange(None).position
             samples, commands = swing(one, start, 2.0)
-        told = counted(peer)
-    assert told["stopped"] == "stopped by the Stop channel"
-    assert told["clamped"] == 0
-    assert told["rejected"].keys() <= {"late"}
+        reported = counted(peer)
+    assert reported["stopped"] == "stopped by the Stop channel"
+    assert reported["clamped"] == 0
+    assert reported["rejected"].keys() <= {"late"}
     assert all(sample.fault == "" for sample in samples)
     heard = [sample for sample in samples if not sample.stale.any()]
     assert len(heard) > 0.8 * len(samples)
@@ -456,7 +456,7 @@ def test_a_controller_in_real_time_with_a_bad_network(tmp_path):
     measured = np.array([sample.position for sample in heard])
     moved = np.degrees(np.ptp(measured, axis=0))
     np.testing.assert_allclose(moved, np.degrees(np.ptp(commands, axis=0)), rtol=0.1)
-    # nothing is uncounted: stamps go on by the exchange and what it says was skipped
+    # nothing is uncounted: stamps go on by the exchange and the skipped ones
     for before, after in pairwise(samples):
         if not before.stale.any() and not after.stale.any():
             gone = after.controller_time - before.controller_time
@@ -489,9 +489,9 @@ def test_a_driver_that_falls_silent_is_stopped_by_the_controller(tmp_path):
         one.exchange(None)
         one.stop(StopLevel.QUICK)
         until_lost(one)
-        told = counted(peer)
-    assert told["stopped"] == "KSS29002 ETHERNET1 RSITimeout"
-    assert told["max_consecutive_late"] == 21
+        reported = counted(peer)
+    assert reported["stopped"] == "KSS29002 ETHERNET1 RSITimeout"
+    assert reported["max_consecutive_late"] == 21
 
 
 def test_a_krc2_that_moves_by_itself_is_listened_to(tmp_path):
@@ -509,15 +509,15 @@ def test_a_krc2_that_moves_by_itself_is_listened_to(tmp_path):
             one.exchange(command([0.0] * 6))
         one.stop(StopLevel.QUICK)
         one.close()
-        told = counted(peer)
+        reported = counted(peer)
     heard = [sample for sample in samples if not sample.stale.any()]
     position = np.degrees([sample.position for sample in heard])
     assert np.ptp(position, axis=0).min() > 2.0
     steps = np.diff([sample.controller_time for sample in heard])
     assert steps.min() == 12_000_000
     assert np.abs(np.array([sample.current for sample in heard])).max() < 10.0
-    assert told["answered"] == 0
-    assert told["rejected"] == {}
+    assert reported["answered"] == 0
+    assert reported["rejected"] == {}
 
 
 def test_an_answer_that_came_too_late_is_given_again_before_the_next(tmp_path):

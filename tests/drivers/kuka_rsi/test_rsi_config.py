@@ -61,7 +61,7 @@ def test_names_types_and_channels_of_other_peoples_files(tmp_path):
         ("<PORT> 59152 </PORT>", "", "has no CONFIG/PORT"),
         ("59152", "70000", "PORT is '70000'; valid are 1 to 65535"),
         ("59152", "x", "PORT is 'x'"),
-        ("</CONFIG>", "<PROTOCOL>TCP</PROTOCOL></CONFIG>", "PROTOCOL is TCP; the driver speaks UDP only"),
+        ("</CONFIG>", "<PROTOCOL>TCP</PROTOCOL></CONFIG>", "PROTOCOL is TCP; the driver uses UDP only"),
         ("</CONFIG>", "<ONLYSEND>maybe</ONLYSEND></CONFIG>", "ONLYSEND is 'maybe'. Valid: TRUE, FALSE"),
         ('INDX="9" />', 'INDX="65" />', "DiL: INDX is '65'; valid are 1 to 64"),
         ('TYPE="LONG"', 'TYPE="FLOAT"', "DiL has TYPE 'FLOAT'. Valid: BOOL, STRING, LONG, DOUBLE"),

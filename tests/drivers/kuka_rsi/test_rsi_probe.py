@@ -23,7 +23,7 @@ def fresh(position, decimals):
 
 
 class Arm:
-    """Moves as it is corrected; `total` is where it was told to be and `furthest` the furthest it was."""
+    """Moves as it is corrected; `total` is the commanded position and `furthest` the furthest it was."""
 
     def __init__(
         self, relative=False, begins=0, lag=0, slow=0.0, linked=1.0, noise=0.0, decimals=4, drift=0.0
@@ -42,7 +42,7 @@ class Arm:
     def cycle(self, correction):
         """The telegram that the correction answers, and what comes of it."""
         noise = self.noise * self.random.standard_normal(6)
-        told = fresh(START + self.place + noise + self.drift * self.number, self.decimals)
+        sample = fresh(START + self.place + noise + self.drift * self.number, self.decimals)
         self.number += 1
         if self.number > self.begins:
             self.total = self.linked * correction + (self.total if self.relative else 0.0)
@@ -50,7 +50,7 @@ class Arm:
         target = self.totals[max(len(self.totals) - 1 - self.lag, 0)]
         self.place = target + self.slow * (self.place - target)
         self.furthest = max(self.furthest, np.abs(self.place).max())
-        return told
+        return sample
 
 
 def probed(arm, cycle=0.004, timeout=100, lower=-ROOM, upper=ROOM):

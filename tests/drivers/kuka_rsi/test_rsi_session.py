@@ -65,11 +65,11 @@ def test_a_jump_either_way_or_another_port_is_another_session():
         fresh = one.take([other])
         assert fresh.cycles == 1
         assert "has begun a new RSI session" in one.restarted
-        told = one.restarted
+        before = one.restarted
         assert (
             one.take([Datagram(telegram(other.data and fresh.telegram.time + 4), other.port, 0)]).cycles == 1
         )
-        assert one.restarted == told
+        assert one.restarted == before
         assert one.elapsed == 8
 
 

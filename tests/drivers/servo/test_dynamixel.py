@@ -49,7 +49,7 @@ def servos(moving):
 
 @pytest.fixture
 def mirrors(mirroring):
-    """Servos that are where they were told to be last."""
+    """Servos that are where they were commanded last."""
     send_only(mirroring, "heal")
     return mirroring
 

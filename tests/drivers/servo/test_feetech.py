@@ -43,7 +43,7 @@ def servos(moving):
 
 @pytest.fixture
 def mirrors(mirroring):
-    """Servos that are where they were told to be last."""
+    """Servos that are where they were commanded last."""
     send_only(mirroring, "heal")
     return mirroring
 
@@ -168,8 +168,8 @@ def test_a_servo_that_is_not_there_is_named(servos):
 
 def test_an_adapter_that_hears_itself_is_not_taken_for_servos(servos):
     send_only(servos, "echo")
-    for nobody in range(6):
-        send_only(servos, f"silent {servo(nobody)}")
+    for place in range(6):
+        send_only(servos, f"silent {servo(place)}")
     with driver("feetech", servos) as one, pytest.raises(NotReady, match="sends back what it is sent"):
         one.open()
 

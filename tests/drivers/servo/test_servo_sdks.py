@@ -1,4 +1,4 @@
-"""Packets, registers and peers against the libraries of the servos' makers, which nobody here wrote."""
+"""Packets, registers and peers against the libraries of the servos' makers, as independent references."""
 
 import random
 from contextlib import contextmanager

@@ -1,4 +1,4 @@
-"""Old answers, bytes that nobody asked for, and silence, on a line that a test writes by hand."""
+"""Old answers, bytes that were not asked for, and silence, on a line that a test writes by hand."""
 
 import random
 
@@ -66,15 +66,15 @@ def test_goals_and_question_are_one_write(talk, line):
     assert line.sent == [GOALS + READINGS[0].packet]
 
 
-NOBODY = [None] * 3
+NO_ANSWERS = [None] * 3
 
 
 def test_a_late_answer_is_never_taken_for_the_next(talk, line):
-    assert exchange(talk, line)[0] == NOBODY  # nothing comes in time
+    assert exchange(talk, line)[0] == NO_ANSWERS  # nothing comes in time
     line.came = answers(1)  # now it does
-    assert exchange(talk, line, answers(2))[0] == NOBODY
+    assert exchange(talk, line, answers(2))[0] == NO_ANSWERS
     assert line.sent[-1] == GOALS  # and nothing was asked
-    assert exchange(talk, line, answers(3))[0] == NOBODY  # until the line was silent
+    assert exchange(talk, line, answers(3))[0] == NO_ANSWERS  # until the line was silent
     assert exchange(talk, line, answers(4, turn=1)) == ([4, 4, 4], ["answers again from one, two, three"])
 
 
@@ -88,7 +88,7 @@ def test_answers_that_are_always_a_question_late_are_never_accepted(talk, line):
 
     line.answers = late
     for _ in range(60):
-        assert talk.exchange(GOALS, READINGS, []) == NOBODY
+        assert talk.exchange(GOALS, READINGS, []) == NO_ANSWERS
     assert len(asked) > 10
 
 
@@ -105,8 +105,8 @@ def test_an_old_answer_in_front_of_the_right_one_is_passed_over_or_all_is_left(t
     exchange(talk, line)
     exchange(talk, line)
     assert 1 not in exchange(talk, line, answers(1) + answers(2, turn=1))[0]
-    assert exchange(talk, line, answers(3, turn=2))[0] == NOBODY
-    assert exchange(talk, line, answers(4, turn=2))[0] == NOBODY
+    assert exchange(talk, line, answers(3, turn=2))[0] == NO_ANSWERS
+    assert exchange(talk, line, answers(4, turn=2))[0] == NO_ANSWERS
     assert exchange(talk, line, answers(5, turn=2))[0] == [5, 5, 5]
 
 
@@ -115,16 +115,16 @@ def test_bytes_that_nobody_asked_for_are_reported_once(talk, line):
     first = exchange(talk, line, answers(1))
     line.came = b"???"
     second = exchange(talk, line, answers(2))
-    assert first == (NOBODY, ["3 bytes came unasked; nothing is asked until the line is silent"])
-    assert second == (NOBODY, [])
+    assert first == (NO_ANSWERS, ["3 bytes came unasked; nothing is asked until the line is silent"])
+    assert second == (NO_ANSWERS, [])
 
 
 def test_answers_out_of_order_are_of_several_questions(talk, line):
-    assert exchange(talk, line, answers(1, (3, 1, 2)))[0] == NOBODY
+    assert exchange(talk, line, answers(1, (3, 1, 2)))[0] == NO_ANSWERS
 
 
 def test_a_servo_that_answers_twice_is_not_accepted(talk, line):
-    assert exchange(talk, line, answers(1, (1, 1, 2)))[0] == NOBODY
+    assert exchange(talk, line, answers(1, (1, 1, 2)))[0] == NO_ANSWERS
 
 
 def test_a_servo_whose_answer_is_broken_costs_nobody_else_a_cycle(talk, line):
@@ -137,11 +137,11 @@ def test_a_servo_whose_answer_is_broken_costs_nobody_else_a_cycle(talk, line):
 def test_a_silent_servo_leaves_the_others(talk, line):
     for turn in range(3):
         assert exchange(talk, line, answers(5, (1, 3), turn))[0] == [5, None, 5]
-        assert exchange(talk, line, answers(5, (1, 3), turn))[0] == NOBODY  # it might come yet
+        assert exchange(talk, line, answers(5, (1, 3), turn))[0] == NO_ANSWERS  # it might come yet
 
 
 def test_an_answer_of_somebody_else_is_not_accepted(talk, line):
-    assert exchange(talk, line, answers(5, (1, 2, 9)))[0] == NOBODY
+    assert exchange(talk, line, answers(5, (1, 2, 9)))[0] == NO_ANSWERS
 
 
 def test_long_silence_is_a_lost_link(talk, line):

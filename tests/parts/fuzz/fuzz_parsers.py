@@ -88,14 +88,14 @@ def _recording() -> list[Damage]:
     name, loose = "run.mcap", parser_files.rewritten()
     files, contents = {name: loose}, parser_files.explanation()
     robot = {name: contents.attachments["robot.toml"].data}
-    found_text = {name: json.dumps(contents.metadata["exidyn"]).encode()}
+    output = {name: json.dumps(contents.metadata["exidyn"]).encode()}
     values = {name: np.array(parser_files.short_run().signals["position"].values).tobytes()}
     return [
         Damage({name: parser_files.recording_bytes()}, name, BINARY),
         Damage(files, name, BINARY),
         Damage(files, name, TEXT),
         Damage(robot, name, TEXT, lambda text: parser_files.rewritten(attachments={"robot.toml": text})),
-        Damage(found_text, name, (tree, number, value), _explained),
+        Damage(output, name, (tree, number, value), _explained),
         Damage(values, name, (double,), parser_files.with_positions),
     ]
 

@@ -1,4 +1,4 @@
-"""The pipe to a process of its own: never blocks, never tears, says why it fails."""
+"""The pipe to a process of its own: never blocks, never tears, gives the reason of a failure."""
 
 import os
 import signal

@@ -209,7 +209,7 @@ def test_a_killed_loop_loses_nothing(tmp_path):
     left = kill(tmp_path, ("loop",), 0.45)
     assert left.file.name == "run.mcap"
     assert left.lost_ms == 0.0
-    assert "ended without saying why" in left.recording.events[-1].text
+    assert "ended without a reason" in left.recording.events[-1].text
     assert left.recording.outcome["stop"] == "unknown"
     assert not any("abruptly" in warning for warning in left.recording.warnings)
 
@@ -235,7 +235,7 @@ def small_disk(tmp_path):
     disk.mkdir()
     mounted = subprocess.run(["mount", "-t", "tmpfs", "-o", "size=5m", "none", disk], capture_output=True)
     if mounted.returncode:
-        pytest.skip("nobody but root may make a small disk")
+        pytest.skip("only root may make a small disk")
     yield disk
     subprocess.run(["umount", "-l", disk], check=True)
 

@@ -40,7 +40,7 @@ def test_a_controller_in_relative_mode_is_stopped_by_its_own_means(tmp_path):
     job = Job(ROBOT, slow_motion(), LIMITS, watch=busy)
     with running(path, *options, f"--start={axes}", "--additive", LASTING) as peer:
         outcome = perform(make_driver("kuka_rsi", given, ROBOT), job, [sink])
-        told = counted(peer)
+        counts = counted(peer)
     assert (outcome.stop.kind, outcome.stop.level) == ("tracking error", StopLevel.BRAKE)
     assert [stop.level for stop in outcome.escalated] == [StopLevel.QUICK]
-    assert told["stopped"] == "stopped by the Stop channel"
+    assert counts["stopped"] == "stopped by the Stop channel"

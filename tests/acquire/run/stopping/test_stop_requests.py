@@ -33,7 +33,7 @@ def test_afterwards_signals_are_what_they_were():
 
 @pytest.fixture
 def hangup():
-    """What the terminal that the tests run in says of hang-ups; it may be none."""
+    """What the terminal that the tests run in does on hang-ups; it may be none."""
     before = signal.getsignal(signal.SIGHUP)
     yield lambda handler: signal.signal(signal.SIGHUP, handler)
     signal.signal(signal.SIGHUP, before)

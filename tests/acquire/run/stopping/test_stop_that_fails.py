@@ -46,7 +46,7 @@ def test_a_joint_that_runs_away_is_stopped_by_its_controller():
     assert [stop.level for stop in outcome.escalated] == [QUICK]
     after = positions(sink)[-100:, 0]
     assert np.ptp(after) < 1e-3
-    assert np.abs(after[-1] - START[0]) < 1.0  # 2.1 rad where nobody asks
+    assert np.abs(after[-1] - START[0]) < 1.0  # 2.1 rad where nothing asks
 
 
 def test_one_that_ignores_that_loses_its_torque_and_is_recorded_on():
@@ -72,7 +72,7 @@ def test_a_driver_that_fails_at_a_stop_is_asked_for_the_next():
     outcome, sink, asked = on_the_mock("runaway joint1 2 at 0.3; stop fails at 0")
     assert asked == [QUICK, OFF]
     assert outcome.escalated[-1].kind == "stop failed"
-    assert "QUICK was not told" in outcome.escalated[-1].text
+    assert "QUICK was not sent" in outcome.escalated[-1].text
     assert stops_recorded(sink)[-1]["details"]["level"] == "OFF"
 
 
