@@ -24,14 +24,14 @@ def in_words_of(robot: Robot) -> Iterator[None]:
 def named(text: str, robot: Robot) -> str:
     """Text with the robot's joint names for their numbers."""
     before, *parts = NUMBERED.split(text)
-    parts = [before]
+    named_parts = [before]
     for number, sentence in zip(parts[::2], parts[1::2], strict=True):
         joint = int(number) - 1
         if joint not in range(robot.dof):
-            parts.append(f"joint {number}{sentence}")
+            named_parts.append(f"joint {number}{sentence}")
         elif robot.revolute[joint]:
-            parts.append(robot.joints[joint] + sentence)
+            named_parts.append(robot.joints[joint] + sentence)
         else:
             metres = re.sub(r"\brad\b", "m", re.sub(r"\bN m\b", "N", sentence))
-            parts.append(robot.joints[joint] + metres)
-    return "".join(parts)
+            named_parts.append(robot.joints[joint] + metres)
+    return "".join(named_parts)

@@ -3,8 +3,8 @@
     python tests/peers/local_drives.py 0 0 0 0 0 0            prints "ready PORT" and later what happens
 
 SDO server, network states and heartbeat are those of the package `canopen`; here is what it leaves out: PDOs
-that act with SYNC, the states of a drive behind the controlword, and a motor that is at once where it is commanded
-to be. Ends when its standard input does.
+that act with SYNC, the states of a drive behind the controlword, and a motor that is at once where it is
+commanded. Ends when its standard input does.
 """
 
 import argparse
