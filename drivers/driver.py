@@ -1,7 +1,7 @@
 """Driver: what every robot controller looks like from the loop.
 
 A driver is opened, armed, and then exchanges one command for one sample a cycle. `exchange` blocks until the
-next cycle, whoever owns the clock: the host (CAN, serial, mock) or the controller (KUKA RSI). Inside a
+next cycle, with either clock: the host (CAN, serial, mock) or the controller (KUKA RSI). Inside a
 driver's file are its units, signs and telegrams; outside there are radians, amperes and newton metres only.
 """
 
@@ -266,7 +266,7 @@ class Driver(ABC):
     def stop(self, level: StopLevel) -> None:  # noqa: B027 - likewise
         """Stop by the controller's own means; afterwards `exchange(None)` still listens where it can.
 
-        Never raises: whoever stops has no use for it.
+        Never raises: a stop has no use for it.
         """
 
     @abstractmethod

@@ -4,7 +4,7 @@ import time
 from typing import NamedTuple
 
 _WALL = time.time_ns() - time.monotonic_ns()
-"""Read once, so that host times never go back when somebody sets the clock [ns]."""
+"""Read once, so that host times never go back when the clock is set [ns]."""
 
 
 def host_time() -> int:

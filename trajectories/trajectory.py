@@ -18,7 +18,7 @@ PART_OF_TICK = 1e-6
 
 
 UNITS = {"position": "rad", "velocity": "rad/s", "acceleration": "rad/s^2", "jerk": "rad/s^3"}
-"""Of a joint that turns."""
+"""Of a revolute joint."""
 
 
 def unit_of(name: str, position: str = "rad") -> str:

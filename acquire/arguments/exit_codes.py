@@ -12,7 +12,7 @@ WRONG = 4
 INTERRUPTED = 130
 """After Ctrl-C, as shells have it: 128 + SIGINT."""
 READER_LEFT = 141
-"""Whoever read the output has left, as shells have it of all commands: 128 + SIGPIPE."""
+"""The reader of the output has left, as shells have it of all commands: 128 + SIGPIPE."""
 
 MEANINGS = {
     DONE: "done",
@@ -21,7 +21,7 @@ MEANINGS = {
     LOST: "done, and part of the recording is lost for good (recover)",
     WRONG: "done, and the joint does not do what it should (jog)",
     INTERRUPTED: "interrupted by Ctrl-C",
-    READER_LEFT: "whoever read the output has left, as head does",
+    READER_LEFT: "the reader of the output has left, as head does",
 }
 """Code -> in words, for help and docs."""
 

@@ -167,14 +167,14 @@ def _way(given: argparse.Namespace, robot: Robot) -> Way:
 
     Raises:
         UnknownJoint: There is no such joint.
-        NotAllowed: Degrees of a joint that slides, millimetres of one that turns, or too many.
+        NotAllowed: Degrees of a prismatic joint, millimetres of a revolute one, or too many.
     """
     joint = _joint(given.joint, robot)
-    turns = bool(robot.revolute[joint])
-    if (given.mm if turns else given.degrees) is not None:
-        kind, option = ("turns", "--degrees") if turns else ("slides", "--mm")
+    revolute = bool(robot.revolute[joint])
+    if (given.mm if revolute else given.degrees) is not None:
+        kind, option = ("is revolute", "--degrees") if revolute else ("is prismatic", "--mm")
         raise NotAllowed(f"{robot.joints[joint]} {kind}: give the distance with {option}")
-    if turns:
+    if revolute:
         return Way.of(robot, joint, USUAL_TURN if given.degrees is None else float(np.radians(given.degrees)))
     return Way.of(robot, joint, USUAL_SLIDE if given.mm is None else 1e-3 * given.mm)
 
@@ -206,7 +206,7 @@ def _driver(
 
 
 def _standing(driver: Driver, info: Info) -> np.ndarray:
-    """Where the arm stands, shape (n,) [rad] or [m]: where it is held, or the median of what is heard.
+    """Where the arm stands, shape (n,) [rad] or [m]: where it is held, or the median of what is received.
 
     A controller that holds the arm already wants an answer in every cycle, and from the first exchange on it
     gets none but by exchanges; what is still to be planned would come in between.

@@ -132,7 +132,7 @@ def _missed(recording: Recording) -> np.ndarray:
 
 
 def _units(recording: Recording) -> list[str]:
-    return ["rad" if turns else "m" for turns in recording.robot.revolute]
+    return ["rad" if revolute else "m" for revolute in recording.robot.revolute]
 
 
 def parser() -> argparse.ArgumentParser:

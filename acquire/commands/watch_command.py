@@ -103,7 +103,7 @@ def _driver(given: argparse.Namespace) -> tuple[Driver, JointUnits]:
 def _readings(
     given: argparse.Namespace, listener: Listener, asked: StopRequests
 ) -> Iterator[tuple[float, Reading]]:
-    """Seconds since the first reading, and a reading, until somebody asks to stop or time is up."""
+    """Seconds since the first reading, and a reading, until a stop is asked for or time is up."""
     tabular = given.json is None and sys.stdout.isatty()
     every = given.every or (REDRAW if tabular else LINES)
     began, due = None, time.monotonic()

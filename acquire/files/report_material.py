@@ -100,7 +100,7 @@ def _fitted(path: Path, fit: Fit, recordings: Sequence[Recording], progress: Pro
 
 
 def _improved(path: Path, fit: Fit, recordings: Sequence[Recording], progress: Progress) -> Fitted:
-    """The fit that lies with a diagnosis, and has what that found."""
+    """The fit beside a diagnosis, and has what that found."""
     _say(path, recordings, progress)
     return Fitted("Fit with what was found", predicted(fit, recordings), improved=True)
 

@@ -1,4 +1,4 @@
-"""Kept: the cycles of a run in memory, for whoever looks at them when it is over."""
+"""Kept: the cycles of a run in memory, for use when it is over."""
 
 from dataclasses import dataclass
 

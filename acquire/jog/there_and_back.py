@@ -50,8 +50,8 @@ class Way:
         Raises:
             NotAllowed: It is longer than the longest, or none.
         """
-        turns = bool(robot.revolute[joint])
-        most, crawl = (MOST_TURN, TURN) if turns else (MOST_SLIDE, SLIDE)
+        revolute = bool(robot.revolute[joint])
+        most, crawl = (MOST_TURN, TURN) if revolute else (MOST_SLIDE, SLIDE)
         units = JointUnits.of(robot)
         scale, unit = units.scale[joint], units.units[joint]
         if not 0.0 < abs(distance) <= most * (1.0 + 1e-9):

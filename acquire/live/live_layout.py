@@ -32,8 +32,8 @@ def layout(model: Model, effort: str, delay: float) -> rrb.Blueprint:
         effort: What the controller measures of it: "current" or "torque".
         delay: Age of velocity and residual [s].
     """
-    turns = bool(model.robot.revolute.all())
-    angle, small = ("rad", "mrad") if turns else ("rad, m", "mrad, mm")
+    revolute = bool(model.robot.revolute.all())
+    angle, small = ("rad", "mrad") if revolute else ("rad, m", "mrad, mm")
     old = f"{1e3 * delay:.0f} ms old"
     plots = rrb.Grid(
         _plot("position", f"position, commanded in grey [{angle}]"),

@@ -3,7 +3,7 @@
 The motion's derivatives are those of a quadratic, by least squares through a short window of samples, at the
 window's middle: at its end they would be up to date, but the velocity alone would have eight times the noise.
 Measured and nominal torque of that moment are then both averaged over a longer window, so that noise and
-the moments at which friction turns do not hide what stays. So what is shown is half of both windows old.
+the moments at which friction reverses do not hide what stays. So what is shown is half of both windows old.
 """
 
 from typing import Any, NamedTuple

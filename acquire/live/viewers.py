@@ -134,7 +134,7 @@ def _start(
             stdout=output,
             stderr=output,
             start_new_session=lives_on,
-            preexec_fn=_hear_signals,
+            preexec_fn=_default_signals,
         )
         deadline = time.monotonic() + START
         while not all(_listening(host, port) for host, port in listens):
@@ -154,7 +154,7 @@ def _ends_within(process: "subprocess.Popen[bytes]", patience: float) -> bool:
     return True
 
 
-def _hear_signals() -> None:
+def _default_signals() -> None:
     """Undo for a viewer that this process ignores signals."""
     for ignored in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(ignored, signal.SIG_DFL)

@@ -13,12 +13,12 @@ from exidyn.drivers.driver import SIGNALS
 ASK_STATES = 1.0
 """Time between questions for the drives' states [s]: on a serial line one costs a few cycles."""
 KEPT = 5000
-"""Samples, and events, kept for whoever looks: ten seconds at 500 Hz; a terminal may stop for longer."""
+"""Samples, and events, kept for the display: ten seconds at 500 Hz; a terminal may stop for longer."""
 
 
 @dataclass(frozen=True)
 class Reading:
-    """What was heard since the last look.
+    """What was received since the last look.
 
     Attributes:
         host_time: Host's clock at the last sample [ns since 1970].
@@ -48,7 +48,7 @@ class Reading:
 
 
 class Listener:
-    """A context manager that exchanges nothing but samples, so that whoever prints them may take its time.
+    """A context manager that exchanges nothing but samples, so that printing them may take its time.
 
     A controller that gives up when it is not answered is answered all the while.
 
@@ -66,7 +66,7 @@ class Listener:
         self._thread = Thread(target=self._listen, name="listener", daemon=True)
 
     def look(self) -> Reading | None:
-        """What was heard since the last look; None if nothing was.
+        """What was received since the last look; None if nothing was.
 
         Raises:
             DriverError: No answers any more; or whatever else went wrong while exchanging.

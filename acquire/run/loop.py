@@ -143,7 +143,7 @@ class Loop:
         return None if again else self._next()
 
     def _cycle(self, command: Command | None) -> bool:
-        """One exchange, handed over and looked at; whether anybody answers."""
+        """One exchange, handed over and looked at; whether there is an answer."""
         try:
             sample = self._driver.exchange(command)
         except DriverError as error:

@@ -16,7 +16,7 @@ def require_attended(simulated: bool, yes: bool) -> None:
     """Raise where no one would be asked though something real moves.
 
     Raises:
-        NotAllowed: --yes alone, which a script that is reused might have without anybody thinking of it.
+        NotAllowed: --yes alone, which a script that is reused might have by oversight.
     """
     if yes and not simulated and os.environ.get(UNATTENDED) != "yes":
         raise NotAllowed(

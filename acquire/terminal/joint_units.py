@@ -1,4 +1,4 @@
-"""Positions as a person reads them: degrees where a joint turns, millimetres where it slides."""
+"""Positions as a person reads them: degrees of a revolute joint, millimetres of a prismatic one."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -30,7 +30,7 @@ class JointUnits:
     @classmethod
     def of(cls, robot: Robot) -> "JointUnits":
         """Of a robot that is known."""
-        units = tuple("deg" if turns else "mm" for turns in robot.revolute)
+        units = tuple("deg" if revolute else "mm" for revolute in robot.revolute)
         scale = np.where(robot.revolute, np.degrees(1.0), 1e3)
         return cls(robot.joints, units, scale, robot.limits.position_lower, robot.limits.position_upper)
 

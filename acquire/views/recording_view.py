@@ -44,8 +44,8 @@ def recording_view(recordings: Sequence[Recording]) -> View:
 
 def _tab(recording: Recording) -> rrb.Container:
     """Plots on the left; the arm, what happened and what is inside on the right."""
-    name, turns = recording.name, bool(recording.robot.revolute.all())
-    angle, small = ("rad", "mrad") if turns else ("rad, m", "mrad, mm")
+    name, revolute = recording.name, bool(recording.robot.revolute.all())
+    angle, small = ("rad", "mrad") if revolute else ("rad, m", "mrad, mm")
     grey = ", commanded in grey" if "command" in recording.signals else ""
     units = {"position": f"{grey} [{angle}]", "velocity": f" [{angle}/s]"}
     plots = [

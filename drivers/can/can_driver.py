@@ -99,9 +99,9 @@ class CanDriver(Driver, Generic[Round]):
         sent = talk.cycle(self._patience)
         if commanding and not talk.fault:
             self._look(talk)
-        if time.monotonic() - talk.heard > SILENCE:
+        if time.monotonic() - talk.received > SILENCE:
             raise LinkLost(
-                f"nothing was heard of any joint on the CAN bus for {SILENCE:g} s. Check power and cable"
+                f"nothing was received from any joint on the CAN bus for {SILENCE:g} s. Check power and cable"
             )
         return self._sample(talk, tick, sent)
 

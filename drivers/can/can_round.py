@@ -1,6 +1,6 @@
-"""Question and answer on a CAN bus, once a cycle: what every driver's cyclic part does with what it hears.
+"""Question and answer on a CAN bus, once a cycle: what every driver's cyclic part does with what it receives.
 
-No thread: nothing here waits for anybody else's turn. Whatever arrives that is not understood is left alone.
+No thread: nothing here waits. Whatever arrives that is not understood is left alone.
 """
 
 import time
@@ -28,14 +28,14 @@ class CanRound(ABC):
     Attributes:
         fresh: Whether each joint answered the last question.
         fault: The first reason why the arm can no longer be commanded.
-        heard: When anything was last heard of any joint [s].
+        received: Time of the last answer of any joint [s].
     """
 
     def __init__(self, bus: CanBus, names: list[str]) -> None:
         self._bus, self._names = bus, names
         self.fresh = [False] * len(names)
         self.fault = ""
-        self.heard = time.monotonic()
+        self.received = time.monotonic()
         self._waiting = 0
         self._events: list[str] = []
 
@@ -60,7 +60,7 @@ class CanRound(ABC):
         while self._bus.recv(0.0) is not None and time.monotonic() < end:
             pass
         self.fault = self._bus.trouble
-        self.heard = time.monotonic()
+        self.received = time.monotonic()
 
     def fail(self, why: str) -> None:
         """The arm can no longer be commanded; the first reason is kept, all are reported."""
@@ -113,7 +113,7 @@ class CanRound(ABC):
         if message.is_extended_id or message.is_remote_frame or message.is_fd:
             return
         if self._understand(message.arbitration_id, bytes(message.data)):
-            self.heard = time.monotonic()
+            self.received = time.monotonic()
 
 
 def frame(identifier: int, data: bytes) -> can.Message:

@@ -45,7 +45,7 @@ class CanMit(CanDriver[MotorRound]):
         self._attempts = [0] * arm.dof
 
     def open(self) -> Info:
-        """As in `Driver`: check the motors' registers and hear all of them; nothing is switched on."""
+        """As in `Driver`: check the motors' registers and read all of them; nothing is switched on."""
         return self._open(self.settings.dead_man)
 
     def open_to_read(self) -> Info:
@@ -91,7 +91,7 @@ class CanMit(CanDriver[MotorRound]):
                 set_up(bus, motor, dead_man) if motor.family.registers else Found() for motor in self._motors
             ]
             self._round = MotorRound(bus, self._motors)
-            self._hear_all(self._round)
+            self._read_all(self._round)
         except BaseException:
             self.close()
             raise
@@ -155,7 +155,7 @@ class CanMit(CanDriver[MotorRound]):
             self._sign * np.where(ampere, 1.0, 1.0 / constant),
         )
 
-    def _hear_all(self, talk: MotorRound) -> None:
+    def _read_all(self, talk: MotorRound) -> None:
         """Wait until every motor has answered once.
 
         Raises:
@@ -213,7 +213,7 @@ class CanMit(CanDriver[MotorRound]):
         talk.target, talk.velocity = position.tolist(), velocity.tolist()
 
     def _look(self, talk: MotorRound) -> None:
-        """Errors are seen where they are heard."""
+        """Errors are seen where they are received."""
 
     def _sample(self, talk: MotorRound, tick: Tick, sent: int) -> Sample:
         _, position, velocity, effort, temperature = np.array(talk.state).T

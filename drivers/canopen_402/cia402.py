@@ -37,7 +37,7 @@ ERROR_COUNT = Entry(0x1003, 0, "<B", "number of errors in the history")
 SYNC_ID = Entry(0x1005, 0, "<I", "identifier of SYNC")
 SYNC_PERIOD = Entry(0x1006, 0, "<I", "period of SYNC in us")
 DEVICE_NAME = Entry(0x1008, 0, "", "device name")
-HEARD_HEARTBEAT = Entry(0x1016, 1, "<I", "heartbeat to listen to")
+CONSUMER_HEARTBEAT = Entry(0x1016, 1, "<I", "heartbeat to listen to")
 OWN_HEARTBEAT = Entry(0x1017, 0, "<H", "heartbeat to send")
 VENDOR, PRODUCT, REVISION, SERIAL = (
     Entry(0x1018, sub, "<I", name) for sub, name in enumerate(("vendor", "product", "revision", "serial"), 1)

@@ -207,7 +207,7 @@ class Canopen402(CanDriver[Frames]):
     def _part(self, frames: Frames) -> None:
         """Leave drives that no longer miss the host, and a quiet bus."""
         for joint in range(self.arm.dof):
-            frames.write_unanswered(joint, c.HEARD_HEARTBEAT, 0)
+            frames.write_unanswered(joint, c.CONSUMER_HEARTBEAT, 0)
         time.sleep(0.02)
         frames.manage(c.PRE_OPERATIONAL)
 

@@ -201,8 +201,8 @@ class Frames(CanRound):
             self.fail(f"{self._names[joint]}: is {word} on the network, no longer operational")
 
     def _all_alive(self) -> list[float]:
-        """When each was heard of last; one without heartbeat is missed where it is stale, not here."""
-        return [self.heard if beats else math.inf for beats in self._beating]
+        """Time of the last message of each; one without heartbeat is missed where it is stale, not here."""
+        return [self.received if beats else math.inf for beats in self._beating]
 
     def _look_for_lost(self) -> None:
         if self.fault:

@@ -38,7 +38,7 @@ class DriveNetwork:
     """The drives as their SDO servers show them.
 
     A thread of canopen's reads the bus within `set_up_all` and `error_of`, and only there; it has the
-    scheduling of whoever calls. At other times the bus is the caller's.
+    scheduling of the caller. At other times the bus is the caller's.
 
     Args:
         bus: Open.

@@ -24,7 +24,7 @@ SHOWN = 3
 SPARE_TPDOS = (0x1801, 0x1802, 0x1803)
 """TPDOs that are switched off; the first is switched on again where an effort needs one of its own."""
 SPARE_RPDOS = (0x1401, 0x1402, 0x1403)
-"""RPDOs by which somebody else's frames could command the drive."""
+"""RPDOs by which frames of others could command the drive."""
 
 
 class Wish(NamedTuple):
@@ -66,7 +66,7 @@ def inspect(drive: Drive) -> Found:
     """Ask a drive what it is; of what is old in it only the error history is cleared.
 
     Raises:
-        NotReady: It is no such drive, or in use by somebody else.
+        NotReady: It is no such drive, or in use elsewhere.
         LinkLost: It does not answer.
     """
     found = Found()
@@ -191,7 +191,9 @@ def _set_cycle(drive: Drive, wish: Wish, found: Found) -> None:
 def _set_guard(drive: Drive, wish: Wish, found: Found) -> None:
     """Make the drive stop by itself when the host dies, and return whether it will."""
     missing = [
-        drive.offer(c.HEARD_HEARTBEAT, wish.settings.host_node << 16 | round(1e3 * wish.settings.dead_man)),
+        drive.offer(
+            c.CONSUMER_HEARTBEAT, wish.settings.host_node << 16 | round(1e3 * wish.settings.dead_man)
+        ),
         drive.offer(c.ABORT_CONNECTION, wish.settings.abort_connection),
     ]
     found.guarded = not any(missing)

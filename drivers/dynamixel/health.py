@@ -8,7 +8,7 @@ from .packet import ALERT
 from .registers import HARDWARE_ERROR, TORQUE, TRIPPED, WATCHDOG, hardware_errors
 
 GAP = 50_000_000
-"""A servo not heard of for so long may have been stopped or have lost its power [ns]."""
+"""A servo without an answer for so long may have been stopped or have lost its power [ns]."""
 
 AGAIN = 100
 """As long as a servo has hardware errors, they are looked at in every so many cycles."""
@@ -25,7 +25,7 @@ class DynamixelHealth:
 
     def __init__(self, bus: ServoBus, shutdown: Sequence[int], now: int) -> None:
         self._bus, self._shutdown = bus, shutdown
-        self._heard, self._gap = [now] * len(shutdown), 0
+        self._answered, self._gap = [now] * len(shutdown), 0
         self._alerts, self._reported, self._looks = set[int](), [0] * len(shutdown), 0
 
     def look(self, answers: Sequence[Status | None], now: int, armed: bool, events: list[str]) -> str:
@@ -67,8 +67,8 @@ class DynamixelHealth:
         """Servos that were silent may have been stopped by their watchdog, or have lost their power."""
         for place, answer in enumerate(answers):
             if answer is not None:
-                self._gap = max(self._gap, now - self._heard[place])
-                self._heard[place] = now
+                self._gap = max(self._gap, now - self._answered[place])
+                self._answered[place] = now
         if not armed or self._gap < GAP:
             self._gap = 0
             return ""

@@ -210,7 +210,7 @@ class KukaRsi(Driver):
         return self._samples.of(fresh, elapsed, self._events(talk, fresh), self._fault, sent)
 
     def _silent(self, talk: Conversation) -> Sample:
-        """A sample of nothing, so that whoever watches may decide."""
+        """A sample of nothing, so that monitors may decide."""
         if talk.quiet > self.settings.timeout * self._cycle:
             raise LinkLost(
                 f"no telegram from {self.settings.controller} for {talk.quiet:.2f} s: RSI has ended there. "

@@ -34,7 +34,7 @@ class SerialPort:
 
     Raises:
         BadSettings: No such port, or a baud rate it does not have.
-        NotReady: A port that somebody else has, or that this user may not open.
+        NotReady: A port that is in use, or that this user may not open.
     """
 
     def __init__(self, name: str, baudrate: int, patience: float) -> None:

@@ -1,7 +1,7 @@
 """Servos on a serial line: ask them, command them, and never take an old answer for a new one.
 
 Answers carry no number. One that comes after its deadline would be read in the next cycle, look right and be
-late from then on. So whoever asks looks first whether something is waiting already, and afterwards whether
+late from then on. So a question looks first whether something is waiting already, and afterwards whether
 there is more than was asked for; in warning the line is left alone until it is silent.
 """
 
@@ -121,7 +121,7 @@ class ServoBus:
         )
 
     def _require_no_echo(self) -> None:
-        """A plain adapter hears itself, and a ping can look like the answer of a servo with an alarm."""
+        """A plain adapter receives what it sends, and a ping can look like the answer of a servo with an alarm."""
         question = self._codec.sync_read(0, 1, self.servos)
         self.drain()
         self.send_only(question.packet)

@@ -10,7 +10,7 @@ from ..errors import BrokenTree, UnknownJoint, WrongShape
 from .newton_euler import joints_of
 
 SLIDING = {"rad": "m", "rad/s": "m/s", "N m": "N"}
-"""Unit of a joint that turns -> that of one that slides."""
+"""Unit of a revolute joint -> that of a prismatic one."""
 
 
 def _not_given() -> np.ndarray:
@@ -115,12 +115,12 @@ class Robot:
 
     @cached_property
     def revolute(self) -> np.ndarray:
-        """Which joints turn; the others slide. Shape (n,), bool."""
+        """Which joints are revolute; the others are prismatic. Shape (n,), bool."""
         return np.array([joint.revolute for joint in joints_of(self.kinematics)])
 
     def units(self, turning: str) -> tuple[str, ...]:
-        """A unit for each joint, given that of joints that turn."""
-        return tuple(turning if turns else SLIDING.get(turning, turning) for turns in self.revolute)
+        """A unit for each joint, given that of revolute joints."""
+        return tuple(turning if revolute else SLIDING.get(turning, turning) for revolute in self.revolute)
 
     def index(self, joint: str) -> int:
         """Column of a joint.

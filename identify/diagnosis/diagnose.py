@@ -83,7 +83,7 @@ def _diagnosed(
 
 
 def nominal(model: Model) -> Model:
-    """The model with inertias that may be anything, unless somebody stated how well they are known."""
+    """The model with inertias that may be anything, unless it is stated how well they are known."""
     if model.robot.inertias_stated:
         return model
     return replace(model, robot=replace(model.robot, inertial_tolerance=UNSTATED))

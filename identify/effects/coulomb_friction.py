@@ -15,7 +15,7 @@ class CoulombFriction(JointEffect):
     r"""Torque :math:`F_c \tanh(\dot q / v_r)`, the paper's :math:`Fc_j`.
 
     Attributes:
-        reversal: Velocity :math:`v_r` over which the sign turns [rad/s].
+        reversal: Velocity :math:`v_r` over which the sign changes [rad/s].
     """
 
     reversal: float = shape(0.003, "rad/s", 1e-4, 0.1)

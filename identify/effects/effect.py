@@ -1,7 +1,7 @@
 """Effect: one physical cause of joint torque.
 
 Linear unknowns are regressor columns. Nonlinear unknowns are fields declared with `shape`. A choice
-(which joint, which harmonic) is a plain field. Whoever sums effects never asks which one it holds.
+(which joint, which harmonic) is a plain field. Code that sums effects does not depend on which one it holds.
 
 What is not an effect: faults of the measurement (delay, gain, encoder zero), which are corrections of
 the data, and elasticity or backlash, which have a state of their own.
@@ -88,7 +88,7 @@ class Effect(ABC):
             link), and so loads its friction; friction itself and the rotor do not.
         needs_load: Whether its columns depend on `Motion.load`.
         smooth: Whether its torque is a product of sines and powers of the motion, and so no more abrupt than
-            it; friction that turns within milliseconds is not.
+            it; friction that reverses within milliseconds is not.
         pointwise: Whether a sample's torque depends on that sample alone.
         linear: Whether its columns are a constant, plus multiples of velocity and acceleration, and nothing
             else: who simulates asks only once.
@@ -144,7 +144,7 @@ class Effect(ABC):
 
         Weights are (t, n, p) and known (t, n), which an effect without known torque leaves aside. Unless an
         effect knows better, by central differences of all samples at once. What a memory carries from one
-        sample to the next is left out: hysteresis turns within milliradians.
+        sample to the next is left out: hysteresis reverses within milliradians.
         """
         return differences(self.regressor, robot, motion, weights, self.needs_load)
 

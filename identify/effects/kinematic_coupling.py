@@ -43,7 +43,7 @@ class KinematicCoupling(Effect):
         joint: Name of the joint whose motor it is.
         other: Name of the joint that also turns that motor.
         ratio: Turns of that motor, over its gear ratio, per turn of the other joint [-].
-        reversal: Velocity over which the sign of dry friction turns [rad/s].
+        reversal: Velocity over which the sign of dry friction changes [rad/s].
     """
 
     joint: str

@@ -19,7 +19,7 @@ class LoadDependentFriction(JointEffect):
     its noise, and the friction itself, into the column.
 
     Attributes:
-        reversal: Velocity :math:`v_r` over which the sign turns [rad/s].
+        reversal: Velocity :math:`v_r` over which the sign changes [rad/s].
     """
 
     reversal: float = shape(0.003, "rad/s", 1e-4, 0.1)

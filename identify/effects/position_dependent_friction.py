@@ -18,7 +18,7 @@ class PositionDependentFriction(JointEffect):
         harmonic: Periods per turn of the joint :math:`k` [-], or per metre over :math:`2\pi` where it
             slides; part of the parameters' names, so that several can be in one model.
         count: How many multiples of it there are, from the first on; a tight spot has many.
-        reversal: Velocity :math:`v_r` over which the sign turns [rad/s].
+        reversal: Velocity :math:`v_r` over which the sign changes [rad/s].
     """
 
     harmonic: float = 1

@@ -16,7 +16,7 @@ This is the torque *on the joint*: the motor gives what is left, so the columns 
 :math:`q_2 = 0`, arm forward, gravity asks the motor for -3.4 kN m and :math:`\tau_{sb}` is -7.7 kN m.
 
 (33) as printed, a plain arctangent, divides by zero at :math:`\theta = 0, \pm\pi`, the upright arm, and
-beyond :math:`-\pi < \theta < 0` takes the wrong branch, which turns the torque's sign.
+beyond :math:`-\pi < \theta < 0` takes the wrong branch, which changes the torque's sign.
 """
 
 from dataclasses import dataclass

@@ -16,7 +16,7 @@ class StribeckFriction(JointEffect):
 
     Attributes:
         fade: Velocity :math:`v_s` at which 37 % of it is left [rad/s].
-        reversal: Velocity :math:`v_r` over which the sign turns [rad/s].
+        reversal: Velocity :math:`v_r` over which the sign changes [rad/s].
     """
 
     fade: float = shape(0.1, "rad/s", 0.01, 1.0)

@@ -21,7 +21,7 @@ class TemperatureDependentFriction(JointEffect):
 
     Attributes:
         reference: Temperature :math:`T_0` [degC].
-        reversal: Velocity :math:`v_r` over which the sign turns [rad/s].
+        reversal: Velocity :math:`v_r` over which the sign changes [rad/s].
     """
 
     reference: float = 25.0

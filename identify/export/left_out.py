@@ -80,7 +80,7 @@ def _reversal(portable: Portable) -> list[str]:
     if not np.any(joints.dry):
         return []
     turning = _amounts(portable, np.where(joints.dry, joints.reversal, 0.0), "rad/s")
-    return [f"the velocity over which coulomb_friction turns, by tanh: {turning}"]
+    return [f"the velocity over which coulomb_friction reverses, by tanh: {turning}"]
 
 
 def _gains(portable: Portable) -> list[str]:

@@ -27,7 +27,7 @@ FEATURES = ("gravity", "armature", "damping", "dry", "reversal", "stiffness", "c
 STEP = 1e-3
 """Of the integration that the file asks for [s]."""
 SOFTEST = 0.01
-"""Impedance of dry friction wherever the step allows: what turns weakly feels acceleration by a hundredth."""
+"""Impedance of dry friction wherever the step allows: acceleration changes weak friction by a hundredth."""
 SLENDERNESS = 0.06
 """Radius of a drawn link over the longest one."""
 SMALLEST = 1e-9

@@ -33,7 +33,7 @@ class Joints:
         armature: Inertia of rotor and gear [kg m^2].
         damping: Torque per velocity [N m s/rad].
         dry: Torque of dry friction [N m].
-        reversal: Velocity over which that turns, by tanh [rad/s].
+        reversal: Velocity over which that reverses, by tanh [rad/s].
         stiffness: Torque per position [N m/rad].
         constant: Torque at position zero [N m].
     """

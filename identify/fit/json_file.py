@@ -18,6 +18,6 @@ def read_json(path: Path) -> Any:
     except OSError as error:
         raise NotAFile(f"{path} cannot be read: {error.strerror}") from error
     except RecursionError:
-        raise NotAFile(f"{path} is not JSON that anybody writes: nested too deeply") from None
+        raise NotAFile(f"{path} is not valid JSON: nested too deeply") from None
     except ValueError as error:
         raise NotAFile(f"{path} is not JSON, or was cut off: {error}") from error

@@ -1,4 +1,4 @@
-"""Fit of shapes: the nonlinear unknowns of effects, such as the velocity over which friction turns.
+"""Fit of shapes: the nonlinear unknowns of effects, such as the velocity over which friction reverses.
 
 Linear unknowns are solved for at every trial of a shape (variable projection), so what is searched is
 one number at a time. The measure is the likelihood with each joint's own noise.

@@ -1,6 +1,6 @@
 """Cut-off frequencies chosen from the data.
 
-Positions are low-passed where they sink into encoder noise. Torque and regressor are compared up to the
+Positions are low-passed where they are below encoder noise. Torque and regressor are compared up to the
 frequency at which the encoder's noise, twice differentiated and times inertia, would exceed the noise of
 the current: beyond it, samples depend more on the encoder than on the arm.
 """

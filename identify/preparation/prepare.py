@@ -278,7 +278,7 @@ def _noise(current: np.ndarray, motion: Motion, decimation: Decimation) -> tuple
     """Noise floor of each current behind the filter, shape (n,), and where it was measured.
 
     A joint rests below a tenth of the speed at which it counts as standing still: creeping, it would
-    still turn its friction.
+    still reverse its friction.
     """
     still = np.all(np.abs(motion.velocity) < 1e-3 * _usual_speed(motion), axis=1)
     noise = noise_at_rest(current, still, decimation)

@@ -47,7 +47,7 @@ def rigid_inertia(mass: float, center_of_mass: np.ndarray, inertia: np.ndarray, 
     for value, (i, j) in zip(inertia, INERTIA_PLACES, strict=True):
         about_center[i, j] = about_center[j, i] = value
     lowest = np.linalg.eigvalsh(about_center)[0]
-    # a thin rod has a principal moment of zero, which rounding may turn negative
+    # a thin rod has a principal moment of zero, which rounding may make negative
     if lowest < -1e-9 * (1.0 + np.abs(about_center).max()):
         raise BrokenTree(
             f"{where}: principal moment of inertia {lowest:g} kg m^2 about the centre of mass; "

@@ -114,8 +114,8 @@ def _robot(table: Mapping[str, Any], kinematics: Kinematics) -> Robot:
     known["inertias_stated"] = "inertial_tolerance" in table
     if known["inertias_stated"]:
         known["inertial_tolerance"] = number(table["inertial_tolerance"], "inertial_tolerance", 0.0)
-    turns = np.array([joint.revolute for joint in joints_of(model)])
-    limits = _limits(table.get("limits", {}), kinematics.limits or Limits.none(model.nv), turns)
+    revolute = np.array([joint.revolute for joint in joints_of(model)])
+    limits = _limits(table.get("limits", {}), kinematics.limits or Limits.none(model.nv), revolute)
     return Robot(model.name, model, limits, flange=flange, **known)
 
 
@@ -136,19 +136,19 @@ def _drive(table: Mapping[str, Any], n: int) -> dict[str, Any]:
     return known
 
 
-def _limits(table: Mapping[str, Any], described: Limits, turns: np.ndarray) -> Limits:
-    """Limits of the file over those of its URDF; `turns`, shape (n,), marks the joints that do not slide."""
+def _limits(table: Mapping[str, Any], described: Limits, revolute: np.ndarray) -> Limits:
+    """Limits of the file over those of its URDF; `revolute`, shape (n,), marks the revolute joints."""
     check_keys(table, ("degrees", *LIMIT_KEYS), "[limits]")
     degrees = boolean(table.get("degrees", False), "[limits] degrees")
     known = {key: getattr(described, key) for key in LIMIT_KEYS if key not in BACKWARD_KEYS}
     for key in LIMIT_KEYS:
         if key in table:
             low = 0.0 if key not in ("position_lower", "position_upper", *BACKWARD_KEYS) else -np.inf
-            known[key] = numbers(table[key], len(turns), f"[limits] {key}", low, infinite=True)
+            known[key] = numbers(table[key], len(revolute), f"[limits] {key}", low, infinite=True)
             if key in BACKWARD_KEYS and np.any(known[key] > 0.0):
                 raise RobotError(f"[limits] {key}: {known[key].tolist()}; it is a limit backward, so below 0")
             if degrees and key != "torque":
-                known[key] = np.where(turns, np.radians(known[key]), known[key])
+                known[key] = np.where(revolute, np.radians(known[key]), known[key])
     for joint, (lower, upper) in enumerate(
         zip(known["position_lower"], known["position_upper"], strict=True)
     ):

@@ -26,13 +26,11 @@ def parse_toml(text: str, where: str) -> dict[str, Any]:
         RobotError: The text is not TOML; the message holds the line.
     """
     if DOTTED.search(text):
-        raise RobotError(f"{where}: not TOML that anybody writes: a key of more than {DEEPEST} tables")
+        raise RobotError(f"{where}: not valid TOML: a key of more than {DEEPEST} tables")
     try:
         table = tomllib.loads(text)
     except RecursionError:
-        raise RobotError(
-            f"{where}: not TOML that anybody writes: lists or tables nested too deeply"
-        ) from None
+        raise RobotError(f"{where}: not valid TOML: lists or tables nested too deeply") from None
     except ValueError as error:  # of numbers with thousands of digits it is not a TOMLDecodeError
         raise RobotError(f"{where}: not TOML: {error}") from error
     _check_whole_numbers(table, where)

@@ -84,7 +84,7 @@ class Comparison:
 def compare(simulated: Recording, recorded: Recording, offset: float = 0.0) -> Comparison:
     """Compare two recordings behind the same filters.
 
-    Effort is compared while a joint slides: what holds one that sticks is anybody's guess.
+    Effort is compared while a joint slides: what holds one that sticks is unknown.
 
     Args:
         simulated: Of any simulator, or another run.

@@ -159,10 +159,10 @@ def test_the_arm_goes_where_it_is_commanded(session):
 
 
 def test_times_never_go_back(session):
-    heard = [sample for sample in session.samples if not sample.stale.all()]
+    received = [sample for sample in session.samples if not sample.stale.all()]
     assert all(np.diff([sample.host_time for sample in session.samples]) > 0)
     assert all(np.diff([sample.controller_time for sample in session.samples]) >= 0)
-    assert all(np.diff([sample.controller_time for sample in heard]) > 0)
+    assert all(np.diff([sample.controller_time for sample in received]) > 0)
 
 
 def test_controller_time_goes_by_in_cycles(session):

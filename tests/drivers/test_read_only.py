@@ -102,8 +102,8 @@ def test_drives_that_another_controller_moves_keep_their_network():
         with can.Bus(interface="udp_multicast", channel=settings["channel"], port=port, fd=False) as listener:
             with pytest.raises(NotReady, match="another controller moves it"):
                 driver.open_to_read()
-            heard = []
+            received = []
             while (message := listener.recv(0.2)) is not None:
-                heard.append(message.arbitration_id)
-        assert heard
-        assert 0x000 not in heard  # network management
+                received.append(message.arbitration_id)
+        assert received
+        assert 0x000 not in received  # network management

@@ -114,7 +114,11 @@ class Dynamixels(ServoLine):
     def watch(self, now):
         """The bus watchdog of each servo."""
         for place, table in enumerate(self.tables):
-            if table[TORQUE] and 0 < table[WATCHDOG] < 128 and now - self.heard > 0.02 * table[WATCHDOG]:
+            if (
+                table[TORQUE]
+                and 0 < table[WATCHDOG] < 128
+                and now - self.received_at > 0.02 * table[WATCHDOG]
+            ):
                 table[WATCHDOG] = 0xFF
                 self.arm.stay(np.arange(len(self.ids)) == place)
 

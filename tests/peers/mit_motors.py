@@ -41,7 +41,7 @@ class Motor:
         self.celsius = 25.0
         self.on, self.error = False, 0
         self.gains, self.wish = (100.0, 1.0), (0.0, 0.0)  # what the last host left
-        self.heard = time.monotonic()
+        self.received_at = time.monotonic()
         self.registers = {
             1: 0.945, 8: number, 7: master, 9: 0, 10: 2, 14: 5015, 20: 10.0,
             21: RANGES[0], 22: RANGES[1], 23: RANGES[2],
@@ -49,7 +49,7 @@ class Motor:
 
     def received(self, data, now):
         """Take a command frame, and answer."""
-        self.heard = now
+        self.received_at = now
         special = data[7] if data[:7] == b"\xff" * 7 else None
         if special == 0xFC:
             self.switch(self.on or not self.error)
@@ -110,7 +110,7 @@ class Motor:
 
     def tick(self, now):
         patience = self.registers[9] * TIMEOUT_UNIT
-        if self.damiao and self.on and patience and now - self.heard > patience:
+        if self.damiao and self.on and patience and now - self.received_at > patience:
             self.fail(13)
 
 

@@ -81,7 +81,7 @@ class ServoLine:
         self.arm = MovedArm(plant, cycle)
         self.per_radian, self.zero = sign(joints) * gear * TURN / (2.0 * np.pi), zero(joints)
         self.direction, self.gear = sign(joints), gear
-        self.waiting, self.received, self.heard = [], b"", time.monotonic()
+        self.waiting, self.received, self.received_at = [], b"", time.monotonic()
         self.random = random.Random(0)
         self.clear()
 
@@ -151,7 +151,7 @@ class ServoLine:
         if self.echo:
             heapq.heappush(self.waiting, (0.0, data))
         self.received += data
-        self.heard = time.monotonic()
+        self.received_at = time.monotonic()
         self.heard_bytes = len(self.received)
         self.received = self.understand(self.received)[-4096:]
 

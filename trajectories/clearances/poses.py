@@ -14,7 +14,7 @@ class Poses(NamedTuple):
     Attributes:
         rotation: Shape (t, n, 3, 3).
         origin: Shape (t, n, 3) [m].
-        axis: Direction that each joint turns about or slides along, shape (t, n, 3).
+        axis: Direction that each joint revolute about or slides along, shape (t, n, 3).
     """
 
     rotation: np.ndarray
@@ -62,11 +62,11 @@ def slopes(joints: list[Joint], poses: Poses, point: np.ndarray, direction: np.n
     Returns:
         Shape (t, m, n) [m/rad], or [m/m] where the joint slides.
     """
-    turns = np.array([joint.revolute for joint in joints])
+    revolute = np.array([joint.revolute for joint in joints])
     along = np.swapaxes(poses.axis, 1, 2)
     moment = np.swapaxes(np.cross(poses.axis, poses.origin), 1, 2)
     turning = np.cross(point, direction) @ along - direction @ moment
-    return np.where(turns, turning, direction @ along)
+    return np.where(revolute, turning, direction @ along)
 
 
 def moves(joints: list[Joint], body: int) -> np.ndarray:

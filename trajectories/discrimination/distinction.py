@@ -15,7 +15,7 @@ from .separation import Explanation, explain, probability, separation_for
 SURE = 0.95
 """Probability of choosing right from which two models count as distinguished."""
 HOUR = 3600.0
-"""Longest that anybody would excite an arm [s]: what this leaves open stays open."""
+"""Longest reasonable excitation of an arm [s]: what this leaves open stays open."""
 MOST_RUNS = 128
 """Of the same motion, beyond which repeating it is not worthwhile."""
 

@@ -38,7 +38,7 @@ class Violation(NamedTuple):
     limit: float
 
     def sentence(self, joints: Sequence[str], sliding: Collection[int] = ()) -> str:
-        """The same in words; `sliding` are the joints that do not turn."""
+        """The same in words; `sliding` are the prismatic joints."""
         name = joints[self.joint]
         if self.what not in VIOLATED:
             return f"{name}: {self.what} at {self.time:.3f} s, but {self.value:g}"

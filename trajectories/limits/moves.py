@@ -1,7 +1,7 @@
 """Moves: time-optimal motion within velocity, acceleration and jerk, by Ruckig.
 
 No other module knows Ruckig. Its `calculate` runs on this machine only as long as no waypoints are set
-(with waypoints it asks a remote server), so none ever are. It also ignores position limits: whoever needs
+(with waypoints it asks a remote server), so none ever are. It also ignores position limits: code that needs
 those kept must look at the extremes of what comes back.
 """
 

@@ -23,7 +23,7 @@ class Margins:
     """What is kept free of each limit that is given; what had to be assumed has no margin.
 
     Attributes:
-        position: At both ends of a joint that turns [rad].
+        position: At both ends of a revolute joint [rad].
         slide: At both ends of a joint that slides [m].
         velocity: Share of the limit [-].
         acceleration: Share of the limit [-].

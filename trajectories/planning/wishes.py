@@ -1,4 +1,4 @@
-"""Wishes: what somebody wants of a trajectory, beside the model and what to find out."""
+"""Wishes: what a user wants of a trajectory, beside the model and what to find out."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field

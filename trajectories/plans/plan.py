@@ -78,7 +78,7 @@ class Plan(InNotebook):
         return cls(
             trajectory=trajectory,
             joints=robot.joints,
-            units=tuple("rad" if turns else "m" for turns in robot.revolute),
+            units=tuple("rad" if revolute else "m" for revolute in robot.revolute),
             robot=robot.name,
             robot_hash=robot_hash(robot),
             model_hash=model_hash(model),

@@ -142,7 +142,7 @@ def _asked() -> bool:
 
 
 def report(value: Any) -> None:
-    """From inside a task, to whoever waits for it."""
+    """From inside a task, to the process that waits for it."""
     _reporter(value)
 
 

@@ -81,7 +81,7 @@ class PipeSink:
         self._lossy, self._waits = lossy, waits
         self._failure = ""
         self._waiting = bytearray()
-        self._heard = bytearray()
+        self._received = bytearray()
         self._start(module, arguments)
         if not self._listen(patience, until=READY):
             why = self._failure or f"is not ready after {patience:g} s"
@@ -161,14 +161,14 @@ class PipeSink:
             if not data:
                 self._ended()
                 return not until
-            self._heard += data
+            self._received += data
             if self._take_in() == until and until:
                 return True
 
     def _take_in(self) -> str:
         """Take in whole lines; the kind of the last one."""
-        *lines, rest = bytes(self._heard).split(b"\n")
-        self._heard[:] = rest
+        *lines, rest = bytes(self._received).split(b"\n")
+        self._received[:] = rest
         kind = ""
         for line in lines:
             kind, _, text = line.decode(errors="replace").partition(" ")

@@ -13,7 +13,7 @@ PIECE = 1 << 16
 
 
 class PipeSource:
-    """Gives the frames of a run, and reports to whoever sends them.
+    """Gives the frames of a run, and reports to their sender.
 
     Signals that ask to end are ignored from here on: the process ends when the run does.
 

@@ -142,7 +142,7 @@ def _name(part: Path, path: Path, whole: bool) -> None:
         part.unlink()
         return
     try:
-        os.link(part, path)  # which, unlike a renaming, refuses where somebody was faster
+        os.link(part, path)  # which, unlike a renaming, refuses where another was faster
         part.unlink()
     except FileExistsError:
         raise

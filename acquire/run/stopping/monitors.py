@@ -190,7 +190,7 @@ class Silence(Monitor):
         if (self._count < self._cycles).all():
             return None
         names = [name for name, count in zip(self._joints, self._count, strict=True) if count >= self._cycles]
-        text = f"nothing was heard from {', '.join(names)} for {self._count.max()} cycles"
+        text = f"nothing was received from {', '.join(names)} for {self._count.max()} cycles"
         return Stop(
             StopLevel.QUICK, "silence", text, names[0], float(self._count.max()), self._cycles, "cycles"
         )

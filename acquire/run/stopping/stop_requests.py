@@ -18,7 +18,7 @@ BRAKING = ("SIGINT", "SIGTERM", "SIGHUP")
 class StopRequests:
     """A context manager that turns signals into reasons to stop. For the main thread.
 
-    Until somebody has looked, nothing moves, and a driver may be waiting for a person: then the first
+    Until the request is read, nothing moves, and a driver may be waiting for a person: then the first
     request interrupts, as Ctrl-C usually does. A recorder and a view have process groups of their own, so
     Ctrl-C does not reach them.
     """

@@ -45,7 +45,7 @@ def simulated(arm: Arm, run: Recording) -> float:
     """Root mean square error of the position of a single joint, from recorded force alone [mm].
 
     Force without acceleration is tabulated over position and velocity, closely around standstill, where dry
-    friction turns; so this holds what depends on these two only. Steps are those of the recording.
+    friction reverses; so this holds what depends on these two only. Steps are those of the recording.
     """
     time_, measured = run.signals["position"].time, run.signals["position"].values[:, 0]
     force = np.interp(time_, run.signals["torque"].time, run.signals["torque"].values[:, 0])

@@ -19,7 +19,7 @@ from .data import DE_LUCA, LOADED, REPOSITORY, DataSet
 KNOWN, UNKNOWN = "K", "U"
 QUICK_RUNS = 2
 REVERSAL = 0.02
-"""Velocity over which load-dependent friction turns [rad/s], about what Coulomb's is fitted to here."""
+"""Velocity over which load-dependent friction reverses [rad/s], about what Coulomb's is fitted to here."""
 
 
 def payloads(data: DataSet, quick: bool) -> tuple[np.ndarray, dict[str, Any]]:

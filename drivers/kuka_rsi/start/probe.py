@@ -4,7 +4,7 @@ RSI_ON(#ABSOLUTE) takes a correction for the distance from the start, RSI_ON(#RE
 cycle, so that an arm whose correction is held runs away; no telegram shows which. So two small patterns come
 before any motion. Only a controller that adds makes anything of the first: some ten thousandths of a degree
 for a while, none, the opposite for as long, none. Added up it is a trapezoid that ends where it began, so
-that nothing need be undone. The second is that sum, and goes out only if the first moved nothing: a
+that nothing need be undone. The second is that sum, and is sent only if the first moved nothing: a
 controller that takes distances must follow it.
 """
 

@@ -11,7 +11,7 @@ from .telegram import Answer
 
 
 class Conversation:
-    """Hears the controller and answers with the last corrections that were given.
+    """Receives from the controller and answers with the last corrections that were given.
 
     Args:
         link: To the controller.
@@ -25,7 +25,7 @@ class Conversation:
         stopping: Whether the Stop channel is set.
         refused: Whether the network did not take the last answer.
         repeated: Whether the last answer was the one before again, since that had come too late.
-        heard: When the last telegram was read [s].
+        received: When the last telegram was read [s].
     """
 
     def __init__(
@@ -44,7 +44,7 @@ class Conversation:
         self.silent = True
         self.stopping = False
         self.refused = False
-        self.heard = time.monotonic()
+        self.received = time.monotonic()
         self.correct(corrections)
 
     def correct(self, corrections: Sequence[float]) -> None:
@@ -71,7 +71,7 @@ class Conversation:
                 return None
         if not self.silent and not self.session.restarted:
             self._reply(fresh)
-        self.heard = time.monotonic()
+        self.received = time.monotonic()
         return fresh
 
     def answer_again(self) -> None:
@@ -96,7 +96,7 @@ class Conversation:
     @property
     def quiet(self) -> float:
         """Time since the last telegram [s]."""
-        return time.monotonic() - self.heard
+        return time.monotonic() - self.received
 
 
 def lateness(fresh: Fresh) -> float:
@@ -123,6 +123,6 @@ class Keeper:
             self._conversation.turn(self._cycle)
 
     def end(self) -> None:
-        """Leave the conversation to whoever calls."""
+        """Leave the conversation to the caller."""
         self._enough.set()
         self._thread.join()

@@ -1,4 +1,4 @@
-"""The socket on which a KUKA controller is heard and answered: its address only, whatever else comes in."""
+"""The socket of the conversation with a KUKA controller: its address only, whatever else comes in."""
 
 import errno
 import select
@@ -44,7 +44,7 @@ class Link:
 
     Raises:
         BadSettings: An address that this computer does not have, or that is none.
-        NotReady: A port that somebody else has.
+        NotReady: A port that is in use.
     """
 
     strangers: int

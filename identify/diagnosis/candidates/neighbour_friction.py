@@ -1,4 +1,4 @@
-"""Neighbour friction: dry friction that goes with where another joint stands, as of a bearing bent by it."""
+"""Neighbour friction: dry friction that depends on the position of another joint that bends a bearing."""
 
 from collections.abc import Iterator
 
@@ -12,7 +12,7 @@ from ..runs.driven import Driven
 from .parts.rare import by_another
 
 SIGN = 0.003
-"""Speed within which dry friction turns [rad/s]."""
+"""Speed within which dry friction reverses [rad/s]."""
 
 
 def neighbours(model: Model) -> Iterator[Candidate]:

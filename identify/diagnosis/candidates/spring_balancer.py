@@ -15,7 +15,7 @@ from .parts.gears import link_size
 from .parts.of_effect import of_effect
 
 BALANCED = 0.05
-"""Weight that a joint carries over the most that one does, from which on somebody may balance it [-]."""
+"""Weight that a joint carries over the most that one does, from which on a balancer is likely [-]."""
 WEIGHTLESS = 1e-4
 """How likely a balancer is on any other joint, beside one on the joint that carries most [-]."""
 

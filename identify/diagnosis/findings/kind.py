@@ -32,7 +32,7 @@ class Kind:
         shapes: Arguments of the effect that are tried; each within half a step of any other is refined.
         bounds: Of the numbers of its shape, where they are narrower than the effect's own.
         reducible: Whether a model may have too much of it, so that a coefficient may be below zero.
-        dry: Whether it is dry friction, which turns its sign at rest in some way or other.
+        dry: Whether it is dry friction, which changes its sign at rest in some way.
         derived: Numbers that people ask for, out of those that were fitted.
         mistaken_for: What it is taken for most easily, so that people ask whether it is that.
         settled_by: The run in which it looks least like anything else.

@@ -23,7 +23,7 @@ class Trace:
         temperature: Shape (r, n) [degC]; NaN where it was not measured.
         motor_angle: Angle of each motor's shaft, shape (r, n) [rad].
         measured: Torque by currents and nominal gains, shape (r, n) [N m].
-        before: What the model leaves of it, at its word but for friction and offsets, shape (r, n) [N m].
+        before: What the model leaves of it, nominal but for friction and offsets, shape (r, n) [N m].
         after: What is left with everything that was found, shape (r, n) [N m].
         explained: Torque of each finding, shape (f, r, n) [N m].
         weight: 0 where a joint sticks, else 1, shape (r, n).

@@ -13,7 +13,7 @@ from .driven import Driven
 from .rows import Rows
 
 REVERSALS = (0.001, 0.003, 0.01, 0.03)
-"""Velocities over which dry friction may turn its sign [rad/s]: how it does is a matter of surfaces, and no
+"""Velocities over which dry friction may change its sign [rad/s]: how it does is a matter of surfaces, and no
 model's shape is right at low speed."""
 REVERSAL_STD = 0.5
 """Share of Coulomb friction that may reverse over another of them than nominal."""
@@ -62,14 +62,14 @@ def reversals(
 
 
 def turning(model: Model, run: Driven, joint: int) -> np.ndarray:
-    """One way in which a joint's unit of dry friction turns its sign less another, (t, n, k) [-]."""
+    """One way in which a joint's unit of dry friction changes its sign less another, (t, n, k) [-]."""
     whole = np.zeros((len(run.motion), model.robot.dof, len(REVERSALS) - 1 + len(PRESLIDING)))
     whole[:, joint] = _turns(model, run)[:, joint]
     return whole
 
 
 def _turns(model: Model, run: Driven) -> np.ndarray:
-    """One way in which dry friction turns its sign less another, shape (t, n, k) [-]."""
+    """One way in which dry friction changes its sign less another, shape (t, n, k) [-]."""
     signs = np.stack([smooth_sign(run.motion.velocity, v) for v in REVERSALS], axis=2)
     bent = [_on_diagonal(Hysteresis(presliding=x).regressor(model.robot, run.motion)) for x in PRESLIDING]
     return np.concatenate([np.diff(signs, axis=2), np.stack(bent, axis=2) - signs[:, :, 1:2]], axis=2)

@@ -26,7 +26,7 @@ from .problem import Problem
 from .selected import CERTAIN_ODDS, Selected, odds_of
 
 SIGN = 0.003
-"""Speed within which a gear's friction turns [rad/s]."""
+"""Speed within which a gear's friction reverses [rad/s]."""
 
 
 def measured_gears(problem: Problem) -> list[Selected]:

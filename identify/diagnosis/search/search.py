@@ -111,7 +111,7 @@ def _never_worse(problem: Problem, found: list[Selected], without_findings: Pred
     """Findings with which no joint of the runs held out is predicted worse than without any.
 
     One goes if the joint that is predicted worst gains by that, and more than any other loses where it has a
-    name; the least credible first. What none of them is to blame for stays as it is.
+    name; the least credible first. What none of them causes stays as it is.
     """
     while np.max(now := _held_out(problem, found, without_findings), initial=0.0) > WORSE**2:
         going, kept = None, found

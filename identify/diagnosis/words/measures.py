@@ -1,4 +1,4 @@
-"""Measures: units by a joint's kind; effects state theirs for joints that turn."""
+"""Measures: units by a joint's kind; effects state theirs for revolute joints."""
 
 from dataclasses import replace
 
@@ -23,11 +23,11 @@ LINEAR = {
     "rad/s²": "m/s²",
     "rad/(N m)": "m/N",
 }
-"""Unit of a joint that turns -> the same of a joint that slides."""
+"""Unit of a revolute joint -> the same of a prismatic one."""
 
 
 def revolute(diagnosis: Diagnosis) -> np.ndarray:
-    """Whether each joint turns, shape (n,); all do unless known otherwise."""
+    """Whether each joint is revolute, shape (n,); all are unless known otherwise."""
     if diagnosis.evidence is None:
         return np.ones(len(diagnosis.joints), bool)
     return np.asarray(diagnosis.evidence.model.robot.revolute, bool)
@@ -35,12 +35,12 @@ def revolute(diagnosis: Diagnosis) -> np.ndarray:
 
 def torque_units(diagnosis: Diagnosis) -> tuple[str, ...]:
     """Unit of each joint's torque, or force."""
-    return tuple(TURNING if turns else SLIDING for turns in revolute(diagnosis))
+    return tuple(TURNING if one else SLIDING for one in revolute(diagnosis))
 
 
-def in_unit(unit: str, turns: bool) -> str:
-    """A unit that is stated for a joint that turns, for one that turns or slides."""
-    return unit if turns else LINEAR.get(unit, unit)
+def in_unit(unit: str, revolute: bool) -> str:
+    """A unit that is stated for a revolute joint, for a revolute or a prismatic one."""
+    return unit if revolute else LINEAR.get(unit, unit)
 
 
 def by_kind(diagnosis: Diagnosis) -> Diagnosis:

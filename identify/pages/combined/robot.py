@@ -43,7 +43,7 @@ def _joints(robot: Robot) -> str:
     )
     rows = []
     for joint, name in enumerate(robot.joints):
-        kind = "turns, rad" if robot.revolute[joint] else "slides, m"
+        kind = "revolute, rad" if robot.revolute[joint] else "prismatic, m"
         cells = [number(column[joint], 3) for column in columns]
         rows.append([name, kind, *cells, _gain(robot, joint)])
     return table([*head, "drive gain [N m/A]"], rows, words=(1,))

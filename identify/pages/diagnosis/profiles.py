@@ -19,7 +19,7 @@ class Axis(NamedTuple):
     """What a residual is drawn against.
 
     Attributes:
-        label: With its unit for joints that turn.
+        label: With its unit for revolute joints.
         values: Of a trace and a joint, shape (r,).
         braking: Whether the residual is taken against the motion, as friction is.
     """
@@ -28,10 +28,10 @@ class Axis(NamedTuple):
     values: Callable[[Trace, int], np.ndarray]
     braking: bool = False
 
-    def title(self, turns: bool) -> str:
-        """The label with the unit of a joint that turns or slides; motors turn either way."""
+    def title(self, revolute: bool) -> str:
+        """The label with the unit of a revolute or prismatic joint; motors are revolute either way."""
         words, _, rest = self.label.partition(" [")
-        if turns or words == MOTOR:
+        if revolute or words == MOTOR:
             return self.label
         return f"{words} [{in_unit(rest.removesuffix(']'), False)}]"
 

@@ -225,7 +225,7 @@ def log_message(stamp: int, level: int, name: str, text: str, function: str = ""
 
 
 def read_log(message: bytes) -> LogMessage:
-    """What `log_message` wrote, or anybody else in the same byte order.
+    """What `log_message` wrote, or another writer in the same byte order.
 
     Raises:
         ValueError: It is not such a message.

@@ -80,7 +80,7 @@ class ArmForces:
     def _link_side(
         self, link: Joints, later: np.ndarray, temperature: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray | None]:
-        """Torque, slope and inertia of what the gears carry, and their load where somebody asks for it."""
+        """Torque, slope and inertia of what the gears carry, and their load where it is needed."""
         inertia, slope = pin.crba(self._kinematics, self._data, later), self._none
         force = pin.nonLinearEffects(self._kinematics, self._data, link.position, link.velocity)
         if not self._on_links.empty:

@@ -4,7 +4,7 @@ Tuples that have names are handed over without them, which takes half as long.
 
 Over a step the acceleration is constant and the equations hold in its middle (Newmark's average
 acceleration), which is of second order and stable for any stiffness. Servo, springs and damping enter it
-implicitly. Friction that turns abruptly would, with the plain middle, make the velocity jump from side to
+implicitly. Friction that reverses abruptly would, with the plain middle, make the velocity jump from side to
 side; it is weighted towards the end of the step the more, the more abrupt it is, as an exact solution of a
 linear equation would be.
 """

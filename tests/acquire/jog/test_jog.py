@@ -169,7 +169,7 @@ def test_a_joint_that_slides_goes_millimetres(capsys, tmp_path):
     assert text["distance"] == pytest.approx(-0.008)
     assert text["judgements"][0]["value"] == pytest.approx(1.0, abs=0.05)
     assert main(["jog", "--robot", "slides.toml", "--joint", "3", "--degrees", "2"]) == REFUSED
-    assert "achse_3 slides: give the distance with --mm" in capsys.readouterr().err
+    assert "achse_3 is prismatic: give the distance with --mm" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
@@ -180,7 +180,7 @@ def test_a_joint_that_slides_goes_millimetres(capsys, tmp_path):
         (["--joint", "7"], "no joint '7'"),
         (["--joint", "2", "--degrees", "11"], "11 deg; a jog goes up to 10 deg either way"),
         (["--joint", "2", "--degrees", "0"], "0 deg; a jog goes up to 10 deg"),
-        (["--joint", "2", "--mm", "5"], "joint2 turns: give the distance with --degrees"),
+        (["--joint", "2", "--mm", "5"], "joint2 is revolute: give the distance with --degrees"),
         (["--joint", "2", "--com", "0", "0", "1"], "com given without --mass"),
         (["--joint", "2", "--current", "1", "2"], "--current has 2 values"),
         (["--joint", "2", "-o", "run.txt"], "recordings end in .mcap"),

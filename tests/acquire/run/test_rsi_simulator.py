@@ -45,8 +45,8 @@ def test_a_simulator_that_counts_answers_is_recognised_and_runs(tmp_path):
     # each telegram was answered, and only once
     assert counts["answered"] > outcome.counts.cycles
     # times are this computer's, and not a count in milliseconds
-    heard = [cycle for cycle in cycles if not np.isnan(cycle.arrays[0]).any()]
-    since = np.diff([(cycle.controller_time, cycle.host_time) for cycle in heard], axis=0)
+    received = [cycle for cycle in cycles if not np.isnan(cycle.arrays[0]).any()]
+    since = np.diff([(cycle.controller_time, cycle.host_time) for cycle in received], axis=0)
     np.testing.assert_allclose(since[:, 0], since[:, 1], atol=1000)  # [ns]
     moved = cycles[-1].array("position") - POSE
     np.testing.assert_allclose(moved, 0.5, atol=1e-6)

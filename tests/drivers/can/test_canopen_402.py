@@ -265,7 +265,7 @@ def test_drives_that_are_all_gone_are_a_lost_link():
     with drives() as (peer, driver):
         armed(driver)
         peer.process.kill()
-        with pytest.raises(LinkLost, match="nothing was heard"):
+        with pytest.raises(LinkLost, match="nothing was received"):
             listen(driver, 500)
 
 

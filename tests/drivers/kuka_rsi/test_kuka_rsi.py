@@ -450,10 +450,10 @@ def test_a_controller_in_real_time_with_a_bad_network(tmp_path):
     assert reported["clamped"] == 0
     assert reported["rejected"].keys() <= {"late"}
     assert all(sample.fault == "" for sample in samples)
-    heard = [sample for sample in samples if not sample.stale.any()]
-    assert len(heard) > 0.8 * len(samples)
+    received = [sample for sample in samples if not sample.stale.any()]
+    assert len(received) > 0.8 * len(samples)
     # what the arm did is what was commanded, a few cycles ago
-    measured = np.array([sample.position for sample in heard])
+    measured = np.array([sample.position for sample in received])
     moved = np.degrees(np.ptp(measured, axis=0))
     np.testing.assert_allclose(moved, np.degrees(np.ptp(commands, axis=0)), rtol=0.1)
     # nothing is uncounted: stamps go on by the exchange and the skipped ones
@@ -461,8 +461,8 @@ def test_a_controller_in_real_time_with_a_bad_network(tmp_path):
         if not before.stale.any() and not after.stale.any():
             gone = after.controller_time - before.controller_time
             assert gone == 4_000_000 * (1 + after.skipped)
-    gone = heard[-1].controller_time - heard[0].controller_time
-    assert gone >= 4_000_000 * (len(heard) - 1 + 4)  # four were dropped
+    gone = received[-1].controller_time - received[0].controller_time
+    assert gone >= 4_000_000 * (len(received) - 1 + 4)  # four were dropped
     events = " ".join(text for sample in samples for text in sample.events)
     assert "came twice" in events
     assert "came too late" in events
@@ -510,12 +510,12 @@ def test_a_krc2_that_moves_by_itself_is_listened_to(tmp_path):
         one.stop(StopLevel.QUICK)
         one.close()
         reported = counted(peer)
-    heard = [sample for sample in samples if not sample.stale.any()]
-    position = np.degrees([sample.position for sample in heard])
+    received = [sample for sample in samples if not sample.stale.any()]
+    position = np.degrees([sample.position for sample in received])
     assert np.ptp(position, axis=0).min() > 2.0
-    steps = np.diff([sample.controller_time for sample in heard])
+    steps = np.diff([sample.controller_time for sample in received])
     assert steps.min() == 12_000_000
-    assert np.abs(np.array([sample.current for sample in heard])).max() < 10.0
+    assert np.abs(np.array([sample.current for sample in received])).max() < 10.0
     assert reported["answered"] == 0
     assert reported["rejected"] == {}
 

@@ -41,7 +41,7 @@ ROBOTS = {"six axis": six_axis, "sliding": sliding}
 BALANCER = SpringBalancer("joint4", 0.7, 0.18, -1.6)
 SAYABLE = (RotorInertia(), ViscousFriction(), CoulombFriction(), CurrentOffset(), BALANCER)
 SLOWEST = 0.1
-"""Of the tested motion [rad/s]: thirty times the velocity over which dry friction turns."""
+"""Of the tested motion [rad/s]: thirty times the velocity over which dry friction reverses."""
 
 
 def values_of(model):

@@ -57,5 +57,5 @@ def reporting(number, seconds, stop):
     from exidyn.trajectories.search.parallel import report
 
     report(10 * number)
-    time.sleep(0.5)  # longer than it takes to be heard
+    time.sleep(0.5)  # longer than it takes to be received
     return number

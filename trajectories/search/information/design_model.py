@@ -11,8 +11,8 @@ from exidyn.identify.model import Model
 def design_model(model: Model, limits: Limits, spacing: float) -> Model:
     """The model with every reversal as wide as what a velocity changes between two samples.
 
-    Friction that turns within milliradians a second is a step between two samples, whose gradient is zero
-    everywhere else. A row of the equations is a mean over its time, in which it turns as gradually as
+    Friction that reverses within milliradians a second is a step between two samples, whose gradient is zero
+    everywhere else. A row of the equations is a mean over its time, in which it reverses as gradually as
     here.
 
     Args:

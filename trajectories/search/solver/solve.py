@@ -27,7 +27,7 @@ GAIN = 1e-5
 
 
 class _Stopped(Exception):
-    """Time is up, or somebody asked."""
+    """Time is up, or an end was asked for."""
 
 
 @dataclass

@@ -1,4 +1,4 @@
-"""How dry friction turns its sign, on a joint for which the model has none."""
+"""How dry friction changes its sign, on a joint for which the model has none."""
 
 from collections.abc import Mapping
 from dataclasses import replace
