@@ -75,7 +75,7 @@ class ServoTalk:
         names = [self._bus.names[servo] for servo in self._bus.servos]
         both = list(zip(names, self._answering, answering, strict=True))
         silent = ", ".join(name for name, before, now in both if before and not now)
-        answering = ", ".join(name for name, before, now in both if now and not before)
+        back = ", ".join(name for name, before, now in both if now and not before)
         events += [f"no whole answer from {silent}"] * bool(silent)
-        events += [f"answers again from {answering}"] * bool(answering)
+        events += [f"answers again from {back}"] * bool(back)
         self._answering = answering
