@@ -121,7 +121,7 @@ class ServoBus:
         )
 
     def _require_no_echo(self) -> None:
-        """A plain adapter receives its own bytes; a ping can look like the answer of a servo with an alarm."""
+        """Raise where the adapter echoes: a ping can look like the answer of a servo with an alarm."""
         question = self._codec.sync_read(0, 1, self.servos)
         self.drain()
         self.send_only(question.packet)

@@ -63,7 +63,7 @@ def answer(key: str, again: bool = True) -> dict[str, Any]:
         "undecided": [asdict(undecided(one)) for one in found.undecided],
         "again": more,
         "left": [
-            f"J{one.joint + 1} {one.over_noise:.1f} x noise, goes with {one.depends_on}"
+            f"J{one.joint + 1} {one.over_noise:.1f} x noise, depends on {one.depends_on}"
             for one in found.remainders
         ],
         "moments": [

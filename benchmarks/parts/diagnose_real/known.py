@@ -117,7 +117,7 @@ GEARS = tuple(
         (joint,),
         "second encoder behind the gear",
         f"{size:g}e6 N m/rad",
-        # 60 % of what the encoders differ by goes with torque: the slope is no better known than to a third
+        # 60 % of what the encoders differ by depends on torque: the slope is no better known than to a third
         {"gear stiffness": (size * 0.67e6, size * 1.33e6)},
     )
     for joint, size in enumerate((2.7, 4.8, 3.4))

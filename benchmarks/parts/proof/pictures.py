@@ -24,7 +24,7 @@ LEAST = 0.005
 
 
 def budget_picture(one: dict[str, Any], unit: str) -> str:
-    """The misfit of each joint as a bar of 100 %: named, undecided, what it goes with, noise."""
+    """The misfit of each joint as a bar of 100 %: named, undecided, what it depends on, noise."""
     found, joints = one["budget"], one["joints"]
     parts = coloured([share for share in found["shares"] if max(share["shares"]) >= LEAST])
     wide, left, high = 400.0, 32.0, 22.0
@@ -74,7 +74,7 @@ def words(share: dict[str, Any]) -> str:
     """What a part is, in words."""
     what = share["what"].replace("_", " ")
     if share["part"] == "kind":
-        return what if what in REST else f"no name; goes with {what}"
+        return what if what in REST else f"no name; depends on {what}"
     return f"{what}, undecided" if share["part"] == "undecided" else what
 
 

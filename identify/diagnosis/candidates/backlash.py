@@ -21,7 +21,7 @@ STEP = 1.5
 """From one width to the next that is tried [-]."""
 PLAYS = tuple(1.2e-4 * STEP**step for step in range(14))
 """Whole width of the play [rad], up to 23 mrad: a good gear has 0.3, a worn one some. How long a link floats
-goes with its cube root, so that each is right within 7 %, some milliseconds."""
+grows with its cube root, so that each is right within 7 %, some milliseconds."""
 TEETH = 40.0
 """Resonance of a link on its teeth [Hz]: harder ones strike alike behind a low-pass of 25 Hz, softer ones
 are an elastic gear's."""

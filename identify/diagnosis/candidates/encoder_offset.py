@@ -16,7 +16,7 @@ from ..questions.candidate import Candidate
 from ..runs.driven import Driven
 
 SPRINGS = (SpringBalancer, JointSpring)
-"""Effects besides bodies whose torque goes with position."""
+"""Effects besides bodies whose torque depends on position."""
 MISSET = 0.03
 """How far a joint may be from its encoder's reading [rad]: a tooth of a belt, a mark set by eye."""
 ZERO_STEP = 1e-4

@@ -11,7 +11,7 @@ from .parts.of_effect import on_each_joint
 from .parts.waves import MULTIPLES, amplitude
 
 SHARE = 0.3
-"""By how much dry friction goes with position at most, share of the joint's usual torque [-]: it brakes
+"""By how much dry friction depends on position at most, share of the joint's usual torque [-]: it brakes
 everywhere, so that it varies by less than its mean. Nothing else holds the waves where a joint did not go."""
 
 

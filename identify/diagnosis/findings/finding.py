@@ -79,7 +79,7 @@ class Remainder(NamedTuple):
         joint: From 0.
         over_noise: Residual over the noise floor [-].
         probability: That structure is left, and not noise alone.
-        depends_on: What it goes with, in words: "position", "velocity and position", ...
+        depends_on: What it depends on, in words: "position", "velocity and position", ...
     """
 
     joint: int
@@ -94,7 +94,7 @@ class Share(NamedTuple):
     Attributes:
         finding: Place of the finding whose share it is, undecided ones behind the others; None for what has
             no name.
-        kind: What it goes with, or that it is noise; empty for a finding.
+        kind: What it depends on, or that it is noise; empty for a finding.
         shares: Of the misfit's power on each joint, shape (n,) [-].
     """
 

@@ -60,7 +60,7 @@ def _powers(problem: Problem, found: tuple[Selected, ...]) -> _Left:
 def _kinds(
     problem: Problem, left: list[Answer], rest: np.ndarray, which: np.ndarray
 ) -> dict[str, np.ndarray]:
-    """Power (n,) of what is left by what it goes with, in proportion to what each kind predicts alone."""
+    """Power (n,) of what is left by what it depends on, in proportion to what each kind predicts alone."""
     explained: dict[str, np.ndarray] = {}
     for one in left:
         [joint] = one.candidate.joints

@@ -1,4 +1,4 @@
-"""Remainder: whether anything is left that goes with the motion, whatever it may be."""
+"""Remainder: whether anything is left that depends on the motion, whatever it may be."""
 
 from collections.abc import Iterator
 
@@ -27,7 +27,7 @@ PASSED = 0.7
 SLOWEST = 1.0
 """Of what vibrates [Hz]; slower waves are motions'."""
 BEYOND = 2.0
-"""Residual over the noise floor from which on something is left, be it seen to go with nothing: drives that
+"""Residual over the noise floor from which on something is left, even if it depends on nothing: drives that
 move are noisier than drives at rest, but not by three times the power more."""
 LINES = 1e-4
 """Probability with which noise alone has a spectral line that stands out as far."""
@@ -43,7 +43,7 @@ def discrepancies(problem: Problem, prediction: Prediction) -> list[Answer]:
 def remainders(
     prediction: Prediction, every: list[Answer], noise: np.ndarray, rested: bool
 ) -> list[Remainder]:
-    """Joints on which something is left, with what it goes with.
+    """Joints on which something is left, with what it depends on.
 
     Args:
         prediction: With all findings.

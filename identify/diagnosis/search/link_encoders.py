@@ -2,7 +2,7 @@
 
 The twist is the load over the stiffness, beside a zero in each run, what the gear's own friction holds back,
 and the time by which one encoder is read later than the other. At a millisecond that is most of what is
-measured, and torque, which friction makes go with velocity, would be taken for its cause. The stiffness is
+measured, and torque, which friction makes depend on velocity, would be taken for its cause. The stiffness is
 asked for like any other effect: do the load and the blocks of other times predict the twist? Motors are
 modelled where their own encoders measure, so that such a gear adds nothing to the torque that is fitted.
 """
@@ -30,7 +30,7 @@ SIGN = 0.003
 
 
 def measured_gears(problem: Problem) -> list[Selected]:
-    """Elastic gears whose twist goes with their load, the most certain first."""
+    """Elastic gears whose twist depends on their load, the most certain first."""
     if all(run.prepared.link_position is None for run in problem.runs):
         return []
     # Every run has a zero of its own, so that there is none to be predicted only.

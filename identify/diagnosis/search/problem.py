@@ -126,7 +126,7 @@ class Problem:
 
 
 def _rows(model: Model, runs: Sequence[Driven], values: np.ndarray, before: Rows) -> Rows:
-    """Rows at the load by some parameters (p,); those before where no friction of the model goes with it."""
+    """Rows at the load by some parameters (p,); those before where no friction of the model depends on it."""
     return model_rows(model, runs, values) if any(one.needs_load for one in model.effects) else before
 
 

@@ -70,7 +70,7 @@ def _stated(diagnosis: Diagnosis, finding: Finding) -> Finding:
 def noise_measured(diagnosis: Diagnosis) -> bool:
     """Whether sensor noise was measured at rest, so that other numbers may be given as multiples of it.
 
-    A budget has a share of noise only then; else it is part of what goes with nothing that was recorded.
+    A budget has a share of noise only then; else it is part of what depends on nothing that was recorded.
     """
     if diagnosis.budget is None:
         return False

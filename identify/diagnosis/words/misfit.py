@@ -47,7 +47,7 @@ class Misfit(NamedTuple):
         units: Of each joint's torque.
         before: Of the model without any finding, root mean square, shape (n,).
         after: With all findings, likewise.
-        parts: Findings, kinds by size, noise, and what goes with nothing; they add to one on every joint.
+        parts: Findings, kinds by size, noise, and what depends on nothing; they add to one on every joint.
         held_out: Runs that it is of; none where it is of fitted runs whose blocks were left out in turn.
         noise_measured: Whether sensor noise was measured at rest.
     """
@@ -98,7 +98,7 @@ def misfit(diagnosis: Diagnosis) -> Misfit | None:
 
 
 def _order(part: Part) -> tuple[int, float]:
-    """Findings as they are, kinds by size, then noise and what goes with nothing."""
+    """Findings as they are, kinds by size, then noise and what depends on nothing."""
     if part.place is not None:
         return 0, float(part.place)
     last = {NOISE: 2, OTHER: 3}
@@ -106,7 +106,7 @@ def _order(part: Part) -> tuple[int, float]:
 
 
 def _kind(kind: str) -> str:
-    return kind if kind in (NOISE, OTHER) else f"goes with {kind}"
+    return kind if kind in (NOISE, OTHER) else f"depends on {kind}"
 
 
 def lumped(found: Misfit) -> Misfit:
@@ -213,7 +213,9 @@ def _most(rest: Sequence[Part], joint: int, opening: str = "; ") -> str:
     amount = "most" if share > 0.5 else f"the largest part ({100 * share:.0f} %)"
     if largest.name == NOISE:
         return f"{opening}{amount} is {NOISE}"
-    kind = largest.name if largest.name.startswith("goes with") else f"goes with {largest.name}"
+    # Older files have "goes with".
+    known = largest.name.startswith(("depends on", "goes with"))
+    kind = largest.name if known else f"depends on {largest.name}"
     return f"{opening}{amount} {kind}"
 
 

@@ -92,7 +92,7 @@ def _nothing(diagnosis: Diagnosis) -> str:
     if found is None:
         return "Nothing is missing, as far as the fitted runs show; no run was held out."
     unknown = (
-        "Nothing was found to be missing: what is left on runs held out goes with nothing that was recorded"
+        "Nothing was found to be missing: what is left on runs held out depends on nothing that was recorded"
     )
     if not noise_measured(diagnosis):
         worst = int(np.argmax(found.after / found.noise))
@@ -122,7 +122,9 @@ def _unexplained(diagnosis: Diagnosis) -> list[str]:
 
 def _place(remainder: Remainder, diagnosis: Diagnosis) -> str:
     where = lower(joint_words(remainder.joint, diagnosis.joints))
-    return f"{where} keeps {left_on(remainder, diagnosis)}, and what is left goes with {remainder.depends_on}"
+    return (
+        f"{where} keeps {left_on(remainder, diagnosis)}, and what is left depends on {remainder.depends_on}"
+    )
 
 
 def left_on(remainder: Remainder, diagnosis: Diagnosis) -> str:
@@ -146,7 +148,7 @@ def _left(diagnosis: Diagnosis) -> str:
     if not joints:
         return ""
     places = joined([f"{lower(joint_words(j, diagnosis.joints))} ({ratio[j]:.2f} x noise)" for j in joints])
-    return f"More than noise is left on {places}; it goes with nothing that was recorded."
+    return f"More than noise is left on {places}; it depends on nothing that was recorded."
 
 
 def _detail(diagnosis: Diagnosis, place: int, files: Sequence[Rival], folder: str) -> str:

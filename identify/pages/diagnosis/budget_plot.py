@@ -12,9 +12,9 @@ from ..svg import picture, text
 FOUND = ("#0067a5", "#00765a", "#8a4a9c", "#007f8c", "#3f5f9f", "#5a7d1e", "#6a5acd", "#2f6b4f")
 """Of findings: cold colours, which are what the model could have."""
 KINDS = ("#c44e00", "#a8571c", "#b0413e", "#b26a00", "#9c4f6d", "#8f5a2b", "#a33a5b", "#946200")
-"""Of what goes with something and has no name: warm colours, as residuals have."""
+"""Of what depends on something and has no name: warm colours, as residuals have."""
 PLAIN = {NOISE: "#7a838d", OTHER: "#59616b"}
-"""Of what goes with nothing. White figures can be read on all of these, on light ground and on dark."""
+"""Of what depends on nothing. White figures can be read on all of these, on light ground and on dark."""
 LEFT, WIDTH, STEP = 110.0, 760.0, 30.0
 """Pixels: where bars begin, how long they are, and how far one is below the other."""
 KEYS = 400.0

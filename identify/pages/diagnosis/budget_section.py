@@ -19,7 +19,7 @@ def budget_section(diagnosis: PageData) -> str:
     note = (
         "What the model, its parameters fitted within their tolerances, misses of the recorded torque, by "
         "what explains it. Each bar is 100 % of the squared misfit of a joint. Findings have cold colours, "
-        "what has no name and goes with something recorded warm ones; what goes with nothing is grey."
+        "what has no name and depends on something recorded warm ones; what depends on nothing is grey."
     )
     remark = f"{found.source}; root mean square before and after on the right"
     content = [

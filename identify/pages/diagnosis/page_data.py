@@ -55,7 +55,7 @@ class Left(NamedTuple):
     Attributes:
         joint: From 0.
         probability: That it is there.
-        depends_on: What it goes with.
+        depends_on: What it depends on.
         size: How much it is, in words with its unit.
     """
 

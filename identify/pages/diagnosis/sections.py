@@ -182,7 +182,7 @@ def unexplained_section(diagnosis: PageData) -> str:
     content = []
     for one in diagnosis.remainders:
         text = (
-            f"{joint_words(one.joint, diagnosis.joints)} keeps {one.size}, and what is left goes with "
+            f"{joint_words(one.joint, diagnosis.joints)} keeps {one.size}, and what is left depends on "
             f"{one.depends_on} (probability {100 * one.probability:.4g} %)."
         )
         content += [paragraph(text, ""), _figures(diagnosis, one.joint, USUAL)]

@@ -89,7 +89,7 @@ def test_the_budget_of_an_arm_adds_up_with_what_is_left():
         assert all(np.all(share.shares >= 0.0) for share in one.shares)
         if not kept:
             kinds = {share.kind: share.shares for share in one.shares}
-            # Both springs and friction under load go with where the joints stand, or with the load.
+            # Both springs and friction under load depend on the joints' positions, or on the load.
             assert kinds[OTHER].max() < 0.2
 
 

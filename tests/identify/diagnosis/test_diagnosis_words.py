@@ -202,7 +202,7 @@ def test_the_budget_comes_first_and_adds_up_to_a_hundred():
     assert sum(int(one.removesuffix(" %")) for one in shares) == 100
     assert (
         "- Joint 3: load-dependent friction explains 31 % of the 2 N m that the model misses; of the rest, "
-        "the largest part (43 %) goes with velocity."
+        "the largest part (43 %) depends on velocity."
     ) in " ".join(line.strip() for line in lines)
     table = plain(diagnosis(finding()))["budget"]
     np.testing.assert_allclose(sum(np.array(one["percent"]) for one in table["shares"]), 100.0)
@@ -220,9 +220,9 @@ def test_small_kinds_are_one_line():
     one = diagnosis(budget=budget(load=(0.004,) * 3, time=(0.002,) * 3, position=(0.0, 0.0, 0.2)))
     page = summary(one)
     assert "other kinds, less than 1 % each" in page
-    assert "goes with load" not in page
-    assert "goes with position" in page
-    assert [part["name"] for part in plain(one)["budget"]["shares"]].count("goes with load") == 1
+    assert "depends on load" not in page
+    assert "depends on position" in page
+    assert [part["name"] for part in plain(one)["budget"]["shares"]].count("depends on load") == 1
 
 
 def test_what_has_no_certain_name_is_one_sentence_with_what_it_may_be():
@@ -316,7 +316,7 @@ def test_what_has_no_name_is_reported_with_where_it_shows():
     text = verdict(diagnosis(remainders=left))[0]
     assert text == (
         "Something is missing, and it is none of the effects that exidyn knows: joint 2 keeps 1 N m (2.00 x "
-        "its noise), and what is left goes with position and velocity."
+        "its noise), and what is left depends on position and velocity."
     )
     assert verdict(diagnosis(finding(), remainders=left))[1].startswith("Something more is missing")
 

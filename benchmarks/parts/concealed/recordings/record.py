@@ -103,7 +103,7 @@ def surges(robot: Robot, steps: int) -> np.ndarray:
 
 
 def lumps(robot: Robot, velocity: np.ndarray, steps: int, rng: np.random.Generator) -> np.ndarray:
-    """Friction that comes and goes within LUMP_TIME, (s, n) [N m]; velocity (s', n) is that of the path."""
+    """Friction that comes and depends onin LUMP_TIME, (s, n) [N m]; velocity (s', n) is that of the path."""
     level = coloured(np.exp(-STEP / LUMP_TIME), steps, robot.arm.joints, rng) * robot.recorder.lump
     level[: steps - len(velocity)] = 0.0
     level[steps - len(velocity) :] *= np.tanh(velocity / 0.01)

@@ -27,7 +27,7 @@ def rare(candidate: Candidate) -> Candidate:
 def by_another(
     model: Model, name: str, torque: Callable[[Driven, int, int], np.ndarray], names: tuple[str, ...]
 ) -> Iterator[Candidate]:
-    """One joint's torque that goes with another joint, whichever it is."""
+    """One joint's torque that depends on another joint, whichever it is."""
     count, dof = len(names), model.robot.dof
     units = ("1",) if count == 1 else ("N m",) * count
     for joint in range(dof):
