@@ -21,7 +21,7 @@ from ..arguments.controllers import read_controller
 from ..arguments.exit_codes import DONE, STOPPED, WRONG
 from ..arguments.outputs import add_json, add_output, require_json
 from ..arguments.run_options import add_driving, add_stops, body_of, facts_of, require_mock, stops_of
-from ..files.recorded_run import free_path, run_head, run_recorded, say_where
+from ..files.recorded_run import free_path, print_where, run_head, run_recorded
 from ..jog import jog_text
 from ..jog.judgements import Judgement, Verdict, judge
 from ..jog.kept import Kept
@@ -45,7 +45,7 @@ from ..run.start import StartRules
 from ..terminal import run_summary
 from ..terminal.confirm import confirm, require_attended
 from ..terminal.json_output import hand_over, json_text
-from ..terminal.progress import say, start_progress
+from ..terminal.progress import print_line, start_progress
 
 EXAMPLES = (
     "exidyn jog --robot cobot --joint 3                         # a simulated arm",
@@ -89,7 +89,7 @@ class Jog:
         position = _standing(self.driver, info)
         require_room(robot, self.way, position)
         self.flange = flange_way(robot, position, self.way)
-        say(jog_text.found(robot, self.way, position, self.flange))
+        print_line(jog_text.found(robot, self.way, position, self.flange))
         limits = run_limits(robot)
         watch, current = stops_of(self.given, robot.dof)
         motion = there_and_back(position, self.way, limits, info.cycle)
@@ -156,7 +156,7 @@ def main(arguments: Sequence[str]) -> int:
     outcome, recorder = run_recorded(driver, jog.job, path, head, progress, [kept])
     judgements = judge(kept.course(), way, model, payload.name if payload else "")
     _report(jog, outcome, judgements, path)
-    say_where(recorder, path, f"info {path} shows what happened")
+    print_where(recorder, path, f"info {path} shows what happened")
     if outcome.stop is not None:
         return STOPPED
     return WRONG if any(one.verdict is Verdict.WRONG for one in judgements) else DONE

@@ -23,7 +23,7 @@ from ..arguments.exit_codes import DONE, STOPPED
 from ..arguments.outputs import require_json
 from ..arguments.record_arguments import parser as parser
 from ..arguments.run_options import body_of, facts_of, require_mock, stops_of
-from ..files.recorded_run import free_path, run_head, run_recorded, say_where, warn
+from ..files.recorded_run import free_path, print_where, run_head, run_recorded, warn
 from ..live.live_view import Targets, require_showable, start_view
 from ..run.arms import make_driver
 from ..run.before import Checked, checked
@@ -127,5 +127,5 @@ def _record(
     table = run_summary.table(outcome) | {"written": str(path)}
     hand_over(run_summary.after(outcome), json_text(table), json_file)
     advice = "identify {} finds the dynamics in it" if outcome.stop is None else "info {} shows what happened"
-    say_where(recorder, path, advice.format(path))
+    print_where(recorder, path, advice.format(path))
     return outcome

@@ -19,7 +19,7 @@ from ..run.realtime import realtime
 from ..run.recording.recorder import part_of, start_recorder
 from ..run.stopping.stop_requests import StopRequests
 from ..terminal import run_summary
-from ..terminal.progress import say
+from ..terminal.progress import print_line
 
 
 def free_path(wanted: Path | None, stem: str) -> Path:
@@ -113,10 +113,10 @@ def _print_warnings(info: Info) -> None:
 def warn(warnings: Iterable[str]) -> None:
     """Print warnings on standard error."""
     for warning in warnings:
-        say(f"exidyn: warning: {warning}")
+        print_line(f"exidyn: warning: {warning}")
 
 
-def say_where(recorder: PipeSink, path: Path, advice: str) -> None:
+def print_where(recorder: PipeSink, path: Path, advice: str) -> None:
     """Print where the recording is.
 
     Args:

@@ -25,7 +25,7 @@ class Progress(PipeSink):
         super().close(patience)
 
 
-def say(text: str) -> None:
+def print_line(text: str) -> None:
     """Print to standard error, over the line where there is one."""
     print(f"{CLEAR if sys.stderr.isatty() else ''}{text}", file=sys.stderr, flush=True)
 

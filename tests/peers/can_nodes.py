@@ -52,7 +52,9 @@ class Nodes:
         self.muted, self.silent, self.quiet = set(), set(), set()
         self.random = np.random.default_rng(0)
         speed = SPEED * COUNTS * GEAR / (2.0 * np.pi)
-        self.nodes = [Node(number, self.sender(number), say, speed, RATED) for number in range(1, joints + 1)]
+        self.nodes = [
+            Node(number, self.sender(number), emit, speed, RATED) for number in range(1, joints + 1)
+        ]
         self.cycles = self.enabled_at = 0
         self.synced = self.moved = self.next_look = time.monotonic()
         self.pace = Pace(plant)
@@ -141,7 +143,7 @@ class Nodes:
 
     def let_go_wrong(self, kind, number):
         node = self.nodes[number - 1]
-        say(f"node {number}: now {kind}")
+        emit(f"node {number}: now {kind}")
         if kind == "silent":
             self.silent.add(number)
         elif kind == "mute":
@@ -171,7 +173,7 @@ class Nodes:
             return None
 
 
-def say(text):
+def emit(text):
     print(text, flush=True)
 
 
@@ -194,7 +196,7 @@ def fifo(priority=70):
     try:
         os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(priority))
     except (AttributeError, OSError):
-        say("no real-time scheduling")
+        emit("no real-time scheduling")
 
 
 def arguments(description):
@@ -224,7 +226,7 @@ def open_end(adapter, port):
     try:
         return SerialAdapter() if adapter else Multicast(port)
     except (can.CanError, OSError) as error:
-        say(f"no CAN bus on this machine: {error}")
+        emit(f"no CAN bus on this machine: {error}")
         sys.exit(NO_BUS)
 
 
@@ -254,7 +256,7 @@ def main():
     for text in options.withhold:
         number, index, sub = (int(part, 0) for part in text.split(":"))
         nodes.nodes[number - 1].withheld.add((index, sub))
-    say(f"ready {end.address}")
+    emit(f"ready {end.address}")
     if options.fifo:
         fifo()
     nodes.run(ended)

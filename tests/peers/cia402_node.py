@@ -27,14 +27,14 @@ class Node:
     Args:
         number: On the network.
         send: Sends a frame: identifier, data.
-        say: Prints an event.
+        emit: Prints an event.
         speed: Most that the motor can do [counts/s].
         rated: Rated current [mA].
     """
 
-    def __init__(self, number, send, say, speed, rated):
+    def __init__(self, number, send, emit, speed, rated):
         self.number, self.send, self.speed = number, send, speed
-        self.say = lambda text: say(f"node {number}: {text}")
+        self.emit = lambda text: emit(f"node {number}: {text}")
         self.state, self.nmt = "switch-on disabled", 0
         self.actual = self.demand = self.held = 0.0  # counts
         self.velocity = 0.0  # of the demand [counts/s]
@@ -43,7 +43,7 @@ class Node:
         self.transfer, self.pending = None, None
         self.syncs, self.last_beat, self.next_beat = [], None, 0.0
         self.objects = dict(standard_objects(number, rated))
-        self.withheld = set()  # objects that are there and tell nothing
+        self.withheld = set()  # objects that are there and empty
         self.map()
 
     def start(self):
@@ -112,7 +112,7 @@ class Node:
 
     def emergency(self, code):
         self.put(0x1001, 0, 0x11 if code else 0)
-        self.say(f"emergency 0x{code:04X}")
+        self.emit(f"emergency 0x{code:04X}")
         self.send(0x080 + self.number, struct.pack("<HB5s", code, self.get(0x1001), b"\1\2\3\4\5"))
 
     # SYNC
@@ -152,7 +152,7 @@ class Node:
 
     def change(self, state):
         if state != self.state:
-            self.say(state)
+            self.emit(state)
             self.state = state
             self.held = self.demand if state in ("stopping", "fault reaction") else self.actual
         if state not in ("enabled", "stopping", "fault reaction"):
@@ -294,7 +294,7 @@ class Node:
 
     def written(self, index, sub, value):
         if index in (0x1010, 0x1011):
-            self.say("was ordered to store or restore")
+            self.emit("was ordered to store or restore")
         if index == 0x1003 and value:
             raise Abort(0x06090030)
         if index in (0x1400, 0x1600, 0x1800, 0x1A00):

@@ -59,11 +59,11 @@ class LocalDrive:
     Args:
         node: The LocalNode, on a network.
         position: Where it stands [counts].
-        say: Prints an event.
+        emit: Prints an event.
     """
 
-    def __init__(self, node, position, say=print):
-        self.node, self.say = node, say
+    def __init__(self, node, position, emit=print):
+        self.node, self.emit = node, emit
         self.state, self.pending = OFF, {}
         for index, value in ((0x6041, STATUS[OFF]), (0x6061, 0), (0x6064, position), (0x606C, 0)):
             self.put(index, value)
@@ -93,7 +93,7 @@ class LocalDrive:
     def control(self, word):
         state = NEXT.get((self.state, command(word)), self.state)
         if state != self.state:
-            self.say(f"node {self.node.id}: {state}", flush=True)
+            self.emit(f"node {self.node.id}: {state}", flush=True)
         self.state = state
         self.put(0x6041, STATUS[state])
 
@@ -138,10 +138,10 @@ class LocalDrive:
         self.put(0x606C, round((after - before) / (self.get(0x60C2, 1) * 10.0 ** self.get(0x60C2, 2))))
 
 
-def drives_on(network, dictionary, positions, say=print):
+def drives_on(network, dictionary, positions, emit=print):
     """Drives 1, 2, ... on a connected network, which stand at these counts."""
     nodes = [network.create_node(number, dictionary(number)) for number in range(1, len(positions) + 1)]
-    return [LocalDrive(node, position, say) for node, position in zip(nodes, positions, strict=True)]
+    return [LocalDrive(node, position, emit) for node, position in zip(nodes, positions, strict=True)]
 
 
 def main():

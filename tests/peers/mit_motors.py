@@ -13,7 +13,7 @@ import time
 import numpy as np
 from can_arm import MASTER, MIT_RANGES, sign, zero
 from can_ends import frame, noise
-from can_nodes import arguments, fifo, open_end, plant, say, stop_with_input
+from can_nodes import arguments, emit, fifo, open_end, plant, stop_with_input
 from pace import Pace
 
 TIMEOUT_UNIT = 50e-6
@@ -63,13 +63,13 @@ class Motor:
 
     def switch(self, on):
         if on != self.on:
-            say(f"motor {self.number}: {'on' if on else 'off'}, gains {self.gains}")
+            emit(f"motor {self.number}: {'on' if on else 'off'}, gains {self.gains}")
         self.on = on
 
     def fail(self, error):
         self.error = error
         self.switch(False)
-        say(f"motor {self.number}: error {error}")
+        emit(f"motor {self.number}: error {error}")
 
     def command(self, data):
         """Byte by byte, as the manuals draw it."""
@@ -105,7 +105,7 @@ class Motor:
         if what == 0x55 and register in (9, 10):
             self.registers[register] = struct.unpack(form, data[4:])[0]
         elif what == 0xAA:
-            say(f"motor {self.number}: was ordered to store")
+            emit(f"motor {self.number}: was ordered to store")
         return data[:4] + struct.pack(form, self.registers[register])
 
     def tick(self, now):
@@ -205,7 +205,7 @@ class Motors:
             elif since >= fault.cycle and not fault.done:
                 fault.done = True
                 motor = self.motors[fault.node - 1]
-                say(f"motor {motor.number}: now {fault.kind}")
+                emit(f"motor {motor.number}: now {fault.kind}")
                 if fault.kind == "silent":
                     self.silent.add(motor.number)
                 elif fault.kind == "runaway":
@@ -256,7 +256,7 @@ def main():
     for motor in motors.motors:
         motor.error = options.error
         motor.on, motor.wish = options.on, (motor.position, 0.0)
-    say(f"ready {end.address}")
+    emit(f"ready {end.address}")
     if options.fifo:
         fifo()
     motors.run(ended)

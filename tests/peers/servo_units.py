@@ -1,4 +1,4 @@
-"""How the servos of the peers count: what their hosts must be told."""
+"""How the servos of the peers count: what their hosts must know."""
 
 import numpy as np
 

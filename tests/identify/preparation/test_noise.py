@@ -21,7 +21,7 @@ def test_autocovariance_of_a_known_process():
     np.testing.assert_allclose(
         found / np.outer(size, size), exact_autocovariance(3) / np.outer(size, size), atol=0.02
     )
-    assert abs(found[1][0, 1] - found[1][1, 0]) > 0.1 * abs(found[1][0, 1])  # which lags is told
+    assert abs(found[1][0, 1] - found[1][1, 0]) > 0.1 * abs(found[1][0, 1])  # the sign of the lag
 
 
 def test_autocovariance_by_hand_with_weights_and_pieces():

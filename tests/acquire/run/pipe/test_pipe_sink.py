@@ -55,7 +55,7 @@ def test_a_view_that_stalls_misses_whole_frames_and_fails_nothing(tmp_path):
         assert not sink.failure
         assert sink.dropped > 500
     recording = read_recording(tmp_path / "run.mcap")
-    assert len(recording.timing) + len(recording.events) == 4040 - sink.dropped + 1  # one says: no end
+    assert len(recording.timing) + len(recording.events) == 4040 - sink.dropped + 1  # one reports: no end
     assert recording.outcome["unreadable_frames"] == "0"
 
 
