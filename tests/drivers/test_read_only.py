@@ -79,8 +79,8 @@ def test_motors_that_were_left_on_stay_on():
             driver.exchange(None)
         assert driver.states() == ("on",) * 6
         driver.close()
-        assert not peer.text(": error")
-        assert not peer.text(": off,")
+        assert not peer.printed(": error")
+        assert not peer.printed(": off,")
 
 
 def test_what_reading_may_do_is_reported_before_anything_is_opened():
@@ -90,7 +90,7 @@ def test_what_reading_may_do_is_reported_before_anything_is_opened():
         sample = driver.exchange(None)
         driver.close()
         assert np.isfinite(sample.position).all()
-        assert not peer.text(": on,")
+        assert not peer.printed(": on,")
     with motors() as (_, driver):
         assert driver.risk_of_reading == ""
 

@@ -67,7 +67,7 @@ class Peer:
                     raise LookupError(f"the peer did not print '{text}'; it printed: {''.join(self.lines)}")
                 self._news.wait(0.05)
 
-    def output(self, text):
+    def printed(self, text):
         with self._news:
             return any(text in line for line in self.lines)
 

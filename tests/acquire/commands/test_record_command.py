@@ -13,7 +13,7 @@ from ...parts.runs.run_parts import MODEL, motion
 
 
 @pytest.fixture
-def text(tmp_path, monkeypatch):
+def arguments(tmp_path, monkeypatch):
     """Trajectory and robot on the command line, in a folder of their own."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.delenv(UNATTENDED, raising=False)
@@ -39,8 +39,8 @@ SERVOS = ["--driver", "feetech", "--set", "port=/dev/nowhere", "--set", "ids=[1,
         (["--com", "0", "0", "1"], "com given without --mass"),
     ],
 )
-def test_what_cannot_be_is_refused_in_a_line_before_anything_else(text, more, words, capsys, tmp_path):
-    assert main([*text, *more]) == REFUSED
+def test_what_cannot_be_is_refused_in_a_line_before_anything_else(arguments, more, words, capsys, tmp_path):
+    assert main([*arguments, *more]) == REFUSED
     printed = capsys.readouterr()
     assert words in printed.err
     assert len(printed.err.splitlines()) == 1
@@ -48,33 +48,33 @@ def test_what_cannot_be_is_refused_in_a_line_before_anything_else(text, more, wo
 
 
 @pytest.mark.parametrize("value", ["fast", "0", "120", "nan"])
-def test_a_speed_that_is_none_is_reported_without_a_page_of_usage(text, value, capsys):
+def test_a_speed_that_is_none_is_reported_without_a_page_of_usage(arguments, value, capsys):
     with pytest.raises(SystemExit) as ended:
-        main([*text, "--speed", value])
+        main([*arguments, "--speed", value])
     assert ended.value.code == REFUSED
     printed = capsys.readouterr().err.splitlines()
     assert len(printed) == 1
     assert value in printed[-1]
 
 
-def test_a_run_prints_where_it_is_and_what_to_do_with_it(text, capsys):
-    assert main(text) == 0
+def test_a_run_prints_where_it_is_and_what_to_do_with_it(arguments, capsys):
+    assert main(arguments) == 0
     printed = capsys.readouterr()
     assert "written: run.mcap; exidyn identify run.mcap" in printed.err
     assert "0 in which a joint was silent" in printed.out
     assert read_recording("run.mcap").outcome["stop"] == "none"
 
 
-def test_a_slower_run_has_the_motion_as_planned_inside_and_the_speed_beside_it(text, tmp_path):
-    assert main([*text, "--speed", "80"]) == 0
+def test_a_slower_run_has_the_motion_as_planned_inside_and_the_speed_beside_it(arguments, tmp_path):
+    assert main([*arguments, "--speed", "80"]) == 0
     run = read_recording("run.mcap")
     assert run.trajectory == (tmp_path / "trajectory.toml").read_text(encoding="utf-8")
     assert run.settings["speed"] == "0.8"
     assert run.duration > motion().duration / 0.8
 
 
-def test_one_that_is_stopped_fails_and_prints_where_to_look(text, capsys):
-    assert main([*text, "--current", "0.001"]) == 1
+def test_one_that_is_stopped_fails_and_prints_where_to_look(arguments, capsys):
+    assert main([*arguments, "--current", "0.001"]) == 1
     printed = capsys.readouterr()
     assert "STOPPED (brake)" in printed.out
     assert "limit 0.001" in printed.out

@@ -303,7 +303,7 @@ def test_drives_on_can_are_right_and_a_current_of_the_other_sign_is_not(tmp_path
     code, text, peer = jog_on(canopen_402, tmp_path, capsys, "--joint", 3, "--degrees", 4)
     assert code == DONE
     assert list(verdicts(text).values())[:3] == ["right"] * 3
-    assert peer.text("enabled")
+    assert peer.printed("enabled")
     nominal = robot_with(drive_gain=-ROBOT.drive_gain)
     code, text, _ = jog_on(canopen_402, tmp_path, capsys, "--joint", 3, "--degrees", 4, "--robot", nominal)
     assert code == WRONG

@@ -298,7 +298,7 @@ def test_pages_and_data_are_served_on_this_machine_only(capsys):
     with view(serve=f"127.0.0.1:{port}") as shown:
         assert listeners(port) == [LOOPBACK]
         assert listeners(port + 1) == [LOOPBACK]
-        address = shown.text.split()[-1]
+        address = shown.message.split()[-1]
         assert address in capsys.readouterr().err
         with urllib.request.urlopen(address) as page:
             assert b"Rerun" in page.read()
@@ -397,7 +397,7 @@ def test_browser_shows_the_run(tmp_path):
     model, port, pictures = two_joints.model(), free_port(), []
     beginning = [frame for due, frame in frames(model, SECONDS) if due < 0.8]
     with headless_browser(tmp_path / "profile") as browser, view(serve=f"127.0.0.1:{port}") as shown:
-        browser.open(shown.text.split()[-1] + "&renderer=webgl", width=1000, height=640)
+        browser.open(shown.message.split()[-1] + "&renderer=webgl", width=1000, height=640)
         hand_over(shown, beginning)
 
         def drawn():

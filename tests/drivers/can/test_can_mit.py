@@ -27,7 +27,7 @@ def test_the_arm_follows_and_its_units_are_ours():
         assert "TIMEOUT 10000 read back" in info.dead_man
         assert "answers with torque in N m" in info.settings["joint2 (motor 2)"]
         assert "KT_Value 0.945" in info.settings["joint2 (motor 2)"]
-        assert not peer.text("on")
+        assert not peer.printed("on")
         driver.arm_drives()
         where = standing(driver)
         np.testing.assert_allclose(where, [0.0, -1.0, 1.0, 0.0, 0.5, 0.0], atol=STEP)
@@ -144,7 +144,7 @@ def test_a_quick_stop_holds_and_off_switches_off():
         last = [sample.position for sample in samples if not sample.stale.any()]
         assert (np.abs(last[-1] - last[0]) < 0.005).all()
         assert (last[-1] - where > 0.02).all()
-        assert not peer.text(": off")
+        assert not peer.printed(": off")
         driver.stop(StopLevel.OFF)
         for number in range(1, 7):
             peer.wait_for(f"motor {number}: off")
@@ -157,14 +157,14 @@ def test_after_the_end_held_motors_do_not_miss_the_host():
         driver.close()
         with pytest.raises(LookupError):
             peer.wait_for("error 13", 0.8)
-        assert not peer.text(": off")
-        assert not peer.text("store")
+        assert not peer.printed(": off")
+        assert not peer.printed("store")
 
 
 def test_a_motor_that_runs_away_is_not_left_running_at_the_end():
     with motors("--fault", "runaway:3@5") as (peer, driver):
         where = armed(driver)
-        while not peer.text("motor 3: now runaway"):
+        while not peer.printed("motor 3: now runaway"):
             driver.exchange(command(where))
         driver.close()
         for number in range(1, 7):

@@ -41,7 +41,7 @@ def test_the_arm_follows_and_its_units_are_ours():
         reached = np.array([sample.position for sample in samples])
         assert (reached.max(axis=0) - where > 0.09).all()
         assert np.isnan(samples[0].velocity).all()
-        assert not peer.text("0x8611")
+        assert not peer.printed("0x8611")
 
 
 def test_times_of_samples_never_go_back():
@@ -93,7 +93,7 @@ def test_nothing_is_ever_stored_in_a_drive():
     with drives(at_close="off") as (peer, driver):
         follow(driver, armed(driver), 20)
         driver.close()
-        assert not peer.text("store")
+        assert not peer.printed("store")
 
 
 def test_torque_is_at_the_joint():
@@ -206,7 +206,7 @@ def test_a_command_that_is_no_number_is_a_fault_and_not_sent():
         where = armed(driver)
         where[1] = np.nan
         assert "no position" in driver.exchange(command(where)).fault
-        assert not peer.text("0x8611")
+        assert not peer.printed("0x8611")
 
 
 def test_drives_stop_when_the_host_falls_silent():
