@@ -73,14 +73,17 @@ def make_all(cases: Sequence[Draw], folder: Path, pool: Executor) -> None:
 
 
 def answered(who: str, file: str, folder: Path, pool: Executor, only: set[str] | None) -> list[Pair]:
-    """All cases of a folder with the answers of `who`, which go into a file beside them."""
+    """All cases of a folder with the answers of `who`, written to a file beside them as they come."""
     places = sorted(place for place in (folder / "cases").iterdir() if only is None or place.name in only)
     answer = partial(timed, answer=answerer(who, folder / "truth"))
-    given = dict(zip([place.name for place in places], pool.map(answer, places), strict=True))
-    for name, case in given.items():
-        if "error" in case:
-            print(f"{name}: {case['error']}")
-    (folder / file).write_text(json.dumps(given, indent=1) + "\n")
+    given = {}
+    for place, one in zip(
+        places, tqdm(pool.map(answer, places), total=len(places), unit="case"), strict=True
+    ):
+        given[place.name] = one
+        (folder / file).write_text(json.dumps(given, indent=1) + "\n")
+        if "error" in one:
+            print(f"{place.name}: {one['error']}")
     return pairs(read_truths(folder / "truth"), {name: read_answer(case) for name, case in given.items()})
 
 
