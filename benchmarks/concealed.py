@@ -27,6 +27,7 @@ from parts.concealed.scoring.answers import read_answer, read_truths
 from parts.concealed.scoring.score import Pair, pairs
 from parts.concealed.scoring.tables import print_scores
 from parts.concealed.sweep import sweep
+from tqdm import tqdm
 
 PROCESSES = 2
 
