@@ -24,7 +24,7 @@ def file(tmp_path_factory):
 
 @pytest.mark.parametrize("host", [True, False])
 def test_what_is_read_is_what_was_written(tmp_path, host):
-    written = replace(recording(host), warnings=("doubtful",))
+    written = replace(recording(host), warnings=("suspicious",))
     write_recording(written, tmp_path / "run.mcap")
     read = read_recording(tmp_path / "run.mcap")
     assert set(read.signals) == set(written.signals)

@@ -29,7 +29,7 @@ def head(**other):
         "trajectory": "x = 1\n",
         "payload": KnownPayload("weight", (("M", 3.0),)),
         "settings": {"driver": "mock"},
-        "warnings": ("doubtful",),
+        "warnings": ("suspicious",),
     }
     return RunHead(**(given | other))
 

@@ -202,7 +202,7 @@ def test_a_killed_recorder_leaves_a_readable_file_up_to_just_before(tmp_path, vi
     assert left.recording.warnings[0].startswith("file ends abruptly")
     assert left.lost_ms < 500.0  # how much less benchmarks/record_kill.py measures
     if "loop" not in victims:
-        assert left.message.startswith("failure its process has ended")
+        assert left.printed.startswith("failure its process has ended")
 
 
 def test_a_killed_loop_loses_nothing(tmp_path):
