@@ -7,10 +7,11 @@ out.
 import pytest
 
 NUMERICAL = (
-    "align", "base_parameters", "criteria", "cutoffs", "block_likelihood", "diagnosis_prediction",
-    "diagnosis_search", "distinction", "effects", "equations", "essential", "estimators",
-    "excitation_warnings", "export", "filters", "fit_warnings", "fit_file", "friction_curve", "identify",
-    "information", "mdh", "model", "motion_gradient", "noise", "payload", "recorded_velocity",
+    "align", "base_parameters", "criteria", "cutoffs", "block_likelihood", "diagnosis_amplitude",
+    "diagnosis_prediction", "diagnosis_search", "distinction", "effects", "equations", "essential",
+    "estimators", "excitation_warnings", "export", "filters", "fit_warnings", "fit_file",
+    "friction_curve", "identify",
+    "experiment", "mdh", "model", "motion_gradient", "noise", "payload", "recorded_velocity",
     "rigid_gradient", "rigid_regressor", "shape_uncertainty", "shapes", "solve", "spring_balancer", "verdict",
 )  # fmt: skip
 """Files test_NAME.py whose results hang on matrices: decompositions, ranks, and decisions made of them."""
@@ -24,16 +25,16 @@ LENGTHY = (
     "diagnose_real", "diagnosis_budget", "diagnosis_coupling", "diagnosis_delay", "diagnosis_link_encoders",
     "diagnosis_ripple", "diagnosis_search", "diagnosis_states", "diagnosis_tilt", "diagnosis_toy",
     "discriminate", "estimators", "excite", "fuzz", "identify", "improved", "kernels", "kinds", "moves",
-    "notebooks", "plan_view", "planning", "plant", "plant_parts", "report_command", "shrink",
-    "simulate_command", "single_joint", "static_poses", "sweeps", "whole_run",
+    "notebooks", "plan_view", "planner", "plant", "plant_parts", "report_command", "shrink",
+    "simulate_command", "single_joint", "static_poses", "sweeps", "run_with_leads",
 )  # fmt: skip
 """Files test_NAME.py of more than some seconds, which `check --fast` leaves out."""
 
 CLOCKED = (
     "brake", "can", "command_help", "confirm", "controllers", "driver", "dynamixel", "escalation", "example",
     "excite_command", "feetech", "host_clock", "jog", "krc", "kuka", "live", "loop", "mock", "parallel",
-    "pipe", "player", "read_only", "record", "recover", "rsi", "run_", "serial", "servo", "signs", "stale",
-    "start", "stop", "view", "watch",
+    "pipe", "player", "read_only", "record", "recover", "rsi", "run_gone", "run_head", "run_log",
+    "serial", "servo", "signs", "stale", "start", "stop", "view", "watch",
 )  # fmt: skip
 """Beginnings of files whose runs keep to the clock, or have processes of their own."""
 
