@@ -179,6 +179,19 @@ def test_of_many_shapes_the_one_that_was_chosen_costs_their_number():
     assert alone.gain - chosen.gain == pytest.approx(np.log(50))
 
 
+def test_a_coefficient_of_one_sign_is_twice_as_probable():
+    """Its prior has half the values, each twice as dense."""
+    random = np.random.default_rng(3)
+    column = random.normal(size=(1600, 1, 1))
+    torque = 2.0 * column[:, 0] + random.normal(size=(1600, 1))
+    prediction = predicted(
+        rows(torque, random.normal(size=(1600, 1, 1)), np.array([np.inf])), blocks((100,) * 16)
+    )
+    either, above = ask(prediction, [asked(column, (0,)), asked(column, (0,), lower=(0.0,))])
+    np.testing.assert_allclose(above.by_block, either.by_block)
+    assert above.gain - either.gain == pytest.approx(np.log(2.0))
+
+
 def test_runs_held_out_are_predicted_and_not_fitted():
     given, pieces, _ = system(5)
     own = pieces.rows[HELD_OUT[0]]
