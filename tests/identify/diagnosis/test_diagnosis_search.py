@@ -263,6 +263,14 @@ def test_a_shape_costs_how_much_better_it_is_than_a_shape_taken_blindly():
     assert any_of_them.gain == pytest.approx(20.0)
 
 
+def test_choosing_a_shape_costs_the_odds_by_scatter_too():
+    best = answer([20.0], shape={"speed": 0.0})
+    other = replace(answer([3.0], shape={"speed": 1.0}), along=np.tile([10.0, -10.0], BLOCKS // 2))
+    [chosen] = _by_hypothesis([best, other])
+    assert chosen.candidate.shape["speed"] == 0.0
+    assert chosen.odds == pytest.approx(np.logaddexp(best.odds, other.odds) - np.log(2.0))
+
+
 def test_alternatives_are_what_explains_the_same_joint():
     rivals = [answer([29.0, 0.0], "stribeck_friction"), answer([0.0, 29.5], "viscous_friction", (1,))]
     one = judged([answer([30.0, 0.0], "hysteresis"), *rivals], 10.0)

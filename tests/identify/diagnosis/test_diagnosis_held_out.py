@@ -1,0 +1,40 @@
+"""Runs held out: findings and fitted parameters predict them no worse than the nominal model does."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from exidyn.identify.diagnosis.search import search as searching
+from exidyn.identify.effects import JointSpring
+
+from ...parts.small.small_search import problem, record, searched
+
+
+def test_a_finding_is_compared_with_the_model_without_it_on_runs_held_out():
+    found = searched(record([JointSpring(("elbow",))], {"Ks2": 6.0}))
+    with_spring, without = (
+        searching._held_out(found.problem, some, found.without_findings) for some in (found.selected, ())
+    )
+    assert with_spring[1] < 0.5
+    assert np.all(without > 0.95)  # but for weights that are estimated anew
+
+
+@pytest.mark.parametrize(
+    ("fitted", "nominal", "kept"), [(1.2, 0.9, "nominal"), (1.2, 1.3, "fitted"), (1.03, 0.9, "fitted")]
+)
+def test_nominal_values_stay_where_fitted_ones_predict_a_joint_worse(monkeypatch, fitted, nominal, kept):
+    at_nominal = SimpleNamespace()
+    as_fitted = SimpleNamespace(at_nominal=lambda: at_nominal)
+    squares = {id(as_fitted): [0.5, fitted], id(at_nominal): [0.5, nominal]}
+    monkeypatch.setattr(searching, "_held_out", lambda one, *_: np.array(squares[id(one)]))
+    chosen = searching._nominal_where_better(as_fitted, [object()], None)
+    assert chosen is {"nominal": at_nominal, "fitted": as_fitted}[kept]
+    assert searching._nominal_where_better(as_fitted, [], None) is as_fitted
+
+
+def test_a_problem_at_nominal_holds_what_the_model_states():
+    one = problem(record([JointSpring(("elbow",))], {"Ks2": 6.0}))
+    held, free = one.at_nominal().prediction([]), one.prediction([])
+    np.testing.assert_allclose(held.values[one.stated], held.rows.mean[one.stated], atol=1e-9)
+    assert np.any(np.abs(free.values - free.rows.mean)[one.stated] > 1e-3)
