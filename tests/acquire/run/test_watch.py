@@ -190,7 +190,7 @@ def test_what_is_beyond_limits_or_silent_is_marked():
     assert rows[1].split()[1:4] == ["234.91", "deg", "BEYOND"]
     assert rows[2].split()[-1] == "silent"
     assert rows[3].split()[1:4] == ["-4001.00", "mm", "BEYOND"]
-    assert rows[-1] == "output: output before"
+    assert rows[-1] == "message: output before"
     text = line(far, UNITS, INFO, 1.0)
     assert "BEYOND limits: achse_1, achse_3; silent: achse_2" in text
     assert "deg/deg/mm" in text
@@ -204,4 +204,4 @@ def test_what_is_not_known_is_null_and_a_dash():
     text = line(reading(fault="tripped"), UNITS, INFO, 1.0)
     assert "position 5.73 - 500.00" in text
     assert "torque" not in text
-    assert text.endswith("fault: tripped; output: a sentence")
+    assert text.endswith("fault: tripped; message: a sentence")
