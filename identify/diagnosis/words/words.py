@@ -79,12 +79,9 @@ def _held_out_residual(diagnosis: Diagnosis, joint: int) -> str:
 
 
 def clearest_joint(diagnosis: Diagnosis, finding: Finding) -> int:
-    """The joint on which the finding is seen best: of those that feel it, where most was gained."""
+    """The joint on which the finding is seen best: its torque is most over the noise."""
     found = diagnosis.improvement
-    if found is None:
-        return int(np.argmax(finding.torque))
-    gained = (found.before - found.after) / found.noise
-    return int(np.argmax(np.where(finding.torque > 0.0, gained, -np.inf)))
+    return int(np.argmax(finding.torque if found is None else finding.torque / found.noise))
 
 
 def _nothing(diagnosis: Diagnosis) -> str:
