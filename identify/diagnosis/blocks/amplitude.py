@@ -49,7 +49,7 @@ def amplitude(along: np.ndarray, size: np.ndarray) -> Amplitude:
     weight = 1.0 / (noise + ratio[:, None])
     total = weight.sum(axis=1)
     mean = weight @ own / total
-    left = np.sum(weight * (own - mean[:, None]) ** 2, axis=1)
+    left = np.sum(weight * (own - mean[:, None]) ** 2, axis=1) + np.finfo(float).tiny
     freedom = len(own) - 1.0
     likelihood = 0.5 * (np.log(weight).sum(axis=1) - np.log(total) - freedom * np.log(left))
     share = np.exp(likelihood - special.logsumexp(likelihood))

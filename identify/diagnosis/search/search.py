@@ -132,11 +132,11 @@ def _nominal_where_better(
     problem: Problem, found: Sequence[Selected], without_findings: Prediction
 ) -> Problem:
     """The problem at nominal parameters, where those fitted predict a joint held out worse."""
-    worst = np.max(_held_out(problem, found, without_findings), initial=0.0)
-    nominal = problem.at_nominal()
-    if not found or worst <= WORSE**2 or np.max(_held_out(nominal, found, without_findings)) >= worst:
+    worst = np.max(_held_out(problem, found, without_findings), initial=0.0) if found else 0.0
+    if worst <= WORSE**2:
         return problem
-    return nominal
+    nominal = problem.at_nominal()
+    return nominal if np.max(_held_out(nominal, found, without_findings)) < worst else problem
 
 
 def _held_out(problem: Problem, found: Sequence[Selected], without_findings: Prediction) -> np.ndarray:

@@ -47,6 +47,12 @@ def test_where_noise_prevails_a_block_counts_for_what_it_sees():
     assert found.mean == pytest.approx(1.0, abs=0.1)
 
 
+def test_blocks_that_agree_to_the_last_digit_are_certain():
+    found = amplitude(np.full(8, 3.0), np.full(8, 3.0))
+    assert found.mean == pytest.approx(1.0)
+    assert found.log_odds > 15.0
+
+
 def test_one_block_shows_nothing():
     assert amplitude(np.array([50.0, 0.0, 0.0]), np.array([50.0, 0.0, 0.0])).log_odds == 0.0
     assert amplitude(np.zeros(5), np.zeros(5)).log_odds == 0.0
