@@ -174,6 +174,20 @@ def test_what_is_no_table_has_no_columns_to_look_at(tmp_path):
         read_tables(tmp_path)
 
 
+@pytest.mark.parametrize("version", ["6.1_SOL2", "7.4_GLNX86"])
+def test_files_that_matlab_wrote(version):
+    """Of scipy's own tests, if they are installed."""
+    folder = Path(scipy.io.matlab.__file__).parent / "tests" / "data"
+    if not folder.is_dir():
+        pytest.skip("scipy was installed without its tests")
+    [table] = read_tables(folder / f"teststruct_{version}.mat")
+    assert table.names == ["teststruct.doublefield"]
+    np.testing.assert_allclose(table.values[:, 0], [np.sqrt(2), np.exp(1), np.pi])
+    pytest.importorskip("h5py")
+    [table] = read_tables(folder / "testhdf5_7.4_GLNX86.mat")
+    np.testing.assert_allclose(table.values[:, 0], np.arange(9) * np.pi / 4)
+
+
 @needs_data
 @pytest.mark.parametrize("name", WRITERS)
 def test_a_real_run_is_the_same_from_every_format(tmp_path, name):
