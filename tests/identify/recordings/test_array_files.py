@@ -91,7 +91,7 @@ def test_structures_and_groups(tmp_path):
     h5py = pytest.importorskip("h5py")
     with h5py.File(tmp_path / "run.h5", "w") as file:
         file["log/time"], file["log/arm/pos"], file["log/arm/amps"] = TIME, motion(), noise()
-        file["log/camera"] = np.zeros((len(TIME), 4, 4, 3), "u1")
+        file["log/camera"], file["log/map"] = np.zeros((len(TIME), 4, 4, 3), "u1"), np.zeros((480, 640))
         file["log/self"] = file["log"]
     columns = {"time": "log/time", "position": "log/arm/pos", "current": "log/arm/amps{number}"}
     [found] = import_source(tmp_path / "run.h5", model(), columns=columns)
