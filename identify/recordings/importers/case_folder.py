@@ -34,8 +34,10 @@ from ...robot_files.toml_fields import (
     tables,
 )
 from ...robot_files.urdf import parse_urdf
+from ...robot_files.urdf_file import read_urdf
 from ..recording import KnownPayload, Recording
-from .csv_file import import_csv
+from .csv_file import read_csv
+from .tables.import_table import import_table
 
 FORMAT = 1
 
@@ -79,8 +81,8 @@ def import_case_folder(source: Path, model: Model | None = None, role: str | Non
         recording
         for file, known in runs
         if role in (None, known["settings"].get("role"))
-        for recording in import_csv(
-            folder / file, model, name=f"{name}/{Path(file).name.split('.')[0]}", **known
+        for recording in import_table(
+            read_csv, folder / file, model, name=f"{name}/{Path(file).name.split('.')[0]}", **known
         )
     ]
 
@@ -96,7 +98,7 @@ def nominal_model(folder: Path) -> Model:
     case = _read(folder / "case.toml")
     with _of(folder):
         path = folder / string(_table(case, "robot")["urdf"], "[robot] urdf")
-    kinematics = parse_urdf(read_text(path), str(path)).model
+    kinematics = parse_urdf(read_urdf(path), str(path)).model
     with _of(folder):
         robot = _robot(case, kinematics)
         return _model(robot, _table(case, "believed"))
@@ -207,7 +209,7 @@ def _prior(value: float, tolerance: float) -> Prior:
 
 
 def _run(run: Mapping[str, Any]) -> tuple[str, dict[str, Any]]:
-    """File of a run, and what the case states of it, as `import_csv` takes it."""
+    """File of a run, and what the case states of it, as `import_table` takes it."""
     settings = {key: str(value) for key, value in run.items() if key not in ("file", "payload")}
     payload = KnownPayload("L", _known(_table(run, "payload"))) if "payload" in run else None
     return string(run["file"], "[[runs]] file"), {"payload": payload, "settings": settings}
