@@ -82,7 +82,7 @@ def beside_limits(
 def volume(matrix: np.ndarray, candidate: Candidate, columns: Thinned, free: np.ndarray) -> float:
     """Logarithm of how much less probable coefficients are than prediction of left-out blocks shows.
 
-    The probability of all data together is lower by the volume of values that the coefficients might have had,
+    The probability of all data together is lower by the volume of values that coefficients might have had,
     over that which the data leave; prediction by the other blocks is lower by one for each that the data
     determine (Stone 1977), however much else it might have been. Of two effects of which one is a special
     case of the other, prediction alone would prefer the general one too often.

@@ -81,7 +81,7 @@ def search(problem: Problem) -> SearchResult:
         problem, found = settled, stay
         # What went out once is not asked for again: it would come and go.
         out |= gone
-    found = _never_worse(problem, _beside_all(problem, found, total), without_findings)
+    found = _never_worse(problem, _beside_all(problem, found, total), without_findings, total)
     problem = _nominal_where_better(problem, found, without_findings)
     return SearchResult(
         problem, tuple(found), problem.prediction(_answers(found)), without_findings, tuple(single)
@@ -107,25 +107,46 @@ def _material(one: Answer, without_findings: Prediction) -> bool:
     return less > MATERIAL * float(without_findings.errors[:, joint].sum()) or one.relief > CERTAIN_ODDS
 
 
-def _never_worse(problem: Problem, found: list[Selected], without_findings: Prediction) -> list[Selected]:
+def _never_worse(
+    problem: Problem, found: list[Selected], without_findings: Prediction, total: float
+) -> list[Selected]:
     """Findings with which no joint of the runs held out is predicted worse than without any.
 
     One goes if the joint that is predicted worst gains by that, and more than any other loses where it has a
-    name; the least credible first. What none of them causes stays as it is.
+    name; the least credible first. It stays in another shape if that predicts no joint worse. What none of
+    them causes stays as it is.
     """
     while np.max(now := _held_out(problem, found, without_findings), initial=0.0) > WORSE**2:
-        going, kept = None, found
+        going, gone, kept = None, found[0], found
         for one in sorted((one for one in found if not one.once), key=lambda one: one.certainty):
             others = [other for other in found if other is not one]
             without = _held_out(problem, others, without_findings)
             gained = float(np.max(now) / np.max(without))
             lost = float(np.max(without / now)) if one.named else 1.0
             if gained > max(WORSE, lost) and (going is None or gained > going * WORSE):
-                going, kept = gained, others
+                going, gone, kept = gained, one, others
         if going is None:
             break
-        found = kept
+        place = found.index(gone)
+        again = _in_other_shape(problem, kept, gone, without_findings, total)
+        found = [*kept[:place], *again, *kept[place:]]
     return found
+
+
+def _in_other_shape(
+    problem: Problem, others: list[Selected], one: Selected, without_findings: Prediction, total: float
+) -> list[Selected]:
+    """A finding in its most probable shape that predicts no joint of the runs held out worse, if any."""
+    prediction = problem.prediction(_answers(others))
+    shapes = [pair for pair in problem.asked if pair[0].key == one.answer.candidate.key]
+    for answer in sorted(ask(prediction, shapes), key=lambda answer: -answer.gain):
+        shaped = colouring(prediction, answer).chosen_as(one.answer)
+        again = _judged_as(prediction, one, shaped, others, total)
+        if again is None or again.answer.candidate.key != one.answer.candidate.key:
+            break
+        if np.max(_held_out(problem, [*others, again], without_findings)) <= WORSE**2:
+            return [again]
+    return []
 
 
 def _nominal_where_better(
@@ -161,14 +182,21 @@ def _beside_all(problem: Problem, found: list[Selected], total: float) -> list[S
         others = [other for other in found if other is not one]
         prediction = problem.prediction(_answers(others), whole)
         first = _in_shape(problem, prediction, one.answer)
-        keys = {other.answer.candidate.key for other in others}
-        rivals = [answer for answer, _ in one.not_excluded if answer.candidate.key not in keys]
-        chosen = {rival.candidate.key: rival for rival in (first, *rivals)}
-        asked = [(rival.candidate, rival.columns) for rival in (first, *rivals)]
-        again = [one.chosen_as(chosen[one.candidate.key]) for one in ask(prediction, asked)]
-        again = sorted(levelled(prediction, again), key=lambda answer: -answer.gain)
-        found = [*found[:place], judged(again, total) or one, *found[place + 1 :]]
+        again = _judged_as(prediction, one, first, others, total)
+        found = [*found[:place], again or one, *found[place + 1 :]]
     return found
+
+
+def _judged_as(
+    prediction: Prediction, one: Selected, shaped: Answer, others: Sequence[Selected], total: float
+) -> Selected | None:
+    """A finding in another shape compared anew with its alternatives, beside others; None if not credible."""
+    keys = {other.answer.candidate.key for other in others}
+    rivals = [answer for answer, _ in one.not_excluded if answer.candidate.key not in keys]
+    chosen = {rival.candidate.key: rival for rival in (shaped, *rivals)}
+    asked = [(rival.candidate, rival.columns) for rival in (shaped, *rivals)]
+    again = [answer.chosen_as(chosen[answer.candidate.key]) for answer in ask(prediction, asked)]
+    return judged(sorted(levelled(prediction, again), key=lambda answer: -answer.gain), total)
 
 
 def _in_shape(problem: Problem, prediction: Prediction, answer: Answer) -> Answer:

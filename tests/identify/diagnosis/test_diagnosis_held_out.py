@@ -8,7 +8,8 @@ import pytest
 from exidyn.identify.diagnosis.search import search as searching
 from exidyn.identify.effects import JointSpring
 
-from ...parts.small.small_search import problem, record, searched
+from ...parts.small import two_joints
+from ...parts.small.small_search import names, problem, record, searched
 
 
 def test_a_finding_is_compared_with_the_model_without_it_on_runs_held_out():
@@ -38,3 +39,29 @@ def test_a_problem_at_nominal_holds_what_the_model_states():
     held, free = one.at_nominal().prediction([]), one.prediction([])
     np.testing.assert_allclose(held.values[one.stated], held.rows.mean[one.stated], atol=1e-9)
     assert np.any(np.abs(free.values - free.rows.mean)[one.stated] > 1e-3)
+
+
+def tight_spot(role, motion, current):
+    """Dry friction of the elbow that is larger near one angle."""
+    near = np.exp(-0.5 * ((motion.position[:, 1] - 0.3) / 0.25) ** 2)
+    return current + np.outer(2.0 * near * np.sign(motion.velocity[:, 1]), [0.0, 1.0]) / two_joints.GAIN
+
+
+def test_a_finding_that_predicts_worse_stays_in_a_shape_that_does_not(monkeypatch):
+    found = searched(record(change=tight_spot))
+    [one] = found.selected
+    assert names(found) == [("position_dependent_friction", (1,))]
+    assert len(one.answer.candidate.names) == 12
+
+    def never_worse(limit):
+        """What stays where shapes of more coefficients predict a joint worse."""
+        many = lambda some: any(len(each.answer.candidate.names) > limit for each in some)  # noqa: E731
+        monkeypatch.setattr(searching, "_held_out", lambda _, some, __: np.array([0.9, 0.9 + many(some)]))
+        return searching._never_worse(found.problem, list(found.selected), found.without_findings, 10.0)
+
+    assert never_worse(12)[0] is one
+    [again] = never_worse(2)
+    assert again.answer.candidate.key == one.answer.candidate.key
+    assert len(again.answer.candidate.names) == 2
+    assert 0.0 < again.answer.gain < one.answer.gain
+    assert not never_worse(1)
