@@ -1,0 +1,295 @@
+"""Propose what a log holds: columns, units, order of joints, sign and size of drive gains."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+
+from ..arm.robot import Robot
+from ..errors import RecordingError, listed
+from ..text_table import digits
+from .agreement import Sampled, agreement, agreement_odds, sampled
+from .column_names import STAMPS, Family, families, unit_of, words_of
+from .drives import Gain, described, gains
+from .odds import Guess, posterior
+from .quirks import quirks
+from .units import SLIDING, STATED, TIME, TURNING, Units, moves, unit_odds
+
+AS_NUMBERED = {"as numbered": 0.99, "alphabetical": 0.008, "other": 0.002}
+"""Prior of the order of joints where columns have numbers: ROS tools sort by name."""
+EFFORT = ("torque", "current")
+Order = tuple[int, ...]
+"""Column of each joint, in the robot's order."""
+
+
+@dataclass(frozen=True)
+class Proposal:
+    """What a log seems to hold.
+
+    Attributes:
+        columns: "time" and signals of a recording -> names of the columns, one a joint in the robot's order.
+        units: Of time, position and velocity; "" for a velocity that is left out.
+        gains: Of the drives, where there are currents; else empty.
+        guesses: What was guessed, and how sure that is.
+        notes: What else was seen, in sentences.
+    """
+
+    columns: Mapping[str, tuple[str, ...]]
+    units: Units
+    gains: tuple[Gain, ...]
+    guesses: tuple[Guess, ...]
+    notes: tuple[str, ...]
+
+    @property
+    def open(self) -> list[Guess]:
+        """What the log does not decide."""
+        return [guess for guess in self.guesses if not guess.decided]
+
+
+@dataclass(frozen=True)
+class _Log:
+    """Time (t,) in its unit, and what the families of columns hold, signal -> (t, n)."""
+
+    time: np.ndarray
+    values: Mapping[str, np.ndarray]
+
+    def sampled(self, robot: Robot, units: Units, effort: str, order: Order) -> Sampled:
+        """Motion in SI under a hypothesis of units and of the order of columns."""
+        position = self.values["position"][:, order] * _factor(robot, units.position)
+        return sampled(self.time * TIME[units.time], position, self.values[effort][:, order])
+
+
+def propose(names: Sequence[str], values: np.ndarray, robot: Robot, joints: Sequence[str] = ()) -> Proposal:
+    """What the columns of a log are.
+
+    Args:
+        names: Of the columns, c of them.
+        values: Shape (t, c); NaN where a cell is empty.
+        robot: The arm as described.
+        joints: Names of the joints that numbers in the names stand for, where the log gives them.
+
+    Raises:
+        RecordingError: Time, positions or efforts are not to be found.
+    """
+    clock = _time(names, values)
+    found = [f for f in families(names, robot.joints, joints) if clock not in f.places]
+    chosen, guesses, left = _signals(found)
+    kept = _usable(values, clock, [f for f in found if f.signal != "other"])
+    time = values[kept, clock]
+    chosen, by_motion = _by_motion(chosen, left, values[kept], time, robot)
+    guesses += by_motion
+    for signal in ("position",):
+        _require(signal in chosen, signal, names, robot)
+    effort = next((signal for signal in EFFORT if signal in chosen), "")
+    _require(bool(effort), "current or torque", names, robot)
+    log = _Log(time, {signal: values[kept][:, family.places] for signal, family in chosen.items()})
+    clock_unit = unit_of(f"time {names[clock]}")
+    units, order, more = _units_and_order(log, robot, chosen, clock_unit)
+    guesses += more
+    sample = log.sampled(robot, units, effort, order)
+    every, drives, more = _efforts(chosen, sample, robot, effort)
+    places = {s: tuple(f.names[k] for k in order) for s, f in every.items()}
+    columns = {"time": (names[clock],), **places}
+    ordered = {s: log.values[s][:, order] for s in log.values}
+    notes = quirks(
+        time * TIME[units.time], ordered["position"] * _factor(robot, units.position), robot, len(values)
+    )
+    if unused := [f.pattern for f in found if f.signal == "" and f not in every.values()]:
+        notes.append(f"columns that are not read: {', '.join(unused)}")
+    return Proposal(columns, units, drives, (*guesses, *more), tuple(notes))
+
+
+def _factor(robot: Robot, unit: str) -> np.ndarray:
+    """SI per unit of each joint's position, shape (n,)."""
+    factor = {**TURNING, **SLIDING}[unit]
+    return np.where(robot.revolute == (unit in TURNING), factor, 1.0)
+
+
+def _require(there: bool, what: str, names: Sequence[str], robot: Robot) -> None:
+    if not there:
+        raise RecordingError(
+            f"no {what} of {robot.dof} joints ({', '.join(robot.joints)}) found among the columns: "
+            f"{listed(names, what)}. Name them: exidyn import --columns SIGNAL=NAME,NAME,..."
+        )
+
+
+def _time(names: Sequence[str], values: np.ndarray) -> int:
+    """Place of the column of time: one that is called so, else the only one that increases throughout."""
+    rising = [k for k in range(len(names)) if np.nanmean(np.diff(values[:, k]) > 0) > 0.99]
+    called = [k for k in rising if STAMPS.intersection(words_of(names[k]))]
+    found = called or rising
+    if not found or (len(found) > 1 and not called):
+        raise RecordingError(
+            f"no column of time: {len(rising)} columns increase, none of which is called time. "
+            "Name it: exidyn import --columns time=NAME"
+        )
+    return found[0]
+
+
+def _usable(values: np.ndarray, clock: int, read: Sequence[Family]) -> np.ndarray:
+    """Rows in which time goes on and positions and efforts are numbers."""
+    known = [p for f in read if f.signal not in ("temperature", "link_position") for p in f.places]
+    rows = np.flatnonzero(np.isfinite(values[:, [clock, *known]]).all(axis=1))
+    later = np.maximum.accumulate(values[rows, clock])
+    kept = rows[np.concatenate([[True], np.diff(later) > 0])] if len(rows) else rows
+    if len(kept) < 100:
+        raise RecordingError(f"{len(kept)} samples with time, positions and efforts; 100 are needed")
+    return kept
+
+
+def _signals(found: Sequence[Family]) -> tuple[dict[str, Family], list[Guess], list[Family]]:
+    """Families by signal as their names say, and those whose names say nothing."""
+    chosen: dict[str, Family] = {}
+    for family in sorted(found, key=lambda f: "actual" not in words_of(f.pattern)):
+        if family.signal not in ("", "other"):
+            chosen.setdefault(family.signal, family)
+    twice = [f for f in found if f.signal in chosen and chosen[f.signal] is not f]
+    guesses = [
+        Guess(signal, family.pattern, 0.5 if any(f.signal == signal for f in twice) else STATED, "its name",
+              f"--columns {signal}=NAME,NAME,...")
+        for signal, family in chosen.items()
+    ]  # fmt: skip
+    return chosen, guesses, [family for family in found if family.signal == ""]
+
+
+def _by_motion(
+    chosen: dict[str, Family], left: Sequence[Family], values: np.ndarray, time: np.ndarray, robot: Robot
+) -> tuple[dict[str, Family], list[Guess]]:
+    """Positions and efforts that no name tells: the pair which a tree of rigid bodies explains best."""
+    effort = next((signal for signal in EFFORT if signal in chosen), "")
+    if "position" in chosen and effort:
+        return chosen, []
+    positions = [chosen["position"]] if "position" in chosen else list(left)
+    efforts = [chosen[effort]] if effort else list(left)
+    plain = {tuple(range(robot.dof)): 1.0}
+    odds: dict[tuple[Family, Family], float] = {}
+    for a in positions:
+        for b in efforts:
+            if a is not b and not _is_rate(values, time, a, b) and not _is_rate(values, time, b, a):
+                log = _Log(time, {"position": values[:, a.places], "current": values[:, b.places]})
+                odds[a, b] = max(_odds(log, robot, Units("", a.unit, ""), plain).values())
+    if not odds:
+        return chosen, []
+    likely = posterior(odds)
+    (a, b), probability = next(iter(likely.items()))
+    option = "--columns position=NAME,... current=NAME,..."
+    why = "rigid bodies explain the one by the other"
+    guesses = [Guess("position", a.pattern, probability, why, option)] if "position" not in chosen else []
+    guesses += [Guess("current", b.pattern, probability, why, option)] if not effort else []
+    new = {"position": a} | ({} if effort else {"current": b})
+    rate = next((f for f in left if f not in (a, b) and _is_rate(values, time, a, f)), None)
+    if rate and "velocity" not in chosen:
+        new["velocity"] = rate
+        guesses.append(
+            Guess("velocity", rate.pattern, STATED, "derivative of position", "--columns velocity=...")
+        )
+    return {**chosen, **new}, guesses
+
+
+def _is_rate(values: np.ndarray, time: np.ndarray, position: Family, other: Family) -> bool:
+    return bool(np.isfinite(moves(time, values[:, position.places], values[:, other.places]).ratio))
+
+
+def _odds(
+    log: _Log, robot: Robot, stated: Units, orders: Mapping[Order, float]
+) -> dict[tuple[Units, Order], float]:
+    """Log odds of units and orders: by speeds, limits and velocities, and by the rigid bodies.
+
+    Args:
+        log: In its own units and order.
+        robot: Whose joints are in order.
+        stated: What the names state.
+        orders: Column of each joint, and the prior of that order.
+    """
+    effort = next(signal for signal in EFFORT if signal in log.values)
+    odds = {}
+    for order, prior in orders.items():
+        each = {signal: values[:, order] for signal, values in log.values.items()}
+        seen = moves(log.time, each["position"], each.get("velocity"))
+        of_units = unit_odds(seen, robot.limits, robot.revolute, stated)
+        # One unit of time for all: under another one the filters would leave other samples to explain.
+        time = next(iter(posterior(of_units))).time
+        agreed = {}
+        for position in {units.position for units in of_units}:
+            sample = log.sampled(robot, Units(time, position, ""), effort, order)
+            agreed[position] = agreement_odds(sample, agreement(robot, sample))
+        odds |= {(u, order): o + agreed[u.position] + np.log(prior) for u, o in of_units.items()}
+    return odds
+
+
+def _orders(robot: Robot, by_name: bool) -> dict[Order, float]:
+    """Columns of the joints that are weighed, and the prior of each: as numbered, sorted by name, two swapped."""
+    n = robot.dof
+    plain = tuple(range(n))
+    if by_name or n == 1:
+        return {plain: 1.0}
+    ranks = tuple(sorted(robot.joints).index(joint) for joint in robot.joints)
+    orders = {plain: AS_NUMBERED["as numbered"]}
+    orders.setdefault(ranks, AS_NUMBERED["alphabetical"])
+    pairs = list(combinations(plain, 2))
+    for a, b in pairs:
+        swapped = list(plain)
+        swapped[a], swapped[b] = b, a
+        orders.setdefault(tuple(swapped), AS_NUMBERED["other"] / len(pairs))
+    return orders
+
+
+def _units_and_order(
+    log: _Log, robot: Robot, chosen: Mapping[str, Family], clock: str
+) -> tuple[Units, Order, list[Guess]]:
+    """The likeliest units and order, each with its own probability, whatever the others are."""
+    stated = Units(clock, chosen["position"].unit, chosen["velocity"].unit if "velocity" in chosen else "")
+    orders = _orders(robot, chosen["position"].by_name)
+    likely = posterior(_odds(log, robot, stated, orders))
+    best, order = next(iter(likely))
+    seen = moves(log.time, log.values["position"], log.values.get("velocity"))
+    rate = 1.0 / (seen.period * TIME[best.time])
+    fast = float(np.max(seen.speed * _factor(robot, best.position) / TIME[best.time]))
+    speed = f"{digits(fast)} {'rad' if robot.revolute.any() else 'm'}/s at most"
+    why = {"time": f"{digits(rate)} Hz, {speed}", "position": "limits, speeds, rigid bodies"}
+    if np.isfinite(seen.ratio):
+        why["velocity"] = "derivative of position"
+    guesses = []
+    for part, reason in why.items():
+        unit = getattr(best, part)
+        probability = sum(p for (units, _), p in likely.items() if getattr(units, part) == unit)
+        per = "/s" if part == "velocity" and unit != "rpm" else ""
+        guesses.append(
+            Guess(f"unit of {part}", unit + per, probability, reason, f"[{part}] unit in a preset")
+        )
+    if len(orders) > 1:
+        probability = sum(p for (_, one), p in likely.items() if one == order)
+        value = "as numbered" if order == tuple(range(robot.dof)) else ", ".join(str(k + 1) for k in order)
+        why["order"] = f"rigid bodies, among {len(orders)} orders"
+        guesses.append(
+            Guess("order of joints", value, probability, why["order"], "[position] column in a preset")
+        )
+    return (best if "velocity" in why else best._replace(velocity="")), order, guesses
+
+
+def _efforts(
+    chosen: Mapping[str, Family], sample: Sampled, robot: Robot, effort: str
+) -> tuple[dict[str, Family], tuple[Gain, ...], list[Guess]]:
+    """Signals with efforts as what they are; gains, where they are no torques of the joints."""
+    family, found = chosen[effort], gains(robot, sample)
+    prior = np.log(STATED / (1 - STATED)) * (1 if effort == "torque" else -1)
+    if family.signal == "":
+        prior = 0.0
+    likely = posterior(
+        {"N m of the joint": prior + sum(gain.torque for gain in found), "per drive gain": 0.0}
+    )
+    value, probability = next(iter(likely.items()))
+    why = "torque of the described bodies" if described(robot) else "its name; the URDF has no real masses"
+    guesses = [Guess(f"unit of {family.pattern}", value, probability, why, "[drive] gain in robot.toml")]
+    others = {signal: f for signal, f in chosen.items() if signal not in EFFORT}
+    if value == "N m of the joint":
+        currents = {"current": chosen["current"]} if "current" in chosen and effort != "current" else {}
+        return {**others, "torque": family, **currents}, (), guesses
+    current = chosen.get("current", family)
+    for joint, gain in zip(robot.joints, found, strict=True):
+        size = f"{digits(gain.value)} ± {100 * gain.relative:.0f} %" if gain.told else "not told"
+        sure = max(gain.positive, 1 - gain.positive) if gain.told else 0.0
+        option = "[drive] gain, or a run with a known payload"
+        guesses.append(Guess(f"gain of {joint}", size, sure, "described bodies, friction", option))
+    return {**others, "current": current}, tuple(found), guesses
