@@ -6,8 +6,6 @@ from typing import Any
 
 from .errors import MissingPackage
 
-EXTRA = 'pip install "exidyn[notebook]"'
-
 
 def counted(count: int, what: str) -> str:
     """A number with its noun, such as "1 run" or "6 joints"."""
@@ -21,13 +19,16 @@ class InNotebook:
         return f'<pre style="line-height: 1.35">{escape(repr(self))}</pre>'
 
 
-def optional(package: str, purpose: str) -> Any:
-    """A package of the extra `notebook`.
+def optional(package: str, purpose: str, extra: str = "notebook") -> Any:
+    """A package, or a module of it, that an extra of exidyn brings.
 
     Raises:
-        MissingPackage: It is not installed.
+        MissingPackage: It is not installed; names the extra.
     """
     try:
         return import_module(package)
     except ModuleNotFoundError as error:
-        raise MissingPackage(f"{purpose} needs {package}, which is not installed: {EXTRA}") from error
+        raise MissingPackage(
+            f"{purpose} needs {package.partition('.')[0]}, which is not installed: "
+            f'pip install "exidyn[{extra}]"'
+        ) from error

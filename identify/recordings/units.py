@@ -5,20 +5,82 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..errors import RecordingError, UnknownKey, WrongShape
+from ..errors import BadUnit, RecordingError, UnknownKey, WrongShape
 from .recording import Recording, Signal
 
-ANGLES = ("position", "velocity", "link_position", "command")
-"""Signals that are angles of the joint, or their rate."""
+UNITS: dict[str, tuple[str, float, float]] = {
+    "rad": ("rad", 1.0, 0.0),
+    "deg": ("rad", np.pi / 180, 0.0),
+    "grad": ("rad", np.pi / 180, 0.0),
+    "grd": ("rad", np.pi / 180, 0.0),
+    "°": ("rad", np.pi / 180, 0.0),
+    "rad/s": ("rad/s", 1.0, 0.0),
+    "deg/s": ("rad/s", np.pi / 180, 0.0),
+    "rpm": ("rad/s", np.pi / 30, 0.0),
+    "m": ("m", 1.0, 0.0),
+    "mm": ("m", 1e-3, 0.0),
+    "m/s": ("m/s", 1.0, 0.0),
+    "mm/s": ("m/s", 1e-3, 0.0),
+    "A": ("A", 1.0, 0.0),
+    "mA": ("A", 1e-3, 0.0),
+    "N m": ("N m", 1.0, 0.0),
+    "N": ("N", 1.0, 0.0),
+    "degC": ("degC", 1.0, 0.0),
+    "°C": ("degC", 1.0, 0.0),
+    "C": ("degC", 1.0, 0.0),
+    "K": ("degC", 1.0, -273.15),
+    "s": ("s", 1.0, 0.0),
+    "ms": ("s", 1e-3, 0.0),
+    "us": ("s", 1e-6, 0.0),
+    "ns": ("s", 1e-9, 0.0),
+}
+"""Unit, as people and controllers write it -> that of `SIGNALS`, factor and offset to it."""
+
+ANGLES = ("rad", "rad/s")
+"""Units of what may be given in degrees."""
+
+OF_JOINT = ("position", "velocity", "link_position", "command", "command_velocity")
+"""Signals that are a coordinate of the joint, or its rate."""
 
 BEFORE_GEAR = ("position", "velocity", "command", "torque")
 """Signals that a controller may report of the motor: by the gear ratio too large, torque too small."""
 
 
-def to_radians(recording: Recording) -> Recording:
-    """Take angles for degrees; joints that slide stay as they are."""
-    factor = np.where(recording.robot.revolute, np.pi / 180, 1.0)
-    return _changed(recording, {name: factor for name in ANGLES})
+def unit_named(text: str) -> tuple[str, float, float] | None:
+    """The entry of `UNITS`, whatever the case, spaces and brackets; None if there is none."""
+    return _BY_NAME.get(_bare(text))
+
+
+def _bare(text: str) -> str:
+    return text.lower().strip(" []").replace(" ", "")
+
+
+_BY_NAME = {_bare(name): entry for name, entry in UNITS.items()}
+
+
+def factors(si: Sequence[str], units: str | Sequence[str], where: str) -> tuple[np.ndarray, np.ndarray]:
+    """Factor and offset, shape (n,) each, from given units.
+
+    Args:
+        si: Units to which they lead, n of them.
+        units: One for all or one each; an empty one is that of `si`.
+        where: What errors call the quantity.
+
+    Raises:
+        WrongShape: Not one unit each.
+        BadUnit: One that is not known, or is of another quantity.
+    """
+    given = [units] * len(si) if isinstance(units, str) else units
+    if len(given) != len(si):
+        raise WrongShape(f"{where}: {len(given)} units, but there are {len(si)} joints")
+    found = []
+    for wanted, unit in zip(si, given, strict=True):
+        entry = unit_named(unit or wanted)
+        if entry is None or entry[0] != wanted:
+            valid = ", ".join(name for name, (kind, *_) in UNITS.items() if kind == wanted)
+            raise BadUnit(f"{where}: unit '{unit}'; valid: {valid}")
+        found.append(entry[1:])
+    return tuple(np.array(found).T)
 
 
 def joint_side(recording: Recording, motor_side: bool | Sequence[str]) -> Recording:
@@ -72,7 +134,7 @@ def to_axes_of_robot(
         raise WrongShape(
             f"sign {sign} and zero {zero}: expected 1 or -1, and a position, for each of {n} joints"
         )
-    turned = _changed(recording, dict.fromkeys((*ANGLES, "torque"), signs))
+    turned = _changed(recording, dict.fromkeys((*OF_JOINT, "torque"), signs))
     signals = dict(turned.signals)
     for name in ("position", "link_position", "command"):
         if name in signals:

@@ -2,22 +2,88 @@
 
 import inspect
 from collections.abc import Callable
+from functools import partial
 from importlib import import_module
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from ...errors import NotAFile, UnknownKey
+from ...errors import NotAFile, RecordingError, UnknownKey
 from ...model import Model
 from ..recording import Recording
 
-IMPORTERS: dict[str, str] = {
-    "case_folder": "case_folder:import_case_folder",
-    "csv": "csv_file:import_csv",
-    "exidyn": "own_file:import_own_file",
-    "kuka_trace": "kuka_trace:import_kuka_trace",
-    "ros2_bag": "ros2_bag:import_ros2_bag",
+if TYPE_CHECKING:
+    from .tables.table import Table
+
+
+class Entry(NamedTuple):
+    """A format.
+
+    Attributes:
+        place: "module:function" in this package, imported when asked for: `(source) -> list[Table]` of a
+            table, else `(source, model, **options) -> list[Recording]`.
+        content: What it reads: the format, and what it has to hold.
+        endings: Of the names of such files.
+        inside: What lies in such a folder.
+        table: Whether it is read as a table, whose columns `import_table` turns into signals.
+    """
+
+    place: str
+    content: str
+    endings: tuple[str, ...] = ()
+    inside: str = ""
+    table: bool = False
+
+
+IMPORTERS: dict[str, Entry] = {
+    "csv": Entry(
+        "csv_file:read_csv",
+        "CSV: a line of names, a row a sample; those of UR's RTDE client and of libfranka too",
+        (".csv", ".csv.gz", ".tsv", ".txt", ".txt.gz"),
+        table=True,
+    ),
+    "matlab": Entry(
+        "matlab_file:read_matlab",
+        "MATLAB: arrays, also in structures; version 7.3 needs the extra hdf5",
+        (".mat",),
+        table=True,
+    ),
+    "hdf5": Entry(
+        "hdf5_file:read_hdf5",
+        "HDF5: data sets, also in groups; needs the extra hdf5",
+        (".h5", ".hdf5", ".hdf"),
+        table=True,
+    ),
+    "parquet": Entry(
+        "parquet_file:read_parquet",
+        "Parquet: columns of numbers or of lists of them; needs the extra parquet",
+        (".parquet", ".pq"),
+        table=True,
+    ),
+    "lerobot": Entry(
+        "lerobot:read_lerobot",
+        "LeRobot data set: a run an episode; needs the extra parquet",
+        inside="meta/info.json",
+        table=True,
+    ),
+    "npz": Entry("npz_file:read_npz", "NumPy: named arrays", (".npz",), table=True),
+    "ros2_bag": Entry(
+        "ros2_bag:import_ros2_bag",
+        "ROS 2 bag: joint states; needs the extra ros2",
+        (".db3",),
+        "metadata.yaml",
+    ),
+    "kuka_trace": Entry(
+        "kuka_trace:import_kuka_trace",
+        "KUKA trace: .dat beside .r64, all files of one name a run",
+        (".dat", ".r64"),
+        "*.[dD][aA][tT]",
+    ),
+    "case_folder": Entry(
+        "case_folder:import_case_folder", "case folder: a nominal robot and runs of it", inside="case.toml"
+    ),
+    "exidyn": Entry("own_file:import_own_file", "exidyn: its own recordings", (".mcap",)),
 }
-"""Name -> "module:function", imported when asked for; each takes (source, model, **options)."""
+"""Name -> how it is read. MCAP files are those of exidyn or of ROS 2, by what is in them."""
 
 
 def import_source(
@@ -29,25 +95,55 @@ def import_source(
         source: File or folder.
         model: The nominal robot; case folders and exidyn's own files bring theirs.
         kind: Key of `IMPORTERS`; found from what lies at the path by default.
-        options: Passed to the importer; its docstring lists them.
+        options: Passed to the importer; its docstring lists them, that of `import_table` for tables.
 
     Raises:
         NotAFile: There is nothing at that path, or no importer reads what is there.
         UnknownKey: An option or a kind that does not exist; the message lists the valid ones.
+        MissingPackage: A library that the format needs is not installed.
     """
     source = Path(source)
-    if not source.exists():
-        raise NotAFile(f"{source} does not exist")
-    kind = kind or kind_of(source)
-    if kind not in IMPORTERS:
-        raise UnknownKey(kind, "import: kind of source", tuple(IMPORTERS))
-    module, name = IMPORTERS[kind].split(":")
-    function: Callable[..., list[Recording]] = getattr(import_module(f"{__name__}.{module}"), name)
+    kind = _kind_given(source, kind)
+    function = _function(kind)
+    if IMPORTERS[kind].table:
+        from .tables.import_table import import_table
+
+        function = partial(import_table, function)
     valid = tuple(inspect.signature(function).parameters)[2:]
     for option in options:
         if option not in valid:
             raise UnknownKey(option, f"import of {kind}", valid)
     return function(source, model, **options)
+
+
+def read_tables(source: Path | str, kind: str | None = None) -> list["Table"]:
+    """The columns of a table, one table a run, before anything is known of their meaning and units.
+
+    Raises:
+        NotAFile: There is nothing at that path, or no importer reads what is there.
+        RecordingError: It is no table.
+        UnknownKey: A kind that does not exist; the message lists the valid ones.
+        MissingPackage: A library that the format needs is not installed.
+    """
+    source = Path(source)
+    kind = _kind_given(source, kind)
+    if not IMPORTERS[kind].table:
+        raise RecordingError(f"{source}: {IMPORTERS[kind].content.partition(':')[0]} is no table of columns")
+    return _function(kind)(source)
+
+
+def _kind_given(source: Path, kind: str | None) -> str:
+    if not source.exists():
+        raise NotAFile(f"{source} does not exist")
+    kind = kind or kind_of(source)
+    if kind not in IMPORTERS:
+        raise UnknownKey(kind, "import: kind of source", tuple(IMPORTERS))
+    return kind
+
+
+def _function(kind: str) -> Callable[..., Any]:
+    module, name = IMPORTERS[kind].place.split(":")
+    return getattr(import_module(f"{__name__}.{module}"), name)
 
 
 def kind_of(source: Path) -> str:
@@ -63,10 +159,11 @@ def kind_of(source: Path) -> str:
             f"recording of it: exidyn recover {source}"
         )
     if kind is None:
+        known = [
+            f"{one.content.partition(':')[0]} ({(*one.endings, one.inside)[0]})" for one in IMPORTERS.values()
+        ]
         raise NotAFile(
-            f"{source} is nothing that can be imported{_below(source)}. Known are: CSV (.csv, .csv.gz), a "
-            "case folder with case.toml, KUKA traces (.dat with .r64), ROS 2 bags (folder, .db3, .mcap) and "
-            "exidyn's own .mcap"
+            f"{source} is nothing that can be imported{_below(source)}. Known are: {', '.join(known)}"
         )
     return kind
 
@@ -81,23 +178,15 @@ def _below(source: Path) -> str:
 
 def _kind(source: Path) -> str | None:
     name = source.name.lower()
-    if source.is_dir():
-        if (source / "case.toml").exists():
-            return "case_folder"
-        if (source / "metadata.yaml").exists():
-            return "ros2_bag"
-        if any(file.suffix.lower() == ".dat" for file in source.iterdir()):
-            return "kuka_trace"
-    elif name == "case.toml":
-        return "case_folder"
-    elif name.endswith((".csv", ".csv.gz", ".tsv", ".txt", ".txt.gz")):
-        return "csv"
-    elif name.endswith((".dat", ".r64")):
-        return "kuka_trace"
-    elif name.endswith(".db3"):
-        return "ros2_bag"
-    elif name.endswith(".mcap"):
+    if name.endswith(".mcap") and source.is_file():
         from .own_file import is_own_file
 
         return "exidyn" if is_own_file(source) else "ros2_bag"
+    for kind, entry in IMPORTERS.items():
+        if source.is_dir():
+            found = bool(entry.inside) and any(source.glob(entry.inside))
+        else:
+            found = name.endswith(entry.endings) or name == entry.inside == "case.toml"
+        if found:
+            return kind
     return None

@@ -35,7 +35,8 @@ from ...robot_files.toml_fields import (
 )
 from ...robot_files.urdf import parse_urdf
 from ..recording import KnownPayload, Recording
-from .csv_file import import_csv
+from .csv_file import read_csv
+from .tables.import_table import import_table
 
 FORMAT = 1
 
@@ -79,8 +80,8 @@ def import_case_folder(source: Path, model: Model | None = None, role: str | Non
         recording
         for file, known in runs
         if role in (None, known["settings"].get("role"))
-        for recording in import_csv(
-            folder / file, model, name=f"{name}/{Path(file).name.split('.')[0]}", **known
+        for recording in import_table(
+            read_csv, folder / file, model, name=f"{name}/{Path(file).name.split('.')[0]}", **known
         )
     ]
 
@@ -207,7 +208,7 @@ def _prior(value: float, tolerance: float) -> Prior:
 
 
 def _run(run: Mapping[str, Any]) -> tuple[str, dict[str, Any]]:
-    """File of a run, and what the case states of it, as `import_csv` takes it."""
+    """File of a run, and what the case states of it, as `import_table` takes it."""
     settings = {key: str(value) for key, value in run.items() if key not in ("file", "payload")}
     payload = KnownPayload("L", _known(_table(run, "payload"))) if "payload" in run else None
     return string(run["file"], "[[runs]] file"), {"payload": payload, "settings": settings}

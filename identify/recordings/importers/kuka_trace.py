@@ -11,7 +11,7 @@ from ...errors import NotAFile, RecordingError
 from ...model import Model
 from ..recording import KnownPayload, Recording, Signal
 from ..recording_checks import check
-from ..units import joint_side, to_axes_of_robot
+from ..units import UNITS, joint_side, to_axes_of_robot, unit_named
 from .diadem_file import DiademChannel, read_diadem
 
 CHANNELS: dict[str, str] = {
@@ -25,25 +25,6 @@ CHANNELS: dict[str, str] = {
 }
 """Beginning of a channel's name -> signal; the number of the axis follows it, or is in the file's name.
 Where a drive and the interpolator give the same signal, the drive's counts: it is sampled faster."""
-
-UNITS: dict[str, tuple[float, float]] = {
-    "°": (np.pi / 180, 0.0),
-    "grad": (np.pi / 180, 0.0),
-    "grd": (np.pi / 180, 0.0),
-    "deg": (np.pi / 180, 0.0),
-    "rad": (1.0, 0.0),
-    "mm": (1e-3, 0.0),
-    "m": (1.0, 0.0),
-    "a": (1.0, 0.0),
-    "ma": (1e-3, 0.0),
-    "nm": (1.0, 0.0),
-    "k": (1.0, -273.15),
-    "°c": (1.0, 0.0),
-    "c": (1.0, 0.0),
-    "s": (1.0, 0.0),
-    "ms": (1e-3, 0.0),
-}
-"""Unit, in small letters -> factor and offset to that of `SIGNALS`."""
 
 
 @dataclass(frozen=True)
@@ -135,13 +116,13 @@ def _columns(file: Path, warnings: list[str]) -> list[_Column]:
 
 def _in_si(channel: DiademChannel, warnings: list[str]) -> np.ndarray | None:
     """Values in SI units; None, and a warning, for an unknown unit."""
-    unit = channel.unit.strip().strip("[]").lower()
-    if unit not in UNITS:
+    unit = unit_named(channel.unit)
+    if unit is None:
         warnings.append(
             f"{channel.name} was left out: its unit is '{channel.unit}', known are {', '.join(UNITS)}"
         )
         return None
-    factor, offset = UNITS[unit]
+    _, factor, offset = unit
     return channel.values * factor + offset
 
 

@@ -15,7 +15,7 @@ from exidyn.acquire import command_line
 from exidyn.acquire.command_line import COMMANDS, INTERRUPTED, REFUSED, main
 from exidyn.identify.fit.estimators import ESTIMATORS
 from exidyn.identify.fit.fit_file import read_fit
-from exidyn.identify.recordings.importers.csv_file import PREFIXES
+from exidyn.identify.recordings.importers.tables.columns import PREFIXES
 from exidyn.identify.recordings.mcap.mcap_file import read_recording
 from exidyn.identify.recordings.recording import KnownPayload
 from exidyn.identify.robot_files.robot_file import model_text

@@ -10,9 +10,10 @@ from exidyn.identify.arm.robot import Limits, Robot
 from exidyn.identify.effects import RigidBody
 from exidyn.identify.errors import BadTime, BadUnit, NotFinite, RecordingError, UnknownKey, WrongShape
 from exidyn.identify.model import Model
+from exidyn.identify.recordings.importers import import_source
 from exidyn.identify.recordings.recording import KnownPayload, Recording, Signal
 from exidyn.identify.recordings.recording_checks import check
-from exidyn.identify.recordings.units import joint_side, to_radians
+from exidyn.identify.recordings.units import joint_side
 
 TIME = np.arange(1000) * 0.002
 
@@ -243,9 +244,15 @@ def test_checking_twice_does_not_repeat_warnings():
     assert check(once).warnings == once.warnings
 
 
-def test_degrees_leave_slides_alone():
-    turned = to_radians(recording(position=motion() * [180 / np.pi, 180 / np.pi, 1.0]))
-    np.testing.assert_allclose(turned.signals["position"].values, motion(), atol=1e-15)
+def test_degrees_leave_slides_alone(tmp_path):
+    degrees = motion() * [180 / np.pi, 180 / np.pi, 1.0]
+    columns = np.column_stack([TIME, degrees, noise(1), degrees])
+    header = "t,q1,q2,q3,i1,i2,i3,dq_ref1,dq_ref2,dq_ref3"
+    np.savetxt(tmp_path / "run.csv", columns, "%.17g", ",", header=header, comments="")
+    [turned] = import_source(tmp_path / "run.csv", model(), degrees=True)
+    for signal in ("position", "command_velocity"):
+        np.testing.assert_allclose(turned.signals[signal].values, motion(), atol=1e-15)
+    assert np.array_equal(turned.signals["current"].values, noise(1))
 
 
 def test_motor_side_keeps_the_power():

@@ -1,0 +1,190 @@
+"""Files of arrays, written by the libraries that define them: MATLAB, HDF5, Parquet and NumPy."""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import scipy.io
+
+from exidyn.identify.errors import ExidynError, MissingPackage, NotAFile, RecordingError, WrongShape
+from exidyn.identify.recordings.importers import import_source, kind_of, read_tables
+from exidyn.identify.robot_files.robot_file import read_model
+
+from ...parts.runs.runs import DATA, TIME, model, motion, needs_data, noise
+
+ARRAYS = {"t": TIME, "q": motion(), "i": noise(), "gear": np.array([100.0, -50.0]), "note": "free"}
+
+
+def write_npz(path: Path, arrays) -> None:
+    np.savez_compressed(path, **arrays)
+
+
+def write_mat(path: Path, arrays) -> None:
+    scipy.io.savemat(path, arrays)
+
+
+def write_hdf5(path: Path, arrays) -> None:
+    h5py = pytest.importorskip("h5py")
+    with h5py.File(path, "w") as file:
+        for name, array in arrays.items():
+            file[name] = array
+
+
+def write_mat73(path: Path, arrays) -> None:
+    """As MATLAB: behind a text of 512 bytes, matrices transposed, texts as numbers."""
+    h5py = pytest.importorskip("h5py")
+    with h5py.File(path, "w", userblock_size=512) as file:
+        for name, array in arrays.items():
+            stored = np.frombuffer(array.encode("utf-16-le"), "u2") if isinstance(array, str) else array
+            file[name] = np.atleast_2d(stored.T)
+    with open(path, "r+b") as file:
+        file.write(b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(512))
+
+
+def write_parquet(path: Path, arrays) -> None:
+    arrow, parquet = pytest.importorskip("pyarrow"), pytest.importorskip("pyarrow.parquet")
+    table = {name: arrow.array(list(arrays[name])) for name in ("t", "q", "i")}
+    table["note"] = arrow.array([arrays["note"]] * len(arrays["t"]))
+    parquet.write_table(arrow.table(table), path)
+
+
+WRITERS = {
+    "run.npz": write_npz,
+    "run.mat": write_mat,
+    "run73.mat": write_mat73,
+    "run.h5": write_hdf5,
+    "run.parquet": write_parquet,
+}
+
+
+@pytest.mark.parametrize("name", WRITERS)
+def test_arrays_with_usual_names(tmp_path, name):
+    WRITERS[name](tmp_path / name, ARRAYS)
+    [found] = import_source(tmp_path / name, model())
+    assert found.name == name.partition(".")[0]
+    assert set(found.signals) == {"position", "current"}
+    assert np.array_equal(found.signals["position"].values, motion())
+    assert np.array_equal(found.signals["current"].values, noise())
+    np.testing.assert_allclose(found.signals["position"].time, TIME, atol=1e-9)
+
+
+@pytest.mark.parametrize("name", WRITERS)
+def test_arrays_are_named_by_their_place(tmp_path, name):
+    arrays = ARRAYS | {"q": np.degrees(motion()), "t": 1e3 * TIME}
+    WRITERS[name](tmp_path / name, arrays)
+    [table] = read_tables(tmp_path / name)
+    assert sorted(table.names) == ["i1", "i2", "q1", "q2", "t"]
+    assert np.array_equal(table.values[:, table.names.index("q2")], np.degrees(motion()[:, 1]))
+    [found] = import_source(tmp_path / name, model(), degrees=True, time_scale=1e-3)
+    np.testing.assert_allclose(found.signals["position"].values, motion(), atol=1e-15)
+    with pytest.raises(WrongShape, match="no column amps1, amps2 for current. Columns: .*q1, q2"):
+        import_source(tmp_path / name, model(), columns={"current": "amps"})
+
+
+def test_structures_and_groups(tmp_path):
+    inner = {"time": TIME[:, None], "arm": {"pos": motion(), "amps": noise().T}}
+    scipy.io.savemat(tmp_path / "run.mat", {"log": inner, "cells": np.array(["a", "b"], dtype=object)})
+    columns = {"time": "log.time", "position": "log.arm.pos", "current": ["log.arm.amps1", "log.arm.amps2"]}
+    [found] = import_source(tmp_path / "run.mat", model(), columns=columns)
+    assert np.array_equal(found.signals["current"].values, noise())
+    h5py = pytest.importorskip("h5py")
+    with h5py.File(tmp_path / "run.h5", "w") as file:
+        file["log/time"], file["log/arm/pos"], file["log/arm/amps"] = TIME, motion(), noise()
+        file["log/camera"] = np.zeros((len(TIME), 4, 4, 3), "u1")
+        file["log/self"] = file["log"]
+    columns = {"time": "log/time", "position": "log/arm/pos", "current": "log/arm/amps{number}"}
+    [found] = import_source(tmp_path / "run.h5", model(), columns=columns)
+    assert np.array_equal(found.signals["position"].values, motion())
+
+
+def test_records_and_dates(tmp_path):
+    kind = [("t", "M8[us]"), ("q1", float), ("q2", float), ("i1", "f4"), ("i2", "f4")]
+    rows = np.zeros(len(TIME), kind)
+    rows["t"] = np.datetime64("2026-03-01T12:00:00") + np.rint(TIME * 1e6).astype("m8[us]")
+    rows["q1"], rows["q2"] = motion().T
+    rows["i1"], rows["i2"] = noise().T
+    np.savez(tmp_path / "run.npz", run=rows)
+    columns = {"time": "run.t", "position": "run.q{number}", "current": "run.i{number}"}
+    [found] = import_source(tmp_path / "run.npz", model(), columns=columns)
+    np.testing.assert_allclose(found.signals["position"].time, TIME, atol=1e-6)
+    assert np.array_equal(found.signals["current"].values, noise().astype("f4"))
+
+
+def test_a_table_of_pandas_with_dates(tmp_path):
+    pandas, _ = pytest.importorskip("pandas"), pytest.importorskip("pyarrow")
+    frame = pandas.DataFrame({"q1": motion()[:, 0], "q2": motion()[:, 1], "tau1": 1.0, "tau2": TIME})
+    frame["t"] = pandas.Timestamp("2026-03-01") + pandas.to_timedelta(np.rint(TIME * 1e6), "us")
+    frame.to_parquet(tmp_path / "run.parquet")
+    [found] = import_source(tmp_path / "run.parquet", model())
+    np.testing.assert_allclose(found.signals["torque"].time, TIME, atol=1e-6)
+    assert np.array_equal(found.signals["torque"].values[:, 1], TIME)
+
+
+def test_an_array_of_one_joint_needs_no_number(tmp_path):
+    write_npz(tmp_path / "run.npz", {"t": TIME, "q": motion(1), "amps": noise(1)[:, 0]})
+    [found] = import_source(tmp_path / "run.npz", model(1), columns={"current": "amps"})
+    assert np.array_equal(found.signals["position"].values, motion(1))
+    assert np.array_equal(found.signals["current"].values, noise(1))
+
+
+@pytest.mark.parametrize("name", [*WRITERS, "run.pq", "run.hdf5"])
+def test_a_damaged_file_is_refused(tmp_path, name):
+    path = tmp_path / name
+    for content in (b"", b"solid", b"MATLAB 5.0 MAT-file".ljust(128, b"\0"), b"PK\x03\x04PAR1", b"\x89HDF"):
+        path.write_bytes(content)
+        with pytest.raises(NotAFile, match=r"cannot be read as|holds no arrays of numbers"):
+            import_source(path, model())
+    if name in WRITERS:
+        WRITERS[name](path, ARRAYS)
+        whole = path.read_bytes()
+        for end in (len(whole) // 2, len(whole) - 100):
+            path.write_bytes(whole[:end])
+            with pytest.raises(ExidynError):
+                import_source(path, model())
+
+
+def test_objects_in_a_numpy_file_are_not_run(tmp_path):
+    np.savez(tmp_path / "run.npz", t=np.array([print], dtype=object))
+    with pytest.raises(NotAFile, match="cannot be read as a NumPy file: Object arrays cannot be loaded"):
+        import_source(tmp_path / "run.npz", model())
+
+
+def test_a_file_without_arrays_is_refused(tmp_path):
+    write_npz(tmp_path / "run.npz", {"note": "free"})
+    with pytest.raises(NotAFile, match="run.npz holds no arrays of numbers"):
+        import_source(tmp_path / "run.npz", model())
+
+
+@pytest.mark.parametrize(
+    ("name", "package", "extra"),
+    [("run.h5", "h5py", "hdf5"), ("run73.mat", "h5py", "hdf5"), ("run.parquet", "pyarrow", "parquet")],
+)
+def test_a_library_that_is_missing_is_named_with_its_extra(tmp_path, monkeypatch, name, package, extra):
+    WRITERS[name](tmp_path / name, ARRAYS)
+    monkeypatch.setitem(sys.modules, package, None)
+    with pytest.raises(MissingPackage, match=rf'needs {package}, .*: pip install "exidyn\[{extra}\]"'):
+        import_source(tmp_path / name, model())
+
+
+def test_what_is_no_table_has_no_columns_to_look_at(tmp_path):
+    (tmp_path / "metadata.yaml").write_text("")
+    assert kind_of(tmp_path) == "ros2_bag"
+    with pytest.raises(RecordingError, match="ROS 2 bag is no table of columns"):
+        read_tables(tmp_path)
+
+
+@needs_data
+@pytest.mark.parametrize("name", WRITERS)
+def test_a_real_run_is_the_same_from_every_format(tmp_path, name):
+    folder = DATA / "panda_gaz"
+    robot = read_model(folder / "panda.urdf")
+    [known] = import_source(folder / "traj1.csv.gz", robot)
+    raw = np.genfromtxt(folder / "traj1.csv.gz", delimiter=",", names=True)
+    arrays = {"t": raw["t"], "note": "panda"}
+    arrays["q"], arrays["i"] = (np.column_stack([raw[f"{s}{k}"] for k in range(1, 8)]) for s in ("q", "tau"))
+    WRITERS[name](tmp_path / name, arrays)
+    [found] = import_source(tmp_path / name, robot, columns={"torque": "i"})
+    for signal in ("position", "torque"):
+        assert np.array_equal(found.signals[signal].values, known.signals[signal].values)
+        assert np.array_equal(found.signals[signal].time, known.signals[signal].time)
