@@ -30,5 +30,5 @@ def optional(package: str, purpose: str, extra: str = "notebook") -> Any:
     except ModuleNotFoundError as error:
         raise MissingPackage(
             f"{purpose} needs {package.partition('.')[0]}, which is not installed: "
-            f'pip install "exidyn[{extra}]"'
+            f'pip install ".[{extra}]" in the folder of exidyn'
         ) from error

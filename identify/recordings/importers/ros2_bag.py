@@ -7,29 +7,48 @@ from typing import Any
 
 import numpy as np
 
-from ...arm.robot import Robot
-from ...errors import ExidynError, NotAFile, RecordingError, UnknownJoint
+from ...errors import ExidynError, NotAFile, RecordingError
 from ...model import Model
+from ...notebook import optional
 from ..mcap.mcap_topics import ARRAY_TOPICS
-from ..recording import KnownPayload, Recording, Signal
+from ..recording import EFFORT, KnownPayload, Recording, Signal
 from ..recording_checks import check
+from .joint_names import find_joints
 
 STATE, ARRAY = "sensor_msgs/msg/JointState", "std_msgs/msg/Float64MultiArray"
 
 
 @dataclass
 class _Samples:
-    """Content of one topic: stamps [ns] by the bag and by the message, and rows by signal."""
+    """Messages of one topic and one list of joints: stamps [ns] by the bag and by the message, and rows."""
 
+    width: int
     bag: list[int] = field(default_factory=list)
     stamp: list[int] = field(default_factory=list)
     rows: dict[str, list[np.ndarray]] = field(default_factory=dict)
+
+    def add(self, bag: int, stamp: int, **values: np.ndarray) -> None:
+        """One more message; a field that it lacks is NaN, and `check` drops such samples."""
+        self.bag.append(bag)
+        self.stamp.append(stamp)
+        silent = np.full(self.width, np.nan)
+        for name, row in values.items():
+            if len(row) not in (0, self.width):
+                raise RecordingError(f"{name} has {len(row)} values, but there are {self.width} joints")
+            rows = self.rows.setdefault(name, [silent] * (len(self.bag) - 1))
+            rows.append(np.asarray(row, float) if len(row) else silent)
+
+    def signals(self, time: np.ndarray, places: Sequence[int] | slice = slice(None)) -> dict[str, Signal]:
+        """Signals of those joints at these times; a field that no message has is none."""
+        arrays = {name: np.array(rows)[:, places] for name, rows in self.rows.items()}
+        return {n: Signal(time, a) for n, a in arrays.items() if n == "position" or not np.isnan(a).all()}
 
 
 def import_ros2_bag(
     source: Path,
     model: Model | None = None,
     topic: str | None = None,
+    joints: str | Sequence[str] | None = None,
     effort: str = "torque",
     payload: KnownPayload | None = None,
 ) -> list[Recording]:
@@ -39,29 +58,37 @@ def import_ros2_bag(
         source: The bag's folder, or its .mcap or .db3 file.
         model: The nominal robot; its joints are looked up by name.
         topic: Topic of the joint states; needed if there are several.
+        joints: What the joints are called in the bag: one name a joint, or a pattern such as "left_{joint}".
         effort: What the field effort holds, "torque" or "current".
         payload: What hung on the flange.
 
     Raises:
-        RecordingError: The bag cannot be read or does not hold a run of this robot; or rosbags is missing.
+        RecordingError: The bag cannot be read or does not hold a run of this robot.
+        MissingPackage: rosbags is not installed.
     """
     if model is None:
         raise RecordingError(
             f"{source}: a bag does not describe its robot; give the robot too (--robot FILE)"
         )
-    if effort not in ("torque", "current"):
-        raise RecordingError(f"effort='{effort}': valid are torque, current")
+    if effort not in EFFORT:
+        raise RecordingError(f"effort (--effort) '{effort}': valid are {', '.join(EFFORT)}")
     folder = source.parent if source.suffix == ".db3" else source
-    topics = _read(folder, model.robot, topic, effort)
-    states = topics.pop(STATE)
+    groups, arrays = _read(folder, topic, effort)
+    names = find_joints(
+        model.robot, tuple(dict.fromkeys(name for group in groups for name in group)), joints, f"{source}"
+    )
+    chosen = {group: samples for group, samples in groups.items() if set(names) <= set(group)}
+    if len(chosen) != 1:
+        raise RecordingError(
+            f"{source}: {len(chosen)} lists of joints in its messages have {', '.join(names)}; one is needed"
+        )
+    [(group, states)] = chosen.items()
     # The controller's own stamps count, if it gives any; the bag's are those of the host.
     own = np.array(states.stamp if any(states.stamp) else states.bag)
     start, late = own[0], states.bag[0] - own[0]
-    time = (own - start) * 1e-9
-    signals = {name: Signal(time, np.array(rows)) for name, rows in states.rows.items()}
-    for samples in topics.values():
-        at = (np.array(samples.bag) - late - start) * 1e-9
-        signals |= {name: Signal(at, np.array(rows)) for name, rows in samples.rows.items()}
+    signals = states.signals((own - start) * 1e-9, [group.index(name) for name in names])
+    for samples in arrays.values():
+        signals |= samples.signals((np.array(samples.bag) - late - start) * 1e-9)
     recording = Recording(
         name=source.stem,
         model=model,
@@ -73,33 +100,39 @@ def import_ros2_bag(
     return [check(recording)]
 
 
-def _read(source: Path, robot: Robot, topic: str | None, effort: str) -> dict[str, _Samples]:
-    """Samples of the joint states, under `STATE`, and of each array topic."""
+def _read(
+    source: Path, topic: str | None, effort: str
+) -> tuple[dict[tuple[str, ...], _Samples], dict[str, _Samples]]:
+    """Joint states by the names in the message, as several nodes may share a topic; arrays by topic."""
+    highlevel = optional("rosbags.highlevel", "a ROS 2 bag", "ros2")
+    typesys = optional("rosbags.typesys", "a ROS 2 bag", "ros2")
+    groups: dict[tuple[str, ...], _Samples] = {}
+    arrays: dict[str, _Samples] = {}
     try:
-        from rosbags.highlevel import AnyReader
-        from rosbags.typesys import Stores, get_typestore
-    except ImportError as error:
-        raise RecordingError(
-            'ROS 2 bags need the package rosbags. In the folder of exidyn: pip install ".[ros2]"'
-        ) from error
-    try:
-        with AnyReader([source], default_typestore=get_typestore(Stores.ROS2_HUMBLE)) as reader:
+        store = typesys.get_typestore(typesys.Stores.ROS2_HUMBLE)
+        with highlevel.AnyReader([source], default_typestore=store) as reader:
             chosen = _connections(source, reader.connections, topic)
-            found: dict[str, _Samples] = {STATE: _Samples()}
             for connection, bag, raw in reader.messages(connections=chosen):
                 message = reader.deserialize(raw, connection.msgtype)
                 if connection.msgtype == STATE:
-                    _take_state(found[STATE], robot, bag, message, effort)
+                    order = np.argsort(message.name)  # which may differ from message to message
+                    names = tuple(message.name[place] for place in order)
+                    fields = {"position": message.position, "velocity": message.velocity}
+                    fields[effort] = message.effort
+                    rows = {n: row[order] if len(row) == len(order) else row for n, row in fields.items()}
+                    stamp = message.header.stamp.sec * 1_000_000_000 + message.header.stamp.nanosec
+                    groups.setdefault(names, _Samples(len(names))).add(bag, stamp, **rows)
                 else:
-                    samples = found.setdefault(connection.topic, _Samples())
-                    _take_array(samples, robot, bag, message, connection.topic)
+                    signal = next(n for n, topic in ARRAY_TOPICS.items() if topic == connection.topic)
+                    samples = arrays.setdefault(connection.topic, _Samples(len(message.data)))
+                    samples.add(bag, 0, **{signal: message.data})
     except ExidynError:
         raise
     except Exception as error:  # the library raises many kinds, of its own and of its parsers
         raise NotAFile(f"{source} cannot be read as a ROS 2 bag: {error}") from error
-    if not found[STATE].bag:
+    if not groups:
         raise NotAFile(f"{source}: there is not one joint state in it")
-    return found
+    return groups, arrays
 
 
 def _connections(source: Path, connections: Sequence[Any], topic: str | None) -> list[Any]:
@@ -109,38 +142,8 @@ def _connections(source: Path, connections: Sequence[Any], topic: str | None) ->
     topic = topic or (names[0] if len(names) == 1 else "/joint_states")
     if topic not in names:
         raise RecordingError(
-            f"{source}: no joint states on {topic}. Topics with joint states: {', '.join(names) or 'none'}"
+            f"{source}: no joint states on {topic}. Topics with joint states: {', '.join(names) or 'none'}; "
+            "choose one by --topic TOPIC"
         )
     arrays = [c for c in connections if c.msgtype == ARRAY and c.topic in ARRAY_TOPICS.values()]
     return [connection for connection in states if connection.topic == topic] + arrays
-
-
-def _take_state(samples: _Samples, robot: Robot, bag: int, message: Any, effort: str) -> None:
-    missing = [joint for joint in robot.joints if joint not in message.name]
-    if missing:
-        raise UnknownJoint(missing[0], "the bag's joint state", tuple(message.name))
-    places = [message.name.index(joint) for joint in robot.joints]
-    samples.bag.append(bag)
-    samples.stamp.append(message.header.stamp.sec * 1_000_000_000 + message.header.stamp.nanosec)
-    for name, values in (
-        ("position", message.position),
-        ("velocity", message.velocity),
-        (effort, message.effort),
-    ):
-        if len(values) or name in samples.rows or name == "position":
-            _append(samples, name, robot, values[places] if len(values) else values)
-
-
-def _take_array(samples: _Samples, robot: Robot, bag: int, message: Any, topic: str) -> None:
-    name = next(name for name, its_topic in ARRAY_TOPICS.items() if its_topic == topic)
-    samples.bag.append(bag)
-    _append(samples, name, robot, message.data)
-
-
-def _append(samples: _Samples, name: str, robot: Robot, values: np.ndarray) -> None:
-    """One more row; samples that lacked a field are NaN throughout, and `check` drops them."""
-    silent = np.full(robot.dof, np.nan)
-    rows = samples.rows.setdefault(name, [silent] * (len(samples.bag) - 1))
-    if len(values) not in (0, robot.dof):
-        raise RecordingError(f"{name} has {len(values)} values, but {robot.name} has {robot.dof} joints")
-    rows.append(np.asarray(values, float) if len(values) else silent)

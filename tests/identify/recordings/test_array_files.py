@@ -163,7 +163,7 @@ def test_a_file_without_arrays_is_refused(tmp_path):
 def test_a_library_that_is_missing_is_named_with_its_extra(tmp_path, monkeypatch, name, package, extra):
     WRITERS[name](tmp_path / name, ARRAYS)
     monkeypatch.setitem(sys.modules, package, None)
-    with pytest.raises(MissingPackage, match=rf'needs {package}, .*: pip install "exidyn\[{extra}\]"'):
+    with pytest.raises(MissingPackage, match=rf'needs {package}, .*: pip install "\.\[{extra}\]"'):
         import_source(tmp_path / name, model())
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from exidyn.identify.errors import ExidynError, NotAFile, RecordingError
+from exidyn.identify.errors import ExidynError, MissingPackage, NotAFile, RecordingError
 from exidyn.identify.recordings.importers import import_source, kind_of
 
 from ...parts.runs.runs import TIME, model, motion, noise
@@ -90,5 +90,67 @@ def test_without_rosbags_the_message_states_how_to_get_it(tmp_path, monkeypatch)
     monkeypatch.setitem(sys.modules, "rosbags.highlevel", None)
     (tmp_path / "run.db3").write_bytes(b"")
     assert kind_of(tmp_path / "run.db3") == "ros2_bag"
-    with pytest.raises(RecordingError, match=r'pip install "\.\[ros2\]"'):
+    with pytest.raises(MissingPackage, match=r'needs rosbags, .*pip install "\.\[ros2\]"'):
         import_source(tmp_path / "run.db3", model())
+
+
+def write_arms(folder: Path, topics: dict[str, list[list[str]]], every: bool = True) -> None:
+    """A bag with messages of several lists of joints, at every moment all of them or one by turns."""
+    rosbag2 = pytest.importorskip("rosbags.rosbag2")
+    typesys = pytest.importorskip("rosbags.typesys")
+    store = typesys.get_typestore(typesys.Stores.ROS2_HUMBLE)
+    state, header = store.types["sensor_msgs/msg/JointState"], store.types["std_msgs/msg/Header"]
+    time = store.types["builtin_interfaces/msg/Time"]
+    with rosbag2.Writer(folder, version=9) as writer:
+        for topic, lists in topics.items():
+            connection = writer.add_connection(topic, state.__msgtype__, typestore=store)
+            for moment, stamp in enumerate(np.rint(TIME * 1e9).astype(np.int64).tolist()):
+                for names in lists if every else [lists[moment % len(lists)]]:
+                    rows = [np.array([moves(topic, name, k)[moment] for name in names]) for k in range(3)]
+                    message = state(header(time(0, stamp), ""), names, *rows)
+                    raw = store.serialize_cdr(message, state.__msgtype__)
+                    writer.write(connection, 10**18 + stamp, raw)
+
+
+def moves(topic: str, joint: str, kind: int) -> np.ndarray:
+    """What a joint of an arm does: another motion for every joint, topic and field."""
+    return np.sin(3.0 * TIME + len(topic) + sum(map(ord, joint)) + kind)
+
+
+TWO_ARMS = [["left_axis1", "left_axis2"], ["right_axis2", "right_axis1", "gripper"]]
+
+
+def test_one_arm_of_two_on_a_topic_is_chosen_by_its_joints(tmp_path):
+    write_arms(tmp_path / "bag", {"/joint_states": TWO_ARMS})
+    with pytest.raises(RecordingError, match=r"choose one by --joints 'left_\{joint\}', --joints 'right_"):
+        import_source(tmp_path / "bag", model())
+    for joints in ("right_{joint}", ["right_axis1", "right_axis2"]):
+        [found] = import_source(tmp_path / "bag", model(), joints=joints, effort="current")
+        for kind, signal in enumerate(("position", "velocity", "current")):
+            for place, joint in enumerate(("right_axis1", "right_axis2")):
+                expected = moves("/joint_states", joint, kind)
+                assert np.array_equal(found.signals[signal].values[:, place], expected)
+    with pytest.raises(RecordingError, match="0 lists of joints in its messages have left_axis1, right"):
+        import_source(tmp_path / "bag", model(), joints=["left_axis1", "right_axis2"])
+
+
+def test_a_prefix_that_only_one_arm_has_need_not_be_given(tmp_path):
+    write_arms(tmp_path / "bag", {"/joint_states": [["gripper"], ["ur_axis2", "ur_axis1"]]})
+    [found] = import_source(tmp_path / "bag", model())
+    assert np.array_equal(found.signals["torque"].values[:, 0], moves("/joint_states", "ur_axis1", 2))
+
+
+def test_one_arm_of_two_is_chosen_by_its_topic(tmp_path):
+    names = [["axis1", "axis2"]]
+    write_arms(tmp_path / "bag", {"/left/joint_states": names, "/right/joint_states": names})
+    with pytest.raises(RecordingError, match="states: /left/joint_states, /right/joint_states; choose"):
+        import_source(tmp_path / "bag", model())
+    [found] = import_source(tmp_path / "bag", model(), topic="/right/joint_states")
+    assert np.array_equal(found.signals["position"].values[:, 1], moves("/right/joint_states", "axis2", 0))
+
+
+def test_the_order_of_joints_may_change_from_message_to_message(tmp_path):
+    write_arms(tmp_path / "bag", {"/joint_states": [["axis1", "axis2"], ["axis2", "axis1"]]}, every=False)
+    [found] = import_source(tmp_path / "bag", model())
+    for place, joint in enumerate(("axis1", "axis2")):
+        assert np.array_equal(found.signals["torque"].values[:, place], moves("/joint_states", joint, 2))

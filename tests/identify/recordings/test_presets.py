@@ -1,0 +1,187 @@
+"""Presets: columns, units and signs of a kind of log, shipped ones and those beside a log."""
+
+import csv
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from exidyn.identify.errors import BadUnit, RecordingError, RobotError, WrongShape
+from exidyn.identify.recordings.importers import import_source
+from exidyn.identify.recordings.importers.tables.preset import preset_names, read_preset
+
+from ...parts.runs.runs import TIME, model, motion, noise, table
+
+
+def write_rtde(path: Path, joints: int, **fields) -> Path:
+    """As CSVWriter of UR's RTDE client writes it: a vector's fields numbered, spaces between columns."""
+    header, columns = ["timestamp"], [TIME + 5000.0]
+    for name, values in fields.items():
+        header += [f"{name}_{k}" for k in range(joints)]
+        columns += list(values.T)
+    with open(path, "w", newline="") as file:
+        writer = csv.writer(file, delimiter=" ")
+        writer.writerow([*header, "runtime_state", "output_bit_register0_to_31"])
+        writer.writerows([*row, 2, True] for row in np.column_stack(columns).tolist())
+    return path
+
+
+def write_libfranka(path: Path) -> Path:
+    """As logToCSV of libfranka writes it; time in milliseconds."""
+    states = {"q": motion(7), "q_d": motion(7), "dq": noise(7, 1), "dq_d": noise(7, 2), "tau_J": noise(7)}
+    states["tau_ext_hat_filtered"] = noise(7, 3)
+    fields = [f"state.{name}[{k}]" for name in states for k in range(7)]
+    fields += [f"cmd.q_d[{k}]" for k in range(7)] + [f"cmd.O_T_EE_d[{k}]" for k in range(16)]
+    columns = [np.ones(len(TIME)), *states.values(), np.zeros((len(TIME), 23))]
+    return table(path, ",".join(["time", "success_rate", *fields]), *columns, time=np.rint(1e3 * TIME))
+
+
+def test_a_log_of_universal_robots(tmp_path):
+    fields = {"actual_q": motion(6), "actual_qd": noise(6, 1), "actual_current": noise(6, 2)}
+    path = write_rtde(tmp_path / "robot_data.csv", 6, **fields, target_q=motion(6), target_moment=noise(6))
+    [found] = import_source(path, model(6))
+    assert set(found.signals) == {"position", "velocity", "current", "command"}
+    for name, values in zip(("position", "velocity", "current"), fields.values(), strict=True):
+        assert np.array_equal(found.signals[name].values, values)
+    np.testing.assert_allclose(found.signals["position"].time, TIME, atol=1e-9)
+    assert found.settings["preset"] == "ur_rtde"
+
+
+def test_a_log_of_libfranka(tmp_path):
+    [found] = import_source(write_libfranka(tmp_path / "log.csv"), model(7))
+    assert set(found.signals) == {"position", "velocity", "torque", "command", "command_velocity"}
+    assert np.array_equal(found.signals["torque"].values, noise(7))
+    assert np.array_equal(found.signals["command_velocity"].values, noise(7, 2))
+    np.testing.assert_allclose(found.signals["position"].time, TIME, atol=1e-9)
+    assert found.settings["preset"] == "libfranka"
+
+
+def test_a_log_of_other_joints_is_refused(tmp_path):
+    path = write_rtde(tmp_path / "log.csv", 6, actual_q=motion(6), actual_current=noise(6))
+    with pytest.raises(WrongShape, match=r"column actual_q_5, but small has 2 joints: axis1, axis2"):
+        import_source(path, model())
+    with pytest.raises(WrongShape, match=r"no column actual_q_6 for position\. Columns: .*actual_q_5"):
+        import_source(path, model(7))
+
+
+def test_columns_that_are_named_take_precedence(tmp_path):
+    path = write_rtde(tmp_path / "log.csv", 6, actual_q=motion(6), target_current=noise(6))
+    columns = {"current": "target_current_{index}", "position": ["actual_q_1", "actual_q_0"]}
+    columns["current"] = ["target_current_0", "target_current_1"]
+    [found] = import_source(path, model(), columns=columns)
+    assert np.array_equal(found.signals["position"].values, motion(6)[:, 1::-1])
+    assert np.array_equal(found.signals["current"].values, noise(6)[:, :2])
+
+
+OWN = """
+[time]
+column = "Zeit"
+unit = "ms"
+
+[position]
+column = ["A1", "A2"]
+unit = "°"
+sign = [1, -1]
+
+[effort]
+column = "M_{joint}"
+unit = "mA"
+sign = -1
+
+[temperature]
+column = "T{number}"
+unit = "K"
+"""
+
+
+@pytest.fixture
+def log(tmp_path):
+    header = "Zeit;A1;A2;M_axis1;M_axis2;T1;T2;state"
+    columns = [np.degrees(motion()), noise(), 300 + noise(seed=1), np.zeros(len(TIME))]
+    path = table(tmp_path / "log.csv", header, *columns, separator=";", time=1e3 * TIME)
+    header, *rows = path.read_text().split()
+    path.write_text("\n".join([header, *(f"{row[:-3]}run" for row in rows)]))
+    return path
+
+
+@pytest.mark.parametrize("beside", [True, False])
+def test_an_own_preset(log, tmp_path, beside):
+    name = "preset.toml" if beside else "ours.toml"
+    (tmp_path / name).write_text(OWN)
+    given = {} if beside else {"preset": tmp_path / name}
+    [found] = import_source(log, model(), effort="current", **given)
+    np.testing.assert_allclose(found.signals["position"].values, motion() * [1, -1], atol=1e-12)
+    np.testing.assert_allclose(found.signals["current"].values, -1e-3 * noise(), atol=1e-15)
+    np.testing.assert_allclose(found.signals["temperature"].values, 26.85 + noise(seed=1), atol=1e-12)
+    np.testing.assert_allclose(found.signals["position"].time, TIME, atol=1e-9)
+    assert found.settings["preset"] == str(tmp_path / name)
+
+
+def test_effort_is_torque_unless_it_is_said_to_be_current(log, tmp_path):
+    (tmp_path / "preset.toml").write_text(OWN.replace('"mA"', '"N m"'))
+    [found] = import_source(log, model())
+    assert np.array_equal(found.signals["torque"].values, -noise())
+    with pytest.raises(BadUnit, match="current: unit 'N m'; valid: A, mA"):
+        import_source(log, model(), effort="current")
+    with pytest.raises(RecordingError, match="'power': valid are current, torque"):
+        import_source(log, model(), effort="power")
+
+
+def test_a_log_without_time_has_a_rate(tmp_path):
+    np.savez(tmp_path / "run.npz", q=motion(), tau=noise())
+    (tmp_path / "preset.toml").write_text("rate = 250")
+    [found] = import_source(tmp_path / "run.npz", model())
+    np.testing.assert_allclose(found.signals["torque"].time, TIME, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("changed", "error", "message"),
+    [
+        (
+            ("[effort]", "[power]"),
+            RobotError,
+            "unknown key 'power'. Valid keys: command, .*effort",
+        ),
+        (
+            ('unit = "K"', 'units = "K"'),
+            RobotError,
+            r"\[temperature\]: unknown key 'units'. Valid keys: col",
+        ),
+        (('"°"', '"turns"'), BadUnit, "position: unit 'turns'; valid: rad, deg"),
+        (('"°"', '["°", "mm"]'), BadUnit, "position: unit 'mm'; valid: rad, deg"),
+        (('"°"', '["°"]'), WrongShape, "position: 1 units, but there are 2 joints"),
+        (('"ms"', '"min"'), BadUnit, "time: unit 'min'; valid: s, ms, us, ns"),
+        (("[1, -1]", "[1, 2]"), RobotError, r"\[position\] sign: \[1, 2\]; expected 1 or -1"),
+        (("[1, -1]", "[1, -1, 1]"), WrongShape, "position: 3 signs, but small has 2 joints"),
+        (
+            ("T{number}", "Temp{number}"),
+            WrongShape,
+            "no column Temp1, Temp2 for temperature. Columns: Zeit",
+        ),
+        (("T{number}", "state"), WrongShape, r"no column state1, state2 for temperature"),
+        (('"Zeit"', '"state"'), WrongShape, "line 2: 'run' in column 'state' is no number"),
+        (('column = "Zeit"', ""), RobotError, r"preset.toml: \[time\]: key 'column' is missing"),
+        (("[time]", "rate = 0.5\n[time]"), RobotError, "give it or .time., not both"),
+        (("[time]", "[time"), RobotError, "preset.toml: not TOML"),
+        (('"Zeit"', "3"), RobotError, r"\[time\] column: expected a text in quotes; found 3"),
+    ],
+)
+def test_a_wrong_preset_is_refused_in_one_line(log, tmp_path, changed, error, message):
+    assert changed[0] in OWN
+    (tmp_path / "preset.toml").write_text(OWN.replace(*changed))
+    with pytest.raises(error, match=message):
+        import_source(log, model(), effort="current")
+
+
+def test_a_preset_that_is_not_there_lists_those_that_are(log, tmp_path):
+    with pytest.raises(RobotError, match="no preset or file called 'kuka'. Presets: lerobot, libfranka, ur"):
+        import_source(log, model(), preset="kuka")
+
+
+@pytest.mark.parametrize("name", preset_names())
+def test_every_preset_names_time_position_and_effort(name):
+    preset = read_preset(name)
+    assert {"time", "position"} <= set(preset.signals)
+    assert {"torque", "current", "effort"} & set(preset.signals)
+    for signal in set(preset.signals) - {"time"}:
+        assert "{number}" in preset.signals[signal].column or "{index}" in preset.signals[signal].column
