@@ -8,14 +8,14 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-from exidyn.identify.recordings.importers.tables.preset import BESIDE
 
 from exidyn.identify.errors import RecordingError
 from exidyn.identify.model import Model
 from exidyn.identify.proposal.odds import DECIDED
 from exidyn.identify.proposal.proposal import Proposal, propose
 from exidyn.identify.proposal.proposal_text import as_json, preset_toml, proposal_text, robot_toml
-from exidyn.identify.recordings.importers import import_source, tables_in
+from exidyn.identify.recordings.importers import IMPORTERS, import_source, kind_of, read_tables
+from exidyn.identify.recordings.importers.tables.preset import BESIDE
 from exidyn.identify.recordings.recording import EFFORT, Recording
 from exidyn.identify.robot_files.robot_file import read_model
 
@@ -27,8 +27,8 @@ EXAMPLES = (
     "exidyn init log.csv --urdf arm.urdf",
     "exidyn init log.mat --urdf arm.urdf -o arm/robot.toml",
 )
-NOTES = f"""A guess is written down from a probability of {100 * DECIDED:.0f} % on. What the log does not decide is
-left open: it is a comment in the robot.toml, and printed with what settles it."""
+NOTES = f"""A guess is written down from a probability of {100 * DECIDED:.0f} % on. What the log does not
+decide is left open: it is a comment in the robot.toml, and printed with what settles it."""
 
 
 def main(arguments: Sequence[str]) -> int:
@@ -79,9 +79,8 @@ def parser() -> argparse.ArgumentParser:
 
 def _proposal(log: Path, model: Model) -> tuple[Proposal, bool]:
     """The proposal, and whether the log is a table, whose columns have to be named."""
-    tables = tables_in(log)
-    if tables:
-        longest = max(tables, key=lambda table: len(table.values))
+    if IMPORTERS[kind_of(log)].table:
+        longest = max(read_tables(log), key=lambda table: len(table.values))
         return propose(longest.names, longest.values, model.robot, longest.joints), True
     runs = import_source(log, model)
     if not runs:

@@ -44,7 +44,7 @@ class Sampled(NamedTuple):
 
 
 def sampled(time: np.ndarray, position: np.ndarray, effort: np.ndarray) -> Sampled:
-    """Motion and effort at the same samples; time (t,) [s] increases, the others are (t, n) [rad], any unit."""
+    """Motion and effort at the same samples; time (t,) [s] increases, the others are (t, n)."""
     rate = min(RATE, 1.0 / float(np.median(np.diff(time))))
     even, both = uniform(time, np.hstack([position, effort]), rate)
     smooth = low_pass(both, rate, min(CUTOFF, 0.2 * rate))
@@ -64,7 +64,7 @@ def friction_columns(motion: Motion, joint: int) -> np.ndarray:
 
 
 def agreement(robot: Robot, log: Sampled) -> np.ndarray:
-    """Share of each effort's variance that a fit does not predict, shape (n,); 1 where it predicts nothing."""
+    """Share of each effort's variance that a fit does not predict, shape (n,); 1 if nothing is."""
     rigid = rigid_regressor(robot.kinematics, log.motion)
     return np.array([_left_out(rigid[:, j], log, j) for j in range(robot.dof)])
 

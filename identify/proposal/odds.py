@@ -37,7 +37,7 @@ class Guess:
 
 
 def posterior(log_odds: Mapping[Key, float]) -> dict[Key, float]:
-    """Probability of each hypothesis, from prior and likelihood as one logarithm each; the likeliest first."""
+    """Probability of each hypothesis, from log of prior times likelihood; the likeliest first."""
     values = np.array(list(log_odds.values()))
     weights = np.exp(values - values.max())
     found = dict(zip(log_odds, weights / weights.sum(), strict=True))
@@ -45,5 +45,5 @@ def posterior(log_odds: Mapping[Key, float]) -> dict[Key, float]:
 
 
 def log_normal(value: float, middle: float, spread: float) -> float:
-    """Logarithm of the density of log(value), normal about log(middle) with a standard deviation of `spread`."""
+    """Log of the density of log(value), normal about log(middle) with standard deviation `spread`."""
     return float(-0.5 * (np.log(value / middle) / spread) ** 2 - np.log(spread * np.sqrt(2 * np.pi)))

@@ -116,7 +116,7 @@ def _require(there: bool, what: str, names: Sequence[str], robot: Robot) -> None
 
 def _time(names: Sequence[str], values: np.ndarray) -> int:
     """Place of the column of time: one that is called so, else the only one that increases throughout."""
-    rising = [k for k in range(len(names)) if np.nanmean(np.diff(values[:, k]) > 0) > 0.99]
+    rising = [k for k in range(len(names)) if np.mean(np.diff(values[:, k]) > 0) > 0.99]
     called = [k for k in rising if STAMPS.intersection(words_of(names[k]))]
     found = called or rising
     if not found or (len(found) > 1 and not called):
@@ -219,7 +219,7 @@ def _odds(
 
 
 def _orders(robot: Robot, by_name: bool) -> dict[Order, float]:
-    """Columns of the joints that are weighed, and the prior of each: as numbered, sorted by name, two swapped."""
+    """Orders that are weighed, and the prior of each: as numbered, sorted by name, two swapped."""
     n = robot.dof
     plain = tuple(range(n))
     if by_name or n == 1:
@@ -287,9 +287,13 @@ def _efforts(
         currents = {"current": chosen["current"]} if "current" in chosen and effort != "current" else {}
         return {**others, "torque": family, **currents}, (), guesses
     current = chosen.get("current", family)
+    why, option = "torque of the described bodies, friction", "[drive] gain, or a run with a known payload"
     for joint, gain in zip(robot.joints, found, strict=True):
-        size = f"{digits(gain.value)} ± {100 * gain.relative:.0f} %" if gain.told else "not told"
-        sure = max(gain.positive, 1 - gain.positive) if gain.told else 0.0
-        option = "[drive] gain, or a run with a known payload"
-        guesses.append(Guess(f"gain of {joint}", size, sure, "described bodies, friction", option))
+        if gain.told:
+            size = f"{digits(gain.value)} N m, within {100 * gain.relative:.0f} %"
+            guesses.append(
+                Guess(f"gain of {joint}", size, max(gain.positive, 1 - gain.positive), why, option)
+            )
+    if silent := [joint for joint, gain in zip(robot.joints, found, strict=True) if not gain.told]:
+        guesses.append(Guess(f"gain of {', '.join(silent)}", "", 0.0, why, option))
     return {**others, "current": current}, tuple(found), guesses

@@ -12,9 +12,6 @@ from ..text_table import digits, paragraph, table
 from .odds import DECIDED, Guess
 from .proposal import Proposal
 
-UNKNOWN_GAIN = 1.0
-"""What a robot file has for a gain that nobody knows: everything of that joint is per unit of its effort."""
-
 
 def proposal_text(proposal: Proposal) -> str:
     """What was guessed, how sure that is, what else was seen, and what is not decided."""
@@ -46,22 +43,23 @@ def robot_toml(proposal: Proposal, model: Model, urdf: str, log: str) -> str:
         urdf: Path of its URDF from the new file; "" if it is described otherwise, and is written out.
         log: What the log is called.
     """
-    gains = [gain.value if gain.told else UNKNOWN_GAIN for gain in proposal.gains]
-    tolerance = max([0.1, *(gain.relative for gain in proposal.gains if gain.told)])
-    stated = not np.all(model.robot.drive_gain == UNKNOWN_GAIN)
-    drive = {"gain": [float(digits(gain)) for gain in gains], "gain_tolerance": round(tolerance, 2)}
+    gains = "".join(f", {digits(gain.value) if gain.told else '?'}" for gain in proposal.gains)[2:]
+    tolerance = max((gain.relative for gain in proposal.gains), default=0.0)
     head = [f"# Proposed by exidyn init from {log}; what it did not decide is said in comments."]
     head += [f"# {open_words(guess)}" for guess in proposal.open]
-    if any(gain.told for gain in proposal.gains) and not all(gain.told for gain in proposal.gains):
-        head.append(f"# A gain of {UNKNOWN_GAIN:g} stands for one that is not known.")
-    known = any(gain.told for gain in proposal.gains) and not stated
+    known = bool(gains) and "?" not in gains and np.all(model.robot.drive_gain == 1.0)
+    if gains and not known:
+        head.append(f"# Gains of the log [N m per unit]: [{gains}]")
+    drive = f"[drive]\ngain = [{gains}]\ngain_tolerance = {tolerance:.2f}\n"
     if urdf:
         body = lines({"format": 1, "name": model.robot.name, "urdf": urdf}) + "\n"
-        body += "\n" + block("[drive]", drive) + "\n" if known else ""
-    else:
-        gained = {"drive_gain": np.array(drive["gain"]), "drive_gain_tolerance": drive["gain_tolerance"]}
-        body = model_text(replace(model, robot=replace(model.robot, **gained)) if known else model)
-    return "\n".join(head) + "\n\n" + body
+        return "\n".join(head) + "\n\n" + body + (f"\n{drive}" if known else "")
+    told = {
+        "drive_gain": np.array([gain.value for gain in proposal.gains]),
+        "drive_gain_tolerance": tolerance,
+    }
+    written = replace(model, robot=replace(model.robot, **told)) if known else model
+    return "\n".join(head) + "\n\n" + model_text(written)
 
 
 def preset_toml(proposal: Proposal, log: str) -> str:
