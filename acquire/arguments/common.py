@@ -59,7 +59,8 @@ def add_robot(parser: argparse.ArgumentParser, why: str = "", required: bool = F
         "--robot",
         required=required,
         metavar="ROBOT",
-        help=f"{why}{': ' if why else ''}robot.toml or .urdf, or built in: {', '.join(builtin_names())}",
+        help=f"{why}{': ' if why else ''}robot.toml, .urdf, .xacro, or built in: "
+        f"{', '.join(builtin_names())}",
     )
 
 

@@ -45,7 +45,9 @@ def parser() -> argparse.ArgumentParser:
         EXAMPLES,
     )
     found.add_argument(
-        "robot", metavar="ROBOT", help=f"robot.toml or .urdf, or built in: {', '.join(builtin_names())}"
+        "robot",
+        metavar="ROBOT",
+        help=f"robot.toml, .urdf, .xacro, or built in: {', '.join(builtin_names())}",
     )
     add_output(found, "FILE", Path("trajectory.toml"))
     add_json(found)

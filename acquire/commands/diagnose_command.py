@@ -70,7 +70,7 @@ def parser() -> argparse.ArgumentParser:
         "sources",
         nargs="+",
         metavar="SOURCE",
-        help="robot.toml or .urdf and its runs (.mcap, .csv); or folders with case.toml, each a case",
+        help="robot.toml, .urdf or .xacro and its runs (.mcap, .csv); or folders with case.toml, each a case",
     )
     runs: dict[str, Any] = {"nargs": "+", "type": Path, "default": [], "metavar": "RUN"}
     found.add_argument("--validate", **runs, help="runs that are only predicted")

@@ -6,7 +6,9 @@ from exidyn.identify.model import Model
 from exidyn.identify.recordings.mcap.mcap_file import read_recording
 from exidyn.identify.robot_files.robot_file import builtin_names, read_model
 
-ARM_HELP = "fit.json, robot.toml or .urdf, recording (.mcap), or built in: " + ", ".join(builtin_names())
+ARM_HELP = (
+    f"fit.json, robot.toml, .urdf, .xacro, recording (.mcap), or built in: {', '.join(builtin_names())}"
+)
 
 
 def read_arm(source: str) -> Model:

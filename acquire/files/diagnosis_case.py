@@ -12,6 +12,7 @@ from exidyn.identify.recordings.importers import import_source, kind_of
 from exidyn.identify.recordings.importers.case_folder import nominal_model
 from exidyn.identify.recordings.recording import Recording
 from exidyn.identify.robot_files.robot_file import builtin_names, read_model
+from exidyn.identify.robot_files.urdf_file import ENDINGS
 
 from .payload_runs import carrying, distinct_bodies
 
@@ -60,7 +61,7 @@ def _is_case(source: str) -> bool:
 def _is_robot(source: str) -> bool:
     """Whether it describes a robot: a file of that kind, or a name of those built in."""
     path = Path(source)
-    return source in builtin_names() or path.suffix in (".toml", ".urdf") and path.name != "case.toml"
+    return source in builtin_names() or path.suffix in (".toml", *ENDINGS) and path.name != "case.toml"
 
 
 def read_case(folder: Path) -> Case:

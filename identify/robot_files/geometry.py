@@ -20,6 +20,7 @@ from .mesh_files import find_mesh
 from .robot_file import builtin_names
 from .toml_fields import parse_toml, read_text, string
 from .urdf import parse_urdf
+from .urdf_file import ENDINGS, read_urdf
 
 SHAPES = ("box", "capsule", "cylinder", "mesh", "sphere")
 
@@ -31,7 +32,7 @@ def read_geometry(source: str | Path, package_dirs: Iterable[str | Path] = ()) -
     number, as in Pinocchio.
 
     Args:
-        source: A robot.toml, a .urdf, or the name of a built-in robot.
+        source: A robot.toml, a .urdf or .xacro, or the name of a built-in robot.
         package_dirs: Folders that hold the ROS packages whose meshes the URDF names.
 
     Returns:
@@ -43,7 +44,7 @@ def read_geometry(source: str | Path, package_dirs: Iterable[str | Path] = ()) -
     urdf = _urdf_of(source)
     if urdf is None:
         return None
-    text = read_text(urdf)
+    text = read_urdf(urdf)
     kinematics = parse_urdf(text, str(urdf)).model
     geometry = pin.GeometryModel()
     meshes: dict[tuple[Path, tuple[float, ...]], coal.Convex] = {}
@@ -65,7 +66,7 @@ def _urdf_of(source: str | Path) -> Path | None:
     path = Path(source)
     if str(source) in builtin_names():
         return None
-    if path.suffix.lower() == ".urdf":
+    if path.suffix.lower() in ENDINGS:
         return path
     value = parse_toml(read_text(path), "robot file").get("urdf")
     return None if value is None else path.parent / string(value, "urdf")

@@ -20,6 +20,7 @@ from .mdh import mdh_kinematics, parse_mdh
 from .robot_text import FORMAT, RIGID_BODY, model_text
 from .toml_fields import boolean, check_keys, matrix, number, numbers, parse_toml, read_text, string, tables
 from .urdf import parse_urdf
+from .urdf_file import ENDINGS, read_urdf
 from .urdf_text import urdf_text
 
 __all__ = ["builtin_names", "model_text", "parse_model", "read_model", "urdf_text"]
@@ -42,7 +43,7 @@ def builtin_names() -> list[str]:
 
 
 def read_model(source: str | Path) -> Model:
-    """Model from a robot.toml, from a .urdf, or by the name of a built-in robot.
+    """Model from a robot.toml, from a .urdf or .xacro, or by the name of a built-in robot.
 
     Raises:
         RobotError: There is no such robot or file, or it is wrong.
@@ -55,12 +56,11 @@ def read_model(source: str | Path) -> Model:
     if not path.exists():
         raise RobotError(
             f"no robot or file called '{source}'. Built-in robots: "
-            f"{', '.join(builtin_names())}; or give the path of a robot.toml or a .urdf"
+            f"{', '.join(builtin_names())}; or give the path of a robot.toml, a .urdf or a .xacro"
         )
-    text = read_text(path)
-    if path.suffix.lower() != ".urdf":
-        return parse_model(text, path.parent, str(path))
-    kinematics = parse_urdf(text, str(path))
+    if path.suffix.lower() not in ENDINGS:
+        return parse_model(read_text(path), path.parent, str(path))
+    kinematics = parse_urdf(read_urdf(path), str(path))
     limits = kinematics.limits or Limits.none(kinematics.model.nv)
     robot = Robot(path.stem, kinematics.model, limits, flange=kinematics.flange, inertias_stated=False)
     return Model(robot, tuple(EFFECTS[name]() for name in (RIGID_BODY, *USUAL_EFFECTS)))
@@ -98,7 +98,7 @@ def _kinematics(table: Mapping[str, Any], folder: Path, where: str) -> Kinematic
     path = folder / string(value, source)
     if source == "mdh":
         return parse_mdh(read_text(path), name, str(path))
-    return parse_urdf(read_text(path), str(path))
+    return parse_urdf(read_urdf(path), str(path))
 
 
 def _robot(table: Mapping[str, Any], kinematics: Kinematics) -> Robot:

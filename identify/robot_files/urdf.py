@@ -60,7 +60,10 @@ def _parse(text: str, where: str) -> Element:
         raise BrokenTree(f"{where}: the outermost element is <{root.tag}>, expected <robot>")
     macro = next((e.tag for e in root.iter() if "xacro" in str(e.tag)), None)
     if macro is not None:
-        raise BrokenTree(f"{where}: contains xacro macros; expand it first (xacro robot.xacro > robot.urdf)")
+        raise BrokenTree(
+            f"{where}: contains xacro macros; expand it first (xacro robot.xacro > robot.urdf), "
+            "or name it .xacro"
+        )
     return root
 
 

@@ -34,6 +34,7 @@ from ...robot_files.toml_fields import (
     tables,
 )
 from ...robot_files.urdf import parse_urdf
+from ...robot_files.urdf_file import read_urdf
 from ..recording import KnownPayload, Recording
 from .csv_file import read_csv
 from .tables.import_table import import_table
@@ -97,7 +98,7 @@ def nominal_model(folder: Path) -> Model:
     case = _read(folder / "case.toml")
     with _of(folder):
         path = folder / string(_table(case, "robot")["urdf"], "[robot] urdf")
-    kinematics = parse_urdf(read_text(path), str(path)).model
+    kinematics = parse_urdf(read_urdf(path), str(path)).model
     with _of(folder):
         robot = _robot(case, kinematics)
         return _model(robot, _table(case, "believed"))
