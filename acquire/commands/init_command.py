@@ -18,6 +18,7 @@ from exidyn.identify.recordings.importers import IMPORTERS, import_source, kind_
 from exidyn.identify.recordings.importers.tables.preset import BESIDE
 from exidyn.identify.recordings.recording import EFFORT, Recording
 from exidyn.identify.robot_files.robot_file import read_model
+from exidyn.identify.robot_files.urdf_file import ENDINGS
 
 from ..arguments.common import command_parser
 from ..arguments.outputs import add_json, add_output, require_file, require_json
@@ -103,7 +104,7 @@ def _columns(run: Recording) -> tuple[list[str], np.ndarray]:
 
 def _urdf(path: Path, output: Path) -> str:
     """The URDF's path as seen from the robot.toml; "" for an arm that is described otherwise."""
-    return os.path.relpath(path, output.parent) if path.suffix.lower() == ".urdf" else ""
+    return os.path.relpath(path, output.parent) if path.suffix.lower() in ENDINGS else ""
 
 
 def _require_free(texts: dict[Path, str], given: argparse.Namespace) -> None:

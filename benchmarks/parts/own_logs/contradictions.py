@@ -1,4 +1,4 @@
-"""Numbers that one fit gives twice under one name: in its text, page, JSON and robot.toml, and whether they agree."""
+"""Numbers that a fit gives twice under one name, in text, page, JSON and robot.toml: whether they agree."""
 
 import re
 from collections.abc import Iterator, Mapping
