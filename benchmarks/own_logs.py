@@ -1,10 +1,10 @@
 """From a log and a URDF to a fit, with nothing stated but what `exidyn init` proposes.
 
-Every public data set, one run of each (all runs are looked at by `init` too, unless --quick), and files written
-by other people's libraries, from runs whose units are known. A guess is wrong if it was written down and is not
-true: units, columns and their order, whether an effort is the joint's torque, a gain by more than a factor of
-two or of the wrong sign. What init leaves open is no guess, and counted apart. Contradictions: numbers that text,
-page, JSON and robot.toml of one fit give under one name, and that differ.
+Every public data set, one run of each (`init` looks at all runs, unless --quick), and files written by other
+people's libraries, from runs whose units are known. A guess is wrong if it was written down and is not true:
+units, columns and their order, whether an effort is the joint's torque, a gain by more than a factor of two or
+of the wrong sign. What init leaves open is no guess, and counted apart. Contradictions: numbers that text, page,
+JSON and robot.toml of one fit give under one name, and that differ.
 """
 
 import contextlib

@@ -146,7 +146,7 @@ def rosbag(run: Samples, folder: Path) -> tuple[Path, Known]:
         for time, q, dq, effort in zip(run.time, run.position, speeds, run.effort, strict=True):
             now = round(1e9 * time) + 1_700_000_000_000_000_000
             head = header(stamp(*divmod(now, 1_000_000_000)), "")
-            message = state(head, names, q[order], dq, effort[order])
+            message = state(head, names, q[order], np.ascontiguousarray(dq), effort[order])
             bag.write(topic, now, store.serialize_cdr(message, state.__msgtype__))
     speed = "" if run.velocity is None else "rad"
     kind = "current" if run.gain is not None else "torque"
@@ -237,7 +237,7 @@ def meaningless(run: Samples, folder: Path) -> tuple[Path, Known]:
 
 
 def permille(run: Samples, folder: Path) -> tuple[Path, Known]:
-    """Torque of the motor in thousandths of the rated one, as whole numbers; drives 2 and 5 count backwards."""
+    """Motor torque in thousandths of the rated one, as whole numbers; drives 2 and 5 count backwards."""
     import pandas
 
     rated = np.abs(run.effort).max(axis=0) * np.where(np.isin(np.arange(run.dof), (1, 4)), -1, 1) / 800.0

@@ -14,9 +14,14 @@ from exidyn.identify.robot_files.urdf_text import urdf_text
 
 from ..real.data import DE_LUCA, FOLDER, KR300_TURNS
 
-DIRECT = """<robot name="motor"><link name="stator"/><joint name="rotor" type="continuous"><parent link="stator"/>
-<child link="rotor_body"/><axis xyz="0 0 1"/><limit velocity="200" effort="10"/></joint><link name="rotor_body">
-<inertial><mass value="0.1"/><inertia ixx="2e-4" iyy="2e-4" izz="1.8e-4" ixy="0" ixz="0" iyz="0"/></inertial></link>
+DIRECT = """<robot name="motor">
+<link name="stator"/>
+<joint name="rotor" type="continuous">
+<parent link="stator"/><child link="body"/><axis xyz="0 0 1"/><limit velocity="200" effort="10"/>
+</joint>
+<link name="body"><inertial>
+<mass value="0.1"/><inertia ixx="2e-4" iyy="2e-4" izz="1.8e-4" ixy="0" ixz="0" iyz="0"/>
+</inertial></link>
 </robot>
 """
 """The motor of odrive_spin_slow without a gear: the one in its robot.toml is fictitious."""
