@@ -2,9 +2,9 @@
 
 Every public data set, one run of each (`init` looks at all runs, unless --quick), and files written by other
 people's libraries, from runs whose units are known. A guess is wrong if it was written down and is not true:
-units, columns and their order, whether an effort is the joint's torque, a gain by more than a factor of two or
-of the wrong sign. What init leaves open is no guess, and counted apart. Contradictions: numbers that text, page,
-JSON and robot.toml of one fit give under one name, and that differ.
+units, columns and their order, whether an effort is the joint's torque, a gain by more than a factor of two
+or of the wrong sign. What init leaves open is no guess, and counted apart. Contradictions: numbers that text,
+page, JSON and robot.toml of one fit give under one name, and that differ.
 """
 
 import contextlib
@@ -136,7 +136,7 @@ def main() -> None:
         ]
         for one in ways
     ]
-    head = ["log", "imported", "wrong", "open", "residual %", "contradictions", "of pairs", "minutes"]
+    head = ["log", "imported", "wrong", "open", "residual %", "contradictions", "of numbers", "minutes"]
     show("From file and URDF to a fit, as init proposes", head, rows)
     for one in done:
         for fault in (*one["wrong"], *one.get("contradicting", [])[:3], *filter(None, [one["failed"]])):

@@ -21,6 +21,8 @@ USUAL_SPEED = {True: 3.0, False: 1.0}
 """Limit of speed where the robot states none, for joints that turn [rad/s] and that slide [m/s]."""
 USUAL_RANGE = {True: 2 * np.pi, False: 1.0}
 """The same of the range [rad], [m]."""
+ENDLESS = 20.0
+"""Turns of a joint without limits that count as one; more are rather degrees."""
 OVER = 0.1
 """How far a limit may be exceeded, as a share: encoders see a little more than controllers enforce."""
 BEYOND = np.log(0.01)
@@ -29,6 +31,10 @@ AGREES = 0.05
 """Relative error of the ratio between a velocity column and the derivative of position."""
 NOT_DERIVED = 0.01
 """Probability that what is called a velocity is none of that position."""
+SAME_BITS = 2e-3
+"""Difference between the binary logarithm of an encoder's steps a turn and a whole number."""
+BINARY = -np.log(2 * SAME_BITS)
+"""Log odds of a unit in which a turn is a power of two of steps: others are by chance in so few cases."""
 STATED = 0.99
 """Probability that a unit in a column's name is right."""
 
@@ -50,6 +56,7 @@ class Moves(NamedTuple):
         low: Lowest position, shape (n,).
         high: Highest position, shape (n,).
         ratio: Derivative of position over velocity column; NaN without one, or where they do not agree.
+        step: Of the encoders; NaN where none is seen, shape (n,).
     """
 
     period: float
@@ -57,6 +64,7 @@ class Moves(NamedTuple):
     low: np.ndarray
     high: np.ndarray
     ratio: float
+    step: np.ndarray
 
 
 def moves(time: np.ndarray, position: np.ndarray, velocity: np.ndarray | None) -> Moves:
@@ -71,7 +79,18 @@ def moves(time: np.ndarray, position: np.ndarray, velocity: np.ndarray | None) -
         if along > 0.9 * np.sqrt(across * (speeds**2).sum()) > 0.0:
             ratio = along / across
     fast = np.percentile(np.abs(speeds), 99.5, axis=0)
-    return Moves(float(np.median(np.diff(time))), fast, position.min(axis=0), position.max(axis=0), ratio)
+    period, step = float(np.median(np.diff(time))), np.array([_step(column) for column in position.T])
+    return Moves(period, fast, position.min(axis=0), position.max(axis=0), ratio, step)
+
+
+def _step(position: np.ndarray) -> float:
+    """Step of an encoder, of which all changes of position (t,) are multiples; NaN if they are of none."""
+    changes = np.abs(np.diff(position))
+    least = changes[changes > 0].min(initial=np.inf)
+    small = changes[(changes > 0) & (changes < 20 * least)] / least
+    if len(small) < 20 or np.mean(np.abs(small - np.round(small)) < 0.02) < 0.95:
+        return np.nan
+    return float(least * (small @ np.round(small)) / (np.round(small) @ np.round(small)))
 
 
 def _integral(time: np.ndarray, velocity: np.ndarray) -> np.ndarray:
@@ -97,6 +116,8 @@ def unit_odds(seen: Moves, limits: Limits, revolute: np.ndarray, stated: Units) 
         factor = np.where(revolute == revolute.any(), angles[position], 1.0)
         odds += log_normal(1.0 / (seen.period * TIME[time]), RATE[0], np.log(RATE[1]))
         odds += _motion(seen, factor, TIME[time], limits, revolute)
+        bits = np.log2(2 * np.pi / angles[position] / seen.step[revolute])
+        odds += BINARY * bool(np.any(np.abs(bits - np.round(bits)) < SAME_BITS))
         if np.isfinite(seen.ratio):
             expected = per_second[velocity] * TIME[time] / angles[position]
             agreeing = np.exp(log_normal(seen.ratio, expected, AGREES))
@@ -116,9 +137,11 @@ def _motion(seen: Moves, factor: np.ndarray, second: float, limits: Limits, revo
     """Log-likelihood of the fastest and of the furthest joint, given the limits."""
     fastest = np.where(np.isfinite(limits.velocity), limits.velocity, _usual(USUAL_SPEED, revolute))
     span = limits.position_upper - limits.position_lower
-    span = np.where(np.isfinite(span), span, _usual(USUAL_RANGE, revolute))
+    endless = ~np.isfinite(span)
+    span = np.where(endless, _usual(USUAL_RANGE, revolute), span)
     speed = float(np.max(seen.speed * factor / second / fastest))
-    reach = float(np.max((seen.high - seen.low) * factor / span))
+    shares = (seen.high - seen.low) * factor / span
+    reach = float(np.max(np.where(endless & (shares < ENDLESS), np.minimum(shares, 1.0), shares)))
     odds = 0.0
     for share, (middle, spread) in ((speed, SPEED), (reach, RANGE)):
         odds += log_normal(max(share, 1e-9), middle, np.log(spread)) + BEYOND * (share > 1 + OVER)

@@ -51,18 +51,18 @@ class Said(NamedTuple):
 
 
 def contradictions(said: list[Said]) -> tuple[list[str], int]:
-    """What does not agree, in words, and how many pairs of numbers were compared."""
+    """What does not agree, a sentence a name and quantity, and how many of these were compared."""
     by_name: dict[tuple[str, str], list[Said]] = {}
     for one in said:
         by_name.setdefault((one.name, one.quantity), []).append(one)
     found, compared = [], 0
     for (name, quantity), ones in by_name.items():
-        for a, b in combinations(ones, 2):
-            if a.where == b.where:
-                continue
-            compared += 1
+        pairs = [(a, b) for a, b in combinations(ones, 2) if a.where != b.where]
+        compared += bool(pairs)
+        for a, b in pairs:
             if abs(a.value - b.value) > a.half + b.half + EXACT * max(abs(a.value), abs(b.value)):
                 found.append(f"{quantity} of {name}: {a.value:g} in {a.where}, {b.value:g} in {b.where}")
+                break
     return found, compared
 
 

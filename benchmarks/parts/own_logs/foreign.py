@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -148,9 +149,9 @@ def rosbag(run: Samples, folder: Path) -> tuple[Path, Known]:
             head = header(stamp(*divmod(now, 1_000_000_000)), "")
             message = state(head, names, q[order], np.ascontiguousarray(dq), effort[order])
             bag.write(topic, now, store.serialize_cdr(message, state.__msgtype__))
-    speed = "" if run.velocity is None else "rad"
-    kind = "current" if run.gain is not None else "torque"
-    return folder / "bag", _known(run, "{j} position", f"{{j}} {kind}", velocity=speed)
+    # init has a bag's signals by these names
+    known = _known(run, "{j} position [rad]", "{j} torque", "time [s]")
+    return folder / "bag", replace(known, velocity="" if run.velocity is None else "rad")
 
 
 def parquet(run: Samples, folder: Path) -> tuple[Path, Known]:
@@ -245,7 +246,7 @@ def permille(run: Samples, folder: Path) -> tuple[Path, Known]:
     columns |= _numbered("axis{k}.actual_torque", np.round(run.effort / rated))
     pandas.DataFrame(columns).to_csv(folder / "log.csv", index=False)
     known = _known(run, "axis{k}.actual_position", "axis{k}.actual_torque", units="s deg")
-    return folder / "log.csv", Known(*list(vars(known).values())[:4], run.gain * rated, known.columns)
+    return folder / "log.csv", replace(known, gain=run.gain * rated)
 
 
 def drive_torque(run: Samples, folder: Path) -> tuple[Path, Known]:
