@@ -1,4 +1,4 @@
-"""exidyn export: a model for other simulators, and what they cannot represent."""
+"""exidyn export: a model for simulators, a recording as a table, and what these cannot represent."""
 
 import argparse
 import sys
@@ -6,6 +6,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from exidyn.identify.export import FORMATS, Portable
+from exidyn.identify.recordings.mcap.mcap_file import read_recording
+from exidyn.identify.recordings.recording_table import TABLES, left_out
 from exidyn.identify.text_table import paragraph
 
 from ..arguments.common import command_parser, table_help
@@ -16,6 +18,7 @@ from ..terminal.json_output import hand_over, json_text, write_whole
 EXAMPLES = (
     "exidyn export exidyn-fit/fit.json --to mjcf",
     "exidyn export exidyn-fit/fit.json --to urdf --payload L --output loaded.urdf",
+    "exidyn export run.mcap --to csv",
 )
 
 
@@ -23,15 +26,21 @@ def main(arguments: Sequence[str]) -> int:
     """Write the file, and print what is missing in it."""
     given = parser().parse_args(arguments)
     require_json(given.json)
-    portable, form = Portable.of(read_arm(given.arm), given.payload), FORMATS[given.to]
-    path = given.output or Path(f"{portable.robot.name.replace(' ', '_')}-export{form.ending}")
+    content: str | bytes
+    if given.to in TABLES:
+        recording = read_recording(given.arm)
+        robot, missing, content = recording.robot, left_out(recording), TABLES[given.to](recording)
+        path = given.output or Path(f"{Path(given.arm).stem}.{given.to}")
+    else:
+        portable, form = Portable.of(read_arm(given.arm), given.payload), FORMATS[given.to]
+        robot, missing, content = portable.robot, form.leaves_out(portable), form.text(portable)
+        path = given.output or Path(f"{robot.name.replace(' ', '_')}-export{form.ending}")
     require_file(path, "--output", [given.arm])
-    write_whole(path, form.text(portable))
-    missing = form.leaves_out(portable)
+    write_whole(path, content)
     table = {
         "exidyn_export": 1,
-        "robot": portable.robot.name,
-        "joints": list(portable.robot.joints),
+        "robot": robot.name,
+        "joints": list(robot.joints),
         "format": given.to,
         "leaves_out": list(missing),
         "written": str(path),
@@ -54,13 +63,19 @@ def parser() -> argparse.ArgumentParser:
     """What `exidyn export` takes."""
     found = command_parser(
         "export",
-        "Write an identified or nominal model for a simulator, and list what that leaves out.",
+        "Write a model for a simulator, or a recording as a table, and list what that leaves out.",
         EXAMPLES,
-        table_help("formats", {name: form.text for name, form in FORMATS.items()}),
+        "\n\n".join(
+            [
+                table_help("formats of a model", {name: form.text for name, form in FORMATS.items()}),
+                table_help("formats of a recording (.mcap)", TABLES),
+            ]
+        ),
     )
     found.add_argument("arm", metavar="ARM", help=ARM_HELP)
-    found.add_argument("--to", required=True, choices=FORMATS, metavar="FORMAT", help=", ".join(FORMATS))
-    add_output(found, "FILE", meaning="default: the robot's name, then -export")
+    formats = (*FORMATS, *TABLES)
+    found.add_argument("--to", required=True, choices=formats, metavar="FORMAT", help=", ".join(formats))
+    add_output(found, "FILE", meaning="default: the robot's name, then -export; a table's is the recording's")
     add_json(found)
     found.add_argument(
         "--payload",

@@ -10,13 +10,14 @@ from typing import Any
 from exidyn.identify.errors import RecordingError, listed
 from exidyn.identify.recordings.importers import IMPORTERS, import_source, kind_of
 from exidyn.identify.recordings.importers.align import aligned
+from exidyn.identify.recordings.importers.tables.preset import preset_names
 from exidyn.identify.recordings.mcap.mcap_file import read_recording, write_recording
-from exidyn.identify.recordings.recording import SIGNALS, Recording
+from exidyn.identify.recordings.recording import EFFORT, SIGNALS, Recording
 from exidyn.identify.recordings.units import BEFORE_GEAR
 from exidyn.identify.robot_files.robot_file import read_model
 from exidyn.identify.text_table import digits
 
-from ..arguments.common import add_robot, command_parser, positive, whole
+from ..arguments.common import add_robot, command_parser, name_lines, positive, whole
 from ..arguments.outputs import add_json, add_output, make_folder, require_file, require_json
 from ..terminal.json_output import hand_over, json_text
 from ..terminal.recording_text import payload_words, recording_table, warning_lines
@@ -24,6 +25,7 @@ from ..terminal.recording_text import payload_words, recording_table, warning_li
 EXAMPLES = (
     "exidyn import run.csv --robot robot.toml",
     "exidyn import run.csv --robot robot.toml --degrees --columns time=Zeit position=A{number} current=I1,I2",
+    "exidyn import bag --robot robot.toml --joints left_{joint} --effort current",
     "exidyn import trace_folder --align run.mcap -o traced",
 )
 
@@ -37,7 +39,8 @@ NAMES = """columns of a table, unless --columns names others (joints count from 
   ql1, ...             position behind the gear, of a second encoder [rad]
   q_ref1, ...          commanded position [rad]
   dq_ref1, ...         commanded velocity [rad/s]
-t, all q and all i or tau are needed. Between columns stands a comma, semicolon or tab.
+t, all q and all i or tau are needed. Of an array q the columns are q1, q2, ...; a file preset.toml beside
+the log, or --preset, gives other names, units and signs (docs/import.md).
 """
 
 
@@ -73,15 +76,16 @@ def parser() -> argparse.ArgumentParser:
     """What `exidyn import` takes."""
     found = command_parser(
         "import",
-        "Turn tables (.csv, .csv.gz), KUKA traces, ROS 2 bags and case folders into recordings.",
+        "Turn logs of other tools into recordings; what kind a log is, is found from its name and content.",
         EXAMPLES,
-        NAMES,
+        f"{name_lines('kinds', {name: entry.content for name, entry in IMPORTERS.items()})}\n\n{NAMES}",
     )
     found.add_argument("source", type=Path, metavar="SOURCE", help="file or folder")
     add_robot(found, "for all but case folders and --align, which bring theirs")
-    found.add_argument("--kind", choices=IMPORTERS, metavar="KIND", help=f"one of {', '.join(IMPORTERS)}")
+    found.add_argument("--kind", choices=IMPORTERS, metavar="KIND", help="one of those below")
     add_output(found, "FOLDER", Path(), "or FILE.mcap for one run; default: this folder")
     add_json(found)
+    _add_names(found)
     _add_units(found)
     found.add_argument(
         "--align",
@@ -106,13 +110,34 @@ def _add_units(found: argparse.ArgumentParser) -> None:
     )
     found.add_argument("--time-scale", type=positive, metavar="S", help="seconds per unit of the time column")
     found.add_argument("--skip-rows", type=whole, metavar="N", help="rows to leave out at the beginning")
+
+
+def _add_names(found: argparse.ArgumentParser) -> None:
+    """What is called otherwise than by default, in a table or a bag."""
     found.add_argument(
         "--columns",
         nargs="+",
         type=_column,
         metavar="SIGNAL=COLUMN",
         help=f"columns of a table: time or one of {', '.join(SIGNALS)}; one column a joint with commas, or a "
-        "pattern with {number} or {joint}",
+        "pattern with {number}, {index} (from 0) or {joint}",
+    )
+    found.add_argument(
+        "--preset",
+        metavar="PRESET",
+        help=f"file with names, units and signs of a table's columns, or one of {', '.join(preset_names())}; "
+        "by default preset.toml beside the log, or the one that has its columns",
+    )
+    found.add_argument(
+        "--joints",
+        type=_listed,
+        metavar="NAMES",
+        help="what the robot's joints are called in the log, in the robot's order, with commas; or a pattern "
+        "with {joint} or {number}",
+    )
+    found.add_argument("--topic", help="topic of the joint states in a bag with several")
+    found.add_argument(
+        "--effort", choices=EFFORT, help="what effort in a bag or data set is; default: torque"
     )
 
 
@@ -126,12 +151,18 @@ def _column(text: str) -> tuple[str, str | list[str]]:
     signal, equals, columns = text.partition("=")
     if not equals:
         raise argparse.ArgumentTypeError(f"'{text}' is not SIGNAL=COLUMN")
-    return signal, columns.split(",") if "," in columns else columns
+    return signal, _listed(columns)
+
+
+def _listed(text: str) -> str | list[str]:
+    """A list with commas; a text without them as it is."""
+    return text.split(",") if "," in text else text
 
 
 def _options(given: argparse.Namespace) -> dict[str, Any]:
     """Options of the importer that were given; it refuses those it does not have."""
-    options = {name: getattr(given, name) for name in ("degrees", "motor_side", "time_scale", "skip_rows")}
+    names = ("degrees", "motor_side", "time_scale", "skip_rows", "preset", "joints", "topic", "effort")
+    options = {name: getattr(given, name) for name in names}
     options["motor_side"] = True if given.motor_side == [] else given.motor_side
     options["columns"] = dict(given.columns) if given.columns else None
     return {name: value for name, value in options.items() if value is not None and value is not False}

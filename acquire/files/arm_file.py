@@ -6,9 +6,8 @@ from exidyn.identify.model import Model
 from exidyn.identify.recordings.mcap.mcap_file import read_recording
 from exidyn.identify.robot_files.robot_file import builtin_names, read_model
 
-ARM_HELP = (
-    f"fit.json, robot.toml, .urdf, .xacro, recording (.mcap), or built in: {', '.join(builtin_names())}"
-)
+ARM_HELP = "fit.json, robot.toml, .urdf, .xacro, recording (.mcap), or built in: "
+ARM_HELP += ", ".join(builtin_names())
 
 
 def read_arm(source: str) -> Model:

@@ -20,10 +20,10 @@ def hand_over(page: str, text: str, path: Path | None) -> None:
         print(f"written: {path}", file=sys.stderr)
 
 
-def write_whole(path: Path, text: str) -> None:
+def write_whole(path: Path, content: str | bytes) -> None:
     """Write a file that appears under its name only when it is whole."""
     part = path.with_name(path.name + ".part")
-    part.write_text(text, encoding="utf-8")
+    part.write_bytes(content if isinstance(content, bytes) else content.encode())
     os.replace(part, path)
 
 

@@ -37,25 +37,25 @@ class Entry(NamedTuple):
 IMPORTERS: dict[str, Entry] = {
     "csv": Entry(
         "csv_file:read_csv",
-        "CSV: a line of names, a row a sample; those of UR's RTDE client and of libfranka too",
+        "CSV: a line of names, a row a sample; UR's RTDE and libfranka too",
         (".csv", ".csv.gz", ".tsv", ".txt", ".txt.gz"),
         table=True,
     ),
     "matlab": Entry(
         "matlab_file:read_matlab",
-        "MATLAB: arrays, also in structures; version 7.3 needs the extra hdf5",
+        "MATLAB: arrays, in structures too; version 7.3 needs the extra hdf5",
         (".mat",),
         table=True,
     ),
     "hdf5": Entry(
         "hdf5_file:read_hdf5",
-        "HDF5: data sets, also in groups; needs the extra hdf5",
+        "HDF5: data sets, in groups too; needs the extra hdf5",
         (".h5", ".hdf5", ".hdf"),
         table=True,
     ),
     "parquet": Entry(
         "parquet_file:read_parquet",
-        "Parquet: columns of numbers or of lists of them; needs the extra parquet",
+        "Parquet: columns of numbers or lists; needs the extra parquet",
         (".parquet", ".pq"),
         table=True,
     ),

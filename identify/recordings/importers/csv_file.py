@@ -26,8 +26,8 @@ def read_csv(source: Path) -> list[Table]:
         raise NotAFile(f"{source} cannot be read as a table: {error}") from error
     if not rows:
         raise NotAFile(f"{source} has no samples" if first else f"{source} is empty")
-    separator = max(",;\t", key=first.count)
-    separator = separator if separator in first else None  # any spaces
+    commonest = max(",;\t", key=first.count)
+    separator = commonest if commonest in first else None  # any spaces
     # A line of names may be a comment, as numpy, MATLAB and rostopic write it.
     names = [column.strip().strip('"') for column in first.strip().lstrip("#% ").split(separator)]
     if separator != ",":

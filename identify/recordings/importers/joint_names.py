@@ -16,9 +16,9 @@ def names_in_log(robot: Robot, joints: str | Sequence[str] | None = None) -> lis
     Raises:
         WrongShape: Not one name a joint.
     """
-    if isinstance(joints, str):
+    if isinstance(joints, str) and "{" in joints:
         return filled(robot.joints, joints, range(1, robot.dof + 1))
-    names = list(robot.joints if joints is None else joints)
+    names = [joints] if isinstance(joints, str) else list(joints or robot.joints)
     if len(names) != robot.dof:
         raise WrongShape(f"joints (--joints): {len(names)} names, but {robot.name} has {robot.dof} joints")
     return names

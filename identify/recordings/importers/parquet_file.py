@@ -52,4 +52,4 @@ def _numeric(types: Any, kind: Any) -> bool:
 def _array(column: np.ndarray) -> np.ndarray:
     """Lists of one length as a matrix."""
     lists = column.dtype == object and len({np.shape(one) for one in column}) == 1
-    return np.stack(column) if lists else column
+    return np.stack(column.tolist()) if lists else column

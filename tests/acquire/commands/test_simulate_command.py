@@ -172,6 +172,22 @@ def test_export_to_a_robot_file_leaves_nothing_out(folder, capsys):
     np.testing.assert_allclose(back.nominal_values, identified(fit()).nominal_values, rtol=1e-9, atol=1e-9)
 
 
+def test_export_of_a_recording_is_a_table_that_import_reads(folder, capsys):
+    simulate()
+    capsys.readouterr()
+    run = read_recording("sim.mcap")
+    for form in ("csv", "parquet"):
+        if form == "parquet":
+            pytest.importorskip("pyarrow")
+        assert main(["export", "sim.mcap", "--to", form]) == 0
+        assert f"{form}: not in it\n  - the robot and its nominal values" in capsys.readouterr().out
+        assert main(["import", f"sim.{form}", "--robot", "robot.toml", "-o", f"{form}.mcap"]) == 0
+        back = read_recording(f"{form}.mcap")
+        for name, signal in run.signals.items():
+            assert np.array_equal(back.signals[name].values, signal.values)
+    assert main(["export", "robot.toml", "--to", "csv"]) == REFUSED
+
+
 def test_export_does_not_write_over_its_source(folder, capsys):
     before = (folder / "robot.toml").read_text()
     assert main(["export", "robot.toml", "--to", "toml", "-o", "robot.toml"]) == REFUSED

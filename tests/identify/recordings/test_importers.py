@@ -52,3 +52,20 @@ def test_an_own_file_is_read_as_it_is(tmp_path):
     write_recording(Recording("run", model(), signals), tmp_path / "run.mcap")
     [found] = import_source(tmp_path / "run.mcap")
     assert np.array_equal(found.signals["current"].values, noise())
+
+
+@pytest.mark.parametrize("name", IMPORTERS)
+def test_every_format_has_a_line_that_fits_the_terminal(name):
+    entry = IMPORTERS[name]
+    assert ":" in entry.content
+    assert len(entry.content) <= 67  # behind the longest name
+
+
+def test_joints_are_named_one_each(tmp_path):
+    path = table(tmp_path / "run.csv", "t,a_q,b_q,a_i,b_i", motion(), noise())
+    columns = {"position": "{joint}_q", "current": "{joint}_i"}
+    [found] = import_source(path, model(), columns=columns, joints=["b", "a"])
+    assert np.array_equal(found.signals["position"].values, motion()[:, ::-1])
+    for joints in ("a", ["a", "b", "c"]):
+        with pytest.raises(ExidynError, match=r"--joints\): \d names, but small has 2 joints"):
+            import_source(path, model(), columns=columns, joints=joints)

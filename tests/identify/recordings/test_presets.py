@@ -73,6 +73,7 @@ def test_columns_that_are_named_take_precedence(tmp_path):
     assert np.array_equal(found.signals["current"].values, noise(6)[:, :2])
 
 
+PAGE = Path(__file__).parents[3] / "docs" / "import.md"
 OWN = """
 [time]
 column = "Zeit"
@@ -176,6 +177,17 @@ def test_a_wrong_preset_is_refused_in_one_line(log, tmp_path, changed, error, me
 def test_a_preset_that_is_not_there_lists_those_that_are(log, tmp_path):
     with pytest.raises(RobotError, match="no preset or file called 'kuka'. Presets: lerobot, libfranka, ur"):
         import_source(log, model(), preset="kuka")
+
+
+def test_the_preset_of_the_page_can_be_pasted(tmp_path):
+    text = PAGE.read_text(encoding="utf-8").split("```toml\n")[1].split("```")[0]
+    (tmp_path / "preset.toml").write_text(text, encoding="utf-8")
+    header = "Zeit,A1_ist,A2_ist,I1,I2"
+    path = table(tmp_path / "run.csv", header, np.degrees(motion()), 1e3 * noise(), time=1e3 * TIME)
+    [found] = import_source(path, model())
+    np.testing.assert_allclose(found.signals["position"].values, motion() * [1, -1], atol=1e-12)
+    np.testing.assert_allclose(found.signals["current"].values, noise(), atol=1e-12)
+    assert all(f"`{name}`" in PAGE.read_text(encoding="utf-8") for name in preset_names())
 
 
 @pytest.mark.parametrize("name", preset_names())
