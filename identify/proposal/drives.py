@@ -15,6 +15,9 @@ DRAWN = 0.3
 """Relative error of the torque that a description's masses give: a tool, cables, a drawing."""
 TOOL_MASS, TOOL_LEVER = 0.05, 0.1
 """What an arm carries unsaid, over its own mass; and how far out, over its own length."""
+HEAVY, BALANCED = 300.0, 1.0
+"""Mass of an arm [kg] from which on a spring or gas cylinder may hold it against gravity, which no URDF has;
+and its torque over that of the bodies, standard deviation."""
 TOLD = 0.35
 """Standard deviation of a logarithm up to which a size is told: twice or half is two of them away."""
 GAINS = np.logspace(-3, 3, 121)
@@ -59,15 +62,24 @@ def gains(robot: Robot, log: Sampled) -> list[Gain]:
     """Gain of each drive.
 
     Effort = torque of the bodies / gain + rotor, drag and dry friction, which all have the sign of the gain,
-    + offset. Size: the bodies are as described but for `DRAWN` and a tool (`tool`). Sign: which of both fits
-    better when no term may have the other one.
+    + offset. Size: the bodies are as described but for `DRAWN`, a tool and a balancer. Sign: which of both
+    fits better when no term may have the other one.
     """
     bodies = list(robot.kinematics.inertias)[1:]
     values = np.concatenate([inertial_parameters(body) for body in bodies])
     spread = np.array([prior.std for body in bodies for prior in inertial_priors(body, DRAWN).values()])
     spread[-10:] = np.hypot(spread[-10:], tool(robot))
     rigid = rigid_regressor(robot.kinematics, log.motion)
-    return [_gain(rigid[:, j], values * described(robot), spread, log, j) for j in range(robot.dof)]
+    heavy = sum(body.mass for body in bodies) > HEAVY
+    found = []
+    for j in range(robot.dof):
+        torque, errors = rigid[:, j] @ values * described(robot), rigid[:, j] * spread
+        if heavy:
+            angle = log.motion.position[:, j]
+            balancer = BALANCED * torque.std() * np.stack([np.sin(angle), np.cos(angle)], axis=1)
+            errors = np.hstack([errors, balancer])
+        found.append(_gain(torque, errors, log, j))
+    return found
 
 
 def tool(robot: Robot) -> np.ndarray:
@@ -78,14 +90,13 @@ def tool(robot: Robot) -> np.ndarray:
     return mass * np.array([lever**2] * 6 + [lever] * 3 + [1.0])
 
 
-def _gain(rigid: np.ndarray, values: np.ndarray, spread: np.ndarray, log: Sampled, joint: int) -> Gain:
-    """Gain of a joint with regressor (t, 10 n), of bodies with values and deviations (10 n,)."""
+def _gain(torque: np.ndarray, errors: np.ndarray, log: Sampled, joint: int) -> Gain:
+    """Gain of a joint from its described torque (t,), and a standard deviation each of its errors (t, k)."""
     rows = np.flatnonzero(log.sliding[:, joint])
     effort = log.effort[rows, joint]
     if len(rows) < FEWEST or np.ptp(effort) == 0.0:
         return Gain()
-    rigid, friction = rigid[rows], friction_columns(log.motion, joint)[rows]
-    torque = rigid @ values
+    torque, errors, friction = torque[rows], errors[rows], friction_columns(log.motion, joint)[rows]
     signed = np.column_stack([torque, friction])
     forward, backward = (_left(signed, sign * effort) for sign in (1.0, -1.0))
     odds = 0.5 * independent(effort) * np.log(backward / forward)
@@ -94,7 +105,7 @@ def _gain(rigid: np.ndarray, values: np.ndarray, spread: np.ndarray, log: Sample
         return Gain(positive=positive)
     noise = max(min(forward, backward), 0.01) * effort.var() * len(rows) / independent(effort)
     sign = 1.0 if positive > 0.5 else -1.0
-    likely = _log_likelihood(sign * effort, torque, rigid * spread, friction, noise)
+    likely = _log_likelihood(sign * effort, torque, errors, friction, noise)
     weight = np.exp(likely - likely.max())
     weight /= weight.sum()
     middle = float(weight @ np.log(GAINS))
