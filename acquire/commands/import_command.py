@@ -197,4 +197,5 @@ def _line(recording: Recording, path: Path) -> str:
         for name, signal in recording.signals.items()
     )
     payload = f"; payload {payload_words(recording)}" if recording.payload else ""
-    return f"{path}: {recording.robot.name}, {recording.duration:.3f} s, {signals}{payload}"
+    preset = f"; preset {recording.settings['preset']}" if "preset" in recording.settings else ""
+    return f"{path}: {recording.robot.name}, {recording.duration:.3f} s, {signals}{payload}{preset}"

@@ -30,9 +30,12 @@ def read_csv(source: Path) -> list[Table]:
     separator = commonest if commonest in first else None  # any spaces
     # A line of names may be a comment, as numpy, MATLAB and rostopic write it.
     names = [column.strip().strip('"') for column in first.strip().lstrip("#% ").split(separator)]
+    begin = 2
+    if all(_is_number(name) for name in names):  # columns without names are called by their numbers
+        names, rows, begin = [str(place + 1) for place in range(len(names))], [first, *rows], 1
     if separator != ",":
         rows = [row.replace(",", ".") for row in rows]
-    numbered = [(line, row) for line, row in enumerate(rows, 2) if row.partition(COMMENT)[0].strip()]
+    numbered = [(line, row) for line, row in enumerate(rows, begin) if row.partition(COMMENT)[0].strip()]
     if not numbered:
         raise NotAFile(f"{source} has no samples")
     text: dict[str, str] = {}
@@ -40,6 +43,13 @@ def read_csv(source: Path) -> list[Table]:
     if values is None or values.shape != (len(numbered), len(names)):
         values = np.array([_row(source, line, row, separator, names, text) for line, row in numbered])
     return [Table(names, values, np.array([line for line, _ in numbered]), text)]
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        return np.isfinite(float(cell.replace(",", ".")))
+    except ValueError:
+        return False
 
 
 def _at_once(rows: list[str], separator: str | None) -> np.ndarray | None:

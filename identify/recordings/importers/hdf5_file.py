@@ -3,8 +3,8 @@
 from pathlib import Path
 from typing import Any
 
-from ...errors import NotAFile
 from ...notebook import optional
+from .damage import refused_as
 from .tables.table import Table, table_of
 
 
@@ -22,11 +22,6 @@ def read_hdf5(source: Path, between: str = "/") -> list[Table]:
         if isinstance(found, h5py.Dataset) and not name.startswith("#"):  # #refs# is MATLAB's
             arrays[name.replace("/", between)] = found
 
-    try:
-        with h5py.File(source) as file:
-            file.visititems(collect)
-            return [table_of(source, arrays, between)]
-    except (OSError, RuntimeError, ValueError) as error:
-        if isinstance(error, NotAFile):
-            raise
-        raise NotAFile(f"{source} cannot be read as HDF5: {error}") from error
+    with refused_as(source, "HDF5"), h5py.File(source) as file:
+        file.visititems(collect)
+        return [table_of(source, arrays, between)]

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from ...errors import NotAFile
+from .damage import refused_as
 from .hdf5_file import read_hdf5
 from .tables.table import Table, table_of
 
@@ -23,8 +23,5 @@ def read_matlab(source: Path) -> list[Table]:
         begin = file.read(512 + len(HDF5))
     if HDF5 in (begin[: len(HDF5)], begin[512:]):
         return read_hdf5(source, between=".")
-    try:
-        variables = loadmat(source)
-    except Exception as error:  # of damaged files its reader raises many kinds
-        raise NotAFile(f"{source} cannot be read as a MATLAB file: {error}") from error
-    return [table_of(source, variables)]
+    with refused_as(source, "a MATLAB file"):
+        return [table_of(source, loadmat(source))]

@@ -1,11 +1,10 @@
 """NumPy files with several arrays (.npz)."""
 
 from pathlib import Path
-from zipfile import BadZipFile
 
 import numpy as np
 
-from ...errors import NotAFile
+from .damage import refused_as
 from .tables.table import Table, table_of
 
 
@@ -15,8 +14,5 @@ def read_npz(source: Path) -> list[Table]:
     Raises:
         NotAFile: It is no such file, or holds no arrays of numbers.
     """
-    try:
-        with open(source, "rb") as file, np.load(file) as arrays:
-            return [table_of(source, dict(arrays))]
-    except (OSError, EOFError, ValueError, BadZipFile, AttributeError, TypeError) as error:
-        raise NotAFile(f"{source} cannot be read as a NumPy file: {error}") from error
+    with refused_as(source, "a NumPy file"), open(source, "rb") as file, np.load(file) as arrays:
+        return [table_of(source, dict(arrays))]

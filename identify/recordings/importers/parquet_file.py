@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from ...errors import NotAFile
 from ...notebook import optional
+from .damage import refused_as
 from .tables.table import Table, table_of
 
 
@@ -27,15 +27,12 @@ def parquet_columns(source: Path) -> dict[str, np.ndarray]:
         NotAFile: It is no such file.
         MissingPackage: pyarrow is not installed.
     """
-    arrow = optional("pyarrow", "a Parquet file", "parquet")
+    types = optional("pyarrow", "a Parquet file", "parquet").types
     parquet = optional("pyarrow.parquet", "a Parquet file", "parquet")
-    try:
-        with parquet.ParquetFile(source) as file:
-            names = [one.name for one in file.schema_arrow if _numeric(arrow.types, one.type)]
-            read = file.read(columns=names)
+    with refused_as(source, "Parquet"), parquet.ParquetFile(source) as file:
+        names = [one.name for one in file.schema_arrow if _numeric(types, one.type)]
+        read = file.read(columns=names)
         return {name: _array(read[name].to_numpy()) for name in names}
-    except (OSError, ValueError, arrow.ArrowException) as error:
-        raise NotAFile(f"{source} cannot be read as Parquet: {error}") from error
 
 
 def _numeric(types: Any, kind: Any) -> bool:

@@ -7,12 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from ...errors import ExidynError, NotAFile, RecordingError
+from ...errors import NotAFile, RecordingError
 from ...model import Model
 from ...notebook import optional
 from ..mcap.mcap_topics import ARRAY_TOPICS
 from ..recording import EFFORT, KnownPayload, Recording, Signal
 from ..recording_checks import check
+from .damage import refused_as
 from .joint_names import find_joints
 
 STATE, ARRAY = "sensor_msgs/msg/JointState", "std_msgs/msg/Float64MultiArray"
@@ -108,28 +109,26 @@ def _read(
     typesys = optional("rosbags.typesys", "a ROS 2 bag", "ros2")
     groups: dict[tuple[str, ...], _Samples] = {}
     arrays: dict[str, _Samples] = {}
-    try:
-        store = typesys.get_typestore(typesys.Stores.ROS2_HUMBLE)
-        with highlevel.AnyReader([source], default_typestore=store) as reader:
-            chosen = _connections(source, reader.connections, topic)
-            for connection, bag, raw in reader.messages(connections=chosen):
-                message = reader.deserialize(raw, connection.msgtype)
-                if connection.msgtype == STATE:
-                    order = np.argsort(message.name)  # which may differ from message to message
-                    names = tuple(message.name[place] for place in order)
-                    fields = {"position": message.position, "velocity": message.velocity}
-                    fields[effort] = message.effort
-                    rows = {n: row[order] if len(row) == len(order) else row for n, row in fields.items()}
-                    stamp = message.header.stamp.sec * 1_000_000_000 + message.header.stamp.nanosec
-                    groups.setdefault(names, _Samples(len(names))).add(bag, stamp, **rows)
-                else:
-                    signal = next(n for n, topic in ARRAY_TOPICS.items() if topic == connection.topic)
-                    samples = arrays.setdefault(connection.topic, _Samples(len(message.data)))
-                    samples.add(bag, 0, **{signal: message.data})
-    except ExidynError:
-        raise
-    except Exception as error:  # the library raises many kinds, of its own and of its parsers
-        raise NotAFile(f"{source} cannot be read as a ROS 2 bag: {error}") from error
+    store = typesys.get_typestore(typesys.Stores.ROS2_HUMBLE)
+    with (
+        refused_as(source, "a ROS 2 bag"),
+        highlevel.AnyReader([source], default_typestore=store) as reader,
+    ):
+        chosen = _connections(source, reader.connections, topic)
+        for connection, bag, raw in reader.messages(connections=chosen):
+            message = reader.deserialize(raw, connection.msgtype)
+            if connection.msgtype == STATE:
+                order = np.argsort(message.name)  # which may differ from message to message
+                names = tuple(message.name[place] for place in order)
+                fields = {"position": message.position, "velocity": message.velocity}
+                fields[effort] = message.effort
+                rows = {n: row[order] if len(row) == len(order) else row for n, row in fields.items()}
+                stamp = message.header.stamp.sec * 1_000_000_000 + message.header.stamp.nanosec
+                groups.setdefault(names, _Samples(len(names))).add(bag, stamp, **rows)
+            else:
+                signal = next(n for n, topic in ARRAY_TOPICS.items() if topic == connection.topic)
+                samples = arrays.setdefault(connection.topic, _Samples(len(message.data)))
+                samples.add(bag, 0, **{signal: message.data})
     if not groups:
         raise NotAFile(f"{source}: there is not one joint state in it")
     return groups, arrays

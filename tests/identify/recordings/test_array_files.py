@@ -91,7 +91,7 @@ def test_structures_and_groups(tmp_path):
     h5py = pytest.importorskip("h5py")
     with h5py.File(tmp_path / "run.h5", "w") as file:
         file["log/time"], file["log/arm/pos"], file["log/arm/amps"] = TIME, motion(), noise()
-        file["log/camera"] = np.zeros((len(TIME), 4, 4, 3), "u1")
+        file["log/camera"], file["log/map"] = np.zeros((len(TIME), 4, 4, 3), "u1"), np.zeros((480, 640))
         file["log/self"] = file["log"]
     columns = {"time": "log/time", "position": "log/arm/pos", "current": "log/arm/amps{number}"}
     [found] = import_source(tmp_path / "run.h5", model(), columns=columns)
@@ -172,6 +172,20 @@ def test_what_is_no_table_has_no_columns_to_look_at(tmp_path):
     assert kind_of(tmp_path) == "ros2_bag"
     with pytest.raises(RecordingError, match="ROS 2 bag is no table of columns"):
         read_tables(tmp_path)
+
+
+@pytest.mark.parametrize("version", ["6.1_SOL2", "7.4_GLNX86"])
+def test_files_that_matlab_wrote(version):
+    """Of scipy's own tests, if they are installed."""
+    folder = Path(scipy.io.matlab.__file__).parent / "tests" / "data"
+    if not folder.is_dir():
+        pytest.skip("scipy was installed without its tests")
+    [table] = read_tables(folder / f"teststruct_{version}.mat")
+    assert table.names == ["teststruct.doublefield"]
+    np.testing.assert_allclose(table.values[:, 0], [np.sqrt(2), np.exp(1), np.pi])
+    pytest.importorskip("h5py")
+    [table] = read_tables(folder / "testhdf5_7.4_GLNX86.mat")
+    np.testing.assert_allclose(table.values[:, 0], np.arange(9) * np.pi / 4)
 
 
 @needs_data

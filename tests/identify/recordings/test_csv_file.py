@@ -129,6 +129,35 @@ def test_decimal_commas_between_semicolons(tmp_path):
     assert np.array_equal(found.signals["current"].values, noise())
 
 
+@pytest.mark.parametrize("separator", [",", ";", "\t", " "])
+def test_a_table_without_names(tmp_path, separator):
+    path = tmp_path / "run.txt"
+    np.savetxt(path, np.column_stack([TIME, motion(), noise()]), "%.17g", separator)
+    columns = {"time": "1", "position": ["2", "3"], "current": ["4", "5"]}
+    [found] = import_source(path, model(), columns=columns)
+    assert np.array_equal(found.signals["position"].values, motion())
+    assert np.array_equal(found.signals["current"].values, noise())
+    with pytest.raises(WrongShape, match="no column of time .* among 1, 2, 3, 4, 5; name it"):
+        import_source(path, model())
+
+
+def test_names_may_stand_in_a_comment_and_columns_between_spaces(tmp_path):
+    header = "t q1 q2 i1 i2"
+    np.savetxt(tmp_path / "run.txt", np.column_stack([TIME, motion(), noise()]), "%25.17g", header=header)
+    [found] = import_source(tmp_path / "run.txt", model())
+    assert np.array_equal(found.signals["current"].values, noise())
+
+
+def test_text_in_a_column_that_no_signal_uses_is_left_out(tmp_path):
+    path = table(tmp_path / "run.csv", "t,q1,q2,i1,i2,state", motion(), noise(), TIME)
+    lines = path.read_text().splitlines()
+    path.write_text("\n".join([lines[0], *(f"{line.rpartition(',')[0]},running" for line in lines[1:])]))
+    [found] = import_source(path, model())
+    assert np.array_equal(found.signals["current"].values, noise())
+    with pytest.raises(WrongShape, match="line 2: 'running' in column 'state' is no number"):
+        import_source(path, model(), columns={"time": "state"})
+
+
 def test_samples_that_a_controller_left_empty_are_silent(tmp_path):
     path = table(tmp_path / "run.csv", "t,q1,q2,i1,i2,temp1,temp2", motion(), noise(), 40 + noise())
     lines = path.read_text().splitlines()

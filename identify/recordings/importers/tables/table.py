@@ -9,6 +9,9 @@ import numpy as np
 
 from ....errors import NotAFile
 
+WIDEST = 200
+"""Columns of a matrix, at most: one with more rows and columns is a picture."""
+
 
 class Table(NamedTuple):
     """What a file holds of one run.
@@ -78,8 +81,9 @@ def _arrays(name: str, value: Any, between: str) -> Iterator[tuple[str, np.ndarr
         for key, one in value.items():
             yield from _arrays(f"{name}{between}{key}" if name else str(key), one, between)
         return
-    if sum(count > 1 for count in getattr(value, "shape", ())) > 2:
-        return  # images; they are not even read
+    lengths = [count for count in getattr(value, "shape", ()) if count > 1]
+    if len(lengths) > 2 or len(lengths) == 2 and min(lengths) > WIDEST:
+        return  # pictures; they are not even read
     array = np.asarray(value)
     if array.dtype.names:
         yield from _arrays(name, {field: array[field] for field in array.dtype.names}, between)
