@@ -18,6 +18,8 @@ WORDS: dict[str, frozenset[str]] = {
 COMMANDED = frozenset("ref cmd command commanded target des desired soll setpoint goal reference d".split())
 OTHERS = frozenset("tcp pose cart cartesian force wrench ext err error std model gravity tool ft".split())
 """Words of quantities that are computed, or not a joint's."""
+MEASURED = frozenset("actual ist measured present".split())
+"""Words for what was measured, where there is more of a quantity."""
 STAMPS = frozenset("t time timestamp timestamps zeit stamp clock sec secs seconds".split())
 UNITS: dict[str, frozenset[str]] = {
     "deg": frozenset("deg degree degrees grad °".split()),
@@ -87,19 +89,26 @@ def families(names: Sequence[str], joints: Sequence[str], numbered: Sequence[str
     for place, name in enumerate(names):
         for pattern, key in _readings(name, joints, numbered):
             found.setdefault(pattern, {})[key] = place
-    whole, taken = [], set()
+    whole: list[Family] = []
+    taken: set[int] = set()
     # Patterns with the joints' own names come first: wrist_1_joint has a number that is not its place.
     for pattern, by_key in sorted(found.items(), key=lambda item: ("{joint}" not in item[0], min(item[1]))):
         keys = sorted(by_key)
-        if len(keys) != len(joints) or keys[-1] - keys[0] != len(joints) - 1 or keys[0] > 1:
+        n, first = len(joints), len(keys) % len(joints)
+        bare = pattern.replace("{joint}", " ").replace("{number}", " ")
+        if keys[-1] - keys[0] != len(keys) - 1 or keys[0] > 1 or len(keys) < n or first > 1:
             continue
-        places = tuple(by_key[key] for key in keys)
-        if taken.isdisjoint(places):
-            taken.update(places)
-            bare = pattern.replace("{joint}", " ").replace("{number}", " ")
-            named = tuple(names[place] for place in places)
-            own = "{joint}" in pattern or set(joints) <= set(numbered)
-            whole.append(Family(pattern, places, named, own, signal_of(bare), unit_of(bare)))
+        if len(keys) > n and (n == 1 or signal_of(bare)):
+            continue  # more than the joints of this robot
+        own = "{joint}" in pattern or set(joints) <= set(numbered)
+        # Columns of one name for all, such as 1 to 13 of six joints: time, and two signals.
+        for start in range(first, len(keys), n):
+            places = tuple(by_key[key] for key in keys[start : start + n])
+            if taken.isdisjoint(places):
+                taken.update(places)
+                named = tuple(names[place] for place in places)
+                title = pattern if len(keys) == n else f"{named[0]} to {named[-1]}"
+                whole.append(Family(title, places, named, own, signal_of(bare), unit_of(bare)))
     return sorted(whole, key=lambda family: min(family.places))
 
 

@@ -129,7 +129,7 @@ def _log_likelihood(
     """
     free = np.column_stack([friction, np.ones(len(effort))])
     free *= WIDE * effort.std() / np.maximum(np.sqrt((free**2).mean(axis=0)), 1e-12)
-    reduced = np.linalg.qr(np.column_stack([errors, free, torque, effort]), mode="r")
+    reduced = np.asarray(np.linalg.qr(np.column_stack([errors, free, torque, effort]), mode="r"))
     k = errors.shape[1]
     bodies, wide = reduced[:, :k] @ reduced[:, :k].T, reduced[:, k:-2] @ reduced[:, k:-2].T
     found = []

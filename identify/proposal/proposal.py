@@ -10,7 +10,7 @@ from ..arm.robot import Robot
 from ..errors import RecordingError, listed
 from ..text_table import digits
 from .agreement import Sampled, agreement, agreement_odds, sampled
-from .column_names import STAMPS, Family, families, unit_of, words_of
+from .column_names import MEASURED, STAMPS, Family, families, unit_of, words_of
 from .drives import Gain, described, gains
 from .odds import Guess, posterior
 from .quirks import quirks
@@ -19,6 +19,7 @@ from .units import SLIDING, STATED, TIME, TURNING, Units, moves, unit_odds
 AS_NUMBERED = {"as numbered": 0.99, "alphabetical": 0.008, "other": 0.002}
 """Prior of the order of joints where columns have numbers: ROS tools sort by name."""
 EFFORT = ("torque", "current")
+TORQUE, NOT_TORQUE = "N m of the joint", "not N m: needs gain"
 Order = tuple[int, ...]
 """Column of each joint, in the robot's order."""
 
@@ -79,8 +80,7 @@ def propose(names: Sequence[str], values: np.ndarray, robot: Robot, joints: Sequ
     time = values[kept, clock]
     chosen, by_motion = _by_motion(chosen, left, values[kept], time, robot)
     guesses += by_motion
-    for signal in ("position",):
-        _require(signal in chosen, signal, names, robot)
+    _require("position" in chosen, "position", names, robot)
     effort = next((signal for signal in EFFORT if signal in chosen), "")
     _require(bool(effort), "current or torque", names, robot)
     log = _Log(time, {signal: values[kept][:, family.places] for signal, family in chosen.items()})
@@ -89,15 +89,14 @@ def propose(names: Sequence[str], values: np.ndarray, robot: Robot, joints: Sequ
     guesses += more
     sample = log.sampled(robot, units, effort, order)
     every, drives, more = _efforts(chosen, sample, robot, effort)
-    places = {s: tuple(f.names[k] for k in order) for s, f in every.items()}
-    columns = {"time": (names[clock],), **places}
-    ordered = {s: log.values[s][:, order] for s in log.values}
-    notes = quirks(
-        time * TIME[units.time], ordered["position"] * _factor(robot, units.position), robot, len(values)
-    )
-    if unused := [f.pattern for f in found if f.signal == "" and f not in every.values()]:
+    if not units.velocity:
+        every.pop("velocity", None)
+    columns = {s: tuple(f.names[k] for k in order) for s, f in every.items()}
+    position = log.values["position"][:, order] * _factor(robot, units.position)
+    notes = quirks(time * TIME[units.time], position, robot, len(values))
+    if unused := [f.pattern for f in found if f.signal in ("", "velocity") and f not in every.values()]:
         notes.append(f"columns that are not read: {', '.join(unused)}")
-    return Proposal(columns, units, drives, (*guesses, *more), tuple(notes))
+    return Proposal({"time": (names[clock],), **columns}, units, drives, (*guesses, *more), tuple(notes))
 
 
 def _factor(robot: Robot, unit: str) -> np.ndarray:
@@ -129,7 +128,8 @@ def _time(names: Sequence[str], values: np.ndarray) -> int:
 
 def _usable(values: np.ndarray, clock: int, read: Sequence[Family]) -> np.ndarray:
     """Rows in which time goes on and positions and efforts are numbers."""
-    known = [p for f in read if f.signal not in ("temperature", "link_position") for p in f.places]
+    there = np.isfinite(values).mean(axis=0) > 0.5
+    known = [p for f in read for p in f.places if there[p] and f.signal in ("", "position", *EFFORT)]
     rows = np.flatnonzero(np.isfinite(values[:, [clock, *known]]).all(axis=1))
     later = np.maximum.accumulate(values[rows, clock])
     kept = rows[np.concatenate([[True], np.diff(later) > 0])] if len(rows) else rows
@@ -140,16 +140,14 @@ def _usable(values: np.ndarray, clock: int, read: Sequence[Family]) -> np.ndarra
 
 def _signals(found: Sequence[Family]) -> tuple[dict[str, Family], list[Guess], list[Family]]:
     """Families by signal as their names say, and those whose names say nothing."""
-    chosen: dict[str, Family] = {}
-    for family in sorted(found, key=lambda f: "actual" not in words_of(f.pattern)):
-        if family.signal not in ("", "other"):
-            chosen.setdefault(family.signal, family)
-    twice = [f for f in found if f.signal in chosen and chosen[f.signal] is not f]
-    guesses = [
-        Guess(signal, family.pattern, 0.5 if any(f.signal == signal for f in twice) else STATED, "its name",
-              f"--columns {signal}=NAME,NAME,...")
-        for signal, family in chosen.items()
-    ]  # fmt: skip
+    chosen, guesses = {}, []
+    for signal in {family.signal: None for family in found if family.signal not in ("", "other")}:
+        ours = [family for family in found if family.signal == signal]
+        best = [family for family in ours if MEASURED.intersection(words_of(family.pattern))] or ours
+        if len(best) == 1 or signal in ("position", *EFFORT):
+            chosen[signal] = best[0]
+            option = f"[{signal}] column in a preset"
+            guesses.append(Guess(signal, best[0].pattern, STATED / len(best), "its name", option))
     return chosen, guesses, [family for family in found if family.signal == ""]
 
 
@@ -173,8 +171,8 @@ def _by_motion(
         return chosen, []
     likely = posterior(odds)
     (a, b), probability = next(iter(likely.items()))
-    option = "--columns position=NAME,... current=NAME,..."
-    why = "rigid bodies explain the one by the other"
+    option = "[position] and [current] column in a preset"
+    why = "bodies explain it"
     guesses = [Guess("position", a.pattern, probability, why, option)] if "position" not in chosen else []
     guesses += [Guess("current", b.pattern, probability, why, option)] if not effort else []
     new = {"position": a} | ({} if effort else {"current": b})
@@ -182,7 +180,7 @@ def _by_motion(
     if rate and "velocity" not in chosen:
         new["velocity"] = rate
         guesses.append(
-            Guess("velocity", rate.pattern, STATED, "derivative of position", "--columns velocity=...")
+            Guess("velocity", rate.pattern, STATED, "derivative of position", "[velocity] column in a preset")
         )
     return {**chosen, **new}, guesses
 
@@ -203,7 +201,7 @@ def _odds(
         orders: Column of each joint, and the prior of that order.
     """
     effort = next(signal for signal in EFFORT if signal in log.values)
-    odds = {}
+    odds: dict[tuple[Units, Order], float] = {}
     for order, prior in orders.items():
         each = {signal: values[:, order] for signal, values in log.values.items()}
         seen = moves(log.time, each["position"], each.get("velocity"))
@@ -247,7 +245,7 @@ def _units_and_order(
     rate = 1.0 / (seen.period * TIME[best.time])
     fast = float(np.max(seen.speed * _factor(robot, best.position) / TIME[best.time]))
     speed = f"{digits(fast)} {'rad' if robot.revolute.any() else 'm'}/s at most"
-    why = {"time": f"{digits(rate)} Hz, {speed}", "position": "limits, speeds, rigid bodies"}
+    why = {"time": f"{digits(rate)} Hz, {speed}", "position": "limits, speeds, bodies"}
     if np.isfinite(seen.ratio):
         why["velocity"] = "derivative of position"
     guesses = []
@@ -261,7 +259,7 @@ def _units_and_order(
     if len(orders) > 1:
         probability = sum(p for (_, one), p in likely.items() if one == order)
         value = "as numbered" if order == tuple(range(robot.dof)) else ", ".join(str(k + 1) for k in order)
-        why["order"] = f"rigid bodies, among {len(orders)} orders"
+        why["order"] = f"bodies; {len(orders)} orders"
         guesses.append(
             Guess("order of joints", value, probability, why["order"], "[position] column in a preset")
         )
@@ -276,24 +274,21 @@ def _efforts(
     prior = np.log(STATED / (1 - STATED)) * (1 if effort == "torque" else -1)
     if family.signal == "":
         prior = 0.0
-    likely = posterior(
-        {"N m of the joint": prior + sum(gain.torque for gain in found), "per drive gain": 0.0}
-    )
+    likely = posterior({TORQUE: prior + sum(gain.torque for gain in found), NOT_TORQUE: 0.0})
     value, probability = next(iter(likely.items()))
-    why = "torque of the described bodies" if described(robot) else "its name; the URDF has no real masses"
+    why = "described bodies" if described(robot) else "its name; no real masses"
     guesses = [Guess(f"unit of {family.pattern}", value, probability, why, "[drive] gain in robot.toml")]
     others = {signal: f for signal, f in chosen.items() if signal not in EFFORT}
-    if value == "N m of the joint":
+    if value == TORQUE:
         currents = {"current": chosen["current"]} if "current" in chosen and effort != "current" else {}
         return {**others, "torque": family, **currents}, (), guesses
-    current = chosen.get("current", family)
-    why, option = "torque of the described bodies, friction", "[drive] gain, or a run with a known payload"
+    why, option = "bodies, friction", "[drive] gain, or a run with a known payload"
     for joint, gain in zip(robot.joints, found, strict=True):
         if gain.told:
-            size = f"{digits(gain.value)} N m, within {100 * gain.relative:.0f} %"
+            size = f"{digits(gain.value)} N m ± {100 * gain.relative:.0f} %"
             guesses.append(
                 Guess(f"gain of {joint}", size, max(gain.positive, 1 - gain.positive), why, option)
             )
     if silent := [joint for joint, gain in zip(robot.joints, found, strict=True) if not gain.told]:
         guesses.append(Guess(f"gain of {', '.join(silent)}", "", 0.0, why, option))
-    return {**others, "current": current}, tuple(found), guesses
+    return {**others, "current": family}, tuple(found), guesses

@@ -16,7 +16,7 @@ from .proposal import Proposal
 def proposal_text(proposal: Proposal) -> str:
     """What was guessed, how sure that is, what else was seen, and what is not decided."""
     rows = [[g.what, g.value, chance(g.probability), g.why] for g in proposal.guesses if g.decided]
-    parts = [table(["what", "guess", "probability", "from"], rows, left=(0, 1, 3))]
+    parts = [table(["what", "guess", "sure", "from"], rows, left=(0, 1, 3))]
     parts += [paragraph(note, "  ", "* ") for note in proposal.notes]
     for guess in proposal.open:
         parts.append(paragraph(f"NOT DECIDED: {open_words(guess)}", "  "))
@@ -54,12 +54,11 @@ def robot_toml(proposal: Proposal, model: Model, urdf: str, log: str) -> str:
     if urdf:
         body = lines({"format": 1, "name": model.robot.name, "urdf": urdf}) + "\n"
         return "\n".join(head) + "\n\n" + body + (f"\n{drive}" if known else "")
-    told = {
-        "drive_gain": np.array([gain.value for gain in proposal.gains]),
-        "drive_gain_tolerance": tolerance,
-    }
-    written = replace(model, robot=replace(model.robot, **told)) if known else model
-    return "\n".join(head) + "\n\n" + model_text(written)
+    if known:
+        values = np.array([gain.value for gain in proposal.gains])
+        robot = replace(model.robot, drive_gain=values, drive_gain_tolerance=tolerance)
+        model = replace(model, robot=robot)
+    return "\n".join(head) + "\n\n" + model_text(model)
 
 
 def preset_toml(proposal: Proposal, log: str) -> str:

@@ -32,6 +32,7 @@ def foreign() -> list[Log]:
         "libfranka": (panda, libfranka),
         "numpy.savetxt, degrees": (tx40, savetxt),
         "columns without meaning": (ur, meaningless),
+        "numpy.savetxt, no names": (tx40, nameless),
         "CiA 402, per mille, two drives reversed": (simulated, permille),
         "drive torques, ns": (kr300, drive_torque),
     }
@@ -235,6 +236,16 @@ def meaningless(run: Samples, folder: Path) -> tuple[Path, Known]:
     columns |= _numbered("c{k}", np.degrees(run.position))
     pandas.DataFrame(columns).to_csv(folder / "log.csv", index=False)
     return folder / "log.csv", _known(run, "c{k}", "b{k}", "x", "s deg", velocity="rad")
+
+
+def nameless(run: Samples, folder: Path) -> tuple[Path, Known]:
+    """Time, positions and torques, and no line of names."""
+    np.savetxt(folder / "log.csv", np.column_stack([run.time, run.position, run.effort]), delimiter=",")
+    known = _known(run, "", "", "1")
+    numbers = [[str(2 + run.dof * block + k) for k in range(run.dof)] for block in range(2)]
+    return folder / "log.csv", replace(
+        known, columns={"time": ["1"], "position": numbers[0], "torque": numbers[1]}
+    )
 
 
 def permille(run: Samples, folder: Path) -> tuple[Path, Known]:

@@ -47,6 +47,12 @@ def test_numbers_count_from_zero_or_one_and_make_as_many_columns_as_joints():
     assert [family.names for family in families(names, ("a", "b"))] == [("q_0", "q_1"), ("i1", "i2")]
 
 
+def test_columns_of_one_name_are_time_and_some_signals_in_turn():
+    names = [str(k) for k in range(1, 6)]
+    assert [family.names for family in families(names, ("a", "b"))] == [("2", "3"), ("4", "5")]
+    assert families([f"i{name}" for name in names], ("a", "b")) == []
+
+
 def test_numbers_stand_for_the_joints_that_the_log_names():
     (found,) = families(["state1", "state2", "state3"], ("arm", "base"), ("base", "gripper", "arm"))
     assert found.names == ("state3", "state1")
