@@ -64,6 +64,15 @@ def test_a_log_of_other_joints_is_refused(tmp_path):
         import_source(path, model(7))
 
 
+def test_columns_that_are_named_are_no_preset(tmp_path):
+    path = table(tmp_path / "run.csv", "clock,a1,a2,b1,b2", motion(), noise())
+    columns = {"time": "clock", "position": "a", "torque": "b"}
+    [found] = import_source(path, model(), columns=columns)
+    assert "preset" not in found.settings
+    with pytest.raises(WrongShape, match=r"run.csv \(preset lerobot\): no column observation.state1, obs"):
+        import_source(path, model(), columns={"time": "clock"}, preset="lerobot")
+
+
 def test_columns_that_are_named_take_precedence(tmp_path):
     path = write_rtde(tmp_path / "log.csv", 6, actual_q=motion(6), target_current=noise(6))
     columns = {"current": "target_current_{index}", "position": ["actual_q_1", "actual_q_0"]}

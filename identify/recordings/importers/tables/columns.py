@@ -38,6 +38,7 @@ class Columns:
         joints: What its joints are called in the table, as `names_in_log` takes it.
         chosen: Names by signal or "time", as given with the file.
         preset: Names by signal or "time", as all files of a kind have them.
+        by: Name of that preset.
     """
 
     def __init__(
@@ -48,8 +49,10 @@ class Columns:
         joints: Names | None = None,
         chosen: Mapping[str, Names] = MappingProxyType({}),
         preset: Mapping[str, Names] = MappingProxyType({}),
+        by: str = "",
     ) -> None:
         self.source, self.table, self.robot = source, table, robot
+        self.where = f"{source} (preset {Path(by).name})" if by else str(source)
         self.chosen, self.given = chosen, {**preset, **chosen}
         self.names, self.numbers = names_in_log(robot, joints), list(range(1, robot.dof + 1))
         there = table.joints
@@ -67,7 +70,7 @@ class Columns:
         place = self._place(times)
         if place < 0:
             raise WrongShape(
-                f"{self.source}: no column of time ({', '.join(times)}) among "
+                f"{self.where}: no column of time ({', '.join(times)}) among "
                 f"{listed(self.table.names, 't')}; "
                 'name it by --columns time=NAME (columns={"time": NAME})'
             )
@@ -92,7 +95,7 @@ class Columns:
                 missing = [names[0] for names, place in zip(choices, places, strict=True) if place < 0]
                 if missing:
                     raise WrongShape(
-                        f"{self.source}: no column {listed(missing)} for {signal}. Columns: "
+                        f"{self.where}: no column {listed(missing)} for {signal}. Columns: "
                         f"{listed(self.table.names, missing[0])}; "
                         f"name others by --columns {signal}=NAME,NAME,... (columns={{...}})"
                     )

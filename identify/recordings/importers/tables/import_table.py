@@ -72,12 +72,11 @@ def import_table(
         table = table.without(skip_rows)
         if not len(table.values):
             raise NotAFile(f"{source} has no samples behind the {skip_rows} rows to skip (--skip-rows)")
-        look = partial(Columns, source, table, model.robot, joints, chosen)
+        look = partial(Columns, source, table, model.robot, joints)
         used = (given or preset_like(look)).naming(effort)
-        found = look(used.columns)
         if used.name in preset_names():
-            used = used.without_missing(found)
-            found = look(used.columns)
+            used = used.without_missing(look(chosen, used.columns))
+        found = look(chosen, used.columns, used.name)
         time = None if used.rate and "time" not in chosen else found.time()
         places = dict(found.signals())
         stamps = _stamps(found, time, used, time_scale)

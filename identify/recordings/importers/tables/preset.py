@@ -121,15 +121,15 @@ def preset_beside(source: Path) -> Preset | None:
     return read_preset(path) if path.is_file() else None
 
 
-def preset_like(look: Callable[[Mapping[str, Names]], Columns]) -> Preset:
+def preset_like(look: Callable[..., Columns]) -> Preset:
     """The preset that comes with exidyn and has a table's time and first joint; else that of usual names.
 
     Args:
-        look: Looks up columns of the table, given their names by signal.
+        look: Looks up columns of the table, as `Columns` does behind its first arguments.
     """
     for name in preset_names():
         preset = read_preset(name)
-        columns = look(preset.columns)
+        columns = look(preset=preset.columns)
         if columns.has("time") and columns.has("position", 1):
             return preset
     return Preset()

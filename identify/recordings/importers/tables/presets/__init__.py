@@ -1,0 +1,1 @@
+"""Presets that come with exidyn: one TOML file each."""
