@@ -4,6 +4,7 @@ The torque of each joint is fitted with all parameters of all bodies free, and f
 log, and predicted on the other. So only geometry and units are asked, and no inertia has to be right.
 """
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -42,6 +43,12 @@ class Sampled(NamedTuple):
     effort: np.ndarray
     sliding: np.ndarray
 
+    def ordered(self, order: Sequence[int], factor: np.ndarray) -> "Sampled":
+        """The same with columns in another order (n,), and positions times a factor (n,) thereafter."""
+        old, columns = self.motion, list(order)
+        moved = (one[:, columns] * factor for one in (old.position, old.velocity, old.acceleration))
+        return Sampled(Motion.of(old.time, *moved), self.effort[:, columns], self.sliding[:, columns])
+
 
 def sampled(time: np.ndarray, position: np.ndarray, effort: np.ndarray) -> Sampled:
     """Motion and effort at the same samples; time (t,) [s] increases, the others are (t, n)."""
@@ -54,7 +61,7 @@ def sampled(time: np.ndarray, position: np.ndarray, effort: np.ndarray) -> Sampl
     n = position.shape[1]
     motion = Motion.of(even[inside], smooth[inside, :n], velocity[inside], acceleration[inside])
     usual = np.percentile(np.abs(motion.velocity), 90, axis=0)
-    return Sampled(motion, smooth[inside, n:], np.abs(motion.velocity) > np.maximum(SLIDES * usual, 1e-4))
+    return Sampled(motion, smooth[inside, n:], np.abs(motion.velocity) > SLIDES * usual)
 
 
 def friction_columns(motion: Motion, joint: int) -> np.ndarray:
@@ -79,8 +86,8 @@ def agreement_odds(log: Sampled, left: np.ndarray) -> float:
 
 
 def independent(values: np.ndarray) -> int:
-    """How often values (t,) cross their mean: a low count of independent ones among them."""
-    return int(np.sum(np.diff(np.signbit(values - values.mean())))) if len(values) else 0
+    """How often values (t,) cross their mean, and at least 1: a low count of independent ones among them."""
+    return max(1, int(np.sum(np.diff(np.signbit(values - values.mean()))))) if len(values) else 1
 
 
 def _left_out(rigid: np.ndarray, log: Sampled, joint: int) -> float:
@@ -91,10 +98,11 @@ def _left_out(rigid: np.ndarray, log: Sampled, joint: int) -> float:
     columns = np.hstack([rigid, friction_columns(log.motion, joint)])[rows]
     size = np.sqrt((columns**2).mean(axis=0))
     columns = np.hstack([columns[:, size > 0] / size[size > 0], np.ones((len(rows), 1))])
+    pieces = list(zip(np.array_split(columns, FOLDS), np.array_split(effort, FOLDS), strict=True))
+    normal, right = columns.T @ columns, columns.T @ effort
     missed = 0.0
-    for fold in np.array_split(np.arange(len(rows)), FOLDS):
-        rest = np.delete(columns, fold, axis=0)
-        normal = rest.T @ rest + RIDGE * len(rest) * np.eye(rest.shape[1])
-        values = np.linalg.solve(normal, rest.T @ np.delete(effort, fold))
-        missed += float(((effort[fold] - columns[fold] @ values) ** 2).sum())
+    for own, measured in pieces:
+        rest = normal - own.T @ own + RIDGE * (len(rows) - len(own)) * np.eye(len(normal))
+        values = np.linalg.solve(rest, right - own.T @ measured)
+        missed += float(((measured - own @ values) ** 2).sum())
     return min(1.0, missed / float(((effort - effort.mean()) ** 2).sum()))

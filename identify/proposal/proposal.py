@@ -8,6 +8,7 @@ import numpy as np
 
 from ..arm.robot import Robot
 from ..errors import RecordingError, listed
+from ..recordings.recording import EFFORT
 from ..text_table import digits
 from .agreement import Sampled, agreement, agreement_odds, sampled
 from .column_names import MEASURED, STAMPS, Family, families, unit_of, words_of
@@ -18,7 +19,8 @@ from .units import SLIDING, STATED, TIME, TURNING, Units, moves, unit_odds
 
 AS_NUMBERED = {"as numbered": 0.99, "alphabetical": 0.008, "other": 0.002}
 """Prior of the order of joints where columns have numbers: ROS tools sort by name."""
-EFFORT = ("torque", "current")
+LONG = 1000.0
+"""Gap, in median steps of time, between two runs."""
 TORQUE, NOT_TORQUE = "N m of the joint", "not N m: needs gain"
 Order = tuple[int, ...]
 """Column of each joint, in the robot's order."""
@@ -55,10 +57,10 @@ class _Log:
     time: np.ndarray
     values: Mapping[str, np.ndarray]
 
-    def sampled(self, robot: Robot, units: Units, effort: str, order: Order) -> Sampled:
-        """Motion in SI under a hypothesis of units and of the order of columns."""
-        position = self.values["position"][:, order] * _factor(robot, units.position)
-        return sampled(self.time * TIME[units.time], position, self.values[effort][:, order])
+    def sampled(self, unit: str) -> Sampled:
+        """Motion and effort under a unit of time, all else as it is."""
+        effort = next(signal for signal in EFFORT if signal in self.values)
+        return sampled(self.time * TIME[unit], self.values["position"], self.values[effort])
 
 
 def propose(names: Sequence[str], values: np.ndarray, robot: Robot, joints: Sequence[str] = ()) -> Proposal:
@@ -87,7 +89,7 @@ def propose(names: Sequence[str], values: np.ndarray, robot: Robot, joints: Sequ
     clock_unit = unit_of(f"time {names[clock]}")
     units, order, more = _units_and_order(log, robot, chosen, clock_unit)
     guesses += more
-    sample = log.sampled(robot, units, effort, order)
+    sample = log.sampled(units.time).ordered(order, _factor(robot, units.position))
     every, drives, more = _efforts(chosen, sample, robot, effort)
     if not units.velocity:
         every.pop("velocity", None)
@@ -133,6 +135,13 @@ def _usable(values: np.ndarray, clock: int, read: Sequence[Family]) -> np.ndarra
     rows = np.flatnonzero(np.isfinite(values[:, [clock, *known]]).all(axis=1))
     later = np.maximum.accumulate(values[rows, clock])
     kept = rows[np.concatenate([[True], np.diff(later) > 0])] if len(rows) else rows
+    steps = np.diff(values[kept, clock])
+    # Of runs one after another the longest, as motion is interpolated in even steps.
+    kept = (
+        max(np.split(kept, np.flatnonzero(steps > LONG * np.median(steps)) + 1), key=len)
+        if len(steps)
+        else kept
+    )
     if len(kept) < 100:
         raise RecordingError(f"{len(kept)} samples with time, positions and efforts; 100 are needed")
     return kept
@@ -200,17 +209,19 @@ def _odds(
         stated: What the names state.
         orders: Column of each joint, and the prior of that order.
     """
-    effort = next(signal for signal in EFFORT if signal in log.values)
     odds: dict[tuple[Units, Order], float] = {}
+    samples: dict[str, Sampled] = {}
     for order, prior in orders.items():
         each = {signal: values[:, order] for signal, values in log.values.items()}
         seen = moves(log.time, each["position"], each.get("velocity"))
         of_units = unit_odds(seen, robot.limits, robot.revolute, stated)
         # One unit of time for all: under another one the filters would leave other samples to explain.
         time = next(iter(posterior(of_units))).time
+        if time not in samples:
+            samples[time] = log.sampled(time)
         agreed = {}
         for position in {units.position for units in of_units}:
-            sample = log.sampled(robot, Units(time, position, ""), effort, order)
+            sample = samples[time].ordered(order, _factor(robot, position))
             agreed[position] = agreement_odds(sample, agreement(robot, sample))
         odds |= {(u, order): o + agreed[u.position] + np.log(prior) for u, o in of_units.items()}
     return odds

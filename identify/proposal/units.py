@@ -17,9 +17,9 @@ SPEED = (0.3, 4.0)
 """Highest speed of a log over the joint's limit, middle and factor."""
 RANGE = (0.3, 4.0)
 """Largest range of a log over that of the joint's limits, middle and factor."""
-USUAL_SPEED = {True: 3.0, False: 1.0}
+USUAL_SPEED = (3.0, 1.0)
 """Limit of speed where the robot states none, for joints that turn [rad/s] and that slide [m/s]."""
-USUAL_RANGE = {True: 2 * np.pi, False: 1.0}
+USUAL_RANGE = (2 * np.pi, 1.0)
 """The same of the range [rad], [m]."""
 ENDLESS = 20.0
 """Turns of a joint without limits that count as one; more are rather degrees."""
@@ -53,16 +53,14 @@ class Moves(NamedTuple):
     Attributes:
         period: Median step of the time column.
         speed: High speed of each joint, shape (n,).
-        low: Lowest position, shape (n,).
-        high: Highest position, shape (n,).
+        reach: From the lowest to the highest position, shape (n,).
         ratio: Derivative of position over velocity column; NaN without one, or where they do not agree.
         step: Of the encoders; NaN where none is seen, shape (n,).
     """
 
     period: float
     speed: np.ndarray
-    low: np.ndarray
-    high: np.ndarray
+    reach: np.ndarray
     ratio: float
     step: np.ndarray
 
@@ -80,7 +78,7 @@ def moves(time: np.ndarray, position: np.ndarray, velocity: np.ndarray | None) -
             ratio = along / across
     fast = np.percentile(np.abs(speeds), 99.5, axis=0)
     period, step = float(np.median(np.diff(time))), np.array([_step(column) for column in position.T])
-    return Moves(period, fast, position.min(axis=0), position.max(axis=0), ratio, step)
+    return Moves(period, fast, np.ptp(position, axis=0), ratio, step)
 
 
 def _step(position: np.ndarray) -> float:
@@ -135,18 +133,15 @@ def _stated(unit: str, stated: str, units: dict[str, float]) -> float:
 
 def _motion(seen: Moves, factor: np.ndarray, second: float, limits: Limits, revolute: np.ndarray) -> float:
     """Log-likelihood of the fastest and of the furthest joint, given the limits."""
-    fastest = np.where(np.isfinite(limits.velocity), limits.velocity, _usual(USUAL_SPEED, revolute))
+    usual_speed, usual_range = (np.where(revolute, *usual) for usual in (USUAL_SPEED, USUAL_RANGE))
+    fastest = np.where(np.isfinite(limits.velocity), limits.velocity, usual_speed)
     span = limits.position_upper - limits.position_lower
     endless = ~np.isfinite(span)
-    span = np.where(endless, _usual(USUAL_RANGE, revolute), span)
+    span = np.where(endless, usual_range, span)
     speed = float(np.max(seen.speed * factor / second / fastest))
-    shares = (seen.high - seen.low) * factor / span
+    shares = seen.reach * factor / span
     reach = float(np.max(np.where(endless & (shares < ENDLESS), np.minimum(shares, 1.0), shares)))
     odds = 0.0
     for share, (middle, spread) in ((speed, SPEED), (reach, RANGE)):
         odds += log_normal(max(share, 1e-9), middle, np.log(spread)) + BEYOND * (share > 1 + OVER)
     return odds
-
-
-def _usual(known: dict[bool, float], revolute: np.ndarray) -> np.ndarray:
-    return np.array([known[bool(turns)] for turns in revolute])
