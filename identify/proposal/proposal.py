@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import combinations
 
 import numpy as np
 
@@ -10,20 +9,17 @@ from ..arm.robot import Robot
 from ..errors import RecordingError, listed
 from ..recordings.recording import EFFORT
 from ..text_table import digits
-from .agreement import Sampled, agreement, agreement_odds, sampled
+from .agreement import Sampled
 from .column_names import MEASURED, STAMPS, Family, families, unit_of, words_of
 from .drives import Gain, described, gains
+from .hypotheses import Log, Order, factor_of, joint_odds, orders_of
 from .odds import Guess, posterior
 from .quirks import quirks
-from .units import SLIDING, STATED, TIME, TURNING, Units, moves, unit_odds
+from .units import STATED, TIME, Units, moves
 
-AS_NUMBERED = {"as numbered": 0.99, "alphabetical": 0.008, "other": 0.002}
-"""Prior of the order of joints where columns have numbers: ROS tools sort by name."""
 LONG = 1000.0
 """Gap, in median steps of time, between two runs."""
 TORQUE, NOT_TORQUE = "N m of the joint", "not N m: needs gain"
-Order = tuple[int, ...]
-"""Column of each joint, in the robot's order."""
 
 
 @dataclass(frozen=True)
@@ -50,19 +46,6 @@ class Proposal:
         return [guess for guess in self.guesses if not guess.decided]
 
 
-@dataclass(frozen=True)
-class _Log:
-    """Time (t,) in its unit, and what the families of columns hold, signal -> (t, n)."""
-
-    time: np.ndarray
-    values: Mapping[str, np.ndarray]
-
-    def sampled(self, unit: str) -> Sampled:
-        """Motion and effort under a unit of time, all else as it is."""
-        effort = next(signal for signal in EFFORT if signal in self.values)
-        return sampled(self.time * TIME[unit], self.values["position"], self.values[effort])
-
-
 def propose(names: Sequence[str], values: np.ndarray, robot: Robot, joints: Sequence[str] = ()) -> Proposal:
     """What the columns of a log are.
 
@@ -85,26 +68,20 @@ def propose(names: Sequence[str], values: np.ndarray, robot: Robot, joints: Sequ
     _require("position" in chosen, "position", names, robot)
     effort = next((signal for signal in EFFORT if signal in chosen), "")
     _require(bool(effort), "current or torque", names, robot)
-    log = _Log(time, {signal: values[kept][:, family.places] for signal, family in chosen.items()})
+    log = Log(time, {signal: values[kept][:, family.places] for signal, family in chosen.items()})
     clock_unit = unit_of(f"time {names[clock]}")
     units, order, more = _units_and_order(log, robot, chosen, clock_unit)
     guesses += more
-    sample = log.sampled(units.time).ordered(order, _factor(robot, units.position))
+    sample = log.sampled(units.time).ordered(order, factor_of(robot, units.position))
     every, drives, more = _efforts(chosen, sample, robot, effort)
     if not units.velocity:
         every.pop("velocity", None)
     columns = {s: tuple(f.names[k] for k in order) for s, f in every.items()}
-    position = log.values["position"][:, order] * _factor(robot, units.position)
+    position = log.values["position"][:, order] * factor_of(robot, units.position)
     notes = quirks(time * TIME[units.time], position, robot, len(values))
     if unused := [f.pattern for f in found if f.signal in ("", "velocity") and f not in every.values()]:
         notes.append(f"columns that are not read: {', '.join(unused)}")
     return Proposal({"time": (names[clock],), **columns}, units, drives, (*guesses, *more), tuple(notes))
-
-
-def _factor(robot: Robot, unit: str) -> np.ndarray:
-    """SI per unit of each joint's position, shape (n,)."""
-    factor = {**TURNING, **SLIDING}[unit]
-    return np.where(robot.revolute == (unit in TURNING), factor, 1.0)
 
 
 def _require(there: bool, what: str, names: Sequence[str], robot: Robot) -> None:
@@ -174,8 +151,8 @@ def _by_motion(
     for a in positions:
         for b in efforts:
             if a is not b and not _is_rate(values, time, a, b) and not _is_rate(values, time, b, a):
-                log = _Log(time, {"position": values[:, a.places], "current": values[:, b.places]})
-                odds[a, b] = max(_odds(log, robot, Units("", a.unit, ""), plain).values())
+                log = Log(time, {"position": values[:, a.places], "current": values[:, b.places]})
+                odds[a, b] = max(joint_odds(log, robot, Units("", a.unit, ""), plain).values())
     if not odds:
         return chosen, []
     likely = posterior(odds)
@@ -198,63 +175,17 @@ def _is_rate(values: np.ndarray, time: np.ndarray, position: Family, other: Fami
     return bool(np.isfinite(moves(time, values[:, position.places], values[:, other.places]).ratio))
 
 
-def _odds(
-    log: _Log, robot: Robot, stated: Units, orders: Mapping[Order, float]
-) -> dict[tuple[Units, Order], float]:
-    """Log odds of units and orders: by speeds, limits and velocities, and by the rigid bodies.
-
-    Args:
-        log: In its own units and order.
-        robot: Whose joints are in order.
-        stated: What the names state.
-        orders: Column of each joint, and the prior of that order.
-    """
-    odds: dict[tuple[Units, Order], float] = {}
-    samples: dict[str, Sampled] = {}
-    for order, prior in orders.items():
-        each = {signal: values[:, order] for signal, values in log.values.items()}
-        seen = moves(log.time, each["position"], each.get("velocity"))
-        of_units = unit_odds(seen, robot.limits, robot.revolute, stated)
-        # One unit of time for all: under another one the filters would leave other samples to explain.
-        time = next(iter(posterior(of_units))).time
-        if time not in samples:
-            samples[time] = log.sampled(time)
-        agreed = {}
-        for position in {units.position for units in of_units}:
-            sample = samples[time].ordered(order, _factor(robot, position))
-            agreed[position] = agreement_odds(sample, agreement(robot, sample))
-        odds |= {(u, order): o + agreed[u.position] + np.log(prior) for u, o in of_units.items()}
-    return odds
-
-
-def _orders(robot: Robot, by_name: bool) -> dict[Order, float]:
-    """Orders that are weighed, and the prior of each: as numbered, sorted by name, two swapped."""
-    n = robot.dof
-    plain = tuple(range(n))
-    if by_name or n == 1:
-        return {plain: 1.0}
-    ranks = tuple(sorted(robot.joints).index(joint) for joint in robot.joints)
-    orders = {plain: AS_NUMBERED["as numbered"]}
-    orders.setdefault(ranks, AS_NUMBERED["alphabetical"])
-    pairs = list(combinations(plain, 2))
-    for a, b in pairs:
-        swapped = list(plain)
-        swapped[a], swapped[b] = b, a
-        orders.setdefault(tuple(swapped), AS_NUMBERED["other"] / len(pairs))
-    return orders
-
-
 def _units_and_order(
-    log: _Log, robot: Robot, chosen: Mapping[str, Family], clock: str
+    log: Log, robot: Robot, chosen: Mapping[str, Family], clock: str
 ) -> tuple[Units, Order, list[Guess]]:
     """The likeliest units and order, each with its own probability, whatever the others are."""
     stated = Units(clock, chosen["position"].unit, chosen["velocity"].unit if "velocity" in chosen else "")
-    orders = _orders(robot, chosen["position"].by_name)
-    likely = posterior(_odds(log, robot, stated, orders))
+    orders = orders_of(robot, chosen["position"].by_name)
+    likely = posterior(joint_odds(log, robot, stated, orders))
     best, order = next(iter(likely))
     seen = moves(log.time, log.values["position"], log.values.get("velocity"))
     rate = 1.0 / (seen.period * TIME[best.time])
-    fast = float(np.max(seen.speed * _factor(robot, best.position) / TIME[best.time]))
+    fast = float(np.max(seen.speed * factor_of(robot, best.position) / TIME[best.time]))
     speed = f"{digits(fast)} {'rad' if robot.revolute.any() else 'm'}/s at most"
     why = {"time": f"{digits(rate)} Hz, {speed}", "position": "limits, speeds, bodies"}
     if np.isfinite(seen.ratio):
@@ -291,8 +222,7 @@ def _efforts(
     guesses = [Guess(f"unit of {family.pattern}", value, probability, why, "[drive] gain in robot.toml")]
     others = {signal: f for signal, f in chosen.items() if signal not in EFFORT}
     if value == TORQUE:
-        currents = {"current": chosen["current"]} if "current" in chosen and effort != "current" else {}
-        return {**others, "torque": family, **currents}, (), guesses
+        return {**others, "torque": family}, (), guesses
     why, option = "bodies, friction", "[drive] gain, or a run with a known payload"
     for joint, gain in zip(robot.joints, found, strict=True):
         if gain.told:
