@@ -18,6 +18,7 @@ COMMANDS: dict[str, str] = {
     "identify": "dynamics and drive gains from recordings",
     "import": "other people's files to recordings (.mcap)",
     "info": "what is inside a recording",
+    "init": "what a log holds: columns, units, gains; a robot.toml to begin with",
     "jog": "one joint a few degrees and back, and whether it does as it should",
     "record": "play a planned motion on a controller, and record it",
     "recover": "whole recordings of what a crash left",

@@ -23,7 +23,8 @@ LONGEST_SLIDE = 100.0
 """Position that no sliding joint can have [m]; the same number in millimetres would be a short axis."""
 
 FASTEST_TURN = 20.0
-"""Speed that no joint of an arm keeps up [rad/s]: twice that of the fastest small arms' wrists."""
+"""Speed that no joint of an arm keeps up [rad/s]: twice that of the fastest small arms' wrists. Where the
+robot's own limit is higher, as of a motor without a gear, half as much again counts instead."""
 
 HOTTEST = 200.0
 """Temperature that no motor survives [degC]; in kelvin every motor is above."""
@@ -145,15 +146,17 @@ def _speed(recording: Recording) -> Iterator[Finding]:
     position = recording.signals["position"]
     with np.errstate(all="ignore"):  # steps that are none are other findings
         speed = np.abs(np.diff(position.values, axis=0)) / np.diff(position.time)[:, None]
+    limit = recording.robot.limits.velocity
+    allowed = np.maximum(FASTEST_TURN, 1.5 * np.where(np.isfinite(limit), limit, 0.0))
     for joint in np.flatnonzero(recording.robot.revolute):
         known = finite(speed[:, joint])
         # Not the highest: a jump in one sample is another matter.
         usual = np.percentile(known, 95) if len(known) else 0.0
-        if usual > FASTEST_TURN:
+        if usual > allowed[joint]:
             yield Finding(
                 BadUnit,
                 f"{recording.robot.joints[joint]} turns at {usual:g} rad/s in a twentieth of the samples; at "
-                f"most {FASTEST_TURN:g} rad/s is possible",
+                f"most {allowed[joint]:g} rad/s is possible",
                 "Positions in degrees (degrees=True, --degrees), or time in another unit than seconds "
                 "(time_scale, --time-scale)?",
             )

@@ -203,6 +203,16 @@ def test_small_motions_in_degrees_are_recognised_by_their_speed():
         check(recording(limit=np.inf, position=np.degrees(motion()) * [1.0, 1.0, 0.01]))
 
 
+def test_a_joint_whose_limit_of_speed_is_higher_may_turn_faster():
+    run = recording(limit=np.inf, position=np.degrees(motion()) * [1.0, 1.0, 0.01])
+    robot = run.model.robot
+    fast = replace(robot, limits=replace(robot.limits, velocity=np.full(3, 200.0)))
+    assert check(replace(run, model=replace(run.model, robot=fast))).warnings == ()
+    slow = replace(robot, limits=replace(robot.limits, velocity=np.full(3, 30.0)))
+    with pytest.raises(BadUnit, match="at most 45 rad/s is possible"):
+        check(replace(run, model=replace(run.model, robot=slow)))
+
+
 def test_a_slide_in_millimetres_is_recognised():
     with pytest.raises(BadUnit, match="joint3 is at .* m, .*looks like millimetres"):
         check(recording(position=motion() * [1.0, 1.0, 1000.0]))

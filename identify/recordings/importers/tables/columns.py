@@ -82,8 +82,14 @@ class Columns:
         Raises:
             WrongShape: A column that is needed or was named is not there, is text, or is of another robot.
         """
-        for signal in SIGNALS:
-            choices = self._choices(signal)
+        known = {signal: self._choices(signal) for signal in SIGNALS}
+        # A column that was named for one signal is no other one, whatever its name is taken for by default.
+        taken = {
+            name for signal in self.given if signal in known for names in known[signal] for name in names
+        }
+        for signal, choices in known.items():
+            if signal not in self.given:
+                choices = [[name for name in names if name not in taken] for names in choices]
             places = [self._place(names) for names in choices]
             if signal in self.given or signal == "position":
                 missing = [names[0] for names, place in zip(choices, places, strict=True) if place < 0]

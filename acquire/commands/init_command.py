@@ -1,0 +1,129 @@
+"""exidyn init: a log and a URDF in; a robot.toml, what the columns are, and how sure that is out."""
+
+import argparse
+import os
+import shlex
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from exidyn.identify.errors import RecordingError
+from exidyn.identify.model import Model
+from exidyn.identify.proposal.odds import DECIDED
+from exidyn.identify.proposal.proposal import Proposal, propose
+from exidyn.identify.proposal.proposal_text import as_json, preset_toml, proposal_text, robot_toml
+from exidyn.identify.recordings.importers import IMPORTERS, import_source, kind_of, read_tables
+from exidyn.identify.recordings.importers.tables.preset import BESIDE
+from exidyn.identify.recordings.recording import EFFORT, Recording
+from exidyn.identify.robot_files.robot_file import read_model
+from exidyn.identify.robot_files.urdf_file import ENDINGS
+
+from ..arguments.common import command_parser
+from ..arguments.outputs import add_json, add_output, require_file, require_json
+from ..terminal.json_output import hand_over, json_text, plain, write_whole
+
+EXAMPLES = (
+    "exidyn init log.csv --urdf arm.urdf",
+    "exidyn init log.mat --urdf arm.urdf -o arm/robot.toml",
+)
+NOTES = f"""A guess is written down from a probability of {100 * DECIDED:.0f} % on. What the log does not
+decide is left open: it is a comment in the robot.toml, and printed with what settles it."""
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Read, propose, write, print."""
+    given = parser().parse_args(arguments)
+    require_json(given.json)
+    preset = given.preset or (given.log if given.log.is_dir() else given.log.parent) / BESIDE
+    model = read_model(given.urdf)
+    proposal, table = _proposal(given.log, model)
+    texts = {given.output: robot_toml(proposal, model, _urdf(given.urdf, given.output), given.log.name)}
+    unsure = [guess.what for guess in proposal.open if not guess.what.startswith("gain of")]
+    if table and not unsure:
+        texts[preset] = preset_toml(proposal, given.log.name)
+    _require_free(texts, given)
+    for path, text in texts.items():
+        write_whole(path, text)
+    then = _then(given, proposal, table, preset) if not unsure else ""
+    page = proposal_text(proposal) + (f"\n\nNext: {then}" if then else "")
+    written = [str(path) for path in texts]
+    hand_over(page, json_text(plain(as_json(proposal, written, then))), given.json)
+    print("written: " + ", ".join(written), file=sys.stderr)
+    if unsure:
+        print(f"no {BESIDE} written: {', '.join(unsure)} not decided", file=sys.stderr)
+    return 0
+
+
+def parser() -> argparse.ArgumentParser:
+    """What `exidyn init` takes."""
+    found = command_parser(
+        "init",
+        "Look at a log, and propose what its columns are, in which units, and the signs and rough sizes of "
+        "drive gains; write a robot.toml, and for a table the preset that import reads it by.",
+        EXAMPLES,
+        NOTES,
+    )
+    found.add_argument("log", type=Path, metavar="LOG", help="a file or folder that exidyn import reads")
+    found.add_argument(
+        "--urdf", type=Path, required=True, metavar="FILE", help="the arm: a URDF, or a robot.toml"
+    )
+    add_output(found, "FILE", Path("robot.toml"))
+    found.add_argument(
+        "--preset", type=Path, metavar="FILE", help=f"where the columns go; default: {BESIDE} beside the log"
+    )
+    found.add_argument("--force", action="store_true", help="write over files that exist")
+    add_json(found)
+    return found
+
+
+def _proposal(log: Path, model: Model) -> tuple[Proposal, bool]:
+    """The proposal, and whether the log is a table, whose columns have to be named."""
+    if IMPORTERS[kind_of(log)].table:
+        longest = max(read_tables(log), key=lambda table: len(table.values))
+        return propose(longest.names, longest.values, model.robot, longest.joints), True
+    runs = import_source(log, model)
+    if not runs:
+        raise RecordingError(f"{log}: there is no run in it")
+    return propose(*_columns(max(runs, key=lambda run: run.duration)), model.robot), False
+
+
+def _columns(run: Recording) -> tuple[list[str], np.ndarray]:
+    """A recording as named columns, on the clock of its positions."""
+    time = run.signals["position"].time
+    names, columns = ["time [s]"], [time]
+    for signal in ("position", "velocity", *EFFORT):
+        if signal in run.signals:
+            known = run.signals[signal]
+            unit = " [rad]" if signal == "position" else ""
+            names += [f"{joint} {signal}{unit}" for joint in run.robot.joints]
+            columns += [np.interp(time, known.time, values) for values in known.values.T]
+    return names, np.column_stack(columns)
+
+
+def _urdf(path: Path, output: Path) -> str:
+    """The URDF's path as seen from the robot.toml; "" for an arm that is described otherwise."""
+    return os.path.relpath(path, output.parent) if path.suffix.lower() in ENDINGS else ""
+
+
+def _require_free(texts: dict[Path, str], given: argparse.Namespace) -> None:
+    """Make sure that files can be written, and none is lost.
+
+    Raises:
+        OSError: One exists, and there is no --force; or it cannot be written.
+    """
+    for path in texts:
+        require_file(path, "--output" if path == given.output else "--preset", [given.log, given.urdf])
+        if path.exists() and not given.force:
+            raise FileExistsError(17, "this file exists; --force writes over it", str(path))
+
+
+def _then(given: argparse.Namespace, proposal: Proposal, table: bool, preset: Path) -> str:
+    """The command line that imports the log as proposed."""
+    words = ["exidyn", "import", str(given.log), "--robot", str(given.output)]
+    if table and given.preset:
+        words += ["--preset", str(preset)]
+    if not table and "current" in proposal.columns:
+        words += ["--effort", "current"]
+    return shlex.join(words)

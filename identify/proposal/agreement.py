@@ -1,0 +1,108 @@
+"""How well positions and efforts agree with a tree of rigid bodies, whatever the bodies weigh.
+
+The torque of each joint is fitted with all parameters of all bodies free, and friction, on four fifths of a
+log, and predicted on the other. So only geometry and units are asked, and no inertia has to be right.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from ..arm.motion import Motion
+from ..arm.rigid_regressor import rigid_regressor
+from ..arm.robot import Robot
+from ..preparation.filters import differentiate, low_pass, uniform
+
+CUTOFF = 5.0
+"""Low-pass of positions and efforts [Hz]: arms move below it."""
+RATE = 100.0
+"""Samples a second that are differentiated [Hz]."""
+MOST = 1500
+"""Samples that are fitted, at most."""
+SLIDES = 0.03
+"""Share of a joint's usual speed below which it may stick, so that friction has no sign there."""
+FOLDS = 5
+RIDGE = 1e-2
+"""Variance of the noise over that of a column: how far parameters that no sample tells apart are held back.
+With less, fits to 10 s of an arm predict no other 2 s of it, under any hypothesis."""
+FEWEST = 40
+"""Samples of a sliding joint that can be fitted and left out in turn."""
+
+
+class Sampled(NamedTuple):
+    """A log, low-passed and thinned out.
+
+    Attributes:
+        motion: Of the joints.
+        effort: Shape (t, n), in the log's unit.
+        sliding: Where each joint slides, bool of that shape.
+    """
+
+    motion: Motion
+    effort: np.ndarray
+    sliding: np.ndarray
+
+    def ordered(self, order: Sequence[int], factor: np.ndarray) -> "Sampled":
+        """The same with columns in another order (n,), and positions times a factor (n,) thereafter."""
+        old, columns = self.motion, list(order)
+        moved = (one[:, columns] * factor for one in (old.position, old.velocity, old.acceleration))
+        return Sampled(Motion.of(old.time, *moved), self.effort[:, columns], self.sliding[:, columns])
+
+
+def sampled(time: np.ndarray, position: np.ndarray, effort: np.ndarray) -> Sampled:
+    """Motion and effort at the same samples; time (t,) [s] increases, the others are (t, n)."""
+    rate = min(RATE, 1.0 / float(np.median(np.diff(time))))
+    even, both = uniform(time, np.hstack([position, effort]), rate)
+    smooth = low_pass(both, rate, min(CUTOFF, 0.2 * rate))
+    velocity, acceleration = differentiate(smooth[:, : position.shape[1]], rate)
+    end = min(len(even) // 4, int(rate / CUTOFF) + 3)
+    inside = slice(end, len(even) - end, max(1, -(-len(even) // MOST)))
+    n = position.shape[1]
+    motion = Motion.of(even[inside], smooth[inside, :n], velocity[inside], acceleration[inside])
+    usual = np.percentile(np.abs(motion.velocity), 90, axis=0)
+    return Sampled(motion, smooth[inside, n:], np.abs(motion.velocity) > SLIDES * usual)
+
+
+def friction_columns(motion: Motion, joint: int) -> np.ndarray:
+    """Rotor inertia, drag and dry friction of a joint, shape (t, 3)."""
+    velocity = motion.velocity[:, joint]
+    return np.stack([motion.acceleration[:, joint], velocity, np.sign(velocity)], axis=1)
+
+
+def agreement(robot: Robot, log: Sampled) -> np.ndarray:
+    """Share of each effort's variance that a fit does not predict, shape (n,); 1 if nothing is."""
+    rigid = rigid_regressor(robot.kinematics, log.motion)
+    return np.array([_left_out(rigid[:, j], log, j) for j in range(robot.dof)])
+
+
+def agreement_odds(log: Sampled, left: np.ndarray) -> float:
+    """Log-likelihood of a hypothesis under which `left` (n,) remains.
+
+    Neighbouring samples say the same: as many count as the effort has turns about its mean.
+    """
+    counts = [independent(log.effort[rows, j]) for j, rows in enumerate(log.sliding.T)]
+    return float(-0.5 * np.sum(np.array(counts) * np.log(np.maximum(left, 1e-3))))
+
+
+def independent(values: np.ndarray) -> int:
+    """How often values (t,) cross their mean, and at least 1: a low count of independent ones among them."""
+    return max(1, int(np.sum(np.diff(np.signbit(values - values.mean()))))) if len(values) else 1
+
+
+def _left_out(rigid: np.ndarray, log: Sampled, joint: int) -> float:
+    rows = np.flatnonzero(log.sliding[:, joint])
+    effort = log.effort[rows, joint]
+    if len(rows) < FEWEST or np.ptp(effort) == 0.0:
+        return 1.0
+    columns = np.hstack([rigid, friction_columns(log.motion, joint)])[rows]
+    size = np.sqrt((columns**2).mean(axis=0))
+    columns = np.hstack([columns[:, size > 0] / size[size > 0], np.ones((len(rows), 1))])
+    pieces = list(zip(np.array_split(columns, FOLDS), np.array_split(effort, FOLDS), strict=True))
+    normal, right = columns.T @ columns, columns.T @ effort
+    missed = 0.0
+    for own, measured in pieces:
+        rest = normal - own.T @ own + RIDGE * (len(rows) - len(own)) * np.eye(len(normal))
+        values = np.linalg.solve(rest, right - own.T @ measured)
+        missed += float(((measured - own @ values) ** 2).sum())
+    return min(1.0, missed / float(((effort - effort.mean()) ** 2).sum()))

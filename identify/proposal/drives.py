@@ -1,0 +1,148 @@
+"""Sign and rough size of drive gains: efforts against the torque that the described bodies need."""
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.optimize import nnls
+
+from ..arm.rigid_regressor import rigid_regressor
+from ..arm.robot import Robot
+from ..effects.rigid_body import inertial_parameters, inertial_priors
+from .agreement import FEWEST, Sampled, friction_columns, independent
+from .odds import DECIDED
+
+DRAWN = 0.3
+"""Relative error of the torque that a description's masses give: a tool, cables, a drawing."""
+TOOL_MASS, TOOL_LEVER = 0.05, 0.1
+"""What an arm carries unsaid, over its own mass; and how far out, over its own length."""
+HEAVY, BALANCED = 300.0, 1.0
+"""Mass of an arm [kg] from which on a spring or gas cylinder may hold it against gravity, which no URDF has;
+and its torque over that of the bodies, standard deviation."""
+TOLD = 0.35
+"""Standard deviation of a logarithm up to which a size is told: twice or half is two of them away."""
+GAINS = np.logspace(-3, 3, 121)
+"""Gains that are weighed where nothing is known of the unit [N m per unit]; the one in the middle is 1."""
+WIDE = 3.0
+"""Standard deviation of what friction may be, over the effort's own."""
+BACKWARD = 0.02
+"""Probability that a torque in N m counts against the position."""
+UNLIKE = float(np.log(0.05))
+"""What one joint may say against torques, at most: a spring or a tool that the description leaves out."""
+
+
+class Gain(NamedTuple):
+    """What a log tells of one drive.
+
+    Attributes:
+        value: Torque per unit of effort, with its sign; NaN where the log does not tell.
+        relative: Standard deviation of its logarithm [-].
+        positive: Probability that effort counts as torque does: with the joint.
+        torque: Log odds that the effort is the joint's torque [N m], over any other unit.
+    """
+
+    value: float = np.nan
+    relative: float = np.inf
+    positive: float = 0.5
+    torque: float = 0.0
+
+    @property
+    def told(self) -> bool:
+        """Whether both sign and size are known well enough to be written down."""
+        sure = max(self.positive, 1 - self.positive) >= DECIDED
+        return bool(np.isfinite(self.value) and self.relative <= TOLD and sure)
+
+
+def described(robot: Robot) -> bool:
+    """Whether the masses of a description are a drawing's, and not one number for all."""
+    masses = np.array([inertia.mass for inertia in list(robot.kinematics.inertias)[1:]])
+    return bool(masses.sum() > 0 and (len(masses) == 1 or np.ptp(masses) > 0))
+
+
+def gains(robot: Robot, log: Sampled) -> list[Gain]:
+    """Gain of each drive.
+
+    Effort = torque of the bodies / gain + rotor, drag and dry friction, which all have the sign of the gain,
+    + offset. Size: the bodies are as described but for `DRAWN`, a tool and a balancer. Sign: which of both
+    fits better when no term may have the other one.
+    """
+    bodies = list(robot.kinematics.inertias)[1:]
+    values = np.concatenate([inertial_parameters(body) for body in bodies])
+    spread = np.array([prior.std for body in bodies for prior in inertial_priors(body, DRAWN).values()])
+    spread[-10:] = np.hypot(spread[-10:], tool(robot))
+    rigid = rigid_regressor(robot.kinematics, log.motion)
+    heavy = sum(body.mass for body in bodies) > HEAVY
+    found = []
+    for j in range(robot.dof):
+        torque, errors = rigid[:, j] @ values * described(robot), rigid[:, j] * spread
+        if heavy:
+            angle = log.motion.position[:, j]
+            balancer = BALANCED * torque.std() * np.stack([np.sin(angle), np.cos(angle)], axis=1)
+            errors = np.hstack([errors, balancer])
+        found.append(_gain(torque, errors, log, j))
+    return found
+
+
+def tool(robot: Robot) -> np.ndarray:
+    """Standard deviations of what the flange may carry and no description has, in order of `INERTIAL`."""
+    bodies, places = list(robot.kinematics.inertias)[1:], list(robot.kinematics.jointPlacements)[2:]
+    mass = TOOL_MASS * sum(body.mass for body in bodies)
+    lever = TOOL_LEVER * sum(float(np.linalg.norm(place.translation)) for place in places)
+    return mass * np.array([lever**2] * 6 + [lever] * 3 + [1.0])
+
+
+def _gain(torque: np.ndarray, errors: np.ndarray, log: Sampled, joint: int) -> Gain:
+    """Gain of a joint from its described torque (t,), and a standard deviation each of its errors (t, k)."""
+    rows = np.flatnonzero(log.sliding[:, joint])
+    effort = log.effort[rows, joint]
+    if len(rows) < FEWEST or np.ptp(effort) == 0.0:
+        return Gain()
+    torque, errors, friction = torque[rows], errors[rows], friction_columns(log.motion, joint)[rows]
+    signed = np.column_stack([torque, friction])
+    forward, backward = (_left(signed, sign * effort) for sign in (1.0, -1.0))
+    odds = 0.5 * independent(effort) * np.log(backward / forward)
+    positive = float(1 / (1 + np.exp(-np.clip(odds, -99, 99))))
+    if not np.any(torque):
+        return Gain(positive=positive)
+    noise = max(min(forward, backward), 0.01) * effort.var() * len(rows) / independent(effort)
+    sign = 1.0 if positive > 0.5 else -1.0
+    likely = _log_likelihood(sign * effort, torque, errors, friction, noise)
+    weight = np.exp(likely - likely.max())
+    weight /= weight.sum()
+    middle = float(weight @ np.log(GAINS))
+    relative = float(np.sqrt(weight @ (np.log(GAINS) - middle) ** 2))
+    as_torque = likely[len(GAINS) // 2] - likely.max() - np.log(np.exp(likely - likely.max()).mean())
+    as_torque += np.log((1 - BACKWARD if sign > 0 else BACKWARD) / 0.5)
+    return Gain(float(sign * np.exp(middle)), relative, positive, max(float(as_torque), UNLIKE))
+
+
+def _log_likelihood(
+    effort: np.ndarray, torque: np.ndarray, errors: np.ndarray, friction: np.ndarray, noise: float
+) -> np.ndarray:
+    """Log-likelihood of each of `GAINS`, up to a constant.
+
+    Args:
+        effort: Shape (t,).
+        torque: Of the bodies as described, shape (t,).
+        errors: Torque of one standard deviation of each of their parameters, shape (t, k).
+        friction: Shape (t, 3).
+        noise: Variance of a sample, as if samples were independent.
+    """
+    free = np.column_stack([friction, np.ones(len(effort))])
+    free *= WIDE * effort.std() / np.maximum(np.sqrt((free**2).mean(axis=0)), 1e-12)
+    reduced = np.asarray(np.linalg.qr(np.column_stack([errors, free, torque, effort]), mode="r"))
+    k = errors.shape[1]
+    bodies, wide = reduced[:, :k] @ reduced[:, :k].T, reduced[:, k:-2] @ reduced[:, k:-2].T
+    found = []
+    for gain in GAINS:
+        covariance = noise * np.eye(len(reduced)) + wide + bodies / gain**2
+        miss = reduced[:, -1] - reduced[:, -2] / gain
+        _, size = np.linalg.slogdet(covariance)
+        found.append(-0.5 * (size + miss @ np.linalg.solve(covariance, miss)))
+    return np.array(found)
+
+
+def _left(columns: np.ndarray, effort: np.ndarray) -> float:
+    """Share of the variance left by coefficients that are not negative, beside a free offset."""
+    scaled = (columns - columns.mean(axis=0)) / np.maximum(columns.std(axis=0), 1e-12)
+    left = nnls(scaled, effort - effort.mean())[1]
+    return max(float(left**2 / ((effort - effort.mean()) ** 2).sum()), 1e-6)

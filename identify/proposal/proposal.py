@@ -1,0 +1,235 @@
+"""Propose what a log holds: columns, units, order of joints, sign and size of drive gains."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..arm.robot import Robot
+from ..errors import RecordingError, listed
+from ..recordings.recording import EFFORT
+from ..text_table import digits
+from .agreement import Sampled
+from .column_names import MEASURED, STAMPS, Family, families, unit_of, words_of
+from .drives import Gain, described, gains
+from .hypotheses import Log, Order, factor_of, joint_odds, orders_of
+from .odds import Guess, posterior
+from .quirks import quirks
+from .units import STATED, TIME, Units, moves
+
+LONG = 1000.0
+"""Gap, in median steps of time, between two runs."""
+TORQUE, NOT_TORQUE = "N m of the joint", "not N m: needs gain"
+
+
+@dataclass(frozen=True)
+class Proposal:
+    """What a log seems to hold.
+
+    Attributes:
+        columns: "time" and signals of a recording -> names of the columns, one a joint in the robot's order.
+        units: Of time, position and velocity; "" for a velocity that is left out.
+        gains: Of the drives, where there are currents; else empty.
+        guesses: What was guessed, and how sure that is.
+        notes: What else was seen, in sentences.
+    """
+
+    columns: Mapping[str, tuple[str, ...]]
+    units: Units
+    gains: tuple[Gain, ...]
+    guesses: tuple[Guess, ...]
+    notes: tuple[str, ...]
+
+    @property
+    def open(self) -> list[Guess]:
+        """What the log does not decide."""
+        return [guess for guess in self.guesses if not guess.decided]
+
+
+def propose(names: Sequence[str], values: np.ndarray, robot: Robot, joints: Sequence[str] = ()) -> Proposal:
+    """What the columns of a log are.
+
+    Args:
+        names: Of the columns, c of them.
+        values: Shape (t, c); NaN where a cell is empty.
+        robot: The arm as described.
+        joints: Names of the joints that numbers in the names stand for, where the log gives them.
+
+    Raises:
+        RecordingError: Time, positions or efforts are not to be found.
+    """
+    clock = _time(names, values)
+    found = [f for f in families(names, robot.joints, joints) if clock not in f.places]
+    chosen, guesses, left = _signals(found)
+    kept = _usable(values, clock, [f for f in found if f.signal != "other"])
+    time = values[kept, clock]
+    chosen, by_motion = _by_motion(chosen, left, values[kept], time, robot)
+    guesses += by_motion
+    _require("position" in chosen, "position", names, robot)
+    effort = next((signal for signal in EFFORT if signal in chosen), "")
+    _require(bool(effort), "current or torque", names, robot)
+    log = Log(time, {signal: values[kept][:, family.places] for signal, family in chosen.items()})
+    clock_unit = unit_of(f"time {names[clock]}")
+    units, order, more = _units_and_order(log, robot, chosen, clock_unit)
+    guesses += more
+    sample = log.sampled(units.time).ordered(order, factor_of(robot, units.position))
+    every, drives, more = _efforts(chosen, sample, robot, effort)
+    if not units.velocity:
+        every.pop("velocity", None)
+    columns = {s: tuple(f.names[k] for k in order) for s, f in every.items()}
+    position = log.values["position"][:, order] * factor_of(robot, units.position)
+    notes = quirks(time * TIME[units.time], position, robot, len(values))
+    if unused := [f.pattern for f in found if f.signal in ("", "velocity") and f not in every.values()]:
+        notes.append(f"columns that are not read: {', '.join(unused)}")
+    return Proposal({"time": (names[clock],), **columns}, units, drives, (*guesses, *more), tuple(notes))
+
+
+def _require(there: bool, what: str, names: Sequence[str], robot: Robot) -> None:
+    if not there:
+        raise RecordingError(
+            f"no {what} of {robot.dof} joints ({', '.join(robot.joints)}) found among the columns: "
+            f"{listed(names, what)}. Name them: exidyn import --columns SIGNAL=NAME,NAME,..."
+        )
+
+
+def _time(names: Sequence[str], values: np.ndarray) -> int:
+    """Place of the column of time: one that is called so, else the only one that increases throughout."""
+    rising = [k for k in range(len(names)) if np.mean(np.diff(values[:, k]) > 0) > 0.99]
+    called = [k for k in rising if STAMPS.intersection(words_of(names[k]))]
+    found = called or rising
+    if not found or (len(found) > 1 and not called):
+        raise RecordingError(
+            f"no column of time: {len(rising)} columns increase, none of which is called time. "
+            "Name it: exidyn import --columns time=NAME"
+        )
+    return found[0]
+
+
+def _usable(values: np.ndarray, clock: int, read: Sequence[Family]) -> np.ndarray:
+    """Rows in which time goes on and positions and efforts are numbers."""
+    there = np.isfinite(values).mean(axis=0) > 0.5
+    known = [p for f in read for p in f.places if there[p] and f.signal in ("", "position", *EFFORT)]
+    rows = np.flatnonzero(np.isfinite(values[:, [clock, *known]]).all(axis=1))
+    later = np.maximum.accumulate(values[rows, clock])
+    kept = rows[np.concatenate([[True], np.diff(later) > 0])] if len(rows) else rows
+    steps = np.diff(values[kept, clock])
+    # Of runs one after another the longest, as motion is interpolated in even steps.
+    kept = (
+        max(np.split(kept, np.flatnonzero(steps > LONG * np.median(steps)) + 1), key=len)
+        if len(steps)
+        else kept
+    )
+    if len(kept) < 100:
+        raise RecordingError(f"{len(kept)} samples with time, positions and efforts; 100 are needed")
+    return kept
+
+
+def _signals(found: Sequence[Family]) -> tuple[dict[str, Family], list[Guess], list[Family]]:
+    """Families by signal as their names say, and those whose names say nothing."""
+    chosen, guesses = {}, []
+    for signal in {family.signal: None for family in found if family.signal not in ("", "other")}:
+        ours = [family for family in found if family.signal == signal]
+        best = [family for family in ours if MEASURED.intersection(words_of(family.pattern))] or ours
+        if len(best) == 1 or signal in ("position", *EFFORT):
+            chosen[signal] = best[0]
+            option = f"[{signal}] column in a preset"
+            guesses.append(Guess(signal, best[0].pattern, STATED / len(best), "its name", option))
+    return chosen, guesses, [family for family in found if family.signal == ""]
+
+
+def _by_motion(
+    chosen: dict[str, Family], left: Sequence[Family], values: np.ndarray, time: np.ndarray, robot: Robot
+) -> tuple[dict[str, Family], list[Guess]]:
+    """Positions and efforts that no name tells: the pair which a tree of rigid bodies explains best."""
+    effort = next((signal for signal in EFFORT if signal in chosen), "")
+    if "position" in chosen and effort:
+        return chosen, []
+    positions = [chosen["position"]] if "position" in chosen else list(left)
+    efforts = [chosen[effort]] if effort else list(left)
+    plain = {tuple(range(robot.dof)): 1.0}
+    odds: dict[tuple[Family, Family], float] = {}
+    for a in positions:
+        for b in efforts:
+            if a is not b and not _is_rate(values, time, a, b) and not _is_rate(values, time, b, a):
+                log = Log(time, {"position": values[:, a.places], "current": values[:, b.places]})
+                odds[a, b] = max(joint_odds(log, robot, Units("", a.unit, ""), plain).values())
+    if not odds:
+        return chosen, []
+    likely = posterior(odds)
+    (a, b), probability = next(iter(likely.items()))
+    option = "[position] and [current] column in a preset"
+    why = "bodies explain it"
+    guesses = [Guess("position", a.pattern, probability, why, option)] if "position" not in chosen else []
+    guesses += [Guess("current", b.pattern, probability, why, option)] if not effort else []
+    new = {"position": a} | ({} if effort else {"current": b})
+    rate = next((f for f in left if f not in (a, b) and _is_rate(values, time, a, f)), None)
+    if rate and "velocity" not in chosen:
+        new["velocity"] = rate
+        guesses.append(
+            Guess("velocity", rate.pattern, STATED, "derivative of position", "[velocity] column in a preset")
+        )
+    return {**chosen, **new}, guesses
+
+
+def _is_rate(values: np.ndarray, time: np.ndarray, position: Family, other: Family) -> bool:
+    return bool(np.isfinite(moves(time, values[:, position.places], values[:, other.places]).ratio))
+
+
+def _units_and_order(
+    log: Log, robot: Robot, chosen: Mapping[str, Family], clock: str
+) -> tuple[Units, Order, list[Guess]]:
+    """The likeliest units and order, each with its own probability, whatever the others are."""
+    stated = Units(clock, chosen["position"].unit, chosen["velocity"].unit if "velocity" in chosen else "")
+    orders = orders_of(robot, chosen["position"].by_name)
+    likely = posterior(joint_odds(log, robot, stated, orders))
+    best, order = next(iter(likely))
+    seen = moves(log.time, log.values["position"], log.values.get("velocity"))
+    rate = 1.0 / (seen.period * TIME[best.time])
+    fast = float(np.max(seen.speed * factor_of(robot, best.position) / TIME[best.time]))
+    speed = f"{digits(fast)} {'rad' if robot.revolute.any() else 'm'}/s at most"
+    why = {"time": f"{digits(rate)} Hz, {speed}", "position": "limits, speeds, bodies"}
+    if np.isfinite(seen.ratio):
+        why["velocity"] = "derivative of position"
+    guesses = []
+    for part, reason in why.items():
+        unit = getattr(best, part)
+        probability = sum(p for (units, _), p in likely.items() if getattr(units, part) == unit)
+        per = "/s" if part == "velocity" and unit != "rpm" else ""
+        guesses.append(
+            Guess(f"unit of {part}", unit + per, probability, reason, f"[{part}] unit in a preset")
+        )
+    if len(orders) > 1:
+        probability = sum(p for (_, one), p in likely.items() if one == order)
+        value = "as numbered" if order == tuple(range(robot.dof)) else ", ".join(str(k + 1) for k in order)
+        why["order"] = f"bodies; {len(orders)} orders"
+        guesses.append(
+            Guess("order of joints", value, probability, why["order"], "[position] column in a preset")
+        )
+    return (best if "velocity" in why else best._replace(velocity="")), order, guesses
+
+
+def _efforts(
+    chosen: Mapping[str, Family], sample: Sampled, robot: Robot, effort: str
+) -> tuple[dict[str, Family], tuple[Gain, ...], list[Guess]]:
+    """Signals with efforts as what they are; gains, where they are no torques of the joints."""
+    family, found = chosen[effort], gains(robot, sample)
+    prior = np.log(STATED / (1 - STATED)) * (1 if effort == "torque" else -1)
+    if family.signal == "":
+        prior = 0.0
+    likely = posterior({TORQUE: prior + sum(gain.torque for gain in found), NOT_TORQUE: 0.0})
+    value, probability = next(iter(likely.items()))
+    why = "described bodies" if described(robot) else "its name; no real masses"
+    guesses = [Guess(f"unit of {family.pattern}", value, probability, why, "[drive] gain in robot.toml")]
+    others = {signal: f for signal, f in chosen.items() if signal not in EFFORT}
+    if value == TORQUE:
+        return {**others, "torque": family}, (), guesses
+    why, option = "bodies, friction", "[drive] gain, or a run with a known payload"
+    for joint, gain in zip(robot.joints, found, strict=True):
+        if gain.told:
+            size = f"{digits(gain.value)} N m ± {100 * gain.relative:.0f} %"
+            guesses.append(
+                Guess(f"gain of {joint}", size, max(gain.positive, 1 - gain.positive), why, option)
+            )
+    if silent := [joint for joint, gain in zip(robot.joints, found, strict=True) if not gain.told]:
+        guesses.append(Guess(f"gain of {', '.join(silent)}", "", 0.0, why, option))
+    return {**others, "current": family}, tuple(found), guesses

@@ -1,0 +1,97 @@
+"""A proposal as a table for people, as a robot.toml, and as the preset of a log."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from ..model import Model
+from ..robot_files.robot_text import model_text
+from ..robot_files.toml_text import block, lines
+from ..text_table import digits, paragraph, table
+from .odds import DECIDED, Guess
+from .proposal import Proposal
+
+
+def proposal_text(proposal: Proposal) -> str:
+    """What was guessed, how sure that is, what else was seen, and what is not decided."""
+    rows = [[g.what, g.value, chance(g.probability), g.why] for g in proposal.guesses if g.decided]
+    parts = [table(["what", "guess", "sure", "from"], rows, left=(0, 1, 3))]
+    parts += [paragraph(note, "  ", "* ") for note in proposal.notes]
+    for guess in proposal.open:
+        parts.append(paragraph(f"NOT DECIDED: {open_words(guess)}", "  "))
+    return "\n".join(line for part in parts for line in part)
+
+
+def chance(probability: float) -> str:
+    """A probability in per cent; what is rounded to all of them is above 99.9."""
+    return "> 99.9 %" if probability > 0.999 else f"{100 * probability:.1f} %"
+
+
+def open_words(guess: Guess) -> str:
+    """What is not decided, and what settles it."""
+    likely = f", likeliest {guess.value} ({chance(guess.probability)})" if guess.probability > 0 else ""
+    return f"{guess.what}{likely}. To settle it: {guess.option}"
+
+
+def robot_toml(proposal: Proposal, model: Model, urdf: str, log: str) -> str:
+    """A robot.toml with what the log tells of the drives.
+
+    Args:
+        proposal: For this arm.
+        model: The arm as described.
+        urdf: Path of its URDF from the new file; "" if it is described otherwise, and is written out.
+        log: What the log is called.
+    """
+    gains = "".join(f", {digits(gain.value) if gain.told else '?'}" for gain in proposal.gains)[2:]
+    tolerance = max((gain.relative for gain in proposal.gains), default=0.0)
+    head = [f"# Proposed by exidyn init from {log}; what it did not decide is said in comments."]
+    head += [f"# {open_words(guess)}" for guess in proposal.open]
+    known = bool(gains) and "?" not in gains and np.all(model.robot.drive_gain == 1.0)
+    if gains and not known:
+        head.append(f"# Gains of the log [N m per unit]: [{gains}]")
+    drive = f"[drive]\ngain = [{gains}]\ngain_tolerance = {tolerance:.2f}\n"
+    if urdf:
+        body = lines({"format": 1, "name": model.robot.name, "urdf": urdf}) + "\n"
+        return "\n".join(head) + "\n\n" + body + (f"\n{drive}" if known else "")
+    if known:
+        values = np.array([gain.value for gain in proposal.gains])
+        robot = replace(model.robot, drive_gain=values, drive_gain_tolerance=tolerance)
+        model = replace(model, robot=robot)
+    return "\n".join(head) + "\n\n" + model_text(model)
+
+
+def preset_toml(proposal: Proposal, log: str) -> str:
+    """Which columns of a log are what, as the preset that `exidyn import` finds beside it."""
+    unit = {
+        "time": proposal.units.time,
+        "position": proposal.units.position,
+        "command": proposal.units.position,
+        "link_position": proposal.units.position,
+        "velocity": _per_second(proposal.units.velocity),
+        "command_velocity": _per_second(proposal.units.velocity),
+    }
+    blocks = [f"# Proposed by exidyn init from {log}."]
+    for signal, names in proposal.columns.items():
+        keys = {"column": names[0] if signal == "time" else list(names)}
+        blocks.append(block(f"[{signal}]", keys | ({"unit": unit[signal]} if unit.get(signal) else {})))
+    return "\n\n".join(blocks) + "\n"
+
+
+def _per_second(unit: str) -> str:
+    return unit if unit in ("", "rpm") else f"{unit}/s"
+
+
+def as_json(proposal: Proposal, written: Sequence[str], then: str) -> dict[str, object]:
+    """The same for scripts."""
+    return {
+        "exidyn_init": 1,
+        "columns": {signal: list(names) for signal, names in proposal.columns.items()},
+        "units": proposal.units._asdict(),
+        "gains": [gain._asdict() | {"told": gain.told} for gain in proposal.gains],
+        "guesses": [vars(guess) | {"decided": guess.decided} for guess in proposal.guesses],
+        "decided_from": DECIDED,
+        "notes": list(proposal.notes),
+        "written": list(written),
+        "then": then,
+    }

@@ -1,0 +1,147 @@
+"""Units of time, position and velocity: what speeds, limits and the velocity columns say of each."""
+
+from itertools import product
+from typing import NamedTuple
+
+import numpy as np
+
+from ..arm.robot import Limits
+from .odds import log_normal
+
+TIME = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
+TURNING = {"rad": 1.0, "deg": np.pi / 180}
+SLIDING = {"m": 1.0, "mm": 1e-3}
+RATE = (250.0, 6.0)
+"""Samples a second of logs [Hz], middle and factor: two thirds lie in 40 Hz to 1.5 kHz."""
+SPEED = (0.3, 4.0)
+"""Highest speed of a log over the joint's limit, middle and factor."""
+RANGE = (0.3, 4.0)
+"""Largest range of a log over that of the joint's limits, middle and factor."""
+USUAL_SPEED = (3.0, 1.0)
+"""Limit of speed where the robot states none, for joints that turn [rad/s] and that slide [m/s]."""
+USUAL_RANGE = (2 * np.pi, 1.0)
+"""The same of the range [rad], [m]."""
+ENDLESS = 20.0
+"""Turns of a joint without limits that count as one; more are rather degrees."""
+OVER = 0.1
+"""How far a limit may be exceeded, as a share: encoders see a little more than controllers enforce."""
+BEYOND = np.log(0.01)
+"""A log in the right unit exceeds a speed or range by more than that once in a hundred robots."""
+AGREES = 0.05
+"""Relative error of the ratio between a velocity column and the derivative of position."""
+NOT_DERIVED = 0.01
+"""Probability that what is called a velocity is none of that position."""
+SAME_BITS = 2e-3
+"""Difference between the binary logarithm of an encoder's steps a turn and a whole number."""
+BINARY = -np.log(2 * SAME_BITS)
+"""Log odds of a unit in which a turn is a power of two of steps: others are by chance in so few cases."""
+STATED = 0.99
+"""Probability that a unit in a column's name is right."""
+
+
+class Units(NamedTuple):
+    """A hypothesis: keys of `TIME`, of `TURNING` or `SLIDING`, and of the same a second for velocities."""
+
+    time: str
+    position: str
+    velocity: str
+
+
+class Moves(NamedTuple):
+    """What a log shows of its joints, in its own units.
+
+    Attributes:
+        period: Median step of the time column.
+        speed: High speed of each joint, shape (n,).
+        reach: From the lowest to the highest position, shape (n,).
+        ratio: Derivative of position over velocity column; NaN without one, or where they do not agree.
+        step: Of the encoders; NaN where none is seen, shape (n,).
+    """
+
+    period: float
+    speed: np.ndarray
+    reach: np.ndarray
+    ratio: float
+    step: np.ndarray
+
+
+def moves(time: np.ndarray, position: np.ndarray, velocity: np.ndarray | None) -> Moves:
+    """Speeds and ranges of a log; time (t,) increases, position and velocity are (t, n)."""
+    every = max(1, len(time) // 2000)  # steps far over the resolution of encoders
+    steps = np.diff(time[::every])[:, None]
+    speeds = np.diff(position[::every], axis=0) / steps
+    ratio = np.nan
+    if velocity is not None:
+        means = np.diff(_integral(time, velocity)[::every], axis=0) / steps
+        along, across = float((speeds * means).sum()), float((means**2).sum())
+        if along > 0.9 * np.sqrt(across * (speeds**2).sum()) > 0.0:
+            ratio = along / across
+    fast = np.percentile(np.abs(speeds), 99.5, axis=0)
+    period, step = float(np.median(np.diff(time))), np.array([_step(column) for column in position.T])
+    return Moves(period, fast, np.ptp(position, axis=0), ratio, step)
+
+
+def _step(position: np.ndarray) -> float:
+    """Step of an encoder, of which all changes of position (t,) are multiples; NaN if they are of none."""
+    changes = np.abs(np.diff(position))
+    least = changes[changes > 0].min(initial=np.inf)
+    small = changes[(changes > 0) & (changes < 20 * least)] / least
+    if len(small) < 20 or np.mean(np.abs(small - np.round(small)) < 0.02) < 0.95:
+        return np.nan
+    return float(least * (small @ np.round(small)) / (np.round(small) @ np.round(small)))
+
+
+def _integral(time: np.ndarray, velocity: np.ndarray) -> np.ndarray:
+    areas = 0.5 * (velocity[1:] + velocity[:-1]) * np.diff(time)[:, None]
+    return np.concatenate([np.zeros((1, velocity.shape[1])), np.cumsum(areas, axis=0)])
+
+
+def unit_odds(seen: Moves, limits: Limits, revolute: np.ndarray, stated: Units) -> dict[Units, float]:
+    """Log of prior times likelihood of each combination of units.
+
+    Args:
+        seen: In the log's own units.
+        limits: Of the robot.
+        revolute: Which joints turn, shape (n,).
+        stated: Units that the names state, "" where they state none.
+    """
+    angles = TURNING if revolute.any() else SLIDING
+    per_second = {**angles, "rpm": np.pi / 30} if revolute.any() else angles
+    found = {}
+    for time, position, velocity in product(TIME, angles, per_second):
+        odds = _stated(time, stated.time, TIME) + _stated(position, stated.position, angles)
+        odds += _stated(velocity, stated.velocity or position, per_second)
+        factor = np.where(revolute == revolute.any(), angles[position], 1.0)
+        odds += log_normal(1.0 / (seen.period * TIME[time]), RATE[0], np.log(RATE[1]))
+        odds += _motion(seen, factor, TIME[time], limits, revolute)
+        bits = np.log2(2 * np.pi / angles[position] / seen.step[revolute])
+        odds += BINARY * bool(np.any(np.abs(bits - np.round(bits)) < SAME_BITS))
+        if np.isfinite(seen.ratio):
+            expected = per_second[velocity] * TIME[time] / angles[position]
+            agreeing = np.exp(log_normal(seen.ratio, expected, AGREES))
+            odds += float(np.log((1 - NOT_DERIVED) * agreeing + NOT_DERIVED / 30))  # over 13 decades
+        found[Units(time, position, velocity)] = odds
+    return found
+
+
+def _stated(unit: str, stated: str, units: dict[str, float]) -> float:
+    """Log of the prior: what a name states is right in most logs, else all units are as likely."""
+    if stated not in units:
+        return 0.0
+    return float(np.log(STATED if unit == stated else (1 - STATED) / (len(units) - 1)))
+
+
+def _motion(seen: Moves, factor: np.ndarray, second: float, limits: Limits, revolute: np.ndarray) -> float:
+    """Log-likelihood of the fastest and of the furthest joint, given the limits."""
+    usual_speed, usual_range = (np.where(revolute, *usual) for usual in (USUAL_SPEED, USUAL_RANGE))
+    fastest = np.where(np.isfinite(limits.velocity), limits.velocity, usual_speed)
+    span = limits.position_upper - limits.position_lower
+    endless = ~np.isfinite(span)
+    span = np.where(endless, usual_range, span)
+    speed = float(np.max(seen.speed * factor / second / fastest))
+    shares = seen.reach * factor / span
+    reach = float(np.max(np.where(endless & (shares < ENDLESS), np.minimum(shares, 1.0), shares)))
+    odds = 0.0
+    for share, (middle, spread) in ((speed, SPEED), (reach, RANGE)):
+        odds += log_normal(max(share, 1e-9), middle, np.log(spread)) + BEYOND * (share > 1 + OVER)
+    return odds

@@ -1,0 +1,62 @@
+"""The checker of numbers that a fit gives twice finds none in one fit, and each that is changed."""
+
+import contextlib
+import io
+import json
+import re
+
+import pytest
+from parts.own_logs.contradictions import contradictions, in_fit, in_page, in_robot, in_text
+
+from exidyn.acquire.command_line import main
+from exidyn.identify.recordings.mcap.mcap_file import write_recording
+from exidyn.identify.robot_files.robot_file import read_model
+
+from ...parts.small import two_joint_files
+
+CHANGED = ("text", "page", "fit.json", "robot.toml")
+
+
+@pytest.fixture(scope="module")
+def outputs(tmp_path_factory):
+    """Text, page and JSON of a fit, and its robot."""
+    folder = tmp_path_factory.mktemp("fit")
+    write_recording(two_joint_files.run("run"), folder / "run.mcap")
+    text = io.StringIO()
+    with contextlib.redirect_stdout(text):
+        assert main(["identify", str(folder / "run.mcap"), "-o", str(folder)]) == 0
+        assert (
+            main(["export", str(folder / "fit.json"), "--to", "toml", "-o", str(folder / "found.toml")]) == 0
+        )
+    page = (folder / "report.html").read_text()
+    return text.getvalue(), page, json.loads((folder / "fit.json").read_text()), folder / "found.toml"
+
+
+def said(text, page, fit, robot):
+    return [*in_text(text), *in_page(page), *in_fit(fit), *in_robot(read_model(robot), fit)]
+
+
+def test_one_fit_says_one_thing(outputs):
+    found, compared = contradictions(said(*outputs))
+    assert found == []
+    assert compared > 20
+
+
+@pytest.mark.parametrize("where", CHANGED)
+def test_a_number_that_is_changed_in_one_output_is_found(outputs, where, tmp_path):
+    text, page, fit, robot = outputs
+    if where == "text":
+        text = re.sub(r"(\n  Fc1 +\S+ +)\S+", r"\g<1>77.77", text, count=1)
+    elif where == "page":
+        page = re.sub(r"(<td>Fc1</td><td><data value=\"[^\"]*\">)[^<]*", r"\g<1>77.77", page, count=1)
+    elif where == "fit.json":
+        base = [{**one, "value": 77.77} if one["name"] == "Fc1" else one for one in fit["base_parameters"]]
+        fit = {**fit, "base_parameters": base}
+    else:
+        changed = re.sub(
+            r'(name = "coulomb_friction"\n(?:.*\n)*?values = \[)[^,]*', r"\g<1>77.77", robot.read_text()
+        )
+        robot = tmp_path / "changed.toml"
+        robot.write_text(changed)
+    found, _ = contradictions(said(text, page, fit, robot))
+    assert [one for one in found if one.startswith("value of Fc1") and "77.77" in one]

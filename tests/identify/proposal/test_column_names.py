@@ -1,0 +1,58 @@
+"""What names of columns say."""
+
+import pytest
+
+from exidyn.identify.proposal.column_names import families, signal_of, unit_of
+
+
+@pytest.mark.parametrize(
+    ("name", "signal"),
+    [
+        ("actual_q_", "position"),
+        ("current_position", "position"),
+        ("target_qd_", "command_velocity"),
+        ("target_moment_", "other"),
+        ("state.tau_J[]", "torque"),
+        ("state.q_d[]", "command"),
+        ("tau_ext_hat_filtered", "other"),
+        ("JointVel", "velocity"),
+        ("motor_current", "current"),
+        ("actual_TCP_pose_", "other"),
+        ("observation.state", "position"),
+        ("action", "command"),
+        ("temp", "temperature"),
+        ("channel", ""),
+    ],
+)
+def test_words_of_a_name_tell_the_signal(name, signal):
+    assert signal_of(name) == signal
+
+
+@pytest.mark.parametrize(
+    ("name", "unit"), [("pos [deg]", "deg"), ("time_ms", "ms"), ("q_rad", "rad"), ("s", ""), ("t", "")]
+)
+def test_a_unit_stands_behind_the_quantity(name, unit):
+    assert unit_of(name) == unit
+
+
+def test_columns_are_grouped_by_the_names_of_joints_whatever_their_order():
+    joints = ("shoulder", "elbow", "wrist_1")
+    names = ["t", "elbow/pos", "wrist_1/pos", "shoulder/pos", "i1", "i2", "i3", "i4"]
+    (found,) = families(names, joints)
+    assert (found.pattern, found.places, found.by_name) == ("{joint}/pos", (3, 1, 2), True)
+
+
+def test_numbers_count_from_zero_or_one_and_make_as_many_columns_as_joints():
+    names = ["q_0", "q_1", "i1", "i2", "ch2", "ch3", "pose1", "pose2", "pose3"]
+    assert [family.names for family in families(names, ("a", "b"))] == [("q_0", "q_1"), ("i1", "i2")]
+
+
+def test_columns_of_one_name_are_time_and_some_signals_in_turn():
+    names = [str(k) for k in range(1, 6)]
+    assert [family.names for family in families(names, ("a", "b"))] == [("2", "3"), ("4", "5")]
+    assert families([f"i{name}" for name in names], ("a", "b")) == []
+
+
+def test_numbers_stand_for_the_joints_that_the_log_names():
+    (found,) = families(["state1", "state2", "state3"], ("arm", "base"), ("base", "gripper", "arm"))
+    assert found.names == ("state3", "state1")

@@ -1,0 +1,134 @@
+"""Units, order, signs and sizes that a log shows, on one whose truth is known."""
+
+import numpy as np
+import pytest
+
+from exidyn.identify.errors import RecordingError
+from exidyn.identify.proposal.odds import Guess, posterior
+from exidyn.identify.proposal.proposal import propose
+from exidyn.identify.robot_files.robot_file import read_model
+
+from ...parts.runs.logs import cobot_log, columns
+from ...parts.runs.runs import DATA, needs_data
+
+LOG = cobot_log()
+ROBOT = LOG.model.robot
+
+
+def proposed(named, robot=ROBOT):
+    return propose(list(named), np.column_stack(list(named.values())), robot)
+
+
+def probability(found, what):
+    return next(guess.probability for guess in found.guesses if guess.what == what)
+
+
+@pytest.mark.parametrize(("second", "time"), [(1.0, "s"), (1e3, "ms"), (1e6, "us"), (1e9, "ns")])
+@pytest.mark.parametrize("angle", ["rad", "deg"])
+def test_units_of_time_and_position_are_found_without_velocities(second, time, angle):
+    position = np.degrees(LOG.position) if angle == "deg" else LOG.position
+    named = {"t": second * LOG.time, **columns("q{k}", position), **columns("i{k}", LOG.current)}
+    found = proposed(named)
+    assert found.units == (time, angle, "")
+    assert min(probability(found, f"unit of {part}") for part in ("time", "position")) > 0.99
+
+
+def test_velocities_may_have_another_unit_than_positions():
+    named = {"t": LOG.time, **columns("q{k}", np.degrees(LOG.position)), **columns("dq{k}", LOG.velocity)}
+    found = proposed(named | columns("i{k}", LOG.current))
+    assert found.units == ("s", "deg", "rad")
+
+
+def test_angles_a_little_far_in_radians_and_hardly_any_in_degrees_are_left_open():
+    noise = np.random.default_rng(0).normal(size=LOG.position.shape)
+    found = proposed({"t": LOG.time, **columns("q{k}", 1.5 * LOG.position), **columns("i{k}", noise)})
+    assert "unit of position" in [guess.what for guess in found.open]
+
+
+@pytest.mark.parametrize("order", [(0, 1, 2, 3, 4, 5), (1, 0, 2, 3, 4, 5), (2, 1, 0, 3, 4, 5)])
+def test_order_of_joints_is_that_which_rigid_bodies_explain(order):
+    named = {"t": LOG.time, **columns("q{k}", LOG.position[:, order])}
+    found = proposed(named | columns("i{k}", LOG.current[:, order]))
+    assert found.columns["position"] == tuple(f"q{order.index(joint) + 1}" for joint in range(6))
+    assert found.columns["current"] == tuple(f"i{order.index(joint) + 1}" for joint in range(6))
+
+
+def test_columns_without_meaning_are_known_by_their_motion():
+    named = {"x": LOG.time, **columns("a{k}", LOG.velocity), **columns("b{k}", LOG.current)}
+    found = proposed(named | columns("c{k}", np.degrees(LOG.position)))
+    first = {signal: names[0] for signal, names in found.columns.items()}
+    assert first == {"time": "x", "position": "c1", "velocity": "a1", "current": "b1"}
+
+
+def test_torques_of_the_joints_are_told_from_efforts_in_another_unit():
+    position = {"t": LOG.time, **columns("q{k}", LOG.position)}
+    torque = proposed(position | columns("effort{k}", LOG.torque))
+    other = proposed(position | columns("effort{k}", LOG.torque / 250.0))
+    assert "torque" in torque.columns
+    assert not torque.gains
+    assert "current" in other.columns
+    assert "torque" not in other.columns
+
+
+def test_signs_and_sizes_of_gains_are_right_where_they_are_told():
+    sign = np.array([1, -1, 1, -1, 1, -1])
+    named = {"t": LOG.time, **columns("q{k}", LOG.position), **columns("i{k}", sign * LOG.current)}
+    found = proposed(named)
+    told = [k for k, gain in enumerate(found.gains) if gain.told]
+    assert {1, 2} <= set(told)  # the joints that lift the arm
+    for k in told:
+        assert 0.5 < found.gains[k].value / (sign * ROBOT.drive_gain)[k] < 2.0
+    assert all((gain.positive > 0.5) == (s > 0) for gain, s in zip(found.gains, sign, strict=True))
+
+
+def test_gains_are_not_told_by_a_description_whose_masses_are_one_number():
+    robot = read_model("cobot").robot
+    for body in list(robot.kinematics.inertias)[1:]:
+        body.mass = 1.0
+    for place in range(1, robot.dof + 1):
+        robot.kinematics.inertias[place].mass = 1.0
+    named = {"t": LOG.time, **columns("q{k}", LOG.position), **columns("i{k}", LOG.current)}
+    assert not any(gain.told for gain in proposed(named, robot).gains)
+
+
+def test_gaps_repeats_and_limits_are_said():
+    rows = np.delete(np.arange(2000), slice(700, 720))
+    rows = np.sort(np.concatenate([rows, [300]]))
+    position = LOG.position[rows] + np.array([0, 0, 3.0, 0, 0, 0])
+    named = {"t": LOG.time[rows], **columns("q{k}", position), **columns("i{k}", LOG.current[rows])}
+    notes = " ".join(proposed(named).notes)
+    assert "1 gaps, the longest 210.0 ms" in notes
+    assert "1 of 1981 rows lack a number, or repeat" in notes
+    assert "joint3 goes" in notes
+
+
+@pytest.mark.parametrize(
+    ("named", "missing"),
+    [
+        ({**columns("q{k}", LOG.position), **columns("i{k}", LOG.current)}, "no column of time"),
+        ({"t": LOG.time, **columns("q{k}", LOG.position)}, "no current or torque"),
+        ({"t": LOG.time, **columns("i{k}", LOG.current)}, "no position"),
+    ],
+)
+def test_what_is_not_there_is_an_error_that_names_it(named, missing):
+    with pytest.raises(RecordingError, match=missing):
+        proposed(named)
+
+
+def test_probabilities_sum_to_one_and_decide():
+    found = posterior({"a": 0.0, "b": np.log(3.0)})
+    assert list(found) == ["b", "a"]
+    assert found["b"] == pytest.approx(0.75)
+    assert Guess("what", "b", 0.96, "").decided
+    assert not Guess("what", "b", 0.94, "").decided
+
+
+@needs_data
+def test_motor_torques_of_a_real_arm_are_no_torques_of_its_joints():
+    from exidyn.identify.recordings.importers import read_tables
+
+    folder = DATA / "kuka_kr300_weigand"
+    table = read_tables(folder / "2020-10-21_A.csv.gz")[0]
+    found = propose(table.names, table.values, read_model(folder / "kr300.urdf").robot)
+    assert found.columns["current"][0] == "tau1"
+    assert found.units == ("s", "rad", "rad")
