@@ -25,6 +25,7 @@ from ..arguments.outputs import add_json, add_output, require_file, require_json
 from ..files.arm_file import ARM_HELP, read_arm
 from ..run.simulated import simulated
 from ..terminal.json_output import hand_over, json_text, plain
+from ..terminal.stopwatch import with_bar
 
 FASTEST, SLOWEST = 1e-4, 0.1
 """Cycles [s] of controllers: current loops close every 0.1 ms, and no arm is led ten times a second."""
@@ -49,7 +50,7 @@ def main(arguments: Sequence[str]) -> int:
     began = time.perf_counter()
     recording = simulated(
         arm, plan, nominal, carried, _transmission(given, arm), speed=given.speed, tick=given.tick,
-        seed=given.seed, exact=given.exact, name=given.name or given.output.stem,
+        seed=given.seed, exact=given.exact, name=given.name or given.output.stem, watched=with_bar,
     )  # fmt: skip
     taken = time.perf_counter() - began
     write_recording(recording, given.output)

@@ -35,7 +35,8 @@ def bent(
         load: That the link takes, shape (t,) [N m].
         step: Between samples [s].
     """
-    mass, loss = inertia / step**2, damping / (2 * step)
+    # A first fit may leave a light link less than no inertia, where a payload's moments are unknown.
+    mass, loss = np.maximum(inertia, 0.0) / step**2, damping / (2 * step)
     bands = np.zeros((3, len(load)))
     # Row k is the equation at sample k - 1; by the first two rows the gear starts at rest.
     bands[0, 2:] = (mass + loss + stiffness / 4)[1:-1]
