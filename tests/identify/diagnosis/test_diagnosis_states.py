@@ -51,6 +51,12 @@ def test_a_link_of_less_than_no_inertia_bends_as_one_of_none():
     )
 
 
+def test_a_gear_that_cannot_carry_its_load_still_has_a_twist():
+    for stiffness in (constant(-10.0), -10.0 + 0.1 * np.sin(TIME)):
+        twist = bent(constant(3e-4), constant(1e-3), stiffness, np.sin(TIME) - 6.0, STEP)
+        assert np.all(np.isfinite(twist.value))
+
+
 def test_a_link_floats_through_its_play_as_its_load_pulls_it():
     load = np.where(TIME < 1.0, 3.0, -3.0)
     none, play = constant(0.0), 0.005
