@@ -16,6 +16,7 @@ from exidyn.identify.recordings.recording import KnownPayload, Recording, Signal
 from exidyn.identify.robot_files.robot_file import model_text, read_model
 from exidyn.identify.simulation.comparison import compare
 from exidyn.identify.simulation.simulate import simulate
+from exidyn.identify.text_table import WIDTH
 
 from ...parts.small import two_joints
 from ...parts.small.two_joint_files import of_another_arm, write
