@@ -71,7 +71,7 @@ def table(
     rest = [*keys, *columns[count:]]
     below = [[row[column] for column in rest] if len(row) == len(head) else row for row in rows]
     under = [place for place, column in enumerate(rest) if column in left]
-    return [*first, "", *table([head[column] for column in rest], below, under, gap)]
+    return [*first, *table([head[column] for column in rest], below, under, gap)]
 
 
 def _wrapped(rows: Sequence[Sequence[str]], count: int, width: int) -> list[Sequence[str]]:
