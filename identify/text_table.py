@@ -1,5 +1,6 @@
 """Tables of numbers as text: four significant digits, aligned at the decimal point."""
 
+import re
 import textwrap
 from collections.abc import Sequence
 
@@ -9,9 +10,14 @@ WIDTH = 80
 """Columns of a page: what every terminal shows."""
 INDENT = 2
 """Columns that are left to who indents a table."""
+TOGETHER = re.compile(r" x (its )?noise| %|\bN m\b")
+"""What no line begins with."""
+STAYS = "\N{NO-BREAK SPACE}"
 LEAST_SENTENCE = 20
 """Width below which a column of sentences is not wrapped."""
-MOST_NARROW = 8
+KEYS = 2
+"""Columns on the left, at most, that stand beside those below once more."""
+MOST_NARROW = 5
 """Width to which heads of columns are folded at most."""
 
 SMALL, LARGE = 1e-4, 1e7
@@ -50,9 +56,10 @@ def table(
     lines = _laid(head, rows, columns, left, gap)
     if not _too_wide(lines):
         return lines
-    lines = _laid(head, rows, columns, left, gap, folded=True)
-    if not _too_wide(lines):
-        return lines
+    for gap in (gap, 1):
+        lines = _laid(head, rows, columns, left, gap, folded=True)
+        if not _too_wide(lines):
+            return lines
     if columns[-1] in left:
         room = (
             WIDTH
@@ -61,7 +68,7 @@ def table(
         )
         if room - gap >= LEAST_SENTENCE:
             return _laid(head, _wrapped(rows, len(head), room - gap), columns, left, gap, folded=True)
-    keys = [column for column in columns if column in left and column < len(left)]
+    keys = [column for column in columns[:KEYS] if column in left]
     if len(columns) - len(keys) < 2:
         return lines
     for count in range(len(columns) - 1, len(keys), -1):
@@ -128,13 +135,14 @@ def _laid(
 
 
 def paragraph(text: str, indent: str = "", first: str | None = None) -> list[str]:
-    """A text wrapped to the page; lines after the first begin with `indent`."""
+    """A text wrapped to the page, numbers beside their signs; lines after the first begin with `indent`."""
     opening = indent if first is None else first
-    return textwrap.wrap(
-        text,
+    lines = textwrap.wrap(
+        TOGETHER.sub(lambda found: found[0].replace(" ", STAYS), text),
         WIDTH,
         initial_indent=opening,
         subsequent_indent=indent,
         break_long_words=False,
         break_on_hyphens=False,
     )
+    return [line.replace(STAYS, " ") for line in lines]

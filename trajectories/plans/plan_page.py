@@ -50,7 +50,7 @@ def plan_page(plan: Plan, beyond: Sequence[str] = (), torque: Torque | None = No
     body = (
         section("verdict", "Verdict", listing(_verdict(plan, uses, beyond, torque), "verdict"))
         + section("limits", "Use of the limits", _use_table(plan, uses))
-        + section("motion", "Motion", paragraph(legend), grid(*figures))
+        + section("motion", "Motion", paragraph(legend), grid(*figures, kind="two alike"))
         + section("plan", "How it was planned", _facts(plan))
     )
     title = f"{plan.robot}: planned motion"
