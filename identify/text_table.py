@@ -56,8 +56,8 @@ def table(
     lines = _laid(head, rows, columns, left, gap)
     if not _too_wide(lines):
         return lines
-    for gap in (gap, 1):
-        lines = _laid(head, rows, columns, left, gap, folded=True)
+    for narrower in (gap, 1):
+        lines = _laid(head, rows, columns, left, narrower, folded=True)
         if not _too_wide(lines):
             return lines
     if columns[-1] in left:
