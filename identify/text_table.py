@@ -134,12 +134,12 @@ def _laid(
     return lines
 
 
-def paragraph(text: str, indent: str = "", first: str | None = None) -> list[str]:
+def paragraph(text: str, indent: str = "", first: str | None = None, width: int = WIDTH) -> list[str]:
     """A text wrapped to the page, numbers beside their signs; lines after the first begin with `indent`."""
     opening = indent if first is None else first
     lines = textwrap.wrap(
         TOGETHER.sub(lambda found: found[0].replace(" ", STAYS), text),
-        WIDTH,
+        width,
         initial_indent=opening,
         subsequent_indent=indent,
         break_long_words=False,

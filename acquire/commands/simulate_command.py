@@ -16,7 +16,7 @@ from exidyn.identify.model import Model
 from exidyn.identify.recordings.mcap.mcap_file import write_recording
 from exidyn.identify.recordings.recording import KnownPayload, Recording
 from exidyn.identify.simulation.plant import Transmission
-from exidyn.identify.text_table import digits
+from exidyn.identify.text_table import digits, paragraph
 from exidyn.trajectories.plans.plan import robot_differences
 from exidyn.trajectories.plans.plan_file import read_plan
 
@@ -105,7 +105,8 @@ def _summary(recording: Recording, taken: float) -> str:
     factor = recording.duration / taken
     return (
         f"{recording.robot.name}: {recording.duration:.3f} s simulated in {taken:.2f} s, "
-        f"{digits(factor)} times real time\nfarthest from its command: {far}"
+        f"{digits(factor)} times real time\n"
+        + "\n".join(paragraph(f"farthest from its command: {far}", "  ", ""))
     )
 
 
