@@ -3,6 +3,7 @@
 import math
 import os
 import pty
+import select
 import time
 
 import pytest
@@ -52,9 +53,11 @@ def test_a_terminal_gets_a_bar_that_is_gone_in_the_end(monkeypatch):
         with Stopwatch(SHARES) as watch:
             time.sleep(0.1)
             watch("fit all joints")
-            time.sleep(0.3)
+            shown = ""
+            while " left" not in shown and select.select([ours], [], [], 30.0)[0]:
+                shown += os.read(ours, 1 << 16).decode()
         terminal.flush()
-        shown = os.read(ours, 1 << 16).decode()
+        shown += os.read(ours, 1 << 16).decode()
     os.close(ours)
     assert "s  fit all joints" in shown
     assert "% |" in shown
