@@ -72,7 +72,8 @@ def test_how_long_it_takes_and_how_large_it_gets_is_stated_before(arguments, cap
     assert main(arguments) == 0
     found = re.search(r"takes: +(\d+) s, a recording of about ([\d.]+) MB", capsys.readouterr().err)
     assert float(found[1]) == round(motion().duration)
-    assert 1e6 * float(found[2]) == pytest.approx((tmp_path / "run.mcap").stat().st_size, rel=0.3)
+    beside = (tmp_path / "run.mcap").stat().st_size - 1e6 * float(found[2])
+    assert 0 < beside < 5e5  # robot, trajectory, and half a second at rest before and after
 
 
 def test_the_simulated_arm_is_not_the_one_in_the_robot_file(arguments, tmp_path):
