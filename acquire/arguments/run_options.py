@@ -16,6 +16,7 @@ from .controllers import add_controller
 
 BODY = "L"
 """What the unknown parameters of the payload are called after."""
+PLANT_HELP = "what the mock's arm really is; default: ROBOT, in record each value off by up to its tolerance"
 
 
 def add_stops(group: argparse._ArgumentGroup) -> None:
@@ -36,7 +37,7 @@ def add_stops(group: argparse._ArgumentGroup) -> None:
 def add_driving(group: argparse._ArgumentGroup) -> None:
     """Add --driver, --controller, --set, --plant, --seed and --yes."""
     add_controller(group)
-    group.add_argument("--plant", metavar="ROBOT", help="what the mock's arm really is; default: ROBOT")
+    group.add_argument("--plant", metavar="ROBOT", help=PLANT_HELP)
     add_seed(group, "of the mock's noise")
     group.add_argument(
         "--yes", action="store_true", help="do not ask; see docs/record.md for when that is allowed"

@@ -24,38 +24,44 @@ from ..files.diagnosis_case import COMPARISON_CUTOFF, Case, case_folders, read_c
 from ..files.diagnosis_files import add_answer, read_answers, write_diagnosis
 from ..files.payload_runs import add_payload_arguments
 from ..terminal.json_output import hand_over, json_text
-from ..terminal.stopwatch import Progress, stopwatch
+from ..terminal.stopwatch import Progress, Stopwatch
 
 EXAMPLES = (
     "exidyn diagnose robot.toml one.mcap --slow slow.mcap --validate other.mcap",
     "exidyn diagnose robot.toml one.mcap --payload loaded.mcap --mass 4 --validate other.mcap",
     "exidyn diagnose cases/c01 cases/c02 --answer answers.json",
 )
+QUICK = {"read": 0.02, "ask": 0.0, "filter": 0.03, "form": 0.47, "search": 0.38, "weigh": 0.1}
+"""Stages by how their sentences begin, and their shares of the time."""
+STAGES = {name: 0.7 * share for name, share in QUICK.items()} | {"simulate": 0.16, "identify": 0.14}
 NOTES = """Runs contain their role (identify, slow, payload, validate) where recorded so; what
 comes behind an option is for that. The more kinds of run, the more effects can be distinguished."""
 
 
 def main(arguments: Sequence[str]) -> int:
     """Diagnose, print, write; every case for itself."""
-    given, progress = parser().parse_args(arguments), stopwatch()
+    given = parser().parse_args(arguments)
     require_json(given.json)
     folders = case_folders(given.sources)
     make_folder(given.output)
     if given.answer:
         read_answers(given.answer)  # before any work is done for it
-    if not folders:
-        progress("read the recordings")
-        _do(recorded_case(given), given.output, given, progress)
-        return 0
-    _require_no_runs(given)
-    given.torque_cutoff = given.torque_cutoff or COMPARISON_CUTOFF
-    if len(folders) == 1:
-        progress(f"read {folders[0]}")
-        _do(read_case(folders[0]), given.output, given, progress)
-        return 0
-    _require_no_json(given)
-    failed = [folder for folder in folders if not _try(folder, given, progress)]
-    return REFUSED if failed else DONE
+    if folders:
+        _require_no_runs(given)
+        given.torque_cutoff = given.torque_cutoff or COMPARISON_CUTOFF
+    if len(folders) > 1:
+        _require_no_json(given)
+        failed = [folder for folder in folders if not _try(folder, given)]
+        return REFUSED if failed else DONE
+    _read_and_do(folders[0] if folders else None, given.output, given)
+    return DONE
+
+
+def _read_and_do(folder: Path | None, output: Path, given: argparse.Namespace) -> None:
+    """Diagnose a case folder, or the runs of the command line where there is none."""
+    with Stopwatch(QUICK if given.quick else STAGES) as progress:
+        progress(f"read {folder or 'the recordings'}")
+        _do(read_case(folder) if folder else recorded_case(given), output, given, progress)
 
 
 def parser() -> argparse.ArgumentParser:
@@ -112,27 +118,27 @@ def _require_no_json(given: argparse.Namespace) -> None:
         )
 
 
-def _try(folder: Path, given: argparse.Namespace, progress: Progress) -> bool:
+def _try(folder: Path, given: argparse.Namespace) -> bool:
     """Diagnose one case of several; whether that could be done."""
     try:
-        progress(f"read {folder}")
-        _do(read_case(folder), given.output / folder.name, given, progress)
+        _read_and_do(folder, given.output / folder.name, given)
     except ExidynError as error:
         print(f"exidyn: {folder}: {' '.join(str(error).split())}", file=sys.stderr)
         return False
     return True
 
 
-def _do(case: Case, output: Path, given: argparse.Namespace, progress: Progress) -> Diagnosis:
+def _do(case: Case, output: Path, given: argparse.Namespace, progress: Stopwatch) -> Diagnosis:
     """Diagnose one case, print and write what came out."""
     progress(f"ask {len(case.runs)} runs of {case.name}")
     filtering = filtering_of(given)
-    diagnosis = diagnose(case.model, case.runs, case.name, filtering=filtering)
+    diagnosis = diagnose(case.model, case.runs, case.name, filtering=filtering, progress=progress)
     if given.answer:
         add_answer(diagnosis, given.answer)
     simulated = None if given.quick else _simulated(diagnosis, case, progress)
     fit = None if given.quick else _fit(diagnosis, case, filtering, progress)
     written = write_diagnosis(diagnosis, simulated, fit, output)
+    progress.close()
     text = json_text(whole(diagnosis, simulated, str(output)))
     hand_over(summary(diagnosis, simulated, str(output)), text, given.json)
     print("written: " + ", ".join(map(str, written)), file=sys.stderr)

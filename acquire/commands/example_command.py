@@ -11,7 +11,7 @@ from exidyn.identify.errors import ExidynError
 
 from ..arguments.common import any_number, command_parser, name_lines
 from ..arguments.outputs import add_output
-from ..examples import example_balancer, example_gains
+from ..examples import example_balancer, example_files, example_gains
 from ..examples.example_arm import ExampleArm
 from ..examples.example_steps import Step
 from . import command_module
@@ -20,7 +20,7 @@ EXAMPLES = (
     "exidyn example",
     "exidyn example balancer",
     "exidyn example balancer --commands                     # prints them, to be run one by one",
-    "exidyn example --length 20 --search 5 --output quick",
+    "exidyn example files --output .                        # robot.toml and log.csv, to try commands with",
 )
 
 SHORTEST = 20.0
@@ -67,6 +67,15 @@ NAMED = {
         example_balancer.arm,
         example_balancer.steps,
         example_balancer.outcome,
+    ),
+    "files": Example(
+        "robot.toml and log.csv of a simulated arm, for commands of your own; nothing is run",
+        Path("exidyn-example-files"),
+        20.0,
+        5.0,
+        example_files.arm,
+        example_files.steps,
+        example_files.outcome,
     ),
 }
 """Name -> example; the first is the one by default."""

@@ -42,7 +42,7 @@ from ..arguments.excite_arguments import parser as parser
 from ..arguments.outputs import require_file, require_json
 from ..terminal.json_output import hand_over, json_text
 from ..terminal.plan_table import plan_table
-from ..terminal.stopwatch import Progress, stopwatch
+from ..terminal.stopwatch import Progress, Stopwatch
 
 
 def main(arguments: Sequence[str]) -> int:
@@ -51,7 +51,7 @@ def main(arguments: Sequence[str]) -> int:
     read = [given.robot, *(one for one in (given.against, given.after, given.region) if one)]
     require_file(given.output, "--output", read)
     require_json(given.json)
-    model, progress = read_model(given.robot), stopwatch()
+    model, progress = read_model(given.robot), Stopwatch()
     wishes = _wishes(given, model, progress)
     pages: list[str]
     if given.kind != OPTIMISED:

@@ -13,10 +13,12 @@ from exidyn.identify.model import Model
 from exidyn.identify.recordings.recording import KnownPayload
 from exidyn.identify.robot_files.geometry import read_geometry
 from exidyn.identify.robot_files.robot_file import read_model
+from exidyn.identify.simulation.as_built import as_built
 from exidyn.identify.simulation.plant import typical_plant
 from exidyn.trajectories.clearances.clearance import Clearance
 from exidyn.trajectories.clearances.self_collision import SelfCollision
 from exidyn.trajectories.plans.plan_file import plan_text, read_plan
+from exidyn.trajectories.plans.plan_summary import run_cost
 
 from ..arguments.controllers import read_controller
 from ..arguments.exit_codes import DONE, STOPPED
@@ -49,7 +51,7 @@ def main(arguments: Sequence[str]) -> int:
     plant = _plant(given, ready, payload)
     driver = make_driver(name, settings, ready.model.robot, plant)
     if given.dry_run:
-        rehearsed = {"cycle": getattr(driver.settings, "cycle", ready.plan.tick)}
+        rehearsed = {"cycle": _cycle(driver, ready)}
         name, driver = "mock", make_driver("mock", rehearsed, ready.model.robot, plant)
     path, targets = free_path(given.output, "run"), Targets(given.view, given.serve, given.save)
     require_free(path)
@@ -57,13 +59,16 @@ def main(arguments: Sequence[str]) -> int:
     require_showable(targets)
     require_attended(driver.simulated, given.yes)
     job = _job(given, ready)
-    facts = facts_of(given, name, path, speed=f"{100 * given.speed:g} % of the planned")
+    speed = f"{100 * given.speed:g} % of the planned"
+    takes = run_cost(ready.plan, _cycle(driver, ready))
+    facts = facts_of(given, name, path, speed=speed, takes=takes)
+    if name == "mock" and not (given.plant or given.dry_run):
+        facts["simulated arm"] = "values of the robot file, each off by up to its tolerance; see --plant"
     print(run_summary.before(ready, facts), file=sys.stderr)
     warn(ready.warnings)
     if not driver.simulated and not given.no_rehearsal:
         print("rehearsing on a simulated arm", file=sys.stderr)
-        cycle = getattr(driver.settings, "cycle", ready.plan.tick)
-        rehearse(job, ready.model, cycle, payload.name if payload else "")
+        rehearse(job, ready.model, _cycle(driver, ready), payload.name if payload else "")
     confirm(driver.simulated, given.yes)
     # Read and written before the loop, which has no time for it; at full speed, as the file has it.
     head = partial(
@@ -80,6 +85,11 @@ def main(arguments: Sequence[str]) -> int:
     return DONE if outcome.stop is None else STOPPED
 
 
+def _cycle(driver: Driver, ready: Checked) -> float:
+    """Between commands [s]; a controller that states none has that of the plan."""
+    return float(getattr(driver.settings, "cycle", ready.plan.tick))
+
+
 def _plant(given: argparse.Namespace, ready: Checked, payload: KnownPayload | None) -> Callable[[], Plant]:
     """What makes the arm of the mock, standing where the motion begins."""
 
@@ -89,6 +99,8 @@ def _plant(given: argparse.Namespace, ready: Checked, payload: KnownPayload | No
             model = read_model(given.plant)
             if payload is not None and not any(isinstance(effect, Payload) for effect in model.effects):
                 model = model + Payload(payload.name, payload.known)
+        elif not given.dry_run:
+            model = as_built(model)
         start = ready.plan.trajectory.state_at(0.0).position
         return typical_plant(model, start, seed=given.seed, payload=payload.name if payload else "")
 

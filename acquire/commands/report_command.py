@@ -14,27 +14,31 @@ from ..files.payload_runs import add_payload_arguments
 from ..files.report_files import VALID, found_files
 from ..files.report_material import material
 from ..terminal.json_output import write_whole
-from ..terminal.stopwatch import stopwatch
+from ..terminal.stopwatch import Stopwatch
 
 EXAMPLES = (
     "exidyn report exidyn-fit empty.mcap loaded.mcap other.mcap",
     "exidyn report exidyn-fit exidyn-diagnosis compared.json *.mcap --output arm.html",
 )
 
+STAGES = {"read": 0.25, "predict": 0.55, "draw": 0.2}
+"""How their sentences begin, and their shares of the time."""
+
 
 def main(arguments: Sequence[str]) -> int:
     """Read, bring together, write."""
     given = parser().parse_args(arguments)
-    files, progress = found_files(given.sources), stopwatch()
+    files = found_files(given.sources)
     require_file(given.output, "--output", [one.path for one in files])
-    found = material(
-        files,
-        given.payload,
-        read_model(given.robot) if given.robot else None,
-        progress,
-    )
-    progress("draw the page")
-    write_whole(given.output, joined_html(found))
+    with Stopwatch(STAGES) as progress:
+        found = material(
+            files,
+            given.payload,
+            read_model(given.robot) if given.robot else None,
+            progress,
+        )
+        progress("draw the page")
+        write_whole(given.output, joined_html(found))
     print(f"written: {given.output}", file=sys.stderr)
     return 0
 

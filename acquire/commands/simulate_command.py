@@ -16,7 +16,7 @@ from exidyn.identify.model import Model
 from exidyn.identify.recordings.mcap.mcap_file import write_recording
 from exidyn.identify.recordings.recording import KnownPayload, Recording
 from exidyn.identify.simulation.plant import Transmission
-from exidyn.identify.text_table import digits
+from exidyn.identify.text_table import digits, paragraph
 from exidyn.trajectories.plans.plan import robot_differences
 from exidyn.trajectories.plans.plan_file import read_plan
 
@@ -25,6 +25,7 @@ from ..arguments.outputs import add_json, add_output, require_file, require_json
 from ..files.arm_file import ARM_HELP, read_arm
 from ..run.simulated import simulated
 from ..terminal.json_output import hand_over, json_text, plain
+from ..terminal.stopwatch import with_bar
 
 FASTEST, SLOWEST = 1e-4, 0.1
 """Cycles [s] of controllers: current loops close every 0.1 ms, and no arm is led ten times a second."""
@@ -49,7 +50,7 @@ def main(arguments: Sequence[str]) -> int:
     began = time.perf_counter()
     recording = simulated(
         arm, plan, nominal, carried, _transmission(given, arm), speed=given.speed, tick=given.tick,
-        seed=given.seed, exact=given.exact, name=given.name or given.output.stem,
+        seed=given.seed, exact=given.exact, name=given.name or given.output.stem, watched=with_bar,
     )  # fmt: skip
     taken = time.perf_counter() - began
     write_recording(recording, given.output)
@@ -104,7 +105,8 @@ def _summary(recording: Recording, taken: float) -> str:
     factor = recording.duration / taken
     return (
         f"{recording.robot.name}: {recording.duration:.3f} s simulated in {taken:.2f} s, "
-        f"{digits(factor)} times real time\nfarthest from its command: {far}"
+        f"{digits(factor)} times real time\n"
+        + "\n".join(paragraph(f"farthest from its command: {far}", "  ", ""))
     )
 
 

@@ -116,4 +116,4 @@ def _files(result: Result) -> list[str]:
         [str(result.folder / IMPROVED), "the model with it; kr270.xml, kr270.urdf"],
         [f"exidyn view {diagnosis / 'diagnosis.json'}", "all of it over time, the arm moving"],
     ]
-    return table(["file or command", "what it shows"], rows, left=(0, 1))
+    return [line for place, what in rows for line in (place, f"    {what}")]

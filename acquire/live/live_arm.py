@@ -7,12 +7,10 @@ import rerun as rr
 
 from exidyn.identify.arm.link_frames import link_frames, link_poses
 from exidyn.identify.model import Model
-from exidyn.identify.pages.views.view_arm import arm_tree
+from exidyn.identify.pages.views.view_arm import log_solid
 from exidyn.identify.pages.views.view_parts import TIMELINE
 
 ARM = "arm"
-GREY = (140, 140, 140)
-"""Of what no joint moves, seen on dark ground and on light."""
 
 
 class LiveArm:
@@ -30,13 +28,7 @@ class LiveArm:
     ) -> None:
         self._recording, self._kinematics, self._name = recording, model.robot.kinematics, name
         self._frames = link_frames(self._kinematics)
-        tree = arm_tree(model, name)
-        tree.log_urdf_to_recording(recording)
-        owners = {frame.child: colour for frame, colour in zip(self._frames, colours, strict=True)}
-        for link in {frame.parent for frame in self._frames} | set(owners):
-            solid = rr.Cylinders3D.from_fields(colors=owners.get(link, GREY), fill_mode="solid")
-            for path in tree.get_visual_geometry_paths(link):
-                recording.log(path, solid, static=True)
+        log_solid(recording, model, name, colours)
 
     def move(self, time: np.ndarray, position: np.ndarray) -> None:
         """Move it along positions (t, n) at times (t,) [s]; one message for all joints, which spares half."""

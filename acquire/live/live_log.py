@@ -6,11 +6,11 @@ from textwrap import wrap
 import numpy as np
 import rerun as rr
 
-from exidyn.identify.pages.views.view_parts import JOINTS, TIMELINE, send
+from exidyn.identify.pages.views.view_parts import GREY, JOINTS, TIMELINE, send
 
 from ..run.pipe.frames import Cycle, Event
 from ..run.pipe.run_head import RunHead
-from .live_arm import GREY, LiveArm
+from .live_arm import LiveArm
 from .live_layout import finite_limits, layout
 from .residual import LiveResidual, Samples, joint_torque
 
@@ -26,7 +26,7 @@ RED = (255, 90, 60)
 """Of a stop, and of cycles that were skipped."""
 FAINT = 110
 """Opacity of limits and commands, of 255: there, and not in the way."""
-COLOURS = (*JOINTS, (0, 114, 178))
+COLOURS = (*JOINTS, (213, 94, 0))
 """Of the joints, on dark ground and on light; from an eighth joint on they begin anew."""
 LOOKS = {"stop": ("CRITICAL", RED), "late": ("WARN", JOINTS[1]), "warning": ("WARN", JOINTS[1])}
 """What Rerun calls an event of a kind, and its colour; the others are INFO and have the colour of text."""

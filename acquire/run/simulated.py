@@ -8,6 +8,7 @@ from exidyn.identify.model import Model
 from exidyn.identify.recordings.recording import KnownPayload, Recording
 from exidyn.identify.simulation.follow import follow
 from exidyn.identify.simulation.plant import Plant, Sensors, Transmission
+from exidyn.identify.simulation.plant.plant import Watched
 from exidyn.identify.simulation.plant.typical import typical_parts
 from exidyn.trajectories.errors import TrajectoryError
 from exidyn.trajectories.families.slowed import Slowed
@@ -32,6 +33,7 @@ def simulated(
     seed: int = 0,
     exact: bool = False,
     name: str = "simulated",
+    watched: Watched = iter,
 ) -> Recording:
     """The run that an arm with typical drives and sensors, tuned to what it is, makes of a plan.
 
@@ -46,6 +48,7 @@ def simulated(
         seed: Of the sensors' noise.
         exact: Sensors without noise and steps.
         name: Of the run.
+        watched: Hands on the commands one by one, and may show how far that is.
 
     Raises:
         RobotError: The arm has no such payload.
@@ -67,7 +70,7 @@ def simulated(
         loaded, loaded.nominal_values, loaded.robot.drive_gain, position[0], control, sensors, gears,
         thermal, carried, seed=seed,
     )  # fmt: skip
-    signals = follow(plant, position, velocity, tick)
+    signals = follow(plant, position, velocity, tick, watched)
     if not np.any(np.isfinite(gears.stiffness)):
         del signals["link_position"]  # a second encoder would measure the same
     settings = {"source": f"simulated, seed {seed}", "speed": f"{speed:g}", "exidyn": __version__}

@@ -11,12 +11,18 @@ from exidyn.identify.text_table import WIDTH, at_point, digits, paragraph, table
 MOST = 1.5
 """Ratio of a mismatch in its worst third to that in its best from which on it is reported to depend on
 something: more than between thirds of a run in which it is the same everywhere."""
+ANOTHER = 0.1
+"""Share of the motion by which positions differ in another one; the slowest position loops lag by less."""
 SMALL = {"rad": "mrad", "m": "mm", "rad/s": "mrad/s", "m/s": "mm/s"}
 """Unit -> its thousandth, in which an arm misses a motion."""
 
 
 def comparison_text(comparison: Comparison) -> str:
-    """One page: what differs most, by joint, by region."""
+    """One page: what differs most, by joint, by region; a line or three where there is nothing to see."""
+    if two_motions(comparison):
+        return verdict(comparison)[0]
+    if not differs(comparison):
+        return "\n".join([*_alike(comparison), *map(_sentence, comparison.warnings)])
     title = f"{comparison.simulated} beside {comparison.recorded}"
     bullets = [line for one in verdict(comparison) for line in paragraph(one, "  ", "- ")]
     parts = [[title.center(WIDTH).rstrip(), "=" * WIDTH, *bullets]]
@@ -28,14 +34,48 @@ def comparison_text(comparison: Comparison) -> str:
 
 
 def differs(comparison: Comparison) -> bool:
-    """Whether any joint differs by more than noise."""
-    return bool(np.any(comparison.effort.rms > MISSING * comparison.effort.noise))
+    """Whether any joint differs by more than noise, in the same motion."""
+    return bool(np.any(_over(comparison) > MISSING)) and not two_motions(comparison)
+
+
+def two_motions(comparison: Comparison) -> bool:
+    """Whether both did other things, so that there is nothing to compare."""
+    position = comparison.mismatches[0]
+    return bool(np.linalg.norm(position.rms) > ANOTHER * np.linalg.norm(position.size))
+
+
+def _over(comparison: Comparison) -> np.ndarray:
+    """Mismatch of the effort over noise, shape (n,)."""
+    return comparison.effort.rms / comparison.effort.noise
+
+
+def _alike(comparison: Comparison) -> list[str]:
+    """Three lines about two runs that do not differ."""
+    over = np.nan_to_num(_over(comparison))
+    most = int(np.argmax(over))
+    return [
+        f"No joint's {comparison.effort.quantity} differs by more than noise: {comparison.simulated} beside "
+        f"{comparison.recorded}",
+        f"The largest: {comparison.joints[most]}, {over[most]:.3g} x noise; there is nothing to diagnose",
+        f"Compared over {comparison.duration:.1f} s behind a low-pass of {comparison.cutoff:.3g} Hz, "
+        f"{comparison.simulated} moved by {comparison.offset:.4f} s",
+    ]
+
+
+def _sentence(warning: str) -> str:
+    return f"{warning[:1].upper()}{warning[1:]}."
 
 
 def verdict(comparison: Comparison) -> list[str]:
     """What differs most, and what should be known of the comparison, in sentences."""
-    effort = comparison.effort
-    over = effort.rms / effort.noise
+    effort, over = comparison.effort, _over(comparison)
+    if two_motions(comparison):
+        position = comparison.mismatches[0]
+        most = int(np.argmax(position.rms))
+        return [
+            f"{comparison.simulated} and {comparison.recorded} are two different motions: "
+            f"{comparison.joints[most]} is {digits(position.rms[most])} {position.units[most]} elsewhere."
+        ]
     lines = []
     for joint in np.argsort(-np.nan_to_num(over)):
         if over[joint] > MISSING:
@@ -47,7 +87,7 @@ def verdict(comparison: Comparison) -> list[str]:
         f"{comparison.simulated} moved by {comparison.offset:.4f} s. {effort.quantity.capitalize()} counts "
         "while the joint slides."
     )
-    return [*lines, *(f"{warning[:1].upper()}{warning[1:]}." for warning in comparison.warnings)]
+    return [*lines, *map(_sentence, comparison.warnings)]
 
 
 def _joint(comparison: Comparison, effort: Mismatch, joint: int) -> str:

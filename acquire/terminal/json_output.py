@@ -8,13 +8,15 @@ from typing import Any
 
 import numpy as np
 
+from .colour import coloured
+
 SCREEN = Path("-")
 """In place of a file: standard output."""
 
 
 def hand_over(page: str, text: str, path: Path | None) -> None:
     """Print the page, or the JSON text where that goes to standard output; write it where it has a file."""
-    print(text.rstrip("\n") if path == SCREEN else page, flush=True)
+    print(text.rstrip("\n") if path == SCREEN else coloured(page), flush=True)
     if path is not None and path != SCREEN:
         write_whole(path, text)
         print(f"written: {path}", file=sys.stderr)

@@ -11,6 +11,9 @@ from ..run.player import BRAKING, HOLDING, RUNNING
 STEP = 0.2
 """Time between looks [s]; frames gather in the pipe meanwhile, which costs less than to wake for each."""
 
+SEEN = 2.0
+"""Time of the run that foretells the rest [s]."""
+
 CLEAR = "\r\x1b[K"
 """Back to the beginning of the line, and away with what stands there."""
 
@@ -27,7 +30,7 @@ class Line:
 
     def __init__(self, seconds: float) -> None:
         self._seconds, self._began, self._gone = seconds, 0, 0.0
-        self._stage, self._missed = 0, 0
+        self._stage, self._missed, self._since = 0, 0, 0.0
         self.over = False
 
     def add(self, kind: bytes, body: bytes) -> None:
@@ -40,6 +43,18 @@ class Line:
         if cycle.stage == RUNNING:
             self._began = self._began or cycle.host_time
             self._gone = min(1e-9 * (cycle.host_time - self._began), self._seconds)
+
+    def left(self, now: float) -> str:
+        """How long it will still take by the speed until now, which a simulated arm sets; empty at first.
+
+        Args:
+            now: On any clock that goes on evenly [s].
+        """
+        self._since = self._since or (now if self._gone else 0.0)
+        if not self._gone or now - self._since < SEEN:
+            return ""
+        left = (self._seconds - self._gone) * (now - self._since) / self._gone
+        return f"; about {left:.0f} s left"
 
     def __str__(self) -> str:
         gone = f" {self._gone:.1f} of {self._seconds:.1f} s" if self._began else ""
@@ -55,7 +70,7 @@ def main(arguments: Sequence[str]) -> None:
     while not source.ended and not line.over:
         for kind, body in source.read(1.0):
             line.add(kind, body)
-        _write(f"{CLEAR}{line}")
+        _write(f"{CLEAR}{line}{line.left(time.monotonic())}")
         time.sleep(STEP)
     _write(CLEAR)
     source.done("shown")

@@ -8,7 +8,7 @@ import numpy as np
 from exidyn.identify.effects import EFFECTS
 from exidyn.identify.recordings.recording import SIGNALS, Recording, Signal
 from exidyn.identify.recordings.run_log import Event, Timing
-from exidyn.identify.text_table import digits, paragraph, table
+from exidyn.identify.text_table import INDENT, WIDTH, digits, paragraph, table
 
 from .json_output import plain
 
@@ -89,8 +89,9 @@ def _cycles(timing: Timing) -> list[str]:
         for place, name in enumerate(timing.stages)
         if np.any(timing.stage == place)
     ]
+    cycles = f"{len(timing)} cycles ({', '.join(spent)}), {timing.skipped.sum()} skipped"
     return [
-        f"{len(timing)} cycles ({', '.join(spent)}), {timing.skipped.sum()} skipped",
+        *paragraph(cycles, "  ", "", WIDTH - INDENT),
         "lateness median {:.3f}, 99 % {:.3f}, largest {:.3f} ms".format(*late),
     ]
 
@@ -103,7 +104,7 @@ def _events(events: tuple[Event, ...]) -> list[str]:
         if place == len(events) - SHOWN // 2 and len(events) > SHOWN:
             lines.append(f"  ... and {len(events) - SHOWN} more ...")
         first = f"  {event.time:10.3f} s  {event.kind:<8}  "
-        lines += paragraph(event.text, " " * len(first), first)
+        lines += paragraph(event.text, " " * len(first), first, WIDTH - INDENT)
     return lines
 
 
@@ -116,7 +117,7 @@ def _outcome(outcome: Mapping[str, str]) -> list[str]:
         "unknown": "unknown; the program that moved the arm, or the recorder, ended before it could",
     }.get(outcome["stop"], f"STOPPED ({outcome.get('level', 'brake').lower()}): {text}")
     first = "ended:  "
-    return paragraph(how, " " * len(first), first)
+    return paragraph(how, " " * len(first), first, WIDTH - INDENT)
 
 
 def recording_table(recording: Recording) -> dict[str, Any]:

@@ -1,18 +1,107 @@
-"""How far a command that takes its time has got."""
+"""How far a command that takes its time has got, and how long it will still take."""
 
+import math
+import shutil
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Mapping
+from threading import Event, Thread
+from typing import Self
+
+import numpy as np
+from tqdm import tqdm
 
 Progress = Callable[[str], None]
 """Called with a sentence at each stage."""
 
+PATIENCE = 2.0
+"""Time until a bar appears [s]: what is over before needs none."""
+REDRAW = 0.5
+"""Between two looks at the clock [s]."""
+KNOWN = 0.02
+"""Share of the work from which on the time it took foretells that of the rest."""
+NEARLY = 0.95
+"""Share of a stage at which the bar waits while the stage takes longer than was foreseen."""
+FORM = "{percentage:3.0f} % |{bar:30}| {elapsed}{postfix}"
 
-def stopwatch() -> Progress:
-    """Prints sentences on standard error with the seconds since it was made."""
-    start = time.perf_counter()
 
-    def progress(sentence: str) -> None:
-        print(f"{time.perf_counter() - start:6.1f} s  {sentence}", file=sys.stderr, flush=True)
+def with_bar(rows: np.ndarray) -> Iterable[np.ndarray]:
+    """The rows one by one, with a bar and the time left in a terminal, without in pipes and files."""
+    return tqdm(rows, file=sys.stderr, leave=False, delay=PATIENCE, disable=None)
 
-    return progress
+
+class Stopwatch:
+    """Prints sentences on standard error with the seconds since it was made; a context manager.
+
+    Where standard error is a terminal and the stages are known, a bar below them has the time left; in pipes
+    and files there are the sentences alone.
+
+    Args:
+        shares: How a stage's sentence begins -> its usual share of the work; they add up to one. A sentence
+            that none of them begins belongs to the stage before.
+    """
+
+    def __init__(self, shares: Mapping[str, float] | None = None) -> None:
+        self._start = time.perf_counter()
+        self._shares = dict(shares or {})
+        self._stage, self._entered = "", self._start
+        self._before = 0.0
+        self._bar: tqdm | None = None
+        self._over = Event()
+        self._thread: Thread | None = None
+
+    def __enter__(self) -> Self:
+        if self._shares and sys.stderr.isatty():
+            self._thread = Thread(target=self._redraw, daemon=True)
+            self._thread.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Take the bar away, before results are printed."""
+        self._over.set()
+        if self._thread is not None:
+            self._thread.join()
+            self._thread = None
+
+    def __call__(self, sentence: str) -> None:
+        """Print a sentence, and enter its stage."""
+        line = f"{time.perf_counter() - self._start:6.1f} s  {sentence}"
+        if self._bar is not None:
+            tqdm.write(line, sys.stderr)
+        else:
+            print(line, file=sys.stderr, flush=True)
+        self.enter(next((stage for stage in self._shares if sentence.startswith(stage)), self._stage))
+
+    def enter(self, stage: str) -> None:
+        """Enter a stage without a sentence."""
+        if stage != self._stage:
+            names = list(self._shares)
+            self._before = sum(self._shares[name] for name in names[: names.index(stage)])
+            self._stage, self._entered = stage, time.perf_counter()
+
+    def left(self, now: float) -> tuple[float, float]:
+        """Share of the work that is done [-] and the time left [s] at a time; NaN where it is unknown yet."""
+        if self._before < KNOWN:
+            return 0.0, float("nan")
+        whole = (self._entered - self._start) / self._before
+        own = self._shares[self._stage]
+        inside = min((now - self._entered) / (own * whole), NEARLY) if own else 0.0
+        done = self._before + own * inside
+        return done, max(1.0 - done, 0.0) * whole
+
+    def _redraw(self) -> None:
+        if self._over.wait(PATIENCE):
+            return
+        width, height = shutil.get_terminal_size()  # of one that states none, what is usual
+        look = {"leave": False, "bar_format": FORM, "ncols": width - 1, "nrows": height}
+        with tqdm(total=1.0, file=sys.stderr, **look) as self._bar:
+            while not self._over.wait(REDRAW):
+                done, left = self.left(time.perf_counter())
+                words = f"about {tqdm.format_interval(left)} left" if math.isfinite(left) else ""
+                self._bar.set_postfix_str(words, refresh=False)
+                self._bar.n = done
+                self._bar.refresh()
+        self._bar = None

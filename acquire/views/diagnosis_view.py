@@ -10,11 +10,11 @@ from exidyn.identify.arm.link_frames import link_frames
 from exidyn.identify.diagnosis.findings.quantities import SLIDING, TURNING
 from exidyn.identify.diagnosis.findings.trace import Trace
 from exidyn.identify.pages.views.view_arm import arm_view
-from exidyn.identify.pages.views.view_parts import TIMELINE, send
+from exidyn.identify.pages.views.view_parts import GREY, TIMELINE, send
 
 from ..files.names import role_words
 from ..files.traces_file import Traces
-from ..live.live_arm import GREY, LiveArm
+from ..live.live_arm import LiveArm
 from ..live.live_log import COLOURS
 from .diagnosis_words import budget_markdown, parameters_markdown, residuals_markdown, verdict_markdown
 from .moments import lasting

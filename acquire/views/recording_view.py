@@ -7,10 +7,10 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from exidyn.identify.pages.views.view_arm import arm_view
-from exidyn.identify.pages.views.view_parts import TIMELINE, send
+from exidyn.identify.pages.views.view_parts import GREY, TIMELINE, send
 from exidyn.identify.recordings.recording import EFFORT, Recording, Signal
 
-from ..live.live_arm import GREY, LiveArm
+from ..live.live_arm import LiveArm
 from ..live.live_layout import EVENT_COLUMNS
 from ..live.live_log import COLOURS, FAINT, FRAMES, log_event
 from ..live.residual import LiveResidual, Samples, joint_torque

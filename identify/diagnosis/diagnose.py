@@ -1,7 +1,7 @@
 """Diagnose: from a nominal model and its runs to findings, what is left, and what was gained."""
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -34,6 +34,7 @@ def diagnose(
     recordings: Sequence[tuple[str, Recording]],
     name: str = "",
     filtering: Filtering = Filtering(),  # noqa: B008
+    progress: Callable[[str], None] = lambda _: None,
 ) -> Diagnosis:
     """Find the physics that a model leaves out.
 
@@ -42,6 +43,7 @@ def diagnose(
         recordings: Role and recording of each run; those of role "validate" are only predicted.
         name: Of the case; the robot's by default.
         filtering: Filters; chosen from the data where none is given.
+        progress: Called with a sentence at each stage.
 
     Raises:
         DifferentRobot: A run of another robot.
@@ -49,16 +51,25 @@ def diagnose(
     """
     # Thousands of small systems: threads of linear algebra would wait for one another.
     with threadpool_limits(limits=1):
-        return _diagnosed(model, recordings, name, filtering)
+        return _diagnosed(model, recordings, name, filtering, progress)
 
 
 def _diagnosed(
-    model: Model, recordings: Sequence[tuple[str, Recording]], name: str, filtering: Filtering
+    model: Model,
+    recordings: Sequence[tuple[str, Recording]],
+    name: str,
+    filtering: Filtering,
+    progress: Callable[[str], None],
 ) -> Diagnosis:
     began = time.monotonic()
     model = nominal(with_payloads(model, [recording for _, recording in recordings]))
+    progress("filter and differentiate")
     runs, warnings = usable(model, recordings, filtering)
-    found = search(Problem.of(model, runs)).ordered()
+    progress("form the columns of all candidates")
+    problem = Problem.of(model, runs)
+    progress(f"search among {sum(problem.tried.values())} candidates")
+    found = search(problem).ordered()
+    progress("weigh what was found")
     fitted, apart = found.problem.fitted, found.problem.held_out
     noise, rested = noise_floor(found.problem.runs)
     residuals = Residuals.of(found)

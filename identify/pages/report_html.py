@@ -68,11 +68,6 @@ def table(head: Sequence[str], rows: Iterable[Sequence[str]], words: Sequence[in
     return _PARTS.table(head, rows, words)
 
 
-def table_of_html(head: Sequence[str], rows: Iterable[Sequence[str]], words: Sequence[int] = ()) -> Markup:
-    """A table of cells that are HTML already."""
-    return table(head, [[Markup(cell) for cell in row] for row in rows], words)
-
-
 def listing(lines: Iterable[str], style: str = "") -> Markup:
     """Sentences as a list."""
     return _PARTS.listing(lines, style)

@@ -10,7 +10,6 @@ from .report_html import TEMPLATES
 
 HEADING = re.compile(r'<section id="([\w-]+)"><h2>(.*?)</h2>')
 NAMED = re.compile(r'<section id="([\w-]+)"')
-STYLE = TEMPLATES.get_template("report.css").render()
 
 
 class Chapter(NamedTuple):
@@ -27,7 +26,9 @@ class Chapter(NamedTuple):
     sections: str
 
 
-def page(title: str, heading: str, note: str, body: str, chapters: Sequence[Chapter] = ()) -> str:
+def page(
+    title: str, heading: str, note: str, body: str, chapters: Sequence[Chapter] = (), style: str = ""
+) -> str:
     """A whole page: no script, no network, light and dark, fit to print.
 
     Args:
@@ -36,6 +37,7 @@ def page(title: str, heading: str, note: str, body: str, chapters: Sequence[Chap
         note: What stands below the heading, plain text.
         body: Sections, HTML.
         chapters: What follows them; those without sections are left out.
+        style: CSS beyond that of every page.
     """
     return TEMPLATES.get_template("page.html").render(
         title=title,
@@ -44,6 +46,7 @@ def page(title: str, heading: str, note: str, body: str, chapters: Sequence[Chap
         body=Markup(body),
         chapters=[_prefixed(chapter) for chapter in chapters if chapter.sections],
         headings=_headings,
+        style=Markup(style),
     )
 
 

@@ -71,9 +71,14 @@ class Panel:
         return "".join(parts)
 
     def line(self, x: np.ndarray, y: np.ndarray, style: str, columns: int = COLUMNS) -> str:
-        """A line, thinned out so that every extreme stays."""
-        kept = envelope(y, columns)
-        return path(self.pixels(x[kept], y[kept]), style)
+        """A line, thinned out so that every extreme stays; where it is not known there is a gap."""
+        known = np.isfinite(y)
+        if known.all():
+            kept = envelope(y, columns)
+            return path(self.pixels(x[kept], y[kept]), style)
+        ends = np.flatnonzero(np.diff(known, prepend=False, append=False)).reshape(-1, 2)
+        share = columns / len(y)
+        return "".join(self.line(x[a:b], y[a:b], style, max(int(share * (b - a)), 1)) for a, b in ends)
 
     def band(self, x: np.ndarray, low: np.ndarray, high: np.ndarray, style: str) -> str:
         """The area between two lines."""
@@ -110,13 +115,13 @@ def text(x: float, y: float, words: str, style: str) -> str:
 
 
 def legend(x: float, y: float, entries: Sequence[tuple[str, str]]) -> str:
-    """A row of (style, words), each with a sample of its line."""
+    """A row of (style, words), each with a sample of its line; of plots alike the first alone shows it."""
     parts = []
     for style, words in entries:
         parts.append(path(np.rint(GRAIN * np.array([[x, y - 4], [x + 18, y - 4]])).astype(int), style))
         parts.append(text(x + 23, y, words, "key"))
         x += 38 + 6.1 * len(words)  # a letter of eleven pixels is about six wide
-    return "".join(parts)
+    return f'<g class="legend">{"".join(parts)}</g>'
 
 
 def picture(width: float, height: float, title: str, content: str) -> Markup:

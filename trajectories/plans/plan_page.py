@@ -1,13 +1,21 @@
 """A plan as one HTML page that needs nothing else: no script, no network, light and dark, fit to print."""
 
 from collections.abc import Sequence
-from html import escape
 
 import numpy as np
+from markupsafe import Markup
 
-from exidyn.identify.pages.report_html import NAMELESS, figure, listing, paragraph, rounded, section
-from exidyn.identify.pages.report_html import table_of_html as table
-from exidyn.identify.pages.report_page import STYLE as REPORT_STYLE
+from exidyn.identify.pages.report_html import (
+    NAMELESS,
+    figure,
+    grid,
+    listing,
+    paragraph,
+    rounded,
+    section,
+    table,
+)
+from exidyn.identify.pages.report_page import page
 
 from ..trajectory import unit_of
 from .plan import Plan
@@ -30,11 +38,11 @@ def plan_page(plan: Plan, beyond: Sequence[str] = (), torque: Torque | None = No
     """
     curves = plan_curves(plan, torque)
     uses = [curve.use for curve in curves]
-    figures = "".join(
+    figures = [
         figure(name, _remark(plan, uses, joint), joint_plot(plan, joint, curves))
         for joint, name in enumerate(plan.joints)
-    )
-    note = (
+    ]
+    legend = (
         "Commands at every tick. Dashed: the robot's limits, before any margin; shaded: beyond them. "
         "Percentages are of the extremes, between ticks too"
         + ("; torque is that of the nominal model." if torque else ".")
@@ -42,20 +50,12 @@ def plan_page(plan: Plan, beyond: Sequence[str] = (), torque: Torque | None = No
     body = (
         section("verdict", "Verdict", listing(_verdict(plan, uses, beyond, torque), "verdict"))
         + section("limits", "Use of the limits", _use_table(plan, uses))
-        + section("motion", "Motion", paragraph(note), f'<div class="grid two">{figures}</div>')
+        + section("motion", "Motion", paragraph(legend), grid(*figures, kind="two alike"))
         + section("plan", "How it was planned", _facts(plan))
     )
-    name = escape(plan.robot)
-    return (
-        '<!doctype html><html lang="en"><head><meta charset="utf-8">'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f"<title>{name}: planned motion</title><style>{REPORT_STYLE}{STYLE}</style></head>"
-        f'<body><h1>{name}: planned motion</h1><p class="note">{_subtitle(plan)}</p>{body}</body></html>\n'
-    )
-
-
-def _subtitle(plan: Plan) -> str:
-    return escape(f"{plan.trajectory.duration:g} s, {len(plan.joints)} joints, every {1e3 * plan.tick:g} ms")
+    title = f"{plan.robot}: planned motion"
+    note = f"{plan.trajectory.duration:g} s, {len(plan.joints)} joints, every {1e3 * plan.tick:g} ms"
+    return page(title, title, note, body, style=STYLE)
 
 
 def _verdict(plan: Plan, uses: Sequence[Use], beyond: Sequence[str], torque: Torque | None) -> list[str]:
@@ -87,7 +87,7 @@ def _use_table(plan: Plan, uses: Sequence[Use]) -> str:
     place = uses[0]
     rows = [
         [
-            escape(name),
+            name,
             plan.units[j],
             _cell(span(place.reached.lower[j], place.reached.upper[j]), place, j),
             span(place.lower[j], place.upper[j]),
@@ -98,10 +98,11 @@ def _use_table(plan: Plan, uses: Sequence[Use]) -> str:
     return table(head, rows, words=(0, 1))
 
 
-def _cell(words: str, use: Use, joint: int) -> str:
+def _cell(words: str, use: Use, joint: int) -> Markup:
     share = use.share[joint]
     style = "bad" if use.violated[joint] else "middling" if share >= NEAR else "good"
-    return f"<td>{words}</td>" if np.isnan(share) else f'<td class="{style}">{words}</td>'
+    opening = "<td>" if np.isnan(share) else f'<td class="{style}">'
+    return Markup(opening + "{}</td>").format(words)
 
 
 def _remark(plan: Plan, uses: Sequence[Use], joint: int) -> str:
@@ -115,6 +116,6 @@ def _remark(plan: Plan, uses: Sequence[Use], joint: int) -> str:
 
 
 def _facts(plan: Plan) -> str:
-    rows = [[escape(name), escape(words)] for name, words in plan_facts(plan).items()]
-    rows += [["assumed", escape(sentence)] for sentence in plan.assumed]
+    rows = [[name, words] for name, words in plan_facts(plan).items()]
+    rows += [["assumed", sentence] for sentence in plan.assumed]
     return table(["", ""], rows, words=(0, 1))

@@ -8,6 +8,11 @@ from .plan import Plan
 from .plan_use import Use, percent
 from .trajectory_rows import family_words
 
+BYTES = 61.0
+"""Of a recording for each joint and command, as measured on recordings of arms of six joints."""
+LONG = 60.0
+"""Duration from which on minutes are given as well [s]."""
+
 
 def summary(plan: Plan, uses: Sequence[Use], beyond: Sequence[str] = ()) -> str:
     """Robot, duration, criterion and details; a table of the limits' use; `beyond` in sentences."""
@@ -26,7 +31,11 @@ def summary(plan: Plan, uses: Sequence[Use], beyond: Sequence[str] = ()) -> str:
 def plan_facts(plan: Plan) -> dict[str, str]:
     """What was planned and how, by name."""
     runs = "twice, unloaded and loaded" if plan.payload_pair else "once"
-    facts = {"joints": ", ".join(plan.joints), "to be run": f"{runs}, a command every {1e3 * plan.tick:g} ms"}
+    facts = {
+        "joints": ", ".join(plan.joints),
+        "to be run": f"{runs}, a command every {1e3 * plan.tick:g} ms",
+        "takes": run_cost(plan, plan.tick) + (" each" if plan.payload_pair else ""),
+    }
     if plan.criterion:
         facts["criterion"] = f"{plan.criterion}, reached {digits(plan.reached)}"
     if plan.margins:
@@ -35,6 +44,19 @@ def plan_facts(plan: Plan) -> dict[str, str]:
     facts["seed"] = str(plan.seed)
     facts["hashes"] = f"robot {plan.robot_hash}, model {plan.model_hash}"
     return facts
+
+
+def run_cost(plan: Plan, cycle: float) -> str:
+    """How long a run of it takes, and how large its recording is.
+
+    Args:
+        plan: The motion.
+        cycle: Between commands [s].
+    """
+    seconds = plan.trajectory.duration
+    minutes = f" ({int(seconds) // 60} min {int(seconds) % 60} s)" if seconds >= LONG else ""
+    size = 1e-6 * BYTES * len(plan.joints) * seconds / cycle
+    return f"{seconds:.0f} s{minutes}, a recording of about {size:.2g} MB"
 
 
 def use_table(plan: Plan, uses: Sequence[Use]) -> list[str]:

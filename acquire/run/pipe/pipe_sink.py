@@ -1,6 +1,5 @@
 """Sink: who is handed every frame of a run, and the control loop's end of a pipe to such a process."""
 
-import fcntl
 import os
 import select
 import signal
@@ -233,8 +232,10 @@ class PipeSink:
 def _enlarge(pipe: int) -> int:
     """Make a pipe as large as is allowed, up to `HELD`; its size."""
     try:
+        import fcntl  # Windows has none, and lists the commands all the same
+
         return fcntl.fcntl(pipe, fcntl.F_SETPIPE_SZ, HELD)
-    except (AttributeError, OSError):  # not Linux, or a user with too many large pipes
+    except (ImportError, AttributeError, OSError):  # not Linux, or a user with too many large pipes
         return select.PIPE_BUF
 
 

@@ -11,6 +11,9 @@ from ...preparation.filters import differentiate
 CHUNK = 200
 """Rows that are made plain at once."""
 
+SOFTEST = 1e-3
+"""Least stiffness of gear and gravity together, over their largest: so soft that it explains nothing."""
+
 
 class Twist(NamedTuple):
     """How far a motor leads its link, with derivatives, each of shape (t,) [rad], [rad/s], [rad/s^2]."""
@@ -35,6 +38,10 @@ def bent(
         load: That the link takes, shape (t,) [N m].
         step: Between samples [s].
     """
+    # A first fit may leave a light link less than no inertia where a payload's moments are unknown, and a
+    # soft gear cannot carry any payload: such a gear would have no twist at all, or one without bound.
+    inertia = np.maximum(inertia, 0.0)
+    stiffness = np.maximum(stiffness, SOFTEST * np.max(np.abs(stiffness)))
     mass, loss = inertia / step**2, damping / (2 * step)
     bands = np.zeros((3, len(load)))
     # Row k is the equation at sample k - 1; by the first two rows the gear starts at rest.

@@ -58,11 +58,11 @@ def _part(title: str, lines: Sequence[str]) -> list[str]:
 
 
 def _findings(diagnosis: Diagnosis, shown: Sequence[Finding]) -> list[str]:
-    head = ["effect", "where", "parameter", "value +- 95 %", "unit", "probability", "held out"]
+    head = ["effect", "where", "parameter", "value +- 95 %", "probability", "held out"]
     rows: list[list[str]] = []
     for finding in shown:
         rows += _rows(finding, diagnosis.joints)
-    lines = table(head, rows, left=(0, 1, 2, 3, 4))
+    lines = table(head, rows, left=(0, 1, 2, 3))
     for finding in shown:
         what_is = lower(named(finding.effect, finding.joints, diagnosis.joints))
         for other in finding.alternatives:
@@ -95,7 +95,8 @@ def _rows(finding: Finding, joints: Sequence[str]) -> list[list[str]]:
     last = [f"{100 * finding.probability:.4g} %", digits(finding.held_out)]
     rows = []
     for name, (value, std, unit) in finding.parameters.items():
-        rows.append([*first, name, with_interval(value, std), "" if unit == "1" else unit, *last])
+        known = f"{with_interval(value, std)} {'' if unit == '1' else unit}".rstrip()
+        rows.append([*first, name, known, *last])
         first, last = ["", ""], ["", ""]
     return rows
 

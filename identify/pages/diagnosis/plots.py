@@ -94,8 +94,8 @@ def time_plot(
         + panel.axes("time [s]", f"residual [{unit}]")
         + "".join(marks)
         + _band(panel, noise)
-        + panel.line(time, np.nan_to_num(before), "before thin")
-        + panel.line(time, np.nan_to_num(after), "after thin")
+        + panel.line(time, before, "before thin")
+        + panel.line(time, after, "after thin")
     )
     return picture(472, 246, f"{trace.name}: residual over time", content)
 
@@ -135,7 +135,7 @@ def _spectra(lines: Sequence[tuple[np.ndarray, np.ndarray]], label: str, unit: s
 def bars(
     before: np.ndarray, after: np.ndarray, names: Sequence[str], label: str, units: Sequence[str] = ()
 ) -> str:
-    """A number (n,) of every joint before and after, on a scale of roots.
+    """A number (n,) of every joint before and after, on a linear scale from zero.
 
     Args:
         before: Over noise, or in units.
@@ -149,14 +149,14 @@ def bars(
     most = max(float(np.max(known, initial=0.0)), 1e-9 if units else 2.0)
     left, width, step = 110.0, 350.0 - 40.0 * bool(units), 34.0
     height = step * len(names)
-    scale = width / np.sqrt(most)
+    scale = width / most
     parts = [legend(left, 44 + height, KEYS)]
     rows = zip(names, before, after, units or [""] * len(names), strict=True)
     for place, (name, first, second, unit) in enumerate(rows):
         top = 26 + place * step
         parts.append(text(left - 8, top + 17, name, "name end"))
         for row, (value, style) in enumerate(((first, "barbefore"), (second, "barafter"))):
-            length, y = scale * float(np.sqrt(max(np.nan_to_num(value, posinf=0.0), 0.0))), top + 2 + 12 * row
+            length, y = scale * float(value if np.isfinite(value) else 0.0), top + 2 + 12 * row
             parts.append(f'<rect class="{style}" x="{left:g}" y="{y:.1f}" width="{length:.1f}" height="10"/>')
             label = f"{value:.3g} {unit}".rstrip() if np.isfinite(value) else "diverged"
             parts.append(text(left + length + 5, y + 9, label, "tick"))
@@ -202,10 +202,10 @@ def forward_plot(found: Forward, joint: int, unit: str = TURNING) -> str:
     """
     length = int(np.searchsorted(found.time, found.time[0] + STRETCH, side="right"))
     shown = slice(0, min(length, len(found.time)))
-    time, weight = found.time[shown], found.weight[shown, joint]
+    time, slides = found.time[shown], found.weight[shown, joint] > 0
     limit = 2.0 * float(np.max(np.abs(found.measured[shown, joint]), initial=0.0)) or 1.0
     left = [
-        np.clip(np.nan_to_num((found.measured - one)[shown, joint], nan=limit), -limit, limit) * weight
+        np.where(slides, np.clip((found.measured - one)[shown, joint], -limit, limit), np.nan)
         for one in (found.torque_before, found.torque_after)
     ]
     panel = Panel(Span.around(time, margin=0.0), Span.around(*left, zero=True), 64, 24, 400, 190)

@@ -240,7 +240,7 @@ def where_section(diagnosis: PageData) -> str:
             figure(f"over {axis}", "", profile_plot(diagnosis.traces, joint, AXES[axis], noise, unit))
             for axis in ("velocity", "position", "load")
         ]
-        content += [heading(name), grid(*figures, kind="three")]
+        content += [heading(name), grid(*figures, kind="three alike")]
     note = "Residual of every joint, all runs: lines that are flat are a joint that is explained."
     return section("joints", "Every joint", paragraph(note), *content)
 

@@ -36,12 +36,12 @@ def torque_plot(run: Agreement, robot: Robot, joint: int, columns: int = COLUMNS
     above = Panel(part, Span.around(measured, predicted), 64, 22, 560, 122 if whole else 108)
     below = Panel(across, Span.around(sliding, np.array([noise]), zero=True), 64, 154, 560, 86)
     edges, limit = np.array([across.low, across.high]), np.full(2, noise)
-    keys = [("measured", "measured"), ("predicted", "predicted"), ("residual", "residual")]
+    keys = [("measured", "measured"), ("predicted dashed", "predicted"), ("residual", "residual")]
     content = (
         legend(64, 14, [*keys, ("bandkey", "noise, 95 %")])
         + above.axes("", f"torque [{unit}]", x_ticks=not whole)
         + above.line(run.time[shown], measured, "measured", columns)
-        + above.line(run.time[shown], predicted, "predicted", columns)
+        + above.line(run.time[shown], predicted, "predicted dashed", columns)
         + below.axes("time [s]", f"residual [{unit}]")
         + below.band(edges, -limit, limit, "band")
         + below.line(run.time, residual, "residual", columns)

@@ -87,7 +87,7 @@ def _run(fit: Fit, run: Agreement, role: str, columns: int) -> str:
         )
         for j, joint in enumerate(fit.model.robot.joints)
     ]
-    return heading(f"{run.run} ({role})") + grid(*figures)
+    return heading(f"{run.run} ({role})") + grid(*figures, kind="two alike")
 
 
 def friction_section(fit: Fit) -> str:
@@ -100,7 +100,7 @@ def friction_section(fit: Fit) -> str:
     )
     figures = [figure(joint, "", friction_plot(fit, j)) for j, joint in enumerate(fit.model.robot.joints)]
     without = "" if fit.agreement else paragraph(NO_SAMPLES)
-    return section("friction", "Friction", paragraph(note), without, grid(*figures, kind="three"))
+    return section("friction", "Friction", paragraph(note), without, grid(*figures, kind="three alike"))
 
 
 def conditioning_section(fit: Fit) -> str:

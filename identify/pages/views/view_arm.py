@@ -1,6 +1,7 @@
 """An arm in Rerun: drawn as cylinders, and moved along positions."""
 
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -8,10 +9,11 @@ import rerun as rr
 import rerun.blueprint as rrb
 import rerun.urdf
 
+from ...arm.link_frames import link_frames
 from ...errors import UnknownJoint
 from ...model import Model
 from ...robot_files.urdf_text import urdf_text
-from .view_parts import TIMELINE
+from .view_parts import GREY, JOINTS, TIMELINE
 
 
 def log_arm(
@@ -26,8 +28,7 @@ def log_arm(
         time: Shape (t,) [s].
         position: Shape (t, n) [rad].
     """
-    tree = arm_tree(model, name)
-    tree.log_urdf_to_recording(recording)
+    tree = log_solid(recording, model, name, JOINTS)
     index = rr.TimeColumn(TIMELINE, duration=time)
     for place, joint_name in enumerate(model.robot.joints):
         joint = tree.get_joint_by_name(joint_name)
@@ -37,6 +38,20 @@ def log_arm(
         recording.send_columns(
             rr.new_entity_path([name, "moves", joint_name]), indexes=[index], columns=columns
         )
+
+
+def log_solid(
+    recording: rr.RecordingStream, model: Model, name: str, colours: Sequence[tuple[int, ...]]
+) -> rerun.urdf.UrdfTree:
+    """Draw the arm, each link in the colour of the joint that moves it, and solid."""
+    tree, frames = arm_tree(model, name), link_frames(model.robot.kinematics)
+    tree.log_urdf_to_recording(recording)
+    owners = {frame.child: colours[place % len(colours)] for place, frame in enumerate(frames)}
+    for link in {frame.parent for frame in frames} | set(owners):
+        solid = rr.Cylinders3D.from_fields(colors=owners.get(link, GREY), fill_mode="solid")
+        for path in tree.get_visual_geometry_paths(link):
+            recording.log(path, solid, static=True)
+    return tree
 
 
 def arm_view(model: Model, name: str) -> rrb.Spatial3DView:

@@ -10,8 +10,10 @@ import numpy as np
 import rerun as rr
 
 TIMELINE = "time"
-JOINTS = ((86, 180, 233), (230, 159, 0), (0, 158, 115), (240, 228, 66), (204, 121, 167), (213, 94, 0))
-"""Colours that colour-blind readers, too, can distinguish; a seventh joint is white."""
+JOINTS = ((86, 180, 233), (230, 159, 0), (0, 158, 115), (240, 228, 66), (204, 121, 167), (70, 110, 255))
+"""Colours that colour-blind readers, too, can distinguish as thin lines; a seventh joint is white."""
+GREY = (140, 140, 140)
+"""Of what no joint moves, seen on dark ground and on light."""
 WHITE = (240, 240, 240)
 
 

@@ -1,5 +1,6 @@
 """Plant: an arm of any model that follows commands as a real one does."""
 
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -21,6 +22,9 @@ from .transmission import Transmission
 
 ROUNDS = 5
 """In which friction by load and acceleration agree: each leaves a tenth, its coefficient, of the gap."""
+
+Watched = Callable[[np.ndarray], Iterable[np.ndarray]]
+"""Hands on rows one by one."""
 
 
 class Measured(NamedTuple):
@@ -142,14 +146,21 @@ class Plant:
         """
         self.follow(position[None], None if velocity is None else velocity[None], seconds)
 
-    def follow(self, position: np.ndarray, velocity: np.ndarray | None, seconds: float) -> Measured:
+    def follow(
+        self,
+        position: np.ndarray,
+        velocity: np.ndarray | None,
+        seconds: float,
+        watched: Watched = iter,
+    ) -> Measured:
         """Follow commands (t, n) one after the other, as if by `step`; what its sensors measure, each (t, n).
 
         It is faster, for what is before and behind the arm's motion is done for all commands at once.
+        `watched` hands on what to follow, tick by tick, and may show how far that is.
         """
         cut = self._cut(seconds)
         references = self._servo.reference(*self._path.along(position, velocity, cut))
-        ticks = [self._tick(reference, cut) for reference in references]
+        ticks = [self._tick(reference, cut) for reference in watched(references)]
         arm, current, temperature = (np.array(rows) for rows in zip(*ticks, strict=True))
         seen = self._readings.see(arm @ self._motors.T, current, seconds)
         measured = Measured(*seen, self._readings.warmth(temperature), arm @ self._links.T)

@@ -1,5 +1,8 @@
 """What `exidyn record` refuses, before anything is rehearsed, asked or written."""
 
+import re
+
+import numpy as np
 import pytest
 
 from exidyn.acquire.command_line import REFUSED, main
@@ -63,6 +66,24 @@ def test_a_run_prints_where_it_is_and_what_to_do_with_it(arguments, capsys):
     assert "written: run.mcap; exidyn identify run.mcap" in printed.err
     assert "0 in which a joint was silent" in printed.out
     assert read_recording("run.mcap").outcome["stop"] == "none"
+
+
+def test_how_long_it_takes_and_how_large_it_gets_is_stated_before(arguments, capsys, tmp_path):
+    assert main(arguments) == 0
+    found = re.search(r"takes: +(\d+) s, a recording of about ([\d.]+) MB", capsys.readouterr().err)
+    assert float(found[1]) == round(motion().duration)
+    beside = (tmp_path / "run.mcap").stat().st_size - 1e6 * float(found[2])
+    assert 0 < beside < 5e5  # robot, trajectory, and half a second at rest before and after
+
+
+def test_the_simulated_arm_is_not_the_one_in_the_robot_file(arguments, tmp_path):
+    runs = []
+    for more in ([], ["--plant", "robot.toml"]):
+        assert main([*arguments, *more, "-o", "run.mcap"]) == 0
+        runs.append(read_recording("run.mcap").signals["current"].values)
+        (tmp_path / "run.mcap").unlink()
+    usual, nominal = (np.sqrt(np.mean(run**2, axis=0)) for run in runs)
+    assert np.all(np.abs(usual / nominal - 1) > 1e-3)
 
 
 def test_a_slower_run_has_the_motion_as_planned_inside_and_the_speed_beside_it(arguments, tmp_path):

@@ -35,6 +35,15 @@ def test_while_it_holds_there_is_nothing_to_brake():
     assert line(RUNNING, HOLDING) == "holding 0.0 of 10.0 s; cycles missed: 0"
 
 
+def test_the_time_left_follows_from_the_speed_until_now():
+    found = Line(10.0)
+    assert found.left(100.0) == ""
+    for number in range(1251):  # of 2 ms
+        found.add(SAMPLE, body(cycle(number, stage=RUNNING)))
+    assert found.left(100.0) == ""
+    assert found.left(105.0) == "; about 15 s left"
+
+
 def test_the_end_of_the_run_is_its_end():
     found = Line(10.0)
     found.add(END, body(text_frame(END, {})))

@@ -40,6 +40,23 @@ def test_an_elastic_gear_answers_a_swing_as_a_resonator(frequency, resonance):
     )
 
 
+def test_a_link_of_less_than_no_inertia_bends_as_one_of_none():
+    load, stiffness = np.sin(TIME), constant(4000.0)
+    damping = constant(2.0)
+    less = bent(constant(-0.02), damping, stiffness, load, STEP)
+    np.testing.assert_array_equal(less.value, bent(constant(0.0), damping, stiffness, load, STEP).value)
+    # what the first fit of a light body made singular
+    bent(
+        constant(0.0) - (damping[0] / (2 * STEP) + stiffness[0] / 4) * STEP**2, damping, stiffness, load, STEP
+    )
+
+
+def test_a_gear_that_cannot_carry_its_load_still_has_a_twist():
+    for stiffness in (constant(-10.0), -10.0 + 0.1 * np.sin(TIME)):
+        twist = bent(constant(3e-4), constant(1e-3), stiffness, np.sin(TIME) - 6.0, STEP)
+        assert np.all(np.isfinite(twist.value))
+
+
 def test_a_link_floats_through_its_play_as_its_load_pulls_it():
     load = np.where(TIME < 1.0, 3.0, -3.0)
     none, play = constant(0.0), 0.005

@@ -24,7 +24,9 @@ def section(text: str, title: str) -> list[str]:
 
 
 def row(lines: list[str], name: str) -> list[str]:
-    [found] = [line.split() for line in lines if line.split()[:1] == [name]]
+    """Cells of a row; of a table whose last columns stand below, those of the first."""
+    found, *below = [line.split() for line in lines if line.split()[:1] == [name]]
+    assert all(other[:2] == found[:2] for other in below)
     return found
 
 
@@ -204,3 +206,21 @@ def test_a_fit_that_was_read_has_a_page_too(tmp_path):
     text = summary(read_fit(tmp_path / "fit.json"))
     assert "not kept in the file" in section(text, "Fit by joint")[0]
     assert section(text, "Parameters") == section(summary(fit()), "Parameters")
+
+
+@pytest.mark.parametrize("columns", [3, 9, 14])
+def test_a_table_fits_the_page_and_loses_no_cell(columns):
+    head = ["joint", *(f"a quantity {k}" for k in range(columns))]
+    rows = [[name, *(f"{k}.{place}25" for k in range(columns))] for place, name in enumerate(("one", "two"))]
+    lines = table(head, rows)
+    assert max(map(len, lines)) <= WIDTH
+    words = " ".join(lines).split()
+    assert all(words.count(cell) == 1 for row in rows for cell in row[1:])
+
+
+def test_a_sentence_in_the_last_column_goes_on_below():
+    sentence = "word " * 40
+    lines = table(["name", "what it is"], [["x", sentence.strip()], ["y", "short"]], left=(0, 1))
+    assert max(map(len, lines)) <= WIDTH
+    assert " ".join(lines).count("word") == 40
+    assert lines[-1].split() == ["y", "short"]

@@ -23,7 +23,7 @@ def test_a_line_passes_through_its_samples(fit):
     drawn = Page(torque_plot(run, fit.model.robot, 1, columns=len(run.time)))
     (steps,) = [
         attrs["d"] for tag, attrs in drawn.elements
-        if tag == "path" and attrs["class"] == "predicted" and len(attrs["d"]) > 40
+        if tag == "path" and attrs["class"] == "predicted dashed" and len(attrs["d"]) > 40
     ]  # fmt: skip
     points = points_of(steps)
     assert len(points) == len(run.time)

@@ -16,6 +16,7 @@ from exidyn.identify.recordings.recording import KnownPayload, Recording, Signal
 from exidyn.identify.robot_files.robot_file import model_text, read_model
 from exidyn.identify.simulation.comparison import compare
 from exidyn.identify.simulation.simulate import simulate
+from exidyn.identify.text_table import WIDTH
 
 from ...parts.small import two_joints
 from ...parts.small.two_joint_files import of_another_arm, write
@@ -147,7 +148,7 @@ def test_page_names_the_joint_aligns_the_clocks_and_goes_on(files, tmp_path, cap
     assert main(["compare", *files, "--json", str(path)]) == 0
     page, text = capsys.readouterr()
     assert text == f"written: {path}\n"
-    assert max(map(len, page.splitlines()[:-3])) <= 110
+    assert max(map(len, page.splitlines()[:-3])) <= WIDTH
     assert "- elbow: current differs by" in page
     assert "- shoulder" not in page
     assert f"sim moved by -{LATE:.4f} s" in page

@@ -1,0 +1,20 @@
+"""The files that stand in for a person's own: each is read by the command that README gives it to."""
+
+import numpy as np
+
+from exidyn.acquire.command_line import main
+from exidyn.identify.recordings.mcap.mcap_file import read_recording
+from exidyn.identify.robot_files.robot_file import read_model
+
+
+def test_robot_and_log_are_what_the_commands_take(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert main(["example", "files", "--output", "."]) == 0
+    assert "log.csv" in capsys.readouterr().out
+    assert main(["import", "log.csv", "--robot", "robot.toml", "--degrees"]) == 0
+    log = read_recording("log.mcap")
+    limits = log.robot.limits
+    position = log.signals["position"].values
+    assert np.all((position >= limits.position_lower) & (position <= limits.position_upper))
+    stated, true = (read_model(name).robot.drive_gain for name in ("robot.toml", "truth.toml"))
+    assert np.all(stated != true)

@@ -1,0 +1,65 @@
+"""How long a command will still take: foretold from its stages, and shown to people only."""
+
+import math
+import os
+import pty
+import select
+import time
+
+import pytest
+
+from exidyn.acquire.terminal import stopwatch
+from exidyn.acquire.terminal.stopwatch import NEARLY, Stopwatch
+
+SHARES = {"read": 0.25, "fit": 0.5, "draw": 0.25}
+
+
+@pytest.fixture
+def clock(monkeypatch):
+    """A clock that stands where it is put."""
+    now = [0.0]
+    monkeypatch.setattr(stopwatch.time, "perf_counter", lambda: now[0])
+    return now
+
+
+def test_the_time_left_follows_from_the_stages_that_are_over(clock, capsys):
+    watch = Stopwatch(SHARES)
+    watch("read the files")
+    assert math.isnan(watch.left(1.0)[1])
+    clock[0] = 10.0
+    watch("fit all joints")
+    assert watch.left(10.0) == pytest.approx((0.25, 30.0))
+    assert watch.left(20.0) == pytest.approx((0.5, 20.0))
+    clock[0] = 18.0
+    watch("a sentence inside the stage")
+    assert watch.left(20.0) == pytest.approx((0.5, 20.0))
+    assert watch.left(1e4)[0] == pytest.approx(0.25 + 0.5 * NEARLY)  # it took longer, and is not over
+
+
+def test_a_file_gets_the_sentences_alone(monkeypatch, capsys):
+    monkeypatch.setattr(stopwatch, "PATIENCE", 0.0)
+    with Stopwatch(SHARES) as watch:
+        watch("read the files")
+        time.sleep(0.1)
+    assert capsys.readouterr().err == "   0.0 s  read the files\n"
+
+
+def test_a_terminal_gets_a_bar_that_is_gone_in_the_end(monkeypatch):
+    ours, theirs = pty.openpty()
+    monkeypatch.setattr(stopwatch, "PATIENCE", 0.0)
+    monkeypatch.setattr(stopwatch, "REDRAW", 0.02)
+    with os.fdopen(theirs, "w") as terminal:
+        monkeypatch.setattr(stopwatch.sys, "stderr", terminal)
+        with Stopwatch(SHARES) as watch:
+            time.sleep(0.1)
+            watch("fit all joints")
+            shown = ""
+            while " left" not in shown and select.select([ours], [], [], 30.0)[0]:
+                shown += os.read(ours, 1 << 16).decode()
+        terminal.flush()
+        shown += os.read(ours, 1 << 16).decode()
+    os.close(ours)
+    assert "s  fit all joints" in shown
+    assert "% |" in shown
+    assert " left" in shown
+    assert not shown.rpartition("\r")[2].strip()
