@@ -62,7 +62,8 @@ class Robot:
         kinematics: Pinocchio model with one degree of freedom a joint and the nominal inertias.
         limits: Joint limits.
         drive_gain: Joint torque per motor current, signed, shape (n,) [N m/A].
-        drive_gain_tolerance: Relative standard deviation of the drive gains [-].
+        drive_gain_tolerance: Relative standard deviation of each drive gain, shape (n,) [-]; one number
+            stands for all.
         inertial_tolerance: Relative standard deviation of the nominal inertias [-].
         inertias_stated: Whether the robot file states how well they are known; a bare URDF does not.
         gear_ratio: Motor turns per joint turn, shape (n,) [-].
@@ -75,7 +76,7 @@ class Robot:
     kinematics: pin.Model
     limits: Limits = field(default_factory=lambda: Limits.none(0))
     drive_gain: np.ndarray = field(default_factory=_not_given)
-    drive_gain_tolerance: float = 0.1
+    drive_gain_tolerance: np.ndarray = field(default_factory=lambda: np.array(0.1))
     inertial_tolerance: float = 0.1
     inertias_stated: bool = True
     gear_ratio: np.ndarray = field(default_factory=_not_given)
@@ -100,6 +101,7 @@ class Robot:
             if value.shape != default.shape:
                 raise WrongShape(f"{self.name}: {name} has shape {value.shape}, expected {default.shape}")
             object.__setattr__(self, name, value)
+        object.__setattr__(self, "drive_gain_tolerance", np.zeros(n) + self.drive_gain_tolerance)
         if self.limits.velocity.size == 0:
             object.__setattr__(self, "limits", Limits.none(n))
 

@@ -6,7 +6,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ...notebook import counted as counted
+from ...text_table import digits
 from ..fit import Agreement, Fit, Scores
+from ..settled_gains import cure, hanging, open_gains, settled
 from .fit_warnings import unknown_scale
 from .hints import OPEN
 
@@ -82,7 +84,7 @@ def verdict(fit: Fit) -> list[str]:
     """Sentences, the most important first: the joints, the gains, the parameters, the warnings."""
     joints, gains = _joints(fit), gains_sentence(fit)
     first = (gains, joints) if fit.unscaled else (joints, gains)
-    sentences = (*first, *_noise(fit), *_parameters(fit), *fit.warnings)
+    sentences = (*open_gain_sentences(fit), *first, *_noise(fit), *_parameters(fit), *fit.warnings)
     return list(dict.fromkeys(sentences))  # a warning that is a sentence of its own is not repeated
 
 
@@ -162,12 +164,39 @@ def gains_sentence(fit: Fit) -> str:
             "Drive gains are nominal, not measured: an error in them is an error of every parameter. "
             "Finding them needs motor currents and a run with a known payload."
         )
-    percent = 100.0 * fit.estimate.gain_std / np.abs(fit.estimate.gain)
-    worst = int(np.argmax(percent))
+    percent, free = 100.0 * fit.estimate.gain_std / np.abs(fit.estimate.gain), _open(fit)
+    if np.all(free):
+        return "No drive gain was identified."
+    worst = int(np.argmax(np.where(free, 0.0, percent)))
+    which = f"The other {counted(int(np.sum(~free)), 'drive gain')}" if np.any(free) else "Drive gains"
+    verb = "is" if np.sum(~free) == 1 else "are"
     return (
-        f"Drive gains are known to {percent.min():.2g} to {percent.max():.2g} % (one standard deviation), "
-        f"worst on {fit.model.robot.joints[worst]}."
+        f"{which} {verb} known to {percent[~free].min():.2g} to {percent[worst]:.2g} % (one standard "
+        f"deviation), worst on {fit.model.robot.joints[worst]}."
     )
+
+
+def open_gain_sentences(fit: Fit) -> list[str]:
+    """The drive gains that the runs leave open, what is open with each, and what would settle it."""
+    robot, estimate = fit.model.robot, fit.estimate
+    by_gain, after = hanging(estimate, robot), settled(fit).gain
+    sentences = []
+    for joint in np.flatnonzero(_open(fit)):
+        names = [fit.names[row] for row, of in by_gain.items() if of == joint]
+        depending = f", nor are {', '.join(names)}, which depend on it" if names else ""
+        taken = f" Export and simulation take {digits(after[joint])}, by its nominal value."
+        found, std = digits(estimate.gain[joint]), digits(estimate.gain_std[joint])
+        sentences.append(
+            f"The drive gain of {robot.joints[joint]} was not identified{depending}: it came out as {found} "
+            f"\N{PLUS-MINUS SIGN} {std} {robot.units('N m')[joint]}/A, since the payload makes hardly any "
+            f"torque there.{'' if fit.gains_unstated else taken} What would settle it: "
+            f"{cure(robot, int(joint))}."
+        )
+    return sentences
+
+
+def _open(fit: Fit) -> np.ndarray:
+    return open_gains(fit.estimate, fit.model.robot)
 
 
 def _parameters(fit: Fit) -> list[str]:

@@ -54,7 +54,7 @@ def _gain(robot: Robot, joint: int) -> str:
     if np.all(robot.drive_gain == 1.0):
         return NAMELESS
     gain = float(robot.drive_gain[joint])
-    return _with(gain, robot.drive_gain_tolerance * abs(gain))
+    return _with(gain, float(robot.drive_gain_tolerance[joint]) * abs(gain))
 
 
 def _links(robot: Robot) -> str:

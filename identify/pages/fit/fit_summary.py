@@ -19,6 +19,7 @@ from ...fit.warnings.verdict import (
     TO_NOISE,
     gains_estimated,
     gains_sentence,
+    open_gain_sentences,
     surprises,
     verdict,
 )
@@ -65,7 +66,9 @@ def _header(fit: Fit) -> list[str]:
     for label, text in (("Joints", names), ("Identified from", ", ".join(fit.runs))):
         lines += paragraph(text, " " * 18, f"{label + ':':<18}")
     held_out = ", ".join(a.run for a in fit.validation)
-    return lines + (paragraph(held_out, " " * 18, f"{'Validated on:':<18}") if held_out else [])
+    lines += paragraph(held_out, " " * 18, f"{'Validated on:':<18}") if held_out else []
+    # What spoils other numbers is read before them.
+    return lines + [line for words in open_gain_sentences(fit) for line in paragraph(words, "  ", "! ")]
 
 
 def _counted(fit: Fit) -> str:

@@ -59,7 +59,7 @@ def gain_table(fit: Fit) -> str:
     rows = []
     for joint, name in enumerate(robot.joints):
         gain, std, prior = estimate.gain[joint], estimate.gain_std[joint], robot.drive_gain[joint]
-        tolerance = robot.drive_gain_tolerance * abs(prior)
+        tolerance = robot.drive_gain_tolerance[joint] * abs(prior)
         cells = [number(gain, 5), f"{robot.units('N m')[joint]}/A"]
         cells += [number(NORMAL_95 * std, 3), number(100 * std / abs(gain), 2)] if found else [NAMELESS] * 2
         if fit.gains_unstated:  # a gain of 1 was never stated
