@@ -9,14 +9,14 @@ from threadpoolctl import threadpool_limits
 
 from ..fit.identification import pooled_noise, with_payloads
 from ..model import Model
-from ..preparation.prepare import Filtering
+from ..preparation.prepare import SMOOTHED_SOURCES, Filtering
 from ..recordings.recording import Recording
 from .findings.finding import Alternative, Diagnosis, Finding, Improvement
 from .findings.named_quantities import quantities
 from .results.budget import budget
 from .results.changes import changes
 from .results.evidence import Residuals, evidence, places_of
-from .results.remainder import discrepancies, remainders, rms
+from .results.remainder import MAIN, MATERIAL, discrepancies, remainders, rms
 from .results.shape_uncertainty import deviations
 from .runs.driven import Driven
 from .runs.usable import HELD_OUT, usable
@@ -25,6 +25,10 @@ from .search.problem import Problem
 from .search.search import SearchResult, search
 from .search.selected import Selected
 
+SMOOTH = (
+    "The recordings were smoothed before they were recorded: the noise of the motion is not known, and what is "
+    "left may be what the filter took. Record what the drive measures, without a filter."
+)
 UNSTATED = 100.0
 """Relative standard deviation of unstated inertias [-]: flat, and still a number."""
 
@@ -61,6 +65,12 @@ def _diagnosed(
     found = search(Problem.of(model, runs)).ordered()
     fitted, apart = found.problem.fitted, found.problem.held_out
     noise, rested = noise_floor(found.problem.runs)
+    material = MATERIAL
+    if pooled_noise([run.prepared for run in found.problem.runs])[0].noise_source in SMOOTHED_SOURCES:
+        # No floor: what is left with all findings is the only level there is.
+        noise = np.maximum(noise, rms(found.prediction.residual, found.prediction.rows.weight))
+        rested, material = False, MAIN
+        warnings = [*warnings, SMOOTH]
     residuals = Residuals.of(found)
     left = discrepancies(found.problem, found.prediction)
     every, named = _findings(found), sum(one.named for one in found.selected)
@@ -69,7 +79,7 @@ def _diagnosed(
         joints=model.robot.joints,
         findings=tuple(every[:named]),
         undecided=tuple(every[named:]),
-        remainders=tuple(remainders(found.prediction, left, noise, rested)),
+        remainders=tuple(remainders(found.prediction, left, noise, rested, material)),
         improvement=_improvement(found, residuals, apart, noise),
         runs=tuple(run.prepared.name for run in fitted),
         warnings=tuple(warnings),

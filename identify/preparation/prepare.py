@@ -10,8 +10,11 @@ from ..recordings.recording import Recording
 from . import cutoffs
 from .filtering import Filtering as Filtering
 from .filters import Decimation, differentiate, low_pass, uniform
-from .noise import noise_above, noise_at_rest, quantisation
+from .noise import noise_above, noise_at_rest, quantisation, smoothed
 
+REST, ABOVE = "rest", "high frequencies"
+SMOOTHED_REST, SMOOTHED = SMOOTHED_SOURCES = "rest, smoothed", "smoothed"
+"""Where a noise floor is from. Of a recording that was smoothed before, even that at rest is none."""
 FEWEST = 64
 """Samples below which there is no spectrum to choose filters from; no filter fits such a run anyway."""
 
@@ -31,7 +34,8 @@ class Prepared:
         decimation: The filter through which torque and regressor are compared.
         position_cutoff: Low-pass that was used before differentiation [Hz].
         noise: Noise floor of `current` behind the decimation filter, shape (n,).
-        noise_source: "rest" if measured while the arm stood still, else "high frequencies".
+        noise_source: `REST` if measured while the arm stood still, else `ABOVE`; of a recording that was
+            smoothed before it was recorded `SMOOTHED_REST` or `SMOOTHED`.
         encoder_noise: Standard deviation of the measured position's white noise, shape (n,) [rad].
         commanded: Motion that was commanded, filtered alike; None if it was not recorded.
         known: What is known of the payload carried: (parameter, value) pairs.
@@ -160,6 +164,8 @@ def prepare(recording: Recording, filtering: Filtering = Filtering()) -> Prepare
     filtering.check_standstill(motion.velocity, recording.name)
     sliding = np.abs(motion.velocity) >= _standstill(motion, filtering)
     noise, source = _noise(current, motion, decimation)
+    if smoothed(recording.signals[even.measures].values, even.rate):
+        source = SMOOTHED_REST if source == REST else SMOOTHED
     if not np.any(sliding):
         raise NotExcited(f"{recording.name}: no joint moves; record an exciting trajectory")
     return Prepared(
@@ -283,5 +289,5 @@ def _noise(current: np.ndarray, motion: Motion, decimation: Decimation) -> tuple
     still = np.all(np.abs(motion.velocity) < 1e-3 * _usual_speed(motion), axis=1)
     noise = noise_at_rest(current, still, decimation)
     if np.all(np.isfinite(noise)):
-        return noise, "rest"
-    return noise_above(current, decimation), "high frequencies"
+        return noise, REST
+    return noise_above(current, decimation), ABOVE

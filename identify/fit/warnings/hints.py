@@ -32,7 +32,7 @@ def unclear(model: Model, base: BaseParameters, estimate: Estimate, payload: str
     for column in found:
         percents = float(percent[column])
         if column in by_gain:  # no motion shows what only a known torque does
-            hints.append(Unclear(base.names[column], percents, cure(model.robot, by_gain[column])))
+            hints.append(Unclear(base.names[column], percents, cure(model.robot, by_gain[int(column)])))
             continue
         gain = np.max(seen[:, :, column] ** 2 / (1.0 + spread), axis=1)
         hints.append(Unclear(base.names[column], percents, _in_words(model, motion, gain)))

@@ -1,24 +1,37 @@
 """The tables of a report."""
 
+from collections.abc import Collection
+
 import numpy as np
 from markupsafe import Markup
 
 from ...fit.fit import Agreement, Fit, Scores
-from ...fit.warnings.verdict import EXPLAINED, LITTLE, NORMAL_95, gains_estimated, joint_verdicts, judged
+from ...fit.warnings.verdict import (
+    EXPLAINED,
+    LITTLE,
+    NORMAL_95,
+    NOT_FOUND,
+    UNJUDGED,
+    gains_estimated,
+    joint_verdicts,
+    judged,
+)
 from ..report_html import NAMELESS, grid, number, table, unit
 from .report_plots import interval_bar, measured_unit
 
+KINDS = {EXPLAINED: "good", LITTLE: "middling", NOT_FOUND: "middling", UNJUDGED: "middling"}
+"""Words about a joint -> how they are coloured, red if not here."""
 WORST_PAIRS = 12
 """Pairs of correlated parameters that are listed."""
 
 
-def joint_table(fit: Fit) -> str:
-    """One line a joint: how well it is explained where it is explained worst."""
+def joint_table(fit: Fit, missing: Collection[str] | None = None) -> str:
+    """One line a joint: how well it is explained where it is explained worst; `missing` as of `verdict`."""
     runs = {run.run: run for run in judged(fit)}
     rows = []
-    for joint, found in enumerate(joint_verdicts(fit)):
+    for joint, found in enumerate(joint_verdicts(fit, missing)):
         run = runs[found.run]
-        kind = {EXPLAINED: "good", LITTLE: "middling"}.get(found.words, "bad")
+        kind = KINDS.get(found.words, "bad")
         numbers = (found.over_noise, run.residual_rms[joint], run.noise[joint], 100 * run.relative[joint])
         cells = [number(value, 3) for value in numbers]
         rows.append(
@@ -43,6 +56,7 @@ def runs_table(fit: Fit) -> str:
     """Residual over noise of every run and joint."""
     rows = [_run_row(run, "used") for run in fit.agreement]
     rows += [_run_row(run, "held out") for run in fit.validation]
+    rows += [_run_row(run, "not judged") for run in fit.apart]
     rows = rows or [_run_row(run, "held out" if run.held_out else "used") for run in fit.scores]
     return table(["run", "role", *fit.model.robot.joints], rows, words=(1,))
 
