@@ -34,13 +34,14 @@ def layout(model: Model, effort: str, delay: float) -> rrb.Blueprint:
     """
     revolute = bool(model.robot.revolute.all())
     angle, small = ("rad", "mrad") if revolute else ("rad, m", "mrad, mm")
+    force = ", ".join(dict.fromkeys(model.robot.units("N m")))
     old = f"{1e3 * delay:.0f} ms old"
     plots = rrb.Grid(
         _plot("position", f"position, commanded in grey [{angle}]"),
         _plot("tracking_error", f"tracking error [{small}]", legend=True),
         _plot("velocity", f"velocity, {old} [{angle}/s]"),
-        _plot(effort, f"{effort} [{'A' if effort == 'current' else 'N m'}]"),
-        _plot("residual", f"residual torque, {old} [N m]"),
+        _plot(effort, f"{effort} [{'A' if effort == 'current' else force}]"),
+        _plot("residual", f"residual torque, {old} [{force}]"),
         _plot("lateness", "lateness of cycles [ms]", legend=True),
         grid_columns=2,
     )

@@ -9,7 +9,22 @@ import pinocchio as pin
 from ..errors import BrokenTree, UnknownJoint, WrongShape
 from .newton_euler import joints_of
 
-SLIDING = {"rad": "m", "rad/s": "m/s", "N m": "N"}
+SLIDING = {
+    "rad": "m",
+    "rad/s": "m/s",
+    "rad/s²": "m/s²",
+    "rad/s^2": "m/s^2",
+    "N m": "N",
+    "N m/K": "N/K",
+    "N m/A": "N/A",
+    "N m s/rad": "N s/m",
+    "N m s/rad/K": "N s/m/K",
+    "N m/rad": "N/m",
+    "N m/rad^2": "N/m^2",
+    "N m/rad^3": "N/m^3",
+    "kg m^2": "kg",
+    "rad/(N m)": "m/N",
+}
 """Unit of a revolute joint -> that of a prismatic one."""
 
 
@@ -123,6 +138,10 @@ class Robot:
     def units(self, turning: str) -> tuple[str, ...]:
         """A unit for each joint, given that of revolute joints."""
         return tuple(turning if revolute else SLIDING.get(turning, turning) for revolute in self.revolute)
+
+    def unit(self, joint: int, turning: str) -> str:
+        """The unit of one joint, by its column, given that of revolute joints."""
+        return turning if self.revolute[joint] else SLIDING.get(turning, turning)
 
     def index(self, joint: str) -> int:
         """Column of a joint.

@@ -18,6 +18,7 @@ from ..preparation.prepare import (
     choose,
     prepare,
 )
+from ..preparation.torque_off import torque_off_warnings
 from ..recordings.recording import Recording
 from ..recordings.recording_checks import check, check_alive
 from .base_parameters import BaseParameters, base_parameters
@@ -97,6 +98,7 @@ def identify(
     warnings = tuple(f"{run.name}: {warning}" for run in every for warning in run.warnings)
     warnings += excitation_warnings(model.robot.joints, used, fit.condition)
     warnings += payload_warnings(model, used, held_out)
+    warnings += tuple(torque_off_warnings(model.robot.joints, prepared))
     warnings = (*fit_warnings(fit), *warnings, *repeated_runs(runs, validate))
     simulations = tuple(run.name for run in runs if run.simulated)
     fit = replace(fit, warnings=warnings, simulations=simulations, carried=_carried(runs))

@@ -1,8 +1,9 @@
 """From a recording to motion and current on one even time axis, filtered as in the paper's section III."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
+from scipy import ndimage
 
 from ..arm.motion import Motion
 from ..errors import NotExcited, RecordingError
@@ -11,6 +12,7 @@ from . import cutoffs
 from .filtering import Filtering as Filtering
 from .filters import Decimation, differentiate, low_pass, uniform
 from .noise import noise_above, noise_at_rest, quantisation, smoothed
+from .torque_off import torque_off
 
 REST, ABOVE = "rest", "high frequencies"
 SMOOTHED_REST, SMOOTHED = SMOOTHED_SOURCES = "rest, smoothed", "smoothed"
@@ -41,6 +43,7 @@ class Prepared:
         known: What is known of the payload carried: (parameter, value) pairs.
         link_position: Positions behind the gears, unfiltered, shape (t, n) [rad]; NaN where a joint has no
             second encoder, None if none was recorded.
+        off: For how long each joint moved with its drive off, which does not count, shape (n,) [s].
     """
 
     name: str
@@ -57,6 +60,7 @@ class Prepared:
     commanded: Motion | None = None
     known: tuple[tuple[str, float], ...] = ()
     link_position: np.ndarray | None = None
+    off: np.ndarray = field(default_factory=lambda: np.zeros(0))
 
     @property
     def decimated_current(self) -> np.ndarray:
@@ -162,7 +166,11 @@ def prepare(recording: Recording, filtering: Filtering = Filtering()) -> Prepare
     inside = _inside(even, cutoff, decimation)
     motion, current = _whole_motion(even, cutoff), even.current
     filtering.check_standstill(motion.velocity, recording.name)
-    sliding = np.abs(motion.velocity) >= _standstill(motion, filtering)
+    off = torque_off(current, motion.position, even.rate)
+    near = ndimage.binary_dilation(
+        off, np.ones((len(decimation.taps), 1))
+    )  # all that the filter takes of them
+    sliding = (np.abs(motion.velocity) >= _standstill(motion, filtering)) & ~near
     noise, source = _noise(current, motion, decimation)
     if smoothed(recording.signals[even.measures].values, even.rate):
         source = SMOOTHED_REST if source == REST else SMOOTHED
@@ -183,6 +191,7 @@ def prepare(recording: Recording, filtering: Filtering = Filtering()) -> Prepare
         commanded=_commanded(even, cutoff, motion, inside),
         known=recording.payload.known if recording.payload else (),
         link_position=even.signal("link_position")[inside] if "link_position" in recording.signals else None,
+        off=off[inside].sum(axis=0) / even.rate,
     )
 
 

@@ -20,6 +20,9 @@ WIDE = 10.0
 FAR = 10.0
 """Factor between the errors of stated gains from which one has not been seen: motors are not so wrong."""
 
+LOST = 1e4
+"""Factor from stated gains at which nothing was seen of any: a mass in grams is a factor of a thousand."""
+
 
 def maximum_likelihood(equations: Equations) -> Estimate:
     """Gauss-Newton from the mixed total least squares solution, noise of each joint re-estimated."""
@@ -57,6 +60,8 @@ def _start(equations: Equations, compressed: Compressed) -> tuple[np.ndarray, np
         return weighted_values(equations, equations.gain, compressed), equations.gain
     share = np.abs(gain / equations.gain)
     usual = float(share[np.argmin(np.abs(np.log(share)))])
+    if not 1.0 / LOST < usual < LOST:
+        return weighted_values(equations, equations.gain, compressed), equations.gain
     seen = (share > usual / FAR) & (share < usual * FAR)
     if np.all(seen) or np.all(equations.gain == 1.0):
         return values, gain

@@ -197,8 +197,9 @@ def gains_sentence(fit: Fit) -> str:
     if np.all(free):
         return "No drive gain was identified."
     worst = int(np.argmax(np.where(free, 0.0, percent)))
-    which = f"The other {counted(int(np.sum(~free)), 'drive gain')}" if np.any(free) else "Drive gains"
-    verb = "is" if np.sum(~free) == 1 else "are"
+    others = int(np.sum(~free))
+    which = f"The other {counted(others, 'drive gain')}" if np.any(free) else "Drive gains"
+    verb = "is" if np.any(free) and others == 1 else "are"
     return (
         f"{which} {verb} known to {percent[~free].min():.2g} to {percent[worst]:.2g} % (one standard "
         f"deviation), worst on {fit.model.robot.joints[worst]}."

@@ -112,7 +112,8 @@ def parameter_tables(fit: Fit) -> str:
     """Base parameters, in two tables side by side where the screen is wide."""
     rows = parameter_rows(fit)
     half = (len(rows) + 1) // 2
-    unit = "unit per N m/A" if fit.unscaled else "unit"
+    per = ", ".join(dict.fromkeys(fit.model.robot.units("N m/A")))
+    unit = f"unit per {per}" if fit.unscaled else "unit"
     head = ["parameter", "value", unit, "\u00b1 95 %", "std %", "nominal", "\u00b1 std", "against nominal"]
     halves = [table(head, part, words=(2, 7)) for part in (rows[:half], rows[half:]) if part]
     return grid(*halves, kind="two tables")
@@ -171,7 +172,7 @@ def filter_table(fit: Fit) -> str:
         ("sample rate", filtering.rate, "Hz"),
         ("low-pass of positions before differentiation", filtering.position_cutoff, "Hz"),
         ("parallel decimation of torque and regressor", filtering.torque_cutoff, "Hz"),
-        ("standstill below", filtering.standstill, "rad/s"),
+        ("standstill below", filtering.standstill, ", ".join(dict.fromkeys(fit.model.robot.units("rad/s")))),
     ]
     rows = [[name, NAMELESS if v is None else number(v), unit] for name, v, unit in chosen]
     if filtering.standstill is None:
