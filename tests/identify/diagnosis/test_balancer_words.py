@@ -44,7 +44,7 @@ def test_text_has_no_stiffness_and_says_which_length_gives_it():
     page = summary(diagnosis(found()))
     assert "N/m " not in page.replace("[N/m]", "")
     lines = " ".join(verdict(diagnosis(found())))
-    assert "from -3100 to 240 N m over the recorded range" in lines
+    assert "from -3100 to 240.0 N m over the recorded range" in lines
     assert "With d21 from the drawing, the distance of its fixed end from the axis, K_r is" in lines
 
 
