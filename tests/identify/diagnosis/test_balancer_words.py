@@ -10,10 +10,14 @@ from exidyn.identify.arm.motion import Motion
 from exidyn.identify.diagnosis import Quantity
 from exidyn.identify.diagnosis.candidates.spring_balancer import LEVERS, PRELOAD, STIFFNESS, balancers
 from exidyn.identify.diagnosis.diagnose import _range
+from exidyn.identify.diagnosis.findings.arm import Arm
+from exidyn.identify.diagnosis.improved.improved import with_finding
 from exidyn.identify.diagnosis.words.answer import plain
+from exidyn.identify.diagnosis.words.measures import by_kind
 from exidyn.identify.diagnosis.words.summary import summary
 from exidyn.identify.diagnosis.words.words import verdict
 from exidyn.identify.effects import SpringBalancer
+from exidyn.identify.simulation.plant import Transmission
 
 from ...parts.small import two_joints
 from .test_diagnosis_words import diagnosis, finding
@@ -63,3 +67,14 @@ def test_the_range_of_torque_is_that_of_what_was_recorded():
     columns = SimpleNamespace(values=np.array([[[1.0, 2.0]], [[3.0, -1.0]], [[0.5, 0.5]]]))
     ends = _range(SimpleNamespace(candidate=candidate, columns=columns), np.array([2.0, 1.0]))
     assert (ends["torque_least"].value, ends["torque_most"].value) == (1.5, 5.0)
+
+
+def test_a_model_takes_a_balancer_that_is_told_so():
+    model = two_joints.model()
+    arm = Arm(model, model.nominal_values, model.robot.drive_gain, Transmission.rigid(model.robot.dof))
+    one = replace(found(), candidate=next(balancers(model)))
+    told = by_kind(diagnosis(one)).findings[0]
+    assert "Kr" not in told.parameters
+    for each in (one, told):
+        values = with_finding(arm, each).by_name
+        assert (values["Kr"], values["K0"]) == pytest.approx((KR * 0.7**2, K0 * 0.7))
