@@ -7,6 +7,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from exidyn.identify.errors import RecordingError
+from exidyn.identify.fit.fit import Fit
+from exidyn.identify.fit.fit_file import read_fit
 from exidyn.identify.model import Model
 from exidyn.identify.recordings.importers import import_source
 from exidyn.identify.recordings.importers.align import nearest
@@ -33,7 +35,7 @@ def main(arguments: Sequence[str]) -> int:
     simulated, recorded = (_one(path, model) for path in (given.simulated, given.recorded))
     if simulated.name == recorded.name:
         simulated = replace(simulated, name=str(given.simulated))
-    found = _compared(simulated, recorded, given.offset)
+    found = _compared(simulated, recorded, given.offset, read_fit(given.fit) if given.fit else None)
     go_on = _go_on(given, simulated, recorded)
     page = [comparison_text(found)]
     if differs(found):
@@ -42,12 +44,12 @@ def main(arguments: Sequence[str]) -> int:
     return 0
 
 
-def _compared(simulated: Recording, recorded: Recording, offset: float | None) -> Comparison:
+def _compared(simulated: Recording, recorded: Recording, offset: float | None, fit: Fit | None) -> Comparison:
     """Both on one clock."""
     if offset is not None:
-        return compare(simulated, recorded, offset)
+        return compare(simulated, recorded, offset, fit)
     alignment, again = nearest(simulated, recorded)
-    found = compare(simulated, recorded, alignment.offset)
+    found = compare(simulated, recorded, alignment.offset, fit)
     if not again:
         return found
     warning = (
@@ -104,6 +106,12 @@ def parser() -> argparse.ArgumentParser:
         type=number,
         metavar="S",
         help="to add to the time of SIM; default: where the positions agree best",
+    )
+    found.add_argument(
+        "--fit",
+        type=Path,
+        metavar="FIT",
+        help="fit.json whose filters and noise level are taken",
     )
     add_json(found)
     return found

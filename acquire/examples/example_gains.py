@@ -22,7 +22,7 @@ def arm() -> ExampleArm:
     """The KR270, and one whose nominal drive gains are too large by `GAIN_ERROR`."""
     truth = read_model("kr270")
     gain = (1 + GAIN_ERROR) * truth.robot.drive_gain
-    wrong = replace(truth.robot, drive_gain=gain, drive_gain_tolerance=GAIN_ERROR)
+    wrong = replace(truth.robot, drive_gain=gain, drive_gain_tolerance=np.full(truth.robot.dof, GAIN_ERROR))
     return ExampleArm(truth, replace(truth, robot=wrong))
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from exidyn.identify.arm.motion import Motion
 from exidyn.identify.arm.robot import Robot
+from exidyn.identify.diagnosis.candidates.spring_balancer import LEVERS, PRELOAD, STIFFNESS
 from exidyn.identify.effects import SpringBalancer
 from exidyn.identify.model import Model
 from exidyn.identify.robot_files.robot_file import read_model
@@ -116,8 +117,8 @@ class Result:
         if self.right is None:
             return None
         known = {name: quantity["value"] for name, quantity in self.right["parameters"].items()}
-        effect = replace(self.concealed.effect, **{name: known[name] for name in ("d21", "d22", "phi")})
-        return Spring(effect, known["Kr"], known["K0"])
+        effect = replace(self.concealed.effect, d21=1.0, d22=known[LEVERS], phi=known["phi"])
+        return Spring(effect, known[STIFFNESS], known[PRELOAD])
 
 
 def _spring(model: Model) -> Spring:

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from exidyn.identify.diagnosis.candidates.spring_balancer import LEVERS, PRELOAD, STIFFNESS
 from exidyn.identify.fit.warnings.verdict import NORMAL_95
 from exidyn.identify.text_table import WIDTH, at_point, digits, paragraph, table
 
@@ -65,12 +66,12 @@ def _spring(result: Result) -> list[str]:
         return ["It was not found, so there is nothing to compare."]
     known, scale = result.right["parameters"], found.effect.d21 / true.effect.d21
     alike, drawn = found.as_long_as(true), true.in_place_of(found, result.robot)
-    half = {name: NORMAL_95 * known[name]["std"] for name in ("Kr", "K0", "d22", "phi")}
+    half = {name: NORMAL_95 * known[name]["std"] for name in (STIFFNESS, PRELOAD, LEVERS, "phi")}
     ratio = [spring.effect.d22 / spring.effect.d21 for spring in (true, found)]
     rows = [
-        ("K_r", "N/m", true.stiffness, alike.stiffness, half["Kr"] * scale**2, drawn.stiffness),
-        ("K_0", "N", true.preload, alike.preload, half["K0"] * scale, drawn.preload),
-        ("d22/d21", "", *ratio, half["d22"] / found.effect.d21, np.nan),
+        ("K_r", "N/m", true.stiffness, alike.stiffness, half[STIFFNESS] * scale**2, drawn.stiffness),
+        ("K_0", "N", true.preload, alike.preload, half[PRELOAD] * scale, drawn.preload),
+        ("d22/d21", "", *ratio, half[LEVERS] / found.effect.d21, np.nan),
         ("phi", "rad", true.effect.phi, found.effect.phi, half["phi"], np.nan),
     ]
     numbers = np.array([row[2:] for row in rows]).T

@@ -13,7 +13,7 @@ from exidyn.identify.model import Model
 from exidyn.identify.pages.combined import Fitted, Material, Run
 from exidyn.identify.pages.diagnosis.page_data import PageData
 from exidyn.identify.recordings.importers import import_source
-from exidyn.identify.recordings.recording import EFFORT, Recording
+from exidyn.identify.recordings.recording import EFFORT, SIMULATED, Recording
 from exidyn.identify.simulation.predicted import as_nominal, predicted
 
 from ..terminal.recording_text import payload_words
@@ -143,9 +143,11 @@ def _runs(recordings: Sequence[Recording], traces: Traces | None, fits: Sequence
 def _recorded(recording: Recording, fits: Sequence[Fitted]) -> Run:
     quantity = next(name for name in EFFORT if name in recording.signals)
     position, effort = recording.signals["position"], recording.signals[quantity]
-    role = recording.settings.get("role", "")
+    role = SIMULATED if recording.simulated else recording.settings.get("role", "")
     if not role and fits:
-        role = "fitted" if recording.name in fits[0].fit.runs else HELD_OUT
+        apart = {run.run for run in fits[0].fit.apart}
+        role = "not judged" if recording.name in apart else HELD_OUT
+        role = "fitted" if recording.name in fits[0].fit.runs else role
     return Run(
         recording.name, role_words(role), payload_words(recording), position.rate, position.time,
         position.values, effort.time, effort.values, quantity, recording.warnings,

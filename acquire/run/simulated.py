@@ -5,7 +5,7 @@ import numpy as np
 from exidyn import __version__
 from exidyn.identify.errors import RobotError
 from exidyn.identify.model import Model
-from exidyn.identify.recordings.recording import KnownPayload, Recording
+from exidyn.identify.recordings.recording import SIMULATED, KnownPayload, Recording
 from exidyn.identify.simulation.follow import follow
 from exidyn.identify.simulation.plant import Plant, Sensors, Transmission
 from exidyn.identify.simulation.plant.plant import Watched
@@ -73,7 +73,8 @@ def simulated(
     signals = follow(plant, position, velocity, tick, watched)
     if not np.any(np.isfinite(gears.stiffness)):
         del signals["link_position"]  # a second encoder would measure the same
-    settings = {"source": f"simulated, seed {seed}", "speed": f"{speed:g}", "exidyn": __version__}
+    source = f"simulated, seed {seed}"
+    settings = {"source": source, SIMULATED: arm.robot.name, "speed": f"{speed:g}", "exidyn": __version__}
     return Recording(name, arm, signals, payload, trajectory=plan_text(plan), settings=settings)
 
 

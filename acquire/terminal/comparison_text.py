@@ -80,6 +80,12 @@ def verdict(comparison: Comparison) -> list[str]:
     for joint in np.argsort(-np.nan_to_num(over)):
         if over[joint] > MISSING:
             lines.append(_joint(comparison, effort, int(joint)))
+    if not lines and not np.any(np.isfinite(over)):
+        most = int(np.argmax(effort.rms / effort.size))
+        lines = [
+            f"The noise is not known, so that {effort.quantity} is not judged. It differs most on "
+            f"{comparison.joints[most]}, by {100 * effort.rms[most] / effort.size[most]:.3g} % of what it is."
+        ]
     if not lines:
         lines = [f"No joint's {effort.quantity} differs by more than noise: there is nothing to diagnose."]
     lines.append(

@@ -23,7 +23,7 @@ MEASURED = {
     "position": "position",
     "velocity": "velocity",
     "current": "current [A]",
-    "torque": "torque [N m]",
+    "torque": "torque",
     "temperature": "temperature [°C]",
 }
 """Signal -> title of its plot."""
@@ -47,7 +47,8 @@ def _tab(recording: Recording) -> rrb.Container:
     name, revolute = recording.name, bool(recording.robot.revolute.all())
     angle, small = ("rad", "mrad") if revolute else ("rad, m", "mrad, mm")
     grey = ", commanded in grey" if "command" in recording.signals else ""
-    units = {"position": f"{grey} [{angle}]", "velocity": f" [{angle}/s]"}
+    force = ", ".join(dict.fromkeys(recording.robot.units("N m")))
+    units = {"position": f"{grey} [{angle}]", "velocity": f" [{angle}/s]", "torque": f" [{force}]"}
     plots = [
         _plot(name, signal, title + units.get(signal, ""))
         for signal, title in MEASURED.items()
@@ -57,7 +58,7 @@ def _tab(recording: Recording) -> rrb.Container:
         plots.insert(1, _plot(name, "tracking error", f"command less position [{small}]"))
     if "link_position" in recording.signals:
         plots.append(_plot(name, "twist", f"second encoder less motor's [{small}]"))
-    plots.append(_plot(name, "residual", "torque that the model inside leaves [N m]"))
+    plots.append(_plot(name, "residual", f"torque that the model inside leaves [{force}]"))
     texts: list[rrb.View | rrb.Container] = [
         rrb.TextDocumentView(origin=_entity(name, "inside"), name="what is inside")
     ]

@@ -32,7 +32,7 @@ def plant() -> Model:
 def nominal(given: Sequence[tuple[str, float]] = (("M", MASS),)) -> Model:
     """What the identification starts from."""
     model = read_model("kr270")
-    robot = replace(model.robot, drive_gain=CATALOGUE, drive_gain_tolerance=0.2)
+    robot = replace(model.robot, drive_gain=CATALOGUE, drive_gain_tolerance=np.full(model.robot.dof, 0.2))
     return replace(model, robot=robot) + Payload("L", tuple(given))
 
 

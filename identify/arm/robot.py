@@ -9,7 +9,22 @@ import pinocchio as pin
 from ..errors import BrokenTree, UnknownJoint, WrongShape
 from .newton_euler import joints_of
 
-SLIDING = {"rad": "m", "rad/s": "m/s", "N m": "N"}
+SLIDING = {
+    "rad": "m",
+    "rad/s": "m/s",
+    "rad/s²": "m/s²",
+    "rad/s^2": "m/s^2",
+    "N m": "N",
+    "N m/K": "N/K",
+    "N m/A": "N/A",
+    "N m s/rad": "N s/m",
+    "N m s/rad/K": "N s/m/K",
+    "N m/rad": "N/m",
+    "N m/rad^2": "N/m^2",
+    "N m/rad^3": "N/m^3",
+    "kg m^2": "kg",
+    "rad/(N m)": "m/N",
+}
 """Unit of a revolute joint -> that of a prismatic one."""
 
 
@@ -62,7 +77,8 @@ class Robot:
         kinematics: Pinocchio model with one degree of freedom a joint and the nominal inertias.
         limits: Joint limits.
         drive_gain: Joint torque per motor current, signed, shape (n,) [N m/A].
-        drive_gain_tolerance: Relative standard deviation of the drive gains [-].
+        drive_gain_tolerance: Relative standard deviation of each drive gain, shape (n,) [-]; one number
+            stands for all.
         inertial_tolerance: Relative standard deviation of the nominal inertias [-].
         inertias_stated: Whether the robot file states how well they are known; a bare URDF does not.
         gear_ratio: Motor turns per joint turn, shape (n,) [-].
@@ -75,7 +91,7 @@ class Robot:
     kinematics: pin.Model
     limits: Limits = field(default_factory=lambda: Limits.none(0))
     drive_gain: np.ndarray = field(default_factory=_not_given)
-    drive_gain_tolerance: float = 0.1
+    drive_gain_tolerance: np.ndarray = field(default_factory=lambda: np.array(0.1))
     inertial_tolerance: float = 0.1
     inertias_stated: bool = True
     gear_ratio: np.ndarray = field(default_factory=_not_given)
@@ -100,6 +116,7 @@ class Robot:
             if value.shape != default.shape:
                 raise WrongShape(f"{self.name}: {name} has shape {value.shape}, expected {default.shape}")
             object.__setattr__(self, name, value)
+        object.__setattr__(self, "drive_gain_tolerance", np.zeros(n) + self.drive_gain_tolerance)
         if self.limits.velocity.size == 0:
             object.__setattr__(self, "limits", Limits.none(n))
 
@@ -121,6 +138,10 @@ class Robot:
     def units(self, turning: str) -> tuple[str, ...]:
         """A unit for each joint, given that of revolute joints."""
         return tuple(turning if revolute else SLIDING.get(turning, turning) for revolute in self.revolute)
+
+    def unit(self, joint: int, turning: str) -> str:
+        """The unit of one joint, by its column, given that of revolute joints."""
+        return turning if self.revolute[joint] else SLIDING.get(turning, turning)
 
     def index(self, joint: str) -> int:
         """Column of a joint.

@@ -9,14 +9,16 @@ from threadpoolctl import threadpool_limits
 
 from ..fit.identification import pooled_noise, with_payloads
 from ..model import Model
-from ..preparation.prepare import Filtering
+from ..preparation.prepare import SMOOTHED_SOURCES, Filtering
 from ..recordings.recording import Recording
-from .findings.finding import Alternative, Diagnosis, Finding, Improvement
+from .candidates import kind_of
+from .findings.finding import Alternative, Diagnosis, Finding, Improvement, Quantity
 from .findings.named_quantities import quantities
+from .questions.block_answer import Answer
 from .results.budget import budget
 from .results.changes import changes
 from .results.evidence import Residuals, evidence, places_of
-from .results.remainder import discrepancies, remainders, rms
+from .results.remainder import MAIN, MATERIAL, discrepancies, remainders, rms
 from .results.shape_uncertainty import deviations
 from .runs.driven import Driven
 from .runs.usable import HELD_OUT, usable
@@ -25,6 +27,10 @@ from .search.problem import Problem
 from .search.search import SearchResult, search
 from .search.selected import Selected
 
+SMOOTH = (
+    "The recordings were smoothed before they were recorded: the noise of the motion is not known, and what "
+    "is left may be what the filter took. Record what the drive measures, without a filter."
+)
 UNSTATED = 100.0
 """Relative standard deviation of unstated inertias [-]: flat, and still a number."""
 
@@ -72,6 +78,12 @@ def _diagnosed(
     progress("weigh what was found")
     fitted, apart = found.problem.fitted, found.problem.held_out
     noise, rested = noise_floor(found.problem.runs)
+    material = MATERIAL
+    if pooled_noise([run.prepared for run in found.problem.runs])[0].noise_source in SMOOTHED_SOURCES:
+        # No floor: what is left with all findings is the only level there is.
+        noise = np.maximum(noise, rms(found.prediction.residual, found.prediction.rows.weight))
+        rested, material = False, MAIN
+        warnings = [*warnings, SMOOTH]
     residuals = Residuals.of(found)
     left = discrepancies(found.problem, found.prediction)
     every, named = _findings(found), sum(one.named for one in found.selected)
@@ -80,7 +92,7 @@ def _diagnosed(
         joints=model.robot.joints,
         findings=tuple(every[:named]),
         undecided=tuple(every[named:]),
-        remainders=tuple(remainders(found.prediction, left, noise, rested)),
+        remainders=tuple(remainders(found.prediction, left, noise, rested, material)),
         improvement=_improvement(found, residuals, apart, noise),
         runs=tuple(run.prepared.name for run in fitted),
         warnings=tuple(warnings),
@@ -121,13 +133,23 @@ def _finding(found: SearchResult, place: int, spread: tuple[np.ndarray, dict[str
     return Finding(
         candidate.effect,
         candidate.joints,
-        quantities(candidate, values, *spread),
+        quantities(candidate, values, *spread) | _range(answer, values),
         one.certainty,
         tuple(Alternative(a.candidate.effect, a.candidate.joints, p, a) for a, p in one.elsewhere),
         torque,
         2.0 * float(held_out.sum()) if len(held_out) else float("nan"),
         candidate,
     )
+
+
+def _range(answer: Answer, values: np.ndarray) -> dict[str, Quantity]:
+    """Least and most torque of a finding, where that is what is known of it, and not its parameters."""
+    told_as = kind_of(answer.candidate.effect).told_as
+    if not told_as:
+        return {}
+    torque, (_, unit) = answer.columns.values @ values, next(iter(told_as.values()))
+    ends = {"torque_least": float(np.min(torque)), "torque_most": float(np.max(torque))}
+    return {name: Quantity(value, float("nan"), unit) for name, value in ends.items()}
 
 
 def _improvement(

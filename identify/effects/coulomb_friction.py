@@ -21,7 +21,7 @@ class CoulombFriction(JointEffect):
     reversal: float = shape(0.003, "rad/s", 1e-4, 0.1)
 
     def parameters(self, robot: Robot) -> list[Parameter]:
-        return [Parameter(f"Fc{joint + 1}", "N m", 0.0) for joint in self.columns(robot)]
+        return [Parameter(f"Fc{joint + 1}", robot.unit(joint, "N m"), 0.0) for joint in self.columns(robot)]
 
     def regressor(self, robot: Robot, motion: Motion) -> np.ndarray:
         return self.on_joints(robot, smooth_sign(motion.velocity, self.reversal))

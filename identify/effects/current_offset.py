@@ -18,7 +18,7 @@ class CurrentOffset(JointEffect):
     linear: ClassVar[bool] = True
 
     def parameters(self, robot: Robot) -> list[Parameter]:
-        return [Parameter(f"Off{joint + 1}", "N m") for joint in self.columns(robot)]
+        return [Parameter(f"Off{joint + 1}", robot.unit(joint, "N m")) for joint in self.columns(robot)]
 
     def regressor(self, robot: Robot, motion: Motion) -> np.ndarray:
         return self.on_joints(robot, np.ones_like(motion.velocity))

@@ -28,7 +28,8 @@ class FrictionAsymmetry(JointEffect):
 
     def parameters(self, robot: Robot) -> list[Parameter]:
         own = [("Fa", "N m"), ("Fva", "N m s/rad")][: 1 + self.viscous]
-        return [Parameter(f"{name}{joint + 1}", unit) for joint in self.columns(robot) for name, unit in own]
+        pairs = [(joint, *one) for joint in self.columns(robot) for one in own]
+        return [Parameter(f"{name}{joint + 1}", robot.unit(joint, unit)) for joint, name, unit in pairs]
 
     def regressor(self, robot: Robot, motion: Motion) -> np.ndarray:
         sign, velocity = smooth_sign(motion.velocity, self.reversal), motion.velocity

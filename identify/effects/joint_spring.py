@@ -31,12 +31,14 @@ class JointSpring(JointEffect):
         parameters = []
         for joint in self.columns(robot):
             # A cable that hangs loose about the middle of its range may bend the other way there.
-            own = [Parameter(f"Ks{joint + 1}", "N m/rad", -np.inf if self.stiffening else 0.0)]
-            own += [Parameter(f"Ts{joint + 1}", "N m")]
+            own = [
+                Parameter(f"Ks{joint + 1}", robot.unit(joint, "N m/rad"), -np.inf if self.stiffening else 0.0)
+            ]
+            own += [Parameter(f"Ts{joint + 1}", robot.unit(joint, "N m"))]
             if self.stiffening:
                 own += [
-                    Parameter(f"Kq{joint + 1}", "N m/rad^2"),
-                    Parameter(f"Kc{joint + 1}", "N m/rad^3", 0.0),
+                    Parameter(f"Kq{joint + 1}", robot.unit(joint, "N m/rad^2")),
+                    Parameter(f"Kc{joint + 1}", robot.unit(joint, "N m/rad^3"), 0.0),
                 ]
             parameters += own
         return parameters

@@ -55,9 +55,9 @@ class KinematicCoupling(Effect):
         j, o = self._pair(robot)
         pair = f"{j + 1}_{o + 1}"
         return [
-            Parameter(f"Ia{pair}", "kg m^2"),
-            Parameter(f"Fv{pair}", "N m s/rad"),
-            Parameter(f"Fc{pair}", "N m", 0.0),
+            Parameter(f"Ia{pair}", robot.unit(j, "kg m^2")),
+            Parameter(f"Fv{pair}", robot.unit(j, "N m s/rad")),
+            Parameter(f"Fc{pair}", robot.unit(j, "N m"), 0.0),
         ]
 
     def regressor(self, robot: Robot, motion: Motion) -> np.ndarray:

@@ -26,7 +26,7 @@ class NonlinearViscousFriction(JointEffect):
     exponent: float = shape(2.0, "1", 0.3, 3.0)
 
     def parameters(self, robot: Robot) -> list[Parameter]:
-        return [Parameter(f"Fn{joint + 1}", "N m", 0.0) for joint in self.columns(robot)]
+        return [Parameter(f"Fn{joint + 1}", robot.unit(joint, "N m"), 0.0) for joint in self.columns(robot)]
 
     def regressor(self, robot: Robot, motion: Motion) -> np.ndarray:
         return self.on_joints(robot, self._power(motion.velocity))

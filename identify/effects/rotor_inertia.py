@@ -19,7 +19,9 @@ class RotorInertia(JointEffect):
     massless: ClassVar[bool] = False
 
     def parameters(self, robot: Robot) -> list[Parameter]:
-        return [Parameter(f"Ia{joint + 1}", "kg m^2", 0.0) for joint in self.columns(robot)]
+        return [
+            Parameter(f"Ia{joint + 1}", robot.unit(joint, "kg m^2"), 0.0) for joint in self.columns(robot)
+        ]
 
     def regressor(self, robot: Robot, motion: Motion) -> np.ndarray:
         return self.on_joints(robot, motion.acceleration)

@@ -32,8 +32,8 @@ class TemperatureDependentFriction(JointEffect):
             parameter
             for joint in self.columns(robot)
             for parameter in (
-                Parameter(f"Fvt{joint + 1}", "N m s/rad/K"),
-                Parameter(f"Fct{joint + 1}", "N m/K"),
+                Parameter(f"Fvt{joint + 1}", robot.unit(joint, "N m s/rad/K")),
+                Parameter(f"Fct{joint + 1}", robot.unit(joint, "N m/K")),
             )
         ]
 

@@ -27,7 +27,7 @@ class TorqueRipple(JointEffect):
 
     def parameters(self, robot: Robot) -> list[Parameter]:
         return [
-            Parameter(f"R{wave}{k * self.harmonic:g}_{joint + 1}", "N m")
+            Parameter(f"R{wave}{k * self.harmonic:g}_{joint + 1}", robot.unit(joint, "N m"))
             for joint in self.columns(robot)
             for k in range(1, self.count + 1)
             for wave in ("cos", "sin")

@@ -18,7 +18,9 @@ class ViscousFriction(JointEffect):
     linear: ClassVar[bool] = True
 
     def parameters(self, robot: Robot) -> list[Parameter]:
-        return [Parameter(f"Fv{joint + 1}", "N m s/rad", 0.0) for joint in self.columns(robot)]
+        return [
+            Parameter(f"Fv{joint + 1}", robot.unit(joint, "N m s/rad"), 0.0) for joint in self.columns(robot)
+        ]
 
     def regressor(self, robot: Robot, motion: Motion) -> np.ndarray:
         return self.on_joints(robot, motion.velocity)

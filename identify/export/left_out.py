@@ -24,12 +24,18 @@ def left_out(portable: Portable, features: Collection[str]) -> list[str]:
 
 
 def _amounts(portable: Portable, values: np.ndarray, unit: str) -> str:
-    """Values (n,) that are not zero, joint by joint; one number where all joints have the same."""
-    pairs = list(zip(portable.robot.joints, values, strict=True))
-    if len(pairs) > 1 and np.all(values == values[0]):
-        return f"{values[0]:.4g} {unit}"
+    """Values (n,) that are not zero, joint by joint; one number where all joints have the same.
+
+    `unit` is that of revolute joints; where there are both kinds, each number has its own.
+    """
+    units = portable.robot.units(unit)
+    alike = len(set(units)) == 1
+    if len(values) > 1 and alike and np.all(values == values[0]):
+        return f"{values[0]:.4g} {units[0]}"
     rounding = ROUNDING * np.max(np.abs(values))
-    return ", ".join(f"{joint} {value:.4g}" for joint, value in pairs if abs(value) > rounding) + f" {unit}"
+    rows = zip(portable.robot.joints, values, units, strict=True)
+    words = [f"{j} {v:.4g}" + ("" if alike else f" {u}") for j, v, u in rows if abs(v) > rounding]
+    return ", ".join(words) + (f" {units[0]}" if alike else "")
 
 
 def _of_joints(name: str, what: str, unit: str) -> Callable[[Portable], Sequence[str]]:

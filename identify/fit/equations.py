@@ -31,7 +31,7 @@ class Equations:
         known: Torque of what is known, shape (r, n) [N m].
         weight: 0 where a joint sticks, else 1, shape (r, n).
         gain: Nominal torque per unit of current, shape (n,).
-        gain_tolerance: Relative standard deviation of the nominal gains [-].
+        gain_tolerance: Relative standard deviation of the nominal gains, one number or shape (n,) [-].
         gain_known: Whether torque itself was recorded, so that gains are one by definition.
         runs: Rows of each run.
         rate: Rows per second [Hz].
@@ -50,7 +50,7 @@ class Equations:
     known: np.ndarray
     weight: np.ndarray
     gain: np.ndarray
-    gain_tolerance: float
+    gain_tolerance: float | np.ndarray
     gain_known: bool
     runs: tuple[slice, ...]
     rate: float

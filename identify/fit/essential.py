@@ -7,6 +7,7 @@ import numpy as np
 from scipy import stats
 
 from .estimators import Estimate
+from .settled_gains import OPEN, given_gains
 
 CONFIDENCE = 0.95
 """Dropped parameters are together zero as far as the data show: their joint Wald statistic stays
@@ -26,7 +27,8 @@ def unsupported(estimate: Estimate, held: Collection[int] = ()) -> list[int]:
     """
     count = len(estimate.values)
     values = np.array(estimate.values)
-    covariance = np.array(estimate.covariance[:count, :count])
+    # What may be larger or smaller with an open gain is not zero for that.
+    covariance = given_gains(estimate, estimate.gain_std > OPEN * np.abs(estimate.gain))
     left, statistic = [k for k in range(count) if k not in held], 0.0
     dropped: list[int] = []
     while len(left) > (0 if held else 1):

@@ -1,5 +1,6 @@
 """Fit: a model with the values that runs gave it, and all warnings about them."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -28,8 +29,7 @@ class Agreement:
         noise: Noise floor of the measured torque, shape (n,) [N m].
         velocity: Shape (r, n) [rad/s].
         position: Shape (r, n) [rad]; None where it was not kept.
-        noise_source: "rest" if the noise floor was measured while the arm stood still, else
-            "high frequencies".
+        noise_source: Where the noise floor is from, as of `Prepared`.
     """
 
     run: str
@@ -85,7 +85,7 @@ class Scores:
         residual_rms: Shape (n,) [N m].
         noise: Shape (n,) [N m].
         over_noise: Shape (n,) [-].
-        noise_source: "rest", "high frequencies", or empty where unknown.
+        noise_source: Where the noise floor is from, as of `Prepared`; empty where unknown.
     """
 
     run: str
@@ -134,6 +134,12 @@ class Fit(InNotebook):
         structure: Base parameters before any was dropped; None if none was.
         measures: "current" or "torque": what was recorded in the runs used.
         scores: Of the runs of a fit that was read from its file, which has no samples.
+        noise: Noise level of currents or torques of its runs behind its filter, shape (n,) [A] or [N m], by
+            which all runs are judged that it predicts; None in files of before the key.
+        noise_source: Where that is from, as of `Prepared`.
+        carried: Run -> name of its payload, of the runs used.
+        simulations: Runs used that were simulated.
+        apart: Runs that it predicts and that do not judge it: simulated, or with a body it does not know.
     """
 
     model: Model
@@ -152,6 +158,11 @@ class Fit(InNotebook):
     structure: BaseParameters | None = None
     measures: str = "torque"
     scores: tuple[Scores, ...] = ()
+    noise: np.ndarray | None = None
+    noise_source: str = ""
+    carried: Mapping[str, str] = field(default_factory=dict)
+    simulations: tuple[str, ...] = ()
+    apart: tuple[Agreement, ...] = ()
 
     @property
     def gains_unstated(self) -> bool:

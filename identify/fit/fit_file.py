@@ -99,6 +99,10 @@ def _table(fit: Fit) -> dict[str, Any]:
         "drive_gain": _numbers(estimate.gain),
         "drive_gain_std": _numbers(estimate.gain_std),
         "noise": _numbers(estimate.noise),
+        "noise_floor": None if fit.noise is None else _numbers(fit.noise),
+        "noise_floor_from": fit.noise_source,
+        "carried": dict(fit.carried),
+        "simulations": list(fit.simulations),
         "base_parameters": _base_parameters(fit),
         "dropped": list(fit.dropped),
         "gap": [float(share) for share in fit.base.gap],
@@ -167,7 +171,7 @@ def _fit(table: dict[str, Any]) -> Fit:
     kept = [row for row in rows if row["kept"]]
     values = {row["name"]: row["value"] for row in rows}
     parameters, gap = tuple(model.parameters), tuple(table["gap"])
-    standard = table["standard_parameters"]
+    standard, scores = table["standard_parameters"], _read_scores(table)
     # Older files call the prior "believed" and the warnings "doubts".
     prior = _array([row["prior"] if "prior" in row else row["believed"] for row in kept])
     return Fit(
@@ -192,8 +196,19 @@ def _fit(table: dict[str, Any]) -> Fit:
         structure=_base(parameters, rows, gap) if len(kept) < len(rows) else None,
         # Files of before the key: of torque all gains are 1, and of currents hardly ever.
         measures=table.get("measures", "torque" if _all_ones(table["drive_gain"]) else "current"),
-        scores=_read_scores(table),
+        scores=scores,
+        noise=_noise_floor(table, scores),
+        noise_source=table.get("noise_floor_from", scores[0].noise_source if scores else ""),
+        carried={str(run): str(body) for run, body in table.get("carried", {}).items()},
+        simulations=tuple(table.get("simulations", ())),
     )
+
+
+def _noise_floor(table: dict[str, Any], scores: Sequence[Scores]) -> np.ndarray | None:
+    """The noise level; files of before the key have it as torque, beside each run."""
+    if table.get("noise_floor") is not None:
+        return _array(table["noise_floor"])
+    return scores[0].noise / np.abs(_array(table["drive_gain"])) if scores else None
 
 
 def _all_ones(gains: Sequence) -> bool:

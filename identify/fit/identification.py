@@ -8,7 +8,17 @@ import numpy as np
 from ..effects import Payload
 from ..errors import DifferentRobot, NotExcited, RecordingError
 from ..model import Model
-from ..preparation.prepare import Filtering, Prepared, choose, prepare
+from ..preparation.prepare import (
+    ABOVE,
+    REST,
+    SMOOTHED,
+    SMOOTHED_REST,
+    Filtering,
+    Prepared,
+    choose,
+    prepare,
+)
+from ..preparation.torque_off import torque_off_warnings
 from ..recordings.recording import Recording
 from ..recordings.recording_checks import check, check_alive
 from .base_parameters import BaseParameters, base_parameters
@@ -22,6 +32,8 @@ from .warnings.fit_warnings import fit_warnings, repeated_runs
 from .warnings.hints import unclear
 
 Progress = Callable[[str], None]
+BEST = (REST, ABOVE, SMOOTHED_REST, SMOOTHED)
+"""Sources of a noise floor, the best first."""
 
 TOO_POOR = (
     "the motion is too poor for this estimator: its equations cannot be solved to any digit. "
@@ -86,8 +98,26 @@ def identify(
     warnings = tuple(f"{run.name}: {warning}" for run in every for warning in run.warnings)
     warnings += excitation_warnings(model.robot.joints, used, fit.condition)
     warnings += payload_warnings(model, used, held_out)
+    warnings += tuple(torque_off_warnings(model.robot.joints, prepared))
     warnings = (*fit_warnings(fit), *warnings, *repeated_runs(runs, validate))
-    return replace(fit, validation=tuple(fit.agree(run) for run in held_out), warnings=warnings)
+    simulations = tuple(run.name for run in runs if run.simulated)
+    fit = replace(fit, warnings=warnings, simulations=simulations, carried=_carried(runs))
+    fit = replace(fit, validation=tuple(fit.agree(run) for run in held_out))
+    return of_residual(fit) if fit.noise_source == SMOOTHED else fit
+
+
+def _carried(runs: Sequence[Recording]) -> dict[str, str]:
+    return {run.name: run.payload.name for run in runs if run.payload}
+
+
+def of_residual(fit: Fit) -> Fit:
+    """The fit with its own residual as the noise level: smoothed runs without a rest show no other."""
+    level = np.sqrt(np.mean([run.residual_rms**2 for run in fit.agreement], axis=0))
+    agreement, validation = (
+        tuple(replace(run, noise=level) for run in runs) for runs in (fit.agreement, fit.validation)
+    )
+    noise = level / (np.abs(fit.estimate.gain) if fit.measures == "current" else 1.0)
+    return replace(fit, agreement=agreement, validation=validation, noise=noise)
 
 
 def payload_warnings(model: Model, used: Sequence[Prepared], held_out: Sequence[Prepared]) -> tuple[str, ...]:
@@ -180,9 +210,9 @@ def common_filtering(runs: Sequence[Recording], filtering: Filtering) -> Filteri
 
 def pooled_noise(runs: Sequence[Prepared]) -> list[Prepared]:
     """The same runs with one noise floor: a rest of half a second gives it to some thirty per cent."""
-    rested = [run for run in runs if run.noise_source == "rest"] or runs
-    noise = np.sqrt(np.mean([run.noise**2 for run in rested], axis=0))
-    return [replace(run, noise=noise, noise_source=rested[0].noise_source) for run in runs]
+    source = next(source for source in BEST for run in runs if run.noise_source == source)
+    noise = np.sqrt(np.mean([run.noise**2 for run in runs if run.noise_source == source], axis=0))
+    return [replace(run, noise=noise, noise_source=source) for run in runs]
 
 
 def _fit(
@@ -212,6 +242,8 @@ def _fit(
         dropped=dropped,
         structure=structure if dropped else None,
         measures=used[0].measures,
+        noise=used[0].noise,
+        noise_source=used[0].noise_source,
         unclear=unclear(model, base, estimate, used[-1].motion.payload),
         agreement=tuple(
             agreement(run, estimate, equations.regressor[rows], equations.known[rows])

@@ -2,7 +2,8 @@
 
 A fit has base parameters, the combinations that torque can distinguish; simulators want mass and moments of
 every link. Of all standard parameters that agree with the fit the most probable are taken, by what was
-nominal, among those that are physically consistent.
+nominal, among those that are physically consistent. Drive gains and values go together: where a gain is open,
+values are those that go with the one that is taken.
 """
 
 from collections.abc import Sequence
@@ -12,13 +13,15 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 
 from ..arm.robot import Robot
-from ..effects import Prior, RigidBody
+from ..effects import Effect, JointEffect, Prior, RigidBody
 from ..effects.rigid_body import body_inertia
 from ..errors import FitError
 from ..model import Model
 from .base_parameters import BaseParameters
 from .estimators.consistent import Held, nearest, whitening
 from .fit import Fit
+from .settled_gains import Settled, settled
+from .warnings.verdict import gains_estimated
 
 WITHOUT_PRIOR = 1e3
 """Deviation of what has no prior, over the size of what was identified: so wide that it
@@ -45,29 +48,61 @@ def identified(fit: Fit) -> Model:
             f"{fit.model.robot.name}: what the fit calls torque is current, and its masses are no masses. "
             "State drive gains in the robot file, or identify them with a known payload, then fit again"
         )
-    base, values, covariance = _structure(fit)
-    model = fit.model
+    model, found = fit.model, settled(fit)
+    base, values, given = _structure(fit, found.values, found.given)
     held = Held(base, model.nominal_values, _tolerance(fit, base, values), tuple(model.inertias))
     standard = fit.estimate.standard
     if fit.estimate.method != "consistent" or not _states(base, standard, values):
-        standard = nearest(held, values, covariance)
+        standard = nearest(held, values, given)
     assert standard is not None
-    return _stating(fit, standard, _deviation(held, covariance, [b.std for b in model.priors]))
+    by_gain = _by_gain(held, given, _in_structure(fit, found.by_gain))
+    of_gains = np.sqrt(np.einsum("pj,jk,pk->p", by_gain, found.gain_covariance, by_gain))
+    deviation = _deviation(held, given, [b.std for b in model.priors])
+    deviation = np.sqrt(deviation**2 + of_gains**2 + (_scale(fit) * standard) ** 2)
+    return _stating(fit, found, standard, deviation)
 
 
-def _structure(fit: Fit) -> tuple[BaseParameters, np.ndarray, np.ndarray]:
-    """All base parameters, their values (b,) and covariance (b, b).
+def _scale(fit: Fit) -> np.ndarray:
+    """Deviation of each standard parameter over its value that nominal drive gains leave, shape (p,).
+
+    All that a joint's currents show is in the scale of its gain, and no better known.
+    """
+    model = fit.model
+    if fit.measures != "current" or gains_estimated(fit):
+        return np.zeros(len(model.names))
+    return np.concatenate([_scale_of(effect, model.robot) for effect in model.effects])
+
+
+def _scale_of(effect: Effect, robot: Robot) -> np.ndarray:
+    """Tolerance of the gain of the joint of each parameter; the largest for what acts on many."""
+    count, tolerance = len(effect.parameters(robot)), robot.drive_gain_tolerance
+    if isinstance(effect, JointEffect):
+        own = tolerance[effect.columns(robot)]
+        return np.repeat(own, count // max(len(own), 1))
+    joint = getattr(effect, "joint", "")
+    return np.full(count, tolerance[robot.index(joint)] if joint else np.max(tolerance))
+
+
+def _structure(
+    fit: Fit, found: np.ndarray, covariance_found: np.ndarray
+) -> tuple[BaseParameters, np.ndarray, np.ndarray]:
+    """All base parameters, their values (b,) and covariance (b, b), from those of the kept ones.
 
     Those that were dropped are zero, up to what they would have been: the data do not show more of them.
     """
-    base, count = fit.structure or fit.base, len(fit.estimate.values)
-    kept = [base.names.index(name) for name in _structural_names(fit)]
-    values, covariance = np.zeros(len(base.names)), np.zeros((len(base.names),) * 2)
+    base = fit.structure or fit.base
+    covariance = _in_structure(fit, _in_structure(fit, covariance_found).T)
     for row, name in enumerate(base.names):
-        covariance[row, row] = fit.dropped.get(name, 0.0) ** 2
-    values[kept] = fit.estimate.values
-    covariance[np.ix_(kept, kept)] = fit.estimate.covariance[:count, :count]
-    return base, values, covariance
+        covariance[row, row] += fit.dropped.get(name, 0.0) ** 2
+    return base, _in_structure(fit, found), covariance
+
+
+def _in_structure(fit: Fit, kept: np.ndarray) -> np.ndarray:
+    """Rows of the kept base parameters among those of all, zero for what was dropped."""
+    base = fit.structure or fit.base
+    rows = np.zeros((len(base.names), *kept.shape[1:]))
+    rows[[base.names.index(name) for name in _structural_names(fit)]] = kept
+    return rows
 
 
 def _structural_names(fit: Fit) -> list[str]:
@@ -94,21 +129,39 @@ def _states(base: BaseParameters, standard: np.ndarray | None, values: np.ndarra
     return bool(np.allclose(base.regrouping @ standard, values, rtol=SAME, atol=SAME * np.abs(values).max()))
 
 
-def _deviation(held: Held, covariance: np.ndarray, before: Sequence[float]) -> np.ndarray:
-    """Standard deviation of each standard parameter after the data, shape (p,), given those before them."""
+def _seen(held: Held, covariance: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """What the data show of standard parameters, in units of their tolerance.
+
+    Returns:
+        Rows that whiten base parameters (b, b), the same of standard ones (b, p), and the covariance of those
+        after the data (p, p).
+    """
     size = np.sqrt(np.diag(covariance))
     size = np.where(size > 0.0, size, np.finfo(float).tiny)
-    seen = whitening(covariance, size) @ held.base.regrouping * held.tolerance
+    whiten = whitening(covariance, size)
+    seen = whiten @ held.base.regrouping * held.tolerance
     precision = seen.T @ seen + np.eye(seen.shape[1])
-    left = cho_solve(cho_factor(precision), np.eye(len(precision)))
-    share = np.sqrt(np.diag(left))
+    return whiten, seen, cho_solve(cho_factor(precision), np.eye(len(precision)))
+
+
+def _by_gain(held: Held, covariance: np.ndarray, base_by_gain: np.ndarray) -> np.ndarray:
+    """Change of each standard parameter with each drive gain, shape (p, n), from that of base ones (b, n)."""
+    if not np.any(base_by_gain):
+        return np.zeros((len(held.tolerance), base_by_gain.shape[1]))
+    whiten, seen, left = _seen(held, covariance)
+    return held.tolerance[:, None] * (left @ seen.T @ whiten @ base_by_gain)
+
+
+def _deviation(held: Held, covariance: np.ndarray, before: Sequence[float]) -> np.ndarray:
+    """Standard deviation of each standard parameter after the data, shape (p,), given those before them."""
+    share = np.sqrt(np.diag(_seen(held, covariance)[2]))
     # What neither the data nor anybody knows stays unknown.
     return np.where((share > UNSEEN) & np.isinf(before), np.inf, share * held.tolerance)
 
 
-def _stating(fit: Fit, standard: np.ndarray, deviation: np.ndarray) -> Model:
+def _stating(fit: Fit, found: Settled, standard: np.ndarray, deviation: np.ndarray) -> Model:
     """The model with these as its priors: bodies in the robot, where it has them, all else stated."""
-    model, stated, robot = fit.model, dict[str, Prior](), _with_gains(fit)
+    model, stated, robot = fit.model, dict[str, Prior](), _with_gains(fit, found)
     for effect, own in zip(model.effects, model.columns, strict=True):
         if isinstance(effect, RigidBody):
             robot = with_bodies(robot, standard[own].reshape(robot.dof, 10))
@@ -118,12 +171,14 @@ def _stating(fit: Fit, standard: np.ndarray, deviation: np.ndarray) -> Model:
     return Model(robot, model.effects, stated)
 
 
-def _with_gains(fit: Fit) -> Robot:
-    robot, gain, std = fit.model.robot, fit.estimate.gain, fit.estimate.gain_std
+def _with_gains(fit: Fit, found: Settled) -> Robot:
+    robot = fit.model.robot
     if fit.measures != "current":
         return robot
-    tolerance = float(np.max(std / np.abs(gain))) if np.any(std > 0.0) else robot.drive_gain_tolerance
-    return replace(robot, drive_gain=gain, drive_gain_tolerance=tolerance)
+    if not gains_estimated(fit):
+        return replace(robot, drive_gain=found.gain)
+    tolerance = np.sqrt(np.diag(found.gain_covariance)) / np.abs(found.gain)
+    return replace(robot, drive_gain=found.gain, drive_gain_tolerance=tolerance)
 
 
 def with_bodies(robot: Robot, bodies: np.ndarray) -> Robot:

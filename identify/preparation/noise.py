@@ -109,6 +109,33 @@ def quantisation(current: np.ndarray, decimation: Decimation) -> np.ndarray:
     return np.where(np.isfinite(step), step, 0.0) / np.sqrt(12) * np.linalg.norm(decimation.taps)
 
 
+STEEP = 50.0
+"""Density of a record a third below half its rate over that near it, from which it was low-passed before:
+white noise has 1, noise that falls by frequency squared 2, a filter of second order with one pass 200."""
+EMPTY = 1e-7
+"""Noise near half the rate over the whole signal below which it is rounding: converters have 24 bits."""
+
+
+def smoothed(current: np.ndarray, rate: float) -> bool:
+    """Whether a current (t, n) was low-passed before it was recorded: no noise is left near half its rate.
+
+    What is then seen at rest, or above the motion, is not the noise of a motion: the filter has taken a part
+    of both, and of the arm's answer as well.
+    """
+    window = ("kaiser", 20.0)  # its side lobes are lower than the noise of any converter
+    length = int(max(16, min(2.0 * rate, len(current) / 8)))
+    frequency, density = signal.welch(current, rate, window, length, axis=0, detrend="linear")
+
+    def level(low: float, high: float) -> np.ndarray:
+        return np.median(density[(frequency >= low * rate) & (frequency < high * rate)], axis=0)
+
+    top, size = level(0.4, 0.5), np.std(current, axis=0)
+    moved = size > 0.0
+    empty = np.sqrt(0.5 * rate * top[moved]) < EMPTY * size[moved]
+    steep = level(0.3, 0.35)[moved] > STEEP * top[moved]
+    return bool(np.any(moved) and np.mean(steep | empty) > 0.5)
+
+
 def noise_above(current: np.ndarray, decimation: Decimation) -> np.ndarray:
     """Noise of each current behind the filter if it is as strong below the cut-off as above it, (n,).
 

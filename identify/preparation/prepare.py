@@ -1,8 +1,9 @@
 """From a recording to motion and current on one even time axis, filtered as in the paper's section III."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
+from scipy import ndimage
 
 from ..arm.motion import Motion
 from ..errors import NotExcited, RecordingError
@@ -10,8 +11,12 @@ from ..recordings.recording import Recording
 from . import cutoffs
 from .filtering import Filtering as Filtering
 from .filters import Decimation, differentiate, low_pass, uniform
-from .noise import noise_above, noise_at_rest, quantisation
+from .noise import noise_above, noise_at_rest, quantisation, smoothed
+from .torque_off import torque_off
 
+REST, ABOVE = "rest", "high frequencies"
+SMOOTHED_REST, SMOOTHED = SMOOTHED_SOURCES = "rest, smoothed", "smoothed"
+"""Where a noise floor is from. Of a recording that was smoothed before, even that at rest is none."""
 FEWEST = 64
 """Samples below which there is no spectrum to choose filters from; no filter fits such a run anyway."""
 
@@ -31,12 +36,14 @@ class Prepared:
         decimation: The filter through which torque and regressor are compared.
         position_cutoff: Low-pass that was used before differentiation [Hz].
         noise: Noise floor of `current` behind the decimation filter, shape (n,).
-        noise_source: "rest" if measured while the arm stood still, else "high frequencies".
+        noise_source: `REST` if measured while the arm stood still, else `ABOVE`; of a recording that was
+            smoothed before it was recorded `SMOOTHED_REST` or `SMOOTHED`.
         encoder_noise: Standard deviation of the measured position's white noise, shape (n,) [rad].
         commanded: Motion that was commanded, filtered alike; None if it was not recorded.
         known: What is known of the payload carried: (parameter, value) pairs.
         link_position: Positions behind the gears, unfiltered, shape (t, n) [rad]; NaN where a joint has no
             second encoder, None if none was recorded.
+        off: For how long each joint moved with its drive off, which does not count, shape (n,) [s].
     """
 
     name: str
@@ -53,6 +60,7 @@ class Prepared:
     commanded: Motion | None = None
     known: tuple[tuple[str, float], ...] = ()
     link_position: np.ndarray | None = None
+    off: np.ndarray = field(default_factory=lambda: np.zeros(0))
 
     @property
     def decimated_current(self) -> np.ndarray:
@@ -158,8 +166,14 @@ def prepare(recording: Recording, filtering: Filtering = Filtering()) -> Prepare
     inside = _inside(even, cutoff, decimation)
     motion, current = _whole_motion(even, cutoff), even.current
     filtering.check_standstill(motion.velocity, recording.name)
-    sliding = np.abs(motion.velocity) >= _standstill(motion, filtering)
+    off = torque_off(current, motion.position, even.rate)
+    near = ndimage.binary_dilation(
+        off, np.ones((len(decimation.taps), 1))
+    )  # all that the filter takes of them
+    sliding = (np.abs(motion.velocity) >= _standstill(motion, filtering)) & ~near
     noise, source = _noise(current, motion, decimation)
+    if smoothed(recording.signals[even.measures].values, even.rate):
+        source = SMOOTHED_REST if source == REST else SMOOTHED
     if not np.any(sliding):
         raise NotExcited(f"{recording.name}: no joint moves; record an exciting trajectory")
     return Prepared(
@@ -177,6 +191,7 @@ def prepare(recording: Recording, filtering: Filtering = Filtering()) -> Prepare
         commanded=_commanded(even, cutoff, motion, inside),
         known=recording.payload.known if recording.payload else (),
         link_position=even.signal("link_position")[inside] if "link_position" in recording.signals else None,
+        off=off[inside].sum(axis=0) / even.rate,
     )
 
 
@@ -283,5 +298,5 @@ def _noise(current: np.ndarray, motion: Motion, decimation: Decimation) -> tuple
     still = np.all(np.abs(motion.velocity) < 1e-3 * _usual_speed(motion), axis=1)
     noise = noise_at_rest(current, still, decimation)
     if np.all(np.isfinite(noise)):
-        return noise, "rest"
-    return noise_above(current, decimation), "high frequencies"
+        return noise, REST
+    return noise_above(current, decimation), ABOVE

@@ -33,6 +33,9 @@ SIGNALS: dict[str, str] = {
 RATE_AGREES = 0.02
 """Share by which samples a second may differ from one over the median period and count as the same."""
 
+SIMULATED = "simulated"
+"""Setting of a run that a model made; its text is of what."""
+
 EFFORT = ("current", "torque")
 """Signals of which a recording needs at least one."""
 
@@ -182,6 +185,11 @@ class Recording(InNotebook):
         """Time from the first to the last position sample [s]."""
         time = self.signals["position"].time
         return float(time[-1] - time[0]) if len(time) else 0.0
+
+    @property
+    def simulated(self) -> bool:
+        """Whether a model made it, by `exidyn simulate`: it shows what that model predicts, and no arm."""
+        return SIMULATED in self.settings
 
     def __repr__(self) -> str:
         carried = f", payload {self.payload.name}" if self.payload else ""

@@ -23,8 +23,10 @@ LONGEST_SLIDE = 100.0
 """Position that no sliding joint can have [m]; the same number in millimetres would be a short axis."""
 
 FASTEST_TURN = 20.0
-"""Speed that no joint of an arm keeps up [rad/s]: twice that of the fastest small arms' wrists. Where the
-robot's own limit is higher, as of a motor without a gear, half as much again counts instead."""
+"""Speed that no joint of an arm keeps up [rad/s], where its robot file allows no higher one: twice that of
+the fastest small arms' wrists."""
+BEYOND_LIMIT = 1.5
+"""Over the limit of the robot file: what moves faster does not exceed its limit, it is in another unit."""
 
 HOTTEST = 200.0
 """Temperature that no motor survives [degC]; in kelvin every motor is above."""
@@ -146,19 +148,20 @@ def _speed(recording: Recording) -> Iterator[Finding]:
     position = recording.signals["position"]
     with np.errstate(all="ignore"):  # steps that are none are other findings
         speed = np.abs(np.diff(position.values, axis=0)) / np.diff(position.time)[:, None]
-    limit = recording.robot.limits.velocity
-    allowed = np.maximum(FASTEST_TURN, 1.5 * np.where(np.isfinite(limit), limit, 0.0))
+    limits = recording.robot.limits.velocity
     for joint in np.flatnonzero(recording.robot.revolute):
-        known = finite(speed[:, joint])
+        known, limit = finite(speed[:, joint]), limits[joint]
+        # A drive that a robot file lets turn faster does so; a lower limit may be a cell's own.
+        fastest = max(FASTEST_TURN, BEYOND_LIMIT * limit) if np.isfinite(limit) else FASTEST_TURN
         # Not the highest: a jump in one sample is another matter.
         usual = np.percentile(known, 95) if len(known) else 0.0
-        if usual > allowed[joint]:
+        if usual > fastest:
             yield Finding(
                 BadUnit,
                 f"{recording.robot.joints[joint]} turns at {usual:g} rad/s in a twentieth of the samples; at "
-                f"most {allowed[joint]:g} rad/s is possible",
+                f"most {fastest:g} rad/s is possible",
                 "Positions in degrees (degrees=True, --degrees), or time in another unit than seconds "
-                "(time_scale, --time-scale)?",
+                "(time_scale, --time-scale)? Or state how fast it may turn: [limits] velocity",
             )
 
 

@@ -124,7 +124,7 @@ def _drive(table: Mapping[str, Any], n: int) -> dict[str, Any]:
     check_keys(table, DRIVE_KEYS, "[drive]")
     known: dict[str, Any] = {}
     if "gain_tolerance" in table:
-        known["drive_gain_tolerance"] = number(table["gain_tolerance"], "[drive] gain_tolerance", 0.0)
+        known["drive_gain_tolerance"] = numbers(table["gain_tolerance"], n, "[drive] gain_tolerance", 0.0)
     for key, name in (("gain", "drive_gain"), ("gear_ratio", "gear_ratio")):
         if key not in table:
             continue

@@ -3,6 +3,7 @@
 from dataclasses import fields
 from typing import Any
 
+import numpy as np
 import pinocchio as pin
 
 from ..arm.link_frames import link_frames
@@ -56,9 +57,10 @@ def _limits(robot: Robot) -> str:
 
 
 def _drive(robot: Robot) -> dict[str, Any]:
+    tolerance = robot.drive_gain_tolerance
     return {
         "gain": robot.drive_gain,
-        "gain_tolerance": robot.drive_gain_tolerance,
+        "gain_tolerance": tolerance[0] if np.all(tolerance == tolerance[0]) else tolerance,
         "gear_ratio": robot.gear_ratio,
         "coupling": robot.coupling,
     }

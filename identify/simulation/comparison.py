@@ -6,12 +6,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..preparation.prepare import Prepared
+from ..fit.fit import Fit
+from ..preparation.prepare import SMOOTHED_SOURCES, Prepared
 from ..recordings.recording import SIGNALS, Recording
 from .side_by_side import side_by_side
 
 THIRDS = 3
 """Regions of each kind, with as many samples each: low, middle and high."""
+SMOOTH = "it was smoothed before it was recorded, so that the noise of the motion is not known"
 NAMES = ("low", "middle", "high")
 """Of the regions."""
 
@@ -81,7 +83,9 @@ class Comparison:
         return self.mismatches[-1]
 
 
-def compare(simulated: Recording, recorded: Recording, offset: float = 0.0) -> Comparison:
+def compare(
+    simulated: Recording, recorded: Recording, offset: float = 0.0, fit: Fit | None = None
+) -> Comparison:
     """Compare two recordings behind the same filters.
 
     Effort is compared while a joint slides: what holds one that sticks is unknown.
@@ -90,13 +94,18 @@ def compare(simulated: Recording, recorded: Recording, offset: float = 0.0) -> C
         simulated: Of any simulator, or another run.
         recorded: Of the same joints.
         offset: To be added to the time of the first [s].
+        fit: Whose filters and noise level are taken; by default those of the two.
 
     Raises:
         DifferentRobot: Not the same joints.
         RecordingError: No time in common, or too short for filters.
     """
-    effort, theirs, ours = side_by_side(simulated, recorded, offset)
+    effort, theirs, ours = side_by_side(simulated, recorded, offset, fit)
     noise = np.hypot(theirs.noise, ours.noise)
+    unknown_noise = ours.noise_source in SMOOTHED_SOURCES
+    smooth = [f"{recorded.name}: {SMOOTH}"] if unknown_noise else []
+    if unknown_noise:
+        noise = np.full(noise.shape, np.nan)
     slides = ours.weight > 0
     everywhere = np.ones_like(slides)
     axes = _axes(ours)
@@ -117,7 +126,7 @@ def compare(simulated: Recording, recorded: Recording, offset: float = 0.0) -> C
             _mismatch(name, recorded, of(theirs), of(ours), kept, floor, axes)
             for name, of, kept, floor in series
         ),
-        warnings=tuple(_warnings(simulated, recorded, effort)),
+        warnings=(*_warnings(simulated, recorded, effort), *smooth),
     )
 
 

@@ -1,46 +1,69 @@
 """Predicted: a fit that was read from its file, beside recordings again."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 
 import numpy as np
 
+from ..arm.rigid_regressor import INERTIAL
 from ..effects import Payload
 from ..fit.fit import Fit
 from ..fit.identification import of_these_joints, pooled_noise
 from ..preparation.prepare import Prepared, prepare
-from ..recordings.recording import Recording
+from ..recordings.recording import KnownPayload, Recording
 from ..recordings.recording_checks import check
+
+Known = tuple[tuple[str, float], ...]
+SAME = 1e-6
+"""Share up to which two masses or moments are the same: numbers that were written and read."""
 
 
 def predicted(fit: Fit, recordings: Sequence[Recording]) -> Fit:
     """The fit with what it predicts of recordings; those that it was not made from count as held out.
+
+    What a model made, and what carries a body of which the fit knows nothing, is predicted too, and judges
+    nothing.
 
     Raises:
         DifferentRobot: Of other joints.
         RecordingError: One that is too short for the fit's filters.
     """
     of_these_joints(fit.model, recordings)
-    known = [_with_its_body(fit, recording) for recording in recordings]
-    strange = tuple(
-        f"{run.name}: carries '{run.payload.name}', of which the fit knows nothing; it is predicted without"
-        for run in known
-        if run.payload and run.payload.name not in _bodies(fit)
+    fit, known = _with_bodies(fit, [_with_its_body(fit, recording) for recording in recordings])
+    reasons = {run.name: reason for run in known if (reason := _judges_nothing(fit, run))}
+    words = tuple(
+        f"{name}: {reason}; it is shown, and does not judge the fit" for name, reason in reasons.items()
     )
-    return replace(beside(fit, prepared(fit, known)), warnings=(*fit.warnings, *strange))
+    shown = beside(fit, prepared(fit, known), tuple(reasons))
+    return replace(shown, warnings=(*fit.warnings, *words))
 
 
 def prepared(fit: Fit, recordings: Sequence[Recording]) -> list[Prepared]:
-    """Recordings behind the filters of the fit, with one noise floor."""
+    """Recordings behind the filters of the fit, with its noise level."""
     runs = [prepare(check(replace(recording, model=fit.model)), fit.filtering) for recording in recordings]
-    return pooled_noise(runs) if runs else []
+    if fit.noise is None:
+        return pooled_noise(runs) if runs else []
+    level = {fit.measures: fit.noise}
+    if fit.measures == "current":
+        level["torque"] = np.abs(fit.estimate.gain) * fit.noise
+    return [
+        replace(run, noise=level[run.measures], noise_source=fit.noise_source)
+        if run.measures in level
+        else run
+        for run in runs
+    ]
 
 
-def beside(fit: Fit, runs: Sequence[Prepared]) -> Fit:
-    """The fit with what it predicts of prepared runs."""
+def beside(fit: Fit, runs: Sequence[Prepared], apart: Collection[str] = ()) -> Fit:
+    """The fit with what it predicts of prepared runs; those `apart`, by name, do not judge it."""
     shown = [fit.agree(run) for run in runs]
-    used = tuple(one for one in shown if one.run in fit.runs)
-    return replace(fit, agreement=used, validation=tuple(one for one in shown if one.run not in fit.runs))
+    judging = [one for one in shown if one.run not in apart]
+    return replace(
+        fit,
+        agreement=tuple(one for one in judging if one.run in fit.runs),
+        validation=tuple(one for one in judging if one.run not in fit.runs),
+        apart=tuple(one for one in shown if one.run in apart),
+    )
 
 
 def as_nominal(fit: Fit) -> Fit:
@@ -55,11 +78,42 @@ def as_nominal(fit: Fit) -> Fit:
 
 
 def _with_its_body(fit: Fit, recording: Recording) -> Recording:
-    """The recording, its body called as the fit calls the one of which the same is known."""
-    body = recording.payload
-    names = [name for name, known in _bodies(fit).items() if body and known == body.known]
-    return replace(recording, payload=replace(body, name=names[0])) if body and names else recording
+    """The recording, its body called as the fit calls it; with that of the run used, if it brings none."""
+    body, bodies = recording.payload, _bodies(fit)
+    own = fit.carried.get(recording.name, "")
+    if own in bodies and (body is None or not body.known) and not recording.simulated:
+        return replace(recording, payload=KnownPayload(own, bodies[own]))
+    if body is None:
+        return recording
+    same = [name for name, known in bodies.items() if known == body.known]
+    same += [name for name, known in bodies.items() if name == body.name and _agree(known, body.known)]
+    name = same[0] if same else body.name if body.name not in bodies else f"another {body.name}"
+    return replace(recording, payload=replace(body, name=name))
 
 
-def _bodies(fit: Fit) -> dict[str, tuple[tuple[str, float], ...]]:
+def _agree(one: Known, other: Known) -> bool:
+    """Whether what is known of two bodies may be of one."""
+    values = dict(other)
+    return all(np.isclose(value, values.get(name, value), rtol=SAME) for name, value in one)
+
+
+def _with_bodies(fit: Fit, recordings: Sequence[Recording]) -> tuple[Fit, list[Recording]]:
+    """The fit with bodies of recordings that it lacks and of which all is known: they add no unknowns."""
+    for recording in recordings:
+        body = recording.payload
+        if body and body.name not in _bodies(fit) and set(INERTIAL) <= {name for name, _ in body.known}:
+            fit = replace(fit, model=fit.model + Payload(body.name, body.known))
+    return fit, list(recordings)
+
+
+def _judges_nothing(fit: Fit, recording: Recording) -> str:
+    """Why a recording does not judge a fit; empty if it does."""
+    if recording.simulated and not fit.simulations:
+        return "simulated by a model"
+    if recording.payload and recording.payload.name not in _bodies(fit):
+        return f"carries '{recording.payload.name}', of which the fit knows nothing, and is predicted without"
+    return ""
+
+
+def _bodies(fit: Fit) -> dict[str, Known]:
     return {effect.name: effect.known for effect in fit.model.effects if isinstance(effect, Payload)}

@@ -6,17 +6,21 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from ..errors import DifferentRobot, RecordingError
+from ..fit.fit import Fit
 from ..preparation.prepare import Filtering, Prepared, choose, prepare
 from ..recordings.recording import EFFORT, Recording
 
 
-def side_by_side(simulated: Recording, recorded: Recording, offset: float) -> tuple[str, Prepared, Prepared]:
+def side_by_side(
+    simulated: Recording, recorded: Recording, offset: float, fit: Fit | None = None
+) -> tuple[str, Prepared, Prepared]:
     """Two recordings, sample by sample where both go on.
 
     Args:
         simulated: Of any simulator, or another run.
         recorded: Of the same joints; its time axis and its rate are those of both.
         offset: To be added to the time of the first [s].
+        fit: Whose filters and noise level are taken; by default those of the two.
 
     Returns:
         What effort both have, and both with that in place of currents: "current" where both were recorded
@@ -32,8 +36,11 @@ def side_by_side(simulated: Recording, recorded: Recording, offset: float) -> tu
             f"{', '.join(recorded.robot.joints)}; give the joints the same names in the same order"
         )
     effort, runs = _alike(_shifted(simulated, offset), recorded)
-    filtering = _narrower(runs)
+    filtering = fit.filtering if fit else _narrower(runs)
     theirs, ours = (_as_effort(prepare(run, filtering), run, effort) for run in runs)
+    if fit and fit.noise is not None:
+        level = np.abs(fit.estimate.gain) * fit.noise if effort != fit.measures == "current" else fit.noise
+        ours = replace(ours, noise=level, noise_source=fit.noise_source)
     return effort, *_together(theirs, ours)
 
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from ...effects import Effect, SpringBalancer
 from ...model import Model
+from ...text_table import digits
 from ..findings.finding import Finding
 from ..findings.kind import Kind
 from ..questions.candidate import Candidate
@@ -42,16 +43,26 @@ def balancers(model: Model) -> Iterator[Candidate]:
 
 
 def _derived(finding: Finding, known: Mapping[str, Any]) -> dict[str, Any]:
-    return {"rms": f"{np.max(finding.torque, initial=0.0):.3g}"}
+    ends = {name: digits(finding.parameters[name].value) for name in ENDS if name in finding.parameters}
+    return {"rms": f"{np.max(finding.torque, initial=0.0):.3g}", **ends}
 
+
+ENDS = ("torque_least", "torque_most")
+"""Over the range that was recorded."""
+STIFFNESS, PRELOAD, LEVERS = "Kr*d21^2", "K0*d21", "d22/d21"
+"""What torque shows of a spring, whose lengths are in proportion to `d21`: products, and a ratio."""
 
 KIND = Kind(
     sentence="{joint} has a spring balancer along the arm that the model does not have[: it gives {rms} "
-    "{effort}, root mean square]",
+    "{effort}, root mean square][, from {torque_least} to {torque_most} {effort} over the recorded range]",
     drawn_against=("position", "load"),
     ask=balancers,
     derived=_derived,
     of_body=True,
+    told_as={"Kr": (STIFFNESS, "N m"), "K0": (PRELOAD, "N m"), "d22": (LEVERS, "1"), "d21": ("", "")},
+    remark="Torque shows a spring's lengths up to scale. With d21 from the drawing, the distance of its "
+    f"fixed end from the axis, K_r is {STIFFNESS} over d21 squared [N/m], K_0 is {PRELOAD} over d21 [N], and "
+    f"d22 is {LEVERS} times d21 [m]",
     mistaken_for=("link_inertia", "joint_spring"),
     settled_by="the base at another tilt: no motion of the joints distinguishes a spring from a weight well",
 )

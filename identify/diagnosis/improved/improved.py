@@ -45,7 +45,9 @@ def _plus(arm: Arm, effect: Effect, finding: Finding) -> Arm | None:
     if present and not alike:
         return None  # the same names with another shape: a model cannot hold both
     model = arm.model if present else arm.model + effect
-    more = {name: finding.parameters[name].value for name in names}
+    told_as = kind_of(finding.effect).told_as  # of a finding that is in words already
+    told = {name: name if name in finding.parameters else told_as[name][0] for name in names}
+    more = {name: finding.parameters[told[name]].value for name in names}
     return replace(arm, model=model).with_values(more)
 
 

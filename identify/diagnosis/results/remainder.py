@@ -20,6 +20,8 @@ CREDIBLE = 0.99
 MATERIAL = 0.3
 """Share of the noise floor below which what is left changes the residual by less than five per cent, and is
 not worth a run."""
+MAIN = 0.7
+"""The same share where there is no floor and the level is what is left: half of its square."""
 AROUND = 161
 """Frequencies whose median is the level about a line; it is known to a tenth."""
 PASSED = 0.7
@@ -41,7 +43,7 @@ def discrepancies(problem: Problem, prediction: Prediction) -> list[Answer]:
 
 
 def remainders(
-    prediction: Prediction, every: list[Answer], noise: np.ndarray, rested: bool
+    prediction: Prediction, every: list[Answer], noise: np.ndarray, rested: bool, material: float = MATERIAL
 ) -> list[Remainder]:
     """Joints on which something is left, with what it depends on.
 
@@ -50,6 +52,7 @@ def remainders(
         every: Answers of features on each joint.
         noise: Noise floor of each joint's torque, shape (n,) [N m].
         rested: Whether it was measured at rest, and not guessed.
+        material: Share of the noise floor below which what is left is not worth a run.
     """
     residual = rms(prediction.residual, prediction.rows.weight)
     count, least = len(noise) * len(KINDS), float(np.log(CREDIBLE / (1 - CREDIBLE)))
@@ -58,7 +61,8 @@ def remainders(
         own = [one for one in every if one.candidate.joints == (joint,)]
         best = max(own, key=lambda one: one.gain, default=None)
         over = float(residual[joint] / noise[joint])
-        if best is not None and odds_of(best, count) > least and _material(prediction, best, noise[joint]):
+        worth = best is not None and _rms_of(prediction, best) > material * noise[joint]
+        if best is not None and worth and odds_of(best, count) > least:
             probability = 1.0 / (1.0 + np.exp(-min(odds_of(best, count), 700.0)))
             found.append(Remainder(joint, over, float(probability), best.candidate.effect))
         elif frequency := line(prediction, joint):
@@ -68,9 +72,9 @@ def remainders(
     return found
 
 
-def _material(prediction: Prediction, answer: Answer, noise: float) -> bool:
+def _rms_of(prediction: Prediction, answer: Answer) -> float:
     weight = prediction.rows.weight[:, answer.columns.joints]
-    return float(rms(answer.torque, weight).max()) > MATERIAL * noise
+    return float(rms(answer.torque, weight).max())
 
 
 def line(prediction: Prediction, joint: int) -> float:

@@ -88,7 +88,8 @@ def _gains(model: Model, runs: Sequence[Driven]) -> tuple[list[str], np.ndarray,
     names = [f"gain{joint + 1}" for joint in range(model.robot.dof)]
     columns = -torque[:, :, None] * np.eye(model.robot.dof)
     unknown = bool(np.all(model.robot.drive_gain == 1.0))
-    return names, columns, np.full(len(names), UNKNOWN_GAIN if unknown else model.robot.drive_gain_tolerance)
+    tolerance = np.full(len(names), UNKNOWN_GAIN) if unknown else model.robot.drive_gain_tolerance
+    return names, columns, tolerance
 
 
 def _clock(model: Model, runs: Sequence[Driven]) -> tuple[list[str], np.ndarray, np.ndarray]:

@@ -10,6 +10,7 @@ from ...fit.identification import common_filtering, of_these_joints
 from ...fit.warnings.excitation_warnings import excitation_warnings
 from ...model import Model
 from ...preparation.prepare import Filtering
+from ...preparation.torque_off import torque_off_warnings
 from ...recordings.recording import Recording
 from ...recordings.recording_checks import check, check_alive
 from .driven import Driven
@@ -67,6 +68,7 @@ def usable(
         reason = "; ".join(warnings) or "all are held out. Give at least one that is not for validation"
         raise RecordingError(f"no run is left to fit: {reason}")
     fitted = [run.prepared for run in runs if run.role != HELD_OUT]
+    warnings += torque_off_warnings(model.robot.joints, [run.prepared for run in runs])
     return runs, [*warnings, *excitation_warnings(model.robot.joints, fitted, 0.0), *_missing(model, runs)]
 
 

@@ -4,26 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from ...arm.robot import SLIDING as LINEAR
 from ..candidates import kind_of
 from ..findings.finding import Diagnosis, Finding
 from ..findings.quantities import SLIDING, TURNING
 from ..results.budget import NOISE
-
-LINEAR = {
-    "N m": "N",
-    "N m/K": "N/K",
-    "N m s/rad": "N s/m",
-    "N m s/rad/K": "N s/m/K",
-    "N m/rad": "N/m",
-    "N m/rad^2": "N/m^2",
-    "N m/rad^3": "N/m^3",
-    "kg m^2": "kg",
-    "rad": "m",
-    "rad/s": "m/s",
-    "rad/s²": "m/s²",
-    "rad/(N m)": "m/N",
-}
-"""Unit of a revolute joint -> the same of a prismatic one."""
 
 
 def revolute(diagnosis: Diagnosis) -> np.ndarray:
@@ -59,11 +44,10 @@ def slides(diagnosis: Diagnosis, finding: Finding) -> bool:
 
 
 def _stated(diagnosis: Diagnosis, finding: Finding) -> Finding:
-    if not slides(diagnosis, finding):
-        return finding
-    parameters = {
-        name: one._replace(unit=in_unit(one.unit, False)) for name, one in finding.parameters.items()
-    }
+    told_as = kind_of(finding.effect).told_as
+    pairs = [(*told_as.get(name, (name, one.unit)), one) for name, one in finding.parameters.items()]
+    turning = not slides(diagnosis, finding)
+    parameters = {name: one._replace(unit=in_unit(unit, turning)) for name, unit, one in pairs if name}
     return replace(finding, parameters=parameters)
 
 

@@ -155,7 +155,8 @@ def _detail(diagnosis: Diagnosis, place: int, files: Sequence[Rival], folder: st
         f"{named(finding.effect, finding.joints, diagnosis.joints)}: {_probability(finding.probability)}."
     ]
     parts += [_small(diagnosis, finding), _held_out(finding), _excluded(diagnosis, finding)]
-    parts += [_open(diagnosis, finding, files, folder)]
+    remark = kind_of(finding.effect).remark
+    parts += [_open(diagnosis, finding, files, folder), f"{remark}." if remark else ""]
     return " ".join(part for part in parts if part)
 
 

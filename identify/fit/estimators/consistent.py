@@ -41,8 +41,11 @@ def consistent(equations: Equations) -> Estimate:
     standard = nearest(held, start.values, start.covariance[: len(start.values), : len(start.values)])
     values = equations.base.regrouping @ standard
     noise = Compressed.of(equations).residual_std(values, equations.gain)
-    # The unconstrained covariance: an upper bound where a constraint holds.
-    return Estimate("consistent", values, equations.gain, start.covariance, noise, standard)
+    # The unconstrained covariance, an upper bound where a constraint holds. Where one moves values by several
+    # deviations, data and constraint contradict each other, and that far either may be wrong.
+    moved = values - start.values
+    covariance = start.covariance + np.pad(np.outer(moved, moved), (0, len(equations.gain)))
+    return Estimate("consistent", values, equations.gain, covariance, noise, standard)
 
 
 class Held(NamedTuple):

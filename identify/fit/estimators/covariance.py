@@ -38,6 +38,7 @@ def sandwich(
     residual: np.ndarray,
     equations: Equations,
     left: np.ndarray | None = None,
+    before: np.ndarray | None = None,
 ) -> np.ndarray:
     """Covariance of the solution of weighted least squares with rows `jacobian`.
 
@@ -46,6 +47,7 @@ def sandwich(
         residual: Shape (r, n).
         equations: Weights and runs.
         left: Instruments in place of the transposed rows, shape (r, n, k).
+        before: Inverse variance of each unknown before the data, shape (k,); zero by default.
 
     Returns:
         Shape (k, k).
@@ -62,7 +64,8 @@ def sandwich(
     def weighted_rows(of: np.ndarray, rows: slice) -> np.ndarray:
         return of[rows] * (weight[rows, :, None] / deviation * scale)
 
-    bread, information, meat = np.zeros((3, unknowns, unknowns))
+    held = np.zeros(unknowns) if before is None else before * scale**2
+    bread, information, meat = np.stack([np.diag(held)] * 3)
     for run in equations.runs:
         for rows in _segments(run):
             moved, right = (weighted_rows(of, rows).reshape(-1, unknowns) for of in (left, jacobian))
@@ -110,12 +113,18 @@ def _taken(hat: np.ndarray, lags: int) -> np.ndarray:
     return np.clip(np.diagonal(density, axis1=1, axis2=2).real, 0.0, 0.9)
 
 
-def sandwich_with_gains(equations: Equations, values: np.ndarray, gain: np.ndarray) -> np.ndarray:
-    """Covariance of (values, gains), shape (b + n, b + n), where currents are what is predicted."""
+def sandwich_with_gains(
+    equations: Equations, values: np.ndarray, gain: np.ndarray, wide: np.ndarray | None = None
+) -> np.ndarray:
+    """Covariance of (values, gains), shape (b + n, b + n), where currents are what is predicted.
+
+    Before the data gains have deviations `wide`, shape (n,); infinite ones by default.
+    """
     torque = equations.regressor @ values + equations.known
     by_gain = -np.eye(len(gain)) * (torque / gain**2)[:, :, None]
     jacobian = np.concatenate([equations.regressor / gain[None, :, None], by_gain], axis=2)
-    return sandwich(jacobian, equations.current - torque / gain, equations)
+    before = np.concatenate([np.zeros(len(values)), np.zeros(len(gain)) if wide is None else wide**-2.0])
+    return sandwich(jacobian, equations.current - torque / gain, equations, before=before)
 
 
 def _segments(run: slice) -> Iterator[slice]:

@@ -1,5 +1,7 @@
 """Ordinary, weighted and iteratively re-weighted least squares, with nominal drive gains."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from ..equations import Equations
@@ -33,6 +35,11 @@ def weighted(equations: Equations) -> Estimate:
 def weighted_noise(equations: Equations, compressed: Compressed | None = None) -> np.ndarray:
     """Residual of each joint after `weighted`, shape (n,) [N m], without the cost of a covariance."""
     return _weights_repeated(equations, compressed or Compressed.of(equations))[1]
+
+
+def weighted_values(equations: Equations, gain: np.ndarray, compressed: Compressed) -> np.ndarray:
+    """Values of `weighted`, shape (b,), at other drive gains (n,)."""
+    return _weights_repeated(replace(equations, gain=gain), compressed)[0]
 
 
 def reweighted(equations: Equations) -> Estimate:

@@ -11,25 +11,62 @@ from ..equations import Equations
 from .compressed import Compressed, solve
 from .covariance import sandwich_with_gains
 from .estimate import Estimate
+from .least_squares import weighted_values
 from .total_least_squares import mixed, require_payload
+
+WIDE = 10.0
+"""Deviation over value of a gain before the data: so wide that it counts where they show nothing."""
+
+FAR = 10.0
+"""Factor between the errors of stated gains from which one has not been seen: motors are not so wrong."""
+
+LOST = 1e4
+"""Factor from stated gains at which nothing was seen of any: a mass in grams is a factor of a thousand."""
 
 
 def maximum_likelihood(equations: Equations) -> Estimate:
     """Gauss-Newton from the mixed total least squares solution, noise of each joint re-estimated."""
     require_payload(equations)
     compressed = Compressed.of(equations)
-    start = mixed(equations)
-    values, inverse = start.values, 1.0 / start.gain
+    values, gain = _start(equations, compressed)
+    centre = gain
     for _ in range(50):
-        noise = compressed.residual_std(values, 1.0 / inverse) * np.abs(inverse)
+        noise = compressed.residual_std(values, gain) / np.abs(gain)
         labels = [*equations.names, *(f"drive gain {j + 1}" for j in range(len(noise)))]
-        step = solve(*linearised(compressed, values, inverse, noise), labels)
-        values, inverse = values + step[: len(values)], inverse + step[len(values) :]
-        if np.max(np.abs(step[len(values) :] / inverse)) < 1e-10:
+        rows, right = linearised(compressed, values, 1.0 / gain, noise)
+        loose = np.diag(-(gain**2) / (WIDE * np.abs(centre)))
+        rows = np.concatenate([rows, np.pad(loose, ((0, 0), (len(values), 0)))])
+        step = solve(rows, np.concatenate([right, (centre - gain) / (WIDE * np.abs(centre))]), labels)
+        # Steps are of gains, not of their inverse: values that depend on an open gain stay its multiples.
+        change = -(gain**2) * step[len(values) :]
+        values, gain = values + step[: len(values)], gain + change
+        if np.max(np.abs(change / gain)) < 1e-10:
             break
-    gain = 1.0 / inverse
-    covariance = sandwich_with_gains(equations, values, gain)
+    covariance = sandwich_with_gains(equations, values, gain, WIDE * centre)
     return Estimate("maximum likelihood", values, gain, covariance, compressed.residual_std(values, gain))
+
+
+def _start(equations: Equations, compressed: Compressed) -> tuple[np.ndarray, np.ndarray]:
+    """Values (b,) and gains (n,) to begin with: mixed total least squares, but for gains that it cannot see.
+
+    Of a joint in which the payload makes no torque its smallest singular vector may be that joint's alone,
+    with any gain, or no payload in it. Such a gain begins as it is stated, at the scale of the others.
+    """
+    try:
+        with np.errstate(divide="ignore", invalid="ignore"):
+            found = mixed(equations)
+        values, gain = found.values, found.gain
+    except (np.linalg.LinAlgError, ValueError):
+        return weighted_values(equations, equations.gain, compressed), equations.gain
+    share = np.abs(gain / equations.gain)
+    usual = float(share[np.argmin(np.abs(np.log(share)))])
+    if not 1.0 / LOST < usual < LOST:
+        return weighted_values(equations, equations.gain, compressed), equations.gain
+    seen = (share > usual / FAR) & (share < usual * FAR)
+    if np.all(seen) or np.all(equations.gain == 1.0):
+        return values, gain
+    gain = np.where(seen, gain, usual * equations.gain)
+    return weighted_values(equations, gain, compressed), gain
 
 
 def linearised(

@@ -25,7 +25,7 @@ def posterior(equations: Equations) -> Estimate:
     mean, deviation = prior(equations)
     held = np.linalg.inv(np.linalg.cholesky(deviation))
     nominal = 1.0 / equations.gain
-    certain = 1.0 / np.abs(nominal * max(equations.gain_tolerance, CERTAIN))
+    certain = 1.0 / np.abs(nominal * np.maximum(equations.gain_tolerance, CERTAIN))
     values, inverse = mean, nominal
     colour = np.ones(len(nominal))
     for _ in range(50):

@@ -7,6 +7,7 @@ from ...model import Model
 from ..base_parameters import BaseParameters, rich_motion
 from ..estimators import Estimate
 from ..fit import Unclear
+from ..settled_gains import cure, hanging
 
 OPEN = 30.0
 """Per cent of its value at which a parameter counts as open: two deviations are then most of it, and
@@ -27,10 +28,14 @@ def unclear(model: Model, base: BaseParameters, estimate: Estimate, payload: str
     seen = regressor @ covariance
     spread = np.sum(seen * regressor, axis=2)
     hints = []
+    by_gain = hanging(estimate, model.robot)
     for column in found:
+        percents = float(percent[column])
+        if column in by_gain:  # no motion shows what only a known torque does
+            hints.append(Unclear(base.names[column], percents, cure(model.robot, by_gain[int(column)])))
+            continue
         gain = np.max(seen[:, :, column] ** 2 / (1.0 + spread), axis=1)
-        hint = _in_words(model, motion, gain)
-        hints.append(Unclear(base.names[column], float(percent[column]), hint))
+        hints.append(Unclear(base.names[column], percents, _in_words(model, motion, gain)))
     return tuple(hints)
 
 

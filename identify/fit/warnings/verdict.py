@@ -1,12 +1,15 @@
 """The verdict on a fit in plain words."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from ...notebook import counted as counted
+from ...preparation.prepare import ABOVE, SMOOTHED, SMOOTHED_REST
+from ...text_table import digits
 from ..fit import Agreement, Fit, Scores
+from ..settled_gains import cure, hanging, open_gains, settled
 from .fit_warnings import unknown_scale
 from .hints import OPEN
 
@@ -25,6 +28,11 @@ EXPLAINED, LITTLE, LACKING = "residual at the noise floor", "a little is missing
 UNTESTED = (
     "not distinguished from noise: the motion moves it too little, or the current does not follow the model"
 )
+UNJUDGED = (
+    "not judged: the recordings were smoothed, and neither their noise at rest nor that above the motion is "
+    "that of the motion"
+)
+NOT_FOUND = "above its noise, and the diagnosis finds nothing missing there"
 LISTED = 3
 """Unclear parameters named in the verdict; tables have the rest."""
 SURPRISE = 3.0
@@ -56,20 +64,28 @@ def _scores_held_out(fit: Fit) -> tuple[Scores, ...]:
     return tuple(one for one in fit.scores if one.held_out)
 
 
-def joint_verdicts(fit: Fit) -> list[JointVerdict]:
-    """One a joint; none if the fit came without samples."""
+def joint_verdicts(fit: Fit, missing: Collection[str] | None = None) -> list[JointVerdict]:
+    """One a joint; none if the fit came without samples.
+
+    Args:
+        fit: To be judged.
+        missing: Joints on which a diagnosis of the same runs finds something, which then decides what is
+            missing; None without a diagnosis.
+    """
     runs = judged(fit)
     if not runs:
         return []
     ratios = np.array([run.over_noise for run in runs])
     worst = np.argmax(ratios, axis=0)
     tested = _tested(runs)
-    return [
-        JointVerdict(
-            joint, runs[worst[j]].run, float(ratios[worst[j], j]), _words(ratios[worst[j], j], tested[j])
-        )
-        for j, joint in enumerate(fit.model.robot.joints)
-    ]
+    found = []
+    for j, joint in enumerate(fit.model.robot.joints):
+        run, over = runs[worst[j]], float(ratios[worst[j], j])
+        words = _words(over, bool(tested[j]), run.noise_source)
+        if missing is not None and joint not in missing and words in (LITTLE, LACKING):
+            words = NOT_FOUND
+        found.append(JointVerdict(joint, run.run, over, words))
+    return found
 
 
 def _tested(runs: Sequence[Agreement | Scores]) -> np.ndarray:
@@ -78,17 +94,30 @@ def _tested(runs: Sequence[Agreement | Scores]) -> np.ndarray:
         return np.any([run.r_squared >= TESTED for run in runs], axis=0)
 
 
-def verdict(fit: Fit) -> list[str]:
-    """Sentences, the most important first: the joints, the gains, the parameters, the warnings."""
-    joints, gains = _joints(fit), gains_sentence(fit)
+def verdict(fit: Fit, missing: Collection[str] | None = None) -> list[str]:
+    """Sentences, the most important first: the joints, the gains, the parameters, the warnings.
+
+    Args:
+        fit: To be judged.
+        missing: As of `joint_verdicts`.
+    """
+    joints, gains = _joints(fit, missing), gains_sentence(fit)
     first = (gains, joints) if fit.unscaled else (joints, gains)
-    sentences = (*first, *_noise(fit), *_parameters(fit), *fit.warnings)
+    sentences = (*open_gain_sentences(fit), *first, *_noise(fit), *_parameters(fit), *fit.warnings)
     return list(dict.fromkeys(sentences))  # a warning that is a sentence of its own is not repeated
 
 
 def _noise(fit: Fit) -> list[str]:
     """Whether the noise floor is one."""
-    if not any(run.noise_source == "high frequencies" for run in judged(fit)):
+    sources = {run.noise_source for run in judged(fit)}
+    if sources & {SMOOTHED, SMOOTHED_REST}:
+        level = "its own residual" if SMOOTHED in sources else "the noise of the rest, which is a lower bound"
+        return [
+            "The recordings were smoothed before they were recorded: their spectrum has no noise near half "
+            f"the sample rate. The noise of the motion is not known; the level that is given is {level}. "
+            "Record what the drive measures, without a filter."
+        ]
+    if ABOVE not in sources:
         return []
     return [
         "The noise floor is a guess from high frequencies, a lower bound: the noise at those of the motion "
@@ -111,14 +140,16 @@ def surprises(fit: Fit) -> list[str]:
     return [name for name, is_far in zip(fit.names, far, strict=True) if is_far]
 
 
-def _words(over_noise: float, tested: bool) -> str:
+def _words(over_noise: float, tested: bool, source: str) -> str:
+    if source == SMOOTHED or (source == SMOOTHED_REST and over_noise > TO_NOISE):
+        return UNJUDGED
     if over_noise <= TO_NOISE:
         return EXPLAINED if tested else UNTESTED
     return LITTLE if over_noise <= MISSING else LACKING
 
 
-def _joints(fit: Fit) -> str:
-    found = joint_verdicts(fit)
+def _joints(fit: Fit, missing: Collection[str] | None) -> str:
+    found = joint_verdicts(fit, missing)
     if not found:
         return (
             "How well the joints are explained is unknown: this fit was loaded without its samples. "
@@ -136,7 +167,7 @@ def _joints(fit: Fit) -> str:
         )
     fine = len(found) - len(open_ones)
     which = f"{fine} of {len(found)} joints" if fine else "no joint"
-    sentences = [_listed(words, open_ones) for words in (LACKING, LITTLE, UNTESTED)]
+    sentences = [_listed(words, open_ones) for words in (LACKING, LITTLE, NOT_FOUND, UNTESTED, UNJUDGED)]
     if fit.unscaled and any(v.over_noise > TO_NOISE for v in open_ones):
         sentences.append(
             " That may be the unknown drive gains alone: two joints then feel one link in different scales."
@@ -162,12 +193,40 @@ def gains_sentence(fit: Fit) -> str:
             "Drive gains are nominal, not measured: an error in them is an error of every parameter. "
             "Finding them needs motor currents and a run with a known payload."
         )
-    percent = 100.0 * fit.estimate.gain_std / np.abs(fit.estimate.gain)
-    worst = int(np.argmax(percent))
+    percent, free = 100.0 * fit.estimate.gain_std / np.abs(fit.estimate.gain), _open(fit)
+    if np.all(free):
+        return "No drive gain was identified."
+    worst = int(np.argmax(np.where(free, 0.0, percent)))
+    others = int(np.sum(~free))
+    which = f"The other {counted(others, 'drive gain')}" if np.any(free) else "Drive gains"
+    verb = "is" if np.any(free) and others == 1 else "are"
     return (
-        f"Drive gains are known to {percent.min():.2g} to {percent.max():.2g} % (one standard deviation), "
-        f"worst on {fit.model.robot.joints[worst]}."
+        f"{which} {verb} known to {percent[~free].min():.2g} to {percent[worst]:.2g} % (one standard "
+        f"deviation), worst on {fit.model.robot.joints[worst]}."
     )
+
+
+def open_gain_sentences(fit: Fit) -> list[str]:
+    """The drive gains that the runs leave open, what is open with each, and what would settle it."""
+    robot, estimate = fit.model.robot, fit.estimate
+    by_gain, after = hanging(estimate, robot), settled(fit).gain
+    sentences = []
+    for joint in np.flatnonzero(_open(fit)):
+        names = [fit.names[row] for row, of in by_gain.items() if of == joint]
+        depending = f", nor are {', '.join(names)}, which depend on it" if names else ""
+        taken = f" Export and simulation take {digits(after[joint])}, by its nominal value."
+        found, std = digits(estimate.gain[joint]), digits(estimate.gain_std[joint])
+        sentences.append(
+            f"The drive gain of {robot.joints[joint]} was not identified{depending}: it came out as {found} "
+            f"\N{PLUS-MINUS SIGN} {std} {robot.units('N m')[joint]}/A, since the payload makes hardly any "
+            f"torque there.{'' if fit.gains_unstated else taken} What would settle it: "
+            f"{cure(robot, int(joint))}."
+        )
+    return sentences
+
+
+def _open(fit: Fit) -> np.ndarray:
+    return open_gains(fit.estimate, fit.model.robot)
 
 
 def _parameters(fit: Fit) -> list[str]:

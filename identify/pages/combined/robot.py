@@ -36,7 +36,16 @@ def robot_sections(model: Model) -> str:
 
 def _joints(robot: Robot) -> str:
     limits = robot.limits
-    head = ["joint", "kind", "from", "to", "velocity, /s", "acceleration, /s²", "torque [N m]", "gear"]
+    head = [
+        "joint",
+        "kind",
+        "from",
+        "to",
+        "velocity, /s",
+        "acceleration, /s²",
+        f"torque [{_both(robot, 'N m')}]",
+        "gear",
+    ]
     columns = (
         *(limits.position_lower, limits.position_upper, limits.velocity, limits.acceleration),
         *(limits.torque, robot.gear_ratio),
@@ -46,7 +55,12 @@ def _joints(robot: Robot) -> str:
         kind = "revolute, rad" if robot.revolute[joint] else "prismatic, m"
         cells = [number(column[joint], 3) for column in columns]
         rows.append([name, kind, *cells, _gain(robot, joint)])
-    return table([*head, "drive gain [N m/A]"], rows, words=(1,))
+    return table([*head, f"drive gain [{_both(robot, 'N m/A')}]"], rows, words=(1,))
+
+
+def _both(robot: Robot, turning: str) -> str:
+    """Unit of a column, given that of revolute joints; both where there are both kinds."""
+    return ", ".join(dict.fromkeys(robot.units(turning)))
 
 
 def _gain(robot: Robot, joint: int) -> str:
@@ -54,7 +68,7 @@ def _gain(robot: Robot, joint: int) -> str:
     if np.all(robot.drive_gain == 1.0):
         return NAMELESS
     gain = float(robot.drive_gain[joint])
-    return _with(gain, robot.drive_gain_tolerance * abs(gain))
+    return _with(gain, float(robot.drive_gain_tolerance[joint]) * abs(gain))
 
 
 def _links(robot: Robot) -> str:

@@ -1,10 +1,11 @@
 """The opening of a joined report: what was identified, what is missing, what agrees, in plain words."""
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 
 import numpy as np
 
 from ...fit.warnings.verdict import MISSING, counted, verdict
+from ..diagnosis.page_data import PageData
 from ..diagnosis.sections import findings_table, verdict_list
 from ..fit.report_tables import joint_table
 from ..report_html import heading, listing, section
@@ -13,10 +14,11 @@ from .material import Compared, Fitted, Material
 
 def opening(material: Material) -> str:
     """The verdict."""
-    parts = [part for fitted in material.fits if not fitted.improved for part in _fitted(fitted)]
+    missing = _joints_missing(material.diagnosis) if material.diagnosis else None
+    parts = [part for fitted in material.fits if not fitted.improved for part in _fitted(fitted, missing)]
     if (found := material.diagnosis) is not None:
         parts += [heading("What is missing"), verdict_list(found), findings_table(found)]
-    parts += [part for fitted in material.fits if fitted.improved for part in _fitted(fitted)]
+    parts += [part for fitted in material.fits if fitted.improved for part in _fitted(fitted, missing)]
     if material.comparisons:
         lines = [compared_line(one) for one in material.comparisons]
         parts += [heading("What simulations come to"), listing(lines, "verdict")]
@@ -25,10 +27,20 @@ def opening(material: Material) -> str:
     return section("verdict", "Verdict", *parts)
 
 
-def _fitted(fitted: Fitted) -> list[str]:
+def _joints_missing(found: PageData) -> set[str]:
+    """Joints on which a diagnosis finds something: what is missing has one source on a page."""
+    named = [*found.findings, *found.undecided]
+    if any(not one.joints for one in named):
+        return set(found.joints)
+    places = {joint for one in named for joint in one.joints} | {left.joint for left in found.remainders}
+    places |= {int(joint) for one in named for joint in np.flatnonzero(one.torque > 0.0)}
+    return {found.joints[joint] for joint in places}
+
+
+def _fitted(fitted: Fitted, missing: Collection[str] | None) -> list[str]:
     more = " with what was found" if fitted.improved else ""
-    words = listing(verdict(fitted.fit), "verdict")
-    return [heading(f"What was identified{more}"), words, joint_table(fitted.fit)]
+    words = listing(verdict(fitted.fit, missing), "verdict")
+    return [heading(f"What was identified{more}"), words, joint_table(fitted.fit, missing)]
 
 
 def compared_line(one: Compared) -> str:

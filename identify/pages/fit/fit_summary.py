@@ -19,6 +19,7 @@ from ...fit.warnings.verdict import (
     TO_NOISE,
     gains_estimated,
     gains_sentence,
+    open_gain_sentences,
     surprises,
     verdict,
 )
@@ -51,7 +52,7 @@ def _header(fit: Fit) -> list[str]:
     sources = sorted({a.noise_source for a in fit.agreement if a.noise_source})
     names = ", ".join(f"{number} {joint}" for number, joint in enumerate(robot.joints, 1))
     standstill = filtering.standstill
-    below = "1 % of usual speed" if standstill is None else f"{digits(standstill)} rad/s"
+    below = "1 % of usual speed" if standstill is None else f"{digits(standstill)} {_unit(fit, 'rad/s')}"
     position, torque = _hertz(filtering.position_cutoff), _hertz(filtering.torque_cutoff)
     pairs = [
         ("Robot", robot.name, "Method", fit.estimate.method),
@@ -65,7 +66,9 @@ def _header(fit: Fit) -> list[str]:
     for label, text in (("Joints", names), ("Identified from", ", ".join(fit.runs))):
         lines += paragraph(text, " " * 18, f"{label + ':':<18}")
     held_out = ", ".join(a.run for a in fit.validation)
-    return lines + (paragraph(held_out, " " * 18, f"{'Validated on:':<18}") if held_out else [])
+    lines += paragraph(held_out, " " * 18, f"{'Validated on:':<18}") if held_out else []
+    # What spoils other numbers is read before them.
+    return lines + [line for words in open_gain_sentences(fit) for line in paragraph(words, "  ", "! ")]
 
 
 def _counted(fit: Fit) -> str:
@@ -83,7 +86,7 @@ def _gains(fit: Fit) -> list[str]:
         if fit.unscaled or fit.measures == "torque":
             return paragraph(gains_sentence(fit))
         return paragraph(gains_sentence(fit)) + table(
-            ["joint", "N m/A"],
+            ["joint", _unit(fit, "N m/A")],
             list(zip(robot.joints, at_point([digits(g) for g in estimate.gain]), strict=True)),
         )
     half = NORMAL_95 * estimate.gain_std
@@ -98,10 +101,15 @@ def _gains(fit: Fit) -> list[str]:
             100 * (estimate.gain / robot.drive_gain - 1),
         )
     ]
-    head = ["joint", "N m/A", "std %", "from", "to (95 %)", "nominal", "off nominal %"]
+    head = ["joint", _unit(fit, "N m/A"), "std %", "from", "to (95 %)", "nominal", "off nominal %"]
     if fit.gains_unstated:  # a gain of 1 was never stated
         head, columns = head[:5], columns[:4]
     return table(head, _rows(list(robot.joints), *columns))
+
+
+def _unit(fit: Fit, turning: str) -> str:
+    """Unit of a column over all joints, given that of revolute ones; both where there are both kinds."""
+    return ", ".join(dict.fromkeys(fit.model.robot.units(turning)))
 
 
 def _rows(first: Sequence[str], *columns: Sequence[str]) -> list[list[str]]:
@@ -109,7 +117,7 @@ def _rows(first: Sequence[str], *columns: Sequence[str]) -> list[list[str]]:
 
 
 def _parameters(fit: Fit) -> list[str]:
-    unit = "unit/(N m/A)" if fit.unscaled else "unit"
+    unit = f"unit/({_unit(fit, 'N m/A')})" if fit.unscaled else "unit"
     head = ["name", "joint", "value", unit, "std %", "from", "to (95 %)", "nominal", "+- std", "note"]
     places = _places(fit.model)
     rows: list[list[str]] = []
@@ -220,7 +228,7 @@ def pooled(agreements: Sequence[Agreement]) -> Agreement:
 def _fits(fit: Fit) -> list[str]:
     if not fit.agreement:
         return paragraph("not kept in the file: compare with runs by Fit.agree")
-    unit = "A" if fit.unscaled else "N m"
+    unit = "A" if fit.unscaled else _unit(fit, "N m")
     head = ["joint", f"residual {unit}", f"noise {unit}", "over noise", "", "relative %", "R^2"]
     rows: list[list[str]] = []
     runs = [("identified from", pooled(fit.agreement)), *(("validated on", a) for a in fit.validation)]
@@ -257,12 +265,20 @@ def _shapes(fit: Fit) -> list[str]:
     lines = []
     for effect in fit.model.effects:
         values = [
-            f"{name} {getattr(effect, name):.4g} {shape.unit}" for name, shape in effect.shapes().items()
+            f"{name} {getattr(effect, name):.4g} {_shape_unit(effect, fit.model, shape.unit)}"
+            for name, shape in effect.shapes().items()
         ]
         if values:
             where = ", ".join(dict.fromkeys(_joints(effect, fit.model)))
             lines += paragraph(f"{name_of(effect)} ({where}): {', '.join(values)}", "  ")
     return lines or ["None of the effects has one."]
+
+
+def _shape_unit(effect: Effect, model: Model, turning: str) -> str:
+    """Unit of a shape of what acts on joints; of balancers, it is stated as it is."""
+    robot = model.robot
+    columns = effect.columns(robot) if isinstance(effect, JointEffect) else []
+    return ", ".join(dict.fromkeys(robot.unit(joint, turning) for joint in columns)) or turning
 
 
 def _composition(fit: Fit) -> list[str]:

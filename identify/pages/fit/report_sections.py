@@ -63,6 +63,7 @@ def parameters_section(fit: Fit) -> str:
 def runs_section(fit: Fit) -> str:
     """Measured, predicted and residual torque of every run and joint."""
     runs = [(run, "held out") for run in fit.validation] + [(run, "used") for run in fit.agreement]
+    runs += [(run, "not judged") for run in fit.apart]
     if not runs:
         return section("runs", "Runs", paragraph(NO_SAMPLES), runs_table(fit) if fit.scores else "")
     plots = len(runs) * fit.model.robot.dof

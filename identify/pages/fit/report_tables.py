@@ -1,24 +1,37 @@
 """The tables of a report."""
 
+from collections.abc import Collection
+
 import numpy as np
 from markupsafe import Markup
 
 from ...fit.fit import Agreement, Fit, Scores
-from ...fit.warnings.verdict import EXPLAINED, LITTLE, NORMAL_95, gains_estimated, joint_verdicts, judged
+from ...fit.warnings.verdict import (
+    EXPLAINED,
+    LITTLE,
+    NORMAL_95,
+    NOT_FOUND,
+    UNJUDGED,
+    gains_estimated,
+    joint_verdicts,
+    judged,
+)
 from ..report_html import NAMELESS, grid, number, table, unit
 from .report_plots import interval_bar, measured_unit
 
+KINDS = {EXPLAINED: "good", LITTLE: "middling", NOT_FOUND: "middling", UNJUDGED: "middling"}
+"""Words about a joint -> how they are coloured, red if not here."""
 WORST_PAIRS = 12
 """Pairs of correlated parameters that are listed."""
 
 
-def joint_table(fit: Fit) -> str:
-    """One line a joint: how well it is explained where it is explained worst."""
+def joint_table(fit: Fit, missing: Collection[str] | None = None) -> str:
+    """One line a joint: how well it is explained where it is explained worst; `missing` as of `verdict`."""
     runs = {run.run: run for run in judged(fit)}
     rows = []
-    for joint, found in enumerate(joint_verdicts(fit)):
+    for joint, found in enumerate(joint_verdicts(fit, missing)):
         run = runs[found.run]
-        kind = {EXPLAINED: "good", LITTLE: "middling"}.get(found.words, "bad")
+        kind = KINDS.get(found.words, "bad")
         numbers = (found.over_noise, run.residual_rms[joint], run.noise[joint], 100 * run.relative[joint])
         cells = [number(value, 3) for value in numbers]
         rows.append(
@@ -43,6 +56,7 @@ def runs_table(fit: Fit) -> str:
     """Residual over noise of every run and joint."""
     rows = [_run_row(run, "used") for run in fit.agreement]
     rows += [_run_row(run, "held out") for run in fit.validation]
+    rows += [_run_row(run, "not judged") for run in fit.apart]
     rows = rows or [_run_row(run, "held out" if run.held_out else "used") for run in fit.scores]
     return table(["run", "role", *fit.model.robot.joints], rows, words=(1,))
 
@@ -59,7 +73,7 @@ def gain_table(fit: Fit) -> str:
     rows = []
     for joint, name in enumerate(robot.joints):
         gain, std, prior = estimate.gain[joint], estimate.gain_std[joint], robot.drive_gain[joint]
-        tolerance = robot.drive_gain_tolerance * abs(prior)
+        tolerance = robot.drive_gain_tolerance[joint] * abs(prior)
         cells = [number(gain, 5), f"{robot.units('N m')[joint]}/A"]
         cells += [number(NORMAL_95 * std, 3), number(100 * std / abs(gain), 2)] if found else [NAMELESS] * 2
         if fit.gains_unstated:  # a gain of 1 was never stated
@@ -98,7 +112,8 @@ def parameter_tables(fit: Fit) -> str:
     """Base parameters, in two tables side by side where the screen is wide."""
     rows = parameter_rows(fit)
     half = (len(rows) + 1) // 2
-    unit = "unit per N m/A" if fit.unscaled else "unit"
+    per = ", ".join(dict.fromkeys(fit.model.robot.units("N m/A")))
+    unit = f"unit per {per}" if fit.unscaled else "unit"
     head = ["parameter", "value", unit, "\u00b1 95 %", "std %", "nominal", "\u00b1 std", "against nominal"]
     halves = [table(head, part, words=(2, 7)) for part in (rows[:half], rows[half:]) if part]
     return grid(*halves, kind="two tables")
@@ -157,7 +172,7 @@ def filter_table(fit: Fit) -> str:
         ("sample rate", filtering.rate, "Hz"),
         ("low-pass of positions before differentiation", filtering.position_cutoff, "Hz"),
         ("parallel decimation of torque and regressor", filtering.torque_cutoff, "Hz"),
-        ("standstill below", filtering.standstill, "rad/s"),
+        ("standstill below", filtering.standstill, ", ".join(dict.fromkeys(fit.model.robot.units("rad/s")))),
     ]
     rows = [[name, NAMELESS if v is None else number(v), unit] for name, v, unit in chosen]
     if filtering.standstill is None:

@@ -87,7 +87,7 @@ def _run_tab(fit: Fit, run: Agreement) -> rrb.Container:
 
 def _runs(fit: Fit) -> list[Agreement]:
     """Runs held out first: they are the ones that judge."""
-    return [*fit.validation, *fit.agreement]
+    return [*fit.validation, *fit.agreement, *fit.apart]
 
 
 def _entity(run: Agreement, *parts: str) -> str:

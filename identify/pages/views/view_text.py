@@ -24,7 +24,7 @@ def parameters_markdown(fit: Fit) -> str:
     lines += [
         "## Parameters",
         "| | parameter | value | \u00b1 95 % | "
-        + ("unit per N m/A" if fit.unscaled else "unit")
+        + (f"unit per {', '.join(dict.fromkeys(fit.model.robot.units('N m/A')))}" if fit.unscaled else "unit")
         + " | nominal |",
         "|---|---|---|---|---|---|",
     ]

@@ -151,7 +151,7 @@ def _robot(case: Mapping[str, Any], kinematics: pin.Model) -> Robot:
         name=string(_table(case, "robot")["name"], "[robot] name"),
         kinematics=kinematics,
         limits=Limits(jerk=np.full(n, np.inf), **known),
-        drive_gain_tolerance=WITHIN * _tolerance(believed, "drive_gain_tolerance"),
+        drive_gain_tolerance=np.full(n, WITHIN * _tolerance(believed, "drive_gain_tolerance")),
         inertial_tolerance=WITHIN * _tolerance(believed, "inertial_tolerance"),
         drive_gain=drive["drive_gain"],
         gear_ratio=drive["gear_ratio"],

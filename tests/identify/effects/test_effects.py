@@ -19,6 +19,7 @@ CHOICES = {"joint": "joint4", "other": "joint5", "d21": 0.6964, "d22": 0.1847, "
 UNITS = {
     *("kg", "kg m", "kg m^2", "N m", "N", "1"),
     *("N m s/rad", "N m/rad", "N/m", "N m/K", "N m s/rad/K"),
+    *("N s/m", "N/K", "N s/m/K"),  # where a joint slides
     *("rad", "m", "rad/s"),
 }
 
@@ -197,3 +198,16 @@ def test_all_effects_fit_in_one_model(robot):
     motion = known_run(robot)
     assert len(set(model.names)) == len(model.names)
     assert model.regressor(motion).shape == (*motion.position.shape, len(model.names))
+
+
+@pytest.mark.parametrize("key", ON_JOINTS)
+def test_a_joint_that_slides_has_units_of_its_own(key):
+    robot = sliding()
+    turning = {p.name: p.unit for p in default(key).parameters(six_axis())}
+    for parameter in default(key).parameters(robot):
+        joint = int(parameter.name[-1]) - 1
+        if robot.revolute[joint]:
+            assert parameter.unit == turning[parameter.name]
+        else:
+            assert "rad" not in parameter.unit
+            assert not parameter.unit.startswith(("N m", "kg m"))

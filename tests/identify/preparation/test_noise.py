@@ -3,7 +3,7 @@ import pytest
 from scipy import signal
 
 from exidyn.identify.preparation.filters import Decimation
-from exidyn.identify.preparation.noise import autocovariance, noise_above, noise_at_rest, spectrum
+from exidyn.identify.preparation.noise import autocovariance, noise_above, noise_at_rest, smoothed, spectrum
 
 from ...parts.small.two_joints import MIX, POLES, colour_covariance, coloured
 
@@ -132,3 +132,28 @@ def test_white_noise_above_the_cutoff_shows_that_below():
 
 def test_nothing_above_the_cutoff_shows_nothing():
     assert np.isnan(noise_above(np.ones((100, 2)), Decimation.at(100.0, 50.0))).all()
+
+
+RATE = 500.0
+
+
+def current(seed=7, colour=0.0):
+    """A motion's current with noise, white or remembered by `colour`, in steps of a converter."""
+    random, time = np.random.default_rng(seed), np.arange(20_000) / RATE
+    noise = signal.lfilter([0.2], [1.0, -colour], random.normal(size=(20_000, 2)), axis=0)
+    motion = 30.0 * np.sin(2 * np.pi * 0.7 * time) + 5.0 * np.sign(np.cos(2 * np.pi * 0.7 * time))
+    return np.round((noise + motion[:, None]) / 0.01) * 0.01
+
+
+@pytest.mark.parametrize("colour", [0.0, 0.9])
+def test_a_current_as_it_was_measured_is_not_taken_for_smoothed(colour):
+    assert not smoothed(current(colour=colour), RATE)
+
+
+@pytest.mark.parametrize("cutoff", [10.0, 40.0, 100.0])
+@pytest.mark.parametrize("order", [2, 4])
+@pytest.mark.parametrize("passes", [1, 2])
+def test_a_current_that_was_low_passed_is_recognised(cutoff, order, passes):
+    sections = signal.butter(order, cutoff, fs=RATE, output="sos")
+    low_passed = signal.sosfilt if passes == 1 else signal.sosfiltfilt
+    assert smoothed(low_passed(sections, current(), axis=0), RATE)

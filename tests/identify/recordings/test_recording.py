@@ -213,6 +213,15 @@ def test_a_joint_whose_limit_of_speed_is_higher_may_turn_faster():
         check(replace(run, model=replace(run.model, robot=slow)))
 
 
+def test_a_drive_turns_as_fast_as_its_robot_file_lets_it():
+    fast = recording(limit=np.inf, position=60.0 * motion() * [1.0, 0.0, 0.0])
+    with pytest.raises(BadUnit, match="at most 20 rad/s is possible.*limits. velocity"):
+        check(fast)
+    robot = fast.robot
+    limits = replace(robot.limits, velocity=np.full(robot.dof, 200.0))
+    assert not check(replace(fast, model=replace(fast.model, robot=replace(robot, limits=limits)))).warnings
+
+
 def test_a_slide_in_millimetres_is_recognised():
     with pytest.raises(BadUnit, match="joint3 is at .* m, .*looks like millimetres"):
         check(recording(position=motion() * [1.0, 1.0, 1000.0]))

@@ -31,8 +31,10 @@ class DriveGains(Effect):
         return [Parameter(f"gain{joint + 1}", "1", regroup=2) for joint in range(robot.dof)]
 
     def priors(self, robot: Robot) -> Mapping[str, Prior]:
-        error = Prior(0.0, robot.drive_gain_tolerance)
-        return {parameter.name: error for parameter in self.parameters(robot)}
+        names = [parameter.name for parameter in self.parameters(robot)]
+        return {
+            name: Prior(0.0, float(std)) for name, std in zip(names, robot.drive_gain_tolerance, strict=True)
+        }
 
     def regressor(self, robot: Robot, motion: Motion) -> np.ndarray:
         torque = self.model.torque(self.model.loaded(motion), self.model.nominal_values)

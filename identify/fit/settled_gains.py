@@ -1,0 +1,127 @@
+"""Settled gains: which drive gains runs leave open, what depends on them, and values that go together.
+
+Of a payload on the axis of a joint nothing is felt there. What current its drive needs then says how inertia,
+friction and gain are related, and not how large any of them is: all may be larger by the same share. Whoever
+takes another gain must take the values that go with it.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..arm.robot import Robot
+from .estimators import Estimate
+from .fit import Fit
+
+OPEN = 0.3
+"""Deviation over value from which a gain is open, as a parameter is."""
+HANGS = 0.5
+"""Share of a variance that comes from gains from which a value is open because of them."""
+
+
+class Settled(NamedTuple):
+    """Drive gains and values that go together.
+
+    Attributes:
+        gain: Those of the fit; where the runs leave them open, with what is nominal, shape (n,).
+        gain_covariance: Shape (n, n).
+        values: Base parameters at these gains, shape (b,).
+        given: Their covariance if the gains were known, shape (b, b).
+        by_gain: Change of each value with each gain, shape (b, n).
+    """
+
+    gain: np.ndarray
+    gain_covariance: np.ndarray
+    values: np.ndarray
+    given: np.ndarray
+    by_gain: np.ndarray
+
+
+def stated(robot: Robot) -> bool:
+    """Whether the robot's description has drive gains."""
+    return not np.all(robot.drive_gain == 1.0)
+
+
+def open_gains(estimate: Estimate, robot: Robot) -> np.ndarray:
+    """Whether each gain was estimated and remains open, shape (n,): the runs show less than is stated."""
+    limit = OPEN * np.abs(estimate.gain)
+    if stated(robot):
+        limit = np.minimum(limit, robot.drive_gain_tolerance * np.abs(robot.drive_gain))
+    return (estimate.gain_std > 0.0) & (estimate.gain_std > limit)
+
+
+def settled(fit: Fit) -> Settled:
+    """The fit's gains, those that are open settled by what is nominal, and the values that go with them."""
+    estimate, robot = fit.estimate, fit.model.robot
+    count, gain = len(estimate.values), estimate.gain
+    covariance = estimate.covariance[count:, count:]
+    by_gain, given = slope(estimate), given_gains(estimate, estimate.gain_std > 0.0)
+    free = open_gains(estimate, robot)
+    if np.any(free) and stated(robot):
+        # Of the others nothing nominal is taken: they stay what the runs say.
+        std = robot.drive_gain_tolerance * np.abs(robot.drive_gain)
+        gain, covariance = _with_nominal(gain, covariance, robot.drive_gain, std, free)
+    values = estimate.values + by_gain @ (gain - estimate.gain)
+    return Settled(gain, covariance, values, given, by_gain)
+
+
+def given_gains(estimate: Estimate, which: np.ndarray) -> np.ndarray:
+    """Covariance of the base values if some gains, bool of shape (n,), were known, shape (b, b)."""
+    count = len(estimate.values)
+    whole = estimate.covariance[:count, :count]
+    if not np.any(which):
+        return np.array(whole)
+    by_gain = slope(estimate, which)
+    given = whole - by_gain @ estimate.covariance[count:, count:] @ by_gain.T
+    given = 0.5 * (given + given.T)
+    given[np.diag_indices(count)] = np.maximum(np.diag(given), np.finfo(float).eps * np.diag(whole))
+    return given
+
+
+def slope(estimate: Estimate, which: np.ndarray | None = None) -> np.ndarray:
+    """Change of each base value with each gain, or with some of them, shape (b, n).
+
+    It is zero for a gain that was not estimated.
+    """
+    count, std = len(estimate.values), estimate.gain_std
+    change = np.zeros((count, len(std)))
+    estimated = std > 0.0 if which is None else (std > 0.0) & which
+    if (known := np.flatnonzero(estimated)).size:
+        both = estimate.covariance[:count, count + known] / std[known]
+        gains = estimate.covariance[np.ix_(count + known, count + known)]
+        correlation = gains / np.outer(std[known], std[known])
+        change[:, known] = np.linalg.lstsq(correlation, both.T, rcond=None)[0].T / std[known]
+    return change
+
+
+def hanging(estimate: Estimate, robot: Robot) -> dict[int, int]:
+    """Base parameters that are as uncertain as they are because a gain is open: place -> joint."""
+    free = np.flatnonzero(open_gains(estimate, robot))
+    variance = np.diag(estimate.covariance)[: len(estimate.values)]
+    if not free.size:
+        return {}
+    by_gain = (slope(estimate)[:, free] * estimate.gain_std[free]) ** 2
+    return {
+        int(row): int(free[np.argmax(by_gain[row])])
+        for row in np.flatnonzero(by_gain.max(axis=1) > HANGS * variance)
+    }
+
+
+def cure(robot: Robot, joint: int) -> str:
+    """Which run would settle the open gain of a joint."""
+    name = robot.joints[joint]
+    if robot.revolute[joint]:
+        return f"a run with a known payload that hangs off the axis of {name}"
+    return f"a run with a known payload in which {name} accelerates hard"
+
+
+def _with_nominal(
+    gain: np.ndarray, covariance: np.ndarray, nominal: np.ndarray, std: np.ndarray, seen: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Gains (n,) and their covariance (n, n) with nominal values of some."""
+    rows = np.eye(len(gain))[seen]
+    total = covariance[np.ix_(seen, seen)] + np.diag(std[seen] ** 2)
+    share = np.linalg.solve(total, rows @ covariance).T
+    keep = np.eye(len(gain)) - share @ rows
+    after = keep @ covariance @ keep.T + share @ np.diag(std[seen] ** 2) @ share.T
+    return gain + share @ (nominal - gain)[seen], after

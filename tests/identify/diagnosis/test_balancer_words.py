@@ -1,0 +1,80 @@
+"""A balancer that was found is told as the data know it: products of stiffness and lengths, and torque."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from exidyn.identify.arm.motion import Motion
+from exidyn.identify.diagnosis import Quantity
+from exidyn.identify.diagnosis.candidates.spring_balancer import LEVERS, PRELOAD, STIFFNESS, balancers
+from exidyn.identify.diagnosis.diagnose import _range
+from exidyn.identify.diagnosis.findings.arm import Arm
+from exidyn.identify.diagnosis.improved.improved import with_finding
+from exidyn.identify.diagnosis.words.answer import plain
+from exidyn.identify.diagnosis.words.measures import by_kind
+from exidyn.identify.diagnosis.words.summary import summary
+from exidyn.identify.diagnosis.words.words import verdict
+from exidyn.identify.effects import SpringBalancer
+from exidyn.identify.simulation.plant import Transmission
+
+from ...parts.small import two_joints
+from .test_diagnosis_words import diagnosis, finding
+
+TRUE = SpringBalancer("shoulder", d21=0.7, d22=0.21, phi=0.4)
+KR, K0 = 50400.0, -20000.0
+
+
+def found():
+    """As the search has it: lengths over d21, so stiffness times its square."""
+    values = {"Kr": KR * 0.7**2, "K0": K0 * 0.7, "d21": 1.0, "d22": 0.3, "phi": 0.4}
+    units = {"Kr": "N/m", "K0": "N", "d21": "m", "d22": "m", "phi": "rad"}
+    numbers = {name: Quantity(value, 0.01 * abs(value), units[name]) for name, value in values.items()}
+    ends = {"torque_least": Quantity(-3100.0, np.nan, "N m"), "torque_most": Quantity(240.0, np.nan, "N m")}
+    return finding("spring_balancer", (0,), parameters=numbers | ends)
+
+
+def test_stiffness_is_told_with_the_length_that_is_not_known():
+    table = plain(diagnosis(found()))["findings"][0]["parameters"]
+    assert set(table) == {STIFFNESS, PRELOAD, LEVERS, "phi", "torque_least", "torque_most"}
+    assert {table[name]["unit"] for name in (STIFFNESS, PRELOAD)} == {"N m"}
+    assert table[STIFFNESS]["value"] / TRUE.d21**2 == pytest.approx(KR)
+    assert table[PRELOAD]["value"] / TRUE.d21 == pytest.approx(K0)
+    assert table[LEVERS]["value"] * TRUE.d21 == pytest.approx(TRUE.d22)
+
+
+def test_text_has_no_stiffness_and_says_which_length_gives_it():
+    page = summary(diagnosis(found()))
+    assert "N/m " not in page.replace("[N/m]", "")
+    lines = " ".join(verdict(diagnosis(found())))
+    assert "from -3100 to 240.0 N m over the recorded range" in lines
+    assert "With d21 from the drawing, the distance of its fixed end from the axis, K_r is" in lines
+
+
+def test_the_products_are_the_same_torque_at_any_length():
+    motion = Motion.of(np.arange(5.0), *np.random.default_rng(0).normal(size=(3, 5, 2)))
+    robot = two_joints.arm()
+    relative = replace(TRUE, d21=1.0, d22=0.3)
+    np.testing.assert_allclose(
+        relative.regressor(robot, motion) @ [KR * 0.7**2, K0 * 0.7],
+        TRUE.regressor(robot, motion) @ [KR, K0],
+    )
+
+
+def test_the_range_of_torque_is_that_of_what_was_recorded():
+    candidate = next(balancers(two_joints.model()))
+    columns = SimpleNamespace(values=np.array([[[1.0, 2.0]], [[3.0, -1.0]], [[0.5, 0.5]]]))
+    ends = _range(SimpleNamespace(candidate=candidate, columns=columns), np.array([2.0, 1.0]))
+    assert (ends["torque_least"].value, ends["torque_most"].value) == (1.5, 5.0)
+
+
+def test_a_model_takes_a_balancer_that_is_told_so():
+    model = two_joints.model()
+    arm = Arm(model, model.nominal_values, model.robot.drive_gain, Transmission.rigid(model.robot.dof))
+    one = replace(found(), candidate=next(balancers(model)))
+    told = by_kind(diagnosis(one)).findings[0]
+    assert "Kr" not in told.parameters
+    for each in (one, told):
+        values = with_finding(arm, each).by_name
+        assert (values["Kr"], values["K0"]) == pytest.approx((KR * 0.7**2, K0 * 0.7))
