@@ -56,7 +56,7 @@ def robot_toml(proposal: Proposal, model: Model, urdf: str, log: str) -> str:
         return "\n".join(head) + "\n\n" + body + (f"\n{drive}" if known else "")
     if known:
         values = np.array([gain.value for gain in proposal.gains])
-        robot = replace(model.robot, drive_gain=values, drive_gain_tolerance=tolerance)
+        robot = replace(model.robot, drive_gain=values, drive_gain_tolerance=np.full(len(values), tolerance))
         model = replace(model, robot=robot)
     return "\n".join(head) + "\n\n" + model_text(model)
 

@@ -29,7 +29,8 @@ def as_built(model: Model) -> Model:
 
 
 def _robot(robot: Robot) -> Robot:
-    factors = [_factor(f"gain {joint}", robot.drive_gain_tolerance) for joint in robot.joints]
+    tolerances = zip(robot.joints, robot.drive_gain_tolerance, strict=True)
+    factors = [_factor(f"gain {joint}", tolerance) for joint, tolerance in tolerances]
     kinematics = robot.kinematics.copy()
     for link, joint in enumerate(robot.joints, start=1):
         body = kinematics.inertias[link]
