@@ -117,19 +117,18 @@ def _never_worse(
     them causes stays as it is.
     """
     while np.max(now := _held_out(problem, found, without_findings), initial=0.0) > WORSE**2:
-        going, gone, kept = None, found[0], found
+        most, gone = 1.0, None
         for one in sorted((one for one in found if not one.once), key=lambda one: one.certainty):
-            others = [other for other in found if other is not one]
-            without = _held_out(problem, others, without_findings)
+            without = _held_out(problem, [other for other in found if other is not one], without_findings)
             gained = float(np.max(now) / np.max(without))
             lost = float(np.max(without / now)) if one.named else 1.0
-            if gained > max(WORSE, lost) and (going is None or gained > going * WORSE):
-                going, gone, kept = gained, one, others
-        if going is None:
+            if gained > max(WORSE * most, lost):
+                most, gone = gained, one
+        if gone is None:
             break
-        place = found.index(gone)
-        again = _in_other_shape(problem, kept, gone, without_findings, total)
-        found = [*kept[:place], *again, *kept[place:]]
+        place, others = found.index(gone), [other for other in found if other is not gone]
+        again = _in_other_shape(problem, others, gone, without_findings, total)
+        found = [*others[:place], *again, *others[place:]]
     return found
 
 

@@ -65,3 +65,6 @@ def test_a_finding_that_predicts_worse_stays_in_a_shape_that_does_not(monkeypatc
     assert len(again.answer.candidate.names) == 2
     assert 0.0 < again.answer.gain < one.answer.gain
     assert not never_worse(1)
+    # Without findings nothing can go.
+    monkeypatch.setattr(searching, "_held_out", lambda *_: np.array([1.5]))
+    assert searching._never_worse(found.problem, [], found.without_findings, 10.0) == []
