@@ -3,7 +3,7 @@
 import re
 from collections.abc import Iterator, Mapping
 from html.parser import HTMLParser
-from itertools import combinations
+from itertools import combinations, takewhile
 from typing import Any, NamedTuple
 
 from exidyn.identify.model import Model
@@ -68,15 +68,29 @@ def contradictions(said: list[Said]) -> tuple[list[str], int]:
 
 def in_text(text: str) -> Iterator[Said]:
     """Numbers of the tables that `exidyn identify` prints; those of the runs that were fitted."""
-    head: list[str] = []
-    for before, line in zip(["", *text.splitlines()], text.splitlines(), strict=False):
-        cells = re.split(r" {2,}", line.strip())
-        if set(before) == {"-"}:
-            head = cells if len(cells) > 3 else []
-        elif line.startswith("validated on") or not line.strip():
-            head = []
-        elif line.startswith("  ") and head and len(cells) >= 5:
-            yield from _row("text", head, [cell for cell in cells if cell != "*"])
+    lines = text.splitlines()
+    for place, line in enumerate(lines):
+        if line and set(line) == {"-"}:
+            block = list(
+                takewhile(lambda one: one.strip() and not one.startswith("validated on"), lines[place + 1 :])
+            )
+            yield from _in_block(block)
+
+
+def _in_block(block: list[str]) -> Iterator[Said]:
+    """Numbers of one table, whose head may be folded, and whose columns are apart in every line."""
+    ends = [place for place, line in enumerate(block) if line[:1].strip() and len(line.split()) > 3]
+    head = block[: ends[0] + 1] if ends else []
+    rows = [line for line in block[len(head) :] if line.startswith("  ") and len(line.split()) > 4]
+    if not rows or any(line[:1].strip() for line in head[:-1]):
+        return
+    width = max(map(len, block))
+    blank = [all(not line[at : at + 1].strip() for line in (*head, *rows)) for at in range(width)]
+    starts = [at for at in range(width) if not blank[at] and (at == 0 or blank[at - 1])]
+    spans = [slice(a, b) for a, b in zip(starts, [*starts[1:], None], strict=True)]
+    names = [" ".join(line[span].strip() for line in head if line[span].strip()) for span in spans]
+    for row in rows:
+        yield from _row("text", names, [row[span].strip() for span in spans])
 
 
 class _Tables(HTMLParser):
@@ -148,9 +162,9 @@ def _exact(where: str, name: str, quantity: str, value: float) -> Said:
 
 def _row(where: str, head: list[str], row: list[str]) -> Iterator[Said]:
     for heading, cell in zip(head, row, strict=False):
-        unit = re.fullmatch(r"(residual|noise) \S+", heading)
+        unit = re.fullmatch(r"(residual|noise) [^/]+", heading)
         quantity = QUANTITIES.get(unit[1] if unit else heading)
-        number = cell.replace("−", "-")
+        number = cell.replace("−", "-").removesuffix("*").strip()
         if quantity and re.fullmatch(r"-?\d+(\.\d*)?(e[+-]?\d+)?", number):
             digits, _, power = number.partition("e")
             half = 0.5 * 10.0 ** (int(power or 0) - len(digits.partition(".")[2]))

@@ -43,8 +43,6 @@ class Answer:
         fitted: Whether a block is fitted, shape (k,); the others are only predicted.
         relief: Logarithm of how much more probable all priors are, beside it.
         choice: What choosing the shape costs the odds by scatter: its logarithm over the mean of all shapes.
-        volume: Logarithm by which more coefficients make it less probable than prediction shows, where it is
-            compared with another that may explain the same.
     """
 
     candidate: Candidate
@@ -61,7 +59,6 @@ class Answer:
     fitted: np.ndarray | None = None
     relief: float = 0.0
     choice: float = 0.0
-    volume: float = 0.0
 
     @cached_property
     def gain(self) -> float:

@@ -6,7 +6,7 @@ import numpy as np
 
 from ..blocks.prediction import Prediction, rms_torque
 from .block_answer import prior_std
-from .candidate import SIZE, Candidate, Thinned
+from .candidate import Candidate, Thinned
 
 STRANGE = 4.0
 """Standard deviations from what physics expects at which something is not that effect: one in 16 000."""
@@ -77,26 +77,6 @@ def beside_limits(
         return one
     torque = float(rms_torque((columns.values @ one.values)[:, :, None])[0])
     return None if np.any(below > FORMULA * torque / np.maximum(prediction.limited_size, 1e-300)) else one
-
-
-def volume(matrix: np.ndarray, candidate: Candidate, columns: Thinned, free: np.ndarray) -> float:
-    """Logarithm of how much less probable coefficients are than prediction of left-out blocks shows.
-
-    The probability of all data together is lower by the volume of values that coefficients might have had,
-    over that which the data leave; prediction by the other blocks is lower by one for each that the data
-    determine (Stone 1977), however much else it might have been. Of two effects of which one is a special
-    case of the other, prediction alone would prefer the general one too often.
-
-    Args:
-        matrix: Normal matrix of the coefficients beside the other unknowns, shape (p, p).
-        candidate: Whose they are.
-        columns: The same.
-        free: Which of them are not at a limit, shape (p,).
-    """
-    std = (min(1.0, candidate.size / SIZE) if candidate.expected is None else 1.0) * columns.std
-    scaled = (std[:, None] * matrix * std)[np.ix_(free, free)]
-    determined = np.maximum(np.linalg.eigvalsh(scaled), 0.0)
-    return float(np.sum(0.5 * np.log1p(determined) - determined / (1.0 + determined)))
 
 
 def solved(matrix: np.ndarray, right: np.ndarray, values: np.ndarray, free: np.ndarray) -> np.ndarray:

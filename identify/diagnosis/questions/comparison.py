@@ -69,13 +69,13 @@ def better(one: Answer, other: Answer, prior: float = 0.0) -> float:
     """Logarithm of the odds that one predicts better than another, by their blocks.
 
     The evidence of the blocks is limited by the scatter of the difference over them, and zero where the two
-    differ by less than torque may be wrong; what shapes and coefficients cost, and `prior`, is known without
-    them.
+    differ by less than torque may be wrong; what shapes cost, and `prior`, is known without them.
     """
     apart = one.by_block - other.by_block
     if _as_good(one, other):
         apart = np.zeros(len(apart))
     error = float(np.std(apart, ddof=1)) * np.sqrt(len(apart)) + 1e-9
     scatter = log_odds(float(apart.sum()) / error, len(apart) - 1.0)
-    known = other.cost - one.cost + other.volume - one.volume + one.relief - other.relief + prior
-    return min(float(apart.sum()), max(scatter, 0.0)) + known
+    return (
+        min(float(apart.sum()), max(scatter, 0.0)) + other.cost - one.cost + one.relief - other.relief + prior
+    )

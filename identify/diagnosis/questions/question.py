@@ -8,7 +8,7 @@ from ..blocks.block_likelihood import strain, trusted
 from ..blocks.prediction import CERTAIN, Factor, Prediction, solve
 from .block_answer import Answer
 from .candidate import Candidate, Thinned
-from .candidate_fit import Fitted, beside_limits, fitted, solved, volume
+from .candidate_fit import Fitted, beside_limits, fitted, solved
 from .products import Products
 
 TOGETHER = 48
@@ -51,7 +51,6 @@ def _answers(prediction: Prediction, alike: Sequence[tuple[Candidate, Thinned]])
             prediction.blocks.fitted,
             _relief(prediction, apart[:, i], one, candidate)
             - _surprise(prediction, errors[i], candidate, columns),
-            volume=volume(matrix[i], candidate, columns, one.free),
         )
         for i, ((candidate, columns), one) in enumerate(zip(alike, fits, strict=True))
         if one is not None

@@ -149,7 +149,7 @@ def test_a_simulation_that_diverges_does_not_lose_the_answer(runs, tmp_path, mon
 
 def test_filters_are_those_of_identify_and_a_case_has_that_of_its_format(tmp_path, runs, monkeypatch):
     seen = []
-    keep = lambda *_, filtering: seen.append(filtering) or diagnosis()  # noqa: E731
+    keep = lambda *_, filtering, **__: seen.append(filtering) or diagnosis()  # noqa: E731
     monkeypatch.setattr(diagnose_command, "diagnose", keep)
     case = diagnose_command.Case("c", nominal_model(), [("identify", recordings()[0])])
     monkeypatch.setattr(diagnose_command, "read_case", lambda _: case)

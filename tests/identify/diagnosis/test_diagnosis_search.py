@@ -8,8 +8,7 @@ import pytest
 from exidyn.identify.diagnosis.candidates import contact_event, hypotheses
 from exidyn.identify.diagnosis.diagnose import diagnose
 from exidyn.identify.diagnosis.questions.block_answer import Answer
-from exidyn.identify.diagnosis.questions.candidate import SIZE, Candidate, Thinned
-from exidyn.identify.diagnosis.questions.candidate_fit import volume
+from exidyn.identify.diagnosis.questions.candidate import Candidate, Thinned
 from exidyn.identify.diagnosis.questions.comparison import better, competing
 from exidyn.identify.diagnosis.questions.question import ask
 from exidyn.identify.diagnosis.questions.shape import refined, with_shape
@@ -287,44 +286,6 @@ def test_what_predicts_alike_is_distinguished_by_what_its_shape_cost():
     assert better(cheap, dear) == pytest.approx(3.0)
     assert better(dear, cheap, prior=1.0) == pytest.approx(-2.0)
     assert judged([cheap, dear], 10.0).probability == pytest.approx(1 / (1 + np.exp(-3.0)), rel=1e-3)
-
-
-def test_what_predicts_alike_is_distinguished_by_the_values_that_its_coefficients_might_have_had():
-    special, general = replace(answer([33.0], "offset"), volume=2.0), replace(answer([34.0]), volume=5.0)
-    assert better(special, general) == pytest.approx(2.0)
-    one = judged([general, special], 10.0)
-    assert one.answer is special
-    assert one.others[0][1] == pytest.approx(2.0, abs=1e-6)
-
-
-def test_of_two_that_are_both_there_the_blocks_decide_and_not_how_certain_each_is():
-    scattered = replace(answer([32.0], "offset"), along=np.tile([0.0, 200.0], BLOCKS // 2))
-    sure = answer([33.0])
-    assert 3.0 < odds_of(scattered, 10.0) < odds_of(sure, 10.0) - 10.0
-    assert judged([sure, scattered], 10.0).others[0][1] == pytest.approx(1.0, abs=0.05)
-    # What is hardly there itself is no alternative, however well it predicts.
-    faint = replace(answer([32.0], "offset"), along=np.tile([60.0, -50.0], BLOCKS // 2))
-    assert odds_of(faint, 10.0) < -1.0
-    chance = np.log1p(np.exp(-odds_of(faint, 10.0)))
-    assert judged([sure, faint], 10.0).others[0][1] == pytest.approx(1.0 + chance, abs=1e-3)
-
-
-def test_the_volume_is_that_of_the_evidence_beyond_what_prediction_costs():
-    random = np.random.default_rng(0)
-    half, std = random.normal(size=(3, 3)), np.array([2.0, 0.5, 30.0])
-    matrix, prior = half @ half.T, np.diag(std**-2.0)
-    columns = Thinned(np.array([0]), np.ones((BLOCKS, 1, 3)), std, np.zeros(3))
-    candidate, free = answer([1.0]).candidate, np.ones(3, bool)
-    evidence = 0.5 * (np.linalg.slogdet(matrix + prior)[1] - np.linalg.slogdet(prior)[1])
-    determined = np.trace(np.linalg.solve(matrix + prior, matrix))
-    assert volume(matrix, candidate, columns, free) == pytest.approx(evidence - determined)
-    # One at a limit is not chosen any more.
-    alone = volume(matrix[:1, :1], candidate, replace(columns, std=std[:1]), free[:1])
-    assert volume(matrix, candidate, columns, np.array([True, False, False])) == pytest.approx(alone)
-    # An effect whose cause makes it small has fewer values.
-    small = volume(matrix, replace(candidate, size=SIZE / 3), columns, free)
-    expected = volume(matrix, candidate, replace(columns, std=std / 3), free)
-    assert small == pytest.approx(expected)
 
 
 def test_a_shape_costs_how_many_are_distinguished_within_its_bounds():

@@ -60,7 +60,7 @@ def test_amperes_are_not_called_newton_metres():
     assert max(map(len, text.splitlines())) <= 110
     # The shoulder feels the forearm in other amperes than the elbow does: no physics has to be missing.
     assert "That may be the unknown drive gains alone" in verdict(amperes())[1]
-    [row] = [line.split() for line in text.splitlines() if line.split()[:1] == ["MX2"]]
+    *_, row = [line.split() for line in text.splitlines() if line.split()[:1] == ["MX2"]]
     assert np.isfinite(amperes().prior[1][amperes().names.index("MX2")])
     assert row[-3:] == ["-", "-", "kept"]
 
