@@ -1,11 +1,11 @@
 """The pipe to a process of its own: never blocks, never tears, gives the reason of a failure."""
 
+import fcntl
 import os
 import signal
 
 import pytest
 
-from exidyn.acquire.run.pipe import pipe_sink
 from exidyn.acquire.run.pipe.pipe_sink import PipeSink, SinkFailed
 from exidyn.acquire.run.realtime import realtime
 from exidyn.acquire.run.recording.recorder import part_of, start_recorder
@@ -63,7 +63,7 @@ def test_a_head_larger_than_a_small_pipe_and_all_behind_it_arrive(tmp_path, monk
     def refuse(*_):
         raise PermissionError
 
-    monkeypatch.setattr(pipe_sink.fcntl, "fcntl", refuse)
+    monkeypatch.setattr(fcntl, "fcntl", refuse)
     text = "x = 1\n" * 60_000
     with start_recorder(tmp_path / "run.mcap") as sink:
         sink.put(head(trajectory=text).frame())
