@@ -15,7 +15,7 @@ QUANTITIES = {
     "+- std": "std of nominal",
     "± std": "std of nominal",
     "from": "from",
-    "to (95 %)": "to",
+    "to (95%)": "to",
     "over noise": "over noise",
     "residual / noise": "over noise",
     "residual": "residual",

@@ -101,7 +101,7 @@ def _gains(fit: Fit) -> list[str]:
             100 * (estimate.gain / robot.drive_gain - 1),
         )
     ]
-    head = ["joint", _unit(fit, "N m/A"), "std %", "from", "to (95 %)", "nominal", "off nominal %"]
+    head = ["joint", _unit(fit, "N m/A"), "std %", "from", "to (95%)", "nominal", "off nominal %"]
     if fit.gains_unstated:  # a gain of 1 was never stated
         head, columns = head[:5], columns[:4]
     return table(head, _rows(list(robot.joints), *columns))
@@ -118,7 +118,7 @@ def _rows(first: Sequence[str], *columns: Sequence[str]) -> list[list[str]]:
 
 def _parameters(fit: Fit) -> list[str]:
     unit = f"unit/({_unit(fit, 'N m/A')})" if fit.unscaled else "unit"
-    head = ["name", "joint", "value", unit, "std %", "from", "to (95 %)", "nominal", "+- std", "note"]
+    head = ["name", "joint", "value", unit, "std %", "from", "to (95%)", "nominal", "+- std", "note"]
     places = _places(fit.model)
     rows: list[list[str]] = []
     columns = [fit.base.parameters[column].name for column in fit.base.kept]
