@@ -162,7 +162,7 @@ def _exact(where: str, name: str, quantity: str, value: float) -> Said:
 
 def _row(where: str, head: list[str], row: list[str]) -> Iterator[Said]:
     for heading, cell in zip(head, row, strict=False):
-        unit = re.fullmatch(r"(residual|noise) [^/]+", heading)
+        unit = re.fullmatch(r"(residual|noise) \S+", heading)
         quantity = QUANTITIES.get(unit[1] if unit else heading)
         number = cell.replace("−", "-").removesuffix("*").strip()
         if quantity and re.fullmatch(r"-?\d+(\.\d*)?(e[+-]?\d+)?", number):
