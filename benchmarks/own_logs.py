@@ -57,7 +57,7 @@ def wrong(found: dict[str, Any], known: Known) -> list[str]:
         if not same and not undecided & {signal, "order of joints", f"unit of {signal}"}:
             faults.append(f"{signal} {found['columns'].get(signal)}, is {names}")
     for place, gain in enumerate(found["gains"]):
-        if gain["told"] and known.gain is not None:
+        if gain["known"] and known.gain is not None:
             ratio = gain["value"] / known.gain[place]
             if not 1 / FACTOR <= ratio <= FACTOR:
                 faults.append(f"gain of joint {place + 1} {gain['value']:.3g}, is {known.gain[place]:.3g}")

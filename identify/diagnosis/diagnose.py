@@ -144,10 +144,10 @@ def _finding(found: SearchResult, place: int, spread: tuple[np.ndarray, dict[str
 
 def _range(answer: Answer, values: np.ndarray) -> dict[str, Quantity]:
     """Least and most torque of a finding, where that is what is known of it, and not its parameters."""
-    told_as = kind_of(answer.candidate.effect).told_as
-    if not told_as:
+    determined_as = kind_of(answer.candidate.effect).determined_as
+    if not determined_as:
         return {}
-    torque, (_, unit) = answer.columns.values @ values, next(iter(told_as.values()))
+    torque, (_, unit) = answer.columns.values @ values, next(iter(determined_as.values()))
     ends = {"torque_least": float(np.min(torque)), "torque_most": float(np.max(torque))}
     return {name: Quantity(value, float("nan"), unit) for name, value in ends.items()}
 

@@ -15,7 +15,7 @@ from .fit import Fit
 
 OPEN = 0.3
 """Deviation over value from which a gain is open, as a parameter is."""
-HANGS = 0.5
+MAINLY = 0.5
 """Share of a variance that comes from gains from which a value is open because of them."""
 
 
@@ -94,7 +94,7 @@ def slope(estimate: Estimate, which: np.ndarray | None = None) -> np.ndarray:
     return change
 
 
-def hanging(estimate: Estimate, robot: Robot) -> dict[int, int]:
+def open_by_gain(estimate: Estimate, robot: Robot) -> dict[int, int]:
     """Base parameters that are as uncertain as they are because a gain is open: place -> joint."""
     free = np.flatnonzero(open_gains(estimate, robot))
     variance = np.diag(estimate.covariance)[: len(estimate.values)]
@@ -103,7 +103,7 @@ def hanging(estimate: Estimate, robot: Robot) -> dict[int, int]:
     by_gain = (slope(estimate)[:, free] * estimate.gain_std[free]) ** 2
     return {
         int(row): int(free[np.argmax(by_gain[row])])
-        for row in np.flatnonzero(by_gain.max(axis=1) > HANGS * variance)
+        for row in np.flatnonzero(by_gain.max(axis=1) > MAINLY * variance)
     }
 
 

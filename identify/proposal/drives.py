@@ -19,7 +19,7 @@ HEAVY, BALANCED = 300.0, 1.0
 """Mass of an arm [kg] from which on a spring or gas cylinder may hold it against gravity, which no URDF has;
 and its torque over that of the bodies, standard deviation."""
 TOLD = 0.35
-"""Standard deviation of a logarithm up to which a size is told: twice or half is two of them away."""
+"""Standard deviation of a logarithm up to which a size is known: twice or half is two of them away."""
 GAINS = np.logspace(-3, 3, 121)
 """Gains that are weighed where nothing is known of the unit [N m per unit]; the one in the middle is 1."""
 WIDE = 3.0
@@ -46,7 +46,7 @@ class Gain(NamedTuple):
     torque: float = 0.0
 
     @property
-    def told(self) -> bool:
+    def known(self) -> bool:
         """Whether both sign and size are known well enough to be written down."""
         sure = max(self.positive, 1 - self.positive) >= DECIDED
         return bool(np.isfinite(self.value) and self.relative <= TOLD and sure)

@@ -225,11 +225,11 @@ def _efforts(
         return {**others, "torque": family}, (), guesses
     why, option = "bodies, friction", "[drive] gain, or a run with a known payload"
     for joint, gain in zip(robot.joints, found, strict=True):
-        if gain.told:
+        if gain.known:
             size = f"{digits(gain.value)} N m ± {100 * gain.relative:.0f} %"
             guesses.append(
                 Guess(f"gain of {joint}", size, max(gain.positive, 1 - gain.positive), why, option)
             )
-    if silent := [joint for joint, gain in zip(robot.joints, found, strict=True) if not gain.told]:
+    if silent := [joint for joint, gain in zip(robot.joints, found, strict=True) if not gain.known]:
         guesses.append(Guess(f"gain of {', '.join(silent)}", "", 0.0, why, option))
     return {**others, "current": family}, tuple(found), guesses

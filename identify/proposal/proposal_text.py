@@ -43,7 +43,7 @@ def robot_toml(proposal: Proposal, model: Model, urdf: str, log: str) -> str:
         urdf: Path of its URDF from the new file; "" if it is described otherwise, and is written out.
         log: What the log is called.
     """
-    gains = "".join(f", {digits(gain.value) if gain.told else '?'}" for gain in proposal.gains)[2:]
+    gains = "".join(f", {digits(gain.value) if gain.known else '?'}" for gain in proposal.gains)[2:]
     tolerance = max((gain.relative for gain in proposal.gains), default=0.0)
     head = [f"# Proposed by exidyn init from {log}; what it did not decide is said in comments."]
     head += [f"# {open_words(guess)}" for guess in proposal.open]
@@ -88,7 +88,7 @@ def as_json(proposal: Proposal, written: Sequence[str], then: str) -> dict[str, 
         "exidyn_init": 1,
         "columns": {signal: list(names) for signal, names in proposal.columns.items()},
         "units": proposal.units._asdict(),
-        "gains": [gain._asdict() | {"told": gain.told} for gain in proposal.gains],
+        "gains": [gain._asdict() | {"known": gain.known} for gain in proposal.gains],
         "guesses": [vars(guess) | {"decided": guess.decided} for guess in proposal.guesses],
         "decided_from": DECIDED,
         "notes": list(proposal.notes),

@@ -59,7 +59,7 @@ KIND = Kind(
     ask=balancers,
     derived=_derived,
     of_body=True,
-    told_as={"Kr": (STIFFNESS, "N m"), "K0": (PRELOAD, "N m"), "d22": (LEVERS, "1"), "d21": ("", "")},
+    determined_as={"Kr": (STIFFNESS, "N m"), "K0": (PRELOAD, "N m"), "d22": (LEVERS, "1"), "d21": ("", "")},
     remark="Torque shows a spring's lengths up to scale. With d21 from the drawing, the distance of its "
     f"fixed end from the axis, K_r is {STIFFNESS} over d21 squared [N/m], K_0 is {PRELOAD} over d21 [N], and "
     f"d22 is {LEVERS} times d21 [m]",

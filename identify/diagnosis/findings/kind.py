@@ -40,7 +40,7 @@ class Kind:
         gear: Whether it is between motor and link: a simulation can have it, a model cannot.
         sensor: Whether it changes what is recorded of the arm and nothing in it.
         of_body: Whether its units are those of a body, whatever its joint does.
-        told_as: Parameter -> name and unit of what the data know of it, where they know a product only.
+        determined_as: Parameter -> name and unit of what the data know of it, where they know a product only.
         remark: Sentence about what they do not know, and what gives it.
     """
 
@@ -59,5 +59,5 @@ class Kind:
     gear: bool = False
     sensor: bool = False
     of_body: bool = False
-    told_as: Mapping[str, tuple[str, str]] = field(default_factory=dict)
+    determined_as: Mapping[str, tuple[str, str]] = field(default_factory=dict)
     remark: str = ""

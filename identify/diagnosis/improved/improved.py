@@ -45,9 +45,9 @@ def _plus(arm: Arm, effect: Effect, finding: Finding) -> Arm | None:
     if present and not alike:
         return None  # the same names with another shape: a model cannot hold both
     model = arm.model if present else arm.model + effect
-    told_as = kind_of(finding.effect).told_as  # of a finding that is in words already
-    told = {name: name if name in finding.parameters else told_as[name][0] for name in names}
-    more = {name: finding.parameters[told[name]].value for name in names}
+    determined_as = kind_of(finding.effect).determined_as  # of a finding that is in words already
+    reported = {name: name if name in finding.parameters else determined_as[name][0] for name in names}
+    more = {name: finding.parameters[reported[name]].value for name in names}
     return replace(arm, model=model).with_values(more)
 
 

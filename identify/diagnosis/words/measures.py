@@ -44,8 +44,8 @@ def slides(diagnosis: Diagnosis, finding: Finding) -> bool:
 
 
 def _stated(diagnosis: Diagnosis, finding: Finding) -> Finding:
-    told_as = kind_of(finding.effect).told_as
-    pairs = [(*told_as.get(name, (name, one.unit)), one) for name, one in finding.parameters.items()]
+    determined_as = kind_of(finding.effect).determined_as
+    pairs = [(*determined_as.get(name, (name, one.unit)), one) for name, one in finding.parameters.items()]
     turning = not slides(diagnosis, finding)
     parameters = {name: one._replace(unit=in_unit(unit, turning)) for name, unit, one in pairs if name}
     return replace(finding, parameters=parameters)

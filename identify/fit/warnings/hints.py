@@ -7,7 +7,7 @@ from ...model import Model
 from ..base_parameters import BaseParameters, rich_motion
 from ..estimators import Estimate
 from ..fit import Unclear
-from ..settled_gains import cure, hanging
+from ..settled_gains import cure, open_by_gain
 
 OPEN = 30.0
 """Per cent of its value at which a parameter counts as open: two deviations are then most of it, and
@@ -28,7 +28,7 @@ def unclear(model: Model, base: BaseParameters, estimate: Estimate, payload: str
     seen = regressor @ covariance
     spread = np.sum(seen * regressor, axis=2)
     hints = []
-    by_gain = hanging(estimate, model.robot)
+    by_gain = open_by_gain(estimate, model.robot)
     for column in found:
         percents = float(percent[column])
         if column in by_gain:  # no motion shows what only a known torque does

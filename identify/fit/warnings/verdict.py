@@ -9,7 +9,7 @@ from ...notebook import counted as counted
 from ...preparation.prepare import ABOVE, SMOOTHED, SMOOTHED_REST
 from ...text_table import digits
 from ..fit import Agreement, Fit, Scores
-from ..settled_gains import cure, hanging, open_gains, settled
+from ..settled_gains import cure, open_by_gain, open_gains, settled
 from .fit_warnings import unknown_scale
 from .hints import OPEN
 
@@ -209,7 +209,7 @@ def gains_sentence(fit: Fit) -> str:
 def open_gain_sentences(fit: Fit) -> list[str]:
     """The drive gains that the runs leave open, what is open with each, and what would settle it."""
     robot, estimate = fit.model.robot, fit.estimate
-    by_gain, after = hanging(estimate, robot), settled(fit).gain
+    by_gain, after = open_by_gain(estimate, robot), settled(fit).gain
     sentences = []
     for joint in np.flatnonzero(_open(fit)):
         names = [fit.names[row] for row, of in by_gain.items() if of == joint]

@@ -74,7 +74,7 @@ def test_signs_and_sizes_of_gains_are_right_where_they_are_told():
     sign = np.array([1, -1, 1, -1, 1, -1])
     named = {"t": LOG.time, **columns("q{k}", LOG.position), **columns("i{k}", sign * LOG.current)}
     found = proposed(named)
-    told = [k for k, gain in enumerate(found.gains) if gain.told]
+    told = [k for k, gain in enumerate(found.gains) if gain.known]
     assert {1, 2} <= set(told)  # the joints that lift the arm
     for k in told:
         assert 0.5 < found.gains[k].value / (sign * ROBOT.drive_gain)[k] < 2.0
@@ -88,7 +88,7 @@ def test_gains_are_not_told_by_a_description_whose_masses_are_one_number():
     for place in range(1, robot.dof + 1):
         robot.kinematics.inertias[place].mass = 1.0
     named = {"t": LOG.time, **columns("q{k}", LOG.position), **columns("i{k}", LOG.current)}
-    assert not any(gain.told for gain in proposed(named, robot).gains)
+    assert not any(gain.known for gain in proposed(named, robot).gains)
 
 
 def test_gaps_repeats_and_limits_are_said():
