@@ -116,6 +116,8 @@ class DriveNetwork:
             try:
                 manager = cast(canopen.RemoteNode, self._network[node]).nmt
                 state = manager.wait_for_heartbeat(4.0 * self._settings.heartbeat + 0.5)
+                if state != "OPERATIONAL":  # a heartbeat that was under way before the command
+                    state = manager.wait_for_heartbeat(4.0 * self._settings.heartbeat + 0.5)
             except Exception as error:  # canopen's own, of no common type
                 raise NotReady(f"{name} sends no heartbeat, though it took 0x1017") from error
             if state != "OPERATIONAL":
