@@ -38,6 +38,7 @@ class Example(NamedTuple):
         arm: Makes the arm, true and nominal.
         steps: Its commands for a folder, a length of each motion [s] and a time to search it [s].
         outcome: What came of it, by the files of its folder.
+        kept: Files that it does not write over; as patterns.
     """
 
     purpose: str
@@ -47,6 +48,7 @@ class Example(NamedTuple):
     arm: Callable[[], ExampleArm]
     steps: Callable[[Path, float, float], list[Step]]
     outcome: Callable[[Path], str]
+    kept: tuple[str, ...] = ("*.mcap*",)
 
 
 NAMED = {
@@ -76,6 +78,7 @@ NAMED = {
         example_files.arm,
         example_files.steps,
         example_files.outcome,
+        example_files.FILES,
     ),
 }
 """Name -> example; the first is the one by default."""
@@ -87,7 +90,7 @@ def main(arguments: Sequence[str]) -> int:
     example = NAMED[given.example]
     folder = given.output or example.folder
     if not given.commands:
-        _require_empty(folder)
+        _require_empty(folder, example.kept)
     example.arm().write(folder)
     steps = example.steps(folder, given.length or example.length, given.search or example.search)
     if given.commands:
@@ -110,13 +113,10 @@ def run(steps: Sequence[Step]) -> None:
             raise ExidynError(f"exidyn {one.command} has stopped; its output is above")
 
 
-def _require_empty(folder: Path) -> None:
-    taken = sorted(folder.glob("*.mcap*"))
+def _require_empty(folder: Path, kept: Sequence[str]) -> None:
+    taken = sorted(path for pattern in kept for path in folder.glob(pattern))
     if taken:
-        raise ExidynError(
-            f"{taken[0]} exists, and recordings are not written over. Remove {folder}, or choose another "
-            "(--output)"
-        )
+        raise ExidynError(f"{taken[0]} exists, and is not written over. Choose another folder (--output)")
 
 
 def parser() -> argparse.ArgumentParser:

@@ -1,4 +1,4 @@
-"""exidyn jog: one joint a little way and back at a crawl, and whether it does as in the robot file."""
+"""exidyn jog: one joint slowly a little way and back, and whether it does as in the robot file."""
 
 import argparse
 import sys
@@ -53,7 +53,7 @@ EXAMPLES = (
     "exidyn jog --controller cell.toml --robot robot.toml --joint elbow --degrees -5 -o elbow.mcap",
 )
 SLIPPED = "It moved when its drives were powered: look at its brakes, and at gains and zeros of its drives"
-ADVICE = "; the joint moves at a crawl, and Ctrl-C brakes it."
+ADVICE = "; the joint moves slowly, and Ctrl-C brakes it."
 GENTLE = 0.05
 """Share of the limits on the way, below half a degree, to where the motion begins [-]."""
 
@@ -100,7 +100,7 @@ def parser() -> argparse.ArgumentParser:
     """What `exidyn jog` takes."""
     found = command_parser(
         "jog",
-        "Move one joint a little way and back at a crawl, and judge its sign, scale and gain.",
+        "Move one joint slowly a little way and back, and judge its sign, scale and gain.",
         EXAMPLES,
         usage="exidyn jog [-h] --robot ROBOT --joint JOINT [option ...]",
     )

@@ -1,5 +1,6 @@
 """Example: the files that a person with an arm brings, of a simulated one."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,6 +16,8 @@ from .example_arm import NOMINAL, TRUTH, ExampleArm
 from .example_steps import Step
 
 LOG = "log.csv"
+FILES = (NOMINAL, LOG, TRUTH)
+"""What is written, and not over a person's own."""
 RATE, SECONDS = 250.0, 20.0
 """Samples a second [Hz] and length [s] of the log."""
 
@@ -22,6 +25,10 @@ RATE, SECONDS = 250.0, 20.0
 @dataclass(frozen=True)
 class ArmWithLog(ExampleArm):
     """An arm with a log of a motion that no planner chose, in degrees and amperes."""
+
+    def files(self) -> Mapping[str, str]:
+        """Robot files, name -> text; no payload belongs to this arm."""
+        return {name: text for name, text in super().files().items() if name in FILES}
 
     def write(self, folder: Path) -> None:
         """Write robot files and log into a folder."""

@@ -1,4 +1,4 @@
-"""Nominal model of an arm that moves at a crawl: torque at rest, and where its flange goes."""
+"""Nominal model of an arm that moves slowly: torque at rest, and where its flange goes."""
 
 from dataclasses import dataclass
 

@@ -1,4 +1,4 @@
-"""There and back: one joint at a crawl, from where the arm stands and to there again."""
+"""There and back: one joint slowly, from where the arm stands and to there again."""
 
 from dataclasses import dataclass, replace
 

@@ -40,7 +40,9 @@ def bent(
     """
     # A first fit may leave a light link less than no inertia where a payload's moments are unknown, and a
     # soft gear cannot carry any payload: such a gear would have no twist at all, or one without bound.
-    inertia = np.maximum(inertia, 0.0)
+    # Its Coriolis torque, which gains no energy beside a change of the inertia, would without one.
+    if np.min(inertia) < 0.0:
+        inertia, damping = np.maximum(inertia, 0.0), np.maximum(damping, 0.0)
     stiffness = np.maximum(stiffness, SOFTEST * np.max(np.abs(stiffness)))
     mass, loss = inertia / step**2, damping / (2 * step)
     bands = np.zeros((3, len(load)))

@@ -1,8 +1,6 @@
-"""Help, examples, options in docs, completion and exit codes: what holds of every command."""
+"""Help, examples, completion and exit codes: what holds of every command."""
 
-import argparse
 import os
-import re
 import shlex
 import shutil
 import subprocess
@@ -16,19 +14,12 @@ from exidyn.acquire.command_line import COMMANDS, command_module, main
 from exidyn.acquire.commands.completion_command import SHELLS, whole_parser
 
 ROOT = Path(__file__).parents[3]
-PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
-COMMAND = re.compile(r"\bexidyn ([a-z]+)\b([^`|>\n#]*)")
-LINK = re.compile(r"\]\((?!https?:)([^)#]*)(?:#([^)]*))?\)")
 
 
 def examples(name: str) -> list[str]:
     """The command lines at the end of a help text."""
     epilog = command_module(name).parser().epilog
     return [line.strip() for line in epilog.rpartition("examples:\n")[2].splitlines()]
-
-
-def options(parser: argparse.ArgumentParser) -> set[str]:
-    return {option for action in parser._actions for option in action.option_strings}
 
 
 @pytest.mark.parametrize("name", COMMANDS)
@@ -60,35 +51,6 @@ def test_what_is_the_same_is_called_the_same(name):
         assert actions[option].metavar in metavars[option]
     assert ("--output" in actions) == ("-o" in actions)
     assert all(action.help for action in found._actions)
-
-
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
-def test_options_that_pages_name_exist(page):
-    text = page.read_text(encoding="utf-8").replace("\\\n", " ")
-    for name, rest in COMMAND.findall(text):
-        if name in COMMANDS:
-            mentioned = set(re.findall(r"(?<!\S)--?[a-z][a-z-]*", rest))
-            assert mentioned <= options(command_module(name).parser()), f"exidyn {name}{rest}"
-    every = set().union(*(options(command_module(name).parser()) for name in COMMANDS))
-    alone = set(re.findall(r"`(--[a-z][a-z-]*)", text))
-    assert alone <= every | {"--quick", "--sweep", "--version"}  # those of benchmarks, and of all commands
-
-
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
-def test_links_between_pages_lead_somewhere(page):
-    for place, heading in LINK.findall(page.read_text(encoding="utf-8")):
-        target = page.parent / place if place else page
-        assert target.exists(), place
-        if heading:
-            lines = target.read_text(encoding="utf-8").splitlines()
-            titles = {line.lstrip("# ").lower().replace(" ", "-") for line in lines if line.startswith("#")}
-            assert heading in titles
-
-
-def test_every_page_is_in_the_index():
-    index = (ROOT / "docs" / "README.md").read_text(encoding="utf-8")
-    for page in (ROOT / "docs").glob("*.md"):
-        assert page.name == "README.md" or f"({page.name})" in index
 
 
 def test_exit_codes_are_where_people_look(capsys):

@@ -114,4 +114,4 @@ def test_commands_are_printed_as_they_would_be_run(tmp_path, capsys):
 def test_recordings_are_not_written_over(tmp_path, capsys):
     (tmp_path / "other.mcap").write_bytes(b"")
     assert main(["example", "balancer", "--output", str(tmp_path)]) == REFUSED
-    assert "recordings are not written over" in capsys.readouterr().err
+    assert "is not written over" in capsys.readouterr().err

@@ -18,3 +18,13 @@ def test_robot_and_log_are_what_the_commands_take(tmp_path, monkeypatch, capsys)
     assert np.all((position >= limits.position_lower) & (position <= limits.position_upper))
     stated, true = (read_model(name).robot.drive_gain for name in ("robot.toml", "truth.toml"))
     assert np.all(stated != true)
+
+
+def test_files_of_ones_own_are_not_written_over(tmp_path, capsys):
+    (tmp_path / "run.mcap").write_text("")
+    assert main(["example", "files", "--output", str(tmp_path)]) == 0
+    assert {path.name for path in tmp_path.iterdir()} == {"robot.toml", "log.csv", "truth.toml", "run.mcap"}
+    (tmp_path / "log.csv").write_text("my own")
+    assert main(["example", "files", "--output", str(tmp_path)]) == 2
+    assert (tmp_path / "log.csv").read_text() == "my own"
+    assert "is not written over" in capsys.readouterr().err

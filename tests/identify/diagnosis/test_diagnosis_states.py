@@ -51,6 +51,14 @@ def test_a_link_of_less_than_no_inertia_bends_as_one_of_none():
     )
 
 
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_a_link_of_less_than_no_inertia_gains_nothing_from_its_coriolis_torque(way):
+    """As in a first fit of an arm with a body of unknown moments: 1e26 times the load, or singular."""
+    inertia, coriolis = 0.17 + 0.21 * np.sin(3.0 * TIME), 0.5 * way * np.cos(3.0 * TIME)
+    twist = bent(inertia, coriolis, constant(1000.0), np.sin(TIME), STEP)
+    assert 0.9 < np.max(np.abs(1000.0 * twist.value)) < 5.0
+
+
 def test_a_gear_that_cannot_carry_its_load_still_has_a_twist():
     for stiffness in (constant(-10.0), -10.0 + 0.1 * np.sin(TIME)):
         twist = bent(constant(3e-4), constant(1e-3), stiffness, np.sin(TIME) - 6.0, STEP)

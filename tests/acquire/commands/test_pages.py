@@ -1,0 +1,125 @@
+"""The pages of docs: command lines that parse, files and options that exist, links that resolve."""
+
+import argparse
+import re
+import shlex
+from pathlib import Path
+
+import pytest
+
+from exidyn.acquire.command_line import COMMANDS, command_module
+
+ROOT = Path(__file__).parents[3]
+README = ROOT / "README.md"
+PAGES = [README, ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
+COMMAND = re.compile(r"\bexidyn ([a-z]+)\b([^`|>\n#]*)")
+LINK = re.compile(r"\]\((?!https?:)([^)#]*)(?:#([^)]*))?\)")
+BLOCK = re.compile(r"^ *```sh\n(.*?)^ *```", re.MULTILINE | re.DOTALL)
+FILE = re.compile(r"[\w./-]+\.(?:toml|mcap|csv|json|urdf|xml)\b")
+YOUR_ARM = "README.md#your-own-arm"
+DEFAULTS = {"exidyn-example", "exidyn-fit", "exidyn-diagnosis"}
+"""Folders that commands make unless told otherwise."""
+WRITES = ("-o", "--output", "--json", "--save", ">")
+
+
+def shell_lines(page: Path) -> list[str]:
+    """What a page has to type, continued lines joined."""
+    text = page.read_text(encoding="utf-8").replace("\\\n", " ")
+    return [line for block in BLOCK.findall(text) for line in block.splitlines()]
+
+
+def words_of(line: str) -> list[str]:
+    """Words of a shell line; pipes and redirections are words of their own, comments are left out."""
+    words = shlex.shlex(line, posix=True, punctuation_chars="|>&;")
+    words.whitespace_split = True
+    return list(words)
+
+
+def commands(line: str) -> list[list[str]]:
+    """The words behind each `exidyn` of a shell line."""
+    found: list[list[str]] = []
+    inside = False
+    for word in words_of(line):
+        if word in ("exidyn", ".venv/bin/exidyn"):
+            found.append([])
+            inside = True
+        elif word[0] in "|>&;":
+            inside = False
+        elif inside:
+            found[-1].append(word)
+    return found
+
+
+def named(page: Path) -> set[str]:
+    """The files that the text and the comments of a page name."""
+    text = BLOCK.sub("", page.read_text(encoding="utf-8"))
+    comments = [line.partition(" #")[2] for line in shell_lines(page)]
+    return set(FILE.findall("\n".join([text, *comments])))
+
+
+def options(parser: argparse.ArgumentParser) -> set[str]:
+    return {option for action in parser._actions for option in action.option_strings}
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_command_lines_of_pages_are_understood(page):
+    for line in shell_lines(page):
+        for name, *rest in commands(line):
+            try:
+                command_module(name).parser().parse_args(rest)
+            except SystemExit:
+                pytest.fail(line)
+
+
+def test_command_lines_are_found():
+    assert commands("sleep 9 | python x.py & exidyn info 'a b.mcap' --json - | cat  # exidyn view") == [
+        ["info", "a b.mcap", "--json", "-"]
+    ]
+    assert sum(len(commands(line)) for page in PAGES for line in shell_lines(page)) > 90
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_pages_name_no_file_that_comes_from_nowhere(page):
+    """Each is written by a line before, named in the text, or one of README's where the page leads there."""
+    known = DEFAULTS | named(page)
+    if page == README or YOUR_ARM in page.read_text(encoding="utf-8"):
+        known |= named(README) | {word for line in shell_lines(README) for word in words_of(line)}
+    for line in shell_lines(page):
+        words = words_of(line)
+        known |= {word for before, word in zip(words, words[1:], strict=False) if before in WRITES}
+        read = {word for command in commands(line) for word in command if FILE.fullmatch(word)}
+        assert not [file for file in read if not {file, file.partition("/")[0]} & known], line
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_options_that_pages_name_exist(page):
+    text = page.read_text(encoding="utf-8").replace("\\\n", " ")
+    for name, rest in COMMAND.findall(text):
+        if name in COMMANDS:
+            mentioned = set(re.findall(r"(?<!\S)--?[a-z][a-z-]*", rest))
+            assert mentioned <= options(command_module(name).parser()), f"exidyn {name}{rest}"
+    every = set().union(*(options(command_module(name).parser()) for name in COMMANDS))
+    alone = set(re.findall(r"`(--[a-z][a-z-]*)", text))
+    assert alone <= every | {
+        "--keep",
+        "--quick",
+        "--sweep",
+        "--version",
+    }  # those of benchmarks, and of all commands
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_links_between_pages_lead_somewhere(page):
+    for place, heading in LINK.findall(page.read_text(encoding="utf-8")):
+        target = page.parent / place if place else page
+        assert target.exists(), place
+        if heading:
+            lines = target.read_text(encoding="utf-8").splitlines()
+            titles = {line.lstrip("# ").lower().replace(" ", "-") for line in lines if line.startswith("#")}
+            assert heading in titles
+
+
+def test_every_page_is_in_the_index():
+    index = (ROOT / "docs" / "README.md").read_text(encoding="utf-8")
+    for page in (ROOT / "docs").glob("*.md"):
+        assert page.name == "README.md" or f"({page.name})" in index
