@@ -58,7 +58,8 @@ def material(
     delayed = diagnosis is not None and any(finding.effect == "time_delay" for finding in diagnosis.findings)
     known = () if delayed else recordings
     fits = [_fitted(*one, recordings, progress) for one in read if one[0].resolve() not in beside]
-    improved = [_improved(*one, known, progress) for one in read if one[0].resolve() in beside]
+    added = diagnosis is not None and bool(diagnosis.findings)
+    improved = [_improved(*one, known, progress) for one in read if added and one[0].resolve() in beside]
     counts = {kind: len(paths[kind]) for kind in KINDS} | {RECORDING: len(recordings)}
     return Material(
         joints=joints,
