@@ -13,7 +13,7 @@ from exidyn.identify.model import Model
 from exidyn.identify.pages.combined import Fitted, Material, Run
 from exidyn.identify.pages.diagnosis.page_data import PageData
 from exidyn.identify.recordings.importers import import_source
-from exidyn.identify.recordings.recording import EFFORT, SIMULATED, Recording
+from exidyn.identify.recordings.recording import EFFORT, JOG, SIMULATED, Recording
 from exidyn.identify.simulation.predicted import as_nominal, predicted
 
 from ..terminal.recording_text import payload_words
@@ -145,6 +145,7 @@ def _recorded(recording: Recording, fits: Sequence[Fitted]) -> Run:
     quantity = next(name for name in EFFORT if name in recording.signals)
     position, effort = recording.signals["position"], recording.signals[quantity]
     role = SIMULATED if recording.simulated else recording.settings.get("role", "")
+    role = JOG if JOG in recording.settings else role
     if not role and fits:
         apart = {run.run for run in fits[0].fit.apart}
         role = "not judged" if recording.name in apart else HELD_OUT

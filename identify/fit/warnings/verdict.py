@@ -167,9 +167,11 @@ def _joints(fit: Fit, missing: Collection[str] | None) -> str:
     fine = len(found) - len(open_ones)
     which = f"{fine} of {len(found)} joints" if fine else "no joint"
     sentences = [_listed(words, open_ones) for words in (LACKING, LITTLE, NOT_FOUND, UNTESTED, UNJUDGED)]
-    if fit.unscaled and any(v.over_noise > TO_NOISE for v in open_ones):
+    by_scale = fit.measures == "current" and not gains_estimated(fit) and len(found) > 1
+    if by_scale and any(v.words in (LACKING, LITTLE) for v in open_ones):
+        which_gains = "the unknown drive gains" if fit.unscaled else "errors of the nominal drive gains"
         sentences.append(
-            " That may be the unknown drive gains alone: two joints then feel one link in different scales."
+            f" That may be {which_gains} alone: two joints then feel one link in different scales."
         )
     return f"The residual of {which} is at the noise floor on the {kind}." + "".join(sentences)
 
