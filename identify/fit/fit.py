@@ -158,7 +158,7 @@ class Fit(InNotebook):
         noise_source: Where that is from, as of `Prepared`.
         carried: Run -> name of its payload, of the runs used.
         simulations: Runs used that were simulated.
-        apart: Runs that it predicts and that do not judge it: simulated, jogs, or with a body it does not know.
+        apart: Runs that it predicts and that do not judge it: simulated, jogs, with a body it does not know.
         exported: Base values that export and simulation take, those nearest that an arm can have, shape (b,);
             None where there are none, or in files of before the key.
     """

@@ -58,4 +58,5 @@ def test_the_controllers_window_counts_too():
 @pytest.mark.parametrize(("start", "unit"), [(START + 0.5 * STEP, "m/s^2"), (START + 2.0 * STEP, "m/s")])
 def test_a_command_of_a_sliding_joint_is_refused_in_metres(start, unit):
     found = check(unit_of=lambda joint, turning: SLIDING[turning]).look(command(start))
-    assert found.unit == unit and f" {unit} is beyond" in found.text
+    assert found.unit == unit
+    assert f" {unit} is beyond" in found.text

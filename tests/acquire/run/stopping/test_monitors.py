@@ -109,4 +109,5 @@ def test_a_stop_is_in_the_units_of_its_joint(place, unit):
     outside = Outside(JOINTS, -bounds, bounds, np.zeros(2), 1, sliding)
     for monitor in (tracking, outside):
         _, stop = first_stop(monitor, [(seen(position), sent(0.0))])
-        assert stop.unit == unit and f" {unit}, limit" in stop.text
+        assert stop.unit == unit
+        assert f" {unit}, limit" in stop.text
