@@ -52,33 +52,44 @@ def table(
     sentences of a last column, in several lines; if that is not enough, its last columns stand below, beside
     those on the left once more.
     """
-    columns = list(range(len(head)))
-    lines = _laid(head, rows, columns, left, gap)
+    lines = _laid([[words] for words in head], rows, range(len(head)), left, gap)
     if not _too_wide(lines):
         return lines
+    return _narrow(_folded(head, _widths(rows, len(head))), rows, left, gap)
+
+
+Heads = Sequence[Sequence[str]]
+"""Lines of the head of each column."""
+
+
+def _narrow(heads: Heads, rows: Sequence[Sequence[str]], left: Sequence[int], gap: int) -> list[str]:
+    """Lines of a table with folded heads, its last columns below where it is still too wide."""
+    columns = list(range(len(heads)))
     for narrower in (gap, 1):
-        lines = _laid(head, rows, columns, left, narrower, folded=True)
+        lines = _laid(heads, rows, columns, left, narrower)
         if not _too_wide(lines):
             return lines
     if columns[-1] in left:
-        room = (
-            WIDTH
-            - INDENT
-            - max(len(line) for line in _laid(head, rows, columns[:-1], left, gap, folded=True))
-        )
+        room = WIDTH - INDENT - max(map(len, _laid(heads, rows, columns[:-1], left, gap)))
         if room - gap >= LEAST_SENTENCE:
-            return _laid(head, _wrapped(rows, len(head), room - gap), columns, left, gap, folded=True)
+            return _laid(heads, _wrapped(rows, len(heads), room - gap), columns, left, gap)
     keys = [column for column in columns[:KEYS] if column in left]
     if len(columns) - len(keys) < 2:
         return lines
     for count in range(len(columns) - 1, len(keys), -1):
-        first = _laid(head, rows, columns[:count], left, gap, folded=True)
+        first = _laid(heads, rows, columns[:count], left, gap)
         if count == len(keys) + 1 or not _too_wide(first):
             break
     rest = [*keys, *columns[count:]]
-    below = [[row[column] for column in rest] if len(row) == len(head) else row for row in rows]
+    below = [[row[column] for column in rest] if len(row) == len(heads) else row for row in rows]
     under = [place for place, column in enumerate(rest) if column in left]
-    return [*first, *table([head[column] for column in rest], below, under, gap)]
+    return [*first, *_narrow([heads[column] for column in rest], below, under, gap)]
+
+
+def _widths(rows: Sequence[Sequence[str]], count: int) -> list[int]:
+    """Width of the cells of each of so many columns."""
+    full = [row for row in rows if len(row) == count]
+    return [max((len(row[column]) for row in full), default=0) for column in range(count)]
 
 
 def _wrapped(rows: Sequence[Sequence[str]], count: int, width: int) -> list[Sequence[str]]:
@@ -98,30 +109,18 @@ def _too_wide(lines: Sequence[str]) -> bool:
 
 
 def _laid(
-    head: Sequence[str],
-    rows: Sequence[Sequence[str]],
-    columns: Sequence[int],
-    left: Sequence[int],
-    gap: int,
-    folded: bool = False,
+    heads: Heads, rows: Sequence[Sequence[str]], columns: Sequence[int], left: Sequence[int], gap: int
 ) -> list[str]:
-    """Lines of some columns of a table, with heads as narrow as their words and cells if folded."""
-    full = [row for row in rows if len(row) == len(head)]
-    cells = [max((len(row[column]) for row in full), default=0) for column in columns]
-    heads = [
-        textwrap.wrap(head[column], max(width, MOST_NARROW), break_long_words=False)
-        if folded
-        else [head[column]]
-        for column, width in zip(columns, cells, strict=True)
-    ]
-    deep = max(map(len, heads))
-    heads = [[""] * (deep - len(words)) + words for words in heads]
-    widths = [max(width, *map(len, words)) for width, words in zip(cells, heads, strict=True)]
+    """Lines of some columns of a table."""
+    cells = _widths(rows, len(heads))
+    deep = max(len(heads[column]) for column in columns)
+    words = [[*[""] * (deep - len(heads[column])), *heads[column]] for column in columns]
+    widths = [max(cells[column], *map(len, own)) for column, own in zip(columns, words, strict=True)]
     lines = []
-    for row in [*zip(*heads, strict=True), *rows]:
+    for row in [*zip(*words, strict=True), *rows]:
         if isinstance(row, tuple):
             texts = list(row)
-        elif len(row) == len(head):
+        elif len(row) == len(heads):
             texts = [row[column] for column in columns]
         else:
             lines.append(row[0])
@@ -132,6 +131,19 @@ def _laid(
         )
         lines.append((" " * gap).join(padded).rstrip())
     return lines
+
+
+def _folded(heads: Sequence[str], cells: Sequence[int]) -> list[list[str]]:
+    """Lines of each head over cells of these widths; those that differ in their number only fold alike."""
+    kinds = [re.sub(r"\d+", "", head) for head in heads]
+    narrowest = {
+        kind: max(MOST_NARROW, min(width for width, of in zip(cells, kinds, strict=True) if of == kind))
+        for kind in kinds
+    }
+    return [
+        textwrap.wrap(head, narrowest[kind], break_long_words=False)
+        for head, kind in zip(heads, kinds, strict=True)
+    ]
 
 
 def paragraph(text: str, indent: str = "", first: str | None = None, width: int = WIDTH) -> list[str]:

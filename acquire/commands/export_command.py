@@ -3,12 +3,16 @@
 import argparse
 import sys
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from exidyn.identify.export import FORMATS, Portable
+from exidyn.identify.fit.fit import Moved
+from exidyn.identify.fit.fit_file import read_fit
+from exidyn.identify.model import Model
 from exidyn.identify.recordings.mcap.mcap_file import read_recording
 from exidyn.identify.recordings.recording_table import TABLES, left_out
-from exidyn.identify.text_table import paragraph
+from exidyn.identify.text_table import digits, paragraph
 
 from ..arguments.common import command_parser, table_help
 from ..arguments.outputs import add_json, add_output, require_file, require_json
@@ -27,12 +31,15 @@ def main(arguments: Sequence[str]) -> int:
     given = parser().parse_args(arguments)
     require_json(given.json)
     content: str | bytes
+    moved: tuple[Moved, ...] = ()
     if given.to in TABLES:
         recording = read_recording(given.arm)
         robot, missing, content = recording.robot, left_out(recording), TABLES[given.to](recording)
         path = given.output or Path(f"{Path(given.arm).stem}.{given.to}")
     else:
-        portable, form = Portable.of(read_arm(given.arm), given.payload), FORMATS[given.to]
+        model = read_arm(given.arm)
+        moved = _moved(given.arm, model)
+        portable, form = Portable.of(model, given.payload), FORMATS[given.to]
         robot, missing, content = portable.robot, form.leaves_out(portable), form.text(portable)
         path = given.output or Path(f"{robot.name.replace(' ', '_')}-export{form.ending}")
     require_file(path, "--output", [given.arm])
@@ -43,19 +50,31 @@ def main(arguments: Sequence[str]) -> int:
         "joints": list(robot.joints),
         "format": given.to,
         "leaves_out": list(missing),
+        "moved": [one._asdict() for one in moved],
         "written": str(path),
     }
-    hand_over(_summary(given.to, missing), json_text(table), given.json)
+    hand_over(_summary(given.to, missing, moved), json_text(table), given.json)
     print(f"written: {path}", file=sys.stderr)
     return 0
 
 
-def _summary(name: str, missing: Sequence[str]) -> str:
-    if not missing:
-        return f"{name}: everything is in it"
-    lines = [f"{name}: not in it"]
+def _moved(source: str, model: Model) -> tuple[Moved, ...]:
+    """Base parameters of a fit that its model has beyond their 95 %; none of what is no fit."""
+    if not source.endswith(".json"):
+        return ()
+    fit = read_fit(source)
+    return replace(fit, exported=fit.base.regrouping @ model.nominal_values).moved
+
+
+def _summary(name: str, missing: Sequence[str], moved: Sequence[Moved]) -> str:
+    lines = [f"{name}: not in it" if missing else f"{name}: everything is in it"]
     for sentence in missing:
         lines += paragraph(sentence, "    ", "  - ")
+    if moved:
+        lines += ["moved beyond their 95 % to the nearest that an arm can have"]
+    for one in moved:
+        far = f"{one.deviations:.1f} standard deviations"
+        lines.append(f"  - {one.name} from {digits(one.value)} to {digits(one.exported)}, {far}")
     return "\n".join(lines)
 
 

@@ -13,7 +13,7 @@ from exidyn.identify.model import Model
 from exidyn.identify.pages.combined import Fitted, Material, Run
 from exidyn.identify.pages.diagnosis.page_data import PageData
 from exidyn.identify.recordings.importers import import_source
-from exidyn.identify.recordings.recording import EFFORT, SIMULATED, Recording
+from exidyn.identify.recordings.recording import EFFORT, JOG, SIMULATED, Recording
 from exidyn.identify.simulation.predicted import as_nominal, predicted
 
 from ..terminal.recording_text import payload_words
@@ -58,7 +58,8 @@ def material(
     delayed = diagnosis is not None and any(finding.effect == "time_delay" for finding in diagnosis.findings)
     known = () if delayed else recordings
     fits = [_fitted(*one, recordings, progress) for one in read if one[0].resolve() not in beside]
-    improved = [_improved(*one, known, progress) for one in read if one[0].resolve() in beside]
+    added = diagnosis is not None and bool(diagnosis.findings)
+    improved = [_improved(*one, known, progress) for one in read if added and one[0].resolve() in beside]
     counts = {kind: len(paths[kind]) for kind in KINDS} | {RECORDING: len(recordings)}
     return Material(
         joints=joints,
@@ -144,6 +145,7 @@ def _recorded(recording: Recording, fits: Sequence[Fitted]) -> Run:
     quantity = next(name for name in EFFORT if name in recording.signals)
     position, effort = recording.signals["position"], recording.signals[quantity]
     role = SIMULATED if recording.simulated else recording.settings.get("role", "")
+    role = JOG if JOG in recording.settings else role
     if not role and fits:
         apart = {run.run for run in fits[0].fit.apart}
         role = "not judged" if recording.name in apart else HELD_OUT

@@ -117,7 +117,7 @@ def perform(
 def _signs(job: Job, info: Info) -> Signs:
     with np.errstate(divide="ignore"):
         current = job.robot.limits.torque / np.abs(job.robot.drive_gain)
-    return Signs(job.robot.joints, job.limits, current, job.watch, info.cycle)
+    return Signs(job.robot.joints, job.limits, current, job.watch, info.cycle, job.robot.unit)
 
 
 def _listened(loop: Loop, job: Job, info: Info) -> Stop | None:
@@ -156,7 +156,9 @@ def _play(loop: Loop, job: Job, info: Info, driver: Driver) -> None:
     player, way = prepared
     lower = None if info.window_lower is None else held + info.window_lower
     upper = None if info.window_upper is None else held + info.window_upper
-    loop.play(player, CommandCheck(job.robot.joints, job.limits, info.cycle, held, lower, upper), way)
+    robot = job.robot
+    check = CommandCheck(robot.joints, job.limits, info.cycle, held, lower, upper, robot.unit)
+    loop.play(player, check, way)
 
 
 def _standing(loop: Loop, info: Info) -> np.ndarray:
@@ -176,7 +178,7 @@ def _standing(loop: Loop, info: Info) -> np.ndarray:
 
 def _prepared(job: Job, info: Info, held: np.ndarray) -> tuple[Player, Phases]:
     player = Player(job.motion, job.limits, info.cycle, job.settle)
-    return player, plan_start(player, held, job.robot.joints, job.limits, job.start, info)
+    return player, plan_start(player, held, job.robot.joints, job.limits, job.start, info, job.robot.unit)
 
 
 def _require_near(held: np.ndarray, measured: np.ndarray, job: Job) -> None:
@@ -184,9 +186,10 @@ def _require_near(held: np.ndarray, measured: np.ndarray, job: Job) -> None:
     away = np.abs(held - measured)
     if np.any(away > job.watch.tracking):
         joint = int(np.nanargmax(away))
+        unit = job.robot.unit(joint, "rad")
         raise CannotStart(
-            f"{job.robot.joints[joint]} stands {away[joint]:.4f} rad from where its drive was commanded, "
-            f"allowed are {job.watch.tracking:.4f} rad (--tracking). Is its drive on, are its gains high "
+            f"{job.robot.joints[joint]} stands {away[joint]:.4f} {unit} from where its drive was commanded, "
+            f"allowed are {job.watch.tracking:.4f} {unit} (--tracking). Is its drive on, are its gains high "
             "enough?"
         )
 
@@ -197,9 +200,10 @@ def _require_still(loop: Loop, measured: np.ndarray, job: Job) -> None:
     moved = np.abs(loop.last.position - measured)
     if np.any(moved > job.start.tolerance):
         joint = int(np.nanargmax(moved))
+        unit = job.robot.unit(joint, "rad")
         raise CannotStart(
-            f"{job.robot.joints[joint]} has moved by {moved[joint]:.4f} rad while the way was planned, "
-            f"allowed are {job.start.tolerance:.4f} rad. Let the arm stand still, then start again"
+            f"{job.robot.joints[joint]} has moved by {moved[joint]:.4f} {unit} while the way was planned, "
+            f"allowed are {job.start.tolerance:.4f} {unit}. Let the arm stand still, then start again"
         )
 
 

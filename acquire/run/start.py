@@ -13,6 +13,7 @@ from exidyn.trajectories.trajectory import Trajectory
 
 from .errors import CannotStart
 from .player import Player
+from .stopping.stop import UnitOf, turning
 
 
 @dataclass(frozen=True)
@@ -35,7 +36,13 @@ class StartRules:
 
 
 def plan_start(
-    player: Player, measured: np.ndarray, joints: Sequence[str], limits: Limits, rules: StartRules, info: Info
+    player: Player,
+    measured: np.ndarray,
+    joints: Sequence[str],
+    limits: Limits,
+    rules: StartRules,
+    info: Info,
+    unit_of: UnitOf = turning,
 ) -> Phases:
     """The way from where the arm stands, at rest, to where the motion begins.
 
@@ -46,6 +53,7 @@ def plan_start(
         limits: Finite ones of the arm.
         rules: What is allowed.
         info: Has the controller's window.
+        unit_of: Unit of a joint.
 
     Raises:
         CannotStart: The arm is too far away, its position is unknown, or way or motion are not in order.
@@ -56,8 +64,8 @@ def plan_start(
     target = player.motion.state_at(0.0)
     away = np.abs(measured - target.position)
     if not rules.approach and np.any(away > rules.tolerance):
-        raise CannotStart(_far(measured, target.position, joints, rules))
-    _require_window(player.motion, measured, joints, info)
+        raise CannotStart(_far(measured, target.position, joints, rules, unit_of))
+    _require_window(player.motion, measured, joints, info, unit_of)
     slow = gentle(limits, rules.speed) if not np.any(target.velocity) else limits
     way = player.approach(measured, slow)
     for clearance in rules.clearances:
@@ -77,19 +85,22 @@ def gentle(limits: Limits, share: float) -> Limits:
     return replace(limits, **{name: share * getattr(limits, name) for name in names})
 
 
-def _far(measured: np.ndarray, target: np.ndarray, joints: Sequence[str], rules: StartRules) -> str:
+def _far(
+    measured: np.ndarray, target: np.ndarray, joints: Sequence[str], rules: StartRules, unit_of: UnitOf
+) -> str:
+    far = [int(joint) for joint in np.flatnonzero(np.abs(measured - target) > rules.tolerance)]
+    units = [unit_of(joint, "rad") for joint in far]
     rows = [
-        f"{name} is at {value:.4f}, the motion begins at {wanted:.4f} rad"
-        for name, value, wanted in zip(joints, measured, target, strict=True)
-        if abs(value - wanted) > rules.tolerance
+        f"{joints[joint]} is at {measured[joint]:.4f}, the motion begins at {target[joint]:.4f} {unit}"
+        for joint, unit in zip(far, units, strict=True)
     ]
-    return (
-        f"the arm is not where the motion begins: {'; '.join(rows)}; allowed are {rules.tolerance:.4f} rad. "
-        f"{rules.advice}"
-    )
+    allowed = " or ".join(f"{rules.tolerance:.4f} {unit}" for unit in dict.fromkeys(units))
+    return f"the arm is not where the motion begins: {'; '.join(rows)}; allowed are {allowed}. {rules.advice}"
 
 
-def _require_window(motion: Trajectory, measured: np.ndarray, joints: Sequence[str], info: Info) -> None:
+def _require_window(
+    motion: Trajectory, measured: np.ndarray, joints: Sequence[str], info: Info, unit_of: UnitOf
+) -> None:
     """Raise where the controller would not take a command that far from where the arm stands."""
     if info.window_lower is None or info.window_upper is None:
         return
@@ -98,8 +109,9 @@ def _require_window(motion: Trajectory, measured: np.ndarray, joints: Sequence[s
     for joint, name in enumerate(joints):
         low, high = info.window_lower[joint], info.window_upper[joint]
         if below[joint] < low or above[joint] > high:
+            size, unit = (180 / np.pi, "degrees") if unit_of(joint, "rad") == "rad" else (1e3, "mm")
             raise CannotStart(
-                f"{name}: the motion goes {np.degrees(below[joint]):.2f} to {np.degrees(above[joint]):.2f} "
-                f"degrees from where the arm stands, the controller takes {np.degrees(low):.2f} to "
-                f"{np.degrees(high):.2f}. Widen its window, or plan with 'exidyn excite --window'"
+                f"{name}: the motion goes {size * below[joint]:.2f} to {size * above[joint]:.2f} "
+                f"{unit} from where the arm stands, the controller takes {size * low:.2f} to "
+                f"{size * high:.2f}. Widen its window, or plan with 'exidyn excite --window'"
             )

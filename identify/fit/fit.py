@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -14,6 +14,9 @@ from .base_parameters import BaseParameters
 from .equations import decimated_regressor
 from .estimators import Estimate
 from .torque_figure import figure
+
+NORMAL_95 = 1.96
+"""Deviations on each side of a value within which it lies with 95 % probability."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,6 +101,22 @@ class Scores:
     noise_source: str = ""
 
 
+class Moved(NamedTuple):
+    """A base parameter that export and simulation take otherwise than the data say, beyond its 95 %.
+
+    Attributes:
+        name: Which.
+        value: What the data say.
+        exported: What is taken instead.
+        deviations: How far that is from the value, in its standard deviations, without sign [-].
+    """
+
+    name: str
+    value: float
+    exported: float
+    deviations: float
+
+
 @dataclass(frozen=True)
 class Unclear:
     """A base parameter that the runs leave open.
@@ -139,7 +158,9 @@ class Fit(InNotebook):
         noise_source: Where that is from, as of `Prepared`.
         carried: Run -> name of its payload, of the runs used.
         simulations: Runs used that were simulated.
-        apart: Runs that it predicts and that do not judge it: simulated, or with a body it does not know.
+        apart: Runs that it predicts and that do not judge it: simulated, jogs, with a body it does not know.
+        exported: Base values that export and simulation take, those nearest that an arm can have, shape (b,);
+            None where there are none, or in files of before the key.
     """
 
     model: Model
@@ -163,6 +184,7 @@ class Fit(InNotebook):
     carried: Mapping[str, str] = field(default_factory=dict)
     simulations: tuple[str, ...] = ()
     apart: tuple[Agreement, ...] = ()
+    exported: np.ndarray | None = None
 
     @property
     def gains_unstated(self) -> bool:
@@ -178,6 +200,18 @@ class Fit(InNotebook):
     def names(self) -> list[str]:
         """Base parameters, in the order of `estimate.values`."""
         return self.base.names
+
+    @property
+    def moved(self) -> tuple[Moved, ...]:
+        """Base parameters that are exported beyond their own 95 %, in their order."""
+        if self.exported is None:
+            return ()
+        rows = zip(self.names, self.estimate.values, self.exported, self.estimate.std, strict=True)
+        return tuple(
+            Moved(name, float(value), float(taken), float(abs(taken - value) / std))
+            for name, value, taken, std in rows
+            if abs(taken - value) > NORMAL_95 * std
+        )
 
     def value(self, name: str) -> float:
         """Value of one base parameter, with or without the R of regrouping.

@@ -105,6 +105,7 @@ def _table(fit: Fit) -> dict[str, Any]:
         "simulations": list(fit.simulations),
         "base_parameters": _base_parameters(fit),
         "dropped": list(fit.dropped),
+        "moved": [one.name for one in fit.moved],
         "gap": [float(share) for share in fit.base.gap],
         "covariance": _numbers(estimate.covariance),
         "standard_parameters": None if estimate.standard is None else _numbers(estimate.standard),
@@ -119,7 +120,7 @@ def _table(fit: Fit) -> dict[str, Any]:
 def _base_parameters(fit: Fit) -> list[dict[str, Any]]:
     """A table a base parameter; those that were dropped have the value that they had."""
     structure, places = fit.structure or fit.base, {name: row for row, name in enumerate(fit.names)}
-    std, (nominal, tolerance) = fit.estimate.std, fit.prior
+    std, taken, (nominal, tolerance) = fit.estimate.std, fit.exported, fit.prior
     tables = []
     for row, (name, unit) in enumerate(zip(structure.names, structure.units, strict=True)):
         place = places.get(name)
@@ -131,6 +132,7 @@ def _base_parameters(fit: Fit) -> list[dict[str, Any]]:
                 "kept": kept,
                 "value": float(fit.estimate.values[place]) if kept else fit.dropped[name],
                 **({"std": float(std[place])} if kept else {}),
+                **({"exported": float(taken[place])} if kept and taken is not None else {}),
                 **({"prior": _numbers(np.array([nominal[place], tolerance[place]]))} if kept else {}),
                 "column": int(structure.kept[row]),
                 "sum_of": _weights(structure, row),
@@ -201,7 +203,13 @@ def _fit(table: dict[str, Any]) -> Fit:
         noise_source=table.get("noise_floor_from", scores[0].noise_source if scores else ""),
         carried={str(run): str(body) for run, body in table.get("carried", {}).items()},
         simulations=tuple(table.get("simulations", ())),
+        exported=_exported(kept),
     )
+
+
+def _exported(kept: Sequence[dict[str, Any]]) -> np.ndarray | None:
+    """None where there are none, or in files of before the key."""
+    return _array([row["exported"] for row in kept]) if all("exported" in row for row in kept) else None
 
 
 def _noise_floor(table: dict[str, Any], scores: Sequence[Scores]) -> np.ndarray | None:

@@ -26,6 +26,7 @@ from .equations import Equations, assemble
 from .essential import as_uncertain, unsupported
 from .estimators import Estimate, Estimator, maximum_likelihood, weighted
 from .fit import Fit, agreement
+from .identified import exported
 from .shapes import fit_shapes
 from .warnings.excitation_warnings import excitation_warnings
 from .warnings.fit_warnings import fit_warnings, repeated_runs
@@ -103,6 +104,7 @@ def identify(
     simulations = tuple(run.name for run in runs if run.simulated)
     fit = replace(fit, warnings=warnings, simulations=simulations, carried=_carried(runs))
     fit = replace(fit, validation=tuple(fit.agree(run) for run in held_out))
+    fit = replace(fit, exported=exported(fit))
     return of_residual(fit) if fit.noise_source == SMOOTHED else fit
 
 

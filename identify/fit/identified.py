@@ -2,7 +2,9 @@
 
 A fit has base parameters, the combinations that torque can distinguish; simulators want mass and moments of
 every link. Of all standard parameters that agree with the fit the most probable are taken, by what was
-nominal, among those that are physically consistent. Drive gains and values go together: where a gain is open,
+nominal, among those that are physically consistent. Nominal values fill in what the data leave open and do
+not overrule them: they are held so loosely that they draw no value beyond its own 95 %. Only consistency may
+move one farther; such values are in `Fit.moved`. Drive gains and values go together: where a gain is open,
 values are those that go with the one that is taken.
 """
 
@@ -18,8 +20,8 @@ from ..effects.rigid_body import body_inertia
 from ..errors import FitError
 from ..model import Model
 from .base_parameters import BaseParameters
-from .estimators.consistent import Held, nearest, whitening
-from .fit import Fit
+from .estimators.consistent import Held, drawn, nearest, whitening
+from .fit import NORMAL_95, Fit
 from .settled_gains import Settled, settled
 from .warnings.verdict import gains_estimated
 
@@ -33,6 +35,8 @@ TINY = 1e-3
 UNSEEN = 0.5
 """Share of its deviation that a parameter keeps of which the data show nothing; what they show of others
 leaves a thousandth, see `WITHOUT_PRIOR`."""
+LOOSEST = 2.0**10
+"""Factor on the tolerance of nominal values up to which they are loosened: a thousandfold, they are none."""
 SAME = 1e-9
 """Share up to which standard parameters give the same as base parameters: rounding."""
 
@@ -50,7 +54,7 @@ def identified(fit: Fit) -> Model:
         )
     model, found = fit.model, settled(fit)
     base, values, given = _structure(fit, found.values, found.given)
-    held = Held(base, model.nominal_values, _tolerance(fit, base, values), tuple(model.inertias))
+    held = _held(fit, base, values, given)
     standard = fit.estimate.standard
     if fit.estimate.method != "consistent" or not _states(base, standard, values):
         standard = nearest(held, values, given)
@@ -60,6 +64,27 @@ def identified(fit: Fit) -> Model:
     deviation = _deviation(held, given, [b.std for b in model.priors])
     deviation = np.sqrt(deviation**2 + of_gains**2 + (_scale(fit) * standard) ** 2)
     return _stating(fit, found, standard, deviation)
+
+
+def exported(fit: Fit) -> np.ndarray | None:
+    """Base values (b,) that export and simulation take, those of `identified`; None where it takes none."""
+    try:
+        return fit.base.regrouping @ identified(fit).nominal_values
+    except FitError:
+        return None
+
+
+def _held(fit: Fit, base: BaseParameters, values: np.ndarray, covariance: np.ndarray) -> Held:
+    """Nominal values, held so loosely that they draw no kept value beyond its own 95 %."""
+    kept = [base.names.index(name) for name in _structural_names(fit)]
+    loose = 1.0
+    while True:
+        tolerance = _tolerance(fit, base, values, loose)
+        held = Held(base, fit.model.nominal_values, tolerance, tuple(fit.model.inertias))
+        moved = base.regrouping[kept] @ drawn(held, values, covariance) - values[kept]
+        if loose >= LOOSEST or np.all(np.abs(moved) <= NORMAL_95 * fit.estimate.std):
+            return held
+        loose *= 2.0
 
 
 def _scale(fit: Fit) -> np.ndarray:
@@ -112,14 +137,17 @@ def _structural_names(fit: Fit) -> list[str]:
     return [by_column[column] for column in fit.base.kept]
 
 
-def _tolerance(fit: Fit, base: BaseParameters, values: np.ndarray) -> np.ndarray:
-    """Deviation of each standard parameter before the data, shape (p,), finite and above zero."""
+def _tolerance(fit: Fit, base: BaseParameters, values: np.ndarray, loose: float) -> np.ndarray:
+    """Deviation of each standard parameter before the data, shape (p,), finite and above zero.
+
+    Stated ones are `loose` times as wide.
+    """
     std, weight = np.array([prior.std for prior in fit.model.priors]), np.abs(base.regrouping)
     usual = float(np.median(np.abs(values[values != 0.0]))) if np.any(values) else 1.0
     size = np.maximum(np.abs(values), TINY * usual)[:, None]
     scale = np.divide(size, weight, out=np.zeros_like(weight), where=weight > 0.0).max(axis=0)
     scale = np.where(scale > 0.0, scale, usual)  # in no base parameter: nothing of it is seen
-    return np.where(np.isfinite(std), np.maximum(std, HELD * scale), WITHOUT_PRIOR * scale)
+    return np.where(np.isfinite(std), np.maximum(loose * std, HELD * scale), WITHOUT_PRIOR * scale)
 
 
 def _states(base: BaseParameters, standard: np.ndarray | None, values: np.ndarray) -> bool:

@@ -10,7 +10,7 @@ from ..effects import Payload
 from ..fit.fit import Fit
 from ..fit.identification import of_these_joints, pooled_noise
 from ..preparation.prepare import Prepared, prepare
-from ..recordings.recording import KnownPayload, Recording
+from ..recordings.recording import JOG, KnownPayload, Recording
 from ..recordings.recording_checks import check
 
 Known = tuple[tuple[str, float], ...]
@@ -21,8 +21,8 @@ SAME = 1e-6
 def predicted(fit: Fit, recordings: Sequence[Recording]) -> Fit:
     """The fit with what it predicts of recordings; those that it was not made from count as held out.
 
-    What a model made, and what carries a body of which the fit knows nothing, is predicted too, and judges
-    nothing.
+    What a model made, a jog, and what carries a body of which the fit knows nothing, is predicted too, and
+    judges nothing.
 
     Raises:
         DifferentRobot: Of other joints.
@@ -110,6 +110,8 @@ def _judges_nothing(fit: Fit, recording: Recording) -> str:
     """Why a recording does not judge a fit; empty if it does."""
     if recording.simulated and not fit.simulations:
         return "simulated by a model"
+    if JOG in recording.settings and recording.name not in fit.runs:
+        return "a jog, in which one joint moves at a crawl and all others stand"
     if recording.payload and recording.payload.name not in _bodies(fit):
         return f"carries '{recording.payload.name}', of which the fit knows nothing, and is predicted without"
     return ""

@@ -7,7 +7,7 @@ import numpy as np
 from exidyn.drivers import Command, StopLevel
 from exidyn.identify.arm.robot import Limits
 
-from .stop import Stop
+from .stop import Stop, UnitOf, turning
 
 SLACK = 1.05
 """Share of the velocity and acceleration limits up to which differences of commands may go: what a tick's
@@ -25,7 +25,8 @@ class CommandCheck:
         window_lower: Lowest position that the controller takes, shape (n,) [rad].
         window_upper: Highest, likewise.
         cycle: Time between commands [s].
-        start: Where the arm stood before the first, shape (n,) [rad].
+        start: Where the arm stood before the first, shape (n,) [rad] or [m].
+        unit_of: Unit of a joint.
     """
 
     def __init__(
@@ -36,8 +37,9 @@ class CommandCheck:
         start: np.ndarray,
         window_lower: np.ndarray | None = None,
         window_upper: np.ndarray | None = None,
+        unit_of: UnitOf = turning,
     ) -> None:
-        self._joints = joints
+        self._joints, self._unit_of = joints, unit_of
         lower = (
             limits.position_lower if window_lower is None else np.maximum(limits.position_lower, window_lower)
         )
@@ -81,6 +83,6 @@ class CommandCheck:
         return None
 
     def _stop(self, kind: str, joint: int, value: float, limit: float, unit: str, words: str) -> Stop:
-        name = self._joints[joint]
+        name, unit = self._joints[joint], self._unit_of(joint, unit)
         text = f"{name}: {kind} {value:.4g} {unit} {words}" + ("" if "not" in words else f" {limit:.4g}")
         return Stop(StopLevel.BRAKE, kind, text, name, float(value), float(limit), unit)

@@ -47,7 +47,7 @@ class Sign(Enum):
 
 
 UNITS = {Sign.FASTER: "rad/s"}
-"""Of value and limit of a sign; all others are in rad."""
+"""Of value and limit of a sign on a revolute joint; all others are in rad."""
 
 SURE = 0.1
 """Twice the time over which a speed is a mean [s]: no jump of an encoder is taken for motion."""
@@ -89,15 +89,17 @@ class Sight(NamedTuple):
 
     Attributes:
         joint: Name of the joint that has shown it for longest.
-        value: In rad, or rad/s.
+        value: In `unit`.
         limit: What it is beyond.
         seconds: For how long without a break [s].
+        unit: Of value and limit.
     """
 
     joint: str
     value: float
     limit: float
     seconds: float
+    unit: str = "rad"
 
 
 def state_of(level: int, stage: int) -> State:
@@ -123,12 +125,11 @@ def escalate(state: State, sights: Mapping[Sign, Sight]) -> Stop | None:
     for sign in watched(state):
         rule, seen = RULES[state, sign], sights.get(sign)
         if seen is not None and seen.seconds >= rule.seconds:
-            unit = UNITS.get(sign, "rad")
             text = (
-                f"{seen.joint}: {sign.value} of {seen.value:.4g} {unit}, limit {seen.limit:.4g}, for "
+                f"{seen.joint}: {sign.value} of {seen.value:.4g} {seen.unit}, limit {seen.limit:.4g}, for "
                 f"{seen.seconds:.2f} s {state.value}"
             )
-            return Stop(rule.level, sign.value, text, seen.joint, seen.value, seen.limit, unit)
+            return Stop(rule.level, sign.value, text, seen.joint, seen.value, seen.limit, seen.unit)
     return None
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from exidyn.drivers import Command, Sample, StopLevel
 
-from .stop import Stop
+from .stop import Stop, UnitOf, turning
 
 
 class Monitor(ABC):
@@ -35,14 +35,18 @@ class JointMonitor(Monitor):
         joints: Names.
         limit: Shape (n,); infinite where nothing is watched.
         cycles: For how many cycles in a row it may be.
+        unit_of: Unit of a joint; the class states that of revolute ones.
     """
 
     kind = ""
     unit = ""
     level = StopLevel.BRAKE
 
-    def __init__(self, joints: Sequence[str], limit: np.ndarray, cycles: int) -> None:
+    def __init__(
+        self, joints: Sequence[str], limit: np.ndarray, cycles: int, unit_of: UnitOf = turning
+    ) -> None:
         self._joints, self._limit, self._cycles = joints, limit, max(cycles, 1)
+        self._unit_of = unit_of
         self._count = np.zeros(len(joints), int)
 
     @abstractmethod
@@ -58,8 +62,9 @@ class JointMonitor(Monitor):
             return None
         joint = int(np.argmax(self._count))
         size, limit = float(value[joint]), float(self._limit[joint])
-        text = f"{self._joints[joint]}: {self.kind} {size:.4g} {self.unit}, limit {limit:.4g}"
-        return Stop(self.level, self.kind, text, self._joints[joint], size, limit, self.unit)
+        unit = self._unit_of(joint, self.unit)
+        text = f"{self._joints[joint]}: {self.kind} {size:.4g} {unit}, limit {limit:.4g}"
+        return Stop(self.level, self.kind, text, self._joints[joint], size, limit, unit)
 
 
 class Tracking(JointMonitor):
@@ -67,15 +72,18 @@ class Tracking(JointMonitor):
 
     Args:
         joints: Names.
-        limit: Shape (n,) [rad].
+        limit: Shape (n,) [rad] or [m].
         cycles: For how many cycles in a row it may be beyond.
         memory: Cycles over which a command may take effect.
+        unit_of: As of `JointMonitor`.
     """
 
     kind, unit = "tracking error", "rad"
 
-    def __init__(self, joints: Sequence[str], limit: np.ndarray, cycles: int, memory: int) -> None:
-        super().__init__(joints, limit, cycles)
+    def __init__(
+        self, joints: Sequence[str], limit: np.ndarray, cycles: int, memory: int, unit_of: UnitOf = turning
+    ) -> None:
+        super().__init__(joints, limit, cycles, unit_of)
         self._commands = np.full((max(memory, 1), len(joints)), np.nan)
         self._next = 0
 
@@ -122,18 +130,25 @@ class Outside(JointMonitor):
 
     Args:
         joints: Names.
-        lower: Shape (n,) [rad].
-        upper: Shape (n,) [rad].
-        slack: How far beyond it may be, shape (n,) [rad].
+        lower: Shape (n,) [rad] or [m].
+        upper: Likewise.
+        slack: How far beyond it may be, likewise.
         cycles: For how many cycles in a row.
+        unit_of: As of `JointMonitor`.
     """
 
     kind, unit = "position beyond its limits by", "rad"
 
     def __init__(
-        self, joints: Sequence[str], lower: np.ndarray, upper: np.ndarray, slack: np.ndarray, cycles: int
+        self,
+        joints: Sequence[str],
+        lower: np.ndarray,
+        upper: np.ndarray,
+        slack: np.ndarray,
+        cycles: int,
+        unit_of: UnitOf = turning,
     ) -> None:
-        super().__init__(joints, slack, cycles)
+        super().__init__(joints, slack, cycles, unit_of)
         self._lower, self._upper = lower, upper
 
     def value(self, sample: Sample, sent: Command | None) -> np.ndarray:
@@ -150,15 +165,18 @@ class Speed(JointMonitor):
 
     Args:
         joints: Names.
-        limit: Shape (n,) [rad/s].
+        limit: Shape (n,) [rad/s] or [m/s].
         window: Cycles over which the mean goes.
         cycle: Time between samples [s].
+        unit_of: As of `JointMonitor`.
     """
 
     kind, unit = "speed", "rad/s"
 
-    def __init__(self, joints: Sequence[str], limit: np.ndarray, window: int, cycle: float) -> None:
-        super().__init__(joints, limit, window)
+    def __init__(
+        self, joints: Sequence[str], limit: np.ndarray, window: int, cycle: float, unit_of: UnitOf = turning
+    ) -> None:
+        super().__init__(joints, limit, window, unit_of)
         self._cycle = cycle
         self._seen: list[tuple[int, np.ndarray]] = []
         self._window = max(window, 1)

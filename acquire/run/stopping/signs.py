@@ -8,8 +8,9 @@ import numpy as np
 from exidyn.drivers import Command, Sample
 from exidyn.identify.arm.robot import Limits
 
-from .escalation import Sight, Sign, State, allowed_speed, overdue, watched
+from .escalation import UNITS, Sight, Sign, State, allowed_speed, overdue, watched
 from .monitors import Tracking
+from .stop import UnitOf, turning
 from .watch import WatchLimits
 
 WINDOW = 0.05
@@ -38,13 +39,21 @@ class Signs:
         current: Largest current, shape (n,) [A]; infinite where unknown.
         watch: What is in order.
         cycle: Time between samples [s].
+        unit_of: Unit of a joint.
     """
 
     def __init__(
-        self, joints: Sequence[str], limits: Limits, current: np.ndarray, watch: WatchLimits, cycle: float
+        self,
+        joints: Sequence[str],
+        limits: Limits,
+        current: np.ndarray,
+        watch: WatchLimits,
+        cycle: float,
+        unit_of: UnitOf = turning,
     ) -> None:
         n = len(joints)
         self._joints, self._watch, self._current = joints, watch, current
+        self._unit_of = unit_of
         self._torque = limits.torque
         self._lower, self._upper = limits.position_lower, limits.position_upper
         self._deceleration = np.minimum(limits.acceleration, -limits.acceleration_lower)
@@ -94,7 +103,8 @@ class Signs:
         j = int(np.argmax(seconds))
         if seconds[j] < 0.0 or np.isnan(value[j]):
             return None
-        return Sight(self._joints[j], float(value[j]), float(limit[j]), float(seconds[j]))
+        unit = self._unit_of(j, UNITS.get(sign, "rad"))
+        return Sight(self._joints[j], float(value[j]), float(limit[j]), float(seconds[j]), unit)
 
     def _measure(self, sample: Sample, sent: Command | None, time: float) -> None:
         position = sample.position

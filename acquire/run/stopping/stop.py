@@ -1,5 +1,6 @@
 """Stop: why a run ends before its time, and how hard."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from exidyn.drivers import StopLevel
@@ -42,3 +43,12 @@ def harder(one: Stop | None, other: Stop | None) -> Stop | None:
     if one is None or other is None:
         return one or other
     return other if other.level > one.level else one
+
+
+UnitOf = Callable[[int, str], str]
+"""The unit of one joint, by its column, given that of revolute joints; `Robot.unit`."""
+
+
+def turning(joint: int, unit: str) -> str:
+    """The unit of a joint of an arm that has only revolute ones."""
+    return unit

@@ -69,7 +69,7 @@ class Watch:
 def _monitors(
     robot: Robot, info: Info, watch: WatchLimits, current: np.ndarray | None
 ) -> tuple[monitors.Monitor, ...]:
-    joints, limits, cycle = robot.joints, robot.limits, info.cycle
+    joints, limits, cycle, unit = robot.joints, robot.limits, info.cycle, robot.unit
     far = np.full(robot.dof, watch.tracking)
     with np.errstate(divide="ignore"):
         by_torque = watch.effort * limits.torque / np.abs(robot.drive_gain)
@@ -79,11 +79,11 @@ def _monitors(
         monitors.DriveFault(),
         monitors.Silence(joints, max(round(watch.silence / cycle), watch.least_silence)),
         # A command is seen in the next cycle's sample at the earliest, however long the cycle is.
-        monitors.Tracking(joints, far, long, max(round(watch.delay / cycle), 2)),
-        monitors.Outside(joints, limits.position_lower, limits.position_upper, far, long),
-        monitors.Speed(joints, speed, max(round(0.02 / cycle), 2), cycle),
+        monitors.Tracking(joints, far, long, max(round(watch.delay / cycle), 2), unit),
+        monitors.Outside(joints, limits.position_lower, limits.position_upper, far, long, unit),
+        monitors.Speed(joints, speed, max(round(0.02 / cycle), 2), cycle, unit),
         monitors.Current(joints, by_torque if current is None else current, effort),
-        monitors.Torque(joints, watch.effort * limits.torque, effort),
+        monitors.Torque(joints, watch.effort * limits.torque, effort, unit),
         monitors.Temperature(joints, np.full(robot.dof, watch.temperature), round(1.0 / cycle)),
         monitors.Lateness(cycle, watch.stall, watch.missed),
     )

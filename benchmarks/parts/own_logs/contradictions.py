@@ -26,8 +26,11 @@ QUANTITIES = {
     "R^2": "R^2",
     "R²": "R^2",
     "correlation": "correlation",
+    "exported": "exported",
 }
 """Heading of a column, without its unit -> the quantity, as it is compared."""
+FIRST = ("name", "joint")
+"""Heading of a table's first column."""
 EXACT = 1e-6
 """Relative difference of two numbers that are written in full."""
 
@@ -78,19 +81,40 @@ def in_text(text: str) -> Iterator[Said]:
 
 
 def _in_block(block: list[str]) -> Iterator[Said]:
+    """Numbers of the lines under a heading: of each table among them, which may stand below one another."""
+    lasts = [place for place, line in enumerate(block) if line.split()[0] in FIRST and line[0] != " "]
+    firsts = [_first_of_head(block, last) for last in lasts]
+    for first, last, end in zip(firsts, lasts, [*firsts, len(block)][1:], strict=True):
+        rows = [line for line in block[last + 1 : end] if re.match(r"  \S+ .*\d|\S+ {2,}-?\d", line)]
+        if rows:
+            yield from _in_table(block[first : last + 1], rows)
+
+
+def _first_of_head(block: list[str], last: int) -> int:
+    """Where a head begins that ends there: what is folded stands above, with nothing over the names."""
+    above = takewhile(lambda line: line.startswith("   "), reversed(block[:last]))
+    return last - len(list(above))
+
+
+def _in_table(head: list[str], rows: list[str]) -> Iterator[Said]:
     """Numbers of one table, whose head may be folded, and whose columns are apart in every line."""
-    ends = [place for place, line in enumerate(block) if line[:1].strip() and len(line.split()) > 3]
-    head = block[: ends[0] + 1] if ends else []
-    rows = [line for line in block[len(head) :] if line.startswith("  ") and len(line.split()) > 4]
-    if not rows or any(line[:1].strip() for line in head[:-1]):
-        return
-    width = max(map(len, block))
-    blank = [all(not line[at : at + 1].strip() for line in (*head, *rows)) for at in range(width)]
-    starts = [at for at in range(width) if not blank[at] and (at == 0 or blank[at - 1])]
-    spans = [slice(a, b) for a, b in zip(starts, [*starts[1:], None], strict=True)]
+    lines = [*head, *rows]
+    width = max(map(len, lines))
+    blank = [all(not line[at : at + 1].strip() for line in lines) for at in range(width)]
+    # A single blank may be one between the words of a head, under which no number reaches.
+    around = [False, *blank, True]
+    spans = _spans([one and (around[at] or around[at + 2]) for at, one in enumerate(blank)])
+    if any(re.search(r"\d -?\d", row[span]) for row in rows for span in spans):
+        spans = _spans(blank)
     names = [" ".join(line[span].strip() for line in head if line[span].strip()) for span in spans]
     for row in rows:
         yield from _row("text", names, [row[span].strip() for span in spans])
+
+
+def _spans(blank: list[bool]) -> list[slice]:
+    """Columns of a table, from where it is blank throughout."""
+    starts = [at for at, empty in enumerate(blank) if not empty and (at == 0 or blank[at - 1])]
+    return [slice(a, b) for a, b in zip(starts, [*starts[1:], None], strict=True)]
 
 
 class _Tables(HTMLParser):
@@ -136,6 +160,8 @@ def in_fit(fit: Mapping[str, Any]) -> Iterator[Said]:
             value, std = one["value"], one["std"]
             yield _exact("fit.json", one["name"], "value", value)
             yield _exact("fit.json", one["name"], "std %", 100 * std / abs(value))
+            if "exported" in one:
+                yield _exact("fit.json", one["name"], "exported", one["exported"])
     names = {"over noise": "over_noise", "residual": "residual_rms", "noise": "noise", "R^2": "r_squared"}
     for quantity, key in names.items() if len(fit["agreement"]) == 1 else ():
         for joint, value in zip(fit["joints"], fit["agreement"][0][key], strict=True):
@@ -147,13 +173,17 @@ def in_fit(fit: Mapping[str, Any]) -> Iterator[Said]:
 def in_robot(model: Model, fit: Mapping[str, Any]) -> Iterator[Said]:
     """Base parameters as sums of what a robot.toml of the fit has, those that the fit kept.
 
-    A robot.toml has bodies that can exist, which the fit's need not: within the fit's own 95 % they agree.
+    Each is what the fit says is exported; and its value within its own 95 %, unless text, page and fit.json
+    list it among those that no arm can have.
     """
     nominal = dict(zip(model.names, model.nominal_values, strict=True))
     for one in fit["base_parameters"]:
         if one["kept"] and set(one["sum_of"]) <= set(nominal):
             value = sum(share * nominal[name] for name, share in one["sum_of"].items())
-            yield Said("robot.toml", one["name"], "value", value, 1.96 * one["std"])
+            rounding = EXACT * max(abs(share * nominal[name]) for name, share in one["sum_of"].items())
+            yield Said("robot.toml", one["name"], "exported", value, rounding)
+            if one["name"] not in fit["moved"]:
+                yield Said("robot.toml", one["name"], "value", value, 1.96 * one["std"])
 
 
 def _exact(where: str, name: str, quantity: str, value: float) -> Said:

@@ -26,6 +26,8 @@ from .least_squares import weighted
 MARGIN = 1e-6
 """Smallest eigenvalue of a pseudo-inertia over the largest of the ten parameters, so that simulators
 accept it."""
+RESOLVED = 1e-6
+"""Share of a parameter's deviation to which the solver keeps to a minimum: what is nearer is at it."""
 ROUNDING = 1e-12
 """Smallest eigenvalue of a correlation matrix: below, it is rounding."""
 
@@ -70,14 +72,8 @@ def nearest(held: Held, values: np.ndarray, covariance: np.ndarray) -> np.ndarra
     Raises:
         FitError: The solver found none.
     """
-    # Unknowns are deviations from the prior in units of its tolerance, so that the prior is their sum
-    # of squares; first without constraints.
     tolerance = held.tolerance
-    rows, right = _data(held, values, covariance)
-    rows = rows * tolerance
-    stacked = np.concatenate([rows, np.eye(len(tolerance))])
-    free = np.linalg.lstsq(stacked, np.concatenate([right, np.zeros(len(tolerance))]), rcond=None)[0]
-    standard = held.nominal + tolerance * free
+    standard, stacked = _unconstrained(held, values, covariance)
     matrix, offset, cones = _constraints(held, standard)
     if _inside(offset, cones):
         return standard
@@ -96,7 +92,28 @@ def nearest(held: Held, values: np.ndarray, covariance: np.ndarray) -> np.ndarra
             f"no physically consistent parameters found ({solution.status}); check the signs of the drive "
             "gains and the direction of gravity, which consistency cannot mend"
         )
-    return standard + unit * np.array(solution.x)
+    found = standard + unit * np.array(solution.x)
+    minimum = np.array([parameter.minimum for parameter in held.base.parameters])
+    minimum[np.concatenate([np.r_[body] for body in held.bodies] or [np.zeros(0, int)])] = -np.inf
+    return np.where(np.abs(found - minimum) < RESOLVED * unit, minimum, found)
+
+
+def drawn(held: Held, values: np.ndarray, covariance: np.ndarray) -> np.ndarray:
+    """Standard parameters (p,) as of `nearest`, without constraints: what the prior alone makes of values."""
+    return _unconstrained(held, values, covariance)[0]
+
+
+def _unconstrained(held: Held, values: np.ndarray, covariance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Standard parameters (p,), and the rows (b + p, p) of data and prior.
+
+    Unknowns are deviations from the prior in units of its tolerance, so that the prior is their sum of
+    squares.
+    """
+    tolerance = held.tolerance
+    rows, right = _data(held, values, covariance)
+    stacked = np.concatenate([rows * tolerance, np.eye(len(tolerance))])
+    free = np.linalg.lstsq(stacked, np.concatenate([right, np.zeros(len(tolerance))]), rcond=None)[0]
+    return held.nominal + tolerance * free, stacked
 
 
 def _data(held: Held, values: np.ndarray, covariance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -8,13 +8,12 @@ import numpy as np
 from ...notebook import counted as counted
 from ...preparation.prepare import ABOVE, SMOOTHED, SMOOTHED_REST
 from ...text_table import digits
+from ..fit import NORMAL_95 as NORMAL_95
 from ..fit import Agreement, Fit, Scores
 from ..settled_gains import cure, open_by_gain, open_gains, settled
 from .fit_warnings import unknown_scale
 from .hints import OPEN
 
-NORMAL_95 = 1.96
-"""Deviations on each side of a value within which it lies with 95 % probability."""
 TO_NOISE = 1.3
 """Residual over noise up to which nothing can be missing but less than the noise itself: what remains
 adds in squares, and 1.3 squared is 1 + 0.83 squared."""
@@ -168,9 +167,11 @@ def _joints(fit: Fit, missing: Collection[str] | None) -> str:
     fine = len(found) - len(open_ones)
     which = f"{fine} of {len(found)} joints" if fine else "no joint"
     sentences = [_listed(words, open_ones) for words in (LACKING, LITTLE, NOT_FOUND, UNTESTED, UNJUDGED)]
-    if fit.unscaled and any(v.over_noise > TO_NOISE for v in open_ones):
+    by_scale = fit.measures == "current" and not gains_estimated(fit) and len(found) > 1
+    if by_scale and any(v.words in (LACKING, LITTLE) for v in open_ones):
+        which_gains = "the unknown drive gains" if fit.unscaled else "errors of the nominal drive gains"
         sentences.append(
-            " That may be the unknown drive gains alone: two joints then feel one link in different scales."
+            f" That may be {which_gains} alone: two joints then feel one link in different scales."
         )
     return f"The residual of {which} is at the noise floor on the {kind}." + "".join(sentences)
 
@@ -238,9 +239,29 @@ def _parameters(fit: Fit) -> list[str]:
         lines.append(f"Unclear (standard deviation; what would settle it): {_unclear(fit)}.")
     else:
         lines.append(f"Each is known to {OPEN:g} % or better.")
+    lines += moved_sentences(fit)
     if far := surprises(fit):
         lines.append(f"Far from their nominal values: {', '.join(far)}.")
     return lines
+
+
+def moved_sentences(fit: Fit) -> list[str]:
+    """Whether export and simulation take other values than the data say, beyond their 95 %, and why."""
+    if not fit.moved:
+        return []
+    farthest = sorted(fit.moved, key=lambda one: -one.deviations)[:LISTED]
+    shown = "; ".join(
+        f"{one.name} {digits(one.exported)} for {digits(one.value)}, {one.deviations:.1f} deviations away"
+        for one in farthest
+    )
+    more = len(fit.moved) - len(farthest)
+    of_gains = " or that go with the drive gains that are taken" if np.any(_open(fit)) else ""
+    return [
+        f"No arm can have the values of {counted(len(fit.moved), 'base parameter')} within their 95 %: "
+        "physics that the model lacks is in them, which standard deviations do not contain. Export and "
+        f"simulation take the nearest values that an arm can have{of_gains}: {shown}"
+        f"{f'; and {more} more' if more else ''}."
+    ]
 
 
 def _unclear(fit: Fit) -> str:

@@ -26,6 +26,8 @@ from ...fit.warnings.verdict import (
 from ...model import Model
 from ...text_table import WIDTH, at_point, digits, paragraph, table
 
+MOVED = "Exported otherwise"
+"""Heading of the values that no arm can have."""
 LABEL = 14
 """Characters of a joint's name in the table of parameters; the head has it in full."""
 
@@ -38,6 +40,7 @@ def summary(fit: Fit) -> str:
         "Parameters": _parameters(fit),
         "Fit by joint": _fits(fit),
         "Open": _open(fit),
+        **({MOVED: _moved(fit)} if fit.moved else {}),
         "Composition of base parameters": _composition(fit),
         "Shapes of effects, as stated or fitted": _shapes(fit),
         "Verdict and warnings": [line for v in verdict(fit) for line in paragraph(v, "  ", "- ")],
@@ -258,6 +261,19 @@ def _open(fit: Fit) -> list[str]:
     head = ["name", "std %", "would be settled by a run that does this"]
     rows = _rows([u.name for u in fit.unclear], [digits(u.std_percent) for u in fit.unclear])
     return table(head, [[*row, u.hint] for row, u in zip(rows, fit.unclear, strict=True)], left=(0, 2))
+
+
+def _moved(fit: Fit) -> list[str]:
+    """Values that no arm can have, and those that export and simulation take."""
+    columns = [
+        [digits(value) for value in column]
+        for column in zip(*((one.value, one.exported, one.deviations) for one in fit.moved), strict=True)
+    ]
+    lines = table(["name", "value", "exported", "deviations"], _rows([m.name for m in fit.moved], *columns))
+    return lines + paragraph(
+        "exported: nearest that an arm can have, by the fit's own covariance. deviations: how far that is "
+        "from the value, in its standard deviations. All others are exported within their 95 %."
+    )
 
 
 def _shapes(fit: Fit) -> list[str]:

@@ -15,6 +15,7 @@ from .report_tables import (
     filter_table,
     gain_table,
     joint_table,
+    moved_table,
     parameter_tables,
     runs_table,
     unclear_table,
@@ -57,6 +58,9 @@ def parameters_section(fit: Fit) -> str:
     content = [paragraph(note), parameter_tables(fit)]
     if fit.unclear:
         content += [heading("Unclear"), unclear_table(fit)]
+    if fit.moved:
+        note = "No arm can have these values: export and simulation take the nearest that one can have."
+        content += [heading("Exported otherwise"), paragraph(note), moved_table(fit)]
     return section("parameters", "Parameters", *content)
 
 

@@ -153,6 +153,13 @@ def unclear_table(fit: Fit) -> str:
     return table(["parameter", "std %", "motion that would settle it"], rows, words=(2,))
 
 
+def moved_table(fit: Fit) -> str:
+    """Values that no arm can have, and those that export and simulation take."""
+    numbers = ((one.name, one.value, one.exported, one.deviations) for one in fit.moved)
+    rows = [[name, number(value), number(taken), number(far, 3)] for name, value, taken, far in numbers]
+    return table(["parameter", "value", "exported", "standard deviations between"], rows)
+
+
 def dropped_table(fit: Fit) -> str:
     """Parameters set to zero, and the value that they had."""
     units = dict(

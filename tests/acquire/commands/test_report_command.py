@@ -212,6 +212,16 @@ def test_a_diagnosis_alone_brings_runs_and_robot_and_one_without_samples_only_wo
     assert "Joint 2 (elbow) has a spring that the model does not have" in page.words
 
 
+def test_a_diagnosis_that_found_nothing_brings_no_fit_with_what_was_found(files, tmp_path):
+    nothing = replace(small(), findings=(), budget=None, improvement=None)
+    write_diagnosis(nothing, None, fit(), tmp_path / "diagnosis")
+    (tmp_path / "diagnosis" / "traces.npz").unlink()  # of the spring that was found
+    write_fit(fit(), tmp_path / "fit.json")
+    page = Page(page_of(tmp_path, tmp_path, "fit.json", "diagnosis"))
+    assert "Fit with what was found" not in page.words
+    assert not any(anchor.startswith("fit1") for anchor in headings(page))
+
+
 def test_nominal_values_predict_as_the_nominal_model_does():
     run = recordings()[2]
     shown = predicted(as_nominal(fit()), [run])

@@ -5,6 +5,7 @@ from exidyn.acquire.run.errors import CannotStart
 from exidyn.acquire.run.player import Player
 from exidyn.acquire.run.start import StartRules, gentle, plan_start
 from exidyn.drivers import Info
+from exidyn.identify.arm.robot import SLIDING
 from exidyn.trajectories.clearances.clearance import Clearance
 
 from ...parts.runs.run_parts import CYCLE, LIMITS, ROBOT, START, motion
@@ -44,6 +45,13 @@ def test_from_further_away_it_goes_slowly_if_it_may():
     assert np.all(speed < 1.001 * gentle(LIMITS, 0.2).velocity)
     with pytest.raises(CannotStart, match="--approach"):
         way(START - 0.4)
+
+
+def test_a_sliding_joint_is_away_in_metres():
+    player = Player(motion(), LIMITS, CYCLE)
+    measured = START - 0.4 * np.eye(6)[0]
+    with pytest.raises(CannotStart, match=r"begins at -?\d+\.\d+ m; allowed are 0\.0087 m\."):
+        plan_start(player, measured, ROBOT.joints, LIMITS, StartRules(), INFO, lambda j, unit: SLIDING[unit])
 
 
 def test_what_is_in_the_way_is_named():

@@ -60,3 +60,41 @@ def test_a_number_that_is_changed_in_one_output_is_found(outputs, where, tmp_pat
         robot.write_text(changed)
     found, _ = contradictions(said(text, page, fit, robot))
     assert [one for one in found if one.startswith("value of Fc1") and "77.77" in one]
+
+
+FOLDED = """
+Fit
+--------------------------------------------------------------------------------
+joint     residual A    noise A  over noise     relative %       R^2
+identified from log
+  joint1    0.006779  0.005094        1.331  *      0.3526  0.999988
+
+Parameters
+--------------------------------------------------------------------------------
+                        unit/(N
+name    joint    value  m/A)     std %     from   to (95%)
+link_inertia
+  XX2R  joint2   1.028  kg m^2   3.888   0.9497      1.106
+                           +-
+name    joint    nominal    std  note
+link_inertia
+  XX2R  joint2    0.5365  0.024  off nominal
+std %: standard deviation over value, 1 of 2.
+"""
+
+
+def test_tables_that_stand_below_one_another_and_words_of_heads_are_told_apart():
+    found = {(one.name, one.quantity): one.value for one in in_text(FOLDED)}
+    assert found == {
+        ("joint1", "residual"): 0.006779,
+        ("joint1", "noise"): 0.005094,
+        ("joint1", "over noise"): 1.331,
+        ("joint1", "relative %"): 0.3526,
+        ("joint1", "R^2"): 0.999988,
+        ("XX2R", "value"): 1.028,
+        ("XX2R", "std %"): 3.888,
+        ("XX2R", "from"): 0.9497,
+        ("XX2R", "to"): 1.106,
+        ("XX2R", "nominal"): 0.5365,
+        ("XX2R", "std of nominal"): 0.024,
+    }

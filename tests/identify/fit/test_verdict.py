@@ -33,6 +33,18 @@ def test_verdict_names_the_joint_that_is_not_explained(fit):
     ]
 
 
+def test_errors_of_nominal_gains_are_named_where_none_was_found(fit):
+    words = "That may be errors of the nominal drive gains alone"
+    bad = with_noise(fit, 1.0, 4.2)
+    count = len(bad.names)
+    covariance = np.array(bad.estimate.covariance)
+    covariance[count:], covariance[:, count:] = 0.0, 0.0
+    nominal = replace(bad, estimate=replace(bad.estimate, covariance=covariance))
+    assert words in verdict(nominal)[0]
+    assert words not in verdict(bad)[0]
+    assert words not in verdict(replace(nominal, measures="torque"))[0]
+
+
 def test_verdict_takes_the_worst_run_of_each_joint(fit):
     worse = with_noise(fit, 3.0, 0.5).validation[0]
     better = replace(with_noise(fit, 0.5, 2.0).validation[0], run="other")

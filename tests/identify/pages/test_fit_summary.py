@@ -55,6 +55,14 @@ def test_numbers_stand_with_their_points_below_each_other():
     assert wide[1].index(".") == wide[2].index(".") == len(wide[0].rstrip())
 
 
+def test_heads_that_differ_in_their_number_fold_alike_over_all_blocks_of_a_table():
+    head = ["run", "what it is for", *(f"joint {number}" for number in range(1, 7))]
+    cells = ["1.2", "3.45", "1.234", "2.2", "12345.67", "1.0"]
+    text = "\n".join(table(head, [["a" * 18, "b" * 22, *cells]], left=(0, 1)))
+    assert text.count("joint") == 6
+    assert "joint 5" not in text
+
+
 def test_a_table_aligns_names_left_and_numbers_right():
     assert table(["a", "bb"], [["one", "1"], ["heading"], ["x", "22"]]) == [
         "a    bb",

@@ -10,7 +10,7 @@ from exidyn.identify.arm.rigid_regressor import INERTIAL
 from exidyn.identify.fit.fit_file import fit_text, read_fit
 from exidyn.identify.fit.identification import identify
 from exidyn.identify.fit.warnings.verdict import NOT_FOUND, joint_verdicts, verdict
-from exidyn.identify.recordings.recording import SIMULATED, KnownPayload
+from exidyn.identify.recordings.recording import JOG, SIMULATED, KnownPayload
 from exidyn.identify.simulation.comparison import compare
 from exidyn.identify.simulation.predicted import predicted
 
@@ -39,6 +39,13 @@ def test_what_a_model_made_is_shown_and_judges_nothing(read):
     found = predicted(read, [by_model(run("sim", 2, 4)), run("other", 2, 3)])
     assert (names(found.validation), names(found.apart)) == (["other"], ["sim"])
     assert "sim: simulated by a model; it is shown, and does not judge the fit" in found.warnings
+
+
+def test_a_jog_is_shown_and_judges_nothing(read):
+    jog = run("jog", 2, 4)
+    jog = replace(jog, settings={**jog.settings, JOG: "joint2 by 0.03 rad and back"})
+    found = predicted(read, [jog, run("other", 2, 3)])
+    assert (names(found.validation), names(found.apart)) == (["other"], ["jog"])
 
 
 def test_a_fit_of_simulated_runs_is_judged_by_simulated_runs():

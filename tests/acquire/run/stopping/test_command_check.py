@@ -3,6 +3,7 @@ import pytest
 
 from exidyn.acquire.run.stopping.command_check import CommandCheck
 from exidyn.drivers import Command
+from exidyn.identify.arm.robot import SLIDING
 
 from ....parts.runs.run_parts import CYCLE, LIMITS, ROBOT, START, motion
 
@@ -52,3 +53,10 @@ def test_an_arm_outside_its_limits_may_come_back_but_not_go_further():
 def test_the_controllers_window_counts_too():
     looking = check(window_lower=START - 1e-5, window_upper=START + 1e-5)
     assert looking.look(command(START + 2e-5)).kind == "command position"
+
+
+@pytest.mark.parametrize(("start", "unit"), [(START + 0.5 * STEP, "m/s^2"), (START + 2.0 * STEP, "m/s")])
+def test_a_command_of_a_sliding_joint_is_refused_in_metres(start, unit):
+    found = check(unit_of=lambda joint, turning: SLIDING[turning]).look(command(start))
+    assert found.unit == unit
+    assert f" {unit} is beyond" in found.text

@@ -1,9 +1,11 @@
 from types import SimpleNamespace
 
 import numpy as np
+import pytest
 
 from exidyn.acquire.run.stopping.monitors import Lateness, Outside, Silence, Speed, Tracking
 from exidyn.drivers import Command
+from exidyn.identify.arm.robot import SLIDING
 
 JOINTS = ("one", "two")
 
@@ -16,6 +18,11 @@ def seen(position=(0.0, 0.0), **other):
 
 def sent(position):
     return Command(np.full(2, position), np.zeros(2))
+
+
+def sliding(joint, unit):
+    """The first joint turns, the second slides."""
+    return SLIDING[unit] if joint else unit
 
 
 def first_stop(monitor, samples):
@@ -91,3 +98,16 @@ def test_a_cycle_in_which_the_controller_did_not_ask_is_a_missed_one():
 def test_a_cycle_without_a_command_does_not_make_a_tracking_error_begin_anew():
     away = [(seen(), sent(1.0))] * 4 + [(seen((np.nan, np.nan), sent=False), None)]
     assert first_stop(Tracking(JOINTS, np.full(2, 0.1), 6, 1), away * 3)[0] == 6
+
+
+@pytest.mark.parametrize(("place", "unit"), [(0, "rad"), (1, "m")])
+def test_a_stop_is_in_the_units_of_its_joint(place, unit):
+    position = np.zeros(2)
+    position[place] = 0.5
+    bounds = np.full(2, 0.1)
+    tracking = Tracking(JOINTS, bounds, 1, 1, sliding)
+    outside = Outside(JOINTS, -bounds, bounds, np.zeros(2), 1, sliding)
+    for monitor in (tracking, outside):
+        _, stop = first_stop(monitor, [(seen(position), sent(0.0))])
+        assert stop.unit == unit
+        assert f" {unit}, limit" in stop.text
