@@ -43,7 +43,7 @@ class Answer:
         fitted: Whether a block is fitted, shape (k,); the others are only predicted.
         relief: Logarithm of how much more probable all priors are, beside it.
         choice: What choosing the shape costs the odds by scatter: its logarithm over the mean of all shapes.
-        determined: How much the blocks show of its coefficients, over what is known beforehand, shape (p,).
+        determined: How much the rows show of its coefficients, over what is known beforehand, shape (p,).
     """
 
     candidate: Candidate
@@ -84,7 +84,7 @@ class Answer:
 
     @property
     def volume(self) -> float:
-        """Logarithm of how many values its coefficients might have had, over what the blocks leave of them."""
+        """Logarithm of how many values its coefficients might have had, over what the rows leave of them."""
         return 0.0 if self.determined is None else 0.5 * float(np.log1p(self.determined).sum())
 
     @property

@@ -80,23 +80,23 @@ def beside_limits(
 
 
 def determined(
-    matrix: np.ndarray, candidate: Candidate, columns: Thinned, free: np.ndarray, blocks: int
+    matrix: np.ndarray, candidate: Candidate, columns: Thinned, free: np.ndarray, rows: float
 ) -> np.ndarray:
-    """How much the blocks show of free coefficients, over what is known of them beforehand, shape (p,).
+    """How much the rows show of free coefficients, over what is known of them beforehand, shape (p,).
 
-    Beforehand a coefficient is known as well as one block shows it, the unit information prior (Kass and
-    Wasserman 1995), or as well as physics gives it, where that is better.
+    Beforehand a coefficient is known as well as one of the independent rows shows it, the unit information
+    prior (Kass and Wasserman 1995), or as well as physics gives it, where that is better.
 
     Args:
         matrix: Normal matrix of the coefficients beside the other unknowns, shape (p, p).
         candidate: Whose they are.
         columns: The same.
         free: Which of them are not at a limit, shape (p,).
-        blocks: How many are fitted.
+        rows: Independent rows.
     """
     std = prior_std(candidate, columns)
     scaled = (std[:, None] * matrix * std)[np.ix_(free, free)]
-    return np.clip(np.linalg.eigvalsh(scaled), 0.0, blocks)
+    return np.clip(np.linalg.eigvalsh(scaled), 0.0, rows)
 
 
 def solved(matrix: np.ndarray, right: np.ndarray, values: np.ndarray, free: np.ndarray) -> np.ndarray:

@@ -42,7 +42,6 @@ def _answers(prediction: Prediction, alike: Sequence[tuple[Candidate, Thinned]])
         for i, (candidate, columns) in enumerate(alike)
     ]
     errors, along, size = _predicted(prediction, products, fits)
-    fitted_blocks = int(prediction.blocks.fitted.sum())
     share = prediction.weighting.independent
     gains = prediction.log_probability(errors, share) - prediction.log_probability(prediction.errors, share)
     return [
@@ -52,11 +51,17 @@ def _answers(prediction: Prediction, alike: Sequence[tuple[Candidate, Thinned]])
             prediction.blocks.fitted,
             _relief(prediction, apart[:, i], one, candidate)
             - _surprise(prediction, errors[i], candidate, columns),
-            determined=determined(matrix[i], candidate, columns, one.free, fitted_blocks),
+            determined=determined(matrix[i], candidate, columns, one.free, _rows(prediction, columns)),
         )
         for i, ((candidate, columns), one) in enumerate(zip(alike, fits, strict=True))
         if one is not None
     ]  # fmt: skip
+
+
+def _rows(prediction: Prediction, columns: Thinned) -> float:
+    """Independent rows of the joints on which columns act, of all fitted blocks."""
+    counts = prediction.sums.counts[prediction.blocks.fitted].sum(axis=0)
+    return float((prediction.weighting.independent * counts)[columns.joints].sum())
 
 
 def _solved(factor: Factor, right: np.ndarray) -> np.ndarray:

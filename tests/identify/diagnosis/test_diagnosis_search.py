@@ -30,7 +30,7 @@ SPRING, SOFT = JointSpring(("elbow",)), {"Ks2": 6.0}
 BLOCKS = 20
 KNOWN = np.array([20.0, 20.0, 20.0, 20.0])
 VOLUME, UNPAID = 0.5 * np.log(21.0), 0.5 * np.log(21.0) - 20.0 / 21.0
-"""What a coefficient costs that the blocks show as KNOWN says, and what of it prediction has not cost."""
+"""What a coefficient costs that the rows show as KNOWN says, and what of it prediction has not cost."""
 
 
 def answer(gains, effect="something", joints=(0,), rows=None, held_out=0, **more):
@@ -350,7 +350,7 @@ def test_what_coefficients_cost_is_their_evidence_and_prediction_has_paid_one_fo
     one = replace(answer([1.0]), determined=determined(matrix, candidate, columns, free, 10**9))
     assert one.volume == pytest.approx(evidence)
     assert one.unpaid == pytest.approx(evidence - paid)
-    # No more is known than all blocks show beside one of them, and nothing of what is at a limit.
+    # No more is known than all rows show beside one of them, and nothing of what is at a limit.
     assert np.max(determined(matrix, candidate, columns, free, 7)) == pytest.approx(7.0)
     assert len(determined(matrix, candidate, columns, np.array([True, False, False]), 7)) == 1
 
