@@ -43,7 +43,6 @@ class Answer:
         fitted: Whether a block is fitted, shape (k,); the others are only predicted.
         relief: Logarithm of how much more probable all priors are, beside it.
         choice: What choosing the shape costs the odds by scatter: its logarithm over the mean of all shapes.
-        determined: How much the rows show of its coefficients, over what is known beforehand, shape (p,).
     """
 
     candidate: Candidate
@@ -60,7 +59,6 @@ class Answer:
     fitted: np.ndarray | None = None
     relief: float = 0.0
     choice: float = 0.0
-    determined: np.ndarray | None = None
 
     @cached_property
     def gain(self) -> float:
@@ -81,18 +79,6 @@ class Answer:
     def held_out(self) -> float:
         """The same of blocks that are only predicted; zero without any."""
         return 0.0 if self.fitted is None else float(self.by_block[~self.fitted].sum())
-
-    @property
-    def volume(self) -> float:
-        """Logarithm of how many values its coefficients might have had, over what the rows leave of them."""
-        return 0.0 if self.determined is None else 0.5 * float(np.log1p(self.determined).sum())
-
-    @property
-    def unpaid(self) -> float:
-        """What is left of it: prediction of left-out blocks costs one for each coefficient (Stone 1977)."""
-        if self.determined is None:
-            return 0.0
-        return max(self.volume - float(np.sum(self.determined / (1.0 + self.determined))), 0.0)
 
     @cached_property
     def amplitude(self) -> Amplitude:

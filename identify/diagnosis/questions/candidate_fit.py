@@ -79,26 +79,6 @@ def beside_limits(
     return None if np.any(below > FORMULA * torque / np.maximum(prediction.limited_size, 1e-300)) else one
 
 
-def determined(
-    matrix: np.ndarray, candidate: Candidate, columns: Thinned, free: np.ndarray, rows: float
-) -> np.ndarray:
-    """How much the rows show of free coefficients, over what is known of them beforehand, shape (p,).
-
-    Beforehand a coefficient is known as well as one of the independent rows shows it, the unit information
-    prior (Kass and Wasserman 1995), or as well as physics gives it, where that is better.
-
-    Args:
-        matrix: Normal matrix of the coefficients beside the other unknowns, shape (p, p).
-        candidate: Whose they are.
-        columns: The same.
-        free: Which of them are not at a limit, shape (p,).
-        rows: Independent rows.
-    """
-    std = prior_std(candidate, columns)
-    scaled = (std[:, None] * matrix * std)[np.ix_(free, free)]
-    return np.clip(np.linalg.eigvalsh(scaled), 0.0, rows)
-
-
 def solved(matrix: np.ndarray, right: np.ndarray, values: np.ndarray, free: np.ndarray) -> np.ndarray:
     """Unknowns of small systems (..., p, p), (..., p): some of them free (p,), the others at their values."""
     held = np.where(free, 0.0, values)

@@ -66,18 +66,16 @@ def _as_good(one: Answer, other: Answer) -> bool:
 
 
 def better(one: Answer, other: Answer, prior: float = 0.0) -> float:
-    """Logarithm of the odds that one is right rather than another, by their blocks.
+    """Logarithm of the odds that one predicts better than another, by their blocks.
 
-    What shapes and coefficients cost, and what priors lose, is paid from the evidence of the blocks. What
-    remains of that evidence counts for no more than the scatter of the difference over the blocks allows,
-    whichever of the two it is for. Where the two differ by less than torque may be wrong, blocks are no
-    evidence.
+    The evidence of the blocks is limited by the scatter of the difference over them, and zero where the two
+    differ by less than torque may be wrong; what shapes cost, and `prior`, is known without them.
     """
-    beside = other.cost - one.cost + one.relief - other.relief
-    if _as_good(one, other):
-        return beside + other.volume - one.volume + prior
-    beside += other.unpaid - one.unpaid
     apart = one.by_block - other.by_block
-    total, error = float(apart.sum()), float(np.std(apart, ddof=1)) * np.sqrt(len(apart)) + 1e-9
-    scatter = max(log_odds(abs(total) / error, len(apart) - 1.0), 0.0)
-    return float(np.clip(total + beside, min(beside, 0.0) - scatter, max(beside, 0.0) + scatter)) + prior
+    if _as_good(one, other):
+        apart = np.zeros(len(apart))
+    error = float(np.std(apart, ddof=1)) * np.sqrt(len(apart)) + 1e-9
+    scatter = log_odds(float(apart.sum()) / error, len(apart) - 1.0)
+    return (
+        min(float(apart.sum()), max(scatter, 0.0)) + other.cost - one.cost + one.relief - other.relief + prior
+    )

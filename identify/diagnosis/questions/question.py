@@ -8,7 +8,7 @@ from ..blocks.block_likelihood import strain, trusted
 from ..blocks.prediction import CERTAIN, Factor, Prediction, solve
 from .block_answer import Answer
 from .candidate import Candidate, Thinned
-from .candidate_fit import Fitted, beside_limits, determined, fitted, solved
+from .candidate_fit import Fitted, beside_limits, fitted, solved
 from .products import Products
 
 TOGETHER = 48
@@ -51,17 +51,10 @@ def _answers(prediction: Prediction, alike: Sequence[tuple[Candidate, Thinned]])
             prediction.blocks.fitted,
             _relief(prediction, apart[:, i], one, candidate)
             - _surprise(prediction, errors[i], candidate, columns),
-            determined=determined(matrix[i], candidate, columns, one.free, _rows(prediction, columns)),
         )
         for i, ((candidate, columns), one) in enumerate(zip(alike, fits, strict=True))
         if one is not None
     ]  # fmt: skip
-
-
-def _rows(prediction: Prediction, columns: Thinned) -> float:
-    """Independent rows of the joints on which columns act, of all fitted blocks."""
-    counts = prediction.sums.counts[prediction.blocks.fitted].sum(axis=0)
-    return float((prediction.weighting.independent * counts)[columns.joints].sum())
 
 
 def _solved(factor: Factor, right: np.ndarray) -> np.ndarray:

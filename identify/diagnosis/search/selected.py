@@ -116,7 +116,8 @@ def _everywhere(answer: Answer) -> bool:
 def judged(best: Sequence[Answer], total: float) -> Selected | None:
     """The foremost hypothesis that is credible, with what else may explain the same.
 
-    Another counts for no more than the probability that it is there at all.
+    Another counts for no more than the odds that it is there at all.
+
 
     Args:
         best: One answer for each hypothesis, the most probable first.
@@ -131,7 +132,7 @@ def judged(best: Sequence[Answer], total: float) -> Selected | None:
             first = one
     odds = odds_of(first, total)
     others = [
-        (one, _against(first, one, total) + float(np.logaddexp(0.0, -odds_of(one, total))))
+        (one, max(_against(first, one, total), odds - odds_of(one, total)))
         for one in best
         if one is not first and competing(one, first) and one.gain > 0.0
     ]

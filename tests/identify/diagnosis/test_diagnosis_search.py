@@ -9,7 +9,6 @@ from exidyn.identify.diagnosis.candidates import contact_event, hypotheses
 from exidyn.identify.diagnosis.diagnose import diagnose
 from exidyn.identify.diagnosis.questions.block_answer import Answer
 from exidyn.identify.diagnosis.questions.candidate import Candidate, Thinned
-from exidyn.identify.diagnosis.questions.candidate_fit import determined
 from exidyn.identify.diagnosis.questions.comparison import better, competing
 from exidyn.identify.diagnosis.questions.question import ask
 from exidyn.identify.diagnosis.questions.shape import refined, with_shape
@@ -28,9 +27,6 @@ from ...parts.small.small_search import names, problem, record, searched
 
 SPRING, SOFT = JointSpring(("elbow",)), {"Ks2": 6.0}
 BLOCKS = 20
-KNOWN = np.array([20.0, 20.0, 20.0, 20.0])
-VOLUME, UNPAID = 0.5 * np.log(21.0), 0.5 * np.log(21.0) - 20.0 / 21.0
-"""What a coefficient costs that the rows show as KNOWN says, and what of it prediction has not cost."""
 
 
 def answer(gains, effect="something", joints=(0,), rows=None, held_out=0, **more):
@@ -290,69 +286,6 @@ def test_what_predicts_alike_is_distinguished_by_what_its_shape_cost():
     assert better(cheap, dear) == pytest.approx(3.0)
     assert better(dear, cheap, prior=1.0) == pytest.approx(-2.0)
     assert judged([cheap, dear], 10.0).probability == pytest.approx(1 / (1 + np.exp(-3.0)), rel=1e-3)
-
-
-def test_evidence_of_the_blocks_is_limited_alike_for_and_against():
-    steady, lucky = answer([30.0]), answer([31.0])
-    gains = lucky.gains.copy()
-    gains[0] += 20.0  # in one block alone
-    lucky = replace(lucky, gains=gains)
-    assert 0.0 < better(lucky, steady) < 3.0
-    assert better(steady, lucky) == pytest.approx(-better(lucky, steady))
-
-
-def test_costs_are_paid_from_the_evidence_of_the_blocks_before_scatter_limits_it():
-    general, special = replace(answer([230.0]), cost=12.0), answer([30.0], "offset")
-    gains = general.gains + np.tile([4.0, -4.0], len(general.gains) // 2)[:, None]
-    general = replace(general, gains=gains)
-    free = better(replace(general, cost=0.0), special)
-    assert 3.0 < free < 50.0
-    assert better(general, special) == pytest.approx(free)
-
-
-def test_what_predicts_nearly_alike_is_distinguished_by_what_its_coefficients_cost():
-    special = replace(answer([33.0], "offset"), determined=KNOWN[:2])
-    general = replace(answer([34.0]), determined=KNOWN)
-    assert better(special, general) == pytest.approx(2.0 * UNPAID - 1.0)
-    one = judged([general, special], 10.0)
-    assert one.answer is special
-    assert one.others[0][1] == pytest.approx(2.0 * UNPAID - 1.0, abs=1e-6)
-
-
-def test_of_two_that_are_both_there_the_blocks_decide_and_not_how_certain_each_is():
-    scattered = replace(answer([32.0], "offset"), along=np.tile([0.0, 200.0], BLOCKS // 2))
-    sure = answer([33.0])
-    assert 3.0 < odds_of(scattered, 10.0) < odds_of(sure, 10.0) - 10.0
-    assert judged([sure, scattered], 10.0).others[0][1] == pytest.approx(1.0, abs=0.05)
-    # What is hardly there itself is no alternative, however well it predicts.
-    faint = replace(answer([32.0], "offset"), along=np.tile([60.0, -50.0], BLOCKS // 2))
-    assert odds_of(faint, 10.0) < -1.0
-    chance = np.log1p(np.exp(-odds_of(faint, 10.0)))
-    assert judged([sure, faint], 10.0).others[0][1] == pytest.approx(1.0 + chance, abs=1e-3)
-
-
-def test_what_leaves_the_same_is_distinguished_by_all_that_coefficients_and_shapes_cost():
-    much = np.full((BLOCKS, 1), 100.0)  # explained, of which both leave as much
-    special = replace(answer([33.0], "offset"), determined=KNOWN[:2], predicted=much)
-    general = replace(answer([33.0]), determined=KNOWN, predicted=much)
-    assert better(special, general) == pytest.approx(2.0 * VOLUME)
-    assert better(replace(special, cost=1.0), general, prior=0.5) == pytest.approx(2.0 * VOLUME - 0.5)
-
-
-def test_what_coefficients_cost_is_their_evidence_and_prediction_has_paid_one_for_each():
-    random = np.random.default_rng(0)
-    half, std = random.normal(size=(3, 3)), np.array([2.0, 0.5, 30.0])
-    matrix, prior = half @ half.T, np.diag((10.0 * std) ** -2.0)
-    columns = Thinned(np.array([0]), np.ones((BLOCKS, 1, 3)), std, np.zeros(3))
-    candidate, free = answer([1.0]).candidate, np.ones(3, bool)
-    evidence = 0.5 * (np.linalg.slogdet(matrix + prior)[1] - np.linalg.slogdet(prior)[1])
-    paid = np.trace(np.linalg.solve(matrix + prior, matrix))
-    one = replace(answer([1.0]), determined=determined(matrix, candidate, columns, free, 10**9))
-    assert one.volume == pytest.approx(evidence)
-    assert one.unpaid == pytest.approx(evidence - paid)
-    # No more is known than all rows show beside one of them, and nothing of what is at a limit.
-    assert np.max(determined(matrix, candidate, columns, free, 7)) == pytest.approx(7.0)
-    assert len(determined(matrix, candidate, columns, np.array([True, False, False]), 7)) == 1
 
 
 def test_a_shape_costs_how_many_are_distinguished_within_its_bounds():
