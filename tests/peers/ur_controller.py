@@ -53,7 +53,8 @@ class Controller:
         self.program, self.time = None, 1000.0 + 0.5 * self.step
         self.inputs = {f"input_{kind}_register_{k}": 0 for kind in ("int", "double") for k in range(48)}
         self.outputs = {f"output_{kind}_register_{k}": 0 for kind in ("int", "double") for k in range(48)}
-        self.rtde, self.programs, self.dashboard = (listening(given.bind) for _ in range(3))
+        self.rtde = listening(given.bind, given.rtde_port)
+        self.programs, self.dashboard = listening(given.bind), listening(given.bind)
         self.clients, self.senders, self.askers = [], [], []
         self.now = self.values()
 
@@ -258,6 +259,7 @@ def parser():
     parser.add_argument("--start", type=lambda text: [float(one) for one in text.split(",")], help="[rad]")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--bind", default="127.0.0.1")
+    parser.add_argument("--rtde-port", type=int, default=0, help="0 for any that is free")
     parser.add_argument("--series", default="e", choices=tuple(STEP))
     parser.add_argument("--version", default="", help="such as 5.12.4.0")
     parser.add_argument("--protocol", type=int, default=2, help="newest version of RTDE that it knows")
