@@ -44,7 +44,7 @@ def kuka_rsi(folder):
 
 @contextmanager
 def ur_rtde(folder):
-    with Peer("ur_controller.py", "--series", "cb3") as process:
+    with Peer("ur_controller.py", "--robot", "obedient", "--series", "cb3") as process:
         yield process, ur_settings(process.address) | {"cycle": 0.008, "dead_man": 2.0}
 
 

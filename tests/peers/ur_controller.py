@@ -17,11 +17,11 @@ from collections import deque
 import numpy as np
 
 if __package__:
-    from .arm import make_plant
+    from .can_arm import ObedientArm
     from .ur_script import ScriptError, program
     from .ur_servers import RtdeClient, TextServer, listening
 else:
-    from arm import make_plant
+    from can_arm import ObedientArm
     from ur_script import ScriptError, program
     from ur_servers import RtdeClient, TextServer, listening
 
@@ -42,9 +42,9 @@ class Controller:
     def __init__(self, given):
         self.given, self.step = given, STEP[given.series]
         self.version = tuple(map(int, given.version.split("."))) if given.version else VERSION[given.series]
-        self.plant = make_plant(given.robot, given.start, given.seed)
+        self.plant = arm_of(given)
         self.measured = self.plant.measure()
-        self.target = np.array(self.measured.position)
+        self.target = self.followed = np.array(self.measured.position)
         self.velocity = np.zeros(len(self.target))
         delay = max(round(given.latency / self.step), 1)
         self.under_way = deque([self.target] * delay, maxlen=delay)
@@ -53,8 +53,7 @@ class Controller:
         self.program, self.time = None, 1000.0 + 0.5 * self.step
         self.inputs = {f"input_{kind}_register_{k}": 0 for kind in ("int", "double") for k in range(48)}
         self.outputs = {f"output_{kind}_register_{k}": 0 for kind in ("int", "double") for k in range(48)}
-        self.rtde = listening(given.bind, given.rtde_port)
-        self.programs, self.dashboard = listening(given.bind), listening(given.bind)
+        self.rtde, self.programs, self.dashboard = (listening(given.bind) for _ in range(3))
         self.clients, self.senders, self.askers = [], [], []
         self.now = self.values()
 
@@ -111,8 +110,9 @@ class Controller:
             client.receive()
         self.run_program()
         self.under_way.append(self.target)
+        before, self.followed = self.followed, self.under_way[0]
         if self.robot_mode == RUNNING:
-            self.plant.step(self.under_way[0], None, self.step)
+            self.plant.step(self.followed, (self.followed - before) / self.step, self.step)
         self.measured = self.plant.measure()
         self.time += self.step
         self.now = self.values()
@@ -253,13 +253,25 @@ class Controller:
             self.one_cycle()
 
 
+def arm_of(given):
+    """The arm, whose import takes a while unless it is the obedient one."""
+    if given.robot == "obedient":
+        return ObedientArm()
+    if __package__:
+        from .arm import make_plant
+    else:
+        from arm import make_plant
+    return make_plant(given.robot, given.start, given.seed)
+
+
 def parser():
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--robot", default="cobot")
+    parser.add_argument(
+        "--robot", default="cobot", help="or obedient: six joints that follow their targets at once"
+    )
     parser.add_argument("--start", type=lambda text: [float(one) for one in text.split(",")], help="[rad]")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--bind", default="127.0.0.1")
-    parser.add_argument("--rtde-port", type=int, default=0, help="0 for any that is free")
     parser.add_argument("--series", default="e", choices=tuple(STEP))
     parser.add_argument("--version", default="", help="such as 5.12.4.0")
     parser.add_argument("--protocol", type=int, default=2, help="newest version of RTDE that it knows")

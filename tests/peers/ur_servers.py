@@ -12,9 +12,9 @@ FULL = 1 << 20
 """Bytes that nobody takes, after which a client is given up."""
 
 
-def listening(address, port=0):
-    """A socket that never waits, on a free port if none is given."""
-    server = socket.create_server((address, port))
+def listening(address):
+    """A socket on a free port that never waits."""
+    server = socket.create_server((address, 0))
     server.setblocking(False)
     return server
 

@@ -18,16 +18,16 @@ from exidyn.identify.recordings.recording import Signal
 from ...peers.peer_process import Peer
 from ...peers.ur_script import ScriptError, program, translated
 from ...peers.ur_settings import ur_settings
-from ..test_driver_contract import ARM
 
 CYCLE = 0.008
 """Of a CB3, which busy machines keep [s]."""
+ARM = Arm(tuple(f"joint{k}" for k in range(1, 7)), np.full(6, -7.0), np.full(6, 7.0), np.full(6, 3.0))
 
 
 @contextmanager
 def controller(*arguments, series="cb3", **settings):
     """A controller, and its driver, not open yet."""
-    with Peer("ur_controller.py", "--series", series, *arguments) as peer:
+    with Peer("ur_controller.py", "--robot", "obedient", "--series", series, *arguments) as peer:
         given = ur_settings(peer.address) | {"cycle": CYCLE, "dead_man": 2.0} | settings
         with create("ur_rtde", given, ARM) as driver:
             yield peer, driver
