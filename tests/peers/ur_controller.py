@@ -98,7 +98,7 @@ class Controller:
             return "NOT_FOUND"
 
     def type_of_input(self, name):
-        if name not in self.inputs:
+        if name not in self.inputs or name in self.given.unknown.split(","):
             return "NOT_FOUND"
         return "IN_USE" if name in self.given.in_use.split(",") else self.value(name)[0]
 

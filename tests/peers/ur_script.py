@@ -28,6 +28,8 @@ def translated(text):
             continue
         again = line.startswith(("elif", "else"))
         line = line.removeprefix("local ").removeprefix("global ")
+        if not depth and not line.startswith("def "):
+            raise ScriptError(f"line {number}: {line}")
         if line.endswith(":") != bool(BLOCK.match(line)) or depth - again < 0:
             raise ScriptError(f"line {number}: {line}")
         if TAKES_TIME.match(line):

@@ -174,12 +174,14 @@ def test_closing_ends_the_program():
         peer.wait_for("program ended: to its end")
 
 
-def test_a_connection_that_is_cut_is_lost():
-    with controller() as (peer, driver):
+def test_a_connection_that_is_cut_is_lost_and_the_program_stops_the_arm():
+    with controller(dead_man=0.2) as (peer, driver):
         command = hold(driver)
         tell(peer, "cut")
         with pytest.raises(LinkLost, match="ended the connection|Broken|reset"):
             until_fault(driver, command)
+        peer.wait_for("stopping")
+        peer.wait_for("program ended: to its end")
 
 
 def test_what_is_no_controller_is_reported(tmp_path):
@@ -197,7 +199,6 @@ def test_an_arm_of_seven_joints_is_refused():
 
 
 def test_positions_and_currents_have_the_controllers_time_and_servojs_latency_is_between_commands_and_them():
-    """Positions follow commands by the latency, and currents fit positions of the same time stamp."""
     with controller("--latency", 0.032) as (_, driver):
         command = hold(driver)
         times, positions, commands = [], [], []
@@ -211,7 +212,7 @@ def test_positions_and_currents_have_the_controllers_time_and_servojs_latency_is
     late = follows_by(
         Signal(np.array(times), np.array(commands)), Signal(np.array(times), np.array(positions))
     )
-    assert 0.032 <= late < 0.032 + 3.5 * CYCLE
+    assert 0.0315 < late < 0.032 + 3.5 * CYCLE
 
 
 def test_the_program_is_one_that_the_peer_can_run_and_nothing_else_is():

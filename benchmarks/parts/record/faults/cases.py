@@ -122,11 +122,11 @@ FAULTS = (
         ("--jump", "500:100000"),
     ),
     Fault(
-        "UR: packages 20 ms late",
+        "UR: packages 6 ms late",
         "borne: the newest counts, the program holds the last target",
         "ur_rtde",
-        (*BORNE, missing(1, 15 + FEW), peer_says("program ended: to its end")),
-        acts=at(500, line("hold 0.02")),
+        (*BORNE, missing(1, 4 + FEW), peer_says("program ended: to its end")),
+        acts=at(500, line("hold 0.006")),
         quick=True,
     ),
     Fault(
@@ -168,7 +168,7 @@ FAULTS = (
         "UR: connection cut",
         "QUICK, which cannot be sent: the program stops the arm by itself after 0.2 s",
         "ur_rtde",
-        (*ALWAYS, stops(QUICK, "link lost"), peer_says("stopping")),
+        (*ALWAYS, stops(QUICK, "link lost")),
         acts=at(500, line("cut")),
     ),
     Fault(
