@@ -33,6 +33,9 @@ DRIVERS: dict[str, Entry] = {
     "kuka_rsi": Entry(
         "kuka_rsi.driver:KukaRsi", "KUKA KRC2, KRC4, KRC5 by Robot Sensor Interface (UDP), 83 or 250 Hz"
     ),
+    "ur_rtde": Entry(
+        "ur_rtde.driver:UrRtde", "Universal Robots CB3, e-Series and later by RTDE (TCP), 125 or 500 Hz"
+    ),
     "canopen_402": Entry(
         "canopen_402.driver:Canopen402", "CiA 402 drives on CAN, cyclic synchronous position, 500 Hz", "can"
     ),

@@ -65,6 +65,7 @@ class Sample:
         events: Messages of the device or the driver in this cycle, a sentence each.
         fault: Why the arm can no longer be commanded; empty while it can.
         sent: Whether the command went out; where the controller asks and did not, it has not.
+        state: The controller's own state, shape (k,), a number a name of `Info.state`; NaN where unknown.
     """
 
     host_time: int
@@ -80,6 +81,7 @@ class Sample:
     events: tuple[str, ...] = ()
     fault: str = ""
     sent: bool = True
+    state: np.ndarray = field(default_factory=lambda: np.zeros(0))
 
 
 class Measured(Protocol):
@@ -144,6 +146,8 @@ class Info:
         settings: What explains the measurement later: scales, units, identities, versions.
         warnings: Warnings, a sentence each.
         listens: Whether it takes no commands: something else moves the arm.
+        state: What samples hold of the controller's own state, such as a safety mode: names, and for each
+            what its codes mean; nothing for a plain number.
     """
 
     cycle: float
@@ -155,6 +159,7 @@ class Info:
     settings: Mapping[str, str] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
     listens: bool = False
+    state: Mapping[str, Mapping[int, str]] = field(default_factory=dict)
 
 
 class Driver(ABC):

@@ -34,7 +34,7 @@ CLOCKED = (
     "brake", "can", "command_help", "confirm", "controllers", "driver", "dynamixel", "escalation", "example",
     "excite_command", "feetech", "host_clock", "jog", "krc", "kuka", "live", "loop", "mock", "parallel",
     "pipe", "player", "read_only", "record", "recover", "rsi", "run_gone", "run_head", "run_log",
-    "serial", "servo", "signs", "stale", "start", "stop", "view", "watch",
+    "serial", "servo", "signs", "stale", "start", "stop", "ur_", "view", "watch",
 )  # fmt: skip
 """Beginnings of files whose runs keep to the clock, or have processes of their own."""
 

@@ -66,6 +66,7 @@ def run_head(
         payload=payload,
         settings={name: text for name, text in settings.items() if text},
         warnings=info.warnings,
+        state=info.state,
     ).written()
     return lambda sample: begun(sample.host_time, sample.controller_time)
 

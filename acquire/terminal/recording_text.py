@@ -6,14 +6,17 @@ from typing import Any
 import numpy as np
 
 from exidyn.identify.effects import EFFECTS
+from exidyn.identify.recordings.following import follows_by
 from exidyn.identify.recordings.recording import SIGNALS, Recording, Signal
-from exidyn.identify.recordings.run_log import Event, Timing
+from exidyn.identify.recordings.run_log import ControllerState, Event, Timing
 from exidyn.identify.text_table import INDENT, WIDTH, digits, paragraph, table
 
 from .json_output import plain
 
 SHOWN = 40
 """Events that are printed; of more than that, the first and last half."""
+SHOWN_STATES = 8
+"""Changes of a mode of the controller that are printed."""
 
 
 def describe(recording: Recording) -> str:
@@ -75,6 +78,8 @@ def _range(column: np.ndarray) -> str:
 def _course(recording: Recording) -> list[str]:
     """Cycles, events and outcome of a recorded run, in lines; none for one that was imported."""
     lines = _cycles(recording.timing) if recording.timing is not None else []
+    lines += _following(recording)
+    lines += _controller(recording.controller) if recording.controller is not None else []
     if recording.events:
         lines += ["events", *_events(recording.events)]
     return lines + _outcome(recording.outcome)
@@ -94,6 +99,34 @@ def _cycles(timing: Timing) -> list[str]:
         *paragraph(cycles, "  ", "", WIDTH - INDENT),
         "lateness median {:.3f}, 99 % {:.3f}, largest {:.3f} ms".format(*late),
     ]
+
+
+def _following(recording: Recording) -> list[str]:
+    """How late the arm followed its commands; nothing where that cannot be seen."""
+    if recording.timing is None or "command" not in recording.signals:
+        return []
+    latency = follows_by(recording.signals["command"], recording.signals["position"])
+    return [f"positions follow commands by {1e3 * latency:.1f} ms"] if np.isfinite(latency) else []
+
+
+def _controller(state: ControllerState) -> list[str]:
+    """What the controller was in, in order, and the range of plain numbers."""
+    parts = (f"{name.replace('_', ' ')} {_reported(state, name)}" for name in state.words)
+    return paragraph("; ".join(parts), "  ", "controller: ", WIDTH - INDENT)
+
+
+def _controller_table(state: ControllerState) -> dict[str, str]:
+    return {name: _reported(state, name) for name in state.words}
+
+
+def _reported(state: ControllerState, name: str) -> str:
+    values = state.of(name)
+    if not state.words[name]:
+        return _range(values)
+    codes = values[np.isfinite(values)].astype(int)
+    changed = codes[np.flatnonzero(np.diff(codes, prepend=codes[:1] - 1))].tolist()
+    shown = [state.words[name].get(code, f"code {code}") for code in changed]
+    return ", ".join(shown[:SHOWN_STATES]) + ", ..." * (len(shown) > SHOWN_STATES) or "-"
 
 
 def _events(events: tuple[Event, ...]) -> list[str]:
@@ -135,6 +168,7 @@ def recording_table(recording: Recording) -> dict[str, Any]:
             "settings": dict(recording.settings),
             "signals": {name: _signal_table(name, signal) for name, signal in recording.signals.items()},
             "cycles": None if recording.timing is None else _cycle_table(recording.timing),
+            "controller": None if recording.controller is None else _controller_table(recording.controller),
             "events": [
                 {"time": event.time, "kind": event.kind, "text": event.text} for event in recording.events
             ],

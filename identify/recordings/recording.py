@@ -11,7 +11,7 @@ from ..arm.robot import Robot
 from ..errors import RecordingError, WrongShape
 from ..model import Model
 from ..notebook import InNotebook, counted, optional
-from .run_log import Event, Timing
+from .run_log import ControllerState, Event, Timing
 
 SIGNALS: dict[str, str] = {
     "position": "rad",
@@ -124,6 +124,7 @@ class Recording(InNotebook):
         host_time: Host's clock at each position sample, shape (t,) [ns]; None if it was not recorded.
         events: What happened, in order.
         timing: How the cycles of the control loop went; None if that was not recorded.
+        controller: What the controller reported about itself; None where its driver reads none of that.
         outcome: How the run ended, by name; empty if unknown.
         warnings: Warnings about this recording, in sentences.
         recorded: Whether it is read from a file of exidyn's own. What cannot be in it is evidence of what
@@ -139,6 +140,7 @@ class Recording(InNotebook):
     host_time: np.ndarray | None = None
     events: tuple[Event, ...] = ()
     timing: Timing | None = None
+    controller: ControllerState | None = None
     outcome: Mapping[str, str] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
     recorded: bool = False

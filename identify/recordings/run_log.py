@@ -1,4 +1,4 @@
-"""What happened during a run beside what was measured: events, and how well its clock was kept."""
+"""What happened during a run beside what was measured: events, its clock, the controller's own state."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -57,3 +57,35 @@ class Timing:
 
     def __len__(self) -> int:
         return len(self.time)
+
+
+@dataclass(frozen=True, eq=False)
+class ControllerState:
+    """What the controller reported about itself, such as its safety mode.
+
+    Attributes:
+        time: Shape (t,) on the recording's axis [s], rounded to the nanosecond that files keep.
+        values: Shape (t, k), a column a name; NaN where unknown.
+        words: Name -> what its codes mean; nothing for a plain number.
+    """
+
+    time: np.ndarray
+    values: np.ndarray
+    words: Mapping[str, Mapping[int, str]]
+
+    def __post_init__(self) -> None:
+        time, values = np.rint(np.array(self.time, float) * 1e9) / 1e9, np.array(self.values, float)
+        expected = (*np.shape(time), len(self.words))
+        if values.shape != expected:
+            raise WrongShape(f"controller state: values have shape {values.shape}, expected {expected}")
+        for name, array in (("time", time), ("values", values)):
+            array.setflags(write=False)
+            object.__setattr__(self, name, array)
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+    def of(self, name: str) -> np.ndarray:
+        """One of `words`, shape (t,)."""
+        values: np.ndarray = self.values[:, list(self.words).index(name)]
+        return values

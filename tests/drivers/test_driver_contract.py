@@ -13,6 +13,8 @@ from ..parts.controllers import rsi_controller, servo_parts
 from ..parts.controllers.can_peers import peer as can_peer
 from ..parts.runs.run_parts import MODEL, START
 from ..peers.can_arm import canopen_settings, mit_settings
+from ..peers.peer_process import Peer
+from ..peers.ur_settings import ur_settings
 
 AMPLITUDE = 0.04
 """Of the motion that every arm is commanded [rad]: within the usual window of KUKA's, five degrees."""
@@ -41,6 +43,12 @@ def kuka_rsi(folder):
 
 
 @contextmanager
+def ur_rtde(folder):
+    with Peer("ur_controller.py", "--robot", "obedient", "--series", "cb3") as process:
+        yield process, ur_settings(process.address) | {"cycle": 0.008, "dead_man": 2.0}
+
+
+@contextmanager
 def canopen_402(folder):
     with can_peer("can_nodes.py") as process:
         yield process, canopen_settings(process.address) | {"cycle": 0.01}
@@ -64,7 +72,7 @@ def feetech(folder):
         yield process, servo_parts.SETTINGS["feetech"](process.address) | {"cycle": 0.01}
 
 
-PEERS = {f.__name__: f for f in (mock, kuka_rsi, canopen_402, can_mit, dynamixel, feetech)}
+PEERS = {f.__name__: f for f in (mock, kuka_rsi, ur_rtde, canopen_402, can_mit, dynamixel, feetech)}
 
 
 @dataclass
@@ -204,7 +212,7 @@ def test_without_its_peer_it_reports_it_and_lets_go(name, tmp_path):
     with PEERS[name](tmp_path) as (process, settings):
         process.process.kill()
         process.process.wait()
-        patient = {"wait": 0.2} if name == "kuka_rsi" else {}
+        patient = {"wait": 0.2} if name in ("kuka_rsi", "ur_rtde") else {}
         driver = create(name, settings | patient, ARM)
         with pytest.raises(DriverError):
             driver.open()

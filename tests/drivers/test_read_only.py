@@ -36,6 +36,7 @@ def off(name, peer):
     words = {
         "canopen_402": (": ready", ": switched on", ": enabled"),
         "can_mit": (": on,", "ordered to store"),
+        "ur_rtde": ("program",),
         "mock": (),
     }
     return not any(word in line for word in words[name] for line in (peer.lines if peer else ()))
@@ -57,7 +58,13 @@ def test_it_is_read_without_power_and_without_a_command(name, tmp_path):
     assert "position" in info.signals
     assert not any(sample.fault for sample in samples)
     assert len(states) == 6
-    words = {"canopen_402": "switch-on disabled", "can_mit": "off", "kuka_rsi": "", "mock": "simulated"}
+    words = {
+        "canopen_402": "switch-on disabled",
+        "can_mit": "off",
+        "kuka_rsi": "",
+        "ur_rtde": "running",
+        "mock": "simulated",
+    }
     assert set(states) == {words.get(name, "torque off")}
 
 

@@ -7,7 +7,7 @@ written when its writer dies, and frames are smaller than what a pipe takes at o
 import json
 import struct
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -23,7 +23,7 @@ LONGEST = 64 << 20
 """Bytes that no frame has: a head with the largest robot and plan is a hundredth of that."""
 
 _FRAME = struct.Struct("<cI")
-_FIXED = struct.Struct("<qqdII")
+_FIXED = struct.Struct("<qqdIII")
 ARRAYS = (*SIGNALS, "command_position", "command_velocity")
 """Arrays of a sample frame, each (n,) in the units of `Sample` and `Command`."""
 
@@ -39,6 +39,7 @@ class Cycle:
         skipped: Cycles without an exchange before this one.
         stage: Index in `STAGES`.
         arrays: Rows as in `ARRAYS`, shape (7, n); the command that was sent in this cycle, NaN for none.
+        state: The controller's own, shape (k,), as in `Sample`.
     """
 
     host_time: int
@@ -47,6 +48,7 @@ class Cycle:
     skipped: int
     stage: int
     arrays: np.ndarray
+    state: np.ndarray = field(default_factory=lambda: np.zeros(0))
 
     def array(self, name: str) -> np.ndarray:
         """One of `ARRAYS`, shape (n,)."""
@@ -80,8 +82,9 @@ def sample_frame(sample: Sample, command: Command | None, stage: int) -> bytes:
     """One cycle: what was measured and the command sent in it."""
     nothing = np.full(len(sample.position), np.nan)
     sent = (command.position, command.velocity) if command is not None else (nothing, nothing)
-    body = _FIXED.pack(sample.host_time, sample.controller_time, sample.lateness, sample.skipped, stage)
-    arrays = (*(getattr(sample, name) for name in SIGNALS), *sent)
+    times, state = (sample.host_time, sample.controller_time, sample.lateness), sample.state
+    body = _FIXED.pack(*times, sample.skipped, stage, len(state))
+    arrays = (state, *(getattr(sample, name) for name in SIGNALS), *sent)
     return frame(SAMPLE, body + np.concatenate(arrays).astype("<f8", copy=False).tobytes())
 
 
@@ -102,9 +105,9 @@ def event_frame(event: Event) -> bytes:
 
 def read_cycle(body: bytes) -> Cycle:
     """The cycle of a sample frame."""
-    host_time, controller_time, lateness, skipped, stage = _FIXED.unpack_from(body)
-    arrays = np.frombuffer(body, "<f8", offset=_FIXED.size).reshape(len(ARRAYS), -1)
-    return Cycle(host_time, controller_time, lateness, skipped, stage, arrays)
+    *fixed, states = _FIXED.unpack_from(body)
+    numbers = np.frombuffer(body, "<f8", offset=_FIXED.size)
+    return Cycle(*fixed, numbers[states:].reshape(len(ARRAYS), -1), numbers[:states])
 
 
 def read_event(body: bytes) -> Event:

@@ -25,6 +25,7 @@ class RunHead:
         payload: What hangs on the flange.
         settings: Driver, scales, limits and whatever else explains the run.
         warnings: Warnings that are known already.
+        state: What cycles hold of the controller's own state, and what its codes mean, as in `Info`.
     """
 
     name: str
@@ -36,6 +37,7 @@ class RunHead:
     payload: KnownPayload | None = None
     settings: Mapping[str, str] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
+    state: Mapping[str, Mapping[int, str]] = field(default_factory=dict)
 
     def frame(self) -> bytes:
         """To hand over."""
@@ -52,6 +54,7 @@ class RunHead:
             "payload": payload,
             "settings": dict(self.settings),
             "warnings": self.warnings,
+            "state": {name: dict(words) for name, words in self.state.items()},
         }
         rest = json.dumps(content, default=str).encode()[:-1]
 
@@ -80,4 +83,8 @@ class RunHead:
             payload=KnownPayload(payload["name"], known) if payload else None,
             settings=content["settings"],
             warnings=tuple(content["warnings"]),
+            state={
+                name: {int(code): word for code, word in words.items()}
+                for name, words in content["state"].items()
+            },
         )

@@ -6,7 +6,14 @@ from typing import IO
 import numpy as np
 
 from exidyn.identify.recordings import run_log
-from exidyn.identify.recordings.mcap.mcap_run_log import EVENTS, event_message, timing_messages, timing_topic
+from exidyn.identify.recordings.mcap.mcap_run_log import (
+    EVENTS,
+    event_message,
+    state_messages,
+    state_topic,
+    timing_messages,
+    timing_topic,
+)
 from exidyn.identify.recordings.mcap.mcap_streams import (
     Stream,
     of_any_length,
@@ -46,9 +53,10 @@ class RunFile:
         self._robot = head.model.robot
         self._signals = _topics(head.signals)
         self._timing = timing_topic(STAGES)
+        self._state = [state_topic(head.state)] if head.state else []
         self._shown = -np.inf
         self._writer = RecordingWriter(stream, _explained(head))
-        for topic in (*self._signals, TRANSFORMS, self._timing, EVENTS):
+        for topic in (*self._signals, TRANSFORMS, self._timing, *self._state, EVENTS):
             self._writer.add_topic(topic)
         self._writer.flush()
 
@@ -61,6 +69,8 @@ class RunFile:
         joints = cycle.arrays.shape[1]
         if joints != self._robot.dof:
             raise ValueError(f"a sample of {joints} joints of an arm that has {self._robot.dof}")
+        if len(cycle.state) != len(self._head.state):
+            raise ValueError(f"{len(cycle.state)} numbers of its state, expected {len(self._head.state)}")
         if min(cycle.host_time, cycle.controller_time - self._head.zero + self._head.epoch) < 0:
             raise ValueError(f"a sample before 1970: {cycle.host_time} ns, {cycle.controller_time} ns")
         return cycle
@@ -106,6 +116,10 @@ class RunFile:
             np.array([cycle.stage for cycle in cycles]),
         )
         streams.append((self._timing, np.ones(len(time), bool), timing_messages(timing)))
+        for topic in self._state:
+            state = np.stack([cycle.state for cycle in cycles])
+            rows = np.isfinite(state).any(axis=1)
+            streams.append((topic, rows, state_messages(state[rows])))
         published = since + self._head.epoch
         return [Stream(topic, published[rows], logged[rows], messages) for topic, rows, messages in streams]
 

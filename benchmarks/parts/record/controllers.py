@@ -10,6 +10,7 @@ from can_arm import canopen_settings, mit_settings
 from peer_process import NoBus as NoBus
 from peer_process import Peer
 from servo_units import dynamixel_settings, feetech_settings
+from ur_settings import ur_settings
 
 from exidyn.acquire.run.arms import make_driver
 from exidyn.drivers import Driver
@@ -96,6 +97,7 @@ def _feetech(address: str) -> dict[str, Any]:
 CONTROLLERS: dict[str, Any] = {
     "mock": mock,
     "kuka_rsi": kuka_rsi,
+    "ur_rtde": _on_a_bus("ur_controller.py", "ur_rtde", ur_settings, "--fifo", str(PRIORITY)),
     "canopen_402": _on_a_bus("can_nodes.py", "canopen_402", canopen_settings, "--fifo"),
     "can_mit": _on_a_bus("mit_motors.py", "can_mit", _mit, "--fifo", *MIT_MOTORS),
     "dynamixel": _on_a_bus("dynamixel_bus.py", "dynamixel", dynamixel_settings),

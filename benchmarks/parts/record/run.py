@@ -80,6 +80,7 @@ def _head(path: Path, info: Info) -> Callable[[Sample], bytes]:
         signals=info.signals,
         settings=info.settings,
         warnings=info.warnings,
+        state=info.state,
     )
     begun = head.written()
     return lambda sample: begun(sample.host_time, sample.controller_time)

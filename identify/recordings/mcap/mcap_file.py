@@ -19,7 +19,17 @@ from ..recording import EFFORT, KnownPayload, Recording, Signal
 from ..recording_checks import check_recorded
 from ..stale_samples import without_stale
 from .mcap_records import Contents, read_contents
-from .mcap_run_log import EVENTS, event_message, read_events, read_timing, timing_messages, timing_topic
+from .mcap_run_log import (
+    EVENTS,
+    event_message,
+    read_events,
+    read_state,
+    read_timing,
+    state_messages,
+    state_topic,
+    timing_messages,
+    timing_topic,
+)
 from .mcap_streams import Stream, of_any_length, pose_messages, ticks, write_merged
 from .mcap_topics import TRANSFORMS, Topic, nanoseconds, topic_of, topics_of
 from .mcap_writer import CHUNK, EPOCH, FORMAT, Head, RecordingWriter
@@ -64,6 +74,9 @@ def _streams(recording: Recording, epoch: int) -> list[Stream]:
     if recording.timing is not None:
         timing = recording.timing
         content.append((timing_topic(timing.stages), timing.time, timing_messages(timing)))
+    if recording.controller is not None:
+        state = recording.controller
+        content.append((state_topic(state.words), state.time, state_messages(state.values)))
     if recording.events:
         messages = of_any_length([event_message(event) for event in recording.events])
         content.append((EVENTS, np.array([event.time for event in recording.events]), messages))
@@ -112,6 +125,7 @@ def read_recording(path: Path | str) -> Recording:
         host_time=host_time if head.host_clock else None,
         events=read_events(contents, head.epoch),
         timing=read_timing(contents, head.epoch),
+        controller=read_state(contents, head.epoch),
         outcome=contents.metadata.get("outcome", {}),
         warnings=head.warnings,
     )

@@ -1,20 +1,21 @@
-"""Events and timing of a run as topics of its MCAP file: /events and /timing.
+"""Events, timing and controller's state as topics of an MCAP file: /events, /timing, /controller_state.
 
 An event is a rcl_interfaces/msg/Log, which viewers show as a line of text; its numbers are JSON
-in its field `function`. /timing is an array of numbers, whose meaning is in its channel's metadata.
+in its field `function`. The others are arrays of numbers, whose meaning is in their channels' metadata.
 """
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from ..run_log import Event, Timing
+from ..run_log import ControllerState, Event, Timing
 from . import cdr
 from .mcap_records import Contents
 from .mcap_topics import ARRAY, Topic, nanoseconds
 
 EVENTS = Topic("/events", "rcl_interfaces/msg/Log", {})
+STATE = "/controller_state"
 TIMING_FIELDS = ("lateness", "skipped", "stage")
 NAME = "exidyn."
 """Prefix of an event's kind: viewers of logs show the sender."""
@@ -39,6 +40,18 @@ def timing_messages(timing: Timing) -> np.ndarray:
     return records
 
 
+def state_topic(words: Mapping[str, Mapping[int, str]]) -> Topic:
+    """/controller_state, with its names and what their codes mean."""
+    return Topic(STATE, ARRAY, {}, {"fields": ",".join(words), "words": json.dumps(words)})
+
+
+def state_messages(values: np.ndarray) -> np.ndarray:
+    """One message a row of values (t, k), shape (t,)."""
+    records = np.repeat(cdr.double_array(values.shape[1]), len(values))
+    records["data"] = values
+    return records
+
+
 def event_message(event: Event) -> bytes:
     """An event as a message, at its time."""
     stamp = int(nanoseconds(np.array(event.time)))
@@ -59,6 +72,26 @@ def read_timing(contents: Contents, epoch: int) -> Timing | None:
     data[np.abs(data) > MOST] = 0.0
     lateness, skipped, stage = data.T
     return Timing(time, lateness, skipped, stage, tuple(stages.split(",")) if stages else ())
+
+
+def read_state(contents: Contents, epoch: int) -> ControllerState | None:
+    """The controller's own state; None where it was not recorded, or what explains it is damaged."""
+    number = _channel(contents, STATE, ARRAY)
+    if number is None:
+        return None
+    metadata = contents.channels[number].metadata
+    try:
+        given = json.loads(metadata["words"])
+        words = {
+            str(name): {int(code): str(word) for code, word in given[name].items()}
+            for name in metadata["fields"].split(",")
+        }
+    except (KeyError, ValueError, TypeError, AttributeError):
+        contents.lost.append("what the controller's state means")
+        return None
+    rows = contents.rows(number, cdr.double_array(len(words)).dtype)
+    time = (rows["publish_time"].astype(np.int64) - epoch) / 1e9
+    return ControllerState(time, rows["body"]["data"], words)
 
 
 def read_events(contents: Contents, epoch: int) -> tuple[Event, ...]:

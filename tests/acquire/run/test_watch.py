@@ -45,7 +45,7 @@ def test_positions_are_there_and_no_drive_is_on(name, tmp_path, capsys):
     assert text[-1]["beyond_limits"] == []
     measured = "torque" if name == "can_mit" else "current"
     assert all(value is not None for value in text[-1][measured])
-    words = {"kuka_rsi": "", "canopen_402": "switch-on disabled", "can_mit": "off"}
+    words = {"kuka_rsi": "", "ur_rtde": "running", "canopen_402": "switch-on disabled", "can_mit": "off"}
     assert text[-1]["states"] == [words.get(name, "torque off")] * 6
 
 

@@ -7,6 +7,8 @@ from exidyn.acquire.command_line import main
 from exidyn.acquire.run.stopping.watch import WatchLimits
 
 from ...peers.can_arm import canopen_settings, mit_settings
+from ...peers.peer_process import Peer
+from ...peers.ur_settings import ur_settings
 from ..controllers import rsi_controller, servo_parts
 from ..controllers.can_peers import peer as can_peer
 
@@ -32,6 +34,13 @@ def kuka_rsi(folder, **settings):
     given = {"controller": "127.0.0.1", "config": str(config), "wait": 20.0, "timeout": 500} | settings
     with rsi_controller.running(config, "--timeout", 500, "--start", start) as peer:
         yield peer, controller_file(folder, "kuka_rsi", given)
+
+
+@contextmanager
+def ur_rtde(folder, **settings):
+    with Peer("ur_controller.py", "--series", "cb3") as peer:
+        given = ur_settings(peer.address) | {"cycle": 0.008, "dead_man": 2.0} | settings
+        yield peer, controller_file(folder, "ur_rtde", given)
 
 
 @contextmanager
@@ -62,7 +71,7 @@ def feetech(folder, **settings):
         yield peer, controller_file(folder, "feetech", given)
 
 
-CELLS = {one.__name__: one for one in (kuka_rsi, canopen_402, can_mit, dynamixel, feetech)}
+CELLS = {one.__name__: one for one in (kuka_rsi, ur_rtde, canopen_402, can_mit, dynamixel, feetech)}
 
 
 def verdicts(text):

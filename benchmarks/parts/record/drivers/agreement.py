@@ -16,13 +16,13 @@ from ..run import run
 from .lockstep import lockstep
 from .table import PATIENT
 
-DRIVERS = ("mock", "kuka_rsi", "canopen_402", "can_mit", "dynamixel", "feetech")
+DRIVERS = ("mock", "kuka_rsi", "ur_rtde", "canopen_402", "can_mit", "dynamixel", "feetech")
 QUICK_DRIVERS = ("mock", "canopen_402")
 ATTEMPTS = 3
 """At a whole run: a machine that is busy otherwise can be too late for one."""
 OTHER = {"mock": {"clock": "stepped"}}
 """Settings of drivers that fit here better: there is no wait for what is only simulated."""
-OWN_TIME = ("mock", "kuka_rsi")
+OWN_TIME = ("mock", "kuka_rsi", "ur_rtde")
 """Drivers whose controller has a clock of its own; for others, this machine's lateness is left out."""
 INSIDE = 1.96
 """Deviation of 95 % of normal numbers [standard deviations]."""

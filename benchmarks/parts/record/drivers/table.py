@@ -29,6 +29,8 @@ MEANING = """\
             stopped by them; here it is not, so that they can be counted
   late      from the deadline of a cycle until the loop runs; for the mock, that includes its own arithmetic
   kuka_rsi  from a telegram until the controller has the answer, as the controller measures it
+  ur_rtde   from a package's time stamp until the loop runs, over the quickest; the controller's own lateness
+            and the network are in it
   floor     the same for a loop in {} that does nothing, at the same time, cycle and priority; for kuka_rsi a
             session with the same controller, answered by six lines of Python
   peer      simulates drives and arm on this computer's processors, as a controller would not"""

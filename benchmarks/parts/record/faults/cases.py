@@ -19,6 +19,7 @@ from .checks import (
     comes_to_rest,
     ends_orderly,
     goes_on,
+    in_state,
     missing,
     no_jump,
     no_old_samples,
@@ -43,7 +44,7 @@ def at(cycle: int, action: Callable[[Peer], object]) -> Callable[[Peer], list[Ac
 
 
 def line(text: str) -> Callable[[Peer], object]:
-    """Send the servos what goes wrong."""
+    """Send the peer what goes wrong."""
     return lambda peer: os.write(peer.process.stdin.fileno(), f"{text}\n".encode())
 
 
@@ -119,6 +120,56 @@ FAULTS = (
         "kuka_rsi",
         (*ALWAYS, stops(QUICK, "drive fault"), reports("new RSI session")),
         ("--jump", "500:100000"),
+    ),
+    Fault(
+        "UR: packages 6 ms late",
+        "borne: the newest counts, the program holds the last target",
+        "ur_rtde",
+        (*BORNE, missing(1, 4 + FEW), peer_says("program ended: to its end")),
+        acts=at(500, line("hold 0.006")),
+        quick=True,
+    ),
+    Fault(
+        "UR: silence of 100 ms",
+        "QUICK: for that long the arm's position is unknown",
+        "ur_rtde",
+        (*ALWAYS, stops(QUICK, "silence", "link lost"), comes_to_rest, peer_says("stopping")),
+        acts=at(500, line("hold 0.1")),
+    ),
+    Fault(
+        "UR: protective stop",
+        "QUICK: the controller has stopped the arm, and the recording has its safety mode",
+        "ur_rtde",
+        (*ALWAYS, stops(QUICK, "drive fault"), comes_to_rest, in_state("safety_mode", 3.0)),
+        acts=at(500, line("protective")),
+    ),
+    Fault(
+        "UR: emergency stop",
+        "QUICK: as a protective stop",
+        "ur_rtde",
+        (*ALWAYS, stops(QUICK, "drive fault"), comes_to_rest, in_state("safety_mode", 7.0)),
+        acts=at(500, line("emergency")),
+    ),
+    Fault(
+        "UR: speed slider to 50 %",
+        "QUICK: servoj takes twice as long for each target, and leaves out others",
+        "ur_rtde",
+        (*ALWAYS, stops(QUICK, "drive fault"), comes_to_rest, in_state("speed_slider", 0.5)),
+        acts=at(500, line("slider 0.5")),
+    ),
+    Fault(
+        "UR: program stopped at the pendant",
+        "QUICK: nothing follows the targets any more",
+        "ur_rtde",
+        (*ALWAYS, stops(QUICK, "drive fault"), comes_to_rest, in_state("program", 1.0)),
+        acts=at(500, line("halt")),
+    ),
+    Fault(
+        "UR: connection cut",
+        "QUICK, which cannot be sent: the program stops the arm by itself after 0.2 s",
+        "ur_rtde",
+        (*ALWAYS, stops(QUICK, "link lost")),
+        acts=at(500, line("cut")),
     ),
     Fault(
         "CAN: a node silent",

@@ -87,6 +87,17 @@ def reports(text: str) -> Check:
     return check
 
 
+def in_state(name: str, value: float) -> Check:
+    """The recording has the controller in that state."""
+
+    def check(seen: Seen) -> str:
+        state = seen.recording.controller
+        found = state is not None and value in state.of(name)
+        return "" if found else f"the recorded {name} is never {value:g}"
+
+    return check
+
+
 def peer_says(text: str, count: int = 1) -> Check:
     """The controller reports it itself."""
 

@@ -1,0 +1,278 @@
+"""Universal Robots controllers by RTDE: the controller sends every 2 or 8 ms, the driver answers.
+
+The controller's clock is the only one: positions and currents of a sample have one time stamp. A program that
+the driver sends follows the targets by `servoj`; how late the arm is then is between commands and positions
+only, and in no measurement.
+"""
+
+import time
+from collections.abc import Mapping
+from contextlib import suppress
+from typing import Any
+
+import numpy as np
+
+from ..driver import Arm, Command, Driver, Info, Sample, StopLevel
+from ..errors import BadSettings, DriverError, LinkLost, NotReady
+from .about import info_of
+from .dashboard import Dashboard, program_sent
+from .modes import JOINT_MODE, PLAYING, obstacle, slowed, word
+from .program import ASKED, FOLLOW, JOINTS, SILENT, STOP, Registers, program_text
+from .remarks import Remarks
+from .rtde_link import RtdeLink
+from .rtde_packets import DATA, package
+from .samples import Samples
+from .session import Session, agree, pause, start
+from .ur_settings import UrSettings
+
+SILENCE = 5
+"""Cycles without a package after which a sample is marked; fewer are a busy network."""
+LOST = 1.0
+"""Time without a package after which waiting makes no sense [s]."""
+CLOSING = 1.0
+"""How long the program is given to end [s]."""
+COUNTS = 1 << 30
+"""Numbers of commands, before they begin anew."""
+
+
+class UrRtde(Driver):
+    """One Universal Robots controller.
+
+    Data pause between `open` and the first exchange: a person may be asked meanwhile. From `arm_drives` on
+    the program runs, and each exchange counts up the register that keeps it from stopping.
+    """
+
+    Settings = UrSettings
+
+    def __init__(self, settings: UrSettings, arm: Arm) -> None:
+        super().__init__(settings, arm)
+        if arm.dof != JOINTS:
+            raise BadSettings(f"driver ur_rtde: the robot has {arm.dof} joints; expected {JOINTS}")
+        self._registers = Registers(settings.first_register)
+        self._samples = Samples(arm.dof, settings.cycle)
+        self._link: RtdeLink | None = None
+        self._session: Session | None = None
+        self._dashboard: Dashboard | None = None
+        self._remarks = Remarks()
+        self._flowing = self._armed = False
+        self._demand, self._count = FOLLOW, 0
+        self._quiet, self._heard = 0.0, time.monotonic()
+        self._target = np.full(arm.dof, np.nan)
+        self._held: np.ndarray | None = None
+        self._joint_mode = np.zeros(arm.dof, int)
+        self._fault = ""
+
+    @classmethod
+    def count_joints(cls, table: Mapping[str, Any]) -> int:
+        return JOINTS
+
+    @property
+    def sent_to_read(self) -> str:
+        return "the request for measurements (RTDE)"
+
+    def open(self) -> Info:
+        return self._open(commanding=True)
+
+    def open_to_read(self) -> Info:
+        return self._open(commanding=False)
+
+    def _open(self, commanding: bool) -> Info:
+        given = self.settings
+        self._link = RtdeLink(given.address, given.rtde_port, given.wait)
+        try:
+            self._session = agree(self._link, given, self._registers, commanding)
+            start(self._link)
+            record = self._first()
+            pause(self._link)
+            if commanding:
+                self._dashboard = Dashboard(given.address, given.dashboard_port, given.wait)
+                self._require_ready(record)
+            return info_of(given, self._session.version, record, self._dashboard)
+        except BaseException:
+            self._let_go()
+            raise
+
+    def _first(self) -> np.void:
+        """A record, waited for.
+
+        Raises:
+            LinkLost: None comes.
+        """
+        link, session = self._opened()
+        end = time.monotonic() + self.settings.wait
+        while time.monotonic() < end:
+            newest = link.newest(self.settings.cycle)
+            if newest is not None:
+                return self._read(session, newest[0])
+        raise LinkLost(f"driver ur_rtde: {self.settings.address} sends no data in {self.settings.wait:g} s")
+
+    def _require_ready(self, record: np.void) -> None:
+        reason = obstacle(record) or slowed(record)
+        if not reason and self._dashboard is not None:
+            if self._dashboard.ask("is in remote control").lower() == "false":
+                reason = "the controller is in local control: choose Remote Control at the top of the pendant"
+        if reason:
+            raise NotReady(f"driver ur_rtde: {reason}")
+
+    def states(self) -> tuple[str, ...]:
+        return tuple(word(JOINT_MODE, int(code)) if code else "" for code in self._joint_mode)
+
+    def arm_drives(self) -> None:
+        """Send the program, and wait until it runs; it holds the arm where the controller holds it."""
+        given = self.settings
+        self._flow()
+        record = self._first()
+        self._require_ready(record)
+        number = int(record[self._registers.session]) % COUNTS + 1
+        self._target, self._demand, self._fault = record["target_q"].astype(float), FOLLOW, ""
+        self._send()
+        text = program_text(given, number)
+        end = time.monotonic() + given.wait
+        with program_sent(given.address, given.program_port, text, given.wait):
+            while int(record[self._registers.session]) != number:
+                if time.monotonic() > end:
+                    raise NotReady(
+                        f"driver ur_rtde: the program does not begin in {given.wait:g} s"
+                        f"{self._last_words()}. Try Remote Control on the pendant (e-Series), and see its log"
+                    )
+                record = self._first()
+                self._send()
+        self._armed, self._held = True, self._target
+
+    def held(self) -> np.ndarray | None:
+        return self._held
+
+    def exchange(self, command: Command | None) -> Sample:
+        """As in `Driver`; the command goes out as soon as the cycle's package has come.
+
+        `lateness` is by how much a package came later after its time stamp than the quickest one: the
+        controller's, the network's and this computer's together.
+        """
+        link, session = self._opened()
+        self._flow()
+        newest = link.newest(max(SILENCE * self.settings.cycle - self._quiet, self.settings.cycle))
+        if newest is None:
+            return self._silent()
+        body, arrival = newest
+        self._quiet, self._heard = 0.0, time.monotonic()
+        record = self._read(session, body)
+        self._joint_mode = record["joint_mode"]
+        self._fault = self._fault or self._found(record)
+        return self._samples.of(
+            record, arrival, self._events(record), self._fault, self._commanded(command) or command is None
+        )
+
+    def _commanded(self, command: Command | None) -> bool:
+        """Count up, with a new target if there is one; whether it went out."""
+        if not self._armed:
+            return False
+        taken = command is not None and not self._fault and self._demand == FOLLOW
+        before = self._target
+        if taken:
+            assert command is not None
+            self._target = command.position
+        if self._send():
+            return taken
+        self._target = before
+        return False
+
+    def _send(self) -> bool:
+        link, session = self._opened()
+        if session.inputs is None:
+            return False
+        self._count = self._count % COUNTS + 1
+        registers = self._registers
+        values: dict[str, Any] = dict(zip(registers.position, self._target.tolist(), strict=True))
+        values |= {registers.count: self._count, registers.demand: self._demand}
+        return link.send(package(DATA, session.inputs.written(values)))
+
+    def _found(self, record: np.void) -> str:
+        """Why the arm can no longer be commanded; empty while it can."""
+        reason = obstacle(record)
+        if reason or not self._armed or self._demand != FOLLOW:
+            return reason
+        if int(record[self._registers.ended]) == SILENT:
+            return (
+                f"no command reached the controller for {self.settings.dead_man:g} s: its program has "
+                "stopped the arm"
+            )
+        if int(record["runtime_state"]) != PLAYING or int(record[self._registers.ended]) == ASKED:
+            return f"the program that moves the arm was stopped at the controller{self._last_words()}"
+        return slowed(record)
+
+    def _last_words(self) -> str:
+        """Of the controller; empty where it said nothing."""
+        return f" ({self._link.texts[-1]})" if self._link and self._link.texts else ""
+
+    def _silent(self) -> Sample:
+        """A sample of nothing, so that monitors may decide.
+
+        Raises:
+            LinkLost: There has been nothing for too long.
+        """
+        self._quiet = time.monotonic() - self._heard
+        if self._quiet > LOST:
+            raise LinkLost(
+                f"driver ur_rtde: nothing from {self.settings.address} for {self._quiet:.2f} s. Look at "
+                "cable and controller"
+            )
+        return self._samples.of_silence(self._quiet, self._events(None), self._fault)
+
+    def _events(self, record: np.void | None) -> tuple[str, ...]:
+        link, _ = self._opened()
+        return self._remarks.on(record, link.texts)
+
+    def _opened(self) -> tuple[RtdeLink, Session]:
+        if self._link is None or self._session is None:
+            raise LinkLost("driver ur_rtde is not open")
+        return self._link, self._session
+
+    def _read(self, session: Session, body: bytes) -> np.void:
+        try:
+            return session.outputs.read(body)
+        except ValueError as error:
+            raise LinkLost(f"driver ur_rtde: data that cannot be read: {error}") from error
+
+    def _flow(self) -> None:
+        """Let data come, if they do not."""
+        if not self._flowing:
+            start(self._opened()[0])
+            self._flowing, self._heard = True, time.monotonic()
+            self._samples.restart()
+
+    def stop(self, level: StopLevel) -> None:
+        """QUICK lets the program brake (`stopj`) and end; OFF asks the dashboard to switch the arm off.
+
+        Brakes close then. On an e-Series the dashboard obeys in remote control only; PolyScope X has none.
+        """
+        if level < StopLevel.QUICK or self._link is None:
+            return
+        self._demand = STOP
+        with suppress(DriverError):
+            if self._armed:
+                self._send()
+        if level >= StopLevel.OFF and self._dashboard is not None:
+            self._dashboard.ask("power off")
+
+    def close(self) -> None:
+        """Let the program end, after which the controller holds the arm."""
+        with suppress(DriverError):
+            if self._armed and self._demand == FOLLOW:
+                self.stop(StopLevel.QUICK)
+                self._until_ended()
+        self._let_go()
+
+    def _until_ended(self) -> None:
+        _, session = self._opened()
+        end = time.monotonic() + CLOSING
+        while time.monotonic() < end:
+            newest = self._opened()[0].newest(self.settings.cycle)
+            if newest and int(self._read(session, newest[0])["runtime_state"]) != PLAYING:
+                return
+
+    def _let_go(self) -> None:
+        for one in (self._link, self._dashboard):
+            if one is not None:
+                one.close()
+        self._link = self._dashboard = None
+        self._armed = self._flowing = False

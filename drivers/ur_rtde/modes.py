@@ -1,0 +1,80 @@
+"""What a Universal Robots controller reports of itself, in words, and why it cannot be commanded."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+ROBOT_MODE = {
+    -1: "no controller", 0: "disconnected", 1: "confirm safety", 2: "booting", 3: "power off", 4: "power on",
+    5: "idle", 6: "backdrive", 7: "running", 8: "updating firmware",
+}  # fmt: skip
+SAFETY_MODE = {
+    1: "normal", 2: "reduced", 3: "protective stop", 4: "recovery", 5: "safeguard stop",
+    6: "system emergency stop", 7: "robot emergency stop", 8: "violation", 9: "fault",
+    10: "validate joint id", 11: "undefined",
+}  # fmt: skip
+PROGRAM = {0: "stopping", 1: "stopped", 2: "playing", 3: "pausing", 4: "paused", 5: "resuming"}
+JOINT_MODE = {
+    235: "reset", 236: "shutting down", 238: "backdrive", 239: "power off", 240: "ready for power off",
+    245: "not responding", 246: "motor initialisation", 247: "booting", 249: "bootloader", 251: "violation",
+    252: "fault", 253: "running", 255: "idle",
+}  # fmt: skip
+RUNNING, PLAYING, MOVES = 7, 2, (1, 2)
+"""Robot mode and state of the program in which the arm can be moved, and safety modes."""
+FULL = 0.9995
+"""Of the speed slider, from which on it counts as at 100 % [-]."""
+TRY = {
+    3: "look why it came, then wait five seconds and enable the robot again on the pendant",
+    5: "close the safeguard, and reset it",
+    6: "release the emergency stop",
+    7: "release the emergency stop",
+}
+"""What to do, by safety mode; for others the pendant shows it."""
+
+STATE: Mapping[str, Mapping[int, str]] = {
+    "robot_mode": ROBOT_MODE,
+    "safety_mode": SAFETY_MODE,
+    "program": PROGRAM,
+    "speed_slider": {},
+    "speed_scaling": {},
+}
+"""What is recorded of the controller's state, and what its codes mean."""
+FIELDS = {
+    "robot_mode": "robot_mode",
+    "safety_mode": "safety_mode",
+    "program": "runtime_state",
+    "speed_slider": "target_speed_fraction",
+    "speed_scaling": "speed_scaling",
+}
+"""What RTDE calls them."""
+
+
+def state_of(record: np.void) -> np.ndarray:
+    """The controller's state in a data package, in the order of `STATE`."""
+    return np.array([float(record[name]) for name in FIELDS.values()])
+
+
+def word(names: Mapping[int, str], code: int) -> str:
+    """Of a code, or the code."""
+    return names.get(code, f"code {code}")
+
+
+def obstacle(record: np.void) -> str:
+    """Why the arm cannot be moved at all, with what to try; empty if it can be."""
+    safety, mode = int(record["safety_mode"]), int(record["robot_mode"])
+    if safety not in MOVES:
+        return f"{word(SAFETY_MODE, safety)} (safety mode {safety}): {TRY.get(safety, 'see the pendant')}"
+    if mode != RUNNING:
+        return (
+            f"robot mode is {word(ROBOT_MODE, mode)} ({mode}): switch the arm on and release its brakes on "
+            "the pendant"
+        )
+    return ""
+
+
+def slowed(record: np.void) -> str:
+    """Why commands would be followed too slowly; empty if they are not."""
+    slider = float(record["target_speed_fraction"])
+    if slider >= FULL:
+        return ""
+    return f"the speed slider is at {100 * slider:.3g} %, where servoj falls behind: set it to 100 %"
