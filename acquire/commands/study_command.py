@@ -1,6 +1,7 @@
 """exidyn study: run after run, each chosen by what the ones before left open, until the model is decided."""
 
 import argparse
+import signal
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, redirect_stdout
 from functools import partial
@@ -49,10 +50,25 @@ def main(arguments: Sequence[str]) -> int:
     asked = {"minutes": given.minutes, "mass": given.mass, "recordings": str(given.recordings or "")}
     forget_end(given.output, asked)
     source = _source(given, model)
-    study = Study(given.output, model, source, 60.0 * given.minutes, _identify, _diagnose, asked)
-    choice = study.run()
+    study = Study(given.output, model, source, 60.0 * given.minutes, identify_step, diagnose_step, asked)
+    with _interrupts_end():
+        choice = study.run()
     hand_over(_page(choice, given.output), json_text(choice), given.json)
     return DONE
+
+
+@contextmanager
+def _interrupts_end() -> Iterator[None]:
+    """Ctrl-C ends the study in a search too, which by itself would go on with the best motion so far."""
+
+    def end(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    before = signal.signal(signal.SIGINT, end)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 def _page(choice: dict[str, Any], folder: Path) -> str:
@@ -79,13 +95,13 @@ def _source(given: argparse.Namespace, model: Model) -> Source:
     return Cell(model, record, wishes, given.search, body_of(given), name != "mock", motions)
 
 
-def _identify(runs: Sequence[Path], folder: Path) -> None:
+def identify_step(runs: Sequence[Path], folder: Path) -> None:
     """Fit, as `exidyn identify` does."""
     with _page_into(folder / SUMMARY):
         identify_command.main([*map(str, runs), "--output", str(folder)])
 
 
-def _diagnose(case: Case, folder: Path) -> Diagnosed:
+def diagnose_step(case: Case, folder: Path) -> Diagnosed:
     """Diagnose, as `exidyn diagnose --quick` does."""
     given = diagnose_command.parser().parse_args([case.name, "--quick"])
     with _page_into(folder / SUMMARY), Stopwatch(diagnose_command.QUICK) as progress:

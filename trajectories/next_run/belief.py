@@ -12,12 +12,16 @@ from exidyn.identify.diagnosis.questions.block_answer import Answer, prior_std
 from exidyn.identify.diagnosis.questions.comparison import LINEAR
 from exidyn.identify.diagnosis.results.evidence import places_of
 from exidyn.identify.diagnosis.search.search import SearchResult
-from exidyn.identify.diagnosis.search.selected import Selected, log_prior
+from exidyn.identify.diagnosis.search.selected import CERTAIN_ODDS, EXCLUDED, Selected, log_prior
 
 from .columns import RunColumns
 
 NUISANCES = ("reversal", "clock")
 """Beginnings of the names of unknowns that are nobody's question."""
+
+NEGLIGIBLE = EXCLUDED / 100.0
+"""Probability below which an effect that nothing suggests is not asked about; a hundred of them are still
+excluded together."""
 
 
 class Believed(NamedTuple):
@@ -34,6 +38,23 @@ class Believed(NamedTuple):
     joints: tuple[int, ...]
     probability: float
     places: np.ndarray
+
+
+class Stance(NamedTuple):
+    """All columns' coefficients if one answer is true.
+
+    Attributes:
+        held: Columns that are there, (s,).
+        precision: Of them, shape (s, s).
+        values: Of all columns, shape (c,).
+        ways: In which the answer's own coefficients may still differ, one standard deviation each, with all
+            that follows them, shape (c, p).
+    """
+
+    held: np.ndarray
+    precision: np.ndarray
+    values: np.ndarray
+    ways: np.ndarray
 
 
 class Question(NamedTuple):
@@ -105,15 +126,19 @@ class Belief:
         rest = np.setdiff1d(np.arange(self.unknowns), np.concatenate([question.own, answer.places]))
         return np.concatenate([rest, answer.places]).astype(int)
 
-    def spread(self, question: Question, answer: Believed) -> tuple[np.ndarray, np.ndarray]:
-        """How what is held follows an answer's coefficients, (s, p), and their covariance, (p, p)."""
+    def stance(self, question: Question, answer: Believed) -> Stance:
+        """What is believed if an answer is true."""
         held, count = self.held_by(question, answer), len(answer.places)
-        matrix, _ = self.posterior(held)
-        rest, own = slice(0, len(held) - count), slice(len(held) - count, None)
-        followed = -solve(factored(matrix[rest, rest]), matrix[rest, own])
-        apart = matrix[own, own] + matrix[own, rest] @ followed
-        covariance = solve(factored(apart), np.eye(count))
-        return np.concatenate([followed, np.eye(count)]), covariance
+        matrix, mean = self.posterior(held)
+        values, ways = np.zeros(len(self.gram)), np.zeros((len(self.gram), count))
+        values[held] = mean
+        if count:
+            rest, own = slice(0, len(held) - count), slice(len(held) - count, None)
+            followed = -solve(factored(matrix[rest, rest]), matrix[rest, own])
+            apart = matrix[own, own] + matrix[own, rest] @ followed
+            covariance = solve(factored(apart), np.eye(count))
+            ways[held] = np.concatenate([followed, np.eye(count)]) @ np.linalg.cholesky(covariance)
+        return Stance(held, matrix, values, ways)
 
 
 def suspects_of(search: SearchResult) -> tuple[Answer, ...]:
@@ -219,21 +244,21 @@ def _unseen(belief: Belief, first: int) -> Iterator[Question]:
     """Whether an effect that was not found is there all the same, and large enough to matter."""
     none = np.zeros(0, int)
     for place, one in enumerate(belief.suspects):
-        if place < first or one.held_out < -np.log(1e3):
+        if place < first or one.held_out < -CERTAIN_ODDS:
             continue
         odds = min(one.gain, one.odds, 0.0) + log_prior(one, belief.search.total)
         there = Believed(one.candidate.effect, one.candidate.joints, 1.0, belief.places[place])
         question = Question((there,), False, none)
         probability = float(expit(odds)) * _material(belief, question, there)
+        if probability < NEGLIGIBLE:
+            continue
         answers = (there._replace(probability=probability), Believed("", (), 1.0 - probability, none))
         yield question._replace(answers=tuple(sorted(answers, key=lambda answer: -answer.probability)))
 
 
 def _material(belief: Belief, question: Question, answer: Believed) -> float:
     """Probability that an effect, if it is there, gives torque beyond the resolution in some run."""
-    held = belief.held_by(question, answer)
-    _, values = belief.posterior(held)
-    _, covariance = belief.spread(question, answer)
-    own, reach = values[len(held) - len(answer.places) :], belief.reach[np.ix_(answer.places, answer.places)]
-    square = float(own @ reach @ own + np.sum(reach * covariance))
+    stance, places = belief.stance(question, answer), answer.places
+    own = np.column_stack([stance.values, stance.ways])[places]
+    square = float(np.sum(own * (belief.reach[np.ix_(places, places)] @ own)))
     return float(erfc(1.0 / np.sqrt(2.0 * max(square, 1e-12))))

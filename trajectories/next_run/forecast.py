@@ -1,17 +1,17 @@
 """Forecast: by how much a run is expected to lower the entropy of everything that is open."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
-from exidyn.identify.diagnosis.blocks.prediction import Factor, factored, solve
+from exidyn.identify.diagnosis.blocks.prediction import factored, solve
 from exidyn.identify.diagnosis.questions.comparison import LINEAR
 from exidyn.identify.diagnosis.search.selected import EXCLUDED
 
 from ..discrimination.distinction import HOUR, SURE
-from .belief import NUISANCES, Belief, Believed, Question, all_columns, products
+from .belief import NUISANCES, Belief, Believed, Stance, all_columns, products
 from .columns import RunColumns
 from .entropy import entropy, expected_entropy
 from .offer import Offer
@@ -77,53 +77,26 @@ def information(belief: Belief, run: RunColumns) -> Information:
     return Information(whole[:count, :count] - mixed @ solve(factored(own), mixed.T))
 
 
-def separations(belief: Belief, question: Question, seen: Information) -> np.ndarray:
-    """How far each answer (row) is then from being explained by each other one (column), shape (m, m)."""
-    answers = question.answers
-    values = [_values(belief, question, one) for one in answers]
-    found = np.zeros((len(answers), len(answers)))
-    for rival, other in enumerate(answers):
-        held = belief.held_by(question, other)
-        columns = seen.gram[:, held]
-        factor = factored(belief.posterior(held)[0] + columns[held])
+def separations(stances: Sequence[Stance], seen: Information) -> np.ndarray:
+    """How far each answer (row) is then from being explained by each other one (column), shape (m, m).
 
-        def left(ways: np.ndarray, columns: np.ndarray = columns, factor: Factor = factor) -> np.ndarray:
-            """Products of all columns with what the rival leaves of torques (c, k), shape (c, k)."""
-            return np.asarray(seen.gram @ ways - columns @ solve(factor, columns.T @ ways))
-
-        for true, one in enumerate(answers):
-            if true != rival:
-                found[true, rival] = _separation(
-                    belief, question, one, values[true] - values[rival], left, seen
-                )
+    As `discrimination.separation`, by products of columns; averaged over what is not known of the true
+    answer's own coefficients.
+    """
+    found = np.zeros((len(stances), len(stances)))
+    for rival, other in enumerate(stances):
+        columns = seen.gram[:, other.held]
+        factor = factored(other.precision + columns[other.held])
+        for true, one in enumerate(stances):
+            if true == rival:
+                continue
+            ways = np.column_stack([one.values - other.values, one.ways])
+            whole = seen.gram @ ways
+            left = whole - columns @ solve(factor, columns.T @ ways)
+            total, explained = float(np.sum(ways * left)), float(np.sum(ways * whole))
+            # Current sensors are linear to a few per cent, and what differs by less tells nothing.
+            found[true, rival] = total if total > LINEAR**2 * explained else 0.0
     return found
-
-
-def _separation(
-    belief: Belief,
-    question: Question,
-    one: Believed,
-    apart: np.ndarray,
-    left: Callable[[np.ndarray], np.ndarray],
-    seen: Information,
-) -> float:
-    """Of a true answer from a rival whose coefficients are `apart` (c,), averaged over its own spread."""
-    ways = apart[:, None]
-    if len(one.places):
-        followed, covariance = belief.spread(question, one)
-        spread = np.zeros((len(apart), len(one.places)))
-        spread[belief.held_by(question, one)] = followed @ np.linalg.cholesky(covariance)
-        ways = np.concatenate([ways, spread], axis=1)
-    total, explained = float(np.sum(ways * left(ways))), float(np.sum(ways * (seen.gram @ ways)))
-    # Current sensors are linear to a few per cent, and what differs by less tells nothing.
-    return total if total > LINEAR**2 * explained else 0.0
-
-
-def _values(belief: Belief, question: Question, one: Believed) -> np.ndarray:
-    """All columns' coefficients if an answer is true, shape (c,)."""
-    held, values = belief.held_by(question, one), np.zeros(len(belief.gram))
-    values[held] = belief.posterior(held)[1]
-    return values
 
 
 def parameter_entropy(belief: Belief, more: Information | None = None) -> float:
@@ -193,11 +166,15 @@ def hidden(belief: Belief) -> float:
     return 1.0 - float(np.prod(absent))
 
 
-def _left(belief: Belief, seen: Information) -> np.ndarray:
+Stances = Sequence[Sequence[Stance]]
+"""Of the answers to each question."""
+
+
+def _left(belief: Belief, stances: Stances, seen: Information) -> np.ndarray:
     """Entropy of each item after a run, expected, shape (i,)."""
     asked, unseen = [], 0.0
-    for question in belief.questions:
-        left = expected_entropy(question.probabilities, separations(belief, question, seen))
+    for question, own in zip(belief.questions, stances, strict=True):
+        left = expected_entropy(question.probabilities, separations(own, seen))
         if question.seen:
             asked.append(left)
         else:
@@ -205,15 +182,17 @@ def _left(belief: Belief, seen: Information) -> np.ndarray:
     return np.array([*asked, unseen, parameter_entropy(belief, seen)])
 
 
-def forecast(belief: Belief, offer: Offer, run: RunColumns) -> Forecast:
+def forecast(belief: Belief, stances: Stances, offer: Offer, run: RunColumns) -> Forecast:
     """What is expected of a run on offer."""
     seen, before = information(belief, run), items(belief)
-    left = _left(belief, seen)
+    left = _left(belief, stances, seen)
     gained = sum(one.entropy - after for one, after in zip(before, left, strict=True) if one.open)
-    return Forecast(offer, left, _left(belief, seen.times(HOUR / offer.motion)), float(gained))
+    hour = _left(belief, stances, seen.times(HOUR / offer.motion))
+    return Forecast(offer, left, hour, float(gained))
 
 
 def forecasts(belief: Belief, offers: Sequence[Offer], runs: Sequence[RunColumns]) -> list[Forecast]:
     """Of all offers, the one that gains most per second first."""
-    found = [forecast(belief, offer, run) for offer, run in zip(offers, runs, strict=True)]
+    stances = [[belief.stance(question, one) for one in question.answers] for question in belief.questions]
+    found = [forecast(belief, stances, offer, run) for offer, run in zip(offers, runs, strict=True)]
     return sorted(found, key=lambda one: -one.rate)
