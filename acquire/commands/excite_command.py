@@ -48,7 +48,7 @@ def main(arguments: Sequence[str]) -> int:
     require_file(given.output, "--output", read)
     require_json(given.json)
     model, progress = read_model(given.robot), Stopwatch()
-    wishes = _wishes(given, model, progress)
+    wishes = wishes_of(given, model, progress)
     pages: list[str]
     if given.kind != OPTIMISED:
         joints = [model.robot.index(joint) for joint in given.joints or ()]
@@ -117,7 +117,8 @@ def _against(
     return plans, lines
 
 
-def _wishes(given: argparse.Namespace, model: Model, progress: Progress) -> Wishes:
+def wishes_of(given: argparse.Namespace, model: Model, progress: Progress) -> Wishes:
+    """What the command line asks of a motion."""
     turn = np.where(model.robot.revolute & given.degrees, np.pi / 180.0, 1.0)
     start = _joint_values(given.start, model, "--start")
     window = _joint_values(given.window, model, "--window")

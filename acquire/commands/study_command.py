@@ -2,7 +2,7 @@
 
 import argparse
 import signal
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, redirect_stdout
 from functools import partial
 from pathlib import Path
@@ -18,6 +18,7 @@ from exidyn.trajectories.planning.wishes import Wishes
 
 from ..arguments.common import add_body, command_parser, positive
 from ..arguments.controllers import read_controller
+from ..arguments.excite_arguments import add_limits, excite_options
 from ..arguments.exit_codes import DONE
 from ..arguments.outputs import add_json, add_output, make_folder, require_json
 from ..arguments.run_options import add_driving, add_stops, body_of, require_mock
@@ -31,6 +32,7 @@ from ..study.source import Source
 from ..terminal.json_output import hand_over, json_text
 from ..terminal.stopwatch import Stopwatch
 from . import diagnose_command, identify_command, record_command
+from .excite_command import wishes_of
 
 EXAMPLES = (
     "exidyn study robot.toml --controller cell.toml --minutes 30",
@@ -89,10 +91,32 @@ def _source(given: argparse.Namespace, model: Model) -> Source:
         return Shelf.of(given.recordings, model)
     name, settings = read_controller(given.controller, given.driver, given.set)
     require_mock(given, name)
-    wishes = Wishes(seconds=given.length, tick=float(settings.get("cycle", Wishes.tick)))
+    wishes = _wishes(given, model, settings)
     record = partial(_record, given)
     motions = given.output / "offers"
     return Cell(model, record, wishes, given.search, body_of(given), name != "mock", motions)
+
+
+def _wishes(given: argparse.Namespace, model: Model, settings: Mapping[str, Any]) -> Wishes:
+    """What `exidyn excite` keeps to with the same options, clear of collisions and regions."""
+    asked = excite_options([given.robot, "--length", str(given.length)])
+    for name in LIMITING:
+        setattr(asked, name, getattr(given, name))
+    asked.tick = float(settings.get("cycle", asked.tick))
+    return wishes_of(asked, model, Stopwatch())
+
+
+LIMITING = (
+    "margin",
+    "window",
+    "start",
+    "region",
+    "degrees",
+    "collision_distance",
+    "no_collision",
+    "packages",
+)
+"""What a study has in common with `exidyn excite`."""
 
 
 def identify_step(runs: Sequence[Path], folder: Path) -> None:
@@ -118,7 +142,7 @@ def _record(given: argparse.Namespace, plan: Path, path: Path, body: KnownPayloa
         repeated = [[one] for one in value] if name == "set" else [value]
         for one in repeated:
             words = one if isinstance(one, list) else [one]
-            options += [f"--{name}", *([] if one is True else words)]
+            options += [f"--{name.replace('_', '-')}", *([] if one is True else words)]
     with _page_into(path.with_suffix(".txt")):
         return record_command.main([str(one) for one in options]) == DONE
 
@@ -134,7 +158,7 @@ SUMMARY = "summary.txt"
 """What a single command would have printed."""
 RECORDED = (
     "driver", "controller", "set", "plant", "seed", "yes", "tracking", "current", "temperature",
-    "mass", "com", "inertia",
+    "mass", "com", "inertia", "no_collision", "packages",
 )  # fmt: skip
 """Options of `exidyn record` that a study hands on."""
 
@@ -162,6 +186,7 @@ def parser() -> argparse.ArgumentParser:
         "--length", type=positive, default=20.0, metavar="S", help="of one that is searched; default: 20"
     )
     motions.add_argument("--search", type=positive, default=5.0, metavar="S", help="for it; default: 5")
+    add_limits(found)
     add_driving(found.add_argument_group("controller"))
     add_stops(found.add_argument_group("what stops a run"))
     add_body(found.add_argument_group("a body that you have, to be hung on the flange when asked for"))

@@ -4,6 +4,7 @@ import os
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +26,7 @@ from exidyn.trajectories.plans.plan_file import plan_text, read_plan, write_plan
 
 from ..run.before import checked
 from ..run.errors import RunStopped
+from ..run.recording.recorder import part_of
 from .asking import ask
 from .rounds import NEXT, Round
 
@@ -67,7 +69,8 @@ class Cell:
         if chosen is not None and chosen["request"] and self.attended:
             ask(chosen["request"])
         carried = self.body if chosen is not None and chosen["loaded"] else None
-        attempt = next(path for k in range(1, 1000) if not _taken(path := one.folder / f"attempt-{k}.mcap"))
+        attempts = (one.folder / f"attempt-{number}.mcap" for number in count(1))
+        attempt = next(path for path in attempts if not path.exists() and not part_of(path).exists())
         if not self.record(one.plan, attempt, carried):
             raise RunStopped(
                 f"the run of {one.name} was stopped before its end; what was recorded is in {attempt}. "
@@ -94,7 +97,7 @@ class Cell:
 
     def _searched(self, diagnosis: Diagnosis, fit: Fit | None, seed: int) -> list[Planned]:
         found: list[Planned] = []
-        for after in dict.fromkeys((fit, None)):
+        for after in [None] if fit is None else [fit, None]:
             try:
                 found.append(excitation(self.model, self.wishes, after, seed, self.search))
                 break
@@ -130,10 +133,6 @@ class Cell:
 def _new(offer: Offer, made: set[tuple[str, KnownPayload | None]]) -> bool:
     assert offer.plan is not None
     return (plan_text(offer.plan), offer.payload) not in made
-
-
-def _taken(path: Path) -> bool:
-    return path.exists() or path.with_name(path.name + ".part").exists()
 
 
 def _say(words: str) -> None:

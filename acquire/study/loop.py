@@ -13,7 +13,7 @@ from exidyn.identify.fit.fit_file import read_fit
 from exidyn.identify.model import Model
 from exidyn.trajectories.next_run.belief import belief_of, suspects_of
 from exidyn.trajectories.next_run.choice import RUN, choose
-from exidyn.trajectories.next_run.columns import run_columns
+from exidyn.trajectories.next_run.columns import RunColumns, run_columns
 from exidyn.trajectories.next_run.offer import Offer
 
 from ..files.diagnosis_case import Case
@@ -90,7 +90,8 @@ class Study:
         diagnosis, search = self.diagnose(case, part)
         offers = self.source.offers(every, diagnosis, _fit(every[-1].fit))
         suspects, found = suspects_of(search), [one.answer for one in search.selected]
-        usable, columns = list[Offer](), []
+        usable: list[Offer] = []
+        columns: list[RunColumns] = []
         for offer in offers:
             try:
                 columns.append(run_columns(search.problem, found, suspects, offer.recording))
@@ -101,7 +102,7 @@ class Study:
         moved = sum(one.duration for one in recordings)
         last = every[-2].choice if len(every) > 1 else None
         repeated = last is not None and last["findings"] == findings_of(diagnosis)
-        choice = choose(belief, usable, columns, self.seconds - moved, repeated)
+        choice = choose(belief, usable, columns, self.seconds - moved, repeated, bool(diagnosis.remainders))
         table = choice_table(belief, choice, diagnosis) | {"moved": moved, "asked": self.asked}
         chosen = choice.chosen
         table["chosen"] = None if chosen is None else self.source.chosen(chosen.offer, part)

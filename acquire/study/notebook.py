@@ -5,7 +5,7 @@ from typing import Any
 
 from markupsafe import Markup
 
-from exidyn.identify.pages.report_html import heading, listing, number, paragraph, section, table
+from exidyn.identify.pages.report_html import NAMELESS, heading, listing, number, paragraph, section, table
 from exidyn.identify.pages.report_page import page
 from exidyn.trajectories.next_run.choice import DECIDED, OUT_OF_TIME, RUN, UNDECIDABLE
 
@@ -35,24 +35,22 @@ def notebook(robot: str, choices: Sequence[tuple[str, dict[str, Any]]]) -> str:
 
 def _summary(choices: Sequence[tuple[str, dict[str, Any]]]) -> Markup:
     """A row a run: what was expected of it and what it gave."""
-    rows, before = [], None
-    for name, choice in choices:
-        expected = before["offers"][0] if before else None
-        rows.append(
-            [
-                name,
-                expected["name"] if expected else "an excitation" if choice["moved"] else "",
-                number(choice["moved"], 3),
-                number(expected["expected"] if expected else float("nan"), 3),
-                number(before["entropy"] - choice["entropy"] if before else float("nan"), 3),
-                number(choice["entropy"], 3),
-            ]
-        )
-        before = choice
+    rows = [
+        _row(name, choice, choices[place - 1][1] if place else None)
+        for place, (name, choice) in enumerate(choices)
+    ]
     head = ["round", "run", "motion so far [s]", "expected [bit]", "realised [bit]", "left open [bit]"]
     return section(
         "runs", "The runs", table(head, rows, words=(0, 1)), *_end(choices[-1][1] if choices else None)
     )
+
+
+def _row(name: str, choice: dict[str, Any], before: dict[str, Any] | None) -> list[str]:
+    so_far, left = number(choice["moved"], 3), number(choice["entropy"], 3)
+    if before is None:
+        return [name, "an excitation", so_far, NAMELESS, NAMELESS, left]
+    best, realised = before["offers"][0], before["entropy"] - choice["entropy"]
+    return [name, best["name"], so_far, number(best["expected"], 3), number(realised, 3), left]
 
 
 def _end(choice: dict[str, Any] | None) -> list[Markup]:

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -88,8 +89,8 @@ class Belief:
         precision: Of priors, shape (c,); zero where nothing is known.
         mean: Of priors, shape (c,).
         weight: Of a row of each joint of a further run, shape (n,) [1 / (N m)^2].
-        reach: Products of all columns over all runs so far and on offer, in units of the resolution, a mean
-            over rows, shape (c, c): the mean square torque of any uncertainty.
+        reaches: Products of all columns over the runs so far, and over each on offer, in units of the
+            resolution, a mean over rows, shape (k, c, c): the mean square torque of any coefficients.
         questions: What is open.
     """
 
@@ -100,8 +101,13 @@ class Belief:
     precision: np.ndarray
     mean: np.ndarray
     weight: np.ndarray
-    reach: np.ndarray
+    reaches: np.ndarray
     questions: tuple[Question, ...] = ()
+
+    @cached_property
+    def reach(self) -> np.ndarray:
+        """The same over all of them, shape (c, c)."""
+        return np.asarray(self.reaches.mean(axis=0))
 
     @property
     def unknowns(self) -> int:
@@ -160,8 +166,10 @@ def belief_of(search: SearchResult, suspects: Sequence[Answer], runs: Sequence[R
     alternatives = sum(len(one.elsewhere) for one in search.selected)
     std = [prediction.rows.std]
     for place, one in enumerate(suspects):
-        own = prior_std(one.candidate, one.columns) if place < alternatives else one.columns.std
-        std.append(_smallest(own, [run.suspects[place].std for run in runs]))
+        if place < alternatives:
+            std.append(prior_std(one.candidate, one.columns))
+        else:  # no larger in any run than it may be there: the run that shows it best limits it
+            std.append(np.min([one.columns.std, *(run.suspects[place].std for run in runs)], axis=0))
     deviation = np.maximum(np.concatenate(std), CERTAIN)
     mean = np.concatenate([prediction.rows.mean, *(one.columns.mean for one in suspects)])
     belief = Belief(
@@ -172,14 +180,9 @@ def belief_of(search: SearchResult, suspects: Sequence[Answer], runs: Sequence[R
         deviation**-2.0,
         mean,
         prediction.weighting.independent / prediction.weighting.variance,
-        _reach(search, columns, weight > 0.0, runs),
+        _reaches(search, columns, weight > 0.0, runs),
     )
     return replace(belief, questions=(*_asked(belief), *_unseen(belief, alternatives)))
-
-
-def _smallest(own: np.ndarray, others: Sequence[np.ndarray]) -> np.ndarray:
-    """An effect is no larger in any run than it may be there: what a run shows best limits it."""
-    return np.min([own, *others], axis=0)
 
 
 def products(columns: np.ndarray, weight: np.ndarray) -> np.ndarray:
@@ -202,10 +205,10 @@ def all_columns(run: RunColumns, names: Sequence[str]) -> tuple[np.ndarray, np.n
     return every, run.rows.columns[:, :, more], np.maximum(run.rows.std[more], CERTAIN) ** -2.0
 
 
-def _reach(
+def _reaches(
     search: SearchResult, columns: np.ndarray, counts: np.ndarray, runs: Sequence[RunColumns]
 ) -> np.ndarray:
-    """Mean square torque of unit columns over the motions of all runs, in units of the resolution."""
+    """As in `Belief`: the resolution is a share of the largest usual torque of each joint."""
     names = search.prediction.rows.names
     torque = np.concatenate([run.thinned(run.torque) for run in search.problem.runs])
     parts = [(columns, counts, torque)]
@@ -260,5 +263,6 @@ def _material(belief: Belief, question: Question, answer: Believed) -> float:
     """Probability that an effect, if it is there, gives torque beyond the resolution in some run."""
     stance, places = belief.stance(question, answer), answer.places
     own = np.column_stack([stance.values, stance.ways])[places]
-    square = float(np.sum(own * (belief.reach[np.ix_(places, places)] @ own)))
+    each = belief.reaches[:, places[:, None], places]
+    square = float(np.max(np.sum(own * (each @ own), axis=(1, 2))))
     return float(erfc(1.0 / np.sqrt(2.0 * max(square, 1e-12))))

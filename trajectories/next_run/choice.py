@@ -54,6 +54,7 @@ def choose(
     runs: Sequence[RunColumns],
     seconds: float,
     repeated: bool = True,
+    unexplained: bool = False,
 ) -> Choice:
     """The offer that gains most per second.
 
@@ -64,6 +65,7 @@ def choose(
         seconds: Of motion that are left [s].
         repeated: Whether another motion has led to the same findings; blocks of one motion share what it does
             not show, so that their odds are no proof.
+        unexplained: Whether something is left that no effect explains, whatever the run.
     """
     found, every = forecasts(belief, offers, runs), items(belief)
     decidable = tuple(
@@ -73,7 +75,7 @@ def choose(
     open_ones = [place for place, one in enumerate(every) if one.open]
     ordered = _ordered(every, found, open_ones)
     if not open_ones and (repeated or not found):
-        verdict = DECIDED
+        verdict = UNDECIDABLE if unexplained else DECIDED
     elif not found or (open_ones and not any(decidable[place] for place in open_ones)):
         verdict = UNDECIDABLE
     elif ordered[0].offer.motion > seconds:

@@ -80,9 +80,10 @@ def offers_of(
         rate: Of samples [Hz].
         warm: Whether temperatures are recorded.
     """
+    bodies: list[KnownPayload | None] = [None, *([] if body is None else [body])]
     return [
         offered(model, name, motion, carried, mounted, rate, warm)
-        for carried in ([None] if body is None else [None, body])
+        for carried in bodies
         for name, motion in planned
     ]
 

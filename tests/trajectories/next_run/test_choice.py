@@ -55,6 +55,11 @@ def test_all_settled_is_decided_once_another_motion_has_repeated_it(chosen):
     assert again.chosen.offer.name == "most"
 
 
+def test_what_no_effect_explains_is_not_decided(chosen):
+    items = (OPEN._replace(open=False), SETTLED)
+    assert chosen([of("any", [0.5, 0.1])], items, unexplained=True).verdict == UNDECIDABLE
+
+
 def test_a_run_that_takes_longer_than_is_left_is_not_begun(chosen):
     assert chosen([of("short", [0.1, 0.1])], seconds=5.0).verdict == OUT_OF_TIME
 
