@@ -16,7 +16,7 @@ from exidyn.identify.robot_files.robot_file import read_model
 from exidyn.identify.text_table import paragraph
 from exidyn.trajectories.planning.wishes import Wishes
 
-from ..arguments.common import add_body, command_parser, positive
+from ..arguments.common import add_body, any_number, command_parser, positive
 from ..arguments.controllers import read_controller
 from ..arguments.excite_arguments import add_limits, excite_options
 from ..arguments.exit_codes import DONE
@@ -184,6 +184,13 @@ def parser() -> argparse.ArgumentParser:
     motions = found.add_argument_group("motions")
     motions.add_argument(
         "--length", type=positive, default=20.0, metavar="S", help="of one that is searched; default: 20"
+    )
+    motions.add_argument(
+        "--start",
+        type=any_number,
+        nargs="+",
+        metavar="Q",
+        help="pose where each begins and ends, n numbers [rad]",
     )
     motions.add_argument("--search", type=positive, default=5.0, metavar="S", help="for it; default: 5")
     add_limits(found)
