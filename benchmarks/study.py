@@ -10,6 +10,7 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")  # before numpy
 import numpy as np
 from common import parser, save, show
 from parts.study.cases import Result, drawn, studied
+from parts.study.kscale import NAMED, ONE, chosen_among
 
 QUICK, ALL = 3, 30
 """Arms: none, one and two effects in turn."""
@@ -35,24 +36,40 @@ def figures(results: list[Result]) -> dict[str, Any]:
     }
 
 
-def main() -> None:
-    """Study every arm, print and save."""
-    options = parser(__doc__ or "")
-    options.add_argument("--first", type=int, default=0, metavar="N", help="number of the first arm")
-    options.add_argument("--arms", type=int, metavar="N", help="how many")
-    given = options.parse_args()
+def mocks(given: Any) -> dict[str, Any]:
+    """Every simulated arm."""
     results = []
     for number in range(given.first, given.first + (given.arms or (QUICK if given.quick else ALL))):
         with tempfile.TemporaryDirectory(prefix="study-") as folder:
             results.append(studied(drawn(number, number % 3), number, Path(folder)))
-        one = results[-1]
-        print(f"arm {number}: {one}", flush=True)
-    table = figures(results)
-    show(
-        "Study beside the fixed programme",
-        ["figure", "value"],
-        [[name, value] for name, value in table.items()],
-    )
+        print(f"arm {number}: {results[-1]}", flush=True)
+    return figures(results)
+
+
+def servo(given: Any) -> dict[str, Any]:
+    """Recordings of one mass, and of all."""
+    found = {}
+    for name, wanted in (("one mass", ONE), ("all masses", "")):
+        with tempfile.TemporaryDirectory(prefix="study-") as folder:
+            one = chosen_among(Path(folder), wanted)
+        found[name] = one | {"settled": any(NAMED in names for names in one["named"])}
+        print(f"{name}: {found[name]}", flush=True)
+    return found
+
+
+PARTS = {"mocks": mocks, "kscale": servo}
+
+
+def main() -> None:
+    """Study every arm, print and save."""
+    options = parser(__doc__ or "", PARTS)
+    options.add_argument("--first", type=int, default=0, metavar="N", help="number of the first mock")
+    options.add_argument("--arms", type=int, metavar="N", help="how many")
+    given = options.parse_args()
+    table = {name: PARTS[name](given) for name in given.only or PARTS}
+    if "mocks" in table:
+        rows = [[name, value] for name, value in table["mocks"].items()]
+        show("Study beside the fixed programme", ["figure", "value"], rows)
     save(given.json, table)
 
 

@@ -215,7 +215,7 @@ def _reaches(
     parts += [(all_columns(run, names)[0], run.rows.weight > 0.0, run.torque) for run in runs]
     usual = np.sqrt(np.max([np.mean(torque**2, axis=0) for _, _, torque in parts], axis=0))
     resolution = LINEAR * np.maximum(usual, 1e-9)
-    return sum(products(own, seen / resolution**2 / max(len(own), 1)) / len(parts) for own, seen, _ in parts)
+    return np.array([products(own, seen / resolution**2 / max(len(own), 1)) for own, seen, _ in parts])
 
 
 def _asked(belief: Belief) -> Iterator[Question]:
