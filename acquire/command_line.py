@@ -56,11 +56,11 @@ def _answered(arguments: Sequence[str] | None) -> int:
         # imports numpy, which a help text can do without
         from exidyn.drivers.errors import DriverError
 
-        from .run.errors import NotConfirmed
+        from .run.errors import NotConfirmed, RunStopped
 
         if not isinstance(error, ExidynError | DriverError):  # raised on purpose, these name what to do
             raise
-        code = STOPPED if isinstance(error, NotConfirmed) else REFUSED
+        code = STOPPED if isinstance(error, NotConfirmed | RunStopped) else REFUSED
         return _said(" ".join(str(error).split()), code)
 
 

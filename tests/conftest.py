@@ -20,7 +20,7 @@ SLOW = ("test_instruments_see_through_the_loop", "test_sandwich_is_the_sum_over_
 """Of those files, what takes as long as all others together: many repetitions, of which the mean counts."""
 
 LENGTHY = (
-    "api", "bad_input", "chirp", "command_line", "compare", "concealed_cases",
+    "api", "bad_input", "belief", "chirp", "command_line", "compare", "concealed_cases",
     "concealed_effects", "concealed_plant", "concealed_scores", "coverage", "diagnose_command",
     "diagnose_real", "diagnosis_budget", "diagnosis_coupling", "diagnosis_delay", "diagnosis_link_encoders",
     "diagnosis_ripple", "diagnosis_search", "diagnosis_states", "diagnosis_tilt", "diagnosis_toy",

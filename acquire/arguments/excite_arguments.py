@@ -53,7 +53,7 @@ def parser() -> argparse.ArgumentParser:
     add_json(found)
     _add_goal(found)
     _add_motion(found)
-    _add_limits(found)
+    add_limits(found)
     search = found.add_argument_group("search")
     search.add_argument(
         "--search",
@@ -139,7 +139,8 @@ def _add_motion(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def _add_limits(parser: argparse.ArgumentParser) -> None:
+def add_limits(parser: argparse.ArgumentParser) -> None:
+    """Add --margin, --start, --window, --region and what is known of bodies."""
     limits = parser.add_argument_group("limits, beyond the robot's own")
     limits.add_argument("--degrees", action="store_true", help="--start and --window are in degrees")
     limits.add_argument(

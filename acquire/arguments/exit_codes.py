@@ -16,7 +16,7 @@ READER_LEFT = 141
 
 MEANINGS = {
     DONE: "done",
-    STOPPED: "a run of the arm was stopped before its end, or not confirmed (record, jog)",
+    STOPPED: "a run of the arm was stopped before its end, or not confirmed (record, jog, study)",
     REFUSED: "not done: something given was wrong or missing, which one line on standard error names",
     LOST: "done, and part of the recording is lost for good (recover)",
     WRONG: "done, and the joint does not do what it should (jog)",

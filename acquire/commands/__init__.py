@@ -25,6 +25,7 @@ COMMANDS: dict[str, str] = {
     "report": "runs, fit, diagnosis, before and after on one page",
     "show": "a planned motion against limits: table, page, view, exports",
     "simulate": "a planned motion in closed loop on a simulated arm",
+    "study": "run after run, each chosen by what is open, until the model is decided",
     "view": "recordings, a fit or a diagnosis in Rerun, the arm moving",
     "watch": "what a controller measures, live; nothing is commanded",
 }

@@ -6,7 +6,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from exidyn.identify.diagnosis import Diagnosis, diagnose
+from exidyn.identify.diagnosis import Diagnosis
+from exidyn.identify.diagnosis.diagnose import Diagnosed, diagnosed
 from exidyn.identify.diagnosis.improved.forward import Forward, forward
 from exidyn.identify.diagnosis.refit import refit
 from exidyn.identify.diagnosis.runs.usable import HELD_OUT
@@ -61,7 +62,7 @@ def _read_and_do(folder: Path | None, output: Path, given: argparse.Namespace) -
     """Diagnose a case folder, or the runs of the command line where there is none."""
     with Stopwatch(QUICK if given.quick else STAGES) as progress:
         progress(f"read {folder or 'the recordings'}")
-        _do(read_case(folder) if folder else recorded_case(given), output, given, progress)
+        run(read_case(folder) if folder else recorded_case(given), output, given, progress)
 
 
 def parser() -> argparse.ArgumentParser:
@@ -128,11 +129,12 @@ def _try(folder: Path, given: argparse.Namespace) -> bool:
     return True
 
 
-def _do(case: Case, output: Path, given: argparse.Namespace, progress: Stopwatch) -> Diagnosis:
+def run(case: Case, output: Path, given: argparse.Namespace, progress: Stopwatch) -> Diagnosed:
     """Diagnose one case, print and write what came out."""
     progress(f"ask {len(case.runs)} runs of {case.name}")
     filtering = filtering_of(given)
-    diagnosis = diagnose(case.model, case.runs, case.name, filtering=filtering, progress=progress)
+    found = diagnosed(case.model, case.runs, case.name, filtering=filtering, progress=progress)
+    diagnosis = found.diagnosis
     if given.answer:
         add_answer(diagnosis, given.answer)
     simulated = None if given.quick else _simulated(diagnosis, case, progress)
@@ -142,7 +144,7 @@ def _do(case: Case, output: Path, given: argparse.Namespace, progress: Stopwatch
     text = json_text(whole(diagnosis, simulated, str(output)))
     hand_over(summary(diagnosis, simulated, str(output)), text, given.json)
     print("written: " + ", ".join(map(str, written)), file=sys.stderr)
-    return diagnosis
+    return found
 
 
 def _simulated(diagnosis: Diagnosis, case: Case, progress: Progress) -> Forward | None:

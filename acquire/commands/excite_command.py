@@ -3,7 +3,6 @@
 import argparse
 from collections.abc import Sequence
 from dataclasses import replace
-from itertools import permutations
 from pathlib import Path
 
 import numpy as np
@@ -22,14 +21,11 @@ from exidyn.trajectories.clearances.region_rows import read_regions
 from exidyn.trajectories.clearances.self_collision import SelfCollision
 from exidyn.trajectories.discrimination.discriminate import Discriminate
 from exidyn.trajectories.discrimination.distinction import distinguish, sentences
-from exidyn.trajectories.discrimination.hypothesis import Hypothesis
-from exidyn.trajectories.discrimination.separation import Observation
 from exidyn.trajectories.errors import BadLimits
-from exidyn.trajectories.joint_names_in_errors import in_words_of
-from exidyn.trajectories.kinds import KINDS
+from exidyn.trajectories.kinds.by_rule import by_rule
 from exidyn.trajectories.limits.usable_limits import Margins, usable
-from exidyn.trajectories.planning.identification_goal import nominal_noise
 from exidyn.trajectories.planning.planner import plan
+from exidyn.trajectories.planning.two_models import two_models
 from exidyn.trajectories.planning.wishes import Wishes, rows_of
 from exidyn.trajectories.plans.plan import Plan
 from exidyn.trajectories.plans.plan_check import nominal_torque, violations
@@ -52,10 +48,11 @@ def main(arguments: Sequence[str]) -> int:
     require_file(given.output, "--output", read)
     require_json(given.json)
     model, progress = read_model(given.robot), Stopwatch()
-    wishes = _wishes(given, model, progress)
+    wishes = wishes_of(given, model, progress)
     pages: list[str]
     if given.kind != OPTIMISED:
-        plans, pages = [_by_rule(given, model, wishes)], []
+        joints = [model.robot.index(joint) for joint in given.joints or ()]
+        plans, pages = [by_rule(given.kind, model, wishes, joints)], []
     elif given.against:
         plans, pages = _against(given, model, wishes, progress)
     else:
@@ -102,22 +99,6 @@ def _search(
     )
 
 
-def _by_rule(given: argparse.Namespace, model: Model, wishes: Wishes) -> Plan:
-    """A run of one of the other kinds."""
-    limits, assumed = usable(model.robot, wishes.margins, wishes.window, wishes.start)
-    joints = [model.robot.index(joint) for joint in given.joints or model.robot.joints]
-    with in_words_of(model.robot):
-        made = KINDS[given.kind](model, wishes, limits, joints)
-    return Plan.of(
-        made.trajectory,
-        model,
-        margins=vars(wishes.margins),
-        tick=wishes.tick,
-        assumed=(*assumed, *made.notes),
-        details={"kind": given.kind},
-    )
-
-
 def _against(
     given: argparse.Namespace, model: Model, wishes: Wishes, progress: Progress
 ) -> tuple[list[Plan], list[str]]:
@@ -127,12 +108,7 @@ def _against(
     if names[0] == names[1]:
         names = [str(given.robot), str(given.against)]
     limits, _ = usable(model.robot, wishes.margins, wishes.window, wishes.start)
-    hypotheses = tuple(
-        Hypothesis.of_priors(name, one) for name, one in zip(names, (model, rival), strict=True)
-    )
-    for hypothesis, other in permutations(hypotheses):
-        _require_values(hypothesis, other)
-    goal = Discriminate(hypotheses, Observation(nominal_noise(model, limits), rows_of(wishes)))
+    goal = two_models((model, rival), names, limits, rows_of(wishes))
     plans = _search(given, model, wishes, progress, goal)
     lines = []
     for one in plans:
@@ -141,22 +117,8 @@ def _against(
     return plans, lines
 
 
-def _require_values(one: Hypothesis, other: Hypothesis) -> None:
-    """Raise where what one model has beyond the other has no values, and so explains nothing.
-
-    Raises:
-        RobotError: All of it is zero.
-    """
-    known = set(other.model.names)
-    own = {n: v for n, v in zip(one.model.names, one.values, strict=True) if n not in known}
-    if own and not any(own.values()):
-        raise RobotError(
-            f"{one.name}: {', '.join(own)} have no values, so it is the same as {other.name}. Give its "
-            "effects the values that a fit found: values = [...] in their [[effect]] rows"
-        )
-
-
-def _wishes(given: argparse.Namespace, model: Model, progress: Progress) -> Wishes:
+def wishes_of(given: argparse.Namespace, model: Model, progress: Progress) -> Wishes:
+    """What the command line asks of a motion."""
     turn = np.where(model.robot.revolute & given.degrees, np.pi / 180.0, 1.0)
     start = _joint_values(given.start, model, "--start")
     window = _joint_values(given.window, model, "--window")

@@ -4,7 +4,8 @@ ExidynError
 └── RunError          a run cannot begin, or not go on
     ├── NotAllowed    what is asked for must not be done with this arm
     ├── CannotStart   the arm does not stand where the motion can begin
-    └── NotConfirmed  not confirmed
+    ├── NotConfirmed  not confirmed
+    └── RunStopped    a run was stopped before its end
 """
 
 from exidyn.identify.errors import ExidynError
@@ -24,3 +25,7 @@ class CannotStart(RunError):
 
 class NotConfirmed(RunError):
     """Not confirmed."""
+
+
+class RunStopped(RunError):
+    """A run was stopped before its end, and what comes next needs it whole."""

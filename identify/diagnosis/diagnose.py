@@ -3,6 +3,7 @@
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -35,6 +36,13 @@ UNSTATED = 100.0
 """Relative standard deviation of unstated inertias [-]: flat, and still a number."""
 
 
+class Diagnosed(NamedTuple):
+    """A diagnosis, and the search that it reports: the posterior of all unknowns and hypotheses."""
+
+    diagnosis: Diagnosis
+    search: SearchResult
+
+
 def diagnose(
     model: Model,
     recordings: Sequence[tuple[str, Recording]],
@@ -42,6 +50,17 @@ def diagnose(
     filtering: Filtering = Filtering(),  # noqa: B008
     progress: Callable[[str], None] = lambda _: None,
 ) -> Diagnosis:
+    """Find the physics that a model leaves out; as `diagnosed`, without the search."""
+    return diagnosed(model, recordings, name, filtering, progress).diagnosis
+
+
+def diagnosed(
+    model: Model,
+    recordings: Sequence[tuple[str, Recording]],
+    name: str = "",
+    filtering: Filtering = Filtering(),  # noqa: B008
+    progress: Callable[[str], None] = lambda _: None,
+) -> Diagnosed:
     """Find the physics that a model leaves out.
 
     Args:
@@ -66,7 +85,7 @@ def _diagnosed(
     name: str,
     filtering: Filtering,
     progress: Callable[[str], None],
-) -> Diagnosis:
+) -> Diagnosed:
     began = time.monotonic()
     model = nominal(with_payloads(model, [recording for _, recording in recordings]))
     progress("filter and differentiate")
@@ -87,7 +106,7 @@ def _diagnosed(
     residuals = Residuals.of(found)
     left = discrepancies(found.problem, found.prediction)
     every, named = _findings(found), sum(one.named for one in found.selected)
-    return Diagnosis(
+    diagnosis = Diagnosis(
         name=name or model.robot.name,
         joints=model.robot.joints,
         findings=tuple(every[:named]),
@@ -103,6 +122,7 @@ def _diagnosed(
         changes=tuple(changes(found.problem, found.single)),
         moments=tuple(moments(found.problem, found.prediction)),
     )
+    return Diagnosed(diagnosis, found)
 
 
 def nominal(model: Model) -> Model:

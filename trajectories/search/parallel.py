@@ -166,7 +166,10 @@ def _begin(event: Any, begun: Any, reports: Any) -> None:
 
 @contextmanager
 def _interrupt_noted() -> Iterator[Stop]:
-    """Whether Ctrl-C was pressed inside, so that work here can end with what it has; a second one raises."""
+    """Whether Ctrl-C was pressed inside, so that work here can end with what it has; a second one raises.
+
+    A handler of the caller's own is called behind it: for whom work is a step of several.
+    """
     pressed: list[int] = []
 
     def on_interrupt(*_: object) -> None:
@@ -182,6 +185,8 @@ def _interrupt_noted() -> Iterator[Stop]:
         yield lambda: bool(pressed)
     finally:
         signal.signal(signal.SIGINT, before)
+    if pressed and callable(before) and before is not signal.default_int_handler:
+        before(signal.SIGINT, None)
 
 
 @contextmanager

@@ -44,6 +44,8 @@ class SearchResult:
         prediction: With columns for everything that was found, at the end of its rows.
         without_findings: Prediction without any of them.
         single: Answers of all hypotheses, each beside nothing else, the most probable first.
+        left: Answers of those that were not taken, each beside all that was, the most probable first.
+        total: Sum of the prior weights of all hypotheses.
     """
 
     problem: Problem
@@ -51,6 +53,8 @@ class SearchResult:
     prediction: Prediction
     without_findings: Prediction
     single: tuple[Answer, ...]
+    left: tuple[Answer, ...] = ()
+    total: float = 1.0
 
     def ordered(self) -> "SearchResult":
         """The same with those findings first that are certain enough to be named."""
@@ -62,7 +66,7 @@ def search(problem: Problem) -> SearchResult:
     """Find what the model leaves out."""
     found = list(measured_gears(problem))
     problem = replace(problem, asked=[*problem.asked, *mounted_otherwise(problem)])
-    without_findings, single = problem.prediction([]), list[Answer]()
+    without_findings, single, best = problem.prediction([]), list[Answer](), list[Answer]()
     out: set[object] = set()
     total = 1.0
     for _ in range(TURNS):
@@ -83,8 +87,15 @@ def search(problem: Problem) -> SearchResult:
         out |= gone
     found = _never_worse(problem, _beside_all(problem, found, total), without_findings, total)
     problem = _nominal_where_better(problem, found, without_findings)
+    taken = _keys(found)
     return SearchResult(
-        problem, tuple(found), problem.prediction(_answers(found)), without_findings, tuple(single)
+        problem,
+        tuple(found),
+        problem.prediction(_answers(found)),
+        without_findings,
+        tuple(single),
+        tuple(one for one in best if one.candidate.key not in taken),
+        total,
     )
 
 

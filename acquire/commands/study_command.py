@@ -1,0 +1,200 @@
+"""exidyn study: run after run, each chosen by what the ones before left open, until the model is decided."""
+
+import argparse
+import signal
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, redirect_stdout
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from exidyn.identify.diagnosis.diagnose import Diagnosed
+from exidyn.identify.errors import ExidynError
+from exidyn.identify.model import Model
+from exidyn.identify.recordings.recording import KnownPayload
+from exidyn.identify.robot_files.robot_file import read_model
+from exidyn.identify.text_table import paragraph
+from exidyn.trajectories.planning.wishes import Wishes
+
+from ..arguments.common import add_body, any_number, command_parser, positive
+from ..arguments.controllers import read_controller
+from ..arguments.excite_arguments import add_limits, excite_options
+from ..arguments.exit_codes import DONE
+from ..arguments.outputs import add_json, add_output, make_folder, require_json
+from ..arguments.run_options import add_driving, add_stops, body_of, require_mock
+from ..files.diagnosis_case import Case
+from ..study.cell import Cell
+from ..study.loop import Study
+from ..study.notebook import ENDED
+from ..study.rounds import NOTEBOOK, forget_end
+from ..study.shelf import Shelf
+from ..study.source import Source
+from ..terminal.json_output import hand_over, json_text
+from ..terminal.stopwatch import Stopwatch
+from . import diagnose_command, identify_command, record_command
+from .excite_command import wishes_of
+
+EXAMPLES = (
+    "exidyn study robot.toml --controller cell.toml --minutes 30",
+    "exidyn study robot.toml --controller cell.toml --minutes 30 --mass 5 --com 0 0 0.04",
+    "exidyn study robot.toml --plant truth.toml            # a simulated arm",
+    "exidyn study robot.toml --from recordings             # the same choices among runs that exist",
+)
+NOTES = """The folder keeps every step that is done: the same command goes on where it was stopped."""
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Go on until the model is decided, undecidable or out of time; print what came of it."""
+    given = parser().parse_args(arguments)
+    require_json(given.json)
+    make_folder(given.output)
+    model = read_model(given.robot)
+    asked = {"minutes": given.minutes, "mass": given.mass, "recordings": str(given.recordings or "")}
+    forget_end(given.output, asked)
+    source = _source(given, model)
+    study = Study(given.output, model, source, 60.0 * given.minutes, identify_step, diagnose_step, asked)
+    with _interrupts_end():
+        choice = study.run()
+    hand_over(_page(choice, given.output), json_text(choice), given.json)
+    return DONE
+
+
+@contextmanager
+def _interrupts_end() -> Iterator[None]:
+    """Ctrl-C ends the study in a search too, which by itself would go on with the best motion so far."""
+
+    def end(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    before = signal.signal(signal.SIGINT, end)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def _page(choice: dict[str, Any], folder: Path) -> str:
+    lines = [ENDED[choice["verdict"]], *choice["believed"], *choice["remains"]]
+    lines += [f"{choice['moved'] / 60.0:.1f} min of motion; {folder / NOTEBOOK} tells run by run"]
+    return "\n".join(line for words in lines for line in paragraph(words))
+
+
+def _source(given: argparse.Namespace, model: Model) -> Source:
+    """The cell, or the recordings that exist.
+
+    Raises:
+        ExidynError: Both are given.
+    """
+    if given.recordings:
+        if given.controller or given.driver or given.plant:
+            raise ExidynError("--from takes recordings that exist, and no controller; leave one of them out")
+        return Shelf.of(given.recordings, model)
+    name, settings = read_controller(given.controller, given.driver, given.set)
+    require_mock(given, name)
+    wishes = _wishes(given, model, settings)
+    record = partial(_record, given)
+    motions = given.output / "offers"
+    return Cell(model, record, wishes, given.search, body_of(given), name != "mock", motions)
+
+
+def _wishes(given: argparse.Namespace, model: Model, settings: Mapping[str, Any]) -> Wishes:
+    """What `exidyn excite` keeps to with the same options, clear of collisions and regions."""
+    asked = excite_options([given.robot, "--length", str(given.length)])
+    for name in LIMITING:
+        setattr(asked, name, getattr(given, name))
+    asked.tick = float(settings.get("cycle", asked.tick))
+    return wishes_of(asked, model, Stopwatch())
+
+
+LIMITING = (
+    "margin",
+    "window",
+    "start",
+    "region",
+    "degrees",
+    "collision_distance",
+    "no_collision",
+    "packages",
+)
+"""What a study has in common with `exidyn excite`."""
+
+
+def identify_step(runs: Sequence[Path], folder: Path) -> None:
+    """Fit, as `exidyn identify` does."""
+    with _page_into(folder / SUMMARY):
+        identify_command.main([*map(str, runs), "--output", str(folder)])
+
+
+def diagnose_step(case: Case, folder: Path) -> Diagnosed:
+    """Diagnose, as `exidyn diagnose --quick` does."""
+    given = diagnose_command.parser().parse_args([case.name, "--quick"])
+    with _page_into(folder / SUMMARY), Stopwatch(diagnose_command.QUICK) as progress:
+        return diagnose_command.run(case, folder, given, progress)
+
+
+def _record(given: argparse.Namespace, plan: Path, path: Path, body: KnownPayload | None) -> bool:
+    """Record, as `exidyn record` does, its question included; whether the run came to its end."""
+    options = [plan, "--robot", given.robot, "--output", path, "--name", path.parent.name, "--approach"]
+    for name in RECORDED:
+        value = getattr(given, name)
+        if body is None and name in ("mass", "com", "inertia") or value in (None, False, []):
+            continue
+        repeated = [[one] for one in value] if name == "set" else [value]
+        for one in repeated:
+            words = one if isinstance(one, list) else [one]
+            options += [f"--{name.replace('_', '-')}", *([] if one is True else words)]
+    with _page_into(path.with_suffix(".txt")):
+        return record_command.main([str(one) for one in options]) == DONE
+
+
+@contextmanager
+def _page_into(path: Path) -> Iterator[None]:
+    """What a command prints as its page goes into a file: a study has a page of its own."""
+    with path.open("w", encoding="utf-8") as file, redirect_stdout(file):
+        yield
+
+
+SUMMARY = "summary.txt"
+"""What a single command would have printed."""
+RECORDED = (
+    "driver", "controller", "set", "plant", "seed", "yes", "tracking", "current", "temperature",
+    "mass", "com", "inertia", "no_collision", "packages",
+)  # fmt: skip
+"""Options of `exidyn record` that a study hands on."""
+
+
+def parser() -> argparse.ArgumentParser:
+    """What `exidyn study` takes."""
+    found = command_parser(
+        "study",
+        "Plan, record, identify, diagnose, and choose the run that settles most per second, until\n"
+        "the model is decided, undecidable by any motion, or out of time.",
+        EXAMPLES,
+        NOTES,
+    )
+    found.add_argument("robot", metavar="ROBOT", help="robot.toml, .urdf or .xacro, or a name built in")
+    found.add_argument(
+        "--minutes", type=positive, default=30.0, metavar="MIN", help="of motion at most; default: 30"
+    )
+    found.add_argument(
+        "--from", dest="recordings", type=Path, metavar="FOLDER", help="recordings, in place of a controller"
+    )
+    add_output(found, "FOLDER", Path("exidyn-study"))
+    add_json(found)
+    motions = found.add_argument_group("motions")
+    motions.add_argument(
+        "--length", type=positive, default=20.0, metavar="S", help="of one that is searched; default: 20"
+    )
+    motions.add_argument(
+        "--start",
+        type=any_number,
+        nargs="+",
+        metavar="Q",
+        help="pose where each begins and ends, n numbers [rad]",
+    )
+    motions.add_argument("--search", type=positive, default=5.0, metavar="S", help="for it; default: 5")
+    add_limits(found)
+    add_driving(found.add_argument_group("controller"))
+    add_stops(found.add_argument_group("what stops a run"))
+    add_body(found.add_argument_group("a body that you have, to be hung on the flange when asked for"))
+    return found

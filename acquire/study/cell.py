@@ -1,0 +1,139 @@
+"""A cell as the source of a study's runs: motions are planned and recorded by the single commands."""
+
+import os
+import sys
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import count
+from pathlib import Path
+from typing import Any
+
+from exidyn.identify.diagnosis import Diagnosis
+from exidyn.identify.errors import ExidynError
+from exidyn.identify.fit.fit import Fit
+from exidyn.identify.model import Model
+from exidyn.identify.recordings.recording import KnownPayload
+from exidyn.trajectories.next_run.offer import Offer
+from exidyn.trajectories.next_run.offers import (
+    Planned,
+    distinguishing,
+    excitation,
+    kinds_of_run,
+    offers_of,
+)
+from exidyn.trajectories.planning.wishes import Wishes
+from exidyn.trajectories.plans.plan_file import plan_text, read_plan, write_plan
+
+from ..run.before import checked
+from ..run.errors import RunStopped
+from ..run.recording.recorder import part_of
+from .asking import ask
+from .rounds import NEXT, Round
+
+Record = Callable[[Path, Path, KnownPayload | None], bool]
+"""Plays the plan of a file, records it under a path, with what hangs on the flange; whether it came to its
+end."""
+
+
+@dataclass(frozen=True)
+class Cell:
+    """A controller with its arm.
+
+    Attributes:
+        model: Nominal.
+        record: As `exidyn record`.
+        wishes: Of every motion that is searched.
+        search: For each search [s].
+        body: What a person has to hang on the flange; None for nothing.
+        attended: Whether a person has to do what a run asks; a simulated arm needs none.
+        folder: For motions that do not depend on what is open.
+    """
+
+    model: Model
+    record: Record
+    wishes: Wishes
+    search: float
+    body: KnownPayload | None
+    attended: bool
+    folder: Path
+
+    def make(self, one: Round, chosen: dict[str, Any] | None) -> None:
+        """Plan or take the motion that was chosen, ask for what it needs, and record it.
+
+        Raises:
+            RunStopped: It was stopped before its end.
+        """
+        if not one.plan.exists():
+            motion = None if chosen is None else read_plan(one.folder.parent / chosen["plan"])
+            write_plan(motion or excitation(self.model, self.wishes, None, 1, self.search)[1], one.plan)
+        if chosen is not None and chosen["request"] and self.attended:
+            ask(chosen["request"])
+        carried = self.body if chosen is not None and chosen["loaded"] else None
+        attempts = (one.folder / f"attempt-{number}.mcap" for number in count(1))
+        attempt = next(path for path in attempts if not path.exists() and not part_of(path).exists())
+        if not self.record(one.plan, attempt, carried):
+            raise RunStopped(
+                f"the run of {one.name} was stopped before its end; what was recorded is in {attempt}. "
+                "The same command goes on from here"
+            )
+        os.replace(attempt, one.run)
+
+    def offers(self, every: Sequence[Round], diagnosis: Diagnosis, fit: Fit | None) -> list[Offer]:
+        """Runs of every kind, an excitation after the fit, and one that distinguishes what is open."""
+        last = every[-1].recording()
+        seed = len(every) + 1
+        planned = [*self._kinds(), *self._searched(diagnosis, fit, seed)]
+        warm, rate = "temperature" in last.signals, 1.0 / self.wishes.tick
+        offers = offers_of(self.model, planned, self.body, last.payload, rate, warm)
+        made = {(one.plan.read_text(encoding="utf-8"), one.recording().payload) for one in every}
+        return [one for one in offers if _new(one, made) and self._allowed(one)]
+
+    def chosen(self, offer: Offer, folder: Path) -> dict[str, Any]:
+        """Its motion, as a file, and what it asks."""
+        assert offer.plan is not None
+        write_plan(offer.plan, folder / NEXT)
+        place = Path(folder.parent.name) / folder.name.removesuffix(".part") / NEXT
+        return {"plan": str(place), "loaded": offer.payload is not None, "request": offer.request}
+
+    def _searched(self, diagnosis: Diagnosis, fit: Fit | None, seed: int) -> list[Planned]:
+        found: list[Planned] = []
+        for after in [None] if fit is None else [fit, None]:
+            try:
+                found.append(excitation(self.model, self.wishes, after, seed, self.search))
+                break
+            except ExidynError as error:
+                _say(f"no excitation: {error}")
+        try:
+            found += distinguishing(diagnosis, self.wishes, seed, self.search)
+        except ExidynError as error:
+            _say(f"no motion against a rival: {error}")
+        return found
+
+    def _kinds(self) -> list[Planned]:
+        """Made once; names and motions are kept in files."""
+        if not self.folder.exists():
+            part = self.folder.with_name(self.folder.name + ".part")
+            part.mkdir(parents=True, exist_ok=True)
+            for name, motion in kinds_of_run(self.model, self.wishes, _say):
+                write_plan(motion, part / f"{name}.toml")
+            os.replace(part, self.folder)
+        return [(path.stem, read_plan(path)) for path in sorted(self.folder.glob("*.toml"))]
+
+    def _allowed(self, offer: Offer) -> bool:
+        """Whether `exidyn record` would play it."""
+        assert offer.plan is not None
+        try:
+            checked(offer.plan, self.model, 1.0, offer.payload)
+        except ExidynError as error:
+            _say(f"{offer.name} is not on offer: {error}")
+            return False
+        return True
+
+
+def _new(offer: Offer, made: set[tuple[str, KnownPayload | None]]) -> bool:
+    assert offer.plan is not None
+    return (plan_text(offer.plan), offer.payload) not in made
+
+
+def _say(words: str) -> None:
+    print(f"exidyn: {' '.join(words.split())}", file=sys.stderr)

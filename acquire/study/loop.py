@@ -1,0 +1,117 @@
+"""The loop of a study: plan, record, identify, diagnose, choose."""
+
+import sys
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from exidyn.identify.diagnosis.diagnose import Diagnosed
+from exidyn.identify.errors import ExidynError
+from exidyn.identify.fit.fit import Fit
+from exidyn.identify.fit.fit_file import read_fit
+from exidyn.identify.model import Model
+from exidyn.trajectories.next_run.belief import belief_of, suspects_of
+from exidyn.trajectories.next_run.choice import RUN, choose
+from exidyn.trajectories.next_run.columns import RunColumns, run_columns
+from exidyn.trajectories.next_run.offer import Offer
+
+from ..files.diagnosis_case import Case
+from ..files.payload_runs import distinct_bodies
+from ..terminal.json_output import json_text, plain, write_whole
+from .choice_table import choice_table, findings_of
+from .notebook import notebook
+from .rounds import CHOICE, NOTEBOOK, Round, made_whole, next_round, rounds
+from .source import Source
+
+Identify = Callable[[Sequence[Path], Path], None]
+Diagnose = Callable[[Case, Path], Diagnosed]
+
+
+@dataclass(frozen=True)
+class Study:
+    """What a study is about, and how its steps are done.
+
+    Attributes:
+        folder: Of its files.
+        model: Nominal.
+        source: Of its runs.
+        seconds: Of motion, at most [s].
+        identify: Makes the files of a fit from runs, as `exidyn identify` does.
+        diagnose: Makes the files of a diagnosis, as `exidyn diagnose` does.
+        asked: What was asked for, by name; a study that ended is continued where that has changed.
+    """
+
+    folder: Path
+    model: Model
+    source: Source
+    seconds: float
+    identify: Identify
+    diagnose: Diagnose
+    asked: dict[str, Any]
+
+    def run(self) -> dict[str, Any]:
+        """Until it is decided, undecidable or out of time; the last choice, as its table."""
+        while True:
+            one = next_round(self.folder)
+            choice = self._done(one)
+            write_whole(self.folder / NOTEBOOK, notebook(self.model.robot.name, self._pages()))
+            if choice["verdict"] != RUN:
+                return choice
+
+    def _done(self, one: Round) -> dict[str, Any]:
+        """All steps of a round of which there is no result yet, and its choice."""
+        before = rounds(self.folder)[: one.number - 1]
+        one.folder.mkdir(parents=True, exist_ok=True)
+        if not one.run.exists():
+            last = before[-1].choice if before else None
+            what = "the first run" if last is None else last["offers"][0]["name"]
+            print(f"{one.name}: {what}", file=sys.stderr)
+            self.source.make(one, None if last is None else last["chosen"])
+        every = [*before, one]
+        made_whole(one.fit, lambda part: self._fitted(every, part))
+        made_whole(one.diagnosis, lambda part: self._believed(every, part))
+        choice = one.choice
+        assert choice is not None
+        return choice
+
+    def _fitted(self, every: Sequence[Round], part: Path) -> None:
+        """A fit of all runs; what runs cannot carry is no reason to end."""
+        try:
+            self.identify([one.run for one in every], part)
+        except ExidynError as error:
+            write_whole(part / "none.txt", f"{error}\n")
+            print(f"exidyn: no fit: {' '.join(str(error).split())}", file=sys.stderr)
+
+    def _believed(self, every: Sequence[Round], part: Path) -> None:
+        """Diagnosis, offers and choice."""
+        recordings = distinct_bodies([one.recording() for one in every])
+        case = Case(self.model.robot.name, self.model, [("identify", one) for one in recordings])
+        diagnosis, search = self.diagnose(case, part)
+        offers = self.source.offers(every, diagnosis, _fit(every[-1].fit))
+        suspects, found = suspects_of(search), [one.answer for one in search.selected]
+        usable: list[Offer] = []
+        columns: list[RunColumns] = []
+        for offer in offers:
+            try:
+                columns.append(run_columns(search.problem, found, suspects, offer.recording))
+                usable.append(offer)
+            except ExidynError as error:
+                print(f"exidyn: {offer.name} is not on offer: {error}", file=sys.stderr)
+        belief = belief_of(search, suspects, columns)
+        moved = sum(one.duration for one in recordings)
+        last = every[-2].choice if len(every) > 1 else None
+        repeated = last is not None and last["findings"] == findings_of(diagnosis)
+        choice = choose(belief, usable, columns, self.seconds - moved, repeated, bool(diagnosis.remainders))
+        table = choice_table(belief, choice, diagnosis) | {"moved": moved, "asked": self.asked}
+        chosen = choice.chosen
+        table["chosen"] = None if chosen is None else self.source.chosen(chosen.offer, part)
+        write_whole(part / CHOICE, json_text(plain(table)))
+
+    def _pages(self) -> list[tuple[str, dict[str, Any]]]:
+        """Name and choice of each round."""
+        return [(one.name, choice) for one in rounds(self.folder) if (choice := one.choice) is not None]
+
+
+def _fit(folder: Path) -> Fit | None:
+    return read_fit(folder / "fit.json") if (folder / "fit.json").exists() else None

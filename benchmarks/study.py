@@ -1,0 +1,77 @@
+"""Study: arms with something concealed; is it found, and in how much motion beside a fixed programme?"""
+
+import os
+import tempfile
+from pathlib import Path
+from typing import Any
+
+os.environ.setdefault("OMP_NUM_THREADS", "1")  # before numpy
+
+import numpy as np
+from common import parser, save, show
+from parts.study.cases import Result, drawn, studied
+from parts.study.kscale import NAMED, ONE, chosen_among
+
+QUICK, ALL = 3, 30
+"""Arms: none, one and two effects in turn."""
+
+
+def figures(results: list[Result]) -> dict[str, Any]:
+    """What is measured; motion over that of the fixed programme where both found what is there."""
+    both = [one for one in results if one.found == one.fixed == one.concealed]
+    proposed = [told for one in results for told in one.proposed]
+    return {
+        "arms": len(results),
+        "right": sum(one.found == one.concealed for one in results) / len(results),
+        "false": sum(len(one.found - one.concealed) for one in results),
+        "fixed_right": sum(one.fixed == one.concealed for one in results) / len(results),
+        "fixed_false": sum(len(one.fixed - one.concealed) for one in results),
+        "motion_minutes": float(np.mean([one.minutes for one in results])),
+        "motion_minutes_over_fixed": float(np.mean([one.minutes / one.fixed_minutes for one in both]))
+        if both
+        else None,
+        "compared": len(both),
+        "settled_by_proposed_run": sum(proposed) / len(proposed) if proposed else None,
+        "proposed_runs": len(proposed),
+    }
+
+
+def mocks(given: Any) -> dict[str, Any]:
+    """Every simulated arm."""
+    results = []
+    for number in range(given.first, given.first + (given.arms or (QUICK if given.quick else ALL))):
+        with tempfile.TemporaryDirectory(prefix="study-") as folder:
+            results.append(studied(drawn(number, number % 3), number, Path(folder)))
+        print(f"arm {number}: {results[-1]}", flush=True)
+    return figures(results)
+
+
+def servo(given: Any) -> dict[str, Any]:
+    """Recordings of one mass, and of all."""
+    found = {}
+    for name, wanted in (("one mass", ONE), ("all masses", "")):
+        with tempfile.TemporaryDirectory(prefix="study-") as folder:
+            one = chosen_among(Path(folder), wanted)
+        found[name] = one | {"settled": any(NAMED in names for names in one["named"])}
+        print(f"{name}: {found[name]}", flush=True)
+    return found
+
+
+PARTS = {"mocks": mocks, "kscale": servo}
+
+
+def main() -> None:
+    """Study every arm, print and save."""
+    options = parser(__doc__ or "", PARTS)
+    options.add_argument("--first", type=int, default=0, metavar="N", help="number of the first mock")
+    options.add_argument("--arms", type=int, metavar="N", help="how many")
+    given = options.parse_args()
+    table = {name: PARTS[name](given) for name in given.only or PARTS}
+    if "mocks" in table:
+        rows = [[name, value] for name, value in table["mocks"].items()]
+        show("Study beside the fixed programme", ["figure", "value"], rows)
+    save(given.json, table)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,63 @@
+"""The folder of a study: a step whose result is there is done, and half a result is none."""
+
+import json
+
+import pytest
+
+from exidyn.acquire.study.rounds import CHOICE, FORMAT, forget_end, made_whole, next_round, rounds
+from exidyn.identify.errors import NotAFile
+
+
+def chosen(folder, verdict, number=1, **more):
+    one = next_round(folder)
+    assert one.number == number
+    one.diagnosis.mkdir(parents=True)
+    table = {"exidyn_study": FORMAT, "verdict": verdict, "asked": {}} | more
+    (one.diagnosis / CHOICE).write_text(json.dumps(table))
+    return one
+
+
+def test_a_folder_appears_when_it_is_whole_and_is_made_once(tmp_path):
+    made = []
+
+    def fill(part):
+        made.append(part)
+        (part / "half").write_text("")
+        if len(made) == 1:
+            raise KeyboardInterrupt
+        assert [path.name for path in part.iterdir()] == ["half"]  # nothing of the first attempt
+        (part / "whole").write_text("")
+
+    with pytest.raises(KeyboardInterrupt):
+        made_whole(tmp_path / "fit", fill)
+    assert not (tmp_path / "fit").exists()
+    made_whole(tmp_path / "fit", fill)
+    made_whole(tmp_path / "fit", fill)
+    assert len(made) == 2
+    assert (tmp_path / "fit" / "whole").exists()
+
+
+def test_a_round_without_a_choice_is_gone_on_with(tmp_path):
+    (tmp_path / "round-01").mkdir()
+    assert next_round(tmp_path).number == 1
+
+
+def test_a_round_that_chose_a_run_is_followed_by_another(tmp_path):
+    chosen(tmp_path, "run")
+    assert next_round(tmp_path).number == 2
+    assert [one.number for one in rounds(tmp_path)] == [1]
+
+
+def test_a_study_that_ended_stays_where_it_is_unless_it_is_asked_otherwise(tmp_path):
+    one = chosen(tmp_path, "out of time", asked={"minutes": 5})
+    assert next_round(tmp_path).number == 1
+    forget_end(tmp_path, {"minutes": 5})
+    assert one.choice is not None
+    forget_end(tmp_path, {"minutes": 10})
+    assert next_round(tmp_path).choice is None
+
+
+def test_a_choice_of_another_version_is_refused(tmp_path):
+    one = chosen(tmp_path, "run", exidyn_study=FORMAT + 1)
+    with pytest.raises(NotAFile, match="format 1"):
+        one.choice  # noqa: B018

@@ -1,0 +1,108 @@
+"""The loop of a study: which steps it does, and that none is done twice."""
+
+from dataclasses import dataclass, field
+
+import pytest
+
+from exidyn.acquire.study.loop import Study
+from exidyn.acquire.study.rounds import CHOICE, FORMAT, NOTEBOOK
+from exidyn.acquire.terminal.json_output import json_text
+
+from ...parts.small import two_joints
+
+
+def choice(verdict, moved):
+    """As `choice_table` makes it."""
+    offer = {
+        "name": "a swept sine",
+        "motion": 15.0,
+        "seconds": 75.0,
+        "request": "Hang the body on the flange",
+    }
+    return {
+        "exidyn_study": FORMAT,
+        "verdict": verdict,
+        "believed": ["Joint 2 has a spring."],
+        "findings": [],
+        "entropy": 2.0 - moved / 20.0,
+        "items": [{"words": "spring or weight", "entropy": 1.0, "open": True, "decidable": verdict == "run"}],
+        "offers": [offer | {"gained": 0.8, "expected": 0.9}],
+        "remains": ["Spring or weight. No motion tells."] if verdict == "undecidable" else [],
+        "moved": moved,
+        "asked": {},
+        "chosen": {"take": "this"} if verdict == "run" else None,
+    }
+
+
+@dataclass
+class Steps:
+    """A source whose runs are empty files, and which fails where it is told to."""
+
+    done: list = field(default_factory=list)
+    fail: set = field(default_factory=set)
+
+    def step(self, what):
+        if what in self.fail:
+            self.fail.remove(what)
+            raise KeyboardInterrupt
+        self.done.append(what)
+
+    def make(self, one, chosen):
+        self.step(("run", one.number, chosen and chosen["take"]))
+        one.run.write_text("")
+
+    def identify(self, runs, part):
+        self.step(("fit", len(runs)))
+
+
+class Small(Study):
+    """Believes by the number of runs alone."""
+
+    def _believed(self, every, part):
+        self.source.step(("diagnosis", len(every)))
+        verdict = "run" if len(every) < 3 else "undecidable"
+        (part / CHOICE).write_text(json_text(choice(verdict, 10.0 * len(every))))
+
+
+def study(folder, steps):
+    return Small(folder, two_joints.model(), steps, 60.0, steps.identify, None, {})
+
+
+EVERY = [
+    step
+    for number, taken in ((1, None), (2, "this"), (3, "this"))
+    for step in (("run", number, taken), ("fit", number), ("diagnosis", number))
+]
+
+
+def test_runs_are_made_until_a_choice_says_otherwise(tmp_path):
+    steps = Steps()
+    assert study(tmp_path, steps).run()["verdict"] == "undecidable"
+    assert steps.done == EVERY
+
+
+@pytest.mark.parametrize("fails", EVERY)
+def test_a_study_that_is_interrupted_anywhere_goes_on_with_nothing_repeated(tmp_path, fails):
+    steps = Steps(fail={fails})
+    with pytest.raises(KeyboardInterrupt):
+        study(tmp_path, steps).run()
+    assert study(tmp_path, steps).run()["verdict"] == "undecidable"
+    assert steps.done == EVERY
+
+
+def test_a_study_that_ended_does_nothing_more(tmp_path):
+    study(tmp_path, Steps()).run()
+    steps = Steps()
+    assert study(tmp_path, steps).run()["verdict"] == "undecidable"
+    assert steps.done == []
+
+
+def test_the_notebook_says_what_was_believed_asked_and_learned(tmp_path):
+    study(tmp_path, Steps()).run()
+    page = (tmp_path / NOTEBOOK).read_text()
+    assert "Joint 2 has a spring." in page
+    assert "A swept sine: of all runs on offer it takes most off" in page
+    assert "Hang the body on the flange." in page
+    assert "Expected information 0.90 bit, realised 0.50 bit." in page
+    assert "No motion tells." in page
+    assert page.count('<section id="round-') == 3

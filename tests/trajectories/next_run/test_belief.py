@@ -1,0 +1,74 @@
+"""What a search leaves open, and what runs would do about it, on an arm of two joints."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from exidyn.identify.effects import JointSpring, known_parameters
+from exidyn.identify.recordings.recording import KnownPayload
+from exidyn.trajectories.next_run.belief import Believed, Question, belief_of, suspects_of
+from exidyn.trajectories.next_run.columns import run_columns
+from exidyn.trajectories.next_run.forecast import information, items, parameter_entropy, separations
+from exidyn.trajectories.next_run.remains import remaining
+
+from ...parts.small import small_diagnosis, small_search
+
+BODY = KnownPayload("L", known_parameters(3.0, (0.1, 0.0, 0.05), (0.02, 0.0, 0.0, 0.02, 0.0, 0.02)))
+
+
+@cache
+def believed(gain=0.02):
+    """After one run of an arm with a spring; another run on offer, without and with a body."""
+    model = small_diagnosis.nominal_model()
+    model = replace(model, robot=replace(model.robot, drive_gain_tolerance=np.full(2, gain)))
+    spring, values = (JointSpring(("elbow",)),), {"Ks2": small_diagnosis.STIFFNESS}
+    first, other = small_search.record(spring, values, ("identify", "identify"), model)
+    search = small_search.searched([first], model)
+    suspects, found = suspects_of(search), [one.answer for one in search.selected]
+    offers = [other[1], replace(other[1], payload=BODY)]
+    columns = [run_columns(search.problem, found, suspects, one) for one in offers]
+    return belief_of(search, suspects, columns), columns
+
+
+def question(belief, *effects):
+    """As if each of some effects were as probable as the others."""
+    keys = [(one.candidate.effect, one.candidate.joints) for one in belief.suspects]
+    answers = [Believed(*one, 1.0 / len(effects), belief.places[keys.index(one)]) for one in effects]
+    return Question(tuple(answers), True, np.zeros(0, int))
+
+
+def apart(belief, asked, run):
+    return separations([belief.stance(asked, one) for one in asked.answers], information(belief, run))
+
+
+def test_the_spring_is_a_question_and_what_was_not_found_is_counted_together():
+    belief, _ = believed()
+    every = items(belief)
+    assert any("spring" in one.words for one in every[:-2])
+    assert all(one.entropy >= 0.0 for one in every)
+    assert all(np.isclose(one.probabilities.sum(), 1.0) for one in belief.questions)
+
+
+def test_what_two_answers_share_no_run_separates_and_the_words_say_why():
+    belief, [run, _] = believed()
+    asked = question(belief, ("payload", ()), ("link_inertia", (1,)))
+    alike = apart(belief, asked, run)
+    other = apart(belief, question(belief, ("friction_asymmetry", (0,)), ("friction_asymmetry", (1,))), run)
+    assert np.max(alike) < 1.0
+    assert np.max(other) > 10.0 * np.max(alike)
+    words = " ".join(remaining(belief, asked))
+    assert "No motion tells" in words
+    assert "a run with a body of known mass on the flange" in words
+
+
+@pytest.mark.parametrize(("gain", "more"), [(0.2, True), (1e-4, False)])
+def test_a_body_of_known_mass_settles_gains_that_are_not_known(gain, more):
+    belief, [empty, loaded] = believed(gain)
+    now = parameter_entropy(belief)
+    without, with_body = (
+        now - parameter_entropy(belief, information(belief, run)) for run in (empty, loaded)
+    )
+    assert 0.0 <= without <= now
+    assert (with_body > 2.0 * without + 0.5) == more

@@ -1,0 +1,100 @@
+"""Choice: the run that settles most per second, or why none is made."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from .belief import Belief
+from .columns import RunColumns
+from .forecast import Forecast, Item, forecasts, items
+from .offer import Offer
+
+WORTH = 0.05
+"""Share of an item's entropy that a run has to take off to be worthwhile, or an hour of it so that the item
+counts as decidable."""
+RUN, DECIDED, UNDECIDABLE, OUT_OF_TIME = "run", "decided", "undecidable", "out of time"
+"""What comes next."""
+
+
+@dataclass(frozen=True, eq=False)
+class Choice:
+    """What comes next, and why.
+
+    Attributes:
+        verdict: One of `RUN`, `DECIDED`, `UNDECIDABLE` and `OUT_OF_TIME`.
+        items: Everything that was or is open.
+        forecasts: Of all offers, the best first.
+        decidable: Whether some run on offer, made for an hour, would take something off each item, (i,).
+    """
+
+    verdict: str
+    items: tuple[Item, ...]
+    forecasts: tuple[Forecast, ...]
+    decidable: tuple[bool, ...]
+
+    @property
+    def chosen(self) -> Forecast | None:
+        """The run that comes next."""
+        return self.forecasts[0] if self.verdict == RUN else None
+
+    @property
+    def entropy(self) -> float:
+        """Of everything, settled or not [nat]."""
+        return sum(one.entropy for one in self.items)
+
+    @property
+    def remains(self) -> tuple[Item, ...]:
+        """What is open and no run on offer would tell."""
+        pairs = zip(self.items, self.decidable, strict=True)
+        return tuple(one for one, decidable in pairs if one.open and not decidable)
+
+
+def choose(
+    belief: Belief,
+    offers: Sequence[Offer],
+    runs: Sequence[RunColumns],
+    seconds: float,
+    repeated: bool = True,
+    unexplained: bool = False,
+) -> Choice:
+    """The offer that gains most per second.
+
+    Args:
+        belief: What is open.
+        offers: What could be made or taken.
+        runs: Columns of each.
+        seconds: Of motion that are left [s].
+        repeated: Whether another motion has led to the same findings; blocks of one motion share what it does
+            not show, so that their odds are no proof.
+        unexplained: Whether something is left that no effect explains, whatever the run.
+    """
+    found, every = forecasts(belief, offers, runs), items(belief)
+    decidable = tuple(
+        any(one.left_hour[place] < (1.0 - WORTH) * item.entropy for one in found)
+        for place, item in enumerate(every)
+    )
+    open_ones = [place for place, one in enumerate(every) if one.open]
+    ordered = _ordered(every, found, open_ones)
+    if not open_ones and (repeated or not found):
+        verdict = UNDECIDABLE if unexplained else DECIDED
+    elif not found or (open_ones and not any(decidable[place] for place in open_ones)):
+        verdict = UNDECIDABLE
+    elif ordered[0].offer.motion > seconds:
+        verdict = OUT_OF_TIME
+    else:
+        verdict = RUN
+    return Choice(verdict, tuple(every), ordered, decidable)
+
+
+def _ordered(
+    every: Sequence[Item], found: Sequence[Forecast], open_ones: Sequence[int]
+) -> tuple[Forecast, ...]:
+    """Forecasts, those first that are worth while; where nothing is open, by what they tell of anything."""
+    if not open_ones:
+        total = sum(one.entropy for one in every)
+        return tuple(sorted(found, key=lambda one: (one.left.sum() - total) / one.offer.seconds))
+    worth = [
+        one
+        for one in found
+        if any(one.left[place] < (1.0 - WORTH) * every[place].entropy for place in open_ones)
+    ]
+    return (*worth, *(one for one in found if one not in worth))

@@ -1,0 +1,67 @@
+"""Columns of everything that may act on an arm, over a run that has not been made."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from exidyn.identify.diagnosis.questions.block_answer import Answer
+from exidyn.identify.diagnosis.questions.candidate import Thinned
+from exidyn.identify.diagnosis.runs.driven import Driven
+from exidyn.identify.diagnosis.runs.nuisances import with_nuisances
+from exidyn.identify.diagnosis.runs.rows import Rows, model_rows
+from exidyn.identify.diagnosis.search.problem import Problem, with_found
+from exidyn.identify.fit.identification import with_payloads
+from exidyn.identify.recordings.recording import Recording
+
+
+@dataclass(frozen=True, eq=False)
+class RunColumns:
+    """Torque per unit of everything, over the rows of one run.
+
+    Attributes:
+        rows: Unknowns of the model, its nuisances and all findings.
+        suspects: Columns of each suspect, in the order in which they were given.
+        torque: Of the motors by the fitted model, shape (r, n) [N m].
+    """
+
+    rows: Rows
+    suspects: tuple[Thinned, ...]
+    torque: np.ndarray
+
+
+def run_columns(
+    problem: Problem, found: Sequence[Answer], suspects: Sequence[Answer], recording: Recording
+) -> RunColumns:
+    """What a recording would be explained by; of its torque or current only that it was recorded matters.
+
+    Args:
+        problem: Of the runs so far.
+        found: Findings.
+        suspects: What may be there beside them.
+        recording: Of a planned motion as simulated, or one that exists.
+
+    Raises:
+        RecordingError: It cannot be filtered as the others were.
+    """
+    model = with_payloads(problem.model, [recording])
+    before = dict(zip(problem.model.names, problem.known.values, strict=True))
+    values = np.array(
+        [before.get(name, nominal) for name, nominal in zip(model.names, model.nominal_values, strict=True)]
+    )
+    filtering = problem.runs[0].filtering
+    run = Driven.of(model, replace(recording, model=model), "offered", filtering)
+    run = replace(problem.known, model=model, values=values).on(run)
+    rows = with_nuisances(model_rows(model, [run], values), model, [run], values)
+    rows = with_found(rows, [_over(one, run) for one in found])
+    return RunColumns(rows, tuple(_over(one, run).columns for one in suspects), run.thinned(run.torque))
+
+
+def _over(answer: Answer, run: Driven) -> Answer:
+    """The answer over another run; columns of zeros where that has no record of what they take."""
+    columns = Thinned.of(answer.candidate, [run])
+    if columns.empty:
+        count, joints = len(answer.candidate.names), answer.columns.joints
+        nothing = np.zeros((run.rows, len(joints), count))
+        columns = Thinned(joints, nothing, np.full(count, np.inf), np.zeros(count))
+    return replace(answer, columns=columns)

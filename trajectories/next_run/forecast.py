@@ -1,0 +1,198 @@
+"""Forecast: by how much a run is expected to lower the entropy of everything that is open."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from exidyn.identify.diagnosis.blocks.prediction import factored, solve
+from exidyn.identify.diagnosis.questions.comparison import LINEAR
+from exidyn.identify.diagnosis.search.selected import EXCLUDED
+
+from ..discrimination.distinction import HOUR, SURE
+from .belief import NUISANCES, Belief, Believed, Stance, all_columns, products
+from .columns import RunColumns
+from .entropy import entropy, expected_entropy
+from .offer import Offer
+
+UNSEEN, PARAMETERS = "effects that no run so far could show", "values of parameters"
+"""What items that are no question about a misfit are called."""
+
+
+class Information(NamedTuple):
+    """What a run contains of all columns, (c, c): by the weight of its rows."""
+
+    gram: np.ndarray
+
+    def times(self, runs: float) -> "Information":
+        """Of so many runs."""
+        return Information(runs * self.gram)
+
+
+class Item(NamedTuple):
+    """One thing that may be open.
+
+    Attributes:
+        words: What it is about: the effects and joints of a question, "unseen effects", "parameters".
+        entropy: Of it [nat].
+        open: Whether it has yet to be settled.
+    """
+
+    words: str
+    entropy: float
+    open: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Forecast:
+    """What is expected of a run.
+
+    Attributes:
+        offer: The run.
+        left: Entropy of each item behind it, expected, shape (i,) [nat].
+        left_hour: The same behind an hour of it.
+        gained: By how much less what is open is behind it [nat].
+    """
+
+    offer: Offer
+    left: np.ndarray
+    left_hour: np.ndarray
+    gained: float
+
+    @property
+    def rate(self) -> float:
+        """Information that is gained in a second [nat/s]."""
+        return self.gained / self.offer.seconds
+
+
+def information(belief: Belief, run: RunColumns) -> Information:
+    """Of a run on offer; what a new body leaves unknown is fitted in it."""
+    every, more, known = all_columns(run, belief.search.prediction.rows.names)
+    count = every.shape[2]
+    whole = products(np.concatenate([every, more], axis=2), run.rows.weight * belief.weight)
+    if not len(known):
+        return Information(whole)
+    mixed, own = whole[:count, count:], whole[count:, count:] + np.diag(known)
+    return Information(whole[:count, :count] - mixed @ solve(factored(own), mixed.T))
+
+
+def separations(stances: Sequence[Stance], seen: Information) -> np.ndarray:
+    """How far each answer (row) is then from being explained by each other one (column), shape (m, m).
+
+    As `discrimination.separation`, by products of columns; averaged over what is not known of the true
+    answer's own coefficients.
+    """
+    found = np.zeros((len(stances), len(stances)))
+    for rival, other in enumerate(stances):
+        columns = seen.gram[:, other.held]
+        factor = factored(other.precision + columns[other.held])
+        for true, one in enumerate(stances):
+            if true == rival:
+                continue
+            ways = np.column_stack([one.values - other.values, one.ways])
+            whole = seen.gram @ ways
+            left = whole - columns @ solve(factor, columns.T @ ways)
+            total, explained = float(np.sum(ways * left)), float(np.sum(ways * whole))
+            # Current sensors are linear to a few per cent, and what differs by less tells nothing.
+            found[true, rival] = total if total > LINEAR**2 * explained else 0.0
+    return found
+
+
+def parameter_entropy(belief: Belief, more: Information | None = None) -> float:
+    """Of the torque that the values of the model's parameters and findings leave open [nat].
+
+    Half the sum of log(1 + s^2) over independent parts of the torque, s their standard deviation over the
+    resolution: zero where it is finer, so that knowing better counts for nothing. No part is taken to be
+    less sure than by the usual torque itself.
+    """
+    known = _known(belief, more)
+    reach = _own_reach(belief)
+    return 0.5 * (_log_determinant(known + reach) - _log_determinant(known))
+
+
+def open_torque(belief: Belief) -> float:
+    """Root mean square torque that parameters leave open, over the resolution [-]."""
+    n = len(belief.weight)
+    inverse = solve(factored(_known(belief, None)), _own_reach(belief))
+    return float(np.sqrt(max(np.trace(inverse), 0.0) / n))
+
+
+def _known(belief: Belief, more: Information | None) -> np.ndarray:
+    every = np.arange(belief.unknowns)
+    matrix = belief.posterior(every)[0] + LINEAR**2 * _own_reach(belief)
+    return matrix if more is None else matrix + more.gram[: len(every), : len(every)]
+
+
+def _own_reach(belief: Belief) -> np.ndarray:
+    """`reach` of the unknowns in question."""
+    names, count = belief.search.prediction.rows.names, belief.unknowns
+    asked = np.array([not name.startswith(NUISANCES) for name in names])
+    return np.asarray(belief.reach[:count, :count] * np.outer(asked, asked))
+
+
+def _log_determinant(matrix: np.ndarray) -> float:
+    (triangle, _), scale = factored(matrix)
+    return 2.0 * float(np.sum(np.log(np.diag(triangle))) - np.sum(np.log(scale)))
+
+
+def items(belief: Belief) -> list[Item]:
+    """Everything that may be open: each question about a misfit, all unseen effects, all parameters."""
+    found = []
+    for question in belief.questions:
+        if question.seen:
+            settled = question.answers[0].probability >= SURE and question.answers[0].effect
+            words = " or ".join(_named(one) for one in question.answers if one.probability > EXCLUDED)
+            found.append(Item(words, entropy(question.probabilities), not settled))
+    unseen = sum(entropy(question.probabilities) for question in belief.questions if not question.seen)
+    found.append(Item(UNSEEN, unseen, hidden(belief) > 1.0 - SURE))
+    return [*found, Item(PARAMETERS, parameter_entropy(belief), open_torque(belief) > 1.0)]
+
+
+def _named(one: Believed) -> str:
+    effect = one.effect.replace("_", " ") or "nothing"
+    return f"{effect} ({', '.join(str(joint + 1) for joint in one.joints)})" if one.joints else effect
+
+
+def hidden(belief: Belief) -> float:
+    """Probability that some effect is there, and large enough to matter, that no run so far shows."""
+    absent = [
+        one.probability
+        for question in belief.questions
+        if not question.seen
+        for one in question.answers
+        if not one.effect
+    ]
+    return 1.0 - float(np.prod(absent))
+
+
+Stances = Sequence[Sequence[Stance]]
+"""Of the answers to each question."""
+
+
+def _left(belief: Belief, stances: Stances, seen: Information) -> np.ndarray:
+    """Entropy of each item after a run, expected, shape (i,)."""
+    asked, unseen = [], 0.0
+    for question, own in zip(belief.questions, stances, strict=True):
+        left = expected_entropy(question.probabilities, separations(own, seen))
+        if question.seen:
+            asked.append(left)
+        else:
+            unseen += left
+    return np.array([*asked, unseen, parameter_entropy(belief, seen)])
+
+
+def forecast(belief: Belief, stances: Stances, offer: Offer, run: RunColumns) -> Forecast:
+    """What is expected of a run on offer."""
+    seen, before = information(belief, run), items(belief)
+    left = _left(belief, stances, seen)
+    gained = sum(one.entropy - after for one, after in zip(before, left, strict=True) if one.open)
+    hour = _left(belief, stances, seen.times(HOUR / offer.motion))
+    return Forecast(offer, left, hour, float(gained))
+
+
+def forecasts(belief: Belief, offers: Sequence[Offer], runs: Sequence[RunColumns]) -> list[Forecast]:
+    """Of all offers, the one that gains most per second first."""
+    stances = [[belief.stance(question, one) for one in question.answers] for question in belief.questions]
+    found = [forecast(belief, stances, offer, run) for offer, run in zip(offers, runs, strict=True)]
+    return sorted(found, key=lambda one: -one.rate)

@@ -1,0 +1,130 @@
+"""Offers: the runs that an arm could make next, planned."""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from exidyn.identify.diagnosis import Diagnosis
+from exidyn.identify.diagnosis.improved.rivals import found_model, rivals
+from exidyn.identify.diagnosis.words.naming import effect_words
+from exidyn.identify.effects import Payload
+from exidyn.identify.errors import ExidynError
+from exidyn.identify.fit.fit import Fit
+from exidyn.identify.model import Model
+from exidyn.identify.recordings.recording import KnownPayload, Recording, Signal
+from exidyn.identify.simulation.simulate import simulate
+
+from ..kinds import KINDS
+from ..kinds.by_rule import by_rule
+from ..limits.usable_limits import usable
+from ..planning.planner import plan
+from ..planning.two_models import two_models
+from ..planning.wishes import Wishes, rows_of
+from ..plans.plan import Plan
+from .offer import Offer
+
+HANDLING = 60.0
+"""What a person takes to hang a body on a flange, or to take it off [s]."""
+TEMPERATURE = 25.0
+"""At which runs on offer are foreseen where temperatures are recorded [degC]."""
+
+Planned = tuple[str, Plan]
+
+
+def kinds_of_run(model: Model, wishes: Wishes, said: Callable[[str], None]) -> Iterator[Planned]:
+    """A run of each kind that is made by rule, of all joints; those that an arm cannot make are left out."""
+    for kind in KINDS:
+        try:
+            yield f"a run of the kind {kind}", by_rule(kind, model, wishes)
+        except ExidynError as error:
+            said(f"no run of the kind {kind}: {error}")
+
+
+def excitation(model: Model, wishes: Wishes, fit: Fit | None, seed: int, seconds: float) -> Planned:
+    """The run that `exidyn excite` plans, after a fit where that leaves values open."""
+    name = "an excitation" if fit is None else "an excitation where the fit knows least"
+    return name, plan(model, replace(wishes, fit=fit), seed=seed, starts=1, seconds=seconds)[0]
+
+
+def distinguishing(diagnosis: Diagnosis, wishes: Wishes, seed: int, seconds: float) -> Iterator[Planned]:
+    """The run that `exidyn excite --against` plans for the most open finding, where a model holds both."""
+    found, every = found_model(diagnosis), (*diagnosis.findings, *diagnosis.undecided)
+    pairs = sorted(rivals(diagnosis), key=lambda one: every[one.finding].probability)
+    if found is None or not pairs or pairs[0].left_out:
+        return
+    rival, finding = pairs[0], every[pairs[0].finding]
+    other = finding.alternatives[rival.alternative].effect
+    names = [effect_words(finding.effect), f"{effect_words(other)} instead"]
+    limits, _ = usable(found.robot, wishes.margins, wishes.window, wishes.start)
+    goal = two_models((found, rival.model), names, limits, rows_of(wishes))
+    words = f"the excitation that best distinguishes {names[0]} from {effect_words(other)}"
+    yield words, plan(found, wishes, goal=goal, seed=seed, starts=1, seconds=seconds)[0]
+
+
+def offers_of(
+    model: Model,
+    planned: Sequence[Planned],
+    body: KnownPayload | None,
+    mounted: KnownPayload | None,
+    rate: float,
+    warm: bool,
+) -> list[Offer]:
+    """Every planned run, without and with a body on the flange.
+
+    Args:
+        model: Nominal.
+        planned: Names and motions.
+        body: That a person has; None for none.
+        mounted: What hangs on the flange now.
+        rate: Of samples [Hz].
+        warm: Whether temperatures are recorded.
+    """
+    bodies: list[KnownPayload | None] = [None, *([] if body is None else [body])]
+    return [
+        offered(model, name, motion, carried, mounted, rate, warm)
+        for carried in bodies
+        for name, motion in planned
+    ]
+
+
+def offered(
+    model: Model,
+    name: str,
+    motion: Plan,
+    carried: KnownPayload | None,
+    mounted: KnownPayload | None,
+    rate: float = 500.0,
+    warm: bool = False,
+) -> Offer:
+    """A planned motion with what is to hang on the flange."""
+    request = "" if carried == mounted else _request(carried)
+    words = name if carried is None else f"{name}, with {dict(carried.known)['M']:g} kg on the flange"
+    return Offer(
+        words, _foreseen(model, motion, carried, rate, warm), motion, request, HANDLING if request else 0.0
+    )
+
+
+def _request(carried: KnownPayload | None) -> str:
+    if carried is None:
+        return "Take the body off the flange"
+    return f"Hang the body of {dict(carried.known)['M']:g} kg on the flange"
+
+
+def _foreseen(model: Model, motion: Plan, carried: KnownPayload | None, rate: float, warm: bool) -> Recording:
+    """The motion as the nominal arm makes it."""
+    loaded = model if carried is None else model + Payload(carried.name, carried.known)
+    states = motion.trajectory.every(1.0 / rate).motion()
+    recording = simulate(
+        loaded,
+        loaded.nominal_values,
+        model.robot.drive_gain,
+        states,
+        model,
+        payload=carried,
+        name=motion.robot,
+    )
+    if not warm:
+        return recording
+    still = Signal(states.time, np.full(states.position.shape, TEMPERATURE))
+    return replace(recording, signals={**recording.signals, "temperature": still})
