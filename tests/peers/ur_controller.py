@@ -1,8 +1,8 @@
 """A Universal Robots controller that moves a simulated arm: RTDE, programs and dashboard over real TCP.
 
 A process of its own with its own clock. Programs are run as they are sent; `servoj` smooths, and so has a
-latency. Prints `ready HOST RTDE PROGRAM DASHBOARD` (ports), then what happens to it. Lines on standard input are
-faults (see `Controller.fault`); it ends with standard input.
+latency. Prints `ready HOST RTDE PROGRAM DASHBOARD` (ports), then what happens to it. Lines on standard input
+are faults (see `Controller.fault`); it ends with standard input.
 """
 
 import argparse
@@ -43,6 +43,7 @@ class Controller:
         self.given, self.step = given, STEP[given.series]
         self.version = tuple(map(int, given.version.split("."))) if given.version else VERSION[given.series]
         self.plant = arm_of(given)
+        self.speed = np.zeros(6) if given.robot == "obedient" else None  # a plant with drives needs none
         self.measured = self.plant.measure()
         self.target = self.followed = np.array(self.measured.position)
         self.velocity = np.zeros(len(self.target))
@@ -109,12 +110,12 @@ class Controller:
         for client in self.clients:
             client.receive()
         self.run_program()
-        before, self.followed = self.followed, self.target
+        self.followed = self.target
         for window in self.smoothing:  # two means, one of the other, each late by half its length
             window.append(self.followed)
             self.followed = np.mean(window, axis=0)
         if self.robot_mode == RUNNING:
-            self.plant.step(self.followed, (self.followed - before) / self.step, self.step)
+            self.plant.step(self.followed, self.speed, self.step)
         self.measured = self.plant.measure()
         self.time += self.step
         self.now = self.values()
