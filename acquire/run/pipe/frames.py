@@ -105,9 +105,10 @@ def event_frame(event: Event) -> bytes:
 
 def read_cycle(body: bytes) -> Cycle:
     """The cycle of a sample frame."""
-    *fixed, states = _FIXED.unpack_from(body)
+    host_time, controller_time, lateness, skipped, stage, states = _FIXED.unpack_from(body)
     numbers = np.frombuffer(body, "<f8", offset=_FIXED.size)
-    return Cycle(*fixed, numbers[states:].reshape(len(ARRAYS), -1), numbers[:states])
+    arrays = numbers[states:].reshape(len(ARRAYS), -1)
+    return Cycle(host_time, controller_time, lateness, skipped, stage, arrays, numbers[:states])
 
 
 def read_event(body: bytes) -> Event:
