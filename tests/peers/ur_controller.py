@@ -1,8 +1,8 @@
 """A Universal Robots controller that moves a simulated arm: RTDE, programs and dashboard over real TCP.
 
-A process of its own with its own clock. Programs are run as they are sent; `servoj` has a latency. Prints
-`ready HOST RTDE PROGRAM DASHBOARD` (ports), then what happens to it. Lines on standard input are faults (see
-`Controller.fault`); it ends with standard input.
+A process of its own with its own clock. Programs are run as they are sent; `servoj` smooths, and so has a
+latency. Prints `ready HOST RTDE PROGRAM DASHBOARD` (ports), then what happens to it. Lines on standard input
+are faults (see `Controller.fault`); it ends with standard input.
 """
 
 import argparse
@@ -43,11 +43,12 @@ class Controller:
         self.given, self.step = given, STEP[given.series]
         self.version = tuple(map(int, given.version.split("."))) if given.version else VERSION[given.series]
         self.plant = arm_of(given)
+        self.speed = np.zeros(6) if given.robot == "obedient" else None  # a plant with drives needs none
         self.measured = self.plant.measure()
         self.target = self.followed = np.array(self.measured.position)
         self.velocity = np.zeros(len(self.target))
-        delay = max(round(given.latency / self.step), 1)
-        self.under_way = deque([self.target] * delay, maxlen=delay)
+        count = round(given.latency / self.step) + 1
+        self.smoothing = [deque([self.target] * count, maxlen=count) for _ in range(2)]
         self.robot_mode, self.safety_mode = given.robot_mode, given.safety_mode
         self.slider, self.remote, self.paused = given.slider, not given.local, False
         self.program, self.time = None, 1000.0 + 0.5 * self.step
@@ -109,10 +110,12 @@ class Controller:
         for client in self.clients:
             client.receive()
         self.run_program()
-        self.under_way.append(self.target)
-        before, self.followed = self.followed, self.under_way[0]
+        self.followed = self.target
+        for window in self.smoothing:  # two means, one of the other, each late by half its length
+            window.append(self.followed)
+            self.followed = np.mean(window, axis=0)
         if self.robot_mode == RUNNING:
-            self.plant.step(self.followed, (self.followed - before) / self.step, self.step)
+            self.plant.step(self.followed, self.speed, self.step)
         self.measured = self.plant.measure()
         self.time += self.step
         self.now = self.values()
@@ -249,6 +252,7 @@ class Controller:
                 missed = int((now - deadline) / self.step)
                 deadline += missed * self.step
                 self.time += missed * self.step  # a controller's clock goes on
+                print(f"stood still for {missed} cycles", flush=True)
             time.sleep(max(deadline - now, 0.0))
             self.one_cycle()
 
