@@ -263,7 +263,8 @@ def _in_time(recorded: np.ndarray, velocity: np.ndarray, rate: float) -> np.ndar
 
 def _commanded(even: _Even, cutoff: float, measured: Motion, inside: slice) -> Motion | None:
     """The commanded motion, at the temperature and with the payload that were measured."""
-    if "command" not in even.recording.signals:
+    recorded = even.recording.signals.get("command")
+    if recorded is None or not len(recorded):  # a run that was stopped before its first command
         return None
     command = even.signal("command")
     if not np.all(np.isfinite(command)):  # a joint whose command was not recorded
