@@ -187,7 +187,8 @@ def forecast(belief: Belief, stances: Stances, offer: Offer, run: RunColumns) ->
     seen, before = information(belief, run), items(belief)
     left = _left(belief, stances, seen)
     gained = sum(one.entropy - after for one, after in zip(before, left, strict=True) if one.open)
-    hour = _left(belief, stances, seen.times(HOUR / offer.motion))
+    # An hour tells no less than its first run, however alike torques come to be beside all that it shows.
+    hour = np.minimum(left, _left(belief, stances, seen.times(HOUR / offer.motion)))
     return Forecast(offer, left, hour, float(gained))
 
 

@@ -50,7 +50,8 @@ def test_what_cannot_be_is_refused_before_anything_is_made(folder, more, words, 
 
 
 def begun(folder: Path, *more: str) -> subprocess.Popen:
-    words = ["study", "robot.toml", "--plant", "truth.toml", "--length", "10", "--search", "1", *more]
+    words = ["study", "robot.toml", "--plant", "truth.toml", "--length", "10", "--search", "1"]
+    words += ["--minutes", "0.8", *more]
     return subprocess.Popen(
         [sys.executable, "-m", "exidyn.acquire.command_line", *words],
         cwd=folder,
@@ -105,6 +106,6 @@ def test_a_study_that_is_faulted_interrupted_and_killed_goes_on_with_nothing_rep
     assert last.returncode == 0, words
     assert all(path.read_bytes() == content for path, content in kept.items())
     choice = json.loads((folder / "study.json").read_text())
-    assert choice["verdict"] in ("decided", "undecidable")
+    assert choice["verdict"] in ("decided", "undecidable", "out of time")
     assert any(2 in joints for _, joints in choice["findings"])
     assert not any(1 in joints for _, joints in choice["findings"])

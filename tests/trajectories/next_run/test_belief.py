@@ -4,7 +4,6 @@ from dataclasses import replace
 from functools import cache
 
 import numpy as np
-import pytest
 
 from exidyn.identify.effects import JointSpring, known_parameters
 from exidyn.identify.recordings.recording import KnownPayload
@@ -19,10 +18,11 @@ BODY = KnownPayload("L", known_parameters(3.0, (0.1, 0.0, 0.05), (0.02, 0.0, 0.0
 
 
 @cache
-def believed(gain=0.02):
+def believed(gain=0.02, inertias=0.02):
     """After one run of an arm with a spring; another run on offer, without and with a body."""
     model = small_diagnosis.nominal_model()
-    model = replace(model, robot=replace(model.robot, drive_gain_tolerance=np.full(2, gain)))
+    robot = replace(model.robot, drive_gain_tolerance=np.full(2, gain), inertial_tolerance=inertias)
+    model = replace(model, robot=robot)
     spring, values = (JointSpring(("elbow",)),), {"Ks2": small_diagnosis.STIFFNESS}
     first, other = small_search.record(spring, values, ("identify", "identify"), model)
     search = small_search.searched([first], model)
@@ -63,12 +63,11 @@ def test_what_two_answers_share_no_run_separates_and_the_words_say_why():
     assert "a run with a body of known mass on the flange" in words
 
 
-@pytest.mark.parametrize(("gain", "more"), [(0.2, True), (1e-4, False)])
-def test_a_body_of_known_mass_settles_gains_that_are_not_known(gain, more):
-    belief, [empty, loaded] = believed(gain)
+def test_a_body_of_known_mass_settles_gains_and_masses_that_are_known_together_only():
+    belief, [empty, loaded] = believed(gain=0.3, inertias=0.3)
     now = parameter_entropy(belief)
     without, with_body = (
         now - parameter_entropy(belief, information(belief, run)) for run in (empty, loaded)
     )
     assert 0.0 <= without <= now
-    assert (with_body > 2.0 * without + 0.5) == more
+    assert with_body > 2.0 * without
