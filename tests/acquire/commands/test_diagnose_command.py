@@ -13,6 +13,7 @@ from exidyn.acquire.files.diagnosis_case import COMPARISON_CUTOFF
 from exidyn.acquire.files.diagnosis_files import add_answer, write_diagnosis
 from exidyn.acquire.files.report_files import read_page_data
 from exidyn.identify.diagnosis import Quantity, Remainder
+from exidyn.identify.diagnosis.diagnose import Diagnosed
 from exidyn.identify.diagnosis.findings.finding import Moment
 from exidyn.identify.diagnosis.improved.rivals import as_finding
 from exidyn.identify.diagnosis.runs.usable import usable
@@ -74,8 +75,13 @@ def test_a_spring_that_the_model_lacks_is_named_simulated_and_fitted(runs, tmp_p
     }
 
 
+def answering(monkeypatch, answer):
+    """Let the command answer with a diagnosis that needs no search."""
+    monkeypatch.setattr(diagnose_command, "diagnosed", lambda *a, **b: Diagnosed(answer(*a, **b), None))
+
+
 def test_quick_json_has_neither_simulation_nor_fit(runs, tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr(diagnose_command, "diagnose", lambda *_, **__: diagnosis())
+    answering(monkeypatch, lambda *_, **__: diagnosis())
     assert main(["diagnose", *runs, "--quick", "--json", "-", "--output", str(tmp_path / "out")]) == 0
     table = json.loads(capsys.readouterr().out)
     assert table["held_out"] == ["validate2"]
@@ -86,7 +92,7 @@ def test_quick_json_has_neither_simulation_nor_fit(runs, tmp_path, monkeypatch, 
 def test_models_to_distinguish_are_written_where_the_words_state(tmp_path, monkeypatch, capsys, runs):
     one = diagnosis().findings[0]
     both = replace(diagnosis(), findings=(replace(one, alternatives=(instead("torque_ripple", 1),)),))
-    monkeypatch.setattr(diagnose_command, "diagnose", lambda *_, **__: both)
+    answering(monkeypatch, lambda *_, **__: both)
     out = tmp_path / "out"
     assert main(["diagnose", *runs, "--quick", "--output", str(out)]) == 0
     text = " ".join(capsys.readouterr().out.split())
@@ -135,7 +141,7 @@ def test_a_simulation_that_diverges_does_not_lose_the_answer(runs, tmp_path, mon
         as_finding(instead("current_offset", 1)), parameters={"Off2": Quantity(1e160, np.nan, "N m")}
     )
     far = replace(diagnosis(), findings=(pushed,), undecided=(), budget=None)
-    monkeypatch.setattr(diagnose_command, "diagnose", lambda *_, **__: far)
+    answering(monkeypatch, lambda *_, **__: far)
     monkeypatch.setattr(diagnose_command, "refit", lambda *_, **__: None)
     out = tmp_path / "out"
     assert main(["diagnose", *runs, "--output", str(out)]) == 0
@@ -150,7 +156,7 @@ def test_a_simulation_that_diverges_does_not_lose_the_answer(runs, tmp_path, mon
 def test_filters_are_those_of_identify_and_a_case_has_that_of_its_format(tmp_path, runs, monkeypatch):
     seen = []
     keep = lambda *_, filtering, **__: seen.append(filtering) or diagnosis()  # noqa: E731
-    monkeypatch.setattr(diagnose_command, "diagnose", keep)
+    answering(monkeypatch, keep)
     case = diagnose_command.Case("c", nominal_model(), [("identify", recordings()[0])])
     monkeypatch.setattr(diagnose_command, "read_case", lambda _: case)
     (tmp_path / "case").mkdir()
@@ -169,9 +175,7 @@ def test_filters_are_those_of_identify_and_a_case_has_that_of_its_format(tmp_pat
 
 def test_options_give_runs_their_roles(runs, tmp_path, monkeypatch):
     seen = []
-    monkeypatch.setattr(
-        diagnose_command, "diagnose", lambda model, runs, *_, **__: seen.append(runs) or diagnosis()
-    )
+    answering(monkeypatch, lambda model, runs, *_, **__: seen.append(runs) or diagnosis())
     robot, one, two, three = runs
     arguments = [robot, one, "--slow", two, "--validate", three, "--payload", one, "--mass", "3"]
     assert main(["diagnose", *arguments, "--quick", "--output", str(tmp_path / "out")]) == 0
@@ -181,9 +185,7 @@ def test_options_give_runs_their_roles(runs, tmp_path, monkeypatch):
 
 def test_without_a_robot_the_recordings_bring_theirs(runs, tmp_path, monkeypatch):
     seen = []
-    monkeypatch.setattr(
-        diagnose_command, "diagnose", lambda model, *_, **__: seen.append(model) or diagnosis()
-    )
+    answering(monkeypatch, lambda model, *_, **__: seen.append(model) or diagnosis())
     assert main(["diagnose", *runs[1:], "--quick", "--output", str(tmp_path / "out")]) == 0
     assert seen[0].names == nominal_model().names
 
@@ -239,7 +241,7 @@ def test_a_case_that_fails_does_not_stop_the_others(tmp_path, monkeypatch, capsy
     good = diagnose_command.Case("c2", nominal_model(), [("identify", recordings()[0])])
     read = diagnose_command.read_case
     monkeypatch.setattr(diagnose_command, "read_case", lambda path: good if path.name == "c2" else read(path))
-    monkeypatch.setattr(diagnose_command, "diagnose", lambda *_, **__: replace(diagnosis(), name="c2"))
+    answering(monkeypatch, lambda *_, **__: replace(diagnosis(), name="c2"))
     paths, answers = [str(tmp_path / name) for name in ("c1", "c2")], tmp_path / "answers.json"
     given = ["--quick", "--answer", str(answers), "--output", str(tmp_path / "out")]
     assert main(["diagnose", *paths, *given]) == REFUSED

@@ -51,7 +51,7 @@ def test_what_cannot_be_is_refused_before_anything_is_made(folder, more, words, 
 
 def begun(folder: Path, *more: str) -> subprocess.Popen:
     words = ["study", "robot.toml", "--plant", "truth.toml", "--length", "10", "--search", "1"]
-    words += ["--minutes", "0.8", *more]
+    words += ["--minutes", "1.2", *more]
     return subprocess.Popen(
         [sys.executable, "-m", "exidyn.acquire.command_line", *words],
         cwd=folder,
