@@ -75,7 +75,7 @@ def _interrupts_end() -> Iterator[None]:
 
 def _page(choice: dict[str, Any], folder: Path) -> str:
     lines = [ENDED[choice["verdict"]], *choice["believed"], *choice["remains"]]
-    lines += [f"{choice['moved'] / 60.0:.1f} min of motion; {folder / NOTEBOOK} tells run by run"]
+    lines += [f"{choice['moved'] / 60.0:.1f} min of motion; an account of each run is in {folder / NOTEBOOK}"]
     return "\n".join(line for words in lines for line in paragraph(words))
 
 

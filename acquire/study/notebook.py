@@ -11,7 +11,7 @@ from exidyn.trajectories.next_run.choice import DECIDED, OUT_OF_TIME, RUN, UNDEC
 
 ENDED = {
     DECIDED: "Decided: everything that was open is settled.",
-    UNDECIDABLE: "Undecidable by any run on offer; what remains, why, and what would tell it:",
+    UNDECIDABLE: "Undecidable by any run on offer; what remains, why, and what would settle it:",
     OUT_OF_TIME: "Out of time: the run that would settle most takes longer than is left.",
 }
 """What the end of a study means."""
@@ -78,7 +78,7 @@ def _round(name: str, choice: dict[str, Any], before: dict[str, Any] | None) -> 
     ]
     parts += [
         heading("What is open"),
-        table(["question", "[bit]", "", "a run on offer tells"], items, words=(0, 2, 3)),
+        table(["question", "[bit]", "", "a run on offer settles it"], items, words=(0, 2, 3)),
     ]
     if choice["offers"]:
         parts += [heading("Runs on offer"), _offers(choice["offers"])]

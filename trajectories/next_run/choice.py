@@ -43,7 +43,7 @@ class Choice:
 
     @property
     def remains(self) -> tuple[Item, ...]:
-        """What is open and no run on offer would tell."""
+        """What is open and no run on offer would settle."""
         pairs = zip(self.items, self.decidable, strict=True)
         return tuple(one for one, decidable in pairs if one.open and not decidable)
 
@@ -88,7 +88,7 @@ def choose(
 def _ordered(
     every: Sequence[Item], found: Sequence[Forecast], open_ones: Sequence[int]
 ) -> tuple[Forecast, ...]:
-    """Forecasts, those first that are worth while; where nothing is open, by what they tell of anything."""
+    """Forecasts, those first that are worth while; where nothing is open, by their information on anything."""
     if not open_ones:
         total = sum(one.entropy for one in every)
         return tuple(sorted(found, key=lambda one: (one.left.sum() - total) / one.offer.seconds))

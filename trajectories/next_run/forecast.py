@@ -94,7 +94,7 @@ def separations(stances: Sequence[Stance], seen: Information) -> np.ndarray:
             whole = seen.gram @ ways
             left = whole - columns @ solve(factor, columns.T @ ways)
             total, explained = float(np.sum(ways * left)), float(np.sum(ways * whole))
-            # Current sensors are linear to a few per cent, and what differs by less tells nothing.
+            # Current sensors are linear to a few per cent, and a smaller difference is no evidence.
             found[true, rival] = total if total > LINEAR**2 * explained else 0.0
     return found
 
@@ -187,7 +187,7 @@ def forecast(belief: Belief, stances: Stances, offer: Offer, run: RunColumns) ->
     seen, before = information(belief, run), items(belief)
     left = _left(belief, stances, seen)
     gained = sum(one.entropy - after for one, after in zip(before, left, strict=True) if one.open)
-    # An hour tells no less than its first run, however alike torques come to be beside all that it shows.
+    # An hour has no less information than its first run, however alike torques come to be beside all that it shows.
     hour = np.minimum(left, _left(belief, stances, seen.times(HOUR / offer.motion)))
     return Forecast(offer, left, hour, float(gained))
 

@@ -28,7 +28,7 @@ def coincidence(belief: Belief, question: Question) -> float:
 def remaining(belief: Belief, question: Question) -> Iterator[str]:
     """Sentences about a question that no run on offer decides.
 
-    What remains, why no motion tells, and what would.
+    What remains, why no motion settles it, and what would.
     """
     joints = belief.search.problem.model.robot.joints
     open_ones = [one for one in question.answers if one.probability > EXCLUDED]
@@ -38,7 +38,7 @@ def remaining(belief: Belief, question: Question) -> Iterator[str]:
     if share > 0.0:
         others = _named(question.answers[1], joints)
         yield (
-            f"No motion tells: in all runs so far and on offer, {others} and the other unknowns make up for "
+            f"No motion settles it: in all runs so far and on offer, {others} and the other unknowns make up for "
             f"{100 * share:.4g} % of the torque of {_named(question.answers[0], joints)}."
         )
     would = [kind_of(one.effect).settled_by for one in open_ones if one.effect]

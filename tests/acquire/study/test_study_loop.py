@@ -27,7 +27,7 @@ def choice(verdict, moved):
         "entropy": 2.0 - moved / 20.0,
         "items": [{"words": "spring or weight", "entropy": 1.0, "open": True, "decidable": verdict == "run"}],
         "offers": [offer | {"gained": 0.8, "expected": 0.9}],
-        "remains": ["Spring or weight. No motion tells."] if verdict == "undecidable" else [],
+        "remains": ["Spring or weight. No motion settles it."] if verdict == "undecidable" else [],
         "moved": moved,
         "asked": {},
         "chosen": {"take": "this"} if verdict == "run" else None,
@@ -104,5 +104,5 @@ def test_the_notebook_says_what_was_believed_asked_and_learned(tmp_path):
     assert "A swept sine: of all runs on offer it takes most off" in page
     assert "Hang the body on the flange." in page
     assert "Expected information 0.90 bit, realised 0.50 bit." in page
-    assert "No motion tells." in page
+    assert "No motion settles it." in page
     assert page.count('<section id="round-') == 3

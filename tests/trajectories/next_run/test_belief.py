@@ -59,7 +59,7 @@ def test_what_two_answers_share_no_run_separates_and_the_words_say_why():
     assert np.max(alike) < 1.0
     assert np.max(other) > 10.0 * np.max(alike)
     words = " ".join(remaining(belief, asked))
-    assert "No motion tells" in words
+    assert "No motion settles it" in words
     assert "a run with a body of known mass on the flange" in words
 
 

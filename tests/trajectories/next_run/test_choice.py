@@ -35,7 +35,7 @@ def test_the_run_that_gains_most_per_second_comes_next(chosen):
     assert made.chosen.offer.name == "short"
 
 
-def test_what_nothing_on_offer_tells_in_an_hour_is_undecidable_and_named(chosen):
+def test_what_nothing_on_offer_settles_in_an_hour_is_undecidable_and_named(chosen):
     made = chosen([of("any", [0.6, 0.0], hour=[0.599, 0.0])])
     assert made.verdict == UNDECIDABLE
     assert made.remains == (OPEN,)

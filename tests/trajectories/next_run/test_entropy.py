@@ -23,7 +23,7 @@ def test_a_run_that_cannot_tell_leaves_the_question_as_it_is(first):
     assert expected_entropy(probability, apart(0.0)) == pytest.approx(entropy(probability))
 
 
-def test_a_run_that_tells_leaves_nothing():
+def test_a_run_that_settles_a_question_leaves_nothing():
     assert expected_entropy(np.array([0.7, 0.3]), apart(1e4)) < 1e-12
 
 
