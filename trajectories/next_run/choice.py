@@ -88,7 +88,7 @@ def choose(
 def _ordered(
     every: Sequence[Item], found: Sequence[Forecast], open_ones: Sequence[int]
 ) -> tuple[Forecast, ...]:
-    """Forecasts, those first that are worth while; where nothing is open, by their information on anything."""
+    """Forecasts, those first that are worth while; where nothing is open, by what they settle at all."""
     if not open_ones:
         total = sum(one.entropy for one in every)
         return tuple(sorted(found, key=lambda one: (one.left.sum() - total) / one.offer.seconds))

@@ -187,7 +187,7 @@ def forecast(belief: Belief, stances: Stances, offer: Offer, run: RunColumns) ->
     seen, before = information(belief, run), items(belief)
     left = _left(belief, stances, seen)
     gained = sum(one.entropy - after for one, after in zip(before, left, strict=True) if one.open)
-    # An hour has no less information than its first run, however alike torques come to be beside all that it shows.
+    # No less than its first run, however alike torques come to be beside all that an hour shows.
     hour = np.minimum(left, _left(belief, stances, seen.times(HOUR / offer.motion)))
     return Forecast(offer, left, hour, float(gained))
 

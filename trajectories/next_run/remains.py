@@ -38,12 +38,12 @@ def remaining(belief: Belief, question: Question) -> Iterator[str]:
     if share > 0.0:
         others = _named(question.answers[1], joints)
         yield (
-            f"No motion settles it: in all runs so far and on offer, {others} and the other unknowns make up for "
-            f"{100 * share:.4g} % of the torque of {_named(question.answers[0], joints)}."
+            f"No motion settles it: in all runs so far and on offer, {others} and the other unknowns make up "
+            f"for {100 * share:.4g} % of the torque of {_named(question.answers[0], joints)}."
         )
     would = [kind_of(one.effect).settled_by for one in open_ones if one.effect]
-    if told := list(dict.fromkeys(words for words in would if words)):
-        yield f"What would: {joined(told, 'or')}."
+    if cures := list(dict.fromkeys(words for words in would if words)):
+        yield f"What would: {joined(cures, 'or')}."
 
 
 def _named(one: Believed, joints: tuple[str, ...]) -> str:
