@@ -9,11 +9,14 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")  # before numpy
 
 import numpy as np
 from common import parser, save, show
+from parts.study.cases import MINUTES as STUDY
+from parts.study.cases import QUICK as QUICK_STUDY
 from parts.study.cases import Result, drawn, studied
-from parts.study.kscale import NAMED, ONE, chosen_among
+from parts.study.kscale import MINUTES, NAMED, ONE, chosen_among
+from parts.study.kscale import QUICK as QUICK_MINUTES
 
-QUICK, ALL = 3, 30
-"""Arms: none, one and two effects in turn."""
+QUICK, ALL = 1, 30
+"""Arms: two, one and no effects in turn."""
 
 
 def figures(results: list[Result]) -> dict[str, Any]:
@@ -38,10 +41,10 @@ def figures(results: list[Result]) -> dict[str, Any]:
 
 def mocks(given: Any) -> dict[str, Any]:
     """Every simulated arm."""
-    results = []
+    results, minutes = [], QUICK_STUDY if given.quick else STUDY
     for number in range(given.first, given.first + (given.arms or (QUICK if given.quick else ALL))):
         with tempfile.TemporaryDirectory(prefix="study-") as folder:
-            results.append(studied(drawn(number, number % 3), number, Path(folder)))
+            results.append(studied(drawn(number, 2 - number % 3), number, Path(folder), minutes))
         print(f"arm {number}: {results[-1]}", flush=True)
     return figures(results)
 
@@ -51,7 +54,7 @@ def servo(given: Any) -> dict[str, Any]:
     found = {}
     for name, wanted in (("one mass", ONE), ("all masses", "")):
         with tempfile.TemporaryDirectory(prefix="study-") as folder:
-            one = chosen_among(Path(folder), wanted)
+            one = chosen_among(Path(folder), wanted, QUICK_MINUTES if given.quick else MINUTES)
         found[name] = one | {"settled": any(NAMED in names for names in one["named"])}
         print(f"{name}: {found[name]}", flush=True)
     return found

@@ -10,19 +10,20 @@ from exidyn.identify.effects import (
     CoulombFriction,
     CurrentOffset,
     Effect,
-    FrictionAsymmetry,
     JointSpring,
     LoadDependentFriction,
+    NonlinearViscousFriction,
     Prior,
     RigidBody,
+    RotorInertia,
     ViscousFriction,
 )
 from exidyn.identify.model import Model
 from exidyn.identify.simulation.plant import Transmission
 
 GAIN = np.array([-40.0, 25.0])
-USUAL = {"Fv1": 3.0, "Fv2": 1.5, "Fc1": 4.0, "Fc2": 2.0, "Off1": 0.0, "Off2": 0.0}
-"""True friction and offsets; SI units."""
+USUAL = {"Fv1": 3.0, "Fv2": 1.5, "Fc1": 4.0, "Fc2": 2.0, "Off1": 0.0, "Off2": 0.0, "Ia1": 0.5, "Ia2": 0.2}
+"""True friction, offsets and rotor inertia; SI units."""
 GUESS = 0.2
 """Relative deviation of friction as it is stated [-]."""
 KNOWN = 0.02
@@ -57,10 +58,11 @@ def _soft(joint: int, stiffness: float) -> Transmission:
 def concealed(name: str, joint: int, size: float) -> Concealed:
     """An effect on a joint, so many times as strong as usual."""
     key, usual = joint + 1, USUAL[f"Fc{joint + 1}"]
-    where, asymmetry = (("shoulder", "elbow")[joint],), ((f"Fa{key}", 0.4 * usual * size),)
+    where = (("shoulder", "elbow")[joint],)
+    drag = NonlinearViscousFriction(where, 0.4)
     made = {
         "joint_spring": Concealed(name, joint, JointSpring(where), ((f"Ks{key}", 6.0 * usual * size),)),
-        "friction_asymmetry": Concealed(name, joint, FrictionAsymmetry(where), asymmetry),
+        "nonlinear_viscous_friction": Concealed(name, joint, drag, ((f"Fn{key}", 0.6 * usual * size),)),
         "load_dependent_friction": Concealed(
             name, joint, LoadDependentFriction(where), ((f"mu{key}", 0.15 * size),)
         ),
@@ -69,7 +71,7 @@ def concealed(name: str, joint: int, size: float) -> Concealed:
     return made[name]
 
 
-EFFECTS = ("joint_spring", "friction_asymmetry", "load_dependent_friction", "joint_elasticity")
+EFFECTS = ("joint_spring", "nonlinear_viscous_friction", "load_dependent_friction", "joint_elasticity")
 """Some that one run identifies, and some that it may leave open, such as a gear's twist."""
 
 
@@ -96,8 +98,11 @@ def arm() -> Robot:
 
 def nominal() -> Model:
     """As its makers state it."""
-    stated = {name: Prior(0.95 * USUAL[name], GUESS * USUAL[name]) for name in ("Fv1", "Fv2", "Fc1", "Fc2")}
-    effects = (RigidBody(), ViscousFriction(), CoulombFriction(), CurrentOffset())
+    stated = {
+        name: Prior(0.95 * USUAL[name], GUESS * USUAL[name])
+        for name in ("Fv1", "Fv2", "Fc1", "Fc2", "Ia1", "Ia2")
+    }
+    effects = (RigidBody(), RotorInertia(), ViscousFriction(), CoulombFriction(), CurrentOffset())
     return Model(arm(), effects, stated)
 
 

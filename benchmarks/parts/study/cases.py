@@ -29,7 +29,8 @@ BODY = KnownPayload("L", known_parameters(3.0, (0.05, 0.0, 0.02), (0.02, 0.0, 0.
 WISHES = Wishes(seconds=16.0, tick=0.004)
 SEARCH = 3.0
 """For each motion [s]."""
-MINUTES = 5.0
+MINUTES, QUICK = 5.0, 0.5
+"""Of motion, at most."""
 
 
 @dataclass(frozen=True)
@@ -70,17 +71,17 @@ def run(parts: tuple[Concealed, ...], plan: Plan, body: KnownPayload | None, see
     return replace(recording, model=nominal())
 
 
-def studied(parts: tuple[Concealed, ...], seed: int, folder: Path) -> Result:
+def studied(parts: tuple[Concealed, ...], seed: int, folder: Path, minutes: float = MINUTES) -> Result:
     """Both programmes on one arm."""
     recorder = partial(record, parts, seed)
     cell = Cell(nominal(), recorder, WISHES, SEARCH, BODY, False, folder / "offers")
-    study = Study(folder, nominal(), cell, 60.0 * MINUTES, identify_step, diagnose_step, {})
+    study = Study(folder, nominal(), cell, 60.0 * minutes, identify_step, diagnose_step, {})
     choice = study.run()
     found = {(effect, tuple(joints)) for effect, joints in choice["findings"]}
-    fixed, minutes = programme(parts, seed)
+    fixed, needed = programme(parts, seed)
     there = {(part.name, (part.joint + 1,)) for part in parts}
     choices = [one.choice for one in rounds(folder)]
-    return Result(there, found, fixed, choice["moved"] / 60.0, minutes, choice["verdict"], told(choices))
+    return Result(there, found, fixed, choice["moved"] / 60.0, needed, choice["verdict"], told(choices))
 
 
 def told(choices: Sequence[Any]) -> list[bool]:

@@ -13,14 +13,15 @@ from ..diagnose_real.sets import kscale
 ONE = "m1168"
 """The mass of the subset; the nominal servo swings another."""
 NAMED = "load_dependent_friction"
-MINUTES = 1.0
+MINUTES, QUICK = 1.0, 0.15
+"""Of motion, at most."""
 
 
-def chosen_among(folder: Path, wanted: str = "") -> dict[str, Any]:
+def chosen_among(folder: Path, wanted: str = "", minutes: float = MINUTES) -> dict[str, Any]:
     """A study of the recordings whose names begin as wanted: runs in their order, findings and verdict."""
     model, runs = kscale()
     shelf = Shelf(tuple(run for _, run in runs if run.name.startswith(wanted)))
-    choice = Study(folder, model, shelf, 60.0 * MINUTES, identify_step, diagnose_step, {}).run()
+    choice = Study(folder, model, shelf, 60.0 * minutes, identify_step, diagnose_step, {}).run()
     every = rounds(folder)
     return {
         "runs": [one.recording().name for one in every],
