@@ -52,7 +52,8 @@ def mocks(given: Any) -> dict[str, Any]:
 def servo(given: Any) -> dict[str, Any]:
     """Recordings of one mass, and of all."""
     found = {}
-    for name, wanted in (("one mass", ONE), ("all masses", "")):
+    subsets = {"one mass": ONE} if given.quick else {"one mass": ONE, "all masses": ""}
+    for name, wanted in subsets.items():
         with tempfile.TemporaryDirectory(prefix="study-") as folder:
             one = chosen_among(Path(folder), wanted, QUICK_MINUTES if given.quick else MINUTES)
         found[name] = one | {"settled": any(NAMED in names for names in one["named"])}
