@@ -36,7 +36,7 @@ UNSEEN = 0.5
 """Share of its deviation that a parameter keeps of which the data show nothing; what they show of others
 leaves a thousandth, see `WITHOUT_PRIOR`."""
 LOOSEST = 2.0**10
-"""Factor on the tolerance of nominal values up to which they are loosened: a thousandfold, they are none."""
+"""Factor on the tolerance of nominal values up to which they are widened: beyond it they have no effect."""
 SAME = 1e-9
 """Share up to which standard parameters give the same as base parameters: rounding."""
 

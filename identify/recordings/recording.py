@@ -36,7 +36,7 @@ RATE_AGREES = 0.02
 SIMULATED = "simulated"
 """Setting of a run that a model made; its text is of what."""
 JOG = "jog"
-"""Setting of a run in which one joint was moved at a crawl; its text is which, and how far."""
+"""Setting of a run in which one joint was moved slowly; its text is which, and how far."""
 
 EFFORT = ("current", "torque")
 """Signals of which a recording needs at least one."""

@@ -111,7 +111,7 @@ def _judges_nothing(fit: Fit, recording: Recording) -> str:
     if recording.simulated and not fit.simulations:
         return "simulated by a model"
     if JOG in recording.settings and recording.name not in fit.runs:
-        return "a jog, in which one joint moves at a crawl and all others stand"
+        return "a jog, in which one joint moves slowly and all others stand"
     if recording.payload and recording.payload.name not in _bodies(fit):
         return f"carries '{recording.payload.name}', of which the fit knows nothing, and is predicted without"
     return ""
