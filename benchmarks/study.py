@@ -22,7 +22,7 @@ QUICK, ALL = 1, 30
 def figures(results: list[Result]) -> dict[str, Any]:
     """What is measured; motion over that of the fixed programme where both found what is there."""
     both = [one for one in results if one.found == one.fixed == one.concealed]
-    proposed = [told for one in results for told in one.proposed]
+    proposed = [settled for one in results for settled in one.proposed]
     return {
         "arms": len(results),
         "right": sum(one.found == one.concealed for one in results) / len(results),

@@ -81,11 +81,11 @@ def studied(parts: tuple[Concealed, ...], seed: int, folder: Path, minutes: floa
     fixed, needed = programme(parts, seed)
     there = {(part.name, (part.joint + 1,)) for part in parts}
     choices = [one.choice for one in rounds(folder)]
-    return Result(there, found, fixed, choice["moved"] / 60.0, needed, choice["verdict"], told(choices))
+    return Result(there, found, fixed, choice["moved"] / 60.0, needed, choice["verdict"], settled(choices))
 
 
-def told(choices: Sequence[Any]) -> list[bool]:
-    """Of each run that was asked for because something was open: whether it gave half of what it promised."""
+def settled(choices: Sequence[Any]) -> list[bool]:
+    """Of each run that was chosen for what was open: whether it gave half of what was expected."""
     pairs = [(one, after) for one, after in zip(choices[:-1], choices[1:], strict=True) if _open(one)]
     return [one["entropy"] - after["entropy"] > 0.5 * one["offers"][0]["expected"] for one, after in pairs]
 
