@@ -273,11 +273,18 @@ def _settled(problem: Problem, found: list[Selected]) -> tuple[Problem, list[Sel
     for one in [one for one in found[:-1] if not one.once]:
         others = [other for other in found if other is not one]
         again = again_beside(problem, one.answer, _answers(others), whole)
+        again = again or _in_allowed_shape(problem, one.answer, _answers(others), whole)
         if again is None or again.gain + log_prior(again, len(problem.tried)) < CERTAIN_ODDS:
             found = others
             continue
         # Beside others a coefficient may have come to a limit of physics, or left it.
-        bounded = replace(one.answer, values=again.values, free=again.free)
+        bounded = replace(
+            one.answer,
+            candidate=again.candidate,
+            columns=again.columns,
+            values=again.values,
+            free=again.free,
+        )
         found = [other._replace(answer=bounded) if other is one else other for other in found]
     return problem, found
 
@@ -289,3 +296,18 @@ def again_beside(
     prediction = problem.prediction(others, near)
     again = ask(prediction, [(answer.candidate, answer.columns)])
     return colouring(prediction, again[0]).chosen_as(answer) if again else None
+
+
+def _in_allowed_shape(
+    problem: Problem, answer: Answer, others: Sequence[Answer], near: Prediction
+) -> Answer | None:
+    """The same effect in its most probable shape that physics allows beside some others, if any.
+
+    The most probable shape is often the last that is allowed: beside others it is not.
+    """
+    shapes = [pair for pair in problem.asked if pair[0].key == answer.candidate.key]
+    if len(shapes) < 2:
+        return None
+    prediction = problem.prediction(others, near)
+    again = max(ask(prediction, shapes), key=lambda one: one.gain, default=None)
+    return colouring(prediction, again).chosen_as(answer) if again else None

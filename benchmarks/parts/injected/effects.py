@@ -1,0 +1,208 @@
+"""Effects by formulas that differ from exidyn's own where physics leaves the form open."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from scipy import signal
+
+from .background import Background
+
+Torques = list[np.ndarray]
+"""One array (t, n) a run [N m]."""
+
+
+class Added(NamedTuple):
+    """An effect's torque in every run, of unit size; None where it cannot be on this joint.
+
+    Attributes:
+        torques: Of each run, (t, n), as torque that the motor has to give.
+        joints: Where it is, from 0; empty where it belongs to the whole arm.
+    """
+
+    torques: Torques
+    joints: tuple[int, ...]
+
+
+Effect = Callable[[Background, int, np.random.Generator], Added | None]
+
+
+def _one(background: Background, joint: int, values: list[np.ndarray]) -> Added:
+    torques = [np.zeros_like(motion.position) for motion in background.motions]
+    for torque, value in zip(torques, values, strict=True):
+        torque[:, joint] = value
+    return Added(torques, (joint,))
+
+
+def _usual(background: Background, joint: int) -> float:
+    """Usual speed of a joint [rad/s]."""
+    return float(np.sqrt(np.mean(np.concatenate([m.velocity[:, joint] ** 2 for m in background.motions]))))
+
+
+def _sign(speed: np.ndarray, usual: float) -> np.ndarray:
+    """How dry friction turns over: steeply, and not by the formula of the fit."""
+    return speed / np.hypot(speed, 0.01 * usual)
+
+
+def load_dependent_friction(background: Background, joint: int, rng: np.random.Generator) -> Added:
+    usual = _usual(background, joint)
+    return _one(background, joint, [
+        _sign(motion.velocity[:, joint], usual) * np.abs(load[:, joint])
+        for motion, load in zip(background.motions, background.loads, strict=True)
+    ])  # fmt: skip
+
+
+def stribeck_friction(background: Background, joint: int, rng: np.random.Generator) -> Added:
+    usual = _usual(background, joint)
+    fade, power = rng.uniform(0.1, 0.4) * usual, rng.choice([1.0, 2.0])
+    return _one(background, joint, [
+        _sign(v, usual) * np.exp(-np.abs(v / fade) ** power)
+        for v in (motion.velocity[:, joint] for motion in background.motions)
+    ])  # fmt: skip
+
+
+def nonlinear_viscous_friction(background: Background, joint: int, rng: np.random.Generator) -> Added:
+    usual, power = _usual(background, joint), rng.choice([0.35, 1.8, 2.5])
+    return _one(background, joint, [
+        np.sign(v) * np.abs(v / usual) ** power
+        for v in (motion.velocity[:, joint] for motion in background.motions)
+    ])  # fmt: skip
+
+
+def friction_asymmetry(background: Background, joint: int, rng: np.random.Generator) -> Added:
+    usual, side = _usual(background, joint), rng.choice([-1.0, 1.0])
+    return _one(background, joint, [
+        np.maximum(side * v / usual, 0.0) * side
+        for v in (motion.velocity[:, joint] for motion in background.motions)
+    ])  # fmt: skip
+
+
+def position_dependent_friction(background: Background, joint: int, rng: np.random.Generator) -> Added:
+    usual = _usual(background, joint)
+    low, high = _range(background, joint)
+    spot, width = rng.uniform(low + 0.2 * (high - low), high - 0.2 * (high - low)), 0.12 * (high - low)
+    return _one(background, joint, [
+        _sign(motion.velocity[:, joint], usual) * np.exp(-(((motion.position[:, joint] - spot) / width) ** 2))
+        for motion in background.motions
+    ])  # fmt: skip
+
+
+def torque_ripple(background: Background, joint: int, rng: np.random.Generator) -> Added:
+    usual = _usual(background, joint)
+    order = 2.0 * np.pi * rng.uniform(1.0, 4.0) / usual  # a wave of 1 to 4 Hz at the usual speed
+    phase = rng.uniform(0.0, 2.0 * np.pi)
+    return _one(background, joint, [
+        np.sin(order * motion.position[:, joint] + phase) for motion in background.motions
+    ])  # fmt: skip
+
+
+def joint_spring(background: Background, joint: int, rng: np.random.Generator) -> Added:
+    """A hose that pulls the more the farther it is bent."""
+    low, high = _range(background, joint)
+    rest = rng.uniform(low, high)
+    stretch = [(motion.position[:, joint] - rest) / (high - low) for motion in background.motions]
+    return _one(background, joint, [s + s**3 for s in stretch])
+
+
+def hysteresis(background: Background, joint: int, rng: np.random.Generator) -> Added:
+    """Stops in parallel, which slide one after the other, less the dry friction that they become."""
+    low, high = _range(background, joint)
+    reach = rng.uniform(0.02, 0.05) * (high - low) * np.array([0.3, 1.0, 2.0])
+    torques = []
+    for motion in background.motions:
+        steps, held = np.diff(motion.position[:, joint], prepend=motion.position[0, joint]), np.zeros(3)
+        rows = np.zeros(len(steps))
+        for row, step in enumerate(steps):
+            held = np.clip(held + step / reach, -1.0, 1.0)
+            rows[row] = held.mean()
+        torques.append(rows)
+    return _one(background, joint, torques)
+
+
+def kinematic_coupling(background: Background, joint: int, rng: np.random.Generator) -> Added | None:
+    """The motor of this joint turns with the one before it too; its friction acts on both."""
+    if joint == 0:
+        return None
+    ratio = rng.choice([-1.0, 1.0]) * rng.uniform(0.5, 1.2)
+    torques = []
+    for motion in background.motions:
+        turned = motion.velocity[:, joint] + ratio * motion.velocity[:, joint - 1]
+        usual = float(np.sqrt(np.mean(turned**2)))
+        drag = 0.5 * _sign(turned, usual) + 0.5 * turned / usual
+        torque = np.zeros_like(motion.position)
+        torque[:, joint], torque[:, joint - 1] = drag, ratio * drag
+        torques.append(torque)
+    return Added(torques, (joint - 1, joint))
+
+
+def drive_gain_saturation(background: Background, joint: int, rng: np.random.Generator) -> Added:
+    """Iron saturates: more current for the same torque, with its cube."""
+    smooth = [_slow(torque[:, joint], m.time) for torque, m in zip(background.torques, background.motions, strict=True)]
+    peak = max(float(np.abs(one).max()) for one in smooth)
+    return _one(background, joint, [(one / peak) ** 3 for one in smooth])
+
+
+def current_crosstalk(background: Background, joint: int, rng: np.random.Generator) -> Added | None:
+    others = [k for k in range(background.model.robot.dof) if k != joint]
+    if not others:
+        return None
+    other = int(rng.choice(others))
+    return _one(background, joint, [torque[:, other] for torque in background.torques])
+
+
+def time_delay(background: Background, joint: int, rng: np.random.Generator) -> Added:
+    """All torques 1 ms later, to first order."""
+    late = [
+        -0.001 * np.gradient(_slow(torque, motion.time), motion.time, axis=0)
+        for torque, motion in zip(background.torques, background.motions, strict=True)
+    ]
+    return Added(late, ())
+
+
+def contact_event(background: Background, joint: int, rng: np.random.Generator) -> Added | None:
+    """One push at the flange, in one run."""
+    import pinocchio as pin
+
+    robot = background.model.robot
+    if robot.dof < 3:
+        return None
+    torques = [np.zeros_like(motion.position) for motion in background.motions]
+    fitted = [k for k, (role, _) in enumerate(background.runs) if role == "identify"]
+    place = int(rng.choice(fitted))
+    motion, data = background.motions[place], robot.kinematics.createData()
+    start = rng.uniform(0.2, 0.7) * motion.time[-1]
+    rows = np.flatnonzero((motion.time >= start) & (motion.time < start + rng.uniform(0.4, 0.8)))
+    push = rng.normal(size=3)
+    for row in rows:
+        jacobian = pin.computeJointJacobian(robot.kinematics, data, motion.position[row], robot.dof)
+        rotation = data.oMi[robot.dof].rotation
+        torques[place][row] = -(rotation @ jacobian[:3]).T @ push
+    return Added(torques, ())
+
+
+def _slow(torque: np.ndarray, time: np.ndarray) -> np.ndarray:
+    rate = 1.0 / float(np.median(np.diff(time)))
+    return signal.sosfiltfilt(signal.butter(4, min(20.0, 0.4 * rate), fs=rate, output="sos"), torque, axis=0)
+
+
+def _range(background: Background, joint: int) -> tuple[float, float]:
+    every = np.concatenate([motion.position[:, joint] for motion in background.motions])
+    return float(every.min()), float(every.max())
+
+
+EFFECTS: dict[str, Effect] = {
+    "load_dependent_friction": load_dependent_friction,
+    "stribeck_friction": stribeck_friction,
+    "nonlinear_viscous_friction": nonlinear_viscous_friction,
+    "friction_asymmetry": friction_asymmetry,
+    "position_dependent_friction": position_dependent_friction,
+    "torque_ripple": torque_ripple,
+    "joint_spring": joint_spring,
+    "hysteresis": hysteresis,
+    "kinematic_coupling": kinematic_coupling,
+    "drive_gain_saturation": drive_gain_saturation,
+    "current_crosstalk": current_crosstalk,
+    "time_delay": time_delay,
+    "contact_event": contact_event,
+}
+"""Name in the vocabulary -> its torque."""
