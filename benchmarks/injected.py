@@ -27,8 +27,10 @@ from exidyn.identify.recordings.recording import Recording, Signal
 
 STRENGTHS = (0.5, 1.0, 2.0)
 """What no nominal parameter explains of an effect, over what least squares leave without it [-]."""
-MOST = 0.5
-"""Root mean square of an effect over that of the joint's torque, at most [-]: more would be no detail."""
+SEEN = 0.3
+"""The same of an effect that has the size that it has, at least [-]."""
+WEAKEST = 1e-9
+"""Visibility below which an effect is nominal [-]: rounding."""
 TRIES = 50
 """Draws until an effect can be on a joint."""
 SETS = ("emps", "tx40", "panda", "kr300", "ur10e", "kscale", "odrive_off", "odrive_on")
@@ -76,10 +78,11 @@ def drawn(
         added = EFFECTS[name](ground, joint, rng)
         if added is None or (name, added.joints) in taken:
             continue
-        strength = float(rng.choice(STRENGTHS))
         unit = ground.visible(added.torques)
-        torques = [strength / unit * torque for torque in added.torques] if unit > 0.0 else []
-        if torques and _share(ground, torques) < MOST:
+        strength = unit if added.sized else float(rng.choice(STRENGTHS))
+        size = strength / max(unit, WEAKEST)
+        torques = [size * torque for torque in added.torques] if size < added.largest else []
+        if torques and strength > SEEN and _share(ground, torques) < added.most:
             return name, added, strength, torques
     return None
 

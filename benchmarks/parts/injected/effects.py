@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy import signal
 
-from .background import Background
+from .background import Background, effort
 
 Torques = list[np.ndarray]
 """One array (t, n) a run [N m]."""
@@ -18,10 +18,16 @@ class Added(NamedTuple):
     Attributes:
         torques: Of each run, (t, n), as torque that the motor has to give.
         joints: Where it is, from 0; empty where it belongs to the whole arm.
+        sized: Whether it has the size that it has.
+        most: Root mean square over that of the joint's torque, at most [-].
+        largest: Multiple of the unit size that physics allows.
     """
 
     torques: Torques
     joints: tuple[int, ...]
+    sized: bool = False
+    most: float = 0.5
+    largest: float = np.inf
 
 
 Effect = Callable[[Background, int, np.random.Generator], Added | None]
@@ -49,7 +55,7 @@ def load_dependent_friction(background: Background, joint: int, rng: np.random.G
     return _one(background, joint, [
         _sign(motion.velocity[:, joint], usual) * np.abs(load[:, joint])
         for motion, load in zip(background.motions, background.loads, strict=True)
-    ])  # fmt: skip
+    ])._replace(largest=0.4)  # fmt: skip
 
 
 def stribeck_friction(background: Background, joint: int, rng: np.random.Generator) -> Added:
@@ -96,12 +102,14 @@ def torque_ripple(background: Background, joint: int, rng: np.random.Generator) 
     ])  # fmt: skip
 
 
-def joint_spring(background: Background, joint: int, rng: np.random.Generator) -> Added:
-    """A hose that pulls the more the farther it is bent."""
+def joint_spring(background: Background, joint: int, rng: np.random.Generator) -> Added | None:
+    """A hose that pulls the more the farther it is bent, by a tenth of the torque or two."""
     low, high = _range(background, joint)
+    if high - low > 2.0 * np.pi:
+        return None
     rest = rng.uniform(low, high)
     stretch = [(motion.position[:, joint] - rest) / (high - low) for motion in background.motions]
-    return _one(background, joint, [s + s**3 for s in stretch])
+    return _one(background, joint, [s + s**3 for s in stretch])._replace(most=0.2)
 
 
 def hysteresis(background: Background, joint: int, rng: np.random.Generator) -> Added:
@@ -135,8 +143,10 @@ def kinematic_coupling(background: Background, joint: int, rng: np.random.Genera
     return Added(torques, (joint - 1, joint))
 
 
-def drive_gain_saturation(background: Background, joint: int, rng: np.random.Generator) -> Added:
-    """Iron saturates: more current for the same torque, with its cube."""
+def drive_gain_saturation(background: Background, joint: int, rng: np.random.Generator) -> Added | None:
+    """Iron saturates: more current for the same torque, with its cube; where currents are recorded."""
+    if any(effort(run) == "torque" for _, run in background.runs):
+        return None
     smooth = [_slow(torque[:, joint], m.time) for torque, m in zip(background.torques, background.motions, strict=True)]
     peak = max(float(np.abs(one).max()) for one in smooth)
     return _one(background, joint, [(one / peak) ** 3 for one in smooth])
@@ -147,16 +157,16 @@ def current_crosstalk(background: Background, joint: int, rng: np.random.Generat
     if not others:
         return None
     other = int(rng.choice(others))
-    return _one(background, joint, [torque[:, other] for torque in background.torques])
+    return _one(background, joint, [torque[:, other] for torque in background.torques])._replace(largest=0.3)
 
 
 def time_delay(background: Background, joint: int, rng: np.random.Generator) -> Added:
-    """All torques 1 ms later, to first order."""
-    late = [
-        -0.001 * np.gradient(_slow(torque, motion.time), motion.time, axis=0)
+    """All torques later or earlier by some milliseconds; of the size that it has."""
+    delay = rng.choice([-1.0, 1.0]) * rng.uniform(2e-3, 8e-3)
+    return Added([
+        np.stack([np.interp(motion.time - delay, motion.time, one) for one in torque.T], axis=1) - torque
         for torque, motion in zip(background.torques, background.motions, strict=True)
-    ]
-    return Added(late, ())
+    ], (), sized=True)  # fmt: skip
 
 
 def contact_event(background: Background, joint: int, rng: np.random.Generator) -> Added | None:

@@ -5,13 +5,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from ...effects import EFFECTS, Shape
+from ...effects import EFFECTS, Effect, Shape, TorqueRipple
 from ...model import Model
 from ..blocks.prediction import Prediction
 from ..findings.kind import Kind
 from ..questions.candidate import Candidate
 from ..runs.driven import Driven
-from .parts.of_effect import of_effect
+from .parts.of_effect import of_effect, on_each_joint
 from .parts.waves import MULTIPLES, amplitude
 
 NAME = "torque_ripple"
@@ -25,6 +25,18 @@ FINE = 4
 """Frequencies on the grid for each that the range of a joint can distinguish."""
 LONGEST = 2_000_000
 """Steps of position that a joint's range is cut into, at most; some megabytes."""
+
+
+def low(model: Model) -> Iterator[Candidate]:
+    """On each joint, waves of low numbers a turn of its motor, where the joint goes through some of them."""
+    turns = dict(zip(model.robot.joints, np.abs(model.robot.gear_ratio), strict=True))
+
+    def waving(candidate: Candidate, effect: Effect) -> Candidate:
+        assert isinstance(effect, TorqueRipple)
+        (joint,) = effect.joints
+        return replace(candidate, span=LOWEST * 2 * np.pi / (effect.harmonic * turns[joint]))
+
+    return on_each_joint(model, NAME, KIND, waving)
 
 
 def ripples(model: Model, prediction: Prediction, runs: Sequence[Driven]) -> Iterator[Candidate]:
@@ -99,6 +111,7 @@ def _at_rows(runs: Sequence[Driven], name: str) -> np.ndarray:
 KIND = Kind(
     sentence="{joint} has torque ripple[, {harmonic:bare} times per turn of its motor]: {wave}",
     drawn_against=("motor angle", "position"),
+    ask=low,
     ask_of_rest=ripples,
     shapes=(*({"harmonic": float(k)} for k in (1, 2, 3, 4, 6)), {"count": MULTIPLES}),
     derived=amplitude,

@@ -63,6 +63,7 @@ class Candidate:
         carried: Whether gears transmit its torque.
         reloads: Whether the torque of all motors is fitted anew beside it, carried or not.
         listed: Whether the vocabulary has a name for it.
+        span: Range of its first joint's position that shows it; less cannot distinguish it [rad].
     """
 
     effect: str
@@ -94,6 +95,7 @@ class Candidate:
     carried: bool = False
     reloads: bool = False
     listed: bool = True
+    span: float = 0.0
 
     @property
     def key(self) -> tuple[str, tuple[int, ...], str]:
@@ -124,6 +126,8 @@ class Thinned:
         """Columns as they are compared."""
         dof = runs[0].torque.shape[1]
         joints = np.array(range(dof) if candidate.rows is None else candidate.rows)
+        if _span(candidate, runs) < candidate.span:
+            return cls(joints[:0], np.zeros((0, 0, 0)), np.zeros(0), np.zeros(0))
         try:
             values = np.concatenate([_thinned(candidate, run, joints) for run in runs])
         except NotRecorded:
@@ -161,3 +165,11 @@ class Thinned:
 def _thinned(candidate: Candidate, run: Driven, joints: np.ndarray) -> np.ndarray:
     given = run.coarse if candidate.smooth else run
     return given.thinned(candidate.columns(given)[:, joints])
+
+
+def _span(candidate: Candidate, runs: Sequence[Driven]) -> float:
+    """Range of the position of its first joint over all runs [rad]; without a joint, any."""
+    if not candidate.joints:
+        return float("inf")
+    positions = [run.motion.position[:, candidate.joints[0]] for run in runs]
+    return max(float(one.max()) for one in positions) - min(float(one.min()) for one in positions)

@@ -85,7 +85,7 @@ def search(problem: Problem) -> SearchResult:
         problem, found = settled, stay
         # What went out once is not asked for again: it would come and go.
         out |= gone
-    found = _never_worse(problem, _beside_all(problem, found, total), without_findings, total)
+    found = _checked(problem, found, without_findings, total)
     problem = _nominal_where_better(problem, found, without_findings)
     taken = _keys(found)
     return SearchResult(
@@ -116,6 +116,19 @@ def _material(one: Answer, without_findings: Prediction) -> bool:
     joint = int(np.argmax(one.by_joint))
     less = float((one.predicted - one.errors)[:, joint].sum())
     return less > MATERIAL * float(without_findings.errors[:, joint].sum()) or one.relief > CERTAIN_ODDS
+
+
+def _checked(
+    problem: Problem, found: list[Selected], without_findings: Prediction, total: float
+) -> list[Selected]:
+    """Findings that stand beside all others, with their odds beside those that are left after every check."""
+    for _ in range(TURNS):
+        found = _beside_all(problem, found, total)
+        left = _never_worse(problem, found, without_findings, total)
+        if _keys(left) == _keys(found):
+            return left
+        found = left
+    return found
 
 
 def _never_worse(
@@ -184,16 +197,19 @@ def _held_out(problem: Problem, found: Sequence[Selected], without_findings: Pre
 
 
 def _beside_all(problem: Problem, found: list[Selected], total: float) -> list[Selected]:
-    """Findings each in its best shape, and compared anew with what else it may be, beside all others."""
+    """Findings each in its best shape, and compared anew with what else it may be, beside all others.
+
+    One that is not credible beside them goes.
+    """
     whole = problem.prediction(_answers(found))
-    for place, one in enumerate(found):
+    for one in found:
         if one.once or not (one.others or one.answer.candidate.bounds):
             continue
-        others = [other for other in found if other is not one]
+        place, others = found.index(one), [other for other in found if other is not one]
         prediction = problem.prediction(_answers(others), whole)
         first = _in_shape(problem, prediction, one.answer)
         again = _judged_as(prediction, one, first, others, total)
-        found = [*found[:place], again or one, *found[place + 1 :]]
+        found = [*found[:place], *([again] if again else []), *found[place + 1 :]]
     return found
 
 
