@@ -1,4 +1,4 @@
-"""Real recordings with one more effect added: whether it is named, and whether stated probabilities are right.
+"""Effects added to real recordings: are they named, and are stated probabilities right?
 
 Each set is diagnosed as it is, which is the background; then an effect that neither it nor its alternatives
 have is added to the measured torque, of such a size that what no nominal parameter explains of it is so many
@@ -126,12 +126,24 @@ def score(lines: Sequence[dict[str, Any]]) -> dict[str, Any]:
     """The figures."""
     stated = [(p, False) for one in lines for *_, p in one["false"]]
     stated += [(one["probability"], True) for one in lines if one["named"]]
-    stated += [(p, (e, tuple(j)) == (one["effect"], tuple(one["joints"]))) for one in lines for e, j, p in one["open"]]
+    stated += [
+        (p, (e, tuple(j)) == (one["effect"], tuple(one["joints"])))
+        for one in lines
+        for e, j, p in one["open"]
+    ]
     classes = []
     for low, high in zip((0.0, *LIMITS), (*LIMITS, 1.01), strict=True):
         inside = [(p, right) for p, right in stated if low <= p < high]
         if inside:
-            classes.append([low, min(high, 1.0), len(inside), float(np.mean([p for p, _ in inside])), float(np.mean([r for _, r in inside]))])
+            classes.append(
+                [
+                    low,
+                    min(high, 1.0),
+                    len(inside),
+                    float(np.mean([p for p, _ in inside])),
+                    float(np.mean([r for _, r in inside])),
+                ]
+            )
     return {
         "cases": len(lines),
         "named_percent": 100.0 * float(np.mean([one["named"] for one in lines])),
@@ -148,10 +160,20 @@ def report(lines: Sequence[dict[str, Any]]) -> None:
         rows = []
         for value in dict.fromkeys(sorted(one[by] for one in lines)):
             own = [one for one in lines if one[by] == value]
-            rows.append([str(value), len(own), *(sum(map(bool, (one[what] for one in own))) for what in ("named", "false", "lost"))])
+            rows.append(
+                [
+                    str(value),
+                    len(own),
+                    *(sum(map(bool, (one[what] for one in own))) for what in ("named", "false", "lost")),
+                ]
+            )
         show(f"By {by}", [by, "cases", "named", "with a false name", "with a name lost"], rows)
     figures = score(lines)
-    show("Stated probability, beyond the background", ["from", "to", "names", "stated", "right"], figures.pop("calibration"))
+    show(
+        "Stated probability, beyond the background",
+        ["from", "to", "names", "stated", "right"],
+        figures.pop("calibration"),
+    )
     show("Score", ["figure", "value"], [[name, value] for name, value in figures.items()])
 
 
@@ -159,7 +181,9 @@ def main() -> None:
     options = parser(__doc__.splitlines()[0], SETS)
     options.add_argument("--cases", type=int, default=12, metavar="N", help="effects added to each set")
     options.add_argument("--seed", type=int, default=1, help="of the draws")
-    options.add_argument("--lines", type=Path, metavar="FILE", help="append each case to FILE as it is answered")
+    options.add_argument(
+        "--lines", type=Path, metavar="FILE", help="append each case to FILE as it is answered"
+    )
     chosen = options.parse_args()
     keys = chosen.only or (SETS[:2] if chosen.quick else SETS)
     count = 3 if chosen.quick else chosen.cases

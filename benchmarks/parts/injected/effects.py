@@ -147,7 +147,10 @@ def drive_gain_saturation(background: Background, joint: int, rng: np.random.Gen
     """Iron saturates: more current for the same torque, with its cube; where currents are recorded."""
     if any(effort(run) == "torque" for _, run in background.runs):
         return None
-    smooth = [_slow(torque[:, joint], m.time) for torque, m in zip(background.torques, background.motions, strict=True)]
+    smooth = [
+        _slow(torque[:, joint], m.time)
+        for torque, m in zip(background.torques, background.motions, strict=True)
+    ]
     peak = max(float(np.abs(one).max()) for one in smooth)
     return _one(background, joint, [(one / peak) ** 3 for one in smooth])
 

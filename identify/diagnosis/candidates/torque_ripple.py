@@ -29,12 +29,12 @@ LONGEST = 2_000_000
 
 def low(model: Model) -> Iterator[Candidate]:
     """On each joint, waves of low numbers a turn of its motor, where the joint goes through some of them."""
-    turns = dict(zip(model.robot.joints, np.abs(model.robot.gear_ratio), strict=True))
 
     def waving(candidate: Candidate, effect: Effect) -> Candidate:
         assert isinstance(effect, TorqueRipple)
-        (joint,) = effect.joints
-        return replace(candidate, span=LOWEST * 2 * np.pi / (effect.harmonic * turns[joint]))
+        [joint] = candidate.joints
+        waves = effect.harmonic * abs(model.robot.gear_ratio[joint]) / (2 * np.pi)
+        return replace(candidate, span=LOWEST / waves)
 
     return on_each_joint(model, NAME, KIND, waving)
 

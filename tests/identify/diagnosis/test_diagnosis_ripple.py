@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 from exidyn.identify.arm.motion import Motion
+from exidyn.identify.diagnosis.candidates import hypotheses
 from exidyn.identify.diagnosis.candidates.torque_ripple import _peaks, ripples
+from exidyn.identify.diagnosis.questions.candidate import Thinned
 from exidyn.identify.diagnosis.results.evidence import places_of
 from exidyn.identify.diagnosis.runs.usable import usable
 from exidyn.identify.diagnosis.search.problem import Problem
@@ -84,6 +86,23 @@ def test_without_a_ripple_frequencies_are_asked_for_and_none_is_found():
     assert {one.joints for one in asked} == {(0,), (1,)}
     assert all(one.among > 50 for one in asked)
     assert "torque_ripple" not in {name for name, _ in names(search(at))}
+
+
+def test_waves_that_the_range_of_a_joint_does_not_show_are_not_asked_for():
+    at = runs(7.0, 0.0)
+    low = [one for one, _ in at.asked if one.effect == "torque_ripple"]
+    assert {one.shape["harmonic"] for one in low if "harmonic" in one.shape} == {1.0, 2.0, 3.0, 4.0, 6.0}
+    direct = replace(at.model, robot=replace(at.model.robot, gear_ratio=np.ones(2)))
+    made = [Thinned.of(one, at.runs) for one in hypotheses("torque_ripple", direct)]
+    # A quarter of a turn shows one and a half of six waves, at most, and nothing of one.
+    turn = 2 * np.pi / np.ptp(np.concatenate([run.motion.position[:, 1] for run in at.runs]))
+    asked = [
+        one
+        for one, columns in zip(hypotheses("torque_ripple", direct), made, strict=True)
+        if not columns.empty
+    ]
+    assert all(one.shape.get("harmonic", 0.0) >= 1.5 * turn for one in asked if one.joints == (1,))
+    assert len(asked) < len(low) / 2
 
 
 def test_peaks_are_where_the_waves_are_and_as_many_as_a_range_distinguishes():

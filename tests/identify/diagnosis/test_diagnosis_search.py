@@ -15,6 +15,7 @@ from exidyn.identify.diagnosis.questions.shape import refined, with_shape
 from exidyn.identify.diagnosis.results.evidence import places_of
 from exidyn.identify.diagnosis.results.shape_uncertainty import deviations
 from exidyn.identify.diagnosis.runs.nuisances import CLOCK, torque_rate
+from exidyn.identify.diagnosis.search import search
 from exidyn.identify.diagnosis.search.once import moments
 from exidyn.identify.diagnosis.search.search import _by_hypothesis
 from exidyn.identify.diagnosis.search.selected import CREDIBLE, judged, log_prior, odds_of
@@ -303,3 +304,57 @@ def test_a_shape_costs_how_many_are_distinguished_within_its_bounds():
     # To a factor of three: the width is that of a parabola through a few shapes.
     assert best.cost == pytest.approx(-np.log(mean), abs=np.log(3.0) + 0.1)
     assert best.cost > np.log(20.0)
+
+
+# What becomes of a finding beside others.
+
+DRAG = NonlinearViscousFriction(("elbow",), 1.7)
+
+
+def test_a_finding_whose_shape_physics_excludes_stays_in_one_that_it_allows(monkeypatch):
+    found = searched(record([DRAG, SPRING], {"Fn2": 1.5} | SOFT))
+    by_name = {one.answer.candidate.effect: one for one in found.selected}
+    drag, spring = by_name["nonlinear_viscous_friction"], by_name["joint_spring"]
+    problem = replace(
+        found.problem,
+        asked=[pair for pair in found.problem.asked if pair[0].key != spring.answer.candidate.key],
+    )
+    monkeypatch.setattr(search, "again_beside", lambda *_: None)
+    _, stay = search._settled(problem, [drag, spring])
+    assert [one.answer.candidate.effect for one in stay] == ["nonlinear_viscous_friction", "joint_spring"]
+    grid = [one.shape["exponent"] for one, _ in problem.asked if one.key == drag.answer.candidate.key]
+    assert stay[0].answer.candidate.shape["exponent"] in grid
+    assert abs(stay[0].answer.candidate.shape["exponent"] - 1.7) < 0.5
+    # One that has no other shape goes.
+    _, stay = search._settled(problem, [spring, drag])
+    assert [one.answer.candidate.effect for one in stay] == ["nonlinear_viscous_friction"]
+
+
+def test_odds_are_those_beside_what_is_left_after_every_check(monkeypatch):
+    found = searched(record([DRAG, SPRING], {"Fn2": 1.5} | SOFT))
+    beside, real = [], search._beside_all
+
+    def seen(problem, some, total):
+        beside.append([one.answer.candidate.effect for one in some])
+        return real(problem, some, total)
+
+    monkeypatch.setattr(search, "_beside_all", seen)
+    monkeypatch.setattr(
+        search,
+        "_never_worse",
+        lambda problem, some, *_: [one for one in some if one.answer.candidate.effect != "joint_spring"],
+    )
+    left = search._checked(found.problem, list(found.selected), found.without_findings, found.total)
+    assert [sorted(names) for names in beside] == [
+        ["joint_spring", "nonlinear_viscous_friction"],
+        ["nonlinear_viscous_friction"],
+    ]
+    assert [one.answer.candidate.effect for one in left] == ["nonlinear_viscous_friction"]
+
+
+def test_what_is_not_credible_beside_all_others_goes(monkeypatch):
+    found = searched(record([DRAG], {"Fn2": 1.5}))
+    assert names(found) == [("nonlinear_viscous_friction", (1,))]
+    assert len(search._beside_all(found.problem, list(found.selected), found.total)) == 1
+    # All is as improbable as one of very many.
+    assert search._beside_all(found.problem, list(found.selected), found.total * 1e300) == []
