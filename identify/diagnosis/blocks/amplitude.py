@@ -28,6 +28,57 @@ class Amplitude(NamedTuple):
 NOTHING = Amplitude(0.0, 0.0, 1.0, 0.0)
 
 
+class _Shares(NamedTuple):
+    """What each block has of an effect, by each share of the formula's error in the scatter.
+
+    Attributes:
+        own: Amplitude of each block, shape (k,).
+        weight: Of each block, shape (s, k).
+        mean: Shape (s,).
+        left: Sum of squares about the mean, weighted, shape (s,).
+    """
+
+    own: np.ndarray
+    weight: np.ndarray
+    mean: np.ndarray
+    left: np.ndarray
+
+    @classmethod
+    def of(cls, along: np.ndarray, size: np.ndarray) -> "_Shares | None":
+        """None where fewer than two blocks see it."""
+        sees = size > 1e-9 * np.max(size, initial=0.0)
+        if np.count_nonzero(sees) < 2:
+            return None
+        own, noise = along[sees] / size[sees], 1.0 / size[sees]
+        ratio = np.append(0.0, np.geomspace(0.01 * noise.min(), 10.0 * noise.max(), SHARES))
+        weight = 1.0 / (noise + ratio[:, None])
+        mean = weight @ own / weight.sum(axis=1)
+        left = np.sum(weight * (own - mean[:, None]) ** 2, axis=1) + np.finfo(float).tiny
+        return cls(own, weight, mean, left)
+
+    @property
+    def total(self) -> np.ndarray:
+        """Of the weights, shape (s,)."""
+        return np.asarray(self.weight.sum(axis=1))
+
+    def log_probability(self, mean: float) -> float:
+        """Of all blocks where the common amplitude is given, but for a constant."""
+        left = self.left + self.total * (self.mean - mean) ** 2
+        each = 0.5 * (np.log(self.weight).sum(axis=1) - len(self.own) * np.log(left))
+        return float(special.logsumexp(each))
+
+
+def all_or_nothing(along: np.ndarray, size: np.ndarray) -> float:
+    """Logarithm of how much more probable blocks are if they have all of an effect than if they have nothing.
+
+    Args:
+        along: As of `amplitude`.
+        size: As of `amplitude`.
+    """
+    shares = _Shares.of(along, size)
+    return 0.0 if shares is None else shares.log_probability(1.0) - shares.log_probability(0.0)
+
+
 def amplitude(along: np.ndarray, size: np.ndarray) -> Amplitude:
     """Amplitude of an effect of which each block has its own share.
 
@@ -41,16 +92,11 @@ def amplitude(along: np.ndarray, size: np.ndarray) -> Amplitude:
         along: Residual of each block along the predicted effect, over noise, shape (k,).
         size: Square of the predicted effect, over noise, shape (k,).
     """
-    sees = size > 1e-9 * np.max(size, initial=0.0)
-    if np.count_nonzero(sees) < 2:
+    shares = _Shares.of(along, size)
+    if shares is None:
         return NOTHING
-    own, noise = along[sees] / size[sees], 1.0 / size[sees]
-    ratio = np.append(0.0, np.geomspace(0.01 * noise.min(), 10.0 * noise.max(), SHARES))
-    weight = 1.0 / (noise + ratio[:, None])
-    total = weight.sum(axis=1)
-    mean = weight @ own / total
-    left = np.sum(weight * (own - mean[:, None]) ** 2, axis=1) + np.finfo(float).tiny
-    freedom = len(own) - 1.0
+    weight, mean, left, total = shares.weight, shares.mean, shares.left, shares.total
+    freedom = len(shares.own) - 1.0
     likelihood = 0.5 * (np.log(weight).sum(axis=1) - np.log(total) - freedom * np.log(left))
     share = np.exp(likelihood - special.logsumexp(likelihood))
     t = mean / np.sqrt(left / freedom / total)

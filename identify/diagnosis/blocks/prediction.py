@@ -157,6 +157,14 @@ class Prediction:
         return self.rows.difference - self.rows.columns @ self.values
 
     @cached_property
+    def left_out_residual(self) -> np.ndarray:
+        """What the others' prediction leaves of each block, shape (r, n) [N m]."""
+        left = self.rows.difference.copy()
+        for rows, values in zip(self.blocks.rows, self.left_out, strict=True):
+            left[rows] -= self.rows.columns[rows] @ values
+        return left
+
+    @cached_property
     def covariance(self) -> np.ndarray:
         """Of the unknowns, shape (b, b).
 

@@ -5,9 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..blocks.block_likelihood import log_odds
+from ..blocks.amplitude import all_or_nothing
+from ..blocks.block_likelihood import trusted
 from ..blocks.prediction import Prediction
 from .block_answer import Answer
+from .question import predicted_change
 
 LINEAR = 0.03
 """Share by which a torque may be wrong all over [-]: current sensors are linear to a few per cent."""
@@ -49,9 +51,15 @@ def levelled(prediction: Prediction, answers: Sequence[Answer]) -> list[Answer]:
     return [weighed(prediction, one, independent) for one in answers]
 
 
+def _seeing(one: Answer) -> np.ndarray:
+    """Which joints see an answer, shape (n,); where only priors support it, those that it gives torque to."""
+    seen = one.by_joint > SEEN
+    return seen if np.any(seen) else np.isin(np.arange(len(seen)), one.columns.joints)
+
+
 def competing(one: Answer, other: Answer) -> bool:
-    """Whether both give torque to one joint, and so may explain the same."""
-    return bool(np.intersect1d(one.columns.joints, other.columns.joints).size)
+    """Whether one joint sees both, so that they may explain the same."""
+    return bool(np.any(_seeing(one) & _seeing(other)))
 
 
 def _as_good(one: Answer, other: Answer) -> bool:
@@ -65,17 +73,45 @@ def _as_good(one: Answer, other: Answer) -> bool:
     return bool(np.all(np.abs(left[0] - left[1])[seen] < LINEAR**2 * explained[seen]))
 
 
-def better(one: Answer, other: Answer, prior: float = 0.0) -> float:
-    """Logarithm of the odds that one predicts better than another, by their blocks.
+def by_blocks(prediction: Prediction, one: Answer, other: Answer) -> float:
+    """Logarithm of the odds that blocks left out have what one predicts, and not what another does.
 
-    The evidence of the blocks is limited by the scatter of the difference over them, and zero where the two
-    differ by less than torque may be wrong; what shapes cost, and `prior`, is known without them.
+    Where two predict differently, a block shows how much of the difference it has: all of it if it is as the
+    one says, nothing if as the other. Joints that see neither do not count.
+
+    Args:
+        prediction: Without either.
+        one: The one.
+        other: The other.
     """
-    apart = one.by_block - other.by_block
-    if _as_good(one, other):
-        apart = np.zeros(len(apart))
-    error = float(np.std(apart, ddof=1)) * np.sqrt(len(apart)) + 1e-9
-    scatter = log_odds(float(apart.sum()) / error, len(apart) - 1.0)
-    return (
-        min(float(apart.sum()), max(scatter, 0.0)) + other.cost - one.cost + one.relief - other.relief + prior
+    first, second = predicted_change(prediction, one), predicted_change(prediction, other)
+    apart = (first - second) * prediction.rows.weight
+    left = prediction.left_out_residual - second
+    noise, share = 1.0 / prediction.weighting.variance, prediction.weighting.independent
+    errors = share * noise * 0.5 * (one.errors + other.errors)
+    seen = _seeing(one) | _seeing(other)
+    sound = seen * share * noise * trusted(errors, share * prediction.sums.counts)
+    starts = [rows.start for rows in prediction.blocks.rows]
+    along, size = (
+        np.sum(np.add.reduceat(product, starts, axis=0) * sound, axis=1)
+        for product in (left * apart, apart**2)
     )
+    return all_or_nothing(along, size)
+
+
+def better(one: Answer, other: Answer, blocks: float, prior: float = 0.0) -> float:
+    """Logarithm of the odds that one predicts better than another.
+
+    The log ratio of the probabilities of all blocks, where their odds agree with it and as far as they do,
+    and zero where the two differ by less than torque may be wrong; what shapes cost, and `prior`, is known
+    without blocks.
+
+    Args:
+        one: The one.
+        other: The other.
+        blocks: Logarithm of the odds by how blocks scatter, as of `by_blocks`.
+        prior: Logarithm of the odds before.
+    """
+    apart = 0.0 if _as_good(one, other) else float(one.by_block.sum() - other.by_block.sum())
+    evidence = min(apart, max(blocks, 0.0)) if apart > 0.0 else max(apart, min(blocks, 0.0))
+    return evidence + other.cost - one.cost + one.relief - other.relief + prior

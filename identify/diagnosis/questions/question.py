@@ -6,7 +6,7 @@ import numpy as np
 
 from ..blocks.block_likelihood import strain, trusted
 from ..blocks.prediction import CERTAIN, Factor, Prediction, solve
-from .block_answer import Answer
+from .block_answer import Answer, prior_std
 from .candidate import Candidate, Thinned
 from .candidate_fit import Fitted, beside_limits, fitted, solved
 from .products import Products
@@ -55,6 +55,21 @@ def _answers(prediction: Prediction, alike: Sequence[tuple[Candidate, Thinned]])
         for i, ((candidate, columns), one) in enumerate(zip(alike, fits, strict=True))
         if one is not None
     ]  # fmt: skip
+
+
+def predicted_change(prediction: Prediction, answer: Answer) -> np.ndarray:
+    """By how much an answer changes what the others predict of every block, shape (r, n) [N m]."""
+    one = Fitted(
+        answer.values, answer.free, prior_std(answer.candidate, answer.columns) ** -2.0, answer.columns.mean
+    )
+    coefficients, change = _without(prediction, Products.of(prediction, [answer.columns]), [one])
+    torque = np.zeros(prediction.rows.difference.shape)
+    for place, rows in enumerate(prediction.blocks.rows):
+        torque[rows] = -prediction.rows.columns[rows] @ change[place, :, 0]
+        torque[rows.start : rows.stop, answer.columns.joints] += (
+            answer.columns.values[rows] @ coefficients[place, 0]
+        )
+    return torque
 
 
 def _solved(factor: Factor, right: np.ndarray) -> np.ndarray:

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -10,7 +11,7 @@ from ..candidates import kinds
 from ..questions.block_answer import Answer
 from ..questions.candidate import Thinned
 from ..questions.candidate_fit import FORMULA
-from ..questions.comparison import colouring, levelled
+from ..questions.comparison import by_blocks, colouring, levelled
 from ..questions.question import ask
 from ..questions.shape import refined
 from .link_encoders import measured_gears
@@ -71,10 +72,11 @@ def search(problem: Problem) -> SearchResult:
     total = 1.0
     for _ in range(TURNS):
         problem, found = only_once(problem, found)
-        best = ranked(problem, found)
+        prediction = problem.prediction(_answers(found))
+        best = ranked(problem, prediction, found)
         single, total = single or best, total_prior(best, problem)
         open_ = [one for one in best if one.candidate.key not in out and _material(one, without_findings)]
-        one = judged(open_, total)
+        one = judged(open_, total, partial(by_blocks, prediction))
         if one is None:
             break
         settled, stay = _settled(problem, [*found, one])
@@ -222,7 +224,8 @@ def _judged_as(
     chosen = {rival.candidate.key: rival for rival in (shaped, *rivals)}
     asked = [(rival.candidate, rival.columns) for rival in (shaped, *rivals)]
     again = [answer.chosen_as(chosen[answer.candidate.key]) for answer in ask(prediction, asked)]
-    return judged(sorted(levelled(prediction, again), key=lambda answer: -answer.gain), total)
+    again = sorted(levelled(prediction, again), key=lambda answer: -answer.gain)
+    return judged(again, total, partial(by_blocks, prediction))
 
 
 def _in_shape(problem: Problem, prediction: Prediction, answer: Answer) -> Answer:
@@ -241,10 +244,9 @@ def total_prior(best: Sequence[Answer], problem: Problem) -> float:
     return float(sum((by_key | {one.candidate.key: one.candidate.prior for one in best}).values()))
 
 
-def ranked(problem: Problem, found: Sequence[Selected]) -> list[Answer]:
+def ranked(problem: Problem, prediction: Prediction, found: Sequence[Selected]) -> list[Answer]:
     """One answer for each hypothesis beside what was found, the most probable first."""
     taken = {one.answer.candidate.key for one in found}
-    prediction = problem.prediction(_answers(found))
     asked = [pair for pair in problem.asked if pair[0].key not in taken]
     for kind in kinds().values():
         rest = kind.ask_of_rest(problem.model, prediction, problem.runs) if kind.ask_of_rest else ()

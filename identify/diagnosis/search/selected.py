@@ -1,6 +1,6 @@
 """Selected: an effect that is credible, and what else may explain the same."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -15,8 +15,14 @@ NAMED = 0.9
 """Probability from which on something is named: it is nine times as likely as all else together."""
 EXCLUDED = 0.01
 """Probability below which something is no alternative any more, and is not listed."""
+EXCLUDED_ODDS = float(-np.log(EXCLUDED))
+"""Logarithm of the odds against something from which on it is not compared any further."""
 CERTAIN_ODDS = float(np.log(CREDIBLE / (1 - CREDIBLE)))
 """Logarithm of the odds at that probability."""
+
+
+ByBlocks = Callable[[Answer, Answer], float]
+"""Logarithm of the odds of one answer against another, by how blocks left out scatter."""
 
 
 class Selected(NamedTuple):
@@ -113,33 +119,32 @@ def _everywhere(answer: Answer) -> bool:
     return bool(np.all(answer.by_joint > 0.0)) and bool(np.median(answer.by_joint) > SEEN)
 
 
-def judged(best: Sequence[Answer], total: float) -> Selected | None:
+def judged(best: Sequence[Answer], total: float, blocks: ByBlocks) -> Selected | None:
     """The foremost hypothesis that is credible, with what else may explain the same.
 
     Another counts for no more than the odds that it is there at all.
 
-
     Args:
         best: One answer for each hypothesis, the most probable first.
         total: Sum of the prior weights of all hypotheses.
+        blocks: Logarithm of the odds of one answer against another by how blocks scatter.
     """
+
+    def against(one: Answer, other: Answer) -> float:
+        prior = log_prior(one, total) - log_prior(other, total)
+        return better(one, other, blocks(one, other), prior)
+
     credible = [one for one in best if odds_of(one, total) > CERTAIN_ODDS]
     if not credible:
         return None
     first = credible[0]
     for one in credible[1:]:
-        if competing(one, first) and _against(one, first, total) > 0.0:
+        if competing(one, first) and against(one, first) > 0.0:
             first = one
-    odds = odds_of(first, total)
-    others = [
-        (one, max(_against(first, one, total), odds - odds_of(one, total)))
-        for one in best
-        if one is not first and competing(one, first) and one.gain > 0.0
-    ]
+    odds, others = odds_of(first, total), []
+    for one in best:
+        if one is not first and competing(one, first) and one.gain > 0.0:
+            less = odds - odds_of(one, total)
+            others.append((one, less if less > EXCLUDED_ODDS else max(against(first, one), less)))
     others.sort(key=lambda pair: pair[1])
     return Selected(first, odds, tuple(others))
-
-
-def _against(one: Answer, other: Answer, total: float) -> float:
-    """Logarithm of the odds of one hypothesis against another, block by block and by their priors."""
-    return better(one, other, log_prior(one, total) - log_prior(other, total))

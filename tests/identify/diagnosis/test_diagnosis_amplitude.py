@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from exidyn.identify.diagnosis.blocks.amplitude import amplitude
+from exidyn.identify.diagnosis.blocks.amplitude import all_or_nothing, amplitude
 
 BLOCKS = 24
 REPEATS = 400
@@ -56,3 +56,20 @@ def test_blocks_that_agree_to_the_last_digit_are_certain():
 def test_one_block_shows_nothing():
     assert amplitude(np.array([50.0, 0.0, 0.0]), np.array([50.0, 0.0, 0.0])).log_odds == 0.0
     assert amplitude(np.zeros(5), np.zeros(5)).log_odds == 0.0
+
+
+def test_all_of_an_effect_is_as_much_more_probable_than_nothing_as_it_is_more_frequent():
+    """Of blocks of which half have all and half have nothing, odds of e are right e times of 1 + e."""
+    size = np.random.default_rng(4).lognormal(-1.5, 1.0, BLOCKS)
+    has = np.arange(REPEATS) % 2 == 0
+    odds = np.array(
+        [all_or_nothing(blocks(seed, float(own), 0.2, size), size) for seed, own in enumerate(has)]
+    )
+    stated = 1.0 / (1.0 + np.exp(-odds))
+    near = (stated > 0.5) & (stated < 0.95)
+    assert np.count_nonzero(near) > 40
+    assert np.mean(has[near]) == pytest.approx(np.mean(stated[near]), abs=0.12)
+    assert np.mean(has[stated > 0.95]) > 0.95
+    along = blocks(0, 1.0, 0.2, size)
+    assert all_or_nothing(size - along, size) == pytest.approx(-all_or_nothing(along, size))
+    assert all_or_nothing(along[:1], size[:1]) == 0.0

@@ -9,16 +9,16 @@ from exidyn.identify.diagnosis.candidates import contact_event, hypotheses
 from exidyn.identify.diagnosis.diagnose import diagnose
 from exidyn.identify.diagnosis.questions.block_answer import Answer
 from exidyn.identify.diagnosis.questions.candidate import Candidate, Thinned
-from exidyn.identify.diagnosis.questions.comparison import better, competing
+from exidyn.identify.diagnosis.questions.comparison import better, by_blocks, competing
 from exidyn.identify.diagnosis.questions.question import ask
 from exidyn.identify.diagnosis.questions.shape import refined, with_shape
 from exidyn.identify.diagnosis.results.evidence import places_of
 from exidyn.identify.diagnosis.results.shape_uncertainty import deviations
 from exidyn.identify.diagnosis.runs.nuisances import CLOCK, torque_rate
-from exidyn.identify.diagnosis.search import search
+from exidyn.identify.diagnosis.search import search, selected
 from exidyn.identify.diagnosis.search.once import moments
 from exidyn.identify.diagnosis.search.search import _by_hypothesis
-from exidyn.identify.diagnosis.search.selected import CREDIBLE, judged, log_prior, odds_of
+from exidyn.identify.diagnosis.search.selected import CREDIBLE, log_prior, odds_of
 from exidyn.identify.effects import JointSpring, LoadDependentFriction, NonlinearViscousFriction
 from exidyn.identify.recordings.recording import Signal
 
@@ -41,6 +41,11 @@ def answer(gains, effect="something", joints=(0,), rows=None, held_out=0, **more
         candidate, columns, np.ones(1), np.ones(1, bool), whole, whole, along, np.full(BLOCKS, 100.0),
         whole * np.array(gains) / BLOCKS, fitted=np.arange(BLOCKS) < BLOCKS - held_out,
     )  # fmt: skip
+
+
+def judged(best, total):
+    """As of blocks that leave no doubt which of two they have."""
+    return selected.judged(best, total, lambda one, other: np.sign(one.gain - other.gain) * 1e3)
 
 
 def sizes(found):
@@ -284,8 +289,36 @@ def test_alternatives_are_what_explains_the_same_joint():
 
 def test_what_predicts_alike_is_distinguished_by_what_its_shape_cost():
     dear, cheap = replace(answer([33.0]), cost=3.0), answer([33.0], "something_else")
-    assert better(cheap, dear) == pytest.approx(3.0)
-    assert better(dear, cheap, prior=1.0) == pytest.approx(-2.0)
+    assert better(cheap, dear, 5.0) == pytest.approx(3.0)
+    assert better(dear, cheap, -5.0, prior=1.0) == pytest.approx(-2.0)
+
+
+def test_blocks_count_as_far_as_their_odds_agree_with_their_probability():
+    more, less = answer([40.0]), answer([33.0], "something_else")
+    assert better(more, less, 100.0) == pytest.approx(7.0)
+    assert better(more, less, 2.0) == pytest.approx(2.0)
+    assert better(more, less, -4.0) == 0.0
+    for blocks in (100.0, 2.0, -4.0):
+        assert better(less, more, -blocks) == -better(more, less, blocks)
+
+
+def test_blocks_have_what_the_arm_has_and_not_what_looks_like_it():
+    found = searched(record([SPRING], SOFT))
+    at = found.problem.prediction([])
+    spring = found.single[0]
+    [other] = [
+        one
+        for one in found.single
+        if one.candidate.effect == "torque_ripple" and one.candidate.joints == (1,)
+    ][:1]
+    odds = by_blocks(at, spring, other)
+    assert odds > 10.0
+    assert by_blocks(at, other, spring) == pytest.approx(-odds)
+    assert by_blocks(at, spring, spring) == 0.0
+
+
+def test_what_two_predict_alike_is_distinguished_by_what_its_shape_cost_when_judged():
+    dear, cheap = replace(answer([33.0]), cost=3.0), answer([33.0], "something_else")
     assert judged([cheap, dear], 10.0).probability == pytest.approx(1 / (1 + np.exp(-3.0)), rel=1e-3)
 
 
