@@ -216,7 +216,8 @@ class UrRtde(Driver):
                 f"driver ur_rtde: nothing from {self.settings.address} for {self._quiet:.2f} s. Look at "
                 "cable and controller"
             )
-        return self._samples.of_silence(self._quiet, self._events(None), self._fault)
+        gone = int(self._quiet / self.settings.cycle)
+        return self._samples.of_silence(gone, self._events(None), self._fault)
 
     def _events(self, record: np.void | None) -> tuple[str, ...]:
         link, _ = self._opened()
