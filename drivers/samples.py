@@ -5,6 +5,9 @@ import numpy as np
 from .driver import Sample
 from .host_clock import host_time
 
+DRIFT = 1e-4
+"""By which two clocks may run apart at most [-]: ten times what quartz does."""
+
 
 class ControllerSamples:
     """Base of what makes the samples of one session; their times never go back.
@@ -19,6 +22,7 @@ class ControllerSamples:
         self._no_state = np.full(state, np.nan)
         self._gone = 0  # cycles reported since the last measurement
         self._time = self._host_time = 0
+        self._ahead = np.inf
 
     def _skipped(self, time: int, arrival: int, cycles: int) -> int:
         """Cycles that nobody has reported, when a measurement comes so many cycles after the last one.
@@ -33,8 +37,19 @@ class ControllerSamples:
         self._host_time = max(self._host_time + 1, arrival)
         return skipped
 
-    def of_silence(self, gone: int, events: tuple[str, ...], fault: str) -> Sample:
-        """Of nothing, so many cycles after the last measurement."""
+    def _lateness(self, arrival: int, time: int) -> float:
+        """By how much a measurement came later after its time stamp than the quickest one [s].
+
+        Args:
+            arrival: Time of the host [ns].
+            time: Of the controller, before `_skipped` is told of it [ns].
+        """
+        ahead = 1e-9 * arrival - 1e-9 * time
+        self._ahead = min(self._ahead + DRIFT * max(1e-9 * (time - self._time), 0.0), ahead)
+        return ahead - self._ahead
+
+    def of_silence(self, gone: int, events: tuple[str, ...], fault: str, sent: bool = False) -> Sample:
+        """Of nothing, so many cycles after the last measurement; whether a command went out nevertheless."""
         skipped = max(gone - 1 - self._gone, 0)
         self._gone += 1 + skipped
         self._host_time = max(self._host_time + 1, host_time())
@@ -46,6 +61,6 @@ class ControllerSamples:
             stale=~self.fresh,
             events=events,
             fault=fault,
-            sent=False,
+            sent=sent,
             state=self._no_state,
         )

@@ -6,9 +6,6 @@ from ..driver import Sample
 from ..samples import ControllerSamples
 from .modes import STATE, state_of
 
-DRIFT = 1e-4
-"""By which two clocks may run apart at most [-]: ten times what quartz does."""
-
 
 class Samples(ControllerSamples):
     """Makes the samples of one session.
@@ -21,7 +18,6 @@ class Samples(ControllerSamples):
     def __init__(self, joints: int, cycle: float) -> None:
         super().__init__(joints, len(STATE))
         self._cycle = cycle
-        self._ahead = np.inf
         self.restart()
 
     def restart(self) -> None:
@@ -31,9 +27,8 @@ class Samples(ControllerSamples):
     def of(self, record: np.void, arrival: int, events: tuple[str, ...], fault: str, sent: bool) -> Sample:
         """Of a package that came at a time of the host [ns]."""
         time = round(1e9 * float(record["timestamp"]))
-        elapsed = 1e-9 * (time - self._time)
-        lateness = self._lateness(1e-9 * arrival, 1e-9 * time, elapsed)
-        cycles = round(elapsed / self._cycle) if self._continued else 1
+        lateness = self._lateness(arrival, time)
+        cycles = round(1e-9 * (time - self._time) / self._cycle) if self._continued else 1
         skipped = self._skipped(time, arrival, cycles)
         self._continued = True
         return Sample(
@@ -52,9 +47,3 @@ class Samples(ControllerSamples):
             sent=sent,
             state=state_of(record),
         )
-
-    def _lateness(self, arrival: float, time: float, elapsed: float) -> float:
-        """By how much a package came later after its time stamp than the quickest one [s]."""
-        ahead = arrival - time
-        self._ahead = min(self._ahead + DRIFT * max(elapsed, 0.0), ahead)
-        return ahead - self._ahead
