@@ -21,7 +21,7 @@ class Samples(ControllerSamples):
     """
 
     def __init__(self, layout: Layout, axes: Axes, settings: RsiSettings) -> None:
-        super().__init__(len(layout.axes))
+        super().__init__(len(layout.axes), len(layout.external))
         self._layout, self._axes, self._settings = layout, axes, settings
 
     def of(self, fresh: Fresh, elapsed: float, events: tuple[str, ...], fault: str, sent: bool) -> Sample:
@@ -42,6 +42,7 @@ class Samples(ControllerSamples):
             events=events,
             fault=fault,
             sent=sent,
+            state=numbers[self._layout.external_columns],
         )
 
     def _scaled(self, numbers: np.ndarray, element: str, scale: np.ndarray) -> np.ndarray:
