@@ -35,6 +35,8 @@ HARD = 40.0
 """With which the controller brakes by itself [rad/s^2]."""
 STANDS_STILL = 0.1
 """Time for which this process was kept from running that is not made up for, but skipped [s]."""
+TO_ANSWER = 3e-4
+"""Time that is left for an answer at least, however late this process is [s]."""
 STIFFNESS = 7000.0
 """Of the gears [N m/rad]: by so much the motor is ahead of the joint."""
 WHOLE = 3
@@ -220,7 +222,7 @@ class Controller(FrankaRobotServer):
                 missed = int((now - deadline) / STEP)
                 deadline += missed * STEP
                 print(f"stood still for {missed} cycles", flush=True)
-            time.sleep(max(deadline - now, 0.0))
+            time.sleep(max(deadline - now, TO_ANSWER))
             self.one_cycle(missed)
 
 
