@@ -5,7 +5,7 @@ import numpy as np
 from ..driver import Arm, Info
 from .fci_limits import CYCLE, LOWER, UPPER, VELOCITY
 from .franka_settings import FrankaSettings
-from .modes import ROBOT_MODE, STATE, word
+from .modes import ROBOT_MODE, STATE, mode_of, word
 
 SIGNALS = ("position", "velocity", "torque")
 SLOW = 0.03
@@ -32,7 +32,7 @@ def info_of(settings: FrankaSettings, version: str, record: np.void, arm: Arm) -
             "buffer": f"{settings.buffer:g} s",
             "torque": "tau_J: measured behind the gears, with gravity; tau_J_d, commanded, without gravity",
             "collision": _thresholds(settings),
-            "robot_mode": word(ROBOT_MODE, int(record["robot_mode"])),
+            "robot_mode": word(ROBOT_MODE, mode_of(record)),
         },
         warnings=tuple(warnings),
         state=STATE,

@@ -19,7 +19,7 @@ from .fci_limits import CYCLE, JOINTS
 from .fci_link import FciLink
 from .fci_messages import ENDED, FLOW, OFF, STOP, target
 from .franka_settings import FrankaSettings
-from .modes import ROBOT_MODE, STATE, obstacle, state_of, word
+from .modes import ROBOT_MODE, STATE, mode_of, obstacle, word
 from .samples import Samples
 
 SILENCE = 5
@@ -79,7 +79,7 @@ class Franka(Driver):
         return self._explained(self._link.state())
 
     def _explained(self, record: np.void) -> Info:
-        self._mode = word(ROBOT_MODE, int(record["robot_mode"]))
+        self._mode = word(ROBOT_MODE, mode_of(record))
         return info_of(self.settings, self._opened().version, record, self.arm)
 
     def _require_ready(self, record: np.void) -> None:
@@ -115,8 +115,8 @@ class Franka(Driver):
         if self._holes:
             self._holes -= 1
             return self._samples.of_silence(1, (), self._fault, sent)
-        self._next, self._mode = None, word(ROBOT_MODE, int(record["robot_mode"]))
-        events = self._remarks.on(state_of(record))
+        self._next, self._mode = None, word(ROBOT_MODE, mode_of(record))
+        events = self._remarks.on(record["state"])
         return self._samples.of(record, events, self._fault, sent)
 
     def _flow(self) -> FciLink:

@@ -15,7 +15,7 @@ import numpy as np
 
 from ..errors import LinkLost, MissingPackage, NotReady
 from .fci_limits import CYCLE
-from .fci_messages import ASK, FATAL, FAULT, READY, STATE, read_record
+from .fci_messages import ASK, FATAL, FAULT, READY, SEEN, read_record
 from .franka_settings import FrankaSettings
 from .modes import error_names, explained
 
@@ -125,7 +125,7 @@ class FciLink:
 
     def _take(self, message: bytes) -> None:
         kind, body = message[:1], message[1:]
-        if kind == STATE:
+        if kind == SEEN:
             self._records.append(read_record(body))
         elif kind == READY:
             self.version = body.decode()

@@ -5,11 +5,12 @@ from typing import Any
 import numpy as np
 
 from .fci_limits import JOINTS
+from .modes import STATE
 
 ASK, FLOW, TARGET, STOP, OFF = b"A", b"F", b"C", b"Q", b"O"
 """To the process: send one state; send all from now on; a command, seven float64 [rad]; stop the arm; end the
 motion at once, whatever the arm does."""
-READY, STATE, FAULT, FATAL = b"R", b"S", b"X", b"E"
+READY, SEEN, FAULT, FATAL = b"R", b"S", b"X", b"E"
 """From it: connected, with the library's version; a state; why commands are not taken any more; why it has
 ended."""
 
@@ -24,17 +25,13 @@ RECORD = np.dtype(
         ("dq", "<f8", JOINTS),
         ("q_d", "<f8", JOINTS),
         ("tau_J", "<f8", JOINTS),
-        ("tau_J_d", "<f8", JOINTS),
-        ("theta", "<f8", JOINTS),
-        ("dtheta", "<f8", JOINTS),
-        ("robot_mode", "<i8"),
-        ("error", "<i8"),
-        ("success_rate", "<f8"),
+        ("state", "<f8", len(STATE)),
         ("motion", "<i8"),
     ]
 )
-"""A state of the controller: what libfranka's `RobotState` calls them, in radians and newton metres."""
-VECTORS = ("q", "dq", "q_d", "tau_J", "tau_J_d", "theta", "dtheta")
+"""A state of the controller: what libfranka's `RobotState` calls them, in radians and newton metres; `state`
+has the names of `STATE`."""
+VECTORS = ("q", "dq", "q_d", "tau_J")
 
 
 def target(position: np.ndarray) -> bytes:
@@ -52,7 +49,7 @@ def record(**fields: Any) -> bytes:
     one = np.zeros(1, RECORD)
     for name, value in fields.items():
         one[name] = value
-    return STATE + one.tobytes()
+    return SEEN + one.tobytes()
 
 
 def read_record(body: bytes) -> np.void:

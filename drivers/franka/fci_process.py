@@ -184,9 +184,12 @@ class FciProcess:
         message = record(
             time=round(1e9 * self._robot_time(state)),
             arrival=time.monotonic_ns(),
-            robot_mode=state.robot_mode.value,
-            error=error_code(str(errors)) if reflex or state.current_errors else 0,
-            success_rate=state.control_command_success_rate,
+            state=[
+                state.robot_mode.value,
+                error_code(str(errors)) if reflex or state.current_errors else 0,
+                state.control_command_success_rate,
+                *(*state.tau_J_d, *state.theta, *state.dtheta),
+            ],
             motion=self._motion,
             **{name: getattr(state, name) for name in VECTORS},
         )

@@ -67,6 +67,8 @@ HELP = {
 BY_COMMANDS = "the commands were not smooth enough for the controller: plan with less jerk"
 """Of errors of the motion generator."""
 
+MODE, ERROR = 0, 1
+"""Where these two stand in the state."""
 STATE: Mapping[str, Mapping[int, str]] = {
     "robot_mode": ROBOT_MODE,
     "error": {0: "none", **{number: name for number, name in enumerate(ERRORS, 1)}},
@@ -74,12 +76,6 @@ STATE: Mapping[str, Mapping[int, str]] = {
     **{f"{name}{joint}": {} for name in ("tau_J_d", "theta", "dtheta") for joint in range(1, JOINTS + 1)},
 }
 """What is recorded of the controller's state, and what its codes mean."""
-
-
-def state_of(record: np.void) -> np.ndarray:
-    """The controller's state in a record, in the order of `STATE`."""
-    codes = [float(record[name]) for name in ("robot_mode", "error", "success_rate")]
-    return np.array([*codes, *record["tau_J_d"], *record["theta"], *record["dtheta"]])
 
 
 def word(names: Mapping[int, str], code: int) -> str:
@@ -104,9 +100,14 @@ def explained(names: list[str]) -> str:
     return f"{', '.join(names)}: {advice}"
 
 
+def mode_of(record: np.void) -> int:
+    """The robot mode in a record."""
+    return int(record["state"][MODE])
+
+
 def obstacle(record: np.void) -> str:
     """Why the arm cannot be moved, with what to try; empty if it can be."""
-    mode, code = int(record["robot_mode"]), int(record["error"])
+    mode, code = mode_of(record), int(record["state"][ERROR])
     if mode in READY_MODES and not code:
         return ""
     reason = explained([ERRORS[code - 1]]) if code else TRY.get(mode, "see Desk")

@@ -6,7 +6,7 @@ from ..driver import Sample
 from ..host_clock import WALL, host_time
 from ..samples import ControllerSamples
 from .fci_limits import CYCLE, JOINTS
-from .modes import STATE, state_of
+from .modes import STATE
 
 
 class Samples(ControllerSamples):
@@ -43,5 +43,5 @@ class Samples(ControllerSamples):
             events=events,
             fault=fault,
             sent=sent,
-            state=state_of(record),
+            state=record["state"].copy(),
         )
