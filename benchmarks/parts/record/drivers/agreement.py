@@ -15,7 +15,7 @@ from ..controllers import ARMS, SEVEN, NoBus, controller
 from ..motion import COBOT, job
 from ..run import run
 from .lockstep import lockstep
-from .table import PATIENT
+from .table import patient
 
 DRIVERS = ("mock", "kuka_rsi", "ur_rtde", "canopen_402", "can_mit", "dynamixel", "feetech", SEVEN, "franka")
 QUICK_DRIVERS = ("mock", "canopen_402")
@@ -70,11 +70,13 @@ def recordings(names: tuple[str, ...], seconds: float, folder: Path) -> dict[str
         for attempt in range(ATTEMPTS):
             try:
                 arguments = () if name in OWN_TIME else ("--lockstep",)
+                watch, settings = patient(name)
+                settings |= OTHER.get(name, {})
+                work = job(seconds, ARMS.get(name, COBOT), watch=watch)
                 with (
                     nullcontext() if name in OWN_TIME else lockstep(),
-                    controller(name, folder, *arguments, **OTHER.get(name, {})) as (driver, _),
+                    controller(name, folder, *arguments, **settings) as (driver, _),
                 ):
-                    work = job(seconds, ARMS.get(name, COBOT), watch=PATIENT)
                     ran = run(driver, work, folder / f"{name}-{attempt}.mcap")
             except NoBus as error:
                 print(f"{name}: {error}")

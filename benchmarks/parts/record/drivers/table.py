@@ -3,7 +3,7 @@
 import tempfile
 from collections.abc import Collection
 from contextlib import nullcontext
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +25,8 @@ HEADER = [
 ]  # fmt: skip
 PATIENT = WatchLimits(missed=1.0, silence=0.2, stall=0.5)
 """For runs that are to be measured to their end, however late this machine is."""
+HELD_BACK = 0.5
+"""Of a Franka's commands, for the same purpose [s]; the arm follows that much later."""
 MEANING = """\
   missed    cycles without an exchange, and those in which a joint was silent; the floor's are those that it
             slept through, and for kuka_rsi answers that came later than the next telegram. A run would be
@@ -72,6 +74,13 @@ class Measured:
         return self.lateness[1] / self.bare[1]
 
 
+def patient(name: str) -> tuple[WatchLimits, dict[str, Any]]:
+    """Monitors and settings of a driver for such runs."""
+    if name == "franka":
+        return replace(PATIENT, delay=HELD_BACK + 0.1), {"buffer": HELD_BACK}
+    return PATIENT, {}
+
+
 def measure(name: str, seconds: float, folder: Path) -> Measured:
     """Run one driver for some seconds; its recording is in the folder.
 
@@ -79,11 +88,12 @@ def measure(name: str, seconds: float, folder: Path) -> Measured:
         NoBus: This machine has no such bus.
     """
     bare_krc = echo(folder, seconds) if name == "kuka_rsi" else {}
-    with controller(name, folder) as (driver, peer):
+    watch, settings = patient(name)
+    work = job(seconds, ARMS.get(name, COBOT), watch=watch)
+    with controller(name, folder, **settings) as (driver, peer):
         beside = nullcontext(Floor("")) if bare_krc else floor(cycle_of(driver))
         before = cpu_time(peer.process.pid) if peer else 0.0
         with beside as bare:
-            work = job(seconds, ARMS.get(name, COBOT), watch=PATIENT)
             ran = run(driver, work, folder / f"{name}.mcap")
         used = cpu_time(peer.process.pid) - before if peer else 0.0
         krc = report(peer) if bare_krc and peer else {}
