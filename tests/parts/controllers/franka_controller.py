@@ -20,4 +20,4 @@ def running(*arguments, patience=2000):
     if MISSING:
         pytest.skip(f"not installed: {', '.join(MISSING)}")
     with Peer("franka_controller.py", "--patience", patience, *arguments) as peer:
-        yield peer, {"address": peer.address, "buffer": BUFFER}
+        yield peer, {"address": peer.address, "buffer": BUFFER, "wait": 60.0}
