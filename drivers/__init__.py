@@ -36,6 +36,7 @@ DRIVERS: dict[str, Entry] = {
     "ur_rtde": Entry(
         "ur_rtde.driver:UrRtde", "Universal Robots CB3, e-Series and later by RTDE (TCP), 125 or 500 Hz"
     ),
+    "franka": Entry("franka.driver:Franka", "Franka Research 3 by the FCI, 1 kHz", "franka"),
     "canopen_402": Entry(
         "canopen_402.driver:Canopen402", "CiA 402 drives on CAN, cyclic synchronous position, 500 Hz", "can"
     ),

@@ -3,13 +3,13 @@
 import time
 from typing import NamedTuple
 
-_WALL = time.time_ns() - time.monotonic_ns()
+WALL = time.time_ns() - time.monotonic_ns()
 """Read once, so that host times never go back when the clock is set [ns]."""
 
 
 def host_time() -> int:
     """Now [ns since 1970], from the monotonic clock."""
-    return time.monotonic_ns() + _WALL
+    return time.monotonic_ns() + WALL
 
 
 class Tick(NamedTuple):

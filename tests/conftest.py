@@ -32,8 +32,8 @@ LENGTHY = (
 
 CLOCKED = (
     "brake", "can", "command_help", "confirm", "controllers", "driver", "dynamixel", "escalation", "example",
-    "excite_command", "feetech", "host_clock", "jog", "krc", "kuka", "live", "loop", "mock", "parallel",
-    "pipe", "player", "read_only", "record", "recover", "rsi", "run_gone", "run_head", "run_log",
+    "excite_command", "feetech", "franka", "host_clock", "jog", "krc", "kuka", "live", "loop", "mock",
+    "parallel", "pipe", "player", "read_only", "record", "recover", "rsi", "run_gone", "run_head", "run_log",
     "serial", "servo", "signs", "stale", "start", "stop", "ur_", "view", "watch",
 )  # fmt: skip
 """Beginnings of files whose runs keep to the clock, or have processes of their own."""

@@ -40,6 +40,7 @@ def info_of(
     signals += ["torque"] if layout.columns(settings.torque_tag) else []
     explained = _explained(settings, config, layout, beginning)
     warnings = [*beginning.warnings(), *_warnings(settings, config, signals)]
+    state: dict[str, dict[int, str]] = {name: {} for name in layout.external}
     if config.only_send:
         warnings.append("this computer only listens: start the motion at the controller within a minute")
         return Info(
@@ -49,6 +50,7 @@ def info_of(
             settings=explained,
             warnings=tuple(warnings),
             listens=True,
+            state=state,
         )
     lower, upper = settings.window
     window = axes.window(np.minimum(lower + MARGIN, 0.0), np.maximum(upper - MARGIN, 0.0))
@@ -63,6 +65,7 @@ def info_of(
         window_upper=window[1],
         settings=explained | _commanded(settings, config, layout),
         warnings=(*warnings, *_risks(settings, layout)),
+        state=state,
     )
 
 

@@ -20,6 +20,7 @@ CHANNELS = 64
 OWN = "DEF_"
 """What the tags of the controller's own values begin with."""
 AXES = ("A1", "A2", "A3", "A4", "A5", "A6")
+EXTERNAL_AXES = ("E1", "E2", "E3", "E4", "E5", "E6")
 
 
 @dataclass(frozen=True)

@@ -4,10 +4,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ..errors import BadSettings
-from .config import AXES, RsiConfig
+from .config import AXES, EXTERNAL_AXES, RsiConfig
 from .rsi_settings import RsiSettings
 
 ACTUAL, PROGRAMMED, DELAY = "AIPos", "ASPos", "Delay"
+EXTERNAL = ("EIPos", "MECur")
+"""Elements of external axes, recorded as they come: degrees or mm, and the controller's currents."""
 
 
 @dataclass(frozen=True)
@@ -17,6 +19,7 @@ class Layout:
     Attributes:
         axes: Of each joint, such as A1.
         elements: Elements with a value for each axis, in the order in which they are read.
+        external: Values of external axes, such as EIPos.E1.
         delay: Whether the controller counts answers that came late.
         corrections: Tag of each joint's correction; empty when only listening.
         switch: Tag of the Stop channel; empty for none.
@@ -24,6 +27,7 @@ class Layout:
 
     axes: tuple[str, ...]
     elements: tuple[str, ...]
+    external: tuple[str, ...]
     delay: bool
     corrections: tuple[str, ...]
     switch: str
@@ -31,8 +35,15 @@ class Layout:
     @property
     def names(self) -> tuple[str, ...]:
         """All that is read of a telegram."""
-        values = tuple(f"{element}.{axis}" for element in self.elements for axis in self.axes)
+        own = tuple(f"{element}.{axis}" for element in self.elements for axis in self.axes)
+        values = own + self.external
         return (*values, f"{DELAY}.D") if self.delay else values
+
+    @property
+    def external_columns(self) -> slice:
+        """Where the values of external axes stand among `names`."""
+        first = len(self.elements) * len(self.axes)
+        return slice(first, first + len(self.external))
 
     def columns(self, element: str) -> slice | None:
         """Where an element's values stand among `names`; None if it is not sent."""
@@ -60,6 +71,11 @@ def layout_of(config: RsiConfig, settings: RsiSettings, joints: int) -> Layout:
     return Layout(
         axes=axes,
         elements=tuple(elements),
+        external=tuple(
+            name
+            for name in (f"{element}.{axis}" for element in EXTERNAL for axis in EXTERNAL_AXES)
+            if config.sends(name)
+        ),
         delay=config.sends(DELAY),
         corrections=() if config.only_send else _corrections(config, settings, axes, where),
         switch=settings.stop_tag if settings.stop_tag in tags and not config.only_send else "",
@@ -71,7 +87,7 @@ def _axes(settings: RsiSettings, joints: int) -> tuple[str, ...]:
     if len(axes) != joints or len(set(axes)) != joints or not set(axes) <= set(AXES):
         raise BadSettings(
             f"driver kuka_rsi: axes are '{' '.join(axes)}' for {joints} joints; give each joint one of "
-            f"{', '.join(AXES)}. External axes are not driven"
+            f"{', '.join(AXES)}. External axes are recorded, and not driven"
         )
     return axes
 

@@ -14,11 +14,11 @@ import numpy as np
 
 from ..driver import Arm, Command, Driver, Info, Sample, StopLevel
 from ..errors import BadSettings, DriverError, LinkLost, NotReady
+from ..remarks import Remarks
 from .about import info_of
 from .dashboard import Dashboard, program_sent
-from .modes import JOINT_MODE, PLAYING, obstacle, slowed, word
+from .modes import JOINT_MODE, PLAYING, REPORTED, STATE, obstacle, slowed, state_of, word
 from .program import ASKED, FOLLOW, JOINTS, SILENT, STOP, Registers, program_text
-from .remarks import Remarks
 from .rtde_link import RtdeLink
 from .rtde_packets import DATA, package
 from .samples import Samples
@@ -53,7 +53,7 @@ class UrRtde(Driver):
         self._link: RtdeLink | None = None
         self._session: Session | None = None
         self._dashboard: Dashboard | None = None
-        self._remarks = Remarks()
+        self._remarks = Remarks(STATE, REPORTED)
         self._flowing = self._armed = False
         self._demand, self._count = FOLLOW, 0
         self._quiet, self._heard = 0.0, time.monotonic()
@@ -216,11 +216,12 @@ class UrRtde(Driver):
                 f"driver ur_rtde: nothing from {self.settings.address} for {self._quiet:.2f} s. Look at "
                 "cable and controller"
             )
-        return self._samples.of_silence(self._quiet, self._events(None), self._fault)
+        gone = int(self._quiet / self.settings.cycle)
+        return self._samples.of_silence(gone, self._events(None), self._fault)
 
     def _events(self, record: np.void | None) -> tuple[str, ...]:
         link, _ = self._opened()
-        return self._remarks.on(record, link.texts)
+        return self._remarks.on(None if record is None else state_of(record), link.texts)
 
     def _opened(self) -> tuple[RtdeLink, Session]:
         if self._link is None or self._session is None:

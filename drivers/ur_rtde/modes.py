@@ -39,6 +39,8 @@ STATE: Mapping[str, Mapping[int, str]] = {
     "speed_scaling": {},
 }
 """What is recorded of the controller's state, and what its codes mean."""
+REPORTED = ("robot_mode", "safety_mode", "program")
+"""Parts of it whose changes are events; the others change too often."""
 FIELDS = {
     "robot_mode": "robot_mode",
     "safety_mode": "safety_mode",

@@ -25,6 +25,8 @@ MEASURED = (
     "timestamp", "actual_q", "target_q", "actual_qd", "actual_current", "joint_temperatures", "joint_mode",
 )  # fmt: skip
 """What is asked for beside the controller's state and the registers."""
+NEWER = "3.10 on a CB3, 5.4 on an e-Series, or newer"
+"""Software that has all of it."""
 
 
 @dataclass(frozen=True)
@@ -53,17 +55,13 @@ def agree(link: RtdeLink, settings: UrSettings, registers: Registers, commanding
     if link.ask(VERSION, struct.pack(">H", PROTOCOL)) != b"\x01":
         raise NotReady(
             "driver ur_rtde: the controller does not know version 2 of RTDE: its software is too old. Try "
-            "3.10 on a CB3, 5.4 on an e-Series, or newer"
+            f"{NEWER}"
         )
     version = _version(link.ask(CONTROLLER))
     require_cycle(settings.cycle, int(version.split(".")[0]))
     names = [*MEASURED, *FIELDS.values(), registers.session, registers.ended]
     outputs = _recipe(link, OUTPUTS, names, struct.pack(">d", 1.0 / settings.cycle))
-    if missing := outputs.refused(NOT_FOUND):
-        raise NotReady(
-            f"driver ur_rtde: version {version} of the controller does not have {', '.join(missing)}. Try "
-            f"3.10 on a CB3, 5.4 on an e-Series, or newer{_lower(registers, missing)}"
-        )
+    _require_known(outputs, registers, version)
     if not outputs.accepted:
         raise NotReady(f"driver ur_rtde: the controller refuses to send {', '.join(names)}")
     return Session(version, outputs, _inputs(link, registers, version) if commanding else None)
@@ -76,11 +74,7 @@ def _inputs(link: RtdeLink, registers: Registers, version: str) -> Recipe:
             f"driver ur_rtde: another program writes {', '.join(used)}: end it, or take other registers by "
             f"first_register = {24 - registers.first}"
         )
-    if missing := inputs.refused(NOT_FOUND):
-        raise NotReady(
-            f"driver ur_rtde: version {version} of the controller does not have "
-            f"{', '.join(missing)}{_lower(registers, missing) or '. Try a newer one'}"
-        )
+    _require_known(inputs, registers, version)
     if not inputs.accepted:
         raise NotReady(f"driver ur_rtde: the controller refuses to take {', '.join(registers.inputs)}")
     return inputs
@@ -93,11 +87,14 @@ def _recipe(link: RtdeLink, kind: bytes, names: list[str], before: bytes = b"") 
         raise NotReady(f"driver ur_rtde: the controller's answer cannot be read: {error}") from error
 
 
-def _lower(registers: Registers, missing: list[str]) -> str:
-    """What helps where those from 24 on are missing."""
-    return (
-        "; or first_register = 0" if registers.first and any("register" in name for name in missing) else ""
-    )
+def _require_known(recipe: Recipe, registers: Registers, version: str) -> None:
+    missing = recipe.refused(NOT_FOUND)
+    lower = registers.first and any("register" in name for name in missing)
+    if missing:
+        raise NotReady(
+            f"driver ur_rtde: version {version} of the controller does not have {', '.join(missing)}. Try "
+            f"{NEWER}{'; or first_register = 0' * bool(lower)}"
+        )
 
 
 def _version(answer: bytes) -> str:

@@ -58,7 +58,7 @@ def test_the_template_is_valid_once_the_required_is_filled_in():
 
 
 def test_an_unknown_driver_lists_the_valid_ones():
-    with pytest.raises(UnknownDriver, match="mock, kuka_rsi, ur_rtde"):
+    with pytest.raises(UnknownDriver, match="mock, kuka_rsi, ur_rtde, franka"):
         driver_class("kuka")
 
 

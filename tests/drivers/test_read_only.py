@@ -10,7 +10,7 @@ from exidyn.drivers.errors import NotReady
 from ..parts.controllers import rsi_controller, servo_parts
 from ..parts.controllers.can_peers import drives, motors
 from ..peers.can_arm import bus_settings
-from .test_driver_contract import ARM, PEERS
+from .test_driver_contract import PEERS, arm
 
 COUNT = 30
 """Samples that are read."""
@@ -37,6 +37,7 @@ def off(name, peer):
         "canopen_402": (": ready", ": switched on", ": enabled"),
         "can_mit": (": on,", "ordered to store"),
         "ur_rtde": ("program",),
+        "franka": ("motion",),
         "mock": (),
     }
     return not any(word in line for word in words[name] for line in (peer.lines if peer else ()))
@@ -45,7 +46,7 @@ def off(name, peer):
 @pytest.mark.parametrize("name", DRIVERS)
 def test_it_is_read_without_power_and_without_a_command(name, tmp_path):
     with PEERS[name](tmp_path) as (peer, settings):
-        with create(name, settings, ARM) as driver:
+        with create(name, settings, arm(name)) as driver:
             info = driver.open_to_read()
             samples = [driver.exchange(None) for _ in range(COUNT)]
             states = driver.states()
@@ -57,12 +58,13 @@ def test_it_is_read_without_power_and_without_a_command(name, tmp_path):
     assert np.nanmax(np.ptp(positions[np.isfinite(positions).all(axis=1)], axis=0)) < 0.005
     assert "position" in info.signals
     assert not any(sample.fault for sample in samples)
-    assert len(states) == 6
+    assert len(states) == arm(name).dof
     words = {
         "canopen_402": "switch-on disabled",
         "can_mit": "off",
         "kuka_rsi": "",
         "ur_rtde": "running",
+        "franka": "idle",
         "mock": "simulated",
     }
     assert set(states) == {words.get(name, "torque off")}
@@ -71,7 +73,7 @@ def test_it_is_read_without_power_and_without_a_command(name, tmp_path):
 @pytest.mark.parametrize("name", DRIVERS)
 def test_settings_state_how_many_joints_there_are(name, tmp_path):
     with PEERS[name](tmp_path) as (_, settings):
-        assert driver_class(name).count_joints(settings) == (0 if name == "mock" else 6)
+        assert driver_class(name).count_joints(settings) == (0 if name == "mock" else arm(name).dof)
 
 
 def test_axes_are_counted_where_they_are_listed():

@@ -256,6 +256,7 @@ class Controller:
             "DEF_AIPos": ("AIPos", self.axes(self.measured.position) + self.unrest()),
             "DEF_ASPos": ("ASPos", pose),
             "DEF_MACur": ("MACur", self.current()),
+            "DEF_EIPos": ("EIPos", [500.0, *[0.0] * 5]),
             "GearTorque.A1": ("GearTorque", self.sign * self.torque()),
         }
         body = '<RIst X="1368.8" Y="5.2" Z="876.6" A="-126.9" B="24.9" C="-28.3"/>' * (
@@ -269,7 +270,8 @@ class Controller:
 
     def element(self, name, values):
         digits = self.given.precision if name in ("AIPos", "ASPos") else 4
-        inside = " ".join(f'A{k + 1}="{value:.{digits}f}"' for k, value in enumerate(values))
+        axis = "E" if name.startswith("E") else "A"
+        inside = " ".join(f'{axis}{k + 1}="{value:.{digits}f}"' for k, value in enumerate(values))
         return f"<{name} {inside}/>"
 
     def current(self):

@@ -1,5 +1,6 @@
 """Each driver and the controller it is held against: a peer in a process of its own."""
 
+import importlib.util
 import socket
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
@@ -17,7 +18,7 @@ from exidyn.drivers import Driver
 from exidyn.drivers.kuka_rsi.config import config_text, standard_config
 from exidyn.identify.simulation.plant import typical_plant
 
-from .motion import MODEL, ROBOT, START
+from .motion import COBOT, FR3, MODEL, ROBOT, BenchArm
 
 PRIORITY = 70
 """Of the peers, below the loop: a controller has a processor of its own, and these share ours."""
@@ -25,7 +26,9 @@ WINDOW = 360.0
 """Of the KUKA controller's corrections [deg]: wide, as for identification."""
 FEETECH_CYCLE = 0.0025
 """What six servos need on a line of 1 Mbaud, in halves of a millisecond [s]."""
-
+FRANKA_BUFFER = 0.03
+"""Of commands [s]; the monitors of a run bear 0.05."""
+SEVEN = "mock of seven joints"
 
 CURRENT_RANGE = 40.0
 """Largest value in an answer of a MIT motor: twice the largest current of the arm [A]."""
@@ -39,11 +42,27 @@ class Controlled(NamedTuple):
     peer: Peer | None
 
 
+def _mock(arm: BenchArm) -> Any:
+    @contextmanager
+    def mock(folder: Path, settings: Mapping[str, Any], arguments: tuple[str, ...]) -> Iterator[Controlled]:
+        """The simulated arm on the host's own clock."""
+        given = {"clock": "real", **settings}
+        plant = lambda: typical_plant(arm.model, arm.start)  # noqa: E731
+        yield Controlled(make_driver("mock", given, arm.model.robot, plant), None)
+
+    return mock
+
+
 @contextmanager
-def mock(folder: Path, settings: Mapping[str, Any], arguments: tuple[str, ...]) -> Iterator[Controlled]:
-    """The simulated arm on the host's own clock."""
-    given = {"clock": "real", **settings}
-    yield Controlled(make_driver("mock", given, MODEL.robot, lambda: typical_plant(MODEL, START)), None)
+def franka(folder: Path, settings: Mapping[str, Any], arguments: tuple[str, ...]) -> Iterator[Controlled]:
+    """An FR3; the buffer is for a computer that has to simulate it too."""
+    if importlib.util.find_spec("pylibfranka") is None or importlib.util.find_spec("franky_sim") is None:
+        raise NoBus("pylibfranka or franky_sim is not installed")
+    where = ",".join(map(str, FR3.start.tolist()))
+    given = ("--robot", FR3.file, f"--start={where}", "--fifo", str(PRIORITY), *arguments)
+    with Peer("franka_controller.py", *given) as peer:
+        table = {"address": peer.address, "buffer": FRANKA_BUFFER, **settings}
+        yield Controlled(make_driver("franka", table, FR3.model.robot), peer)
 
 
 @contextmanager
@@ -95,9 +114,10 @@ def _feetech(address: str) -> dict[str, Any]:
 
 
 CONTROLLERS: dict[str, Any] = {
-    "mock": mock,
+    "mock": _mock(COBOT),
     "kuka_rsi": kuka_rsi,
     "ur_rtde": _on_a_bus("ur_controller.py", "ur_rtde", ur_settings, "--fifo", str(PRIORITY)),
+    "franka": franka,
     "canopen_402": _on_a_bus("can_nodes.py", "canopen_402", canopen_settings, "--fifo"),
     "can_mit": _on_a_bus("mit_motors.py", "can_mit", _mit, "--fifo", *MIT_MOTORS),
     "dynamixel": _on_a_bus("dynamixel_bus.py", "dynamixel", dynamixel_settings),
@@ -105,13 +125,17 @@ CONTROLLERS: dict[str, Any] = {
 }
 
 
+ARMS = {"franka": FR3, SEVEN: FR3}
+"""Of drivers that move another arm than the cobot."""
+
+
 def controller(name: str, folder: Path, *arguments: str, **settings: Any) -> Any:
     """A driver and its peer, as a context manager that gives a `Controlled`.
 
     Args:
-        name: Of the driver.
+        name: Of the driver, or `SEVEN`.
         folder: Where files of theirs may go.
         arguments: More of the peer's command line.
         settings: Of the driver, other than those that fit the peer.
     """
-    return CONTROLLERS[name](folder, settings, arguments)
+    return (_mock(FR3) if name == SEVEN else CONTROLLERS[name])(folder, settings, arguments)

@@ -1,10 +1,15 @@
-"""The arm that benchmarks record, and its motion."""
+"""The arms that benchmarks record, and their motion."""
 
-from functools import cache
+from dataclasses import dataclass
+from functools import cache, cached_property
+from pathlib import Path
 
 import numpy as np
+import peer_process
 
 from exidyn.acquire.run.perform import Job
+from exidyn.identify.arm.robot import Limits
+from exidyn.identify.model import Model
 from exidyn.identify.robot_files.robot_file import read_model
 from exidyn.trajectories.families.fourier import Fourier
 from exidyn.trajectories.limits.usable_limits import Margins, usable
@@ -14,15 +19,42 @@ from exidyn.trajectories.planning.wishes import Wishes
 from exidyn.trajectories.search.shrink import inside_kinematics
 from exidyn.trajectories.trajectory import Trajectory
 
-ROBOT = "cobot"
-MODEL = read_model(ROBOT)
+
+@dataclass(frozen=True, eq=False)
+class BenchArm:
+    """An arm that peers simulate.
+
+    Attributes:
+        file: Of the robot, or its name.
+    """
+
+    file: str
+
+    @cached_property
+    def model(self) -> Model:
+        """Nominal, which is what it is too."""
+        return read_model(self.file)
+
+    @cached_property
+    def limits(self) -> Limits:
+        """Finite ones."""
+        return usable(self.model.robot, Margins(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)).limits
+
+    @cached_property
+    def start(self) -> np.ndarray:
+        """Where the peers' arms stand, shape (n,) [rad]."""
+        limits = self.model.robot.limits
+        middle: np.ndarray = 0.5 * (
+            np.maximum(limits.position_lower, -np.pi) + np.minimum(limits.position_upper, np.pi)
+        )
+        return middle
+
+
+COBOT = BenchArm("cobot")
+FR3 = BenchArm(str(Path(peer_process.__file__).with_name("fr3.toml")))
+"""Of a driver whose controller has seven joints."""
+ROBOT, MODEL, LIMITS, START = COBOT.file, COBOT.model, COBOT.limits, COBOT.start
 JOINTS = MODEL.robot.dof
-LIMITS = usable(MODEL.robot, Margins(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)).limits
-START = 0.5 * (
-    np.maximum(MODEL.robot.limits.position_lower, -np.pi)
-    + np.minimum(MODEL.robot.limits.position_upper, np.pi)
-)
-"""Where the peers' arms stand, shape (n,) [rad]."""
 TICK = 0.02
 """Of the motions [s]: a whole number of every controller's cycles."""
 PLANNED = 8.0
@@ -34,28 +66,29 @@ REST = 0.5
 
 
 @cache
-def motion(seconds: float, search: float = 5.0) -> Trajectory:
+def motion(seconds: float, search: float = 5.0, arm: BenchArm = COBOT) -> Trajectory:
     """A motion of some `seconds`, from the middle of the range and back, inside all limits.
 
     Args:
         seconds: About how long it lasts [s].
         search: How long a better one is looked for, where it is planned [s].
+        arm: That moves.
     """
     if seconds < PLANNED:
-        return _random(seconds)
+        return _random(seconds, arm)
     period = min(10.0, 0.5 * TICK * round(seconds / TICK))
     exciting = max(seconds - 4.0, period)  # the rest is rest, and the ways there and back
-    wishes = Wishes(seconds=exciting, period=period, start=START, tick=TICK, rest=REST)
-    return plan(MODEL, wishes, starts=1, seconds=search)[0].trajectory
+    wishes = Wishes(seconds=exciting, period=period, start=arm.start, tick=TICK, rest=REST)
+    return plan(arm.model, wishes, starts=1, seconds=search)[0].trajectory
 
 
-def _random(seconds: float) -> Trajectory:
+def _random(seconds: float, arm: BenchArm) -> Trajectory:
     period = TICK * max(round((seconds - 2.0) / TICK), 50)
-    sine, cosine = np.random.default_rng(0).normal(size=(2, JOINTS, 2)) / [1.0, 2.0]
-    series = inside_kinematics(Fourier(period, START, sine, cosine), LIMITS, SHARE)
-    return whole_run(series, LIMITS, TICK, start=START, rest=0.1)
+    sine, cosine = np.random.default_rng(0).normal(size=(2, len(arm.start), 2)) / [1.0, 2.0]
+    series = inside_kinematics(Fourier(period, arm.start, sine, cosine), arm.limits, SHARE)
+    return whole_run(series, arm.limits, TICK, start=arm.start, rest=0.1)
 
 
-def job(seconds: float, **other: object) -> Job:
+def job(seconds: float, arm: BenchArm = COBOT, **other: object) -> Job:
     """To play that motion; `other` as in `Job`."""
-    return Job(MODEL.robot, motion(seconds), LIMITS, **other)  # type: ignore[arg-type]
+    return Job(arm.model.robot, motion(seconds, arm=arm), arm.limits, **other)  # type: ignore[arg-type]

@@ -17,7 +17,7 @@ from exidyn.acquire.run.stopping.stop import Stop
 from exidyn.acquire.terminal import run_summary
 from exidyn.drivers import Driver, Info, Sample
 
-from .motion import MODEL
+from .motion import COBOT, FR3, BenchArm
 
 
 class Ran(NamedTuple):
@@ -58,6 +58,7 @@ def run(
         asked: Called every cycle; may ask to stop.
         sinks: Makes who else is handed every frame, beside the recorder; closed here too.
     """
+    arm = next(arm for arm in (COBOT, FR3) if arm.model.robot.joints == driver.arm.joints)
     with ExitStack() as stack:
         recorder = stack.enter_context(start_recorder(path))
         others = [stack.enter_context(closing(sink)) for sink in sinks(recorder)]
@@ -65,7 +66,7 @@ def run(
         refused = stack.enter_context(realtime()) if driver.in_real_time else []
         began, used = time.monotonic(), time.process_time()
         before = cpu_time(recorder.process_id)
-        outcome = perform(driver, job, everybody, lambda info: _head(path, info), asked)
+        outcome = perform(driver, job, everybody, lambda info: _head(path, info, arm), asked)
         seconds, used = time.monotonic() - began, time.process_time() - used
         by_recorder = cpu_time(recorder.process_id) - before
         for sink in everybody:
@@ -73,10 +74,10 @@ def run(
     return Ran(outcome, path, seconds, used, by_recorder, refused, recorder)
 
 
-def _head(path: Path, info: Info) -> Callable[[Sample], bytes]:
+def _head(path: Path, info: Info, arm: BenchArm) -> Callable[[Sample], bytes]:
     head = RunHead(
         name=path.stem,
-        model=MODEL,
+        model=arm.model,
         signals=info.signals,
         settings=info.settings,
         warnings=info.warnings,

@@ -11,6 +11,7 @@ from ...errors import NotAFile, RecordingError
 from ...model import Model
 from ..recording import KnownPayload, Recording, Signal
 from ..recording_checks import check
+from ..run_log import ControllerState
 from ..units import UNITS, joint_side, to_axes_of_robot, unit_named
 from .diadem_file import DiademChannel, read_diadem
 
@@ -25,6 +26,8 @@ CHANNELS: dict[str, str] = {
 }
 """Beginning of a channel's name -> signal; the number of the axis follows it, or is in the file's name.
 Where a drive and the interpolator give the same signal, the drive's counts: it is sampled faster."""
+OWN_AXES = 6
+"""Numbers that a KUKA keeps for the arm's own axes; the seventh is the external axis E1."""
 
 
 @dataclass(frozen=True)
@@ -86,12 +89,30 @@ def _recording(trace: str, files: list[Path], model: Model, payload: KnownPayloa
     for file in files:
         columns += _columns(file, warnings)
     signals = {}
+    own = max(OWN_AXES, model.robot.dof)
+    external = [column for column in columns if column.axis > own]
+    columns = [column for column in columns if column.axis <= own]
     for signal in dict.fromkeys(column.signal for column in columns):
         ours = [column for column in columns if column.signal == signal]
         best = min(column.rank for column in ours)
         signals[signal] = _signal(signal, [c for c in ours if c.rank == best], model, warnings)
     settings = {"source": ", ".join(file.name for file in files)}
-    return Recording(trace, model, signals, payload, settings=settings, warnings=tuple(warnings))
+    state = _external(external, own, warnings)
+    return Recording(
+        trace, model, signals, payload, settings=settings, warnings=tuple(warnings), controller=state
+    )
+
+
+def _external(columns: list[_Column], own: int, warnings: list[str]) -> ControllerState | None:
+    """External axes, which no model has: kept beside the arm's, on the time of the first of them."""
+    if not columns:
+        return None
+    columns = sorted(columns, key=lambda column: (column.axis, column.signal, column.rank))
+    named = {f"{column.signal} E{column.axis - own}": column for column in reversed(columns)}
+    names, time = sorted(named), columns[0].time
+    values = [np.interp(time, named[name].time, named[name].values, np.nan, np.nan) for name in names]
+    warnings.append(f"external axes are kept, and not identified: {', '.join(names)}")
+    return ControllerState(time, np.transpose(values), {name: {} for name in names})
 
 
 def _columns(file: Path, warnings: list[str]) -> list[_Column]:
@@ -131,9 +152,7 @@ def _signal(name: str, columns: list[_Column], model: Model, warnings: list[str]
     robot = model.robot
     beyond = [column.axis for column in columns if not 1 <= column.axis <= robot.dof]
     if beyond:
-        raise RecordingError(
-            f"{name} of axis {beyond[0]}, but {robot.name} has {robot.dof}: external axes are not read"
-        )
+        raise RecordingError(f"{name} of axis {beyond[0]}, but {robot.name} has {robot.dof}")
     length = min(len(column.time) for column in columns)
     if any(len(column.time) > length for column in columns):
         warnings.append(

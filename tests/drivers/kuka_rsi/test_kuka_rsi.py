@@ -65,6 +65,18 @@ def test_what_the_driver_states_of_itself(path):
     assert ["after 10 late answers in a row" in text for text in info.warnings] == [True]
 
 
+def test_external_axes_are_recorded_as_they_come(path):
+    text = path.read_text()
+    line = next(line for line in text.splitlines() if "DEF_MACur" in line)
+    path.write_text(text.replace(line, line + "\n" + line.replace("DEF_MACur", "DEF_EIPos")))
+    names = " ".join(f'E{k}="{100.0 * (k == 1)}"' for k in range(1, 7))
+    with by_hand(path) as controller, driver(path) as one:
+        info, first = controller.begun(one, more=f"<EIPos {names}/>")
+        assert list(info.state) == [f"EIPos.E{k}" for k in range(1, 7)]
+        np.testing.assert_array_equal(first.state, [100.0, 0, 0, 0, 0, 0])
+        np.testing.assert_allclose(first.position, np.radians(START), atol=1e-9)
+
+
 def test_axes_that_turn_the_other_way_or_begin_elsewhere(path):
     given = {"sign": [1, -1, 1, -1, 1, 1], "zero": [0.0, -0.5, 0, 0, 0, 0.25], "window_upper": 2.0}
     with by_hand(path) as controller, driver(path, **given) as one:

@@ -64,7 +64,7 @@ def until_fault(driver, command, seconds=20.0):
         (["--local", "--series", "e"], "local control: choose Remote Control"),
         (["--protocol", 1], "version 2 of RTDE.*too old"),
         (["--unknown", "joint_mode"], "3.15.8.106339 of the controller does not have joint_mode"),
-        (["--unknown", "input_double_register_29"], "does not have input_double_register_29; or first_reg"),
+        (["--unknown", "input_double_register_29"], "have input_double_register_29. Try 3.*; or first_reg"),
         (
             ["--in-use", "input_int_register_24"],
             "another program writes input_int_register_24.*first_register = 0",

@@ -8,6 +8,7 @@ import pytest
 
 from exidyn.identify.errors import NotAFile, RecordingError, WrongShape
 from exidyn.identify.recordings.importers import import_source
+from exidyn.identify.recordings.mcap.mcap_file import read_recording, write_recording
 
 from ...parts.runs.runs import TIME, model, motion, noise
 
@@ -138,3 +139,18 @@ def test_kuka_traces_that_are_not_whole_are_reported(tmp_path):
     (tmp_path / "Lauf 7_NextGenDrive#1.dat").write_text("hello")
     with pytest.raises(NotAFile, match="is no DIAdem header"):
         import_source(tmp_path, model())
+
+
+def test_external_axes_are_kept_beside_the_arm(tmp_path):
+    position, *_ = write_traces(tmp_path)
+    rail = 1000.0 + np.arange(len(TIME))
+    channels = [("Istposition", "mm", rail, 1.0, 0.0), ("Iststrom", "A", noise()[:, 0], 1.0, 0.0)]
+    trace(tmp_path / "Lauf 7_NextGenDrive#7.dat", 0.004, channels)
+    [found] = import_source(tmp_path, model())
+    np.testing.assert_allclose(found.signals["position"].values, np.radians(position), atol=1e-12)
+    assert list(found.controller.words) == ["current E1", "position E1"]
+    np.testing.assert_allclose(found.controller.of("position E1"), 1e-3 * rail, atol=1e-9)
+    assert "external axes are kept, and not identified: current E1, position E1" in found.warnings
+    write_recording(found, tmp_path / "run.mcap")
+    again = read_recording(tmp_path / "run.mcap").controller
+    np.testing.assert_allclose(again.of("position E1"), 1e-3 * rail, atol=1e-9)

@@ -1,6 +1,7 @@
 """The same arm through several drivers: what is identified of it beside what it is, and beside each other."""
 
 import tempfile
+from collections.abc import Collection
 from contextlib import nullcontext
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -10,19 +11,19 @@ from common import show
 
 from exidyn.identify import Fit, identify, read_recording
 
-from ..controllers import NoBus, controller
-from ..motion import MODEL, job
+from ..controllers import ARMS, SEVEN, NoBus, controller
+from ..motion import COBOT, job
 from ..run import run
 from .lockstep import lockstep
-from .table import PATIENT
+from .table import patient
 
-DRIVERS = ("mock", "kuka_rsi", "ur_rtde", "canopen_402", "can_mit", "dynamixel", "feetech")
+DRIVERS = ("mock", "kuka_rsi", "ur_rtde", "canopen_402", "can_mit", "dynamixel", "feetech", SEVEN, "franka")
 QUICK_DRIVERS = ("mock", "canopen_402")
 ATTEMPTS = 3
 """At a whole run: a machine that is busy otherwise can be too late for one."""
-OTHER = {"mock": {"clock": "stepped"}}
+OTHER = {name: {"clock": "stepped"} for name in ("mock", SEVEN)}
 """Settings of drivers that fit here better: there is no wait for what is only simulated."""
-OWN_TIME = ("mock", "kuka_rsi", "ur_rtde")
+OWN_TIME = ("mock", "kuka_rsi", "ur_rtde", SEVEN, "franka")
 """Drivers whose controller has a clock of its own; for others, this machine's lateness is left out."""
 INSIDE = 1.96
 """Deviation of 95 % of normal numbers [standard deviations]."""
@@ -53,8 +54,10 @@ class Identified(NamedTuple):
 
 def identified(path: Path) -> Identified:
     """Base parameters out of a recording, with nominal drive gains."""
-    fit: Fit = identify([read_recording(path)], drop=False)
-    true = dict(zip(MODEL.names, MODEL.nominal_values, strict=True))
+    recording = read_recording(path)
+    fit: Fit = identify([recording], drop=False)
+    model = recording.model
+    true = dict(zip(model.names, model.nominal_values, strict=True))
     truth = fit.base.regrouping @ [true[parameter.name] for parameter in fit.base.parameters]
     noise = float(np.median(fit.agreement[0].over_noise))
     return Identified(tuple(fit.base.names), fit.estimate.values, fit.estimate.std, truth, noise)
@@ -67,11 +70,14 @@ def recordings(names: tuple[str, ...], seconds: float, folder: Path) -> dict[str
         for attempt in range(ATTEMPTS):
             try:
                 arguments = () if name in OWN_TIME else ("--lockstep",)
+                watch, settings = patient(name)
+                settings |= OTHER.get(name, {})
+                work = job(seconds, ARMS.get(name, COBOT), watch=watch)
                 with (
                     nullcontext() if name in OWN_TIME else lockstep(),
-                    controller(name, folder, *arguments, **OTHER.get(name, {})) as (driver, _),
+                    controller(name, folder, *arguments, **settings) as (driver, _),
                 ):
-                    ran = run(driver, job(seconds, watch=PATIENT), folder / f"{name}-{attempt}.mcap")
+                    ran = run(driver, work, folder / f"{name}-{attempt}.mcap")
             except NoBus as error:
                 print(f"{name}: {error}")
                 break
@@ -83,9 +89,10 @@ def recordings(names: tuple[str, ...], seconds: float, folder: Path) -> dict[str
 
 
 def agreement(paths: dict[str, Path]) -> dict[str, Any]:
-    """Print how well recordings agree; the figures. The mock's is one of them."""
+    """Print how well recordings agree; the figures. The mock's of each arm is one of them."""
     found = {name: identified(path) for name, path in paths.items()}
-    rows = [_row(name, one, found["mock"]) for name, one in found.items()]
+    mocks = {name: found[SEVEN if name in ARMS else "mock"] for name in found}
+    rows = [_row(name, one, mocks[name]) for name, one in found.items()]
     header = [
         "driver", "parameters", "truth in 95 % %", "most std off", "at", "mock's in 95 % %", "most std off",
         "std over mock's", "residual over noise",
@@ -93,7 +100,7 @@ def agreement(paths: dict[str, Path]) -> dict[str, Any]:
     show("Base parameters identified from recordings of the same arm and motion", header, rows)
     return {
         "agreement": {name: _inside(one.error) for name, one in found.items()},
-        "agreement_with_mock": {name: _inside(_between(one, found["mock"])) for name, one in found.items()},
+        "agreement_with_mock": {name: _inside(_between(one, mocks[name])) for name, one in found.items()},
         "most_std_off": {name: float(np.max(np.abs(one.error))) for name, one in found.items()},
     }
 
@@ -115,7 +122,10 @@ def _inside(error: np.ndarray) -> float:
     return float(np.mean(np.abs(error) < INSIDE))
 
 
-def main(quick: bool) -> dict[str, Any]:
+def main(quick: bool, drivers: Collection[str] = ()) -> dict[str, Any]:
     with tempfile.TemporaryDirectory() as folder:
         names, seconds = (QUICK_DRIVERS, 8.0) if quick else (DRIVERS, 20.0)
+        if drivers:
+            beside = {SEVEN if name in ARMS else "mock" for name in drivers}
+            names = tuple(name for name in DRIVERS if name in beside | set(drivers))
         return agreement(recordings(names, seconds, Path(folder)))

@@ -1,8 +1,9 @@
 """Every driver against its peer: cycles, what was missed, how late, what it takes; beside the floor."""
 
 import tempfile
+from collections.abc import Collection
 from contextlib import nullcontext
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -10,9 +11,10 @@ import numpy as np
 from common import show
 
 from exidyn.acquire.run.stopping.watch import WatchLimits
+from exidyn.drivers import Driver
 
-from ..controllers import CONTROLLERS, NoBus, controller
-from ..motion import job
+from ..controllers import ARMS, CONTROLLERS, NoBus, controller
+from ..motion import COBOT, job
 from ..run import Ran, cpu_time, run
 from .floor import Floor, floor
 from .krc import echo, report, timeouts
@@ -23,6 +25,8 @@ HEADER = [
 ]  # fmt: skip
 PATIENT = WatchLimits(missed=1.0, silence=0.2, stall=0.5)
 """For runs that are to be measured to their end, however late this machine is."""
+HELD_BACK = 0.5
+"""Of a Franka's commands, for the same purpose [s]; the arm follows that much later."""
 MEANING = """\
   missed    cycles without an exchange, and those in which a joint was silent; the floor's are those that it
             slept through, and for kuka_rsi answers that came later than the next telegram. A run would be
@@ -30,7 +34,7 @@ MEANING = """\
   late      from the deadline of a cycle until the loop runs; for the mock, that includes its own arithmetic
   kuka_rsi  from a telegram until the controller has the answer, as the controller measures it
   ur_rtde   from a package's time stamp until the loop runs, over the quickest; the controller's own lateness
-            and the network are in it
+            and the network are in it. So are those of franka, whose states wait while the loop is late
   floor     the same for a loop in {} that does nothing, at the same time, cycle and priority; for kuka_rsi a
             session with the same controller, answered by six lines of Python
   peer      simulates drives and arm on this computer's processors, as a controller would not"""
@@ -70,6 +74,13 @@ class Measured:
         return self.lateness[1] / self.bare[1]
 
 
+def patient(name: str) -> tuple[WatchLimits, dict[str, Any]]:
+    """Monitors and settings of a driver for such runs."""
+    if name == "franka":
+        return replace(PATIENT, delay=HELD_BACK + 0.1), {"buffer": HELD_BACK}
+    return PATIENT, {}
+
+
 def measure(name: str, seconds: float, folder: Path) -> Measured:
     """Run one driver for some seconds; its recording is in the folder.
 
@@ -77,17 +88,24 @@ def measure(name: str, seconds: float, folder: Path) -> Measured:
         NoBus: This machine has no such bus.
     """
     bare_krc = echo(folder, seconds) if name == "kuka_rsi" else {}
-    with controller(name, folder) as (driver, peer):
-        beside = nullcontext(Floor("")) if bare_krc else floor(driver.settings.cycle)
+    watch, settings = patient(name)
+    work = job(seconds, ARMS.get(name, COBOT), watch=watch)
+    with controller(name, folder, **settings) as (driver, peer):
+        beside = nullcontext(Floor("")) if bare_krc else floor(cycle_of(driver))
         before = cpu_time(peer.process.pid) if peer else 0.0
         with beside as bare:
-            ran = run(driver, job(seconds, watch=PATIENT), folder / f"{name}.mcap")
+            ran = run(driver, work, folder / f"{name}.mcap")
         used = cpu_time(peer.process.pid) - before if peer else 0.0
         krc = report(peer) if bare_krc and peer else {}
     if bare_krc:
         return Measured(ran, _of_krc(krc), _of_krc(bare_krc), bare_krc["late"], used, krc, "Python")
-    slept = int(np.sum(bare.lateness // driver.settings.cycle))
+    slept = int(np.sum(bare.lateness // cycle_of(driver)))
     return Measured(ran, _of(ran.outcome.counts.lateness), _of(bare.lateness), slept, used, {}, bare.what)
+
+
+def cycle_of(driver: Driver) -> float:
+    """Time between exchanges [s], before the driver is open."""
+    return float(getattr(driver.settings, "cycle", 0.001))
 
 
 def _of(lateness: Any) -> tuple[float, float, float]:
@@ -100,10 +118,10 @@ def _of_krc(report: dict[str, Any]) -> tuple[float, float, float]:
     return latency["p50"], latency["p99"], latency["max"]
 
 
-def measure_all(seconds: float, folder: Path) -> dict[str, Measured]:
-    """All drivers, one after another; those without a bus on this machine are named and left out."""
+def measure_all(seconds: float, folder: Path, drivers: Collection[str]) -> dict[str, Measured]:
+    """Drivers, one after another; those without a bus on this machine are named and left out."""
     found = {}
-    for name in CONTROLLERS:
+    for name in drivers or CONTROLLERS:
         try:
             found[name] = measure(name, seconds, folder)
         except NoBus as error:
@@ -138,7 +156,7 @@ def _row(name: str, one: Measured) -> list[Any]:
     return [*loop, *one.bare, one.ratio, *cpu, rate, stop.text if stop else "its end"]
 
 
-def main(quick: bool) -> dict[str, Any]:
+def main(quick: bool, drivers: Collection[str] = ()) -> dict[str, Any]:
     seconds = 1.5 if quick else 60.0
     with tempfile.TemporaryDirectory() as folder:
-        return table(measure_all(seconds, Path(folder)), seconds)
+        return table(measure_all(seconds, Path(folder), drivers), seconds)

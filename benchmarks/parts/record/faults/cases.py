@@ -4,6 +4,7 @@ import os
 import signal
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 from threading import Timer
 
 import numpy as np
@@ -13,7 +14,7 @@ from exidyn.drivers import StopLevel
 from exidyn.trajectories.families.phases import Phases
 
 from ..controllers import Peer
-from ..motion import START, job
+from ..motion import FR3, START, job
 from .checks import (
     all_recorded,
     comes_to_rest,
@@ -58,6 +59,18 @@ def halted(seconds: float) -> Callable[[Peer], object]:
     return act
 
 
+def kill_its_process(peer: Peer) -> None:
+    """The process of this program that talks to a Franka's controller."""
+    for process in Path("/proc").glob("[0-9]*"):
+        try:
+            words = (process / "cmdline").read_text().split("\0")
+            parent = (process / "stat").read_text().rpartition(")")[2].split()[1]
+        except OSError:
+            continue
+        if "exidyn.drivers.franka.fci_process" in words and int(parent) == os.getpid():
+            os.kill(int(process.name), signal.SIGKILL)
+
+
 def asks(*numbers: signal.Signals) -> Callable[[Peer], list[Action]]:
     """A person at the keyboard; the next signal comes ten cycles later."""
     return lambda peer: [
@@ -71,6 +84,14 @@ def from_elsewhere(seconds: float) -> Job:
     usual = job(seconds)
     return replace(usual, motion=Phases.hold(START + np.radians(6.0), seconds))
 
+
+def of_franka(seconds: float) -> Job:
+    """The motion of seven joints."""
+    return job(seconds, FR3)
+
+
+FRANKA_MOMENT = 1000
+"""Cycles of the motion after which a Franka's faults come."""
 
 FAULTS = (
     Fault(
@@ -170,6 +191,60 @@ FAULTS = (
         "ur_rtde",
         (*ALWAYS, stops(QUICK, "link lost")),
         acts=at(500, line("cut")),
+    ),
+    Fault(
+        "Franka: states of 4 ms lost",
+        "borne: a command has gone out for each of them, from those that are held back",
+        "franka",
+        (*BORNE, missing(1, 10 + FEW)),
+        acts=at(FRANKA_MOMENT, line("hold 0.004")),
+        task=of_franka,
+        quick=True,
+    ),
+    Fault(
+        "Franka: silence of 200 ms",
+        "QUICK: for that long the arm's position is unknown, and the controller has stopped it",
+        "franka",
+        (*ALWAYS, stops(QUICK, "silence", "link lost", "drive fault"), comes_to_rest),
+        acts=at(FRANKA_MOMENT, line("hold 0.2")),
+        task=of_franka,
+    ),
+    Fault(
+        "Franka: reflex of a joint",
+        "QUICK: the controller has stopped the arm, and the recording has the error",
+        "franka",
+        (
+            *ALWAYS,
+            stops(QUICK, "drive fault"),
+            comes_to_rest,
+            in_state("error", 7.0),
+        ),
+        acts=at(FRANKA_MOMENT, line("reflex joint_reflex")),
+        task=of_franka,
+    ),
+    Fault(
+        "Franka: user stop",
+        "QUICK: as a reflex",
+        "franka",
+        (*ALWAYS, stops(QUICK, "drive fault"), comes_to_rest, in_state("robot_mode", 5.0)),
+        acts=at(FRANKA_MOMENT, line("user")),
+        task=of_franka,
+    ),
+    Fault(
+        "Franka: the process that talks to it is killed",
+        "QUICK, which cannot be sent: the controller stops the arm by itself",
+        "franka",
+        (*ALWAYS, stops(QUICK, "link lost"), peer_says("connection lost while moving")),
+        acts=at(FRANKA_MOMENT, kill_its_process),
+        task=of_franka,
+    ),
+    Fault(
+        "Franka: connection cut",
+        "QUICK, which cannot be sent: the controller stops the arm by itself",
+        "franka",
+        (*ALWAYS, stops(QUICK, "link lost"), peer_says("connection lost while moving")),
+        acts=at(FRANKA_MOMENT, line("cut")),
+        task=of_franka,
     ),
     Fault(
         "CAN: a node silent",

@@ -1,0 +1,59 @@
+"""About: metadata of the driver once the controller has answered."""
+
+import numpy as np
+
+from ..driver import Arm, Info
+from .fci_limits import CYCLE, LOWER, UPPER, VELOCITY
+from .franka_settings import FrankaSettings
+from .modes import ROBOT_MODE, STATE, mode_of, word
+
+SIGNALS = ("position", "velocity", "torque")
+SLOW = 0.03
+"""Delay of commands from which on the monitors of a run may take it for an error [s]."""
+
+
+def info_of(settings: FrankaSettings, version: str, record: np.void, arm: Arm) -> Info:
+    """All that explains the measurement later, and what to warn about now."""
+    warnings = _wider(arm)
+    if settings.buffer > SLOW:
+        warnings.append(
+            f"buffer is {settings.buffer:g} s: the arm follows later than that, which `--tracking` may take "
+            "for an error"
+        )
+    return Info(
+        cycle=CYCLE,
+        clock="controller",
+        signals=SIGNALS,
+        dead_man=f"a process of its own stops the arm after {settings.buffer:g} s without a command; "
+        "the controller does 20 ms after the last command of that process",
+        settings={
+            "controller": settings.address,
+            "library": f"pylibfranka {version}",
+            "buffer": f"{settings.buffer:g} s",
+            "torque": "tau_J: measured behind the gears, with gravity; tau_J_d, commanded, without gravity",
+            "collision": _thresholds(settings),
+            "robot_mode": word(ROBOT_MODE, mode_of(record)),
+        },
+        warnings=tuple(warnings),
+        state=STATE,
+    )
+
+
+def _thresholds(settings: FrankaSettings) -> str:
+    if not settings.collision_torque and not settings.collision_force:
+        return "as the controller has it"
+    return f"torque {settings.collision_torque:g} N m, force {settings.collision_force:g} N; 0 is 100"
+
+
+def _wider(arm: Arm) -> list[str]:
+    """Warnings of limits that the robot file has wider than the controller."""
+    wider = {
+        "position": (arm.position_lower < LOWER) | (arm.position_upper > UPPER),
+        "velocity": arm.velocity > VELOCITY,
+    }
+    return [
+        f"the robot file allows more {name} of {', '.join(np.array(arm.joints)[which])} than the controller: "
+        "a motion beyond that is stopped"
+        for name, which in wider.items()
+        if which.any()
+    ]

@@ -1,0 +1,193 @@
+"""Franka Research 3: a process of its own talks to the FCI at 1 kHz, this is the loop's side of it.
+
+The controller's clock is the only one. Commands are held back by some milliseconds, so that the controller
+is given one each millisecond even where this program is late. How late the arm is then is between commands
+and positions only, and in no measurement.
+"""
+
+import time
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from ..driver import Arm, Command, Driver, Info, Sample, StopLevel
+from ..errors import BadSettings, LinkLost, NotReady
+from ..remarks import Remarks
+from .about import info_of
+from .fci_limits import CYCLE, JOINTS
+from .fci_link import FciLink
+from .fci_messages import ENDED, FLOW, OFF, STOP, target
+from .franka_settings import FrankaSettings
+from .modes import ROBOT_MODE, STATE, mode_of, obstacle, word
+from .samples import Samples
+
+SILENCE = 5
+"""Cycles without a state after which a sample is marked; fewer are a busy network."""
+LOST = 1.5
+"""Time without a state after which waiting makes no sense [s]: the library reports it after one second."""
+MOST = 100
+"""States that wait at most while commands are taken; before the first, only the newest counts."""
+REPORTED = ("robot_mode", "error")
+"""Parts of the controller's state whose changes are events."""
+
+
+class Franka(Driver):
+    """One Franka controller.
+
+    States flow from the first exchange on, and the motion begins with the first command: until then the
+    controller holds the arm by itself.
+    """
+
+    Settings = FrankaSettings
+
+    def __init__(self, settings: FrankaSettings, arm: Arm) -> None:
+        super().__init__(settings, arm)
+        if arm.dof != JOINTS:
+            raise BadSettings(f"driver franka: the robot has {arm.dof} joints; expected {JOINTS}")
+        self._link: FciLink | None = None
+        self._samples, self._remarks = Samples(), Remarks(STATE, REPORTED)
+        self._flowing = self._armed = self._stopped = False
+        self._next: np.void | None = None
+        self._holes = 0
+        self._heard = time.monotonic()
+        self._target: np.ndarray | None = None
+        self._held: np.ndarray | None = None
+        self._mode = ""
+        self._fault = ""
+
+    @classmethod
+    def count_joints(cls, table: Mapping[str, Any]) -> int:
+        return JOINTS
+
+    @property
+    def sent_to_read(self) -> str:
+        return "the request for its state (FCI)"
+
+    def open(self) -> Info:
+        self._link = FciLink(self.settings)
+        try:
+            record = self._link.state()
+            self._require_ready(record)
+            return self._explained(record)
+        except BaseException:
+            self.close()
+            raise
+
+    def open_to_read(self) -> Info:
+        self._link = FciLink(self.settings)
+        return self._explained(self._link.state())
+
+    def _explained(self, record: np.void) -> Info:
+        self._mode = word(ROBOT_MODE, mode_of(record))
+        return info_of(self.settings, self._opened().version, record, self.arm)
+
+    def _require_ready(self, record: np.void) -> None:
+        if reason := obstacle(record):
+            raise NotReady(f"driver franka: {reason}")
+
+    def states(self) -> tuple[str, ...]:
+        return (self._mode,) * JOINTS
+
+    def arm_drives(self) -> None:
+        """See that the controller holds the arm; where it does, the motion will begin."""
+        record = self._opened().state()
+        self._require_ready(record)
+        self._held, self._armed = record["q_d"].copy(), True
+
+    def held(self) -> np.ndarray | None:
+        return self._held
+
+    def exchange(self, command: Command | None) -> Sample:
+        """As in `Driver`: of each state in turn, also of those that came while this program was late.
+
+        For a state that was lost there is a sample without a measurement, whose command goes out: the
+        controller takes one for each of its milliseconds. `lateness` is by how much a state is looked at
+        later after its time stamp than the quickest one.
+        """
+        link = self._flow()
+        if self._next is None and not self._receive(link):
+            return self._silent()
+        record = self._next
+        assert record is not None
+        self._fault = self._fault or self._found(record)
+        sent = self._commanded(command) or command is None
+        if self._holes:
+            self._holes -= 1
+            return self._samples.of_silence(1, (), self._fault, sent)
+        self._next, self._mode = None, word(ROBOT_MODE, mode_of(record))
+        events = self._remarks.on(record["state"])
+        return self._samples.of(record, events, self._fault, sent)
+
+    def _flow(self) -> FciLink:
+        link = self._opened()
+        if not self._flowing:
+            link.forget()
+            link.send(FLOW)
+            self._flowing, self._heard = True, time.monotonic()
+        return link
+
+    def _receive(self, link: FciLink) -> bool:
+        """Take the next state; whether there is one."""
+        quiet = time.monotonic() - self._heard
+        link.forget(keep=1 if self._target is None else MOST)
+        self._next = link.next(max(SILENCE * CYCLE - quiet, CYCLE))
+        if self._next is None:
+            return False
+        self._heard = time.monotonic()
+        holes = self._samples.holes(self._next)
+        # More than are held back cannot be made up for: the arm has been stopped.
+        self._holes = holes if self._target is not None and holes * CYCLE < self.settings.buffer else 0
+        return True
+
+    def _commanded(self, command: Command | None) -> bool:
+        """Hand a command over, or the last one again; whether it is a new one."""
+        if not self._armed or self._stopped or self._fault:
+            return False
+        position = self._target if command is None else command.position
+        if position is None or not self._opened().send(target(position)):
+            return False
+        self._target = position
+        return command is not None
+
+    def _found(self, record: np.void) -> str:
+        """Why the arm can no longer be commanded; empty while it can."""
+        reason = self._opened().fault or obstacle(record)
+        if reason or self._target is None or self._stopped:
+            return reason
+        return "the motion was ended at the controller" if int(record["motion"]) == ENDED else ""
+
+    def _silent(self) -> Sample:
+        """A sample of nothing, so that monitors may decide.
+
+        Raises:
+            LinkLost: There has been nothing for too long.
+        """
+        quiet = time.monotonic() - self._heard
+        if quiet > LOST:
+            raise LinkLost(
+                f"driver franka: nothing from {self.settings.address} for {quiet:.2f} s. Look at cable and "
+                "controller"
+            )
+        return self._samples.of_silence(int(quiet / CYCLE), (), self._fault)
+
+    def _opened(self) -> FciLink:
+        if self._link is None:
+            raise LinkLost("driver franka is not open")
+        return self._link
+
+    def stop(self, level: StopLevel) -> None:
+        """QUICK brakes within the controller's limits and ends the motion; OFF ends it at once.
+
+        The controller then brakes as hard as it can and holds: the FCI cannot take the torque away.
+        """
+        if level >= StopLevel.QUICK and self._link is not None:
+            self._stopped = True
+            self._link.send(OFF if level >= StopLevel.OFF else STOP)
+
+    def close(self) -> None:
+        """Let the process stop the arm, after which the controller holds it."""
+        if self._link is not None:
+            self._link.close()
+        self._link = None
+        self._armed = self._flowing = False

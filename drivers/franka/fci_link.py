@@ -1,0 +1,177 @@
+"""The driver's end: starts the process that talks to the controller, and exchanges messages with it."""
+
+import importlib.util
+import os
+import select
+import socket
+import subprocess
+import sys
+import time
+from collections import deque
+from collections.abc import Callable
+from contextlib import suppress
+
+import numpy as np
+
+from ..errors import LinkLost, MissingPackage, NotReady
+from .fci_limits import CYCLE
+from .fci_messages import ASK, FATAL, FAULT, READY, SEEN, read_record
+from .franka_settings import FrankaSettings
+from .modes import error_names, explained
+
+READ = 1 << 12
+"""Bytes of the longest message."""
+PACKAGE = "pylibfranka"
+LEAVING = 5.0
+"""How long the process is given to stop the arm and end [s]."""
+
+
+class FciLink:
+    """A running process.
+
+    Args:
+        settings: Of the driver.
+
+    Attributes:
+        version: Of the library.
+        fault: Why commands are not taken any more; empty while they are.
+
+    Raises:
+        MissingPackage: The maker's library is not installed.
+        LinkLost: No connection to the controller.
+        NotReady: It refuses.
+    """
+
+    def __init__(self, settings: FrankaSettings) -> None:
+        if importlib.util.find_spec(PACKAGE) is None:
+            raise MissingPackage("franka", PACKAGE, "franka")
+        self._where, self._patience = settings.address, settings.wait
+        self._records: deque[np.void] = deque()
+        self.fault = self.version = ""
+        self._socket, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        self._socket.setblocking(False)
+        try:
+            self._process = subprocess.Popen(
+                [sys.executable, "-m", f"{__package__}.fci_process", str(theirs.fileno()), *_words(settings)],
+                pass_fds=(theirs.fileno(),),
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.DEVNULL,
+                stderr=subprocess.DEVNULL,
+                start_new_session=True,
+                env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
+            )
+        finally:
+            theirs.close()
+        try:
+            self._until(lambda: bool(self.version), "no connection to the controller")
+        except BaseException:
+            self.close()
+            raise
+
+    def _until(self, found: Callable[[], bool], missing: str) -> None:
+        end = time.monotonic() + self._patience
+        while not found():
+            if time.monotonic() > end:
+                raise LinkLost(f"driver franka: {self._where}: {missing} in {self._patience:g} s")
+            self._receive(end - time.monotonic())
+
+    def state(self) -> np.void:
+        """The controller's state now.
+
+        Raises:
+            LinkLost: None comes.
+        """
+        self._records.clear()
+        self.send(ASK)
+        self._until(lambda: bool(self._records), "no state of the controller")
+        return self._records.pop()
+
+    def send(self, message: bytes) -> bool:
+        """Hand a message over; whether it went out."""
+        try:
+            self._socket.send(message)
+        except OSError:
+            return False
+        return True
+
+    def next(self, patience: float) -> np.void | None:
+        """The oldest state that was not taken yet; None if none comes in time [s].
+
+        Raises:
+            LinkLost: The process has ended.
+        """
+        self._receive(0.0)
+        if not self._records:
+            self._receive(patience)
+        return self._records.popleft() if self._records else None
+
+    def forget(self, keep: int = 0) -> None:
+        """Let states go that nobody has taken, but for the newest few."""
+        self._receive(0.0)
+        while len(self._records) > keep:
+            self._records.popleft()
+
+    def _receive(self, patience: float) -> None:
+        """Take in what is there, or what comes first."""
+        try:
+            select.select([self._socket], [], [], max(patience, 0.0))
+            while True:
+                with suppress(ConnectionResetError):  # what the process has sent before is still there
+                    self._take(self._socket.recv(READ))
+        except BlockingIOError:
+            return
+        except OSError as error:
+            raise LinkLost(f"driver franka: {self._where}: {error.strerror or error}") from error
+
+    def _take(self, message: bytes) -> None:
+        kind, body = message[:1], message[1:]
+        if kind == SEEN:
+            self._records.append(read_record(body))
+        elif kind == READY:
+            self.version = body.decode()
+        elif kind == FAULT:
+            self.fault = self.fault or _in_words(body.decode("utf-8", "replace"))
+        elif kind == FATAL:
+            raise self._refusal(body.decode("utf-8", "replace").removeprefix("libfranka: "))
+        else:
+            raise LinkLost(
+                f"driver franka: the process that talks to {self._where} has ended. The controller stops the "
+                f"arm {20 * CYCLE:g} s after its last command"
+            )
+
+    def _refusal(self, text: str) -> LinkLost | NotReady:
+        if "ncompatible" in text:
+            return NotReady(
+                f"driver franka: {text.split('.')[0]}. pylibfranka drives an FR3 with system 5.9 or newer; "
+                "a Panda (system 4) it does not"
+            )
+        if "realtime" in text.lower():
+            return NotReady(f"driver franka: {text} Try `real_time = false`, or a real-time kernel")
+        return LinkLost(
+            f"driver franka: {self._where}: {text} Try ping, and unlock the joints and activate FCI in Desk"
+        )
+
+    def close(self) -> None:
+        """Let the process stop the arm and end."""
+        self._socket.close()
+        try:
+            self._process.wait(LEAVING)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            self._process.wait()
+
+
+def _words(settings: FrankaSettings) -> list[str]:
+    """Arguments of the process."""
+    held_back = max(round(settings.buffer / CYCLE), 1)
+    switches = [str(int(one)) for one in (settings.real_time, settings.recover)]
+    numbers = [str(one) for one in (settings.collision_torque, settings.collision_force)]
+    return [settings.address, str(held_back), switches[0], *numbers, switches[1]]
+
+
+def _in_words(text: str) -> str:
+    """Why the arm was stopped; libfranka's texts have the names of errors in them."""
+    names = error_names(text)
+    if names:
+        return f"the controller has stopped the arm: {explained(names)}"
+    return text.removeprefix("libfranka: ").strip()

@@ -1,0 +1,23 @@
+"""A Franka controller by franky-sim's server, where it and the maker's library are installed."""
+
+import importlib.util
+from contextlib import contextmanager
+
+import pytest
+
+from ...peers.peer_process import Peer
+
+PACKAGES = ("pylibfranka", "franky_sim")
+MISSING = [name for name in PACKAGES if importlib.util.find_spec(name) is None]
+INSTALLED = pytest.mark.skipif(bool(MISSING), reason=f"not installed: {', '.join(MISSING)}")
+BUFFER = 0.2
+"""Of commands, for machines that are busy with other things [s]."""
+
+
+@contextmanager
+def running(*arguments, patience=2000):
+    """Its process, and settings that reach it."""
+    if MISSING:
+        pytest.skip(f"not installed: {', '.join(MISSING)}")
+    with Peer("franka_controller.py", "--patience", patience, *arguments) as peer:
+        yield peer, {"address": peer.address, "buffer": BUFFER, "wait": 60.0}
