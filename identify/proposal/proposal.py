@@ -106,7 +106,8 @@ def _time(names: Sequence[str], values: np.ndarray) -> int:
     if not found or (len(found) > 1 and not called):
         raise RecordingError(
             f"no column of time: {len(rising)} columns increase, none of which is called time. "
-            "Name it: exidyn import --columns time=NAME"
+            "Name it: exidyn import --columns time=NAME; or give a log without time a preset with "
+            "rate = SAMPLES_A_SECOND (docs/import.md)"
         )
     return found[0]
 
@@ -240,6 +241,6 @@ def _efforts(
             guesses.append(
                 Guess(f"gain of {joint}", size, max(gain.positive, 1 - gain.positive), why, option)
             )
-    if silent := [joint for joint, gain in zip(robot.joints, found, strict=True) if not gain.known]:
-        guesses.append(Guess(f"gain of {', '.join(silent)}", "", 0.0, why, option))
+    if unknown := [joint for joint, gain in zip(robot.joints, found, strict=True) if not gain.known]:
+        guesses.append(Guess(f"gain of {', '.join(unknown)}", "", 0.0, why, option))
     return {**others, "current": family}, tuple(found), guesses
