@@ -25,7 +25,7 @@ from exidyn.identify.robot_files.robot_file import read_model
 from exidyn.identify.robot_files.urdf import movable_joints
 from exidyn.identify.robot_files.urdf_file import ENDINGS, read_urdf
 
-from ..arguments.common import command_parser
+from ..arguments.common import command_parser, positive
 from ..arguments.outputs import add_json, add_output, require_file, require_json
 from ..terminal.json_output import hand_over, json_text, plain, write_whole
 
@@ -36,6 +36,7 @@ EXAMPLES = (
 NOTES = f"""A guess is written down from a probability of {100 * DECIDED:.0f} % on. What the log does not
 decide is left open: it is a comment in the robot.toml, and printed with what settles it."""
 
+CLOCK = "time [s]"
 HELD = "held still, where their position is zero, as the log has no position and effort of them"
 
 
@@ -44,7 +45,7 @@ def main(arguments: Sequence[str]) -> int:
     given = parser().parse_args(arguments)
     require_json(given.json)
     preset = given.preset or (given.log if given.log.is_dir() else given.log.parent) / BESIDE
-    table = _table(given.log)
+    table = _table(given.log, given.rate)
     model, held = _arm(given.urdf, given.log, table)
     proposal = _proposal(given.log, table, model)
     if held:
@@ -54,7 +55,7 @@ def main(arguments: Sequence[str]) -> int:
     texts = {given.output: robot_toml(proposal, model, urdf, given.log.name, moving)}
     unsure = [guess.what for guess in proposal.open if not guess.what.startswith("gain of")]
     if table is not None and not unsure:
-        texts[preset] = preset_toml(proposal, model.robot, given.log.name)
+        texts[preset] = preset_toml(proposal, model.robot, given.log.name, given.rate)
     _require_free(texts, given)
     for path, text in texts.items():
         write_whole(path, text)
@@ -85,16 +86,25 @@ def parser() -> argparse.ArgumentParser:
     found.add_argument(
         "--preset", type=Path, metavar="FILE", help=f"where the columns go; default: {BESIDE} beside the log"
     )
+    found.add_argument(
+        "--rate", type=positive, metavar="HZ", help="samples a second, of a table without time"
+    )
     found.add_argument("--force", action="store_true", help="write over files that exist")
     add_json(found)
     return found
 
 
-def _table(log: Path) -> Table | None:
+def _table(log: Path, rate: float | None) -> Table | None:
     """The longest table of a log of columns, which have to be named; None for other logs."""
     if not IMPORTERS[kind_of(log)].table:
+        if rate is not None:
+            raise RecordingError(f"{log} has its own time; --rate is for tables without time")
         return None
-    return max(read_tables(log), key=lambda table: len(table.values))
+    table = max(read_tables(log), key=lambda table: len(table.values))
+    if rate is None:
+        return table
+    clock = np.arange(len(table.values)) / rate
+    return table._replace(names=[CLOCK, *table.names], values=np.column_stack([clock, table.values]))
 
 
 def _arm(urdf: Path, log: Path, table: Table | None) -> tuple[Model, list[str]]:

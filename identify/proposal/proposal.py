@@ -106,8 +106,7 @@ def _time(names: Sequence[str], values: np.ndarray) -> int:
     if not found or (len(found) > 1 and not called):
         raise RecordingError(
             f"no column of time: {len(rising)} columns increase, none of which is called time. "
-            "Name it: exidyn import --columns time=NAME; or give a log without time a preset with "
-            "rate = SAMPLES_A_SECOND (docs/import.md)"
+            "Name it: exidyn import --columns time=NAME; or state the samples a second: exidyn init --rate HZ"
         )
     return found[0]
 

@@ -65,8 +65,11 @@ def robot_toml(proposal: Proposal, model: Model, urdf: str, log: str, joints: Se
     return "\n".join(head) + "\n\n" + model_text(model)
 
 
-def preset_toml(proposal: Proposal, robot: Robot, log: str) -> str:
-    """Which columns of a log are what, as the preset that `exidyn import` finds beside it."""
+def preset_toml(proposal: Proposal, robot: Robot, log: str, rate: float | None = None) -> str:
+    """Which columns of a log are what, as the preset that `exidyn import` finds beside it.
+
+    `rate` is that of a log without a column of time [Hz].
+    """
     units = proposal.units
     per = "" if units.velocity in ("", "rpm") else "/s"
     position, velocity = units_of(robot, units.position), units_of(robot, units.velocity, per)
@@ -74,7 +77,10 @@ def preset_toml(proposal: Proposal, robot: Robot, log: str) -> str:
     if units.velocity:
         unit |= {"velocity": velocity, "command_velocity": velocity}
     blocks = [f"# Proposed by exidyn init from {log}."]
+    blocks += [] if rate is None else [lines({"rate": rate})]
     for signal, names in proposal.columns.items():
+        if signal == "time" and rate is not None:
+            continue
         if signal == "time":
             keys: dict[str, object] = {"column": names[0], "unit": units.time}
         else:

@@ -69,6 +69,19 @@ def test_a_recording_needs_no_preset_and_efforts_in_amperes_an_option(files):
     assert json.loads((files / "found.json").read_text())["then"].endswith("--effort current")
 
 
+def test_a_log_without_time_has_the_rate_that_is_given(files, capsys):
+    named = {**columns("q{k}", LOG.position), **columns("i{k}", LOG.current)}
+    rows = np.column_stack(list(named.values()))
+    np.savetxt("bare.csv", rows, delimiter=",", header=",".join(named), comments="", fmt="%.9g")
+    assert main(["init", "bare.csv", "--urdf", "arm.urdf"]) == REFUSED
+    assert "exidyn init --rate HZ" in capsys.readouterr().err
+    assert main(["init", "bare.csv", "--urdf", "arm.urdf", "--rate", "100"]) == 0
+    assert main(["import", "bare.csv", "--robot", "robot.toml"]) == 0
+    position = read_recording(files / "bare.mcap").signals["position"]
+    np.testing.assert_allclose(position.values, LOG.position, atol=1e-6)
+    np.testing.assert_allclose(position.time, LOG.time, atol=1e-9)
+
+
 def test_what_is_undecided_is_said_and_no_preset_is_written(files, capsys):
     noise = np.random.default_rng(0).normal(size=LOG.position.shape)
     names = ["t", *columns("q{k}", noise), *columns("i{k}", noise)]
