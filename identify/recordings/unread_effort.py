@@ -7,6 +7,8 @@ UNREAD = 0.5
 UNMEASURED = "efforts at one value in most samples in which their joint moves, as if they were not measured"
 WINDOW = 0.1
 """Time over which a joint's motion is looked at [s]; over less, the steps of an encoder look like rest."""
+FEWEST = 50
+"""Samples in motion, at least: of a few, most may well be alike."""
 SLOW = 0.03
 """Share of a joint's usual speed below which it may as well rest."""
 
@@ -30,6 +32,6 @@ def _share(time: np.ndarray, position: np.ndarray, effort: np.ndarray) -> float:
     later, before = (np.interp(time + side * WINDOW / 2, time, position) for side in (1, -1))
     moved = np.abs(later - before)
     there = (moved > SLOW * np.percentile(moved, 90)) & np.isfinite(effort)
-    if not there.any():
+    if there.sum() < FEWEST:
         return 0.0
     return float(np.unique(effort[there], return_counts=True)[1].max() / there.sum())
