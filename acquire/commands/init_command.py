@@ -5,22 +5,27 @@ import os
 import shlex
 import sys
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from exidyn.identify.errors import RecordingError
+from exidyn.identify.errors import RecordingError, listed
 from exidyn.identify.model import Model
+from exidyn.identify.proposal.column_names import joints_named
 from exidyn.identify.proposal.odds import DECIDED
 from exidyn.identify.proposal.proposal import Proposal, propose
 from exidyn.identify.proposal.proposal_text import as_json, preset_toml, proposal_text, robot_toml
 from exidyn.identify.recordings.importers import IMPORTERS, import_source, kind_of, read_tables
+from exidyn.identify.recordings.importers.ros2_bag import joints_of_bag
 from exidyn.identify.recordings.importers.tables.preset import BESIDE
+from exidyn.identify.recordings.importers.tables.table import Table
 from exidyn.identify.recordings.recording import EFFORT, Recording
 from exidyn.identify.robot_files.robot_file import read_model
-from exidyn.identify.robot_files.urdf_file import ENDINGS
+from exidyn.identify.robot_files.urdf import movable_joints
+from exidyn.identify.robot_files.urdf_file import ENDINGS, read_urdf
 
-from ..arguments.common import command_parser
+from ..arguments.common import command_parser, positive
 from ..arguments.outputs import add_json, add_output, require_file, require_json
 from ..terminal.json_output import hand_over, json_text, plain, write_whole
 
@@ -31,22 +36,30 @@ EXAMPLES = (
 NOTES = f"""A guess is written down from a probability of {100 * DECIDED:.0f} % on. What the log does not
 decide is left open: it is a comment in the robot.toml, and printed with what settles it."""
 
+CLOCK = "time [s]"
+HELD = "held still, where their position is zero, as the log has no position and effort of them"
+
 
 def main(arguments: Sequence[str]) -> int:
     """Read, propose, write, print."""
     given = parser().parse_args(arguments)
     require_json(given.json)
     preset = given.preset or (given.log if given.log.is_dir() else given.log.parent) / BESIDE
-    model = read_model(given.urdf)
-    proposal, table = _proposal(given.log, model)
-    texts = {given.output: robot_toml(proposal, model, _urdf(given.urdf, given.output), given.log.name)}
+    table = _table(given.log, given.rate)
+    model, held = _arm(given.urdf, given.log, table)
+    proposal = _proposal(given.log, table, model)
+    if held:
+        proposal = replace(proposal, notes=(*proposal.notes, f"{HELD}: {listed(held)}"))
+    moving = model.robot.joints if held else ()
+    urdf = _urdf(given.urdf, given.output)
+    texts = {given.output: robot_toml(proposal, model, urdf, given.log.name, moving)}
     unsure = [guess.what for guess in proposal.open if not guess.what.startswith("gain of")]
-    if table and not unsure:
-        texts[preset] = preset_toml(proposal, given.log.name)
+    if table is not None and not unsure:
+        texts[preset] = preset_toml(proposal, model.robot, given.log.name, given.rate)
     _require_free(texts, given)
     for path, text in texts.items():
         write_whole(path, text)
-    then = _then(given, proposal, table, preset) if not unsure else ""
+    then = _then(given, proposal, table is not None, preset) if not unsure else ""
     page = proposal_text(proposal) + (f"\n\nNext: {then}" if then else "")
     written = [str(path) for path in texts]
     hand_over(page, json_text(plain(as_json(proposal, written, then))), given.json)
@@ -73,20 +86,48 @@ def parser() -> argparse.ArgumentParser:
     found.add_argument(
         "--preset", type=Path, metavar="FILE", help=f"where the columns go; default: {BESIDE} beside the log"
     )
+    found.add_argument(
+        "--rate", type=positive, metavar="HZ", help="samples a second, of a table without time"
+    )
     found.add_argument("--force", action="store_true", help="write over files that exist")
     add_json(found)
     return found
 
 
-def _proposal(log: Path, model: Model) -> tuple[Proposal, bool]:
-    """The proposal, and whether the log is a table, whose columns have to be named."""
-    if IMPORTERS[kind_of(log)].table:
-        longest = max(read_tables(log), key=lambda table: len(table.values))
-        return propose(longest.names, longest.values, model.robot, longest.joints), True
+def _table(log: Path, rate: float | None) -> Table | None:
+    """The longest table of a log of columns, which have to be named; None for other logs."""
+    if not IMPORTERS[kind_of(log)].table:
+        if rate is not None:
+            raise RecordingError(f"{log} has its own time; --rate is for tables without time")
+        return None
+    table = max(read_tables(log), key=lambda table: len(table.values))
+    if rate is None:
+        return table
+    clock = np.arange(len(table.values)) / rate
+    return table._replace(names=[CLOCK, *table.names], values=np.column_stack([clock, table.values]))
+
+
+def _arm(urdf: Path, log: Path, table: Table | None) -> tuple[Model, list[str]]:
+    """The arm, and which joints of its URDF are held: those that the log does not have."""
+    if urdf.suffix.lower() not in ENDINGS:
+        return read_model(urdf), []
+    free, bound = movable_joints(read_urdf(urdf), str(urdf))
+    if table is not None:
+        moving = joints_named(table.names, free, table.joints)
+    else:
+        there = joints_of_bag(log) if kind_of(log) == "ros2_bag" else free
+        moving = [joint for joint in free if joint in there] or free
+    held = [joint for joint in free if joint not in moving] + bound
+    return read_model(urdf, moving if held else None), held
+
+
+def _proposal(log: Path, table: Table | None, model: Model) -> Proposal:
+    if table is not None:
+        return propose(table.names, table.values, model.robot, table.joints)
     runs = import_source(log, model)
     if not runs:
         raise RecordingError(f"{log}: there is no run in it")
-    return propose(*_columns(max(runs, key=lambda run: run.duration)), model.robot), False
+    return propose(*_columns(max(runs, key=lambda run: run.duration)), model.robot)
 
 
 def _columns(run: Recording) -> tuple[list[str], np.ndarray]:

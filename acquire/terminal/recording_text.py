@@ -55,7 +55,12 @@ def warning_lines(recording: Recording) -> list[str]:
 def _signals(recording: Recording) -> list[str]:
     """Table of the signals."""
     rows = [
-        [name, SIGNALS[name], str(len(signal)), digits(signal.rate) if signal.rate else "-"]
+        [
+            name,
+            ", ".join(dict.fromkeys(recording.robot.units(SIGNALS[name]))),
+            str(len(signal)),
+            digits(signal.rate) if signal.rate else "-",
+        ]
         for name, signal in recording.signals.items()
     ]
     return table(["signal", "unit", "samples", "Hz"], rows, left=(0, 1))

@@ -11,7 +11,7 @@ import rerun.blueprint as rrb
 
 from ..live import viewers
 from ..live.live_view import require_showable
-from ..live.targets import Targets
+from ..live.targets import CannotShow, Targets
 
 PATIENCE = 60.0
 """How long a viewer may take to take everything in [s]."""
@@ -35,7 +35,7 @@ def show(view: View, targets: Targets) -> None:
     """Show a view at all targets; with a server among them, until that ends or Ctrl-C.
 
     Raises:
-        CannotShow: A target cannot be opened.
+        CannotShow: A target cannot be opened, or takes too long.
     """
     require_showable(targets)
     opened = viewers.open_targets(targets)
@@ -55,7 +55,13 @@ def _log(view: View, opened: viewers.Opened) -> None:
     recording = rr.RecordingStream(f"exidyn_{view.kind}")
     recording.set_sinks(*opened.sinks, default_blueprint=view.blueprint)
     view.log(recording)
-    recording.flush(timeout_sec=PATIENCE)
+    try:
+        recording.flush(timeout_sec=PATIENCE)
+    except RuntimeError as error:
+        raise CannotShow(
+            f"the viewer has not taken everything within {PATIENCE:.0f} s: {error}. "
+            "On a busy machine, or one without a screen, try --save FILE"
+        ) from error
     recording.disconnect()  # writes the footer of a file, without which readers complain
 
 

@@ -46,7 +46,10 @@ class RigidBody(Effect):
         return MotionGradient(by[0], by[1], by[2], np.zeros_like(motion.position))
 
     def priors(self, robot: Robot) -> Mapping[str, Prior]:
-        priors = {}
+        """None for a robot whose description is geometry alone: no mass of it was ever stated."""
+        priors: dict[str, Prior] = {}
+        if not any(inertia.mass > 0.0 for inertia in robot.kinematics.inertias):
+            return priors
         for link, inertia in enumerate(tuple(robot.kinematics.inertias)[1:]):
             for name, prior in inertial_priors(inertia, robot.inertial_tolerance).items():
                 priors[f"{name}{link + 1}"] = prior

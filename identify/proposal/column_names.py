@@ -4,6 +4,8 @@ import re
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
+from ..recordings.recording import EFFORT
+
 WORDS: dict[str, frozenset[str]] = {
     "temperature": frozenset("temp temps temperature temperatures temperatur".split()),
     "torque": frozenset("tau taus torque torques trq effort efforts moment moments drehmoment nm".split()),
@@ -75,6 +77,24 @@ def signal_of(name: str) -> str:
     if not COMMANDED.intersection(words):
         return found
     return {"position": "command", "velocity": "command_velocity", "": "command"}.get(found, "other")
+
+
+def joints_named(names: Sequence[str], joints: Sequence[str], numbered: Sequence[str] = ()) -> list[str]:
+    """Those joints whose position and effort have columns by name; all, where no joint has both.
+
+    Args:
+        names: Of all columns.
+        joints: Names of joints, of which a log may hold a part.
+        numbered: Names of the joints that numbers from 1 on stand for, where the log gives them.
+    """
+    having: dict[str, set[str]] = {}
+    for name in names:
+        for pattern, place in _readings(name, joints, ()):
+            if "{joint}" in pattern:
+                having.setdefault(signal_of(pattern.replace("{joint}", " ")), set()).add(joints[place])
+    efforts = set().union(*(having.get(signal, set()) for signal in EFFORT))
+    found = having.get("position", set()) & efforts or set(numbered)
+    return [joint for joint in joints if joint in found] or list(joints)
 
 
 def families(names: Sequence[str], joints: Sequence[str], numbered: Sequence[str] = ()) -> list[Family]:

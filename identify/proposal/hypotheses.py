@@ -37,6 +37,13 @@ def factor_of(robot: Robot, unit: str) -> np.ndarray:
     return np.where(robot.revolute == (unit in TURNING), factor, 1.0)
 
 
+def units_of(robot: Robot, unit: str, per: str = "") -> list[str]:
+    """Unit of each joint's position, or with "/s" velocity, where one is given of joints of one kind."""
+    turning = unit not in SLIDING
+    other = ("m" if turning else "rad") + (per or ("/s" if unit == "rpm" else ""))
+    return [unit + per if revolute == turning else other for revolute in robot.revolute.tolist()]
+
+
 def joint_odds(
     log: Log, robot: Robot, stated: Units, orders: Mapping[Order, float]
 ) -> dict[tuple[Units, Order], float]:

@@ -8,11 +8,12 @@ import numpy as np
 from ..arm.robot import Robot
 from ..errors import RecordingError, listed
 from ..recordings.recording import EFFORT
+from ..recordings.unread_effort import UNMEASURED, unread
 from ..text_table import digits
 from .agreement import Sampled
 from .column_names import MEASURED, STAMPS, Family, families, unit_of, words_of
 from .drives import Gain, described, gains
-from .hypotheses import Log, Order, factor_of, joint_odds, orders_of
+from .hypotheses import Log, Order, factor_of, joint_odds, orders_of, units_of
 from .odds import Guess, posterior
 from .quirks import quirks
 from .units import STATED, TIME, Units, moves
@@ -73,12 +74,17 @@ def propose(names: Sequence[str], values: np.ndarray, robot: Robot, joints: Sequ
     units, order, more = _units_and_order(log, robot, chosen, clock_unit)
     guesses += more
     sample = log.sampled(units.time).ordered(order, factor_of(robot, units.position))
-    every, drives, more = _efforts(chosen, sample, robot, effort)
+    position = log.values["position"][:, order] * factor_of(robot, units.position)
+    time = time * TIME[units.time]
+    silent = unread(time, position, log.values[effort][:, order])
+    every, drives, more = _efforts(chosen, sample, robot, effort, silent > 0.0)
     if not units.velocity:
         every.pop("velocity", None)
     columns = {s: tuple(f.names[k] for k in order) for s, f in every.items()}
-    position = log.values["position"][:, order] * factor_of(robot, units.position)
-    notes = quirks(time * TIME[units.time], position, robot, len(values))
+    notes = quirks(time, position, robot, len(values))
+    if silent.any():
+        mute = [f"{robot.joints[j]} in {100 * silent[j]:.0f} %" for j in np.flatnonzero(silent)]
+        notes.append(f"{UNMEASURED}: {', '.join(mute)}")
     if unused := [f.pattern for f in found if f.signal in ("", "velocity") and f not in every.values()]:
         notes.append(f"columns that are not read: {', '.join(unused)}")
     return Proposal({"time": (names[clock],), **columns}, units, drives, (*guesses, *more), tuple(notes))
@@ -100,7 +106,7 @@ def _time(names: Sequence[str], values: np.ndarray) -> int:
     if not found or (len(found) > 1 and not called):
         raise RecordingError(
             f"no column of time: {len(rising)} columns increase, none of which is called time. "
-            "Name it: exidyn import --columns time=NAME"
+            "Name it: exidyn import --columns time=NAME; or state the samples a second: exidyn init --rate HZ"
         )
     return found[0]
 
@@ -193,11 +199,11 @@ def _units_and_order(
     guesses = []
     for part, reason in why.items():
         unit = getattr(best, part)
+        both = part != "time" and robot.revolute.any() and not robot.revolute.all()
         probability = sum(p for (units, _), p in likely.items() if getattr(units, part) == unit)
         per = "/s" if part == "velocity" and unit != "rpm" else ""
-        guesses.append(
-            Guess(f"unit of {part}", unit + per, probability, reason, f"[{part}] unit in a preset")
-        )
+        value = ", ".join(dict.fromkeys(units_of(robot, unit, per))) if both else unit + per
+        guesses.append(Guess(f"unit of {part}", value, probability, reason, f"[{part}] unit in a preset"))
     if len(orders) > 1:
         probability = sum(p for (_, one), p in likely.items() if one == order)
         value = "as numbered" if order == tuple(range(robot.dof)) else ", ".join(str(k + 1) for k in order)
@@ -209,10 +215,14 @@ def _units_and_order(
 
 
 def _efforts(
-    chosen: Mapping[str, Family], sample: Sampled, robot: Robot, effort: str
+    chosen: Mapping[str, Family], sample: Sampled, robot: Robot, effort: str, silent: np.ndarray
 ) -> tuple[dict[str, Family], tuple[Gain, ...], list[Guess]]:
-    """Signals with efforts as what they are; gains, where they are no torques of the joints."""
-    family, found = chosen[effort], gains(robot, sample)
+    """Signals with efforts as what they are; gains, where they are no torques of the joints.
+
+    `silent` (n,) marks joints whose effort is not measured.
+    """
+    family = chosen[effort]
+    found = [Gain() if mute else gain for gain, mute in zip(gains(robot, sample), silent, strict=True)]
     prior = np.log(STATED / (1 - STATED)) * (1 if effort == "torque" else -1)
     if family.signal == "":
         prior = 0.0
@@ -230,6 +240,6 @@ def _efforts(
             guesses.append(
                 Guess(f"gain of {joint}", size, max(gain.positive, 1 - gain.positive), why, option)
             )
-    if silent := [joint for joint, gain in zip(robot.joints, found, strict=True) if not gain.known]:
-        guesses.append(Guess(f"gain of {', '.join(silent)}", "", 0.0, why, option))
+    if unknown := [joint for joint, gain in zip(robot.joints, found, strict=True) if not gain.known]:
+        guesses.append(Guess(f"gain of {', '.join(unknown)}", "", 0.0, why, option))
     return {**others, "current": family}, tuple(found), guesses

@@ -5,10 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..arm.robot import Robot
 from ..model import Model
 from ..robot_files.robot_text import model_text
 from ..robot_files.toml_text import block, lines
 from ..text_table import digits, paragraph, table
+from .hypotheses import units_of
 from .odds import DECIDED, Guess
 from .proposal import Proposal
 
@@ -34,7 +36,7 @@ def open_words(guess: Guess) -> str:
     return f"{guess.what}{likely}. To settle it: {guess.option}"
 
 
-def robot_toml(proposal: Proposal, model: Model, urdf: str, log: str) -> str:
+def robot_toml(proposal: Proposal, model: Model, urdf: str, log: str, joints: Sequence[str] = ()) -> str:
     """A robot.toml with what the log tells of the drives.
 
     Args:
@@ -42,6 +44,7 @@ def robot_toml(proposal: Proposal, model: Model, urdf: str, log: str) -> str:
         model: The arm as described.
         urdf: Path of its URDF from the new file; "" if it is described otherwise, and is written out.
         log: What the log is called.
+        joints: Those of the URDF that move, where others are held.
     """
     gains = "".join(f", {digits(gain.value) if gain.known else '?'}" for gain in proposal.gains)[2:]
     tolerance = max((gain.relative for gain in proposal.gains), default=0.0)
@@ -52,7 +55,8 @@ def robot_toml(proposal: Proposal, model: Model, urdf: str, log: str) -> str:
         head.append(f"# Gains of the log [N m per unit]: [{gains}]")
     drive = f"[drive]\ngain = [{gains}]\ngain_tolerance = {tolerance:.2f}\n"
     if urdf:
-        body = lines({"format": 1, "name": model.robot.name, "urdf": urdf}) + "\n"
+        keys = {"format": 1, "name": model.robot.name, "urdf": urdf}
+        body = lines(keys | ({"joints": list(joints)} if joints else {})) + "\n"
         return "\n".join(head) + "\n\n" + body + (f"\n{drive}" if known else "")
     if known:
         values = np.array([gain.value for gain in proposal.gains])
@@ -61,25 +65,30 @@ def robot_toml(proposal: Proposal, model: Model, urdf: str, log: str) -> str:
     return "\n".join(head) + "\n\n" + model_text(model)
 
 
-def preset_toml(proposal: Proposal, log: str) -> str:
-    """Which columns of a log are what, as the preset that `exidyn import` finds beside it."""
-    unit = {
-        "time": proposal.units.time,
-        "position": proposal.units.position,
-        "command": proposal.units.position,
-        "link_position": proposal.units.position,
-        "velocity": _per_second(proposal.units.velocity),
-        "command_velocity": _per_second(proposal.units.velocity),
-    }
+def preset_toml(proposal: Proposal, robot: Robot, log: str, rate: float | None = None) -> str:
+    """Which columns of a log are what, as the preset that `exidyn import` finds beside it.
+
+    `rate` is that of a log without a column of time [Hz].
+    """
+    units = proposal.units
+    per = "" if units.velocity in ("", "rpm") else "/s"
+    position, velocity = units_of(robot, units.position), units_of(robot, units.velocity, per)
+    unit = {"position": position, "command": position, "link_position": position}
+    if units.velocity:
+        unit |= {"velocity": velocity, "command_velocity": velocity}
     blocks = [f"# Proposed by exidyn init from {log}."]
+    blocks += [] if rate is None else [lines({"rate": rate})]
     for signal, names in proposal.columns.items():
-        keys = {"column": names[0] if signal == "time" else list(names)}
-        blocks.append(block(f"[{signal}]", keys | ({"unit": unit[signal]} if unit.get(signal) else {})))
+        if signal == "time" and rate is not None:
+            continue
+        if signal == "time":
+            keys: dict[str, object] = {"column": names[0], "unit": units.time}
+        else:
+            each = unit.get(signal, [])
+            keys = {"column": list(names)}
+            keys |= {"unit": each[0] if len(set(each)) == 1 else each} if each else {}
+        blocks.append(block(f"[{signal}]", keys))
     return "\n\n".join(blocks) + "\n"
-
-
-def _per_second(unit: str) -> str:
-    return unit if unit in ("", "rpm") else f"{unit}/s"
 
 
 def as_json(proposal: Proposal, written: Sequence[str], then: str) -> dict[str, object]:

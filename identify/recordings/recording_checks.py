@@ -14,6 +14,7 @@ import numpy as np
 from ..errors import BadUnit, NotRecorded
 from .recording import EFFORT, Recording
 from .recording_findings import findings, finite, is_number
+from .unread_effort import UNMEASURED, unread
 
 GAP = 1.5
 """A step of more median periods than this misses at least one sample, if the clock is regular."""
@@ -61,7 +62,9 @@ def _with_warnings(recording: Recording, impossible: Sequence[str]) -> Recording
     warnings = [*_gaps(recording), *impossible]
     if len(recording.signals["position"]):
         warnings += _beyond_limits(recording)
-    warnings += [warning for name in EFFORT for warning in _stuck(recording, name)]
+    warnings += [
+        warning for name in EFFORT for warning in (*_stuck(recording, name), *_unread(recording, name))
+    ]
     # A file brings the warnings of its import. Gaps are counted anew, as some of it may have been lost since.
     still = tuple(one for one in recording.warnings if one in warnings or not GAP_WARNING.search(one))
     return replace(recording, warnings=still).with_warnings(*warnings)
@@ -163,6 +166,21 @@ def _stuck(recording: Recording, name: str) -> list[str]:
                     f"{CLIPPED_CROWD:g} times as often as near it: it is clipped there"
                 )
     return warnings
+
+
+def _unread(recording: Recording, name: str) -> list[str]:
+    """Warnings about efforts that stay at one value while their joint moves."""
+    signal, position = recording.signals.get(name), recording.signals["position"]
+    if signal is None or min(len(signal), len(position)) < 2:
+        return []
+    moved = np.column_stack([np.interp(signal.time, position.time, one) for one in position.values.T])
+    shares = unread(signal.time, moved, signal.values)
+    held = [
+        f"{joint} in {100 * share:.0f} %"
+        for joint, share in zip(recording.robot.joints, shares, strict=True)
+        if 0.0 < share < 1.0
+    ]
+    return [f"{name}: {UNMEASURED}: {', '.join(held)}"] if held else []
 
 
 def _clipped(column: np.ndarray, extreme: float) -> int:

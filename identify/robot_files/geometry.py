@@ -18,7 +18,7 @@ from scipy.spatial import ConvexHull, QhullError
 from ..errors import BrokenTree, RobotError
 from .mesh_files import find_mesh
 from .robot_file import builtin_names
-from .toml_fields import parse_toml, read_text, string
+from .toml_fields import parse_toml, read_text, string, strings
 from .urdf import parse_urdf
 from .urdf_file import ENDINGS, read_urdf
 
@@ -41,11 +41,11 @@ def read_geometry(source: str | Path, package_dirs: Iterable[str | Path] = ()) -
     Raises:
         RobotError: A mesh is not there or cannot be read, or a shape is wrong; the message names the link.
     """
-    urdf = _urdf_of(source)
+    urdf, joints = _urdf_of(source)
     if urdf is None:
         return None
     text = read_urdf(urdf)
-    kinematics = parse_urdf(text, str(urdf)).model
+    kinematics = parse_urdf(text, str(urdf), joints).model
     geometry = pin.GeometryModel()
     meshes: dict[tuple[Path, tuple[float, ...]], coal.Convex] = {}
     for link in ElementTree.fromstring(text).findall("link"):
@@ -61,15 +61,16 @@ def read_geometry(source: str | Path, package_dirs: Iterable[str | Path] = ()) -
     return geometry if geometry.ngeoms else None
 
 
-def _urdf_of(source: str | Path) -> Path | None:
-    """Path of the URDF that a robot is read from, if it is from one."""
+def _urdf_of(source: str | Path) -> tuple[Path | None, list[str] | None]:
+    """Path of the URDF that a robot is read from, if it is from one; and those of its joints that move."""
     path = Path(source)
     if str(source) in builtin_names():
-        return None
+        return None, None
     if path.suffix.lower() in ENDINGS:
-        return path
-    value = parse_toml(read_text(path), "robot file").get("urdf")
-    return None if value is None else path.parent / string(value, "urdf")
+        return path, None
+    table = parse_toml(read_text(path), "robot file")
+    joints = strings(table["joints"], "joints") if "joints" in table else None
+    return (path.parent / string(table["urdf"], "urdf") if "urdf" in table else None), joints
 
 
 def _placement(collision: Element, where: str) -> pin.SE3:

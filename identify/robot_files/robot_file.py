@@ -1,6 +1,6 @@
 """Read a robot: a robot.toml (docs/robot-toml.md), a bare URDF, or the name of a built-in one."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import fields
 from importlib import resources
 from pathlib import Path
@@ -18,7 +18,18 @@ from .effect_rows import read_effects, read_priors
 from .kinematics import PLACEMENT_KEYS, Kinematics, link_kinematics, read_placement
 from .mdh import mdh_kinematics, parse_mdh
 from .robot_text import FORMAT, RIGID_BODY, model_text
-from .toml_fields import boolean, check_keys, matrix, number, numbers, parse_toml, read_text, string, tables
+from .toml_fields import (
+    boolean,
+    check_keys,
+    matrix,
+    number,
+    numbers,
+    parse_toml,
+    read_text,
+    string,
+    strings,
+    tables,
+)
 from .urdf import parse_urdf
 from .urdf_file import ENDINGS, read_urdf
 from .urdf_text import urdf_text
@@ -27,7 +38,17 @@ __all__ = ["builtin_names", "model_text", "parse_model", "read_model", "urdf_tex
 
 SOURCES = ("urdf", "mdh", "link")
 TABLES = ("limits", "drive", "flange", "prior")
-KEYS = ("format", "name", *SOURCES, "gravity", "inertial_tolerance", "rigid_body", *TABLES, "effect")
+KEYS = (
+    "format",
+    "name",
+    *SOURCES,
+    "joints",
+    "gravity",
+    "inertial_tolerance",
+    "rigid_body",
+    *TABLES,
+    "effect",
+)
 LIMIT_KEYS = tuple(f.name for f in fields(Limits))
 BACKWARD_KEYS = ("velocity_lower", "acceleration_lower")
 """Limits that are those forward with a minus, unless they are given."""
@@ -42,8 +63,12 @@ def builtin_names() -> list[str]:
     return sorted(file.name.removesuffix(".toml") for file in files if file.name.endswith(".toml"))
 
 
-def read_model(source: str | Path) -> Model:
+def read_model(source: str | Path, joints: Sequence[str] | None = None) -> Model:
     """Model from a robot.toml, from a .urdf or .xacro, or by the name of a built-in robot.
+
+    Args:
+        source: The file or the name.
+        joints: Of a .urdf or .xacro, the joints that move; the others are held. None: all move.
 
     Raises:
         RobotError: There is no such robot or file, or it is wrong.
@@ -60,7 +85,7 @@ def read_model(source: str | Path) -> Model:
         )
     if path.suffix.lower() not in ENDINGS:
         return parse_model(read_text(path), path.parent, str(path))
-    kinematics = parse_urdf(read_urdf(path), str(path))
+    kinematics = parse_urdf(read_urdf(path), str(path), joints)
     limits = kinematics.limits or Limits.none(kinematics.model.nv)
     robot = Robot(path.stem, kinematics.model, limits, flange=kinematics.flange, inertias_stated=False)
     return Model(robot, tuple(EFFECTS[name]() for name in (RIGID_BODY, *USUAL_EFFECTS)))
@@ -91,6 +116,8 @@ def _kinematics(table: Mapping[str, Any], folder: Path, where: str) -> Kinematic
         raise RobotError(f"{where}: give exactly one of {', '.join(SOURCES)}; found {given or 'none'}")
     name = string(table.get("name", "robot"), "name")
     source, value = given[0], table[given[0]]
+    if "joints" in table and source != "urdf":
+        raise RobotError(f"{where}: joints chooses among those of a urdf; rows of {source} are all there is")
     if source == "link":
         return link_kinematics(tables(value, "link"), name)
     if source == "mdh" and not isinstance(value, str):
@@ -98,7 +125,8 @@ def _kinematics(table: Mapping[str, Any], folder: Path, where: str) -> Kinematic
     path = folder / string(value, source)
     if source == "mdh":
         return parse_mdh(read_text(path), name, str(path))
-    return parse_urdf(read_urdf(path), str(path))
+    moving = strings(table["joints"], "joints") if "joints" in table else None
+    return parse_urdf(read_urdf(path), str(path), moving)
 
 
 def _robot(table: Mapping[str, Any], kinematics: Kinematics) -> Robot:

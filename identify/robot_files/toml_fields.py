@@ -86,6 +86,13 @@ def string(value: object, where: str, empty: bool = False) -> str:
     return value
 
 
+def strings(value: object, where: str) -> list[str]:
+    """A list of at least one text, each there once."""
+    if not isinstance(value, list) or not value or len({str(item) for item in value}) < len(value):
+        raise RobotError(f"{where}: expected a list of different texts; found {value!r}")
+    return [string(item, f"{where}[{place}]") for place, item in enumerate(value)]
+
+
 def boolean(value: object, where: str) -> bool:
     """True or false."""
     if not isinstance(value, bool):

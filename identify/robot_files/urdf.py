@@ -1,6 +1,7 @@
 """URDF: kinematics, inertias and limits, through Pinocchio, after a check that names what is wrong."""
 
 from collections import Counter
+from collections.abc import Collection, Mapping
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 
@@ -8,7 +9,7 @@ import numpy as np
 import pinocchio as pin
 
 from ..arm.robot import Limits
-from ..errors import BrokenTree, listed
+from ..errors import BrokenTree, UnknownJoint, listed
 from .kinematics import INERTIA_PLACES, Kinematics, rigid_inertia
 from .toml_fields import LARGEST
 
@@ -22,20 +23,29 @@ NUMBERED = (
 FAR = 1e300
 """A limit that urdfdom can read and no joint reaches; it knows no infinity."""
 
+HELD = "To hold it still, name the joints that move in a robot.toml: urdf = ..., joints = [...]"
 DEEPEST = 100
 """Elements within elements; parsers that call themselves for each level end at thousands."""
 
 
-def parse_urdf(text: str, where: str = "URDF") -> Kinematics:
+def parse_urdf(text: str, where: str = "URDF", moving: Collection[str] | None = None) -> Kinematics:
     """Kinematics of a URDF; a `continuous` joint becomes a revolute one without limits.
+
+    Args:
+        text: The URDF.
+        where: What errors call it.
+        moving: Joints that move; the others are held where their position is zero. None: none is held.
 
     Raises:
         BrokenTree: It is not one tree of joints with one degree of freedom; the message names the culprit.
+        UnknownJoint: One of `moving` is not in it.
     """
     root = _parse(text, where)
     joints = {joint.get("name", ""): joint for joint in root.findall("joint")}
     _check_names(root, where)
     _check_tree(root, where)
+    if moving is not None:
+        _hold_others(joints, moving, where)
     for element in root.iter():
         _check_numbers(element, where)
     for name, joint in joints.items():
@@ -48,6 +58,32 @@ def parse_urdf(text: str, where: str = "URDF") -> Kinematics:
             link.remove(shape)  # for `read_geometry`; urdfdom prints complaints of shapes it does not know
     model = _load(ElementTree.tostring(root, encoding="unicode"), where)
     return Kinematics(model, _gather(limits, tuple(model.names)[1:]), _flange(model, root))
+
+
+def movable_joints(text: str, where: str = "URDF") -> tuple[list[str], list[str]]:
+    """Joints of a URDF that are not fixed: those that a model can have, and those that have to be held.
+
+    Raises:
+        BrokenTree: It is no URDF.
+    """
+    free: list[str] = []
+    bound: list[str] = []
+    for joint in _parse(text, where).findall("joint"):
+        if joint.get("type") != "fixed":
+            plain = joint.get("type") in MOVING and joint.find("mimic") is None
+            (free if plain else bound).append(joint.get("name", ""))
+    return free, bound
+
+
+def _hold_others(joints: Mapping[str, Element], moving: Collection[str], where: str) -> None:
+    """Make every joint that is not named a fixed one."""
+    for name in moving:
+        if name not in joints:
+            raise UnknownJoint(name, where, list(joints))
+    for name in joints.keys() - set(moving):
+        joints[name].set("type", "fixed")
+        for element in joints[name].findall("mimic"):
+            joints[name].remove(element)
 
 
 def _parse(text: str, where: str) -> Element:
@@ -147,9 +183,9 @@ def _check_numbers(element: Element, where: str) -> None:
 def _check_joint(joint: Element, where: str) -> None:
     kind = joint.get("type")
     if kind not in (*MOVING, "fixed"):
-        raise BrokenTree(f"{where} is {kind}; valid types: {', '.join(MOVING)}, fixed")
+        raise BrokenTree(f"{where} is {kind}; valid types: {', '.join(MOVING)}, fixed. {HELD}")
     if joint.find("mimic") is not None:
-        raise BrokenTree(f"{where} mimics another joint; make it fixed, or independent by removing <mimic>")
+        raise BrokenTree(f"{where} mimics another joint, which no model here can. {HELD}")
     if kind != "fixed" and not np.any(_axis(joint)):
         raise BrokenTree(f"{where} has an axis of length 0")
 

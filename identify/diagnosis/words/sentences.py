@@ -54,5 +54,6 @@ def _units(known: Mapping[str, Any], sliding: bool) -> dict[str, str]:
         )
         return {"effort": TURNING, "one": "1 rad/s"} | pace
     # Waves of the position in metres, as if it were an angle.
-    pace = {"pace": f"every {2 * np.pi / known['harmonic'].value:.3g} m"} if "harmonic" in known else {}
+    known_wave = known.get("harmonic")
+    pace = {"pace": f"in a wave {2 * np.pi / known_wave.value:.3g} m long"} if known_wave else {}
     return {"effort": SLIDING, "one": "1 m/s"} | pace

@@ -73,8 +73,7 @@ def import_ros2_bag(
         )
     if effort not in EFFORT:
         raise RecordingError(f"effort (--effort) '{effort}': valid are {', '.join(EFFORT)}")
-    folder = source.parent if source.suffix == ".db3" else source
-    groups, arrays = _read(folder, topic, effort)
+    groups, arrays = _read(_folder(source), topic, effort)
     names = find_joints(
         model.robot, tuple(dict.fromkeys(name for group in groups for name in group)), joints, f"{source}"
     )
@@ -99,6 +98,21 @@ def import_ros2_bag(
         host_time=np.array(states.bag),
     )
     return [check(recording)]
+
+
+def joints_of_bag(source: Path, topic: str | None = None) -> list[str]:
+    """Names of all joints in the joint states of a bag.
+
+    Raises:
+        RecordingError: The bag cannot be read, or has several topics of joint states.
+        MissingPackage: rosbags is not installed.
+    """
+    groups, _ = _read(_folder(source), topic, EFFORT[0])
+    return list(dict.fromkeys(name for group in groups for name in group))
+
+
+def _folder(source: Path) -> Path:
+    return source.parent if source.suffix == ".db3" else source
 
 
 def _read(

@@ -69,6 +69,19 @@ def test_a_recording_needs_no_preset_and_efforts_in_amperes_an_option(files):
     assert json.loads((files / "found.json").read_text())["then"].endswith("--effort current")
 
 
+def test_a_log_without_time_has_the_rate_that_is_given(files, capsys):
+    named = {**columns("q{k}", LOG.position), **columns("i{k}", LOG.current)}
+    rows = np.column_stack(list(named.values()))
+    np.savetxt("bare.csv", rows, delimiter=",", header=",".join(named), comments="", fmt="%.9g")
+    assert main(["init", "bare.csv", "--urdf", "arm.urdf"]) == REFUSED
+    assert "exidyn init --rate HZ" in capsys.readouterr().err
+    assert main(["init", "bare.csv", "--urdf", "arm.urdf", "--rate", "100"]) == 0
+    assert main(["import", "bare.csv", "--robot", "robot.toml"]) == 0
+    position = read_recording(files / "bare.mcap").signals["position"]
+    np.testing.assert_allclose(position.values, LOG.position, atol=1e-6)
+    np.testing.assert_allclose(position.time, LOG.time, atol=1e-9)
+
+
 def test_what_is_undecided_is_said_and_no_preset_is_written(files, capsys):
     noise = np.random.default_rng(0).normal(size=LOG.position.shape)
     names = ["t", *columns("q{k}", noise), *columns("i{k}", noise)]
@@ -80,3 +93,66 @@ def test_what_is_undecided_is_said_and_no_preset_is_written(files, capsys):
     assert "Next:" not in said.out
     assert not (files / "preset.toml").exists()
     assert "# unit of position" in (files / "robot.toml").read_text()
+
+
+GRIPPER = """<link name="finger"/><link name="thumb"/>
+<joint name="grip" type="prismatic"><parent link="{last}"/><child link="finger"/><axis xyz="1 0 0"/></joint>
+<joint name="follow" type="prismatic"><parent link="{last}"/><child link="thumb"/><axis xyz="1 0 0"/>
+<mimic joint="grip"/></joint></robot>"""
+
+
+def test_joints_of_the_urdf_that_the_log_lacks_are_held(files, capsys):
+    text = (files / "arm.urdf").read_text()
+    last = re.findall(r'child link="(\w+)"', text)[-1]
+    (files / "arm.urdf").write_text(text.replace("</robot>", GRIPPER.format(last=last)))
+    joints = LOG.model.robot.joints
+    named = {"t": LOG.time, **dict(zip([f"{j}_position" for j in joints], LOG.position.T, strict=True))}
+    named |= dict(zip([f"{j}_effort" for j in joints], LOG.torque.T, strict=True))
+    named["grip_position"] = 0.01 * np.sin(LOG.time)
+    rows = np.column_stack(list(named.values()))
+    np.savetxt("named.csv", rows, delimiter=",", header=",".join(named), comments="", fmt="%.9g")
+    assert main(["init", "named.csv", "--urdf", "arm.urdf"]) == 0
+    assert re.search(
+        r"held\s+still.*effort\s+of\s+them:\s+grip,\s+follow", capsys.readouterr().out, re.DOTALL
+    )
+    assert read_model(files / "robot.toml").robot.joints == joints
+    assert main(["import", "named.csv", "--robot", "robot.toml"]) == 0
+    np.testing.assert_allclose(
+        read_recording(files / "named.mcap").signals["torque"].values, LOG.torque, rtol=1e-6, atol=1e-6
+    )
+
+
+def test_a_log_of_joints_that_turn_and_slide_is_imported_as_proposed(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    slide = '<link name="floor"/><joint name="lift" type="prismatic"><parent link="floor"/>'
+    slide += '<child link="{first}"/><axis xyz="0 0 1"/></joint>'
+    text = urdf_text(LOG.model)
+    first = re.findall(r'link name="(\w+)"', text)[0]
+    (tmp_path / "arm.urdf").write_text(text.replace("<link", slide.format(first=first) + "<link", 1))
+    joints = ("lift", *LOG.model.robot.joints)
+    position = np.column_stack([0.2 * np.sin(LOG.time), np.degrees(LOG.position)])
+    effort = np.column_stack([300.0 + np.cos(LOG.time), LOG.current])
+    named = dict(zip([f"{j}_position" for j in joints], position.T, strict=True))
+    named |= dict(zip([f"{j}_current" for j in joints], effort.T, strict=True))
+    rows = np.column_stack([LOG.time, *named.values()])
+    np.savetxt("log.csv", rows, delimiter=",", header=",".join(["t", *named]), comments="", fmt="%.9g")
+    assert main(["init", "log.csv", "--urdf", "arm.urdf"]) == 0
+    assert 'unit = ["m", "deg", "deg"' in (tmp_path / "preset.toml").read_text()
+    assert main(["import", "log.csv", "--robot", "robot.toml"]) == 0
+    found = read_recording(tmp_path / "log.mcap").signals["position"].values
+    np.testing.assert_allclose(found, np.column_stack([position[:, 0], LOG.position]), atol=1e-6)
+
+
+def test_efforts_that_are_not_measured_give_no_gain(files, capsys):
+    current = LOG.current.copy()
+    current[:, 2] = 0.001 * (np.random.default_rng(1).random(len(current)) > 0.9)
+    named = {"t": LOG.time, **columns("q{k}", LOG.position), **columns("i{k}", current)}
+    rows = np.column_stack(list(named.values()))
+    np.savetxt("mute.csv", rows, delimiter=",", header=",".join(named), comments="", fmt="%.9g")
+    assert main(["init", "mute.csv", "--urdf", "arm.urdf", "--json", "found.json"]) == 0
+    assert re.search(r"not\s+measured: joint3 in 9\d %", capsys.readouterr().out)
+    gains = json.loads((files / "found.json").read_text())["gains"]
+    assert [gain["known"] for gain in gains][1:3] == [True, False]
+    assert main(["import", "mute.csv", "--robot", "robot.toml"]) == 0
+    [warning] = read_recording(files / "mute.mcap").warnings
+    assert "as if they were not measured: joint3 in 9" in warning

@@ -338,3 +338,13 @@ def test_colours_of_joints_are_those_of_the_live_view(files, tmp_path):
 def test_recordings_of_a_case_are_shown_together(files):
     paths = write(files, *recordings()[:2])
     assert view_of([files / path for path in paths]).kind == "recording"
+
+
+def test_a_viewer_that_takes_too_long_is_reported_in_one_line(files, monkeypatch, capsys, tmp_path):
+    def late(self, *, timeout_sec):
+        raise RuntimeError("Flush timed out")
+
+    monkeypatch.setattr("rerun.RecordingStream.flush", late)
+    assert main(["view", str(files / "run.mcap"), "--save", str(tmp_path / "run.rrd")]) == REFUSED
+    [line] = capsys.readouterr().err.splitlines()
+    assert line.startswith("exidyn: the viewer has not taken everything within 60 s: Flush timed out.")

@@ -13,6 +13,7 @@ from exidyn.identify.effects import (
 )
 from exidyn.identify.errors import RobotError
 from exidyn.identify.model import Model
+from exidyn.identify.robot_files.robot_file import parse_model
 
 from ...parts.runs.robots import random_motion, six_axis
 
@@ -106,3 +107,12 @@ def test_a_model_without_effects_has_no_torque(robot):
     np.testing.assert_array_equal(
         Model(robot, ()).torque(motion, np.empty(0)), np.zeros_like(motion.position)
     )
+
+
+def test_a_description_of_geometry_alone_states_no_inertia():
+    """Its masses of zero are not known to be zero: a fit is free, and nothing is off nominal."""
+    geometry = parse_model("[[mdh]]\n[[mdh]]\nalpha = 1.5\nd = 0.3\n").robot
+    assert not RigidBody().priors(geometry)
+    one = parse_model("[[mdh]]\n[[mdh]]\nalpha = 1.5\nd = 0.3\nM = 2.0\n").robot
+    assert RigidBody().priors(one)["M1"].std == 0.0
+    assert RigidBody().priors(one)["M2"].std > 0.0

@@ -8,6 +8,7 @@ import pytest
 
 from exidyn.identify.errors import ExidynError, MissingPackage, NotAFile, RecordingError
 from exidyn.identify.recordings.importers import import_source, kind_of
+from exidyn.identify.recordings.importers.ros2_bag import joints_of_bag
 
 from ...parts.runs.runs import TIME, model, motion, noise
 
@@ -154,3 +155,8 @@ def test_the_order_of_joints_may_change_from_message_to_message(tmp_path):
     [found] = import_source(tmp_path / "bag", model())
     for place, joint in enumerate(("axis1", "axis2")):
         assert np.array_equal(found.signals["torque"].values[:, place], moves("/joint_states", joint, 2))
+
+
+def test_all_joints_of_a_bag_are_named(tmp_path):
+    write_arms(tmp_path / "bag", {"/joint_states": TWO_ARMS})
+    assert sorted(joints_of_bag(tmp_path / "bag")) == sorted(name for names in TWO_ARMS for name in names)

@@ -238,6 +238,16 @@ def test_limits_and_flange_of_the_file_win_over_its_urdf(tmp_path):
     np.testing.assert_array_equal(robot.flange.translation, [1, 2, 3])
 
 
+def test_joints_of_a_urdf_that_are_not_named_are_held(tmp_path):
+    whole = MODELS["full"].robot
+    (tmp_path / "arm.urdf").write_text(urdf_text(MODELS["full"]))
+    (tmp_path / "robot.toml").write_text(f'urdf = "arm.urdf"\njoints = ["{whole.joints[0]}"]')
+    robot = read_model(tmp_path / "robot.toml").robot
+    assert robot.joints == whole.joints[:1]
+    assert robot.kinematics.inertias[1].mass == sum(body.mass for body in list(whole.kinematics.inertias)[1:])
+    assert read_model(tmp_path / "arm.urdf", whole.joints[:1]).robot.joints == whole.joints[:1]
+
+
 def test_a_bare_urdf_gets_the_usual_effects(tmp_path):
     (tmp_path / "arm.urdf").write_text(urdf_text(MODELS["full"]))
     model = read_model(str(tmp_path / "arm.urdf"))
@@ -287,6 +297,8 @@ WRONG = [
     ("urdf = 'a.urdf'\n" + TWO, RobotError, "exactly one of urdf, mdh, link; found .'urdf', 'link'"),
     ("urdf = 'nowhere.urdf'", RobotError, "nowhere.urdf: cannot be read: No such file"),
     ("link = 3", RobotError, r"\[\[link\]\]"),
+    ("joints = ['lift']\n" + TWO, RobotError, "joints chooses among those of a urdf"),
+    ("urdf = 'a.urdf'\njoints = ['a', 'a']", RobotError, "joints: expected a list of different texts"),
     ("gravity = [0.0, 9.8]\n" + TWO, RobotError, "gravity: 2 values, expected 3"),
     ("gravity = [0.0, 0.0, nan]\n" + TWO, RobotError, "gravity.*nan"),
     ("inertial_tolerance = -0.1\n" + TWO, RobotError, "inertial_tolerance: -0.1 is less than 0"),

@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from exidyn.identify.errors import BrokenTree
+from exidyn.identify.errors import BrokenTree, UnknownJoint
 from exidyn.identify.robot_files.robot_file import read_model
-from exidyn.identify.robot_files.urdf import parse_urdf
+from exidyn.identify.robot_files.urdf import movable_joints, parse_urdf
 
 DATA = Path(os.environ.get("EXIDYN_DATA", Path(__file__).parents[3] / "../shared/data"))
 INERTIAL = '<inertial><mass value="2"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>'
@@ -87,6 +87,28 @@ def test_the_flange_is_a_fixed_leaf(name):
 PLANAR = joint("elbow", "upper", "lower", "planar")
 FLOATING = joint("elbow", "upper", "lower", "floating")
 MIMIC = joint("elbow", "upper", "lower", inside='<mimic joint="shoulder"/>')
+
+
+@pytest.mark.parametrize("elbow", [MIMIC, PLANAR, FLOATING, JOINTS.partition("</joint>")[2]])
+def test_a_joint_that_is_held_belongs_to_the_link_before_it(elbow):
+    text = robot(LINKS + joint("shoulder", "base", "upper", inside=LIMIT) + elbow)
+    held = parse_urdf(text, moving=["shoulder"])
+    assert tuple(held.model.names)[1:] == ("shoulder",)
+    assert held.model.inertias[1].mass == 4.0
+    np.testing.assert_array_equal(held.limits.velocity, [3])
+
+
+def test_a_joint_to_move_that_is_not_there_is_an_error():
+    with pytest.raises(UnknownJoint, match="'wrist'.*shoulder, elbow"):
+        parse_urdf(robot(LINKS + JOINTS), moving=["shoulder", "wrist"])
+
+
+def test_joints_that_move_by_themselves_and_those_that_do_not():
+    assert movable_joints(robot(LINKS + JOINTS)) == (["shoulder", "elbow"], [])
+    assert movable_joints(robot(LINKS + joint("shoulder", "base", "upper") + MIMIC)) == (
+        ["shoulder"],
+        ["elbow"],
+    )
 
 
 @pytest.mark.parametrize(

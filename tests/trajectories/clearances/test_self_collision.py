@@ -49,6 +49,17 @@ def test_bodies_are_where_pinocchio_puts_them(tmp_path):
         assert type(body.geometry) is type(other.geometry)
 
 
+def test_bodies_beyond_a_held_joint_belong_to_the_joint_before_it(tmp_path):
+    path = arm.write(tmp_path)
+    joints = read_model(path).robot.joints[:-1]
+    (tmp_path / "robot.toml").write_text(f'urdf = "{path.name}"\njoints = {list(joints)}')
+    held = {body.name: body for body in read_geometry(tmp_path / "robot.toml").geometryObjects}
+    whole = {body.name: body for body in read_geometry(path).geometryObjects}
+    assert held.keys() == whole.keys()
+    assert max(body.parentJoint for body in held.values()) == len(joints)
+    assert max(body.parentJoint for body in whole.values()) == len(joints) + 1
+
+
 def test_distance_of_two_balls_is_that_of_their_centres_less_their_radii(small):
     robot, collision = small
     column = collision.names.index("tool_0 to mast_0")

@@ -1,0 +1,39 @@
+"""Efforts that stay at one value while their joint moves."""
+
+import numpy as np
+import pytest
+
+from exidyn.identify.recordings.unread_effort import unread
+
+TIME = np.arange(1000) / 100.0
+POSITION = np.stack([np.sin(TIME), np.cos(2.0 * TIME)], axis=1)
+
+
+def effort(kept: float) -> np.ndarray:
+    """Noise on both joints; on the first, all but a share of the samples are zero."""
+    rng = np.random.default_rng(0)
+    found = rng.normal(size=POSITION.shape)
+    found[rng.random(len(TIME)) > kept, 0] = 0.0
+    return found
+
+
+def test_an_effort_that_reads_zero_in_most_samples_is_unread():
+    share = unread(TIME, POSITION, effort(0.1))
+    assert share[0] == pytest.approx(0.9, abs=0.03)
+    assert share[1] == 0.0
+
+
+def test_an_effort_that_reads_zero_in_some_samples_is_read():
+    assert not unread(TIME, POSITION, effort(0.6)).any()
+
+
+def test_a_joint_at_rest_may_have_one_effort():
+    still = POSITION.copy()
+    still[:600] = still[600]
+    held = effort(1.0)
+    held[:600] = 3.0
+    assert not unread(TIME, still, held).any()
+
+
+def test_a_few_samples_say_nothing():
+    assert not unread(TIME[:40], POSITION[:40], np.zeros((40, 2))).any()
