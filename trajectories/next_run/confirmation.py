@@ -10,12 +10,13 @@ from exidyn.identify.diagnosis.search.selected import CERTAIN_ODDS
 
 
 def confirmed(search: SearchResult, place: int) -> bool:
-    """Whether some run is more probable with a finding of the others by 19 to 1, and none less probable so.
+    """Whether some run is more probable with a finding of the others by 19 to 1, and the rest not less so.
 
     Blocks of one motion share what it does not show, so that they are no proof of each other.
     """
-    gains = [gain for gain in gained(search, place) if abs(gain) > CERTAIN_ODDS]
-    return bool(gains) and min(gains) > 0.0
+    gains = gained(search, place)
+    best = max(gains, default=0.0)
+    return best > CERTAIN_ODDS and sum(gains) - best > -CERTAIN_ODDS
 
 
 def gained(search: SearchResult, place: int) -> list[float]:

@@ -1,6 +1,6 @@
 """Rivals: what else would give the torque of a finding, whatever its blocks say."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -27,45 +27,30 @@ class Rival(NamedTuple):
     odds: float
 
 
-class Near(NamedTuple):
-    """A shape of a hypothesis, and what speaks against it: half a chi-squared."""
-
-    loss: float
-    candidate: Candidate
-    columns: Thinned
-
-
 def rivals(search: SearchResult, place: int) -> list[Rival]:
     """What physics allows beside the other findings, and what by its torque alone is not excluded.
 
-    A hypothesis counts with the mean probability of its shapes, as in the diagnosis.
+    Each hypothesis once. What the model's own unknowns make up for without it speaks for none of them.
     """
     one = search.selected[place]
     if one.once:
         return []
-    shapes: dict[object, list[Near]] = {}
-    for near in _near(search, place):
-        shapes.setdefault(near.candidate.key, []).append(near)
-    here, own = one.answer.candidate, _loss(shapes.pop(one.answer.candidate.key, []))
-    found = {}
-    for key, every in shapes.items():
-        first = min(every, key=lambda near: near.loss)
-        odds = _loss(every) - own + float(np.log(here.prior / first.candidate.prior))
-        if odds < -np.log(EXCLUDED):
-            found[key] = first, odds
+    found: dict[object, tuple[float, Candidate, Thinned]] = {}
+    for weight, candidate, columns in _near(search, place):
+        weight *= candidate.prior / one.answer.candidate.prior
+        if weight > max(EXCLUDED, found.get(candidate.key, (0.0,))[0]):
+            found[candidate.key] = weight, candidate, columns
     others = [other.answer for other in search.selected if other is not one]
     prediction = search.problem.prediction(others, search.prediction)
-    allowed = ask(prediction, [(first.candidate, first.columns) for first, _ in found.values()])
-    return [Rival(answer, found[answer.candidate.key][1]) for answer in allowed]
+    allowed = ask(prediction, [(candidate, columns) for _, candidate, columns in found.values()])
+    return [Rival(answer, -float(np.log(found[answer.candidate.key][0]))) for answer in allowed]
 
 
-def _loss(shapes: Sequence[Near]) -> float:
-    """Of a hypothesis; nothing where it has no shapes but the one that was found."""
-    return -float(np.logaddexp.reduce([-one.loss for one in shapes]) - np.log(len(shapes))) if shapes else 0.0
+def _near(search: SearchResult, place: int) -> Iterator[tuple[float, Candidate, Thinned]]:
+    """How probable the torque of a finding is by every shape of all other hypotheses on the same joints.
 
-
-def _near(search: SearchResult, place: int) -> Iterator[Near]:
-    """What speaks against every shape of all hypotheses on the same joints, by the torque of a finding."""
+    Over that of the finding itself, and less than by the other unknowns alone.
+    """
     prediction, here = search.prediction, search.selected[place].answer
     rows, own = prediction.rows, places_of(search, place)
     weight = np.sqrt(prediction.weighting.weight[prediction.blocks.number] * rows.weight)
@@ -77,8 +62,16 @@ def _near(search: SearchResult, place: int) -> Iterator[Near]:
     factor = factored(flat.T @ flat + np.diag(strain))
     along = flat.T @ torque.ravel()
     alone, power = solve(factor, along), float(np.sum(torque**2))
+
+    def probability(strained: float, separated: float) -> float:
+        left = max(separated - strained, 0.0)
+        return float(np.exp(-0.5 * (strained + left / (1.0 + FORMULA**2 * power))))
+
+    separated = power - float(along @ alone)
+    nothing = probability(float(strain @ alone**2), separated)
     for candidate, columns in search.problem.asked:
-        if not np.intersect1d(columns.joints, here.columns.joints).size:
+        shared = np.intersect1d(columns.joints, here.columns.joints)
+        if candidate.key == here.candidate.key or not shared.size:
             continue
         values = weight[:, columns.joints, None] * columns.values
         mixed = np.einsum("rnb,rnp->bp", known[:, columns.joints], values)
@@ -89,5 +82,5 @@ def _near(search: SearchResult, place: int) -> Iterator[Near]:
         taken = solve(factored(matrix), right)
         unknowns = alone - apart @ taken
         strained = float(strain @ unknowns**2 + prior @ taken**2)
-        left = max(power - float(along @ alone) - float(right @ taken) - strained, 0.0)
-        yield Near(0.5 * (strained + left / (1.0 + FORMULA**2 * power)), candidate, columns)
+        there = probability(strained, separated - float(right @ taken))
+        yield there - nothing, candidate, columns
