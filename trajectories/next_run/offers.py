@@ -84,7 +84,7 @@ def offers_of(
         warm: Whether temperatures are recorded.
     """
     bodies: list[KnownPayload | None] = [None, *([] if body is None else [body])]
-    temperatures = [None] if not warm else [TEMPERATURE, WARM]
+    temperatures: list[float | None] = [TEMPERATURE, WARM] if warm else [None]
     return [
         offered(model, name, motion, carried, mounted, rate, temperature)
         for temperature in temperatures
