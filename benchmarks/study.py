@@ -1,7 +1,10 @@
 """Study: arms with something concealed; is it found, and in how much motion beside a fixed programme?"""
 
+import json
 import os
 import tempfile
+from collections.abc import Iterator
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +15,7 @@ from common import parser, save, show
 from parts.study.cases import MINUTES as STUDY
 from parts.study.cases import QUICK as QUICK_STUDY
 from parts.study.cases import Result, drawn, studied
-from parts.study.kscale import MINUTES, NAMED, ONE, chosen_among
+from parts.study.kscale import MINUTES, asked_for
 from parts.study.kscale import QUICK as QUICK_MINUTES
 
 QUICK, ALL = 1, 30
@@ -40,24 +43,33 @@ def figures(results: list[Result]) -> dict[str, Any]:
 
 
 def mocks(given: Any) -> dict[str, Any]:
-    """Every simulated arm."""
-    results, minutes = [], QUICK_STUDY if given.quick else STUDY
-    for number in range(given.first, given.first + (given.arms or (QUICK if given.quick else ALL))):
+    """Every simulated arm; those whose lines are there are not made again."""
+    made = dict(_kept(given.lines)) if given.lines and given.lines.exists() else {}
+    numbers = range(given.first, given.first + (given.arms or (QUICK if given.quick else ALL)))
+    for number in numbers:
+        if number in made:
+            continue
         with tempfile.TemporaryDirectory(prefix="study-") as folder:
-            results.append(studied(drawn(number, 2 - number % 3), number, Path(folder), minutes))
-        print(f"arm {number}: {results[-1]}", flush=True)
-    return figures(results)
+            minutes = QUICK_STUDY if given.quick else STUDY
+            made[number] = studied(drawn(number, 2 - number % 3), number, Path(folder), minutes)
+        print(f"arm {number}: {made[number]}", flush=True)
+        if given.lines:
+            with given.lines.open("a") as file:
+                file.write(json.dumps({"arm": number} | asdict(made[number]), default=sorted) + "\n")
+    return figures([made[number] for number in numbers])
+
+
+def _kept(lines: Path) -> Iterator[tuple[int, Result]]:
+    """Arms of a file, a line each."""
+    for line in map(json.loads, lines.read_text().splitlines()):
+        yield line.pop("arm"), Result.read(line)
 
 
 def servo(given: Any) -> dict[str, Any]:
-    """Recordings of one mass, and of all."""
-    found = {}
-    subsets = {"one mass": ONE} if given.quick else {"one mass": ONE, "all masses": ""}
-    for name, wanted in subsets.items():
-        with tempfile.TemporaryDirectory(prefix="study-") as folder:
-            one = chosen_among(Path(folder), wanted, QUICK_MINUTES if given.quick else MINUTES)
-        found[name] = one | {"settled": any(NAMED in names for names in one["named"])}
-        print(f"{name}: {found[name]}", flush=True)
+    """Recordings of one mass, then of all."""
+    with tempfile.TemporaryDirectory(prefix="study-") as folder:
+        found = asked_for(Path(folder), QUICK_MINUTES if given.quick else MINUTES)
+    print(found, flush=True)
     return found
 
 
@@ -69,6 +81,7 @@ def main() -> None:
     options = parser(__doc__ or "", PARTS)
     options.add_argument("--first", type=int, default=0, metavar="N", help="number of the first mock")
     options.add_argument("--arms", type=int, metavar="N", help="how many")
+    options.add_argument("--lines", type=Path, metavar="FILE", help="result of each arm; go on from it")
     given = options.parse_args()
     table = {name: PARTS[name](given) for name in given.only or PARTS}
     if "mocks" in table:

@@ -15,6 +15,7 @@ from exidyn.identify.model import Model
 from exidyn.identify.recordings.recording import KnownPayload
 from exidyn.trajectories.next_run.offer import Offer
 from exidyn.trajectories.next_run.offers import (
+    WARM_UP,
     Planned,
     distinguishing,
     excitation,
@@ -132,7 +133,7 @@ class Cell:
 
 def _new(offer: Offer, made: set[tuple[str, KnownPayload | None]]) -> bool:
     assert offer.plan is not None
-    return (plan_text(offer.plan), offer.payload) not in made
+    return offer.request == WARM_UP or (plan_text(offer.plan), offer.payload) not in made
 
 
 def _say(words: str) -> None:

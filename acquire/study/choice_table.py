@@ -23,7 +23,8 @@ def choice_table(belief: Belief, choice: Choice, diagnosis: Diagnosis) -> dict[s
         "exidyn_study": FORMAT,
         "verdict": choice.verdict,
         "believed": verdict(diagnosis),
-        "findings": findings_of(diagnosis),
+        "findings": settled_findings(belief, choice, diagnosis),
+        "believed_findings": believed_findings(diagnosis),
         "entropy": BIT * choice.entropy,
         "hidden": hidden(belief),
         "open_torque": open_torque(belief),
@@ -46,9 +47,20 @@ def choice_table(belief: Belief, choice: Choice, diagnosis: Diagnosis) -> dict[s
     }
 
 
-def findings_of(diagnosis: Diagnosis) -> list[list[Any]]:
-    """Effect and joints, from 1, of all findings, in the order of their names."""
+def believed_findings(diagnosis: Diagnosis) -> list[list[Any]]:
+    """Effect and joints, from 1, of all findings of a diagnosis, in the order of their names."""
     return sorted([one.effect, [joint + 1 for joint in one.joints]] for one in diagnosis.findings)
+
+
+def settled_findings(belief: Belief, choice: Choice, diagnosis: Diagnosis) -> list[list[Any]]:
+    """The same without those that are open."""
+    asked = [question.answers[0] for question in belief.questions if question.seen]
+    open_ones = [
+        [one.effect, [joint + 1 for joint in one.joints]]
+        for one, item in zip(asked, choice.items, strict=False)
+        if item.open
+    ]
+    return [one for one in believed_findings(diagnosis) if one not in open_ones]
 
 
 def _remains(belief: Belief, choice: Choice) -> Iterator[str]:

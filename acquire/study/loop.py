@@ -19,7 +19,7 @@ from exidyn.trajectories.next_run.offer import Offer
 from ..files.diagnosis_case import Case
 from ..files.payload_runs import distinct_bodies
 from ..terminal.json_output import json_text, plain, write_whole
-from .choice_table import choice_table, findings_of
+from .choice_table import believed_findings, choice_table
 from .notebook import notebook
 from .rounds import CHOICE, NOTEBOOK, Round, made_whole, next_round, rounds
 from .source import Source
@@ -94,14 +94,16 @@ class Study:
         columns: list[RunColumns] = []
         for offer in offers:
             try:
-                columns.append(run_columns(search.problem, found, suspects, offer.recording))
+                planned = offer.plan is not None
+                run = run_columns(search.problem, found, suspects.every, offer.recording, planned)
+                columns.append(run)
                 usable.append(offer)
             except ExidynError as error:
                 print(f"exidyn: {offer.name} is not on offer: {error}", file=sys.stderr)
         belief = belief_of(search, suspects, columns)
         moved = sum(one.duration for one in recordings)
         last = every[-2].choice if len(every) > 1 else None
-        repeated = last is not None and last["findings"] == findings_of(diagnosis)
+        repeated = last is not None and last["believed_findings"] == believed_findings(diagnosis)
         choice = choose(belief, usable, columns, self.seconds - moved, repeated, bool(diagnosis.remainders))
         table = choice_table(belief, choice, diagnosis) | {"moved": moved, "asked": self.asked}
         chosen = choice.chosen

@@ -13,9 +13,12 @@ from exidyn.identify.diagnosis.questions.block_answer import Answer, prior_std
 from exidyn.identify.diagnosis.questions.comparison import LINEAR
 from exidyn.identify.diagnosis.results.evidence import places_of
 from exidyn.identify.diagnosis.search.search import SearchResult
-from exidyn.identify.diagnosis.search.selected import CERTAIN_ODDS, EXCLUDED, Selected, log_prior
+from exidyn.identify.diagnosis.search.selected import CERTAIN_ODDS, EXCLUDED, NAMED, log_prior
 
 from .columns import RunColumns
+from .confirmation import confirmed
+from .rivals import rivals
+from .separations import Stance
 
 NUISANCES = ("reversal", "clock")
 """Beginnings of the names of unknowns that are nobody's question."""
@@ -23,6 +26,10 @@ NUISANCES = ("reversal", "clock")
 NEGLIGIBLE = EXCLUDED / 100.0
 """Probability below which an effect that nothing suggests is not asked about; a hundred of them are still
 excluded together."""
+
+
+Place = tuple[str, tuple[int, ...]]
+"""An effect and its joints."""
 
 
 class Believed(NamedTuple):
@@ -39,23 +46,6 @@ class Believed(NamedTuple):
     joints: tuple[int, ...]
     probability: float
     places: np.ndarray
-
-
-class Stance(NamedTuple):
-    """All columns' coefficients if one answer is true.
-
-    Attributes:
-        held: Columns that are there, (s,).
-        precision: Of them, shape (s, s).
-        values: Of all columns, shape (c,).
-        ways: In which the answer's own coefficients may still differ, one standard deviation each, with all
-            that follows them, shape (c, p).
-    """
-
-    held: np.ndarray
-    precision: np.ndarray
-    values: np.ndarray
-    ways: np.ndarray
 
 
 class Question(NamedTuple):
@@ -132,49 +122,87 @@ class Belief:
         rest = np.setdiff1d(np.arange(self.unknowns), np.concatenate([question.own, answer.places]))
         return np.concatenate([rest, answer.places]).astype(int)
 
-    def stance(self, question: Question, answer: Believed) -> Stance:
-        """What is believed if an answer is true."""
+    def ways(self, question: Question, answer: Believed, more: np.ndarray | None = None) -> np.ndarray:
+        """What an answer changes of all coefficients, shape (c, 1 + p), beside that nothing is there.
+
+        The change that is expected, and those by which its own p coefficients may differ from that by one
+        standard deviation each; the other unknowns follow. With the products of a further run (c, c) that
+        shows what is expected.
+        """
         held, count = self.held_by(question, answer), len(answer.places)
         matrix, mean = self.posterior(held)
-        values, ways = np.zeros(len(self.gram)), np.zeros((len(self.gram), count))
-        values[held] = mean
-        if count:
-            rest, own = slice(0, len(held) - count), slice(len(held) - count, None)
-            followed = -solve(factored(matrix[rest, rest]), matrix[rest, own])
-            apart = matrix[own, own] + matrix[own, rest] @ followed
-            covariance = solve(factored(apart), np.eye(count))
-            ways[held] = np.concatenate([followed, np.eye(count)]) @ np.linalg.cholesky(covariance)
-        return Stance(held, matrix, values, ways)
+        if more is not None:
+            matrix = matrix + more[np.ix_(held, held)]
+        rest, own = slice(0, len(held) - count), slice(len(held) - count, None)
+        followed = -solve(factored(matrix[rest, rest]), matrix[rest, own])
+        apart = matrix[own, own] + matrix[own, rest] @ followed
+        covariance = solve(factored(apart), np.eye(count))
+        found = np.zeros((len(self.gram), 1 + count))
+        spread = np.column_stack([mean[own], np.linalg.cholesky(covariance)])
+        found[held] = np.concatenate([followed, np.eye(count)]) @ spread
+        return found
+
+    def stance(self, question: Question, answer: Believed) -> Stance:
+        """What is believed if an answer is true."""
+        held, none = self.held_by(question, answer), np.zeros((len(self.gram), 0))
+        own = np.zeros(len(self.gram))
+        own[answer.places] = self.mean[answer.places]
+        if not len(answer.places):
+            return Stance(held, self.precision[held], own, none)
+        ways = np.zeros((len(self.gram), 1 + len(answer.places)))
+        ways[answer.places] = self.ways(question, answer)[answer.places]
+        return Stance(held, self.precision[held], own, ways)
 
 
-def suspects_of(search: SearchResult) -> tuple[Answer, ...]:
-    """Alternatives of the findings, then all that was not found, each in its best shape."""
-    alternatives = [answer for one in search.selected for answer, _ in one.elsewhere]
-    keys = {one.candidate.key for one in alternatives}
-    left = [one for one in search.left if one.candidate.key not in keys]
-    return (*alternatives, *left)
+class Suspects(NamedTuple):
+    """What is not in the model and may be there.
+
+    Attributes:
+        rivals: Of what was found.
+        left: All else, each in its best shape.
+        against: Logarithm of the odds of each finding, by its place, against effects on joints.
+    """
+
+    rivals: tuple[Answer, ...]
+    left: tuple[Answer, ...]
+    against: dict[int, dict[Place, float]]
+
+    @property
+    def every(self) -> tuple[Answer, ...]:
+        """In the order of their columns."""
+        return self.rivals + self.left
 
 
-def belief_of(search: SearchResult, suspects: Sequence[Answer], runs: Sequence[RunColumns]) -> Belief:
+def suspects_of(search: SearchResult) -> Suspects:
+    """Alternatives of the findings, and what else gives their torque; then all that was not found."""
+    others = {place: rivals(search, place) for place in range(len(search.selected))}
+    found = [answer for one in search.selected for answer, _ in one.elsewhere]
+    found += [rival.answer for own in others.values() for rival in own]
+    by_key = {one.candidate.key: one for one in reversed(found)}
+    left = [one for one in search.left if one.candidate.key not in by_key]
+    against = {place: {_place(rival.answer): rival.odds for rival in own} for place, own in others.items()}
+    return Suspects(tuple(by_key.values()), tuple(left), against)
+
+
+def belief_of(search: SearchResult, suspects: Suspects, runs: Sequence[RunColumns]) -> Belief:
     """The belief after a search, and what runs on offer could show."""
     prediction = search.prediction
     joints, fitted = prediction.joints, prediction.weighting.weight[prediction.blocks.number]
     columns = np.concatenate(
-        [prediction.rows.columns, *(one.columns.everywhere(joints) for one in suspects)], axis=2
+        [prediction.rows.columns, *(one.columns.everywhere(joints) for one in suspects.every)], axis=2
     )
     weight = fitted * prediction.rows.weight
-    alternatives = sum(len(one.elsewhere) for one in search.selected)
-    std = [prediction.rows.std]
-    for place, one in enumerate(suspects):
-        if place < alternatives:
-            std.append(prior_std(one.candidate, one.columns))
-        else:  # no larger in any run than it may be there: the run that shows it best limits it
-            std.append(np.min([one.columns.std, *(run.suspects[place].std for run in runs)], axis=0))
+    std = [prediction.rows.std, *(prior_std(one.candidate, one.columns) for one in suspects.rivals)]
+    # no larger in any run than it may be there: the run that shows it best limits it
+    std += [
+        np.min([one.columns.std, *(run.suspects[place].std for run in runs)], axis=0)
+        for place, one in enumerate(suspects.left, len(suspects.rivals))
+    ]
     deviation = np.maximum(np.concatenate(std), CERTAIN)
-    mean = np.concatenate([prediction.rows.mean, *(one.columns.mean for one in suspects)])
+    mean = np.concatenate([prediction.rows.mean, *(one.columns.mean for one in suspects.every)])
     belief = Belief(
         search,
-        tuple(suspects),
+        suspects.every,
         products(columns, weight),
         np.einsum("rnc,rn->c", columns, weight * prediction.rows.difference),
         deviation**-2.0,
@@ -182,7 +210,8 @@ def belief_of(search: SearchResult, suspects: Sequence[Answer], runs: Sequence[R
         prediction.weighting.independent / prediction.weighting.variance,
         _reaches(search, columns, weight > 0.0, runs),
     )
-    return replace(belief, questions=(*_asked(belief), *_unseen(belief, alternatives)))
+    asked = (*_asked(belief, suspects), *_unseen(belief, len(suspects.rivals)))
+    return replace(belief, questions=asked)
 
 
 def products(columns: np.ndarray, weight: np.ndarray) -> np.ndarray:
@@ -218,29 +247,42 @@ def _reaches(
     return np.array([products(own, seen / resolution**2 / max(len(own), 1)) for own, seen, _ in parts])
 
 
-def _asked(belief: Belief) -> Iterator[Question]:
-    """A question for each finding: whether it is that, what else it may be, or nothing."""
-    keys = [one.candidate.key for one in belief.suspects]
+def _asked(belief: Belief, suspects: Suspects) -> Iterator[Question]:
+    """A question for each finding: whether it is that, what else it may be, or nothing.
+
+    The blocks cannot say more against another answer than the torque, to within what formulas are wrong by;
+    nor more against nothing than a name needs, before another run has confirmed it.
+    """
+    columns = dict(zip(map(_place, suspects.rivals), belief.places, strict=False))
     for place, one in enumerate(belief.search.selected):
         if one.once:
             continue  # it is in no other run
-        own, here = places_of(belief.search, place), one.answer.candidate
-        answers = [Believed(here.effect, here.joints, one.certainty, own)]
-        for other, probability in one.elsewhere:
-            candidate = other.candidate
-            where = belief.places[keys.index(candidate.key)]
-            answers.append(Believed(candidate.effect, candidate.joints, probability, where))
-        yield Question(_complete(answers, one), True, own)
+        own, here = places_of(belief.search, place), _place(one.answer)
+        weights = {_place(other): probability for other, probability in one.elsewhere}
+        for other, odds in suspects.against[place].items():
+            least = one.certainty * float(np.exp(-max(odds, 0.0)))
+            weights[other] = max(weights.get(other, 0.0), least)
+        weights = {here: one.certainty} | {other: p for other, p in weights.items() if other != here}
+        nothing = float(expit(-one.odds))
+        if not confirmed(belief.search, place):
+            nothing = max(nothing, (1.0 / NAMED - 1.0) * sum(weights.values()))
+        answers = [Believed(*other, 0.0, own if other == here else columns[other]) for other in weights]
+        answers.append(Believed("", (), 0.0, np.zeros(0, int)))
+        yield Question(_shared(answers, np.array([*weights.values(), nothing])), True, own)
 
 
-def _complete(answers: list[Believed], one: Selected) -> tuple[Believed, ...]:
-    """The answers and that nothing is there; what is excluded has the rest."""
-    total = sum(answer.probability for answer in answers)
-    nothing = min(float(expit(-one.odds)), max(1.0 - total, 0.0))
-    every = [*answers, Believed("", (), nothing, np.zeros(0, int))]
-    total = sum(answer.probability for answer in every)
-    every = [answer._replace(probability=answer.probability / total) for answer in every]
-    return tuple(sorted(every, key=lambda answer: -answer.probability))
+def _shared(answers: Sequence[Believed], weights: np.ndarray) -> tuple[Believed, ...]:
+    """Answers that are not excluded, the most probable first; the first and that nothing is there stay."""
+    kept = weights > EXCLUDED * weights.sum()
+    kept[[0, -1]] = True
+    shares = np.where(kept, weights, 0.0) / weights[kept].sum()
+    pairs = zip(answers, shares, kept, strict=True)
+    found = [answer._replace(probability=float(share)) for answer, share, stays in pairs if stays]
+    return tuple(sorted(found, key=lambda answer: -answer.probability))
+
+
+def _place(one: Answer) -> Place:
+    return one.candidate.effect, one.candidate.joints
 
 
 def _unseen(belief: Belief, first: int) -> Iterator[Question]:
@@ -252,17 +294,23 @@ def _unseen(belief: Belief, first: int) -> Iterator[Question]:
         odds = min(one.gain, one.odds, 0.0) + log_prior(one, belief.search.total)
         there = Believed(one.candidate.effect, one.candidate.joints, 1.0, belief.places[place])
         question = Question((there,), False, none)
-        probability = float(expit(odds)) * _material(belief, question, there)
+        probability = float(expit(odds)) * material(belief, question)
         if probability < NEGLIGIBLE:
             continue
         answers = (there._replace(probability=probability), Believed("", (), 1.0 - probability, none))
-        yield question._replace(answers=tuple(sorted(answers, key=lambda answer: -answer.probability)))
+        yield question._replace(answers=answers)
 
 
-def _material(belief: Belief, question: Question, answer: Believed) -> float:
-    """Probability that an effect, if it is there, gives torque beyond the resolution in some run."""
-    stance, places = belief.stance(question, answer), answer.places
-    own = np.column_stack([stance.values, stance.ways])[places]
-    each = belief.reaches[:, places[:, None], places]
-    square = float(np.max(np.sum(own * (each @ own), axis=(1, 2))))
+def material(belief: Belief, question: Question, more: np.ndarray | None = None) -> float:
+    """Probability that an unseen effect, if it is there, changes the torque of some run by the resolution.
+
+    What the model's own unknowns make up for, as the runs so far bind them, changes nothing; nor does what a
+    further run, with these products (c, c), would have shown.
+    """
+    ways = belief.ways(question, question.answers[0], more)
+    if more is not None:
+        ways[:, 0] = 0.0  # where the run shows nothing
+    used = np.flatnonzero(np.any(ways, axis=1))
+    each = belief.reaches[:, used[:, None], used]
+    square = float(np.max(np.sum(ways[used] * (each @ ways[used]), axis=(1, 2))))
     return float(erfc(1.0 / np.sqrt(2.0 * max(square, 1e-12))))

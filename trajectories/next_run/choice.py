@@ -63,8 +63,7 @@ def choose(
         offers: What could be made or taken.
         runs: Columns of each.
         seconds: Of motion that are left [s].
-        repeated: Whether another motion has led to the same findings; blocks of one motion share what it does
-            not show, so that their odds are no proof.
+        repeated: Whether another motion has led to the same findings, or to none again.
         unexplained: Whether something is left that no effect explains, whatever the run.
     """
     found, every = forecasts(belief, offers, runs), items(belief)
@@ -73,10 +72,10 @@ def choose(
         for place, item in enumerate(every)
     )
     open_ones = [place for place, one in enumerate(every) if one.open]
-    ordered = _ordered(every, found, open_ones)
+    ordered = _ordered(every, found, open_ones, seconds)
     if not open_ones and (repeated or not found):
         verdict = UNDECIDABLE if unexplained else DECIDED
-    elif not found or (open_ones and not any(decidable[place] for place in open_ones)):
+    elif open_ones and not any(decidable[place] for place in open_ones):
         verdict = UNDECIDABLE
     elif ordered[0].offer.motion > seconds:
         verdict = OUT_OF_TIME
@@ -86,15 +85,17 @@ def choose(
 
 
 def _ordered(
-    every: Sequence[Item], found: Sequence[Forecast], open_ones: Sequence[int]
+    every: Sequence[Item], found: Sequence[Forecast], open_ones: Sequence[int], seconds: float
 ) -> tuple[Forecast, ...]:
-    """Forecasts, those first that are worth while; where nothing is open, by what they settle at all."""
-    if not open_ones:
-        total = sum(one.entropy for one in every)
-        return tuple(sorted(found, key=lambda one: (one.left.sum() - total) / one.offer.seconds))
-    worth = [
-        one
-        for one in found
-        if any(one.left[place] < (1.0 - WORTH) * every[place].entropy for place in open_ones)
-    ]
-    return (*worth, *(one for one in found if one not in worth))
+    """Forecasts, those first that there is time for, and of these those that are worth while.
+
+    Where nothing is open, by what they take off everything.
+    """
+    asked = open_ones or range(len(every))
+
+    def last(one: Forecast) -> tuple[bool, bool, float]:
+        worth = any(one.left[place] < (1.0 - WORTH) * every[place].entropy for place in asked)
+        gained = sum(every[place].entropy - one.left[place] for place in asked)
+        return one.offer.motion > seconds, not worth, -gained / one.offer.seconds
+
+    return tuple(sorted(found, key=last))

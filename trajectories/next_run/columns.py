@@ -30,8 +30,16 @@ class RunColumns:
     torque: np.ndarray
 
 
+ENOUGH = 2.5
+"""Samples a period of the highest frequency that a motion without noise needs: two, and a filter's edge."""
+
+
 def run_columns(
-    problem: Problem, found: Sequence[Answer], suspects: Sequence[Answer], recording: Recording
+    problem: Problem,
+    found: Sequence[Answer],
+    suspects: Sequence[Answer],
+    recording: Recording,
+    planned: bool = False,
 ) -> RunColumns:
     """What a recording would be explained by; of its torque or current only that it was recorded matters.
 
@@ -40,6 +48,7 @@ def run_columns(
         found: Findings.
         suspects: What may be there beside them.
         recording: Of a planned motion as simulated, or one that exists.
+        planned: Whether it is simulated, so that it has no noise that a lower rate would make more of.
 
     Raises:
         RecordingError: It cannot be filtered as the others were.
@@ -49,7 +58,10 @@ def run_columns(
     values = np.array(
         [before.get(name, nominal) for name, nominal in zip(model.names, model.nominal_values, strict=True)]
     )
-    filtering = problem.runs[0].filtering
+    filtering, own = problem.runs[0].filtering, problem.runs[0].prepared
+    if planned:
+        thinned = own.decimation.thinned(ENOUGH * own.position_cutoff)
+        filtering = replace(filtering, rate=thinned.rate / thinned.step)
     run = Driven.of(model, replace(recording, model=model), "offered", filtering)
     run = replace(problem.known, model=model, values=values).on(run)
     rows = with_nuisances(model_rows(model, [run], values), model, [run], values)

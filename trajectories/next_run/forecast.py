@@ -11,10 +11,11 @@ from exidyn.identify.diagnosis.questions.comparison import LINEAR
 from exidyn.identify.diagnosis.search.selected import EXCLUDED
 
 from ..discrimination.distinction import HOUR, SURE
-from .belief import NUISANCES, Belief, Believed, Stance, all_columns, products
+from .belief import NUISANCES, Belief, Believed, Question, all_columns, material, products
 from .columns import RunColumns
 from .entropy import entropy, expected_entropy
 from .offer import Offer
+from .separations import Stance, separations
 
 UNSEEN, PARAMETERS = "effects that no run so far could show", "values of parameters"
 """What items that are no question about a misfit are called."""
@@ -75,28 +76,6 @@ def information(belief: Belief, run: RunColumns) -> Information:
         return Information(whole)
     mixed, own = whole[:count, count:], whole[count:, count:] + np.diag(known)
     return Information(whole[:count, :count] - mixed @ solve(factored(own), mixed.T))
-
-
-def separations(stances: Sequence[Stance], seen: Information) -> np.ndarray:
-    """How far each answer (row) is then from being explained by each other one (column), shape (m, m).
-
-    As `discrimination.separation`, by products of columns; averaged over what is not known of the true
-    answer's own coefficients.
-    """
-    found = np.zeros((len(stances), len(stances)))
-    for rival, other in enumerate(stances):
-        columns = seen.gram[:, other.held]
-        factor = factored(other.precision + columns[other.held])
-        for true, one in enumerate(stances):
-            if true == rival:
-                continue
-            ways = np.column_stack([one.values - other.values, one.ways])
-            whole = seen.gram @ ways
-            left = whole - columns @ solve(factor, columns.T @ ways)
-            total, explained = float(np.sum(ways * left)), float(np.sum(ways * whole))
-            # Current sensors are linear to a few per cent, and a smaller difference is no evidence.
-            found[true, rival] = total if total > LINEAR**2 * explained else 0.0
-    return found
 
 
 def parameter_entropy(belief: Belief, more: Information | None = None) -> float:
@@ -166,34 +145,48 @@ def hidden(belief: Belief) -> float:
     return 1.0 - float(np.prod(absent))
 
 
-Stances = Sequence[Sequence[Stance]]
-"""Of the answers to each question."""
+Asked = Sequence[tuple[Question, list[Stance], np.ndarray]]
+"""Questions about a misfit, the stances of their answers, and how far these are apart by the runs so far."""
 
 
-def _left(belief: Belief, stances: Stances, seen: Information) -> np.ndarray:
+def _left(belief: Belief, asked: Asked, seen: Information) -> np.ndarray:
     """Entropy of each item after a run, expected, shape (i,)."""
-    asked, unseen = [], 0.0
-    for question, own in zip(belief.questions, stances, strict=True):
-        left = expected_entropy(question.probabilities, separations(own, seen))
-        if question.seen:
-            asked.append(left)
-        else:
-            unseen += left
-    return np.array([*asked, unseen, parameter_entropy(belief, seen)])
+    left = []
+    for question, stances, before in asked:
+        further = np.maximum(separations(stances, belief.gram + seen.gram) - before, 0.0)
+        # Whether it is there at all, a run has to show by itself.
+        nothing = [not answer.effect for answer in question.answers]
+        further[:, nothing] = separations(stances, seen.gram)[:, nothing]
+        left.append(expected_entropy(question.probabilities, further))
+    unseen = sum(
+        _hidden_entropy(belief, question, seen) for question in belief.questions if not question.seen
+    )
+    return np.array([*left, unseen, parameter_entropy(belief, seen)])
 
 
-def forecast(belief: Belief, stances: Stances, offer: Offer, run: RunColumns) -> Forecast:
+def _hidden_entropy(belief: Belief, question: Question, seen: Information) -> float:
+    """Of whether an unseen effect is there, after a run that does not show it either."""
+    before, there = material(belief, question), question.answers[0].probability
+    left = there * min(material(belief, question, seen.gram) / max(before, 1e-12), 1.0)
+    return entropy(np.array([left, 1.0 - left]))
+
+
+def forecast(belief: Belief, asked: Asked, offer: Offer, run: RunColumns) -> Forecast:
     """What is expected of a run on offer."""
     seen, before = information(belief, run), items(belief)
-    left = _left(belief, stances, seen)
+    left = _left(belief, asked, seen)
     gained = sum(one.entropy - after for one, after in zip(before, left, strict=True) if one.open)
     # No less than its first run, however alike torques come to be beside all that an hour shows.
-    hour = np.minimum(left, _left(belief, stances, seen.times(HOUR / offer.motion)))
+    hour = np.minimum(left, _left(belief, asked, seen.times(HOUR / offer.motion)))
     return Forecast(offer, left, hour, float(gained))
 
 
 def forecasts(belief: Belief, offers: Sequence[Offer], runs: Sequence[RunColumns]) -> list[Forecast]:
     """Of all offers, the one that gains most per second first."""
-    stances = [[belief.stance(question, one) for one in question.answers] for question in belief.questions]
-    found = [forecast(belief, stances, offer, run) for offer, run in zip(offers, runs, strict=True)]
+    asked = []
+    for question in belief.questions:
+        if question.seen:
+            stances = [belief.stance(question, one) for one in question.answers]
+            asked.append((question, stances, separations(stances, belief.gram)))
+    found = [forecast(belief, asked, offer, run) for offer, run in zip(offers, runs, strict=True)]
     return sorted(found, key=lambda one: -one.rate)

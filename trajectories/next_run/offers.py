@@ -26,8 +26,11 @@ from .offer import Offer
 
 HANDLING = 60.0
 """What a person takes to hang a body on a flange, or to take it off [s]."""
-TEMPERATURE = 25.0
-"""At which runs on offer are foreseen where temperatures are recorded [degC]."""
+TEMPERATURE, WARM = 25.0, 45.0
+"""At which runs on offer are foreseen where temperatures are recorded [degC]: of a cold arm, and of one that
+has worked for some time."""
+WARMING = 1800.0
+"""What an arm takes to warm up, as long as its gears remember [s]."""
 
 Planned = tuple[str, Plan]
 
@@ -70,7 +73,7 @@ def offers_of(
     rate: float,
     warm: bool,
 ) -> list[Offer]:
-    """Every planned run, without and with a body on the flange.
+    """Every planned run, without and with a body on the flange, and with a warm arm.
 
     Args:
         model: Nominal.
@@ -81,9 +84,11 @@ def offers_of(
         warm: Whether temperatures are recorded.
     """
     bodies: list[KnownPayload | None] = [None, *([] if body is None else [body])]
+    temperatures: list[float | None] = [TEMPERATURE, WARM] if warm else [None]
     return [
-        offered(model, name, motion, carried, mounted, rate, warm)
-        for carried in bodies
+        offered(model, name, motion, carried, mounted, rate, temperature)
+        for temperature in temperatures
+        for carried in (bodies if temperature != WARM else [mounted])
         for name, motion in planned
     ]
 
@@ -95,14 +100,21 @@ def offered(
     carried: KnownPayload | None,
     mounted: KnownPayload | None,
     rate: float = 500.0,
-    warm: bool = False,
+    temperature: float | None = None,
 ) -> Offer:
-    """A planned motion with what is to hang on the flange."""
-    request = "" if carried == mounted else _request(carried)
-    words = name if carried is None else f"{name}, with {dict(carried.known)['M']:g} kg on the flange"
-    return Offer(
-        words, _foreseen(model, motion, carried, rate, warm), motion, request, HANDLING if request else 0.0
-    )
+    """A planned motion with what is to hang on the flange, and the arm's temperature [degC] if recorded."""
+    request, setup, words = "", 0.0, name
+    if carried != mounted:
+        request, setup = _request(carried), HANDLING
+    if carried is not None:
+        words = f"{words}, with {dict(carried.known)['M']:g} kg on the flange"
+    if temperature == WARM:
+        request, setup, words = WARM_UP, WARMING, f"{words}, with a warm arm"
+    return Offer(words, _foreseen(model, motion, carried, rate, temperature), motion, request, setup)
+
+
+WARM_UP = "Let the arm work until it is warm, for half an hour or so"
+"""The request of a run with a warm arm."""
 
 
 def _request(carried: KnownPayload | None) -> str:
@@ -111,7 +123,9 @@ def _request(carried: KnownPayload | None) -> str:
     return f"Hang the body of {dict(carried.known)['M']:g} kg on the flange"
 
 
-def _foreseen(model: Model, motion: Plan, carried: KnownPayload | None, rate: float, warm: bool) -> Recording:
+def _foreseen(
+    model: Model, motion: Plan, carried: KnownPayload | None, rate: float, temperature: float | None
+) -> Recording:
     """The motion as the nominal arm makes it."""
     loaded = model if carried is None else model + Payload(carried.name, carried.known)
     states = motion.trajectory.every(1.0 / rate).motion()
@@ -124,7 +138,7 @@ def _foreseen(model: Model, motion: Plan, carried: KnownPayload | None, rate: fl
         payload=carried,
         name=motion.robot,
     )
-    if not warm:
+    if temperature is None:
         return recording
-    still = Signal(states.time, np.full(states.position.shape, TEMPERATURE))
+    still = Signal(states.time, np.full(states.position.shape, temperature))
     return replace(recording, signals={**recording.signals, "temperature": still})

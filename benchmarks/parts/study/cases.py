@@ -1,6 +1,6 @@
 """Cases: what is concealed in each, and what study and fixed programme make of it."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -27,23 +27,47 @@ from .arms import EFFECTS, Concealed, concealed, nominal, truth
 
 BODY = KnownPayload("L", known_parameters(3.0, (0.05, 0.0, 0.02), (0.02, 0.0, 0.0, 0.02, 0.0, 0.02)))
 WISHES = Wishes(seconds=16.0, tick=0.004)
-SEARCH = 3.0
+SEARCH = 1.0
 """For each motion [s]."""
-MINUTES, QUICK = 5.0, 0.5
-"""Of motion, at most."""
+MINUTES, QUICK = 5.0, 0.8
+"""Of motion, at most; the quick form has time for two runs."""
+
+
+Named = frozenset[tuple[str, tuple[int, ...]]]
+"""Effects, each with its joints from 1."""
 
 
 @dataclass(frozen=True)
 class Result:
-    """One case: concealed and found, each as (effect, joints from 1), and minutes of motion."""
+    """One case: what was concealed and what was found, and minutes of motion.
 
-    concealed: set[tuple[str, tuple[int, ...]]]
-    found: set[tuple[str, tuple[int, ...]]]
-    fixed: set[tuple[str, tuple[int, ...]]]
+    Attributes:
+        concealed: In the arm.
+        found: By the study.
+        fixed: By the fixed programme.
+        minutes: Of the study.
+        fixed_minutes: Of the fixed programme.
+        verdict: Of the study.
+        proposed: Of each run that was chosen for what was open, whether it gave half of what was expected.
+    """
+
+    concealed: Named
+    found: Named
+    fixed: Named
     minutes: float
     fixed_minutes: float
     verdict: str
     proposed: Sequence[bool]
+
+    @classmethod
+    def read(cls, line: dict[str, Any]) -> "Result":
+        """From a table of plain values."""
+        return cls(**line | {key: named(line[key]) for key in ("concealed", "found", "fixed")})
+
+
+def named(every: Iterable[tuple[str, Iterable[int]]]) -> Named:
+    """Effects and joints."""
+    return frozenset((effect, tuple(joints)) for effect, joints in every)
 
 
 def drawn(seed: int, count: int) -> tuple[Concealed, ...]:
@@ -64,11 +88,12 @@ def record(
 
 
 def run(parts: tuple[Concealed, ...], plan: Plan, body: KnownPayload | None, seed: int, name: str) -> Any:
-    """The same, not written."""
+    """The same, not written; without second encoders, which would measure the gears."""
     model, gears = truth(parts)
     loaded = model if body is None else model + Payload(body.name, body.known)
     recording = simulated(model, plan, loaded, body, gears, tick=WISHES.tick, seed=seed, name=name)
-    return replace(recording, model=nominal())
+    signals = {name: one for name, one in recording.signals.items() if name != "link_position"}
+    return replace(recording, model=nominal(), signals=signals)
 
 
 def studied(parts: tuple[Concealed, ...], seed: int, folder: Path, minutes: float = MINUTES) -> Result:
@@ -77,9 +102,9 @@ def studied(parts: tuple[Concealed, ...], seed: int, folder: Path, minutes: floa
     cell = Cell(nominal(), recorder, WISHES, SEARCH, BODY, False, folder / "offers")
     study = Study(folder, nominal(), cell, 60.0 * minutes, identify_step, diagnose_step, {})
     choice = study.run()
-    found = {(effect, tuple(joints)) for effect, joints in choice["findings"]}
+    found = named(choice["findings"])
     fixed, needed = programme(parts, seed)
-    there = {(part.name, (part.joint + 1,)) for part in parts}
+    there = named((part.name, (part.joint + 1,)) for part in parts)
     choices = [one.choice for one in rounds(folder)]
     return Result(there, found, fixed, choice["moved"] / 60.0, needed, choice["verdict"], settled(choices))
 
@@ -94,7 +119,7 @@ def _open(choice: Any) -> bool:
     return any(item["open"] for item in choice["items"])
 
 
-def programme(parts: tuple[Concealed, ...], seed: int) -> tuple[set[tuple[str, tuple[int, ...]]], float]:
+def programme(parts: tuple[Concealed, ...], seed: int) -> tuple[Named, float]:
     """The fixed programme: identify, slow, payload, chirp."""
     model = nominal()
     first = excitation(model, WISHES, None, 1, SEARCH)[1]
@@ -106,5 +131,5 @@ def programme(parts: tuple[Concealed, ...], seed: int) -> tuple[set[tuple[str, t
     ]
     runs = [run(parts, plan, body, seed, f"run{k}") for k, (plan, body) in enumerate(plans)]
     found = diagnose(model, [("identify", one) for one in runs])
-    names = {(one.effect, tuple(joint + 1 for joint in one.joints)) for one in found.findings}
-    return names, sum(one.duration for one in runs) / 60.0
+    names = ((one.effect, (joint + 1 for joint in one.joints)) for one in found.findings)
+    return named(names), sum(one.duration for one in runs) / 60.0

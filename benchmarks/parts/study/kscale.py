@@ -1,31 +1,44 @@
-"""A servo that swings known masses: the same choices among recordings that exist."""
+"""A servo that swings known masses: studied with one of them, then with recordings of others on offer too."""
 
 from pathlib import Path
 from typing import Any
 
 from exidyn.acquire.commands.study_command import diagnose_step, identify_step
 from exidyn.acquire.study.loop import Study
-from exidyn.acquire.study.rounds import rounds
+from exidyn.acquire.study.rounds import forget_end, rounds
 from exidyn.acquire.study.shelf import Shelf
 
 from ..diagnose_real.sets import kscale
 
 ONE = "m1168"
-"""The mass of the subset; the nominal servo swings another."""
+"""The mass of the first recordings; the nominal servo swings another."""
 NAMED = "load_dependent_friction"
-MINUTES, QUICK = 1.0, 0.15
-"""Of motion, at most."""
+MINUTES, QUICK = 1.0, 0.6
+"""Of motion, at most: the recordings of one mass, and six of others, or two."""
 
 
-def chosen_among(folder: Path, wanted: str = "", minutes: float = MINUTES) -> dict[str, Any]:
-    """A study of the recordings whose names begin as wanted: runs in their order, findings and verdict."""
+def asked_for(folder: Path, minutes: float = MINUTES) -> dict[str, Any]:
+    """What one mass leaves open, which recording is then chosen, and whether others settle it."""
     model, runs = kscale()
-    shelf = Shelf(tuple(run for _, run in runs if run.name.startswith(wanted)))
-    choice = Study(folder, model, shelf, 60.0 * minutes, identify_step, diagnose_step, {}).run()
-    every = rounds(folder)
+    for wanted in (ONE, ""):
+        shelf = Shelf(tuple(run for _, run in runs if run.name.startswith(wanted)))
+        asked = {"recordings": wanted}
+        forget_end(folder, asked)
+        study = Study(folder, model, shelf, 60.0 * minutes, identify_step, diagnose_step, asked)
+        choice = study.run()
+        if wanted:
+            alone, number = choice, len(rounds(folder))
+    names = [one.recording().name for one in rounds(folder)]
     return {
-        "runs": [one.recording().name for one in every],
-        "named": [[effect for effect, _ in table["findings"]] for one in every if (table := one.choice)],
-        "verdict": choice["verdict"],
-        "remains": choice["remains"],
+        "one mass": _named(alone),
+        "verdict": alone["verdict"],
+        "remains": alone["remains"],
+        "asked for another mass": names[number : number + 1] != [] and ONE not in names[number],
+        "runs": names,
+        "all masses": _named(choice),
+        "settled": NAMED in _named(choice) and NAMED not in _named(alone),
     }
+
+
+def _named(choice: dict[str, Any]) -> list[str]:
+    return [effect for effect, _ in choice["findings"]]

@@ -8,7 +8,6 @@ swing.
 """
 
 from collections.abc import Iterator, Mapping
-from dataclasses import replace
 
 import numpy as np
 
@@ -73,12 +72,10 @@ def _gear(model: Model, joint: int, inertia: float, resonance: float, ratio: flo
     )
 
 
-def of_stiffness(model: Model, joint: int, stiffness: float, std: float) -> Candidate:
-    """The gear of a stiffness that was measured [N m/rad], with its deviation."""
+def of_stiffness(model: Model, joint: int, stiffness: float) -> Candidate:
+    """The gear of a stiffness that was measured [N m/rad]."""
     inertia = max(float(link_size(model)[0][joint]), 1e-9)
-    resonance = float(np.sqrt(stiffness / inertia) / (2 * np.pi))
-    gear = _gear(model, joint, inertia, resonance, RATIO)
-    return replace(gear, bounds={}, reported={"stiffness": (stiffness, "N m/rad")}, known={"stiffness": std})
+    return _gear(model, joint, inertia, float(np.sqrt(stiffness / inertia) / (2 * np.pi)), RATIO)
 
 
 def _held(arm: Arm, finding: Finding) -> Arm:

@@ -4,7 +4,8 @@ The twist is the load over the stiffness, beside a zero in each run, what the ge
 and the time by which one encoder is read later than the other. At a millisecond that is most of what is
 measured, and torque, which friction makes depend on velocity, would be taken for its cause. The stiffness is
 asked for like any other effect: do the load and the blocks of other times predict the twist? Motors are
-modelled where their own encoders measure, so that such a gear adds nothing to the torque that is fitted.
+modelled where their own encoders measure, so that a stiff gear adds nothing to the torque that is fitted;
+the torque of a soft one, by which its link swings, is taken where the blocks show it, with its damping.
 """
 
 from collections.abc import Iterator
@@ -20,6 +21,7 @@ from ..questions.block_answer import Answer
 from ..questions.candidate import Candidate, Thinned
 from ..questions.comparison import colouring
 from ..questions.question import ask
+from ..questions.shape import refined
 from ..runs.driven import Driven
 from ..runs.rows import Rows
 from .problem import Problem
@@ -42,7 +44,22 @@ def measured_gears(problem: Problem) -> list[Selected]:
         odds = odds_of(one, prediction.joints)
         if odds > CERTAIN_ODDS:
             found.append(Selected(_as_gear(problem, prediction, one), odds, (), once=True))
-    return sorted(found, key=lambda one: -one.odds)
+    found.sort(key=lambda one: -one.odds)
+    for place, one in enumerate(found):
+        before = problem.prediction([other.answer for other in found[:place]])
+        found[place] = _swinging(problem, before, one.answer.candidate) or one
+    return found
+
+
+def _swinging(problem: Problem, prediction: Prediction, gear: Candidate) -> Selected | None:
+    """The gear with the torque of a link that swings on it; None where blocks do not show that."""
+    gear = of_stiffness(problem.model, gear.joints[0], gear.shape["stiffness"])
+    for answer in ask(prediction, [(gear, Thinned.of(gear, problem.runs))]):
+        best = refined(prediction, answer, problem.runs)
+        odds = odds_of(best, prediction.joints)
+        if odds > CERTAIN_ODDS:
+            return Selected(best, odds)
+    return None
 
 
 def _rows(problem: Problem) -> Rows:
@@ -99,7 +116,8 @@ def _as_gear(problem: Problem, prediction: Prediction, answer: Answer) -> Answer
     [joint], [compliance] = answer.candidate.joints, answer.values
     left = list(_left_out(prediction, answer))
     spread = float(np.sqrt((len(left) - 1) * np.var(left)))
-    gear = of_stiffness(problem.model, joint, 1.0 / float(compliance), spread / float(compliance) ** 2)
+    gear = of_stiffness(problem.model, joint, 1.0 / float(compliance))
+    gear = replace(gear, bounds={}, known={"stiffness": spread / float(compliance) ** 2})
     still = np.zeros((len(prediction.rows.difference), 1, 1))
     columns = replace(answer.columns, values=still, mean=np.ones(1))
     return replace(answer, candidate=gear, columns=columns, values=np.ones(1), free=np.zeros(1, bool))

@@ -1,15 +1,18 @@
-"""Gears between two encoders: their stiffness is measured, and adds no torque."""
+"""Gears between two encoders: their stiffness is measured; only links that swing add torque."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from exidyn.identify.diagnosis.candidates.joint_elasticity import of_stiffness
+from exidyn.identify.diagnosis.candidates.parts.gears import link_size
+from exidyn.identify.diagnosis.runs.gear_twist import bent
 from exidyn.identify.diagnosis.search.problem import Problem
 from exidyn.identify.diagnosis.search.search import search
 from exidyn.identify.effects import JointSpring
 
-from ...parts.small.small_search import names, problem, record
+from ...parts.small.small_search import TICK, names, problem, record
 
 STIFFNESS = np.array([40e3, 15e3])
 LATE = 1e-3
@@ -41,3 +44,30 @@ def test_stiffness_is_that_between_the_encoders_whatever_else_is_found():
             # The spring changes the load; a gear that was measured has no torque at any.
             assert not np.any(one.answer.columns.values)
     np.testing.assert_allclose(found.prediction.errors, without.prediction.errors, rtol=1e-6)
+
+
+def soft(at: Problem, resonance: float, ratio: float) -> tuple[Problem, float]:
+    """The problem with a gear of the elbow on which its link swings between two encoders; its stiffness."""
+    stiffness = float(link_size(at.model)[0][1] * (2 * np.pi * resonance) ** 2)
+    gear = of_stiffness(at.model, 1, stiffness).reshaped({"resonance": resonance, "damping_ratio": ratio})
+    rng, runs, torque = np.random.default_rng(5), [], []
+    for run in at.runs:
+        weight, drag, inertia = run.tangent.own(1)
+        loss = 2 * ratio * stiffness / (2 * np.pi * resonance) + drag
+        twist = bent(inertia, loss, stiffness + weight, run.motion.load[:, 1], TICK).value
+        behind = run.motion.position - np.outer(twist, [0.0, 1.0])
+        behind = behind + NOISE * rng.normal(size=behind.shape)
+        runs.append(replace(run, prepared=replace(run.prepared, link_position=behind)))
+        torque.append(run.thinned(gear.columns(run)[:, :, 0]))
+    more = np.concatenate(torque)
+    base, rows = (replace(one, difference=one.difference + more) for one in (at.base, at.rows))
+    return replace(at, runs=tuple(runs), base=base, rows=rows), stiffness
+
+
+def test_a_link_that_swings_on_a_soft_gear_is_nothing_else():
+    at, stiffness = soft(problem(record()), 6.0, 0.01)
+    found = search(at)
+    assert names(found) == [("joint_elasticity", (1,))]
+    [one] = found.selected
+    assert one.answer.candidate.reported["stiffness"][0] == pytest.approx(stiffness, rel=0.05)
+    assert np.any(one.answer.columns.values)

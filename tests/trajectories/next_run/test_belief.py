@@ -9,8 +9,10 @@ from exidyn.identify.effects import JointSpring, known_parameters
 from exidyn.identify.recordings.recording import KnownPayload
 from exidyn.trajectories.next_run.belief import Believed, Question, belief_of, suspects_of
 from exidyn.trajectories.next_run.columns import run_columns
-from exidyn.trajectories.next_run.forecast import information, items, parameter_entropy, separations
+from exidyn.trajectories.next_run.confirmation import confirmed
+from exidyn.trajectories.next_run.forecast import information, items, parameter_entropy
 from exidyn.trajectories.next_run.remains import remaining
+from exidyn.trajectories.next_run.separations import separations
 
 from ...parts.small import small_diagnosis, small_search
 
@@ -28,7 +30,7 @@ def believed(gain=0.02, inertias=0.02):
     search = small_search.searched([first], model)
     suspects, found = suspects_of(search), [one.answer for one in search.selected]
     offers = [other[1], replace(other[1], payload=BODY)]
-    columns = [run_columns(search.problem, found, suspects, one) for one in offers]
+    columns = [run_columns(search.problem, found, suspects.every, one) for one in offers]
     return belief_of(search, suspects, columns), columns
 
 
@@ -40,7 +42,10 @@ def question(belief, *effects):
 
 
 def apart(belief, asked, run):
-    return separations([belief.stance(asked, one) for one in asked.answers], information(belief, run))
+    """Separations over the power of what is to be separated."""
+    stances, gram = [belief.stance(asked, one) for one in asked.answers], information(belief, run).gram
+    power = [np.sum(one.ways * (gram @ one.ways)) for one in stances]
+    return separations(stances, gram) / np.array(power)[:, None]
 
 
 def test_the_spring_is_a_question_and_what_was_not_found_is_counted_together():
@@ -55,8 +60,8 @@ def test_what_two_answers_share_no_run_separates_and_the_words_say_why():
     belief, [run, _] = believed()
     asked = question(belief, ("payload", ()), ("link_inertia", (1,)))
     alike = apart(belief, asked, run)
-    other = apart(belief, question(belief, ("friction_asymmetry", (0,)), ("friction_asymmetry", (1,))), run)
-    assert np.max(alike) < 1.0
+    other = apart(belief, question(belief, *(("hysteresis", (joint,)) for joint in (0, 1))), run)
+    assert np.max(alike) < 0.1
     assert np.max(other) > 10.0 * np.max(alike)
     words = " ".join(remaining(belief, asked))
     assert "No motion settles it" in words
@@ -71,3 +76,22 @@ def test_a_body_of_known_mass_settles_gains_and_masses_that_are_known_together_o
     )
     assert 0.0 <= without <= now
     assert with_body > 2.0 * without
+
+
+def test_what_gives_the_same_torque_is_a_rival_whatever_the_blocks_say():
+    belief, _ = believed()
+    [found] = belief.search.selected
+    [asked] = [one for one in belief.questions if one.seen]
+    assert found.answer.candidate.effect == "spring_balancer"
+    assert found.named
+    assert {one.effect for one in asked.answers} == {"spring_balancer", "joint_spring", ""}
+    assert max(asked.probabilities) < 0.5
+    assert items(belief)[0].open
+
+
+def test_what_one_run_shows_is_no_proof_before_another_one_repeats_it():
+    model, values = small_diagnosis.nominal_model(), {"Ks2": small_diagnosis.STIFFNESS}
+    runs = small_search.record((JointSpring(("elbow",)),), values, ("identify", "identify"), model)
+    for count, repeated in ((1, False), (2, True)):
+        search = small_search.searched(runs[:count], model)
+        assert [confirmed(search, place) for place in range(len(search.selected))] == [repeated]

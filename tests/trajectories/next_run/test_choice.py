@@ -64,6 +64,11 @@ def test_a_run_that_takes_longer_than_is_left_is_not_begun(chosen):
     assert chosen([of("short", [0.1, 0.1])], seconds=5.0).verdict == OUT_OF_TIME
 
 
+def test_a_run_for_which_there_is_time_comes_before_a_better_one(chosen):
+    made = chosen([of("long", [0.0, 0.1], seconds=70.0), of("short", [0.5, 0.1])])
+    assert made.chosen.offer.name == "short"
+
+
 def test_a_run_that_settles_what_is_settled_already_is_not_worth_while(chosen):
     cheap = of("cheap", [0.595, 0.0], seconds=0.01)
     made = chosen([cheap, of("telling", [0.1, 0.1])])

@@ -3,56 +3,60 @@
 import numpy as np
 import pytest
 
-from exidyn.trajectories.next_run.belief import Stance
-from exidyn.trajectories.next_run.forecast import Information, separations
+from exidyn.identify.diagnosis.questions.candidate_fit import FORMULA
+from exidyn.trajectories.next_run.separations import Stance, separations
 
-COLUMNS = np.random.default_rng(0).normal(size=(40, 4))
-"""Torque over 40 rows of one unknown that all share, of two suspects, and of a third like the second."""
+COLUMNS = 1e-3 * np.random.default_rng(0).normal(size=(40, 4))
+"""Torque over 40 rows of one unknown that all share, of two suspects, and of a third like the second; small
+beside the noise, so that an error of the formula does not matter."""
 COLUMNS[:, 3] = COLUMNS[:, 2] + 1e-9 * COLUMNS[:, 1]
-SEEN = Information(COLUMNS.T @ COLUMNS)
+GRAM = COLUMNS.T @ COLUMNS
 
 
-def stance(held, own, precision=4.0):
-    """Known to 1 / sqrt(precision), without a way in which coefficients may differ."""
-    values = np.zeros(4)
-    values[held] = own
-    held = np.array(held)
-    return Stance(held, precision * np.eye(len(held)), values, np.zeros((4, 0)))
+def stance(held, own, precision=4e-6):
+    """Beside the first unknown, with coefficients of its own that are known."""
+    ways = np.zeros((4, 1))
+    ways[held[1:], 0] = own
+    return Stance(np.array(held), np.full(len(held), precision), np.zeros(4), ways)
 
 
-def least(true, rival):
+def least(true, rival, columns=COLUMNS):
     """The same by a solution of all rows and priors at once."""
-    torque = COLUMNS @ true.values
-    root = np.linalg.cholesky(rival.precision).T
-    matrix = np.concatenate([COLUMNS[:, rival.held], root])
-    right = np.concatenate([torque, root @ rival.values[rival.held]])
+    torque = columns @ true.ways.sum(axis=1)
+    root = np.diag(np.sqrt(rival.precision))
+    matrix = np.concatenate([columns[:, rival.held], root])
+    right = np.concatenate([torque, np.zeros(len(rival.held))])
     return np.linalg.lstsq(matrix, right, rcond=None)[1][0]
 
 
 def test_a_separation_is_the_chi_squared_that_the_rival_keeps():
-    one, other = stance([0, 1], [1.0, 2.0]), stance([0, 2], [1.2, -1.0])
-    found = separations([one, other], SEEN)
-    assert found[0, 1] == pytest.approx(least(one, other), rel=1e-6)
-    assert found[1, 0] == pytest.approx(least(other, one), rel=1e-6)
+    one, other = stance([0, 1], [2.0]), stance([0, 2], [-1.0])
+    found = separations([one, other], GRAM)
+    assert found[0, 1] == pytest.approx(least(one, other), rel=1e-5)
+    assert found[1, 0] == pytest.approx(least(other, one), rel=1e-5)
     assert np.all(np.diag(found) == 0.0)
 
 
 def test_columns_that_coincide_separate_nothing():
-    one, other = stance([0, 2], [1.0, 2.0], 1e-9), stance([0, 3], [1.0, 2.0], 1e-9)
-    assert np.all(separations([one, other], SEEN) == 0.0)
+    one, other = stance([0, 2], [2.0], 1e-15), stance([0, 3], [2.0], 1e-15)
+    assert np.max(separations([one, other], GRAM)) < 1e-6 * np.sum((2.0 * COLUMNS[:, 2]) ** 2)
 
 
 def test_what_is_not_known_of_an_effect_counts_as_its_spread():
-    there, nothing = stance([0, 1], [0.0, 0.0]), stance([0], [0.0])
-    ways = np.zeros((4, 1))
-    ways[1] = 0.5
-    assert separations([there, nothing], SEEN)[0, 1] == 0.0
-    spread = there._replace(ways=ways)
-    moved = there._replace(values=ways[:, 0])
-    assert separations([spread, nothing], SEEN)[0, 1] == pytest.approx(least(moved, nothing), rel=1e-6)
+    there, nothing = stance([0, 1], [0.0]), stance([0], [])
+    assert separations([there, nothing], GRAM)[0, 1] == 0.0
+    spread = there._replace(ways=np.column_stack([there.ways, [0.0, 0.5, 0.0, 0.0]]))
+    assert separations([spread, nothing], GRAM)[0, 1] == pytest.approx(least(spread, nothing), rel=1e-5)
 
 
 def test_twice_the_run_is_twice_the_chi_squared_where_priors_are_loose():
-    one, other = stance([0, 1], [1.0, 2.0], 1e-9), stance([0, 2], [1.0, -1.0], 1e-9)
-    once, twice = (separations([one, other], SEEN.times(runs)) for runs in (1.0, 2.0))
-    assert twice[0, 1] == pytest.approx(2.0 * once[0, 1], rel=1e-6)
+    one, other = stance([0, 1], [2.0], 1e-15), stance([0, 2], [-1.0], 1e-15)
+    once, twice = (separations([one, other], runs * GRAM) for runs in (1.0, 2.0))
+    assert twice[0, 1] == pytest.approx(2.0 * once[0, 1], rel=1e-3)
+
+
+def test_no_length_of_a_run_separates_what_the_error_of_a_formula_may_be():
+    one, other = stance([0, 1], [2.0], 1e-15), stance([0, 2], [-1.0], 1e-15)
+    torque = 2.0 * COLUMNS[:, 1]
+    share = least(one, other) / (torque @ torque)
+    assert separations([one, other], 1e12 * GRAM)[0, 1] == pytest.approx(share / FORMULA**2, rel=1e-3)
