@@ -71,7 +71,14 @@ def _of_effect(kind: Kind, effect: Effect, own: slice) -> list[Cause]:
     robot, name = kind.model.robot, name_of(effect)
     parameters, joints = effect.parameters(robot), _joints(kind, effect)
     found = [
-        Cause(name, joint, parameter.name, parameter.unit, _direction(kind, own.start + k), _place(kind, own.start + k))
+        Cause(
+            name,
+            joint,
+            parameter.name,
+            parameter.unit,
+            _direction(kind, own.start + k),
+            _place(kind, own.start + k),
+        )
         for k, (parameter, joint) in enumerate(zip(parameters, joints, strict=True))
         if np.any(kind.base.regrouping[:, own.start + k])
     ]

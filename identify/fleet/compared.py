@@ -73,7 +73,9 @@ def _asked(learned: Learned) -> tuple[list[tuple[str, int, str, str, int]], np.n
     base = frame.kind.base
     links = [k for k in range(len(base.kept)) if k not in taken]
     labels += [("link_inertia", -1, base.names[k], base.units[k], k) for k in links]
-    return labels, np.concatenate([frame.directions, np.eye(len(frame.scale))[links] / frame.scale[links, None]])
+    return labels, np.concatenate(
+        [frame.directions, np.eye(len(frame.scale))[links] / frame.scale[links, None]]
+    )
 
 
 def _explained(directions: np.ndarray, precision: np.ndarray, apart: np.ndarray) -> np.ndarray:
@@ -84,7 +86,7 @@ def _explained(directions: np.ndarray, precision: np.ndarray, apart: np.ndarray)
 def _best(
     directions: np.ndarray, chosen: list[int], precision: np.ndarray, left: np.ndarray, threshold: float
 ) -> int | None:
-    """The direction that explains most of what is left, the chosen ones free; None if none is beyond chance."""
+    """The direction that explains most of what is left, the chosen ones free; None if it may be chance."""
     weighted = directions @ precision
     own = np.einsum("km,km->k", weighted, directions)
     if chosen:

@@ -5,7 +5,7 @@ since. Temperature, load and all earlier changes are unknowns beside it. An alar
 a threshold that all the questions of a year together exceed as often as the user allows.
 """
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import NamedTuple
 
@@ -193,7 +193,7 @@ class _History:
         return whole[:count, :count] - less[:, :-1], side[:count] - less[:, -1]
 
     def _cumulated(self, changes: list[Change]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Cumulated normal matrices (r, d, d), right-hand sides (r, d), and products with causes (r, d, k)."""
+        """Cumulated normal matrices (r, d, d) and right-hand sides (r, d); products with causes (r, d, k)."""
         key = tuple(changes)
         if key not in self._kept:
             self._kept.clear()
@@ -214,7 +214,7 @@ class _History:
         return np.einsum("km,rmn,kn->rk", directions, normal, directions, optimize=True), right @ directions.T
 
     def asked(self, changes: list[Change], stop: int, starts: list[int]) -> tuple[np.ndarray, np.ndarray]:
-        """Amounts and their deviations of every cause, shapes (shapes, starts, k), by the runs before `stop`."""
+        """Amounts of every cause and their deviations by runs before `stop`, each (shapes, starts, k)."""
         sums, rights, products = self._cumulated(changes)
         units = self.learned.units
         precision = np.concatenate([1.0 / units.variance, np.full(len(changes), ANY**-2.0)])

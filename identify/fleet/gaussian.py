@@ -1,6 +1,7 @@
 """Sums of normal matrices: runs that scatter, priors, units of one type.
 
-A run's normal matrix A and right-hand side b stand for exp(-(x' A x)/2 + b' x); knowledge adds by adding them.
+A run's normal matrix A and right-hand side b stand for exp(-(x' A x)/2 + b' x): what two runs say is their
+sum.
 """
 
 from typing import NamedTuple
@@ -26,7 +27,9 @@ def scattered(
     inner = directions @ along
     places = np.arange(len(directions))
     inner[:, places, places] += 1.0 / variance
-    taken = np.linalg.solve(inner, np.concatenate([np.swapaxes(along, 1, 2), (right @ directions.T)[..., None]], 2))
+    taken = np.linalg.solve(
+        inner, np.concatenate([np.swapaxes(along, 1, 2), (right @ directions.T)[..., None]], 2)
+    )
     less = along @ taken
     return normal - less[:, :, :-1], right - less[:, :, -1]
 

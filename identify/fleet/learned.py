@@ -32,7 +32,7 @@ class Learned:
         units: Mean and spread of the unknowns between units, temperature's included, shape (d,).
         trust: Variance that runs of one arm have, over what their residuals say, at most one: what a model
             leaves is the same in each run of one motion, and so no scatter [-].
-        scatter: Variance of each scattering cause from run to run, over the square of `Frame.sizes`, shape (s,).
+        scatter: Variance of each scattering cause from run to run, over `Frame.sizes` squared, shape (s,).
         freedom: Pairs of runs from which that was estimated.
     """
 
@@ -145,7 +145,7 @@ def _robust(values: np.ndarray) -> np.ndarray:
 
 
 def _excess(differences: np.ndarray, said: np.ndarray, least: np.ndarray) -> np.ndarray:
-    """Variance that both runs of a pair have beyond what is said of their difference, shape (s,), by halving."""
+    """Variance that both runs of a pair have beyond what is said of their difference, shape (s,)."""
     low, high = least, np.maximum(_robust(differences), 2.0 * least)
     for _ in range(HALVINGS):
         middle = np.sqrt(low * high)

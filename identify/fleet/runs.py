@@ -12,10 +12,10 @@ from .kind import Kind
 from .summary import Summary
 
 UNITS_DIFFER = 0.3
-"""Usual spread of friction between units of a type, over its value, where the robot file states none [-]."""
+"""Usual spread of friction between units of a type, over its value, where its file states none [-]."""
 BY_TEMPERATURE = (0.3, 0.1, 0.02)
-"""Share of friction by which 10 K, their square and their cube change it [-]: viscosity of greases falls by 2 to
-4 % a kelvin; these are about twice the terms of that exponential."""
+"""Share of friction by which 10 K, their square and their cube change it [-]: viscosity of greases falls by
+2 to 4 % a kelvin; these are about twice the terms of that exponential."""
 TEN_KELVIN = 10.0
 WARM_UP = 0.5 / 24.0
 """Time constant with which gears warm up [d]: half an hour."""
@@ -62,7 +62,9 @@ class Frame:
         before = _before(kind, runs)
         directions = np.stack([one.direction for one in found]) / np.sqrt(before.variance)
         thermal = tuple(place for place, one in enumerate(found) if one.thermal)
-        return cls(kind, found, before, directions, thermal, np.median([r.summary.temperature for r in runs], axis=0))
+        return cls(
+            kind, found, before, directions, thermal, np.median([r.summary.temperature for r in runs], axis=0)
+        )
 
     @property
     def scale(self) -> np.ndarray:
@@ -160,7 +162,9 @@ class ArmRuns:
 
     def __getitem__(self, rows: np.ndarray | slice) -> "ArmRuns":
         places = np.arange(len(self.runs))[rows]
-        arrays = {name: getattr(self, name)[places] for name in ("days", "normal", "right", "design", "loose")}
+        arrays = {
+            name: getattr(self, name)[places] for name in ("days", "normal", "right", "design", "loose")
+        }
         return replace(self, runs=tuple(self.runs[k] for k in places), **arrays)
 
 
@@ -173,7 +177,7 @@ def _design(frame: Frame, runs: Sequence[Run]) -> np.ndarray:
 
 
 def _warmth(frame: Frame, runs: Sequence[Run]) -> np.ndarray:
-    """Temperature over the reference in tens of kelvin, shape (r, n); without one, how far it has warmed up."""
+    """Temperature over the reference in tens of kelvin, shape (r, n); without one, how warmed up it is."""
     if np.all(np.isfinite(frame.reference)):
         return (np.stack([run.summary.temperature for run in runs]) - frame.reference) / TEN_KELVIN
     warm, begin = np.zeros(len(runs)), runs[0].day

@@ -21,11 +21,11 @@ class Summary:
     """One run.
 
     Attributes:
-        factors: Triangular factor of each joint's rows of [regressor, known torque, current], see `Compressed`,
-            shape (n, b + 2, b + 2).
+        factors: Triangular factor of each joint's rows of [regressor, known torque, current], shape
+            (n, b + 2, b + 2); see `Compressed`.
         counts: Rows of each joint, shape (n,).
-        noise: Standard deviation of the white noise that would leave values as uncertain as the residual, which
-            is coloured, does, shape (n,) [A] or [N m].
+        noise: Standard deviation of the white noise that would leave values as uncertain as the coloured
+            residual does, shape (n,) [A] or [N m].
         residual: Root mean square of the residual, shape (n,) [N m].
         temperature: Mean of the run, shape (n,) [degC]; NaN where it was not measured.
         payload: Name of the body carried; empty for none.
@@ -67,7 +67,15 @@ def summarised(recording: Recording, kind: Kind) -> Summary:
     run = replace(run, model=model)
     prepared = prepare(run, kind.filtering)
     known = all(not e.parameters(model.robot) for e in model.effects if isinstance(e, Payload))
-    equations = _held(assemble(model, kind.base, [prepared]), kind, known)
+    equations = held(assemble(model, kind.base, [prepared]), kind, known)
+    temperature = np.mean(prepared.motion.temperature, axis=0)
+    return reduced(equations, temperature, prepared.motion.payload, known, recording.duration)
+
+
+def reduced(
+    equations: Equations, temperature: np.ndarray, payload: str, known: bool, seconds: float
+) -> Summary:
+    """Summary of a run's equations; see its attributes for the rest."""
     estimate = solvable(posterior)(equations)
     slow = slowness(equations, estimate.values, 1.0 / estimate.gain)
     compressed = Compressed.of(equations)
@@ -76,14 +84,14 @@ def summarised(recording: Recording, kind: Kind) -> Summary:
         counts=compressed.counts,
         noise=slow * estimate.noise / np.abs(estimate.gain),
         residual=estimate.noise,
-        temperature=np.mean(prepared.motion.temperature, axis=0),
-        payload=prepared.motion.payload,
+        temperature=temperature,
+        payload=payload,
         known=known,
-        seconds=recording.duration,
+        seconds=seconds,
     )
 
 
-def _held(equations: Equations, kind: Kind, known: bool) -> Equations:
+def held(equations: Equations, kind: Kind, known: bool) -> Equations:
     """Equations with the nominal values of the arm alone; an unknown body makes the last link unknown."""
     model = kind.model
     tolerance = np.array([prior.std for prior in model.priors])
