@@ -23,6 +23,8 @@ ANY = 1e6
 """Standard deviation of a change before the data, in the frame's units: nothing is known."""
 NORMAL_95 = 3.84
 """Twice the logarithm of a likelihood ratio within which a date lies with 95 %: chi-squared, one freedom."""
+PLAUSIBLE = (0.2, 5.0)
+"""Friction at a temperature over that at the reference, at least and at most [-]."""
 OPEN = 3.0
 """Difference of log-likelihoods up to which another answer is not excluded: odds of 20."""
 
@@ -198,11 +200,15 @@ class _History:
         if key not in self._kept:
             self._kept.clear()
             normal, right = self.says
-            columns = [self.series(one)[:, None] * self.directions[one.cause] for one in changes]
+            factor = self._factor
+            columns = [
+                (self.series(one) * factor[:, one.cause])[:, None] * self.directions[one.cause]
+                for one in changes
+            ]
             design = np.concatenate([self.runs.design, *(column[:, :, None] for column in columns)], axis=2)
             turned = np.swapaxes(design, 1, 2)
             sums = np.cumsum(turned @ (normal @ design), axis=0)
-            products = turned @ (normal @ self.directions.T)
+            products = turned @ (normal @ self.directions.T) * factor[:, None, :]
             self._kept[key] = sums, np.cumsum(np.einsum("rdm,rm->rd", turned, right), axis=0), products
         return self._kept[key]
 
@@ -210,8 +216,24 @@ class _History:
     def _own(self) -> tuple[np.ndarray, np.ndarray]:
         """Each cause's own normal number and right-hand side in each run, shapes (r, k)."""
         normal, right = self.says
-        directions = self.directions
-        return np.einsum("km,rmn,kn->rk", directions, normal, directions, optimize=True), right @ directions.T
+        directions, factor = self.directions, self._factor
+        squares = np.einsum("km,rmn,kn->rk", directions, normal, directions, optimize=True)
+        return squares * factor**2, (right @ directions.T) * factor
+
+    @cached_property
+    def _factor(self) -> np.ndarray:
+        """Friction at a run's temperature over that at the reference, shape (r, k); one for all else.
+
+        A worn bearing has so much more friction, in per cent, warm or cold.
+        """
+        frame, found = self.learned.frame, np.ones((len(self.runs.days), len(self.directions)))
+        level, _ = self.learned.level(self.runs)
+        in_runs = self.runs.design @ level
+        for k in frame.thermal:
+            place = frame.causes[k].place
+            if abs(level[place]) > 1.0:  # more than units differ by: not near zero
+                found[:, k] = np.clip(in_runs[:, place] / level[place], *PLAUSIBLE)
+        return found
 
     def asked(self, changes: list[Change], stop: int, starts: list[int]) -> tuple[np.ndarray, np.ndarray]:
         """Amounts of every cause and their deviations by runs before `stop`, each (shapes, starts, k)."""
