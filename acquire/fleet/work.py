@@ -5,6 +5,7 @@ from concurrent.futures import Executor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from datetime import UTC, datetime
 from functools import lru_cache
+from uuid import uuid4
 
 from exidyn.identify.errors import ExidynError
 from exidyn.identify.fleet.kind import Kind, kind_key
@@ -34,10 +35,10 @@ def identify_new(
     """
     new = _new(source, store)
     _learn_kinds(source, store, executor, list({one.arm: one for one in reversed(new)}.values()))
-    left, done = new, 0
+    left, done, begun = new, 0, uuid4().hex
     while left:
         strange = []
-        futures = {executor.submit(identify_one, source, store, one): one for one in left}
+        futures = {executor.submit(identify_one, source, store, one, begun): one for one in left}
         try:
             for future in as_completed(futures):
                 strange += [futures[future]] if future.result() else []
@@ -83,11 +84,14 @@ def _kind_of(source: Source, one: Found) -> str:
         return ""
 
 
-def identify_one(source: Source, store: Store, one: Found) -> str:
-    """Identify a recording and keep it, or why that cannot be done; or the type of its arm if not known."""
+def identify_one(source: Source, store: Store, one: Found, begun: str) -> str:
+    """Identify a recording and keep it, or why that cannot be done; or the type of its arm if not known.
+
+    `begun` names the call of `identify_new`: processes of a cluster outlive it.
+    """
     with source.local(one) as path:
         key = content_hash(path)
-        if key in _keys(store):  # a copy
+        if key in _keys(store, begun):  # a copy
             return ""
         date, kind = NO_DATE, ""
         try:
@@ -103,8 +107,8 @@ def identify_one(source: Source, store: Store, one: Found) -> str:
 
 
 @lru_cache(maxsize=1)
-def _keys(store: Store) -> frozenset[str]:
-    """What was known when this process began."""
+def _keys(store: Store, begun: str) -> frozenset[str]:
+    """What was known when this process began to work for that call."""
     return frozenset(store.index())
 
 
