@@ -34,17 +34,21 @@ def motion(kind: str) -> Motion:
     return random_fourier(read_model(kind).robot.limits, SECONDS, seed=5).at(time)
 
 
+def weather(arm: Arm, run: int, begin: float, random: np.random.Generator) -> tuple[float, float, np.ndarray]:
+    """Day of a run, weeks since its arm's wear began, and joint temperatures (n,) [degC]."""
+    day = START + WEEK * run + random.uniform(0.2, 0.8)
+    season = SEASON * np.sin(2.0 * np.pi * (day - START) / (26.0 * WEEK) + len(arm.name))
+    own = OWN * random.normal(size=arm.nominal.robot.dof)
+    return day, (day - START) / WEEK - begin, REFERENCE + season + DAILY * random.normal() + own
+
+
 def write(folder: Path, kind: str, arm: Arm, run: int, begin: float) -> Path:
     """Make a run, unless it is there; its wear begins in week `begin`."""
     path = folder / arm.name / f"run-{run:03}.mcap"
     if path.exists():
         return path
     random = np.random.default_rng([run, *arm.name.encode()])
-    day = START + WEEK * run + random.uniform(0.2, 0.8)
-    phase = np.pi * (day - START) / 182.0 + len(arm.name)
-    temperature = REFERENCE + SEASON * np.sin(2.0 * phase) + DAILY * random.normal()
-    temperature = temperature + OWN * random.normal(size=arm.nominal.robot.dof)
-    worn = (day - START) / WEEK - begin
+    day, worn, temperature = weather(arm, run, begin, random)
     payload = PART if random.uniform() < 0.25 else None
     plant = arm.built + Payload(PART.name, PART.known) if payload else arm.built
     recording = simulate(
