@@ -26,26 +26,27 @@ EXAMPLES = (
 )
 FOLDER = Path("exidyn-fleet")
 PAGE = "fleet.html"
+FORMAT = "1"
+"""Of the JSON."""
 
 
 def main(arguments: Sequence[str]) -> int:
-    """Identify what is new, ask what changed, print, write."""
-    if list(arguments[:1]) == ["compare"]:
-        return _compare(arguments[1:])
+    """Identify what is new, ask what changed, print, write; or compare two arms."""
     given = parser().parse_args(arguments)
-    make_folder(given.output)
     require_json(given.json)
-    source, store = Source(str(given.folder)), Store(given.output.resolve())
+    if given.what[0] == "compare" and len(given.what) == 3:
+        return _compare(given)
+    if len(given.what) != 1:
+        parser().error("one FOLDER is expected, or: compare ARM ARM")
+    make_folder(given.output)
+    source, store = Source(given.what[0]), Store(given.output.resolve())
     source.files()
     with executor_of(given.cluster, given.workers) as executor:
         new = identify_new(source, store, executor, _progress)
     found = reports(store, given.alarms_per_arm_year)
     write_tables(store, found)
-    table = {
-        "new": new,
-        "changes": [row for one in found for row in change_rows(one)],
-        "left_out": list(left_out(store)),
-    }
+    changes = [row for one in found for row in change_rows(one)]
+    table = {"exidyn_fleet": FORMAT, "new": new, "changes": changes, "left_out": list(left_out(store))}
     hand_over(_text(found, new), json_text(plain(table)), given.json)
     _write_page(source, store, found, given.alarms_per_arm_year)
     return 0
@@ -89,40 +90,32 @@ def _write_page(source: Source, store: Store, found: Sequence[KindReport], rate:
     print(f"written: {path}", file=sys.stderr)
 
 
-def _compare(arguments: Sequence[str]) -> int:
-    given = _compare_parser().parse_args(arguments)
-    require_json(given.json)
-    learned, found = differences(Store(given.output.resolve()), given.first, given.second)
+def _compare(given: argparse.Namespace) -> int:
+    first, second = given.what[1:]
+    learned, found = differences(Store(given.output.resolve()), first, second)
     joints = learned.frame.kind.model.robot.joints
-    lines = [f"{given.second} over {given.first}:", *(f"  {difference_words(one, joints)}" for one in found)]
+    lines = [f"{second} over {first}:", *(f"  {difference_words(one, joints)}" for one in found)]
     if not found:
-        lines = [f"{given.first} and {given.second} do not differ beyond what one arm does from run to run"]
-    table = {"differences": [one._asdict() for one in found]}
+        lines = [f"{first} and {second} do not differ beyond what one arm does from run to run"]
+    table = {"exidyn_fleet": FORMAT, "differences": [one._asdict() for one in found]}
     hand_over("\n".join(lines), json_text(plain(table)), given.json)
     return 0
-
-
-def _compare_parser() -> argparse.ArgumentParser:
-    found = command_parser("fleet compare", "In which parameters two arms of a type differ.", EXAMPLES[2:])
-    found.add_argument(
-        "first", metavar="ARM", help="an arm; ARM@2026-05 or ARM@2026-05-03 for its runs of then"
-    )
-    found.add_argument("second", metavar="ARM", help="another, or the same at another time")
-    add_output(found, "FOLDER", FOLDER, "of exidyn fleet; default: %(default)s")
-    add_json(found)
-    return found
 
 
 def parser() -> argparse.ArgumentParser:
     """What `exidyn fleet` takes."""
     found = command_parser(
         "fleet",
-        "Which arm of many changed, what changed in it, and since when. Each new recording is\n"
-        "identified once; 'exidyn fleet compare ARM ARM' states where two arms differ.",
+        "Which arm of many changed, in what, and since when; each new recording is identified once.\n"
+        "'compare ARM ARM' states where two arms differ, or one at two times: ARM@2026-05-03.",
         EXAMPLES,
+        usage="exidyn fleet FOLDER [options]\n       exidyn fleet compare ARM ARM [-o FOLDER] [--json FILE]",
     )
     found.add_argument(
-        "folder", metavar="FOLDER", help="recordings, ARM/RUN.mcap; or an address that fsspec reads"
+        "what",
+        nargs="+",
+        metavar="FOLDER",
+        help="recordings, ARM/RUN.mcap, or an address that fsspec reads; or: compare ARM ARM",
     )
     found.add_argument(
         "--alarms-per-arm-year",

@@ -1,5 +1,7 @@
-"""Half a year of weekly check runs of many arms, without files: the motion is the same each week, so that its
-regressor is formed once an arm; currents, their noise, filter and identification are each run's own.
+"""Half a year of weekly check runs of many arms, without files.
+
+The motion is the same each week, so that its regressor is formed once an arm; currents, their noise, filter
+and identification are each run's own.
 """
 
 from dataclasses import replace
