@@ -22,7 +22,7 @@ from exidyn.identify.fleet.runs import Frame
 
 ARMS, WEEKS, BEGIN = 20, 26, 10.0
 """Of each of two types; weeks of runs; the week in which wear begins."""
-QUICK_ARMS, QUICK_WEEKS, QUICK_BEGIN = 4, 14, 6.0
+QUICK_ARMS, QUICK_WEEKS, QUICK_BEGIN = 6, 12, 6.0
 RATE = 1.0
 """False alarms an arm and year that are allowed."""
 

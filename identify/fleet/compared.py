@@ -1,5 +1,6 @@
 """Where two arms, or one arm on two days, differ."""
 
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -10,6 +11,12 @@ from .runs import ArmRuns
 
 WRONG = 0.05
 """Probability that two equal arms are said to differ in anything at all."""
+PAIRS = 200
+"""Pairs of successive runs by which that is checked: their 95 % is then exceeded by ten."""
+FEWEST = 20
+"""The same at least: one in twenty exceeds 95 %."""
+SAME = 1e-9
+"""Share of a direction that is left where the chosen ones make it up, but for rounding."""
 
 
 class Difference(NamedTuple):
@@ -40,18 +47,15 @@ def compared(learned: Learned, first: ArmRuns, second: ArmRuns) -> list[Differen
     Each arm's values have the scatter from run to run in their covariance, and what temperature leaves open.
     """
     frame, size = learned.frame, len(learned.frame.scale)
-    (one, one_covariance), (other, other_covariance) = (learned.level(runs) for runs in (first, second))
-    apart = (other - one)[:size]
-    precision = np.linalg.inv((one_covariance + other_covariance)[:size, :size])
+    one, apart, precision = _apart(learned, first, second)
     labels, directions = _asked(learned)
-    threshold = stats.norm.isf(0.5 * WRONG / len(labels))
     chosen: list[int] = []
     while len(chosen) < len(labels):
         left = apart - _explained(directions[chosen], precision, apart) if chosen else apart
-        best = _best(directions, chosen, precision, left, float(threshold))
-        if best is None:
+        deviations = _deviations(directions, chosen, precision, left)
+        if np.max(deviations) < threshold_of(learned):
             break
-        chosen.append(best)
+        chosen.append(int(np.argmax(deviations)))
     if not chosen:
         return []
     normal = directions[chosen] @ precision @ directions[chosen].T
@@ -63,6 +67,29 @@ def compared(learned: Learned, first: ArmRuns, second: ArmRuns) -> list[Differen
         for k, a, s in zip(chosen, amounts, stds, strict=True)
     ]
     return sorted(rows, key=lambda row: -abs(row.amount) / row.std)
+
+
+@lru_cache(maxsize=8)
+def threshold_of(learned: Learned) -> float:
+    """Deviations that the surest of all parameters exceeds with `WRONG` though arms are equal.
+
+    By Bonferroni; or what successive runs of one arm show, if that is more: what a model leaves is not noise.
+    """
+    _, directions = _asked(learned)
+    by_chance = float(stats.norm.isf(0.5 * WRONG / len(directions)))
+    places = [(runs, k) for runs in learned.arms.values() for k in range(len(runs.runs) - 1)]
+    tops = []
+    for runs, k in places[:: max(len(places) // PAIRS, 1)]:
+        _, apart, precision = _apart(learned, runs[k : k + 1], runs[k + 1 : k + 2])
+        tops.append(float(np.max(_deviations(directions, [], precision, apart))))
+    return max(by_chance, float(np.quantile(tops, 1.0 - WRONG))) if len(tops) >= FEWEST else by_chance
+
+
+def _apart(learned: Learned, first: ArmRuns, second: ArmRuns) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Unknowns of the first arm (d,), what the second adds (m,), and the precision of that (m, m)."""
+    size = len(learned.frame.scale)
+    (one, one_covariance), (other, other_covariance) = (learned.level(runs) for runs in (first, second))
+    return one, (other - one)[:size], np.linalg.inv((one_covariance + other_covariance)[:size, :size])
 
 
 def _asked(learned: Learned) -> tuple[list[tuple[str, int, str, str, int]], np.ndarray]:
@@ -83,17 +110,16 @@ def _explained(directions: np.ndarray, precision: np.ndarray, apart: np.ndarray)
     return directions.T @ np.linalg.solve(along @ directions.T, along @ apart)
 
 
-def _best(
-    directions: np.ndarray, chosen: list[int], precision: np.ndarray, left: np.ndarray, threshold: float
-) -> int | None:
-    """The direction that explains most of what is left, the chosen ones free; None if it may be chance."""
+def _deviations(
+    directions: np.ndarray, chosen: list[int], precision: np.ndarray, left: np.ndarray
+) -> np.ndarray:
+    """How many standard deviations of each direction are in what is left, the chosen ones free, shape (k,)."""
     weighted = directions @ precision
-    own = np.einsum("km,km->k", weighted, directions)
+    whole = np.einsum("km,km->k", weighted, directions)
+    own = whole
     if chosen:
         across = weighted[chosen] @ directions.T
         own = own - np.einsum("ck,ck->k", across, np.linalg.solve(across[:, chosen], across))
-    free = own > 1e-9 * np.einsum("km,km->k", weighted, directions)
+    free = own > SAME * whole
     free[chosen] = False
-    deviations = np.where(free, np.abs(weighted @ left) / np.sqrt(np.where(free, own, 1.0)), 0.0)
-    best = int(np.argmax(deviations))
-    return best if deviations[best] > threshold else None
+    return np.where(free, np.abs(weighted @ left) / np.sqrt(np.where(free, own, 1.0)), 0.0)
