@@ -102,7 +102,8 @@ def date_of(recording: Recording, path: str) -> datetime:
     if recording.host_time is not None and len(recording.host_time):
         return datetime.fromtimestamp(float(recording.host_time[0]) * 1e-9, UTC)
     if written := IN_NAME.search(PurePosixPath(path).name):
-        return datetime(*(int(one or 0) for one in written.groups()), tzinfo=UTC)
+        year, month, day, hour, minute = (int(one or 0) for one in written.groups())
+        return datetime(year, month, day, hour, minute, tzinfo=UTC)
     raise RecordingError(
         f"{path}: no clock was recorded. Put the date into the file's name, such as 2026-05-03T0830.mcap"
     )

@@ -160,12 +160,14 @@ def _summary(row: Mapping[str, Any]) -> Summary:
     factors = np.zeros((joints, size, size))
     factors[(slice(None), *np.triu_indices(size))] = packed
     return Summary(
-        factors,
-        np.array(row["counts"]),
-        *(np.array(row[name], float) for name in ("noise", "residual", "temperature")),
-        row["payload"],
-        row["payload_known"],
-        row["seconds"],
+        factors=factors,
+        counts=np.array(row["counts"]),
+        noise=np.array(row["noise"], float),
+        residual=np.array(row["residual"], float),
+        temperature=np.array(row["temperature"], float),
+        payload=row["payload"],
+        known=row["payload_known"],
+        seconds=row["seconds"],
     )
 
 

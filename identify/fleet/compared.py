@@ -113,7 +113,7 @@ def _explained(directions: np.ndarray, precision: np.ndarray, apart: np.ndarray)
 def _deviations(
     directions: np.ndarray, chosen: list[int], precision: np.ndarray, left: np.ndarray
 ) -> np.ndarray:
-    """How many standard deviations of each direction are in what is left, the chosen ones free, shape (k,)."""
+    """Standard deviations of each direction in what is left, the chosen ones free, shape (k,)."""
     weighted = directions @ precision
     whole = np.einsum("km,km->k", weighted, directions)
     own = whole

@@ -16,6 +16,8 @@ FIRST_SCATTER = 0.1
 """The same to begin with."""
 UNKNOWN_BODY = 1e2
 """Deviation of a last link that carries a body nobody knows, over its own."""
+MOST = 1.0
+"""Logarithm of a drive gain over the nominal one, at most: data sheets are not wrong by a factor of e."""
 HALVINGS = 20
 """Of the logarithm of a scatter's bounds: it is then known to far below a per cent."""
 ROBUST = 1.4826
@@ -100,7 +102,8 @@ def learned(frame: Frame, arms: Mapping[str, Sequence[Run]]) -> Learned:
     found = replace(found, scatter=(FIRST_SCATTER * found.spread / sizes) ** 2)
     for _ in range(PASSES):
         sums = [summed(own, *found.says(own)) for own in found.arms.values()]
-        units = population(*map(np.stack, zip(*sums, strict=True)), frame.start)
+        normals, rights = (np.stack(part) for part in zip(*sums, strict=True))
+        units = population(normals, rights, frame.start)
         found = _scatter(replace(found, units=units))
         found = replace(found, arms={name: _about(found, own) for name, own in found.arms.items()})
     return found
@@ -116,7 +119,8 @@ def _about(found: Learned, runs: ArmRuns) -> ArmRuns:
     """The runs linearised about the values that they say."""
     frame, joints = found.frame, found.frame.kind.model.robot.dof
     own = found.level(runs)[0][: len(frame.scale)] * frame.scale
-    return ArmRuns.of(frame, runs.runs, own[:-joints], frame.kind.gain * np.exp(own[-joints:]))
+    gain = frame.kind.gain * np.exp(np.clip(own[-joints:], -MOST, MOST))
+    return ArmRuns.of(frame, runs.runs, own[:-joints], gain)
 
 
 def _scatter(found: Learned) -> Learned:
@@ -124,14 +128,16 @@ def _scatter(found: Learned) -> Learned:
     found = replace(found, trust=1.0)
     differences, expected = [], []
     for runs in found.arms.values():
-        amounts, covariance = found.deviations(runs, found.level(runs)[0])
+        if np.count_nonzero(~runs.loose) < 2:
+            continue
+        amounts, covariance = found.deviations(runs[~runs.loose], found.level(runs)[0])
         sizes = found.sizes(runs)
         said = np.diagonal(covariance, axis1=1, axis2=2) / sizes**2
         differences.append(np.diff(amounts / sizes, axis=0))
         expected.append(said[1:] + said[:-1])
-    every, usual = np.concatenate(differences), np.concatenate(expected)
-    if not len(every):
+    if not differences:
         return found
+    every, usual = np.concatenate(differences), np.concatenate(expected)
     seen = _robust(every / np.sqrt(usual))
     trust = float(np.clip(np.median(seen), LEAST_SCATTER, 1.0))
     sizes = found.frame.sizes(found.units.mean[: len(found.frame.scale)])[found.scattering]

@@ -59,7 +59,7 @@ class Frame:
     def of(cls, kind: Kind, runs: Sequence[Run]) -> "Frame":
         """From the robot file; from runs what it does not state."""
         found = tuple(causes(kind))
-        before = _before(kind, runs)
+        before = _before(kind, [run for run in runs if run.summary.known] or runs)
         directions = np.stack([one.direction for one in found]) / np.sqrt(before.variance)
         thermal = tuple(place for place, one in enumerate(found) if one.thermal)
         return cls(
