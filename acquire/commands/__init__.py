@@ -15,6 +15,7 @@ COMMANDS: dict[str, str] = {
     "drivers": "robot controllers, and the settings of each",
     "excite": "the trajectory that identifies an arm best within its limits",
     "export": "a model for other simulators: URDF, MJCF, JSON, robot.toml",
+    "fleet": "many arms: which one changed, in what, and since when",
     "identify": "dynamics and drive gains from recordings",
     "import": "other people's files to recordings (.mcap)",
     "info": "what is inside a recording",

@@ -3,6 +3,7 @@
 import json
 import os
 import sys
+from datetime import datetime
 from pathlib import Path
 from typing import Any
 
@@ -35,11 +36,13 @@ def json_text(table: dict[str, Any]) -> str:
 
 
 def plain(value: Any) -> Any:
-    """Arrays as nested lists; what is no number, which JSON does not have, is None."""
+    """Arrays as nested lists; what is no number, which JSON does not have, is None; dates are text."""
     if isinstance(value, dict):
         return {name: plain(one) for name, one in value.items()}
     if isinstance(value, np.ndarray | list | tuple):
         return [plain(one) for one in value]
     if isinstance(value, float | np.floating):
         return float(value) if np.isfinite(value) else None
+    if isinstance(value, datetime):
+        return value.isoformat()
     return value.item() if isinstance(value, np.generic) else value

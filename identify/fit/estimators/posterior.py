@@ -36,7 +36,7 @@ def posterior(equations: Equations) -> Estimate:
         right = np.concatenate([right, held @ (mean - values), certain * (nominal - inverse)])
         step, covariance = _solve(rows, right)
         values, inverse = values + step[:count], inverse + step[count:]
-        colour = _colour(equations, values, inverse)
+        colour = slowness(equations, values, inverse)
         if np.max(np.abs(step) / np.sqrt(np.diag(covariance))) < 1e-3:
             break
     # Gains that are one by definition come back as one to a billionth, and as not estimated.
@@ -52,7 +52,7 @@ def posterior(equations: Equations) -> Estimate:
     )
 
 
-def _colour(equations: Equations, values: np.ndarray, inverse: np.ndarray) -> np.ndarray:
+def slowness(equations: Equations, values: np.ndarray, inverse: np.ndarray) -> np.ndarray:
     """How much more slow noise there is than white noise of the same variance, at least 1, shape (n,).
 
     Rows of the regressor change slowly, so what averages out is the noise's density near zero

@@ -1,0 +1,137 @@
+"""exidyn fleet: recordings of many arms in; what changed on which, and since when, out."""
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from exidyn.identify.fleet.report import KindReport
+from exidyn.identify.fleet.words import change_words, difference_words
+from exidyn.identify.notebook import counted
+
+from ..arguments.common import command_parser, positive, whole
+from ..arguments.outputs import add_json, add_output, make_folder, require_json
+from ..fleet.analysis import change_rows, differences, reports, write_tables
+from ..fleet.executors import LOCAL, executor_of
+from ..fleet.source import Source
+from ..fleet.store import Store
+from ..fleet.work import identify_new, left_out
+from ..terminal.json_output import hand_over, json_text, plain, write_whole
+
+EXAMPLES = (
+    "exidyn fleet check-runs",
+    "exidyn fleet s3://plant/check-runs --cluster tcp://scheduler:8786 -o /shared/fleet",
+    "exidyn fleet compare welding-07 welding-12",
+    "exidyn fleet compare welding-07@2026-03 welding-07@2026-05",
+)
+FOLDER = Path("exidyn-fleet")
+PAGE = "fleet.html"
+FORMAT = "1"
+"""Of the JSON."""
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Identify what is new, ask what changed, print, write; or compare two arms."""
+    given = parser().parse_args(arguments)
+    require_json(given.json)
+    if given.what[0] == "compare" and len(given.what) == 3:
+        return _compare(given)
+    if len(given.what) != 1:
+        parser().error("one FOLDER is expected, or: compare ARM ARM")
+    make_folder(given.output)
+    source, store = Source(given.what[0]), Store(given.output.resolve())
+    source.files()
+    with executor_of(given.cluster, given.workers) as executor:
+        new = identify_new(source, store, executor, _progress)
+    found = reports(store, given.alarms_per_arm_year)
+    write_tables(store, found)
+    changes = [row for one in found for row in change_rows(one)]
+    table = {"exidyn_fleet": FORMAT, "new": new, "changes": changes, "left_out": list(left_out(store))}
+    hand_over(_text(found, new), json_text(plain(table)), given.json)
+    _write_page(source, store, found, given.alarms_per_arm_year)
+    return 0
+
+
+def _progress(done: int, of: int) -> None:
+    if sys.stderr.isatty() or done == of:
+        print(
+            f"\r{done} of {counted(of, 'new run')}",
+            end="\n" if done == of else "",
+            file=sys.stderr,
+            flush=True,
+        )
+
+
+def _text(found: Sequence[KindReport], new: int) -> str:
+    lines = []
+    for report in found:
+        arms, name = report.drifts, report.learned.frame.kind.model.robot.name
+        runs = sum(len(own.runs) for own in report.learned.arms.values())
+        lines.append(f"{name}: {counted(len(arms), 'arm')}, {counted(runs, 'run')}")
+        changed = {arm: own for arm, own in arms.items() if own.found}
+        for arm, own in changed.items():
+            lines += [f"  {arm}: {change_words(report.learned, one)}" for one in own.found]
+        same = len(arms) - len(changed)
+        lines.append(f"  nothing changed on {'the other ' if changed else ''}{counted(same, 'arm')}")
+    return "\n".join([*lines, f"new: {counted(new, 'run')}"])
+
+
+def _write_page(source: Source, store: Store, found: Sequence[KindReport], rate: float) -> None:
+    from exidyn.identify.pages.fleet.fleet_page import fleet_page
+
+    root = source.address if source.remote else Path(source.address).resolve().as_uri()
+    last = {
+        row["file"].split("/")[0]: row["file"]
+        for row in sorted(store.index().values(), key=lambda r: r["date"])
+    }
+    links = {arm: f"{root}/{file}" for arm, file in last.items()}
+    path = store.folder / PAGE
+    write_whole(path, fleet_page(found, list(left_out(store)), links, rate))
+    print(f"written: {path}", file=sys.stderr)
+
+
+def _compare(given: argparse.Namespace) -> int:
+    first, second = given.what[1:]
+    learned, found = differences(Store(given.output.resolve()), first, second)
+    joints = learned.frame.kind.model.robot.joints
+    lines = [f"{second} over {first}:", *(f"  {difference_words(one, joints)}" for one in found)]
+    if not found:
+        lines = [f"{first} and {second} do not differ beyond what one arm does from run to run"]
+    table = {"exidyn_fleet": FORMAT, "differences": [one._asdict() for one in found]}
+    hand_over("\n".join(lines), json_text(plain(table)), given.json)
+    return 0
+
+
+def parser() -> argparse.ArgumentParser:
+    """What `exidyn fleet` takes."""
+    found = command_parser(
+        "fleet",
+        "Which arm of many changed, in what, and since when; each new recording is identified once.\n"
+        "'compare ARM ARM' states where two arms differ, or one at two times: ARM@2026-05-03.",
+        EXAMPLES,
+        usage="exidyn fleet FOLDER [options]\n       exidyn fleet compare ARM ARM [-o FOLDER] [--json FILE]",
+    )
+    found.add_argument(
+        "what",
+        nargs="+",
+        metavar="FOLDER",
+        help="recordings, ARM/RUN.mcap, or an address that fsspec reads; or: compare ARM ARM",
+    )
+    found.add_argument(
+        "--alarms-per-arm-year",
+        type=positive,
+        default=1.0,
+        metavar="N",
+        help="false alarms to put up with, over all parameters of an arm; default: 1",
+    )
+    found.add_argument(
+        "--workers", type=whole, metavar="N", help="processes on this machine; default: as many as cores"
+    )
+    found.add_argument(
+        "--cluster",
+        metavar="ADDRESS",
+        help=f"of a Dask scheduler, tcp://HOST:PORT; or {LOCAL} to start one here",
+    )
+    add_output(found, "FOLDER", FOLDER)
+    add_json(found)
+    return found

@@ -1,0 +1,46 @@
+"""Where work is done: a pool of processes on this machine, or a cluster of Dask."""
+
+import os
+from collections.abc import Iterator
+from concurrent.futures import Executor, ProcessPoolExecutor
+from contextlib import contextmanager
+from multiprocessing import get_context
+
+from exidyn.identify.notebook import optional
+
+LOCAL = "local"
+MEMORY = "500MB"
+"""Of a worker, at most."""
+THREADS = {name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")}
+"""Linear algebra of a worker stays on its core."""
+
+
+@contextmanager
+def executor_of(cluster: str | None, workers: int | None) -> Iterator[Executor]:
+    """An executor for as long as the context lasts.
+
+    Args:
+        cluster: Address of a Dask scheduler, or `LOCAL` for one started here; None for a pool of processes.
+        workers: Processes on this machine; as many as cores by default.
+
+    Raises:
+        MissingPackage: A cluster is asked for, and Dask is not installed.
+    """
+    os.environ.update({name: os.environ.get(name, one) for name, one in THREADS.items()})
+    count = workers or os.cpu_count() or 1
+    if cluster is None:
+        with ProcessPoolExecutor(count, get_context("spawn")) as pool:
+            yield pool
+        return
+    distributed = optional("distributed", "--cluster", "cluster")
+    if cluster != LOCAL:
+        with distributed.Client(cluster) as client:
+            yield client.get_executor()
+        return
+    with (
+        distributed.LocalCluster(
+            n_workers=count, threads_per_worker=1, memory_limit=MEMORY, dashboard_address=None
+        ) as local,
+        distributed.Client(local) as client,
+    ):
+        yield client.get_executor()

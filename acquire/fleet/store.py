@@ -1,0 +1,221 @@
+"""What is kept: Parquet files by arm and month, which DuckDB, pandas or Polars read as they are.
+
+`runs/arm=A/month=M/HASH.parquet` holds one run each, under the hash of its recording: whoever writes it
+writes the same, so that nothing is lost or done twice wherever work is cut off. `kinds/` has a file a type
+of arm.
+"""
+
+import json
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+from urllib.parse import quote, unquote
+from uuid import uuid4
+
+import numpy as np
+
+from exidyn.identify.fleet.kind import Kind
+from exidyn.identify.fleet.runs import Run
+from exidyn.identify.fleet.summary import Summary
+from exidyn.identify.notebook import optional
+from exidyn.identify.preparation.prepare import Filtering
+from exidyn.identify.robot_files.robot_file import model_text, parse_model
+
+from .source import Found
+
+DAY = 86400.0
+MERGED = "month"
+"""How the name of a file begins that holds all runs of a month."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """A run as it is kept; of one that could not be identified the summary is None.
+
+    Attributes:
+        key: Hash of its content.
+        found: Its file.
+        date: When it began.
+        kind: Type of its arm.
+        error: Why it could not be identified; empty if it was.
+        summary: What it says.
+    """
+
+    key: str
+    found: Found
+    date: datetime
+    kind: str
+    error: str = ""
+    summary: Summary | None = None
+
+
+@dataclass(frozen=True)
+class Store:
+    """A folder."""
+
+    folder: Path
+
+    @property
+    def runs(self) -> Path:
+        """The folder of the runs."""
+        return self.folder / "runs"
+
+    def write_kind(self, key: str, kind: Kind) -> None:
+        """Keep a type of arm."""
+        text = {
+            "robot": model_text(kind.model),
+            "filtering": asdict(kind.filtering),
+            "measures": kind.measures,
+        }
+        _whole(self.folder / "kinds" / f"{key}.json", json.dumps(text, indent=1).encode())
+
+    def kind(self, key: str) -> Kind:
+        """A type of arm that is known."""
+        text = json.loads((self.folder / "kinds" / f"{key}.json").read_text())
+        return Kind(parse_model(text["robot"]), Filtering(**text["filtering"]), text["measures"])
+
+    def kinds(self) -> list[str]:
+        """All that are known."""
+        return sorted(path.stem for path in (self.folder / "kinds").glob("*.json"))
+
+    def write_run(self, row: Row) -> None:
+        """Keep a run."""
+        write_table(self.runs / place_of(row.found.arm, row.date) / f"{row.key}.parquet", [_columns(row)])
+
+    def merge(self) -> None:
+        """One file a month of an arm, so that a year of them is read in seconds.
+
+        The whole file is there before its parts go; what both hold is counted once.
+        """
+        arrow, parquet = _arrow()
+        for folder in sorted({path.parent for path in self.runs.glob("*/*/*.parquet")}):
+            parts = sorted(folder.glob("*.parquet"))
+            if len(parts) == 1:
+                continue
+            rows = arrow.concat_tables([parquet.read_table(part) for part in parts])
+            keys = np.asarray(rows["key"].to_pylist())
+            rows = rows.take(np.unique(keys, return_index=True)[1])
+            _write(folder / f"{MERGED}-{uuid4().hex}.parquet", rows)
+            for part in parts:
+                part.unlink()
+
+    def index(self) -> dict[str, dict[str, Any]]:
+        """Every run without its summary, by key."""
+        return {
+            row["key"]: row
+            for row in self._rows(["key", "file", "size", "modified", "date", "kind", "error"])
+        }
+
+    def arms(self, kind: str) -> dict[str, list[Run]]:
+        """Identified runs of each arm of a type."""
+        found: dict[str, dict[str, Run]] = {}
+        for row in self._rows():
+            if row["kind"] == kind and not row["error"]:
+                day = row["date"].timestamp() / DAY
+                found.setdefault(row["arm"], {})[row["key"]] = Run(row["key"], day, _summary(row))
+        return {arm: list(runs.values()) for arm, runs in sorted(found.items())}
+
+    def _rows(self, columns: Sequence[str] | None = None) -> Iterator[dict[str, Any]]:
+        _, parquet = _arrow()
+        for path in sorted(self.runs.glob("*/*/*.parquet")):
+            arm = unquote(path.parent.parent.name.partition("=")[2])
+            for row in parquet.ParquetFile(path).read(columns).to_pylist():
+                yield {**row, "arm": arm}
+
+
+def _columns(row: Row) -> dict[str, Any]:
+    said = row.summary
+    return {
+        "key": row.key,
+        "date": row.date,
+        "kind": row.kind,
+        "file": row.found.path,
+        "size": row.found.size,
+        "modified": row.found.modified,
+        "error": row.error,
+        "seconds": said.seconds if said else None,
+        "payload": said.payload if said else None,
+        "payload_known": said.known if said else None,
+        "temperature": said.temperature.tolist() if said else [],
+        "residual": said.residual.tolist() if said else [],
+        "noise": said.noise.tolist() if said else [],
+        "counts": said.counts.tolist() if said else [],
+        "factors": _packed(said.factors).tolist() if said else [],
+    }
+
+
+def _packed(factors: np.ndarray) -> np.ndarray:
+    """Upper triangles of factors (n, c, c), one after the other."""
+    upper = np.triu_indices(factors.shape[1])
+    return np.concatenate([factor[upper] for factor in factors])
+
+
+def _summary(row: Mapping[str, Any]) -> Summary:
+    joints = len(row["counts"])
+    packed = np.reshape(row["factors"], (joints, -1))
+    size = round((np.sqrt(8 * packed.shape[1] + 1) - 1) / 2)
+    factors = np.zeros((joints, size, size))
+    factors[(slice(None), *np.triu_indices(size))] = packed
+    return Summary(
+        factors=factors,
+        counts=np.array(row["counts"]),
+        noise=np.array(row["noise"], float),
+        residual=np.array(row["residual"], float),
+        temperature=np.array(row["temperature"], float),
+        payload=row["payload"],
+        known=row["payload_known"],
+        seconds=row["seconds"],
+    )
+
+
+def place_of(arm: str, date: datetime) -> str:
+    """Folder of a month of an arm, as other tools find its columns in it."""
+    return f"arm={quote(arm, safe='')}/month={date:%Y-%m}"
+
+
+def write_table(path: Path, rows: Sequence[Mapping[str, Any]]) -> None:
+    """Rows as a Parquet file that appears under its name when it is whole."""
+    arrow, _ = _arrow()
+    schema = arrow.schema([(name, _type(arrow, name, value)) for name, value in rows[0].items()])
+    _write(path, arrow.Table.from_pylist(list(rows), schema))
+
+
+def _type(arrow: Any, name: str, value: Any) -> Any:
+    """Type of a column; one of which the first value is nothing is known by its name."""
+    if name == "counts":
+        return arrow.list_(arrow.int64())
+    if isinstance(value, list):
+        return arrow.list_(arrow.float64())
+    if isinstance(value, datetime):
+        return arrow.timestamp("us", "UTC")
+    by_name = {"payload": arrow.string(), "seconds": arrow.float64(), "payload_known": arrow.bool_()}
+    by_type = {str: arrow.string(), bool: arrow.bool_(), int: arrow.int64(), float: arrow.float64()}
+    return by_name.get(name) or by_type[type(value)]
+
+
+def _write(path: Path, table: Any) -> None:
+    _, parquet = _arrow()
+    path.parent.mkdir(parents=True, exist_ok=True)
+    part = path.with_name(f".{path.name}.{uuid4().hex}")
+    parquet.write_table(table, part, compression="zstd")
+    os.replace(part, path)
+
+
+def _whole(path: Path, content: bytes) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    part = path.with_name(f".{path.name}.{uuid4().hex}")
+    part.write_bytes(content)
+    os.replace(part, path)
+
+
+def _arrow() -> tuple[Any, Any]:
+    purpose = "a fleet's tables"
+    return optional("pyarrow", purpose, "fleet"), optional("pyarrow.parquet", purpose, "fleet")
+
+
+def utc(day: float) -> datetime:
+    """A day since 1970 as a date."""
+    return datetime.fromtimestamp(day * DAY, UTC)

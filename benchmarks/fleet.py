@@ -1,0 +1,87 @@
+"""Fleet: wear put into simulated arms: is it found, when, under its name; and what a run costs."""
+
+import os
+import tempfile
+import time
+from pathlib import Path
+from typing import Any
+
+os.environ.setdefault("OMP_NUM_THREADS", "1")  # before numpy
+
+import numpy as np
+from common import parser, save, show
+from parts.fleet.arms import Arm, arm
+from parts.fleet.engine import engine_figures
+from parts.fleet.figures import drift_figures, same_arm
+from parts.fleet.real import ur10e
+from parts.fleet.seasons import check_run, season
+
+from exidyn.identify.fleet.learned import learned
+from exidyn.identify.fleet.report import KindReport
+from exidyn.identify.fleet.runs import Frame
+
+ARMS, WEEKS, BEGIN = 20, 26, 10.0
+"""Of each of two types; weeks of runs; the week in which wear begins."""
+QUICK_ARMS, QUICK_WEEKS, QUICK_BEGIN = 6, 12, 6.0
+RATE = 1.0
+"""False alarms an arm and year that are allowed."""
+
+
+def seasons(given: Any) -> dict[str, Any]:
+    """Half a year of two types of arms."""
+    count, weeks, begin = (QUICK_ARMS, QUICK_WEEKS, QUICK_BEGIN) if given.quick else (ARMS, WEEKS, BEGIN)
+    arms: dict[str, Arm] = {}
+    reports, seconds = [], {}
+    for kind in ("cobot", "kr270"):
+        own = {one.name: one for one in (arm(kind, number) for number in range(count))}
+        arms |= own
+        runs = {name: season(kind, one, weeks, begin) for name, one in own.items()}
+        for share in (0.5, 1.0):
+            some = dict(list(runs.items())[: round(share * count)])
+            start = time.process_time()
+            frame = Frame.of(check_run(kind, False).kind, [run for every in some.values() for run in every])
+            report = KindReport.of(kind, learned(frame, some), RATE)
+            seconds[share] = seconds.get(share, 0.0) + time.process_time() - start
+        reports.append(report)
+    found = drift_figures(reports, arms, begin) | same_arm(reports, arms)
+    show(
+        "Wear put in, and what was said of it",
+        ["arm", "wear", "share", "weeks to find", "named", "share found"],
+        found.pop("lines"),
+    )
+    runs_asked = 2 * count * weeks
+    return found | {
+        "runs": runs_asked,
+        "analysis_ms_a_run": 1e3 * seconds[1.0] / runs_asked,
+        "analysis_ms_a_run_of_half_the_arms": 1e3 * seconds[0.5] / (0.5 * runs_asked),
+    }
+
+
+def engine(given: Any) -> dict[str, Any]:
+    """Files, processes, cutting off."""
+    with tempfile.TemporaryDirectory(prefix="fleet-") as folder:
+        return engine_figures(Path(folder), 1 if given.quick else 4, 4 if given.quick else 10)
+
+
+def real(given: Any) -> dict[str, Any]:
+    """The UR10e's recordings of five months."""
+    with tempfile.TemporaryDirectory(prefix="fleet-") as folder:
+        return ur10e(Path(folder), RATE)
+
+
+PARTS = {"seasons": seasons, "engine": engine, "real": real}
+QUICK = ("seasons", "engine")
+
+
+def main() -> None:
+    """Every part, print and save."""
+    given = parser(__doc__ or "", PARTS).parse_args()
+    table = {name: PARTS[name](given) for name in given.only or (QUICK if given.quick else PARTS)}
+    for name, figures in table.items():
+        rows = [[key, value] for key, value in figures.items() if np.isscalar(value) or value is None]
+        show(name, ["figure", "value"], rows)
+    save(given.json, table)
+
+
+if __name__ == "__main__":
+    main()

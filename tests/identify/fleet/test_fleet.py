@@ -1,0 +1,108 @@
+"""What is learned from seasons of weekly runs of simulated arms."""
+
+import numpy as np
+import pytest
+
+from exidyn.identify.fleet.compared import compared
+from exidyn.identify.fleet.drift import CREEP, STEP
+from exidyn.identify.fleet.gaussian import scattered
+from exidyn.identify.fleet.learned import learned
+from exidyn.identify.fleet.report import KindReport
+from exidyn.identify.fleet.runs import Frame
+from exidyn.identify.fleet.words import change_words
+
+from ...parts.small.fleet_runs import SCATTER, START, kind_and_equations, season
+
+BEGIN = 12
+"""Week in which wear begins."""
+
+
+def friction_step(weeks, values, gain):
+    values["Fc2"] *= 1.1 if weeks >= BEGIN else 1.0
+
+
+def friction_creep(weeks, values, gain):
+    values["Fv1"] *= 1.0 + 0.1 * max(weeks - BEGIN, 0.0) / 8.0
+
+
+def new_drive(weeks, values, gain):
+    gain[1] *= 1.02 if weeks >= BEGIN else 1.0
+
+
+@pytest.fixture(scope="module")
+def report():
+    arms = {
+        "step": season(1, friction_step),
+        "creep": season(2, friction_creep),
+        "drive": season(3, new_drive),
+    }
+    arms |= {f"sound {k}": season(10 + k) for k in range(5)}
+    frame = Frame.of(kind_and_equations()[0], [run for runs in arms.values() for run in runs])
+    return KindReport.of("two", learned(frame, arms), 1.0)
+
+
+@pytest.mark.parametrize(
+    ("arm", "effect", "joint", "shape", "share"),
+    [
+        ("step", "coulomb_friction", 1, STEP, 0.1),
+        ("creep", "viscous_friction", 0, CREEP, 0.1 * 13 / 8),
+        ("drive", "drive_gain", 1, STEP, 0.02),
+    ],
+)
+def test_a_change_is_named_dated_and_measured(report, arm, effect, joint, shape, share):
+    found = max(report.drifts[arm].found, key=lambda one: one.deviations)
+    cause = report.learned.frame.causes[found.cause]
+    assert (cause.effect, cause.joint, found.shape) == (effect, joint, shape)
+    assert found.share[0] == pytest.approx(share, rel=0.2)
+    assert found.interval[0] <= START + 7.0 * BEGIN <= found.interval[1]
+    assert found.alarmed <= START + 7.0 * (BEGIN + 4)
+    assert "2026" in change_words(report.learned, found)
+
+
+def test_sound_arms_raise_no_more_alarms_than_allowed(report):
+    alarms = sum(len(report.drifts[f"sound {k}"].alarms) for k in range(5))
+    assert alarms <= 2  # 2.5 arm-years at one a year would be 2.5; Bonferroni's bound is not reached
+
+
+def test_scatter_from_run_to_run_is_found(report):
+    places = [
+        k for k, one in enumerate(report.scattering) if one.effect in ("viscous_friction", "coulomb_friction")
+    ]
+    found = np.sqrt(report.learned.scatter[places])
+    assert np.all(found < 2.0 * SCATTER)
+    assert np.median(found) > 0.5 * SCATTER
+
+
+def test_values_at_the_reference_temperature_do_not_follow_the_season(report):
+    values, stds = report.values("sound 0")
+    place = [one.parameter for one in report.scattering].index("Fv1")
+    assert np.std(values[:, place]) < 0.02 * np.mean(values[:, place])  # 20 K change it by 50 %
+    assert np.all(stds[:, place] > 0.0)
+
+
+def test_an_arm_does_not_differ_from_itself_and_units_do(report):
+    learned_, arms = report.learned, report.learned.arms
+    sound = arms["sound 1"]
+    assert compared(learned_, sound[3:4], sound[20:21]) == []
+    between = {one.parameter for one in compared(learned_, arms["sound 1"], arms["sound 2"])}
+    assert between & {"Fv1", "Fv2", "Fc1", "Fc2"}
+
+
+def test_an_alarm_allowed_seldom_needs_more_evidence(report):
+    runs = report.learned.arms["step"]
+    seldom = KindReport.of("two", report.learned, 0.01).drifts["step"]
+    assert seldom.threshold > report.drifts["step"].threshold
+    assert len(runs.runs) == 26
+
+
+def test_scattered_runs_say_what_inverting_their_covariance_says():
+    random = np.random.default_rng(0)
+    root = random.normal(size=(1, 8, 4))
+    normal, right = np.swapaxes(root, 1, 2) @ root, random.normal(size=(1, 4))
+    directions, variance = random.normal(size=(2, 4)), np.array([0.3, 2.0])
+    found, side = scattered(normal, right, directions, variance)
+    covariance = np.linalg.inv(normal[0]) + directions.T @ np.diag(variance) @ directions
+    np.testing.assert_allclose(found[0], np.linalg.inv(covariance), rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(
+        side[0], np.linalg.inv(covariance) @ np.linalg.solve(normal[0], right[0]), rtol=1e-8
+    )
