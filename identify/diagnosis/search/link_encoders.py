@@ -45,9 +45,9 @@ def measured_gears(problem: Problem) -> list[Selected]:
         if odds > CERTAIN_ODDS:
             found.append(Selected(_as_gear(problem, prediction, one), odds, (), once=True))
     found.sort(key=lambda one: -one.odds)
-    for place, one in enumerate(found):
+    for place, gear in enumerate(found):
         before = problem.prediction([other.answer for other in found[:place]])
-        found[place] = _swinging(problem, before, one.answer.candidate) or one
+        found[place] = _swinging(problem, before, gear.answer.candidate) or gear
     return found
 
 
