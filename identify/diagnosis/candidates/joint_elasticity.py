@@ -17,6 +17,7 @@ from ..findings.arm import Arm
 from ..findings.finding import Finding
 from ..findings.kind import Kind
 from ..questions.candidate import Candidate
+from ..questions.candidate_fit import FORMULA, STRANGE
 from ..runs.driven import Driven
 from .parts.gears import bending, link_size
 
@@ -43,7 +44,10 @@ def gears(model: Model) -> Iterator[Candidate]:
             yield _gear(model, joint, inertia, resonance, RATIO)
 
 
-def _gear(model: Model, joint: int, inertia: float, resonance: float, ratio: float) -> Candidate:
+def _gear(
+    model: Model, joint: int, inertia: float, resonance: float, ratio: float, within: Shape | None = None
+) -> Candidate:
+    """A gear whose mean link has that resonance [Hz]; refined about it, or within bounds."""
     angular = 2 * np.pi * resonance
     stiffness, loss = inertia * angular**2, 2 * ratio * inertia * angular
 
@@ -51,7 +55,7 @@ def _gear(model: Model, joint: int, inertia: float, resonance: float, ratio: flo
         return bending(model, run, joint, (stiffness, loss))[:, :, None]
 
     def reshaped(given: Mapping[str, float]) -> Candidate:
-        return _gear(model, joint, inertia, given["resonance"], given["damping_ratio"])
+        return _gear(model, joint, inertia, given["resonance"], given["damping_ratio"], within)
 
     return Candidate(
         "joint_elasticity",
@@ -62,7 +66,7 @@ def _gear(model: Model, joint: int, inertia: float, resonance: float, ratio: flo
         (LEAST,),
         {"resonance": resonance, "damping_ratio": ratio, "stiffness": stiffness},
         {
-            "resonance": Shape("Hz", resonance / STEP, resonance * STEP),
+            "resonance": within or Shape("Hz", resonance / STEP, resonance * STEP),
             "damping_ratio": Shape("1", 0.005, 0.5),
         },
         reshaped,
@@ -72,10 +76,14 @@ def _gear(model: Model, joint: int, inertia: float, resonance: float, ratio: flo
     )
 
 
-def of_stiffness(model: Model, joint: int, stiffness: float) -> Candidate:
-    """The gear of a stiffness that was measured [N m/rad]."""
+def of_stiffness(model: Model, joint: int, stiffness: float, std: float) -> Candidate:
+    """The gear of a stiffness that was measured, with its standard deviation [N m/rad]; refined within it."""
     inertia = max(float(link_size(model)[0][joint]), 1e-9)
-    return _gear(model, joint, inertia, float(np.sqrt(stiffness / inertia) / (2 * np.pi)), RATIO)
+    share = min(max(STRANGE * std / stiffness, FORMULA), 1.0 - FORMULA)
+    least, resonance, most = np.sqrt(stiffness * np.array([1.0 - share, 1.0, 1.0 + share]) / inertia) / (
+        2 * np.pi
+    )
+    return _gear(model, joint, inertia, float(resonance), RATIO, Shape("Hz", float(least), float(most)))
 
 
 def _held(arm: Arm, finding: Finding) -> Arm:

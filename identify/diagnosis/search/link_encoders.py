@@ -53,7 +53,7 @@ def measured_gears(problem: Problem) -> list[Selected]:
 
 def _swinging(problem: Problem, prediction: Prediction, gear: Candidate) -> Selected | None:
     """The gear with the torque of a link that swings on it; None where blocks do not show that."""
-    gear = of_stiffness(problem.model, gear.joints[0], gear.shape["stiffness"])
+    gear = of_stiffness(problem.model, gear.joints[0], gear.shape["stiffness"], gear.known["stiffness"])
     for answer in ask(prediction, [(gear, Thinned.of(gear, problem.runs))]):
         best = refined(prediction, answer, problem.runs)
         odds = odds_of(best, prediction.joints)
@@ -116,8 +116,9 @@ def _as_gear(problem: Problem, prediction: Prediction, answer: Answer) -> Answer
     [joint], [compliance] = answer.candidate.joints, answer.values
     left = list(_left_out(prediction, answer))
     spread = float(np.sqrt((len(left) - 1) * np.var(left)))
-    gear = of_stiffness(problem.model, joint, 1.0 / float(compliance))
-    gear = replace(gear, bounds={}, known={"stiffness": spread / float(compliance) ** 2})
+    std = spread / float(compliance) ** 2
+    gear = of_stiffness(problem.model, joint, 1.0 / float(compliance), std)
+    gear = replace(gear, bounds={}, known={"stiffness": std})
     still = np.zeros((len(prediction.rows.difference), 1, 1))
     columns = replace(answer.columns, values=still, mean=np.ones(1))
     return replace(answer, candidate=gear, columns=columns, values=np.ones(1), free=np.zeros(1, bool))

@@ -102,6 +102,7 @@ def test_options_that_pages_name_exist(page):
     alone = set(re.findall(r"`(--[a-z][a-z-]*)", text))
     assert alone <= every | {
         "--keep",
+        "--lines",
         "--quick",
         "--sweep",
         "--version",

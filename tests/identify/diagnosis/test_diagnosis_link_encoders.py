@@ -49,7 +49,9 @@ def test_stiffness_is_that_between_the_encoders_whatever_else_is_found():
 def soft(at: Problem, resonance: float, ratio: float) -> tuple[Problem, float]:
     """The problem with a gear of the elbow on which its link swings between two encoders; its stiffness."""
     stiffness = float(link_size(at.model)[0][1] * (2 * np.pi * resonance) ** 2)
-    gear = of_stiffness(at.model, 1, stiffness).reshaped({"resonance": resonance, "damping_ratio": ratio})
+    gear = of_stiffness(at.model, 1, stiffness, 0.05 * stiffness).reshaped(
+        {"resonance": resonance, "damping_ratio": ratio}
+    )
     rng, runs, torque = np.random.default_rng(5), [], []
     for run in at.runs:
         weight, drag, inertia = run.tangent.own(1)
