@@ -14,11 +14,12 @@ from ..questions.candidate_fit import FORMULA
 from ..questions.comparison import by_blocks, colouring, levelled
 from ..questions.question import ask
 from ..questions.shape import refined
+from .checks import checked, nominal_where_better
 from .link_encoders import measured_gears
 from .mounting import mounted_otherwise
 from .once import only_once
 from .problem import Problem
-from .selected import CERTAIN_ODDS, Selected, judged, log_prior
+from .selected import CERTAIN_ODDS, Selected, answers_of, judged, keys_of, log_prior
 
 TURNS = 16
 """Times that something is added, at most: what came in may go out again for something better."""
@@ -29,8 +30,6 @@ REFINE = 3
 MATERIAL = FORMULA**2
 """Share of what the nominal model misses on a joint that an effect explains there at least [-]: as much as
 the formula of the greatest effect may leave."""
-WORSE = 1.02
-"""Residual of a joint held out, over that without any finding, which is no harm yet: noise does that [-]."""
 NEAR = 0.5
 """Share of the foremost gain below which no finer shape makes a hypothesis the foremost [-]."""
 
@@ -60,7 +59,9 @@ class SearchResult:
     def ordered(self) -> "SearchResult":
         """The same with those findings first that are certain enough to be named."""
         selected = sorted(self.selected, key=lambda one: not one.named)
-        return replace(self, selected=tuple(selected), prediction=self.problem.prediction(_answers(selected)))
+        return replace(
+            self, selected=tuple(selected), prediction=self.problem.prediction(answers_of(selected))
+        )
 
 
 def search(problem: Problem) -> SearchResult:
@@ -72,7 +73,7 @@ def search(problem: Problem) -> SearchResult:
     total = 1.0
     for _ in range(TURNS):
         problem, found = only_once(problem, found)
-        prediction = problem.prediction(_answers(found))
+        prediction = problem.prediction(answers_of(found))
         best = ranked(problem, prediction, found)
         single, total = single or best, total_prior(best, problem)
         open_ = [one for one in best if one.candidate.key not in out and _material(one, without_findings)]
@@ -80,20 +81,20 @@ def search(problem: Problem) -> SearchResult:
         if one is None:
             break
         settled, stay = _settled(problem, [*found, one])
-        gone = _keys([*found, one]) - _keys(stay)
+        gone = keys_of([*found, one]) - keys_of(stay)
         if gone and _less_probable(settled, stay, found):
             out.add(one.answer.candidate.key)  # it takes out what explains more
             continue
         problem, found = settled, stay
         # What went out once is not asked for again: it would come and go.
         out |= gone
-    found = _checked(problem, found, without_findings, total)
-    problem = _nominal_where_better(problem, found, without_findings)
-    taken = _keys(found)
+    found = checked(problem, found, without_findings, total)
+    problem = nominal_where_better(problem, found, without_findings)
+    taken = keys_of(found)
     return SearchResult(
         problem,
         tuple(found),
-        problem.prediction(_answers(found)),
+        problem.prediction(answers_of(found)),
         without_findings,
         tuple(single),
         tuple(one for one in best if one.candidate.key not in taken),
@@ -101,13 +102,9 @@ def search(problem: Problem) -> SearchResult:
     )
 
 
-def _keys(found: Sequence[Selected]) -> set[object]:
-    return {one.answer.candidate.key for one in found}
-
-
 def _less_probable(problem: Problem, some: Sequence[Selected], others: Sequence[Selected]) -> bool:
     """Whether blocks are less probable with some findings than with others."""
-    one, other = (problem.prediction(_answers(found)) for found in (some, others))
+    one, other = (problem.prediction(answers_of(found)) for found in (some, others))
     independent = other.weighting.independent
     gain = one.log_probability(one.errors, independent) - other.log_probability(other.errors, independent)
     return float(gain.sum()) < 0.0
@@ -118,124 +115,6 @@ def _material(one: Answer, without_findings: Prediction) -> bool:
     joint = int(np.argmax(one.by_joint))
     less = float((one.predicted - one.errors)[:, joint].sum())
     return less > MATERIAL * float(without_findings.errors[:, joint].sum()) or one.relief > CERTAIN_ODDS
-
-
-def _checked(
-    problem: Problem, found: list[Selected], without_findings: Prediction, total: float
-) -> list[Selected]:
-    """Findings that stand beside all others, with their odds beside those that are left after every check."""
-    for _ in range(TURNS):
-        found = _beside_all(problem, found, total)
-        left = _never_worse(problem, found, without_findings, total)
-        if _keys(left) == _keys(found):
-            return left
-        found = left
-    return found
-
-
-def _never_worse(
-    problem: Problem, found: list[Selected], without_findings: Prediction, total: float
-) -> list[Selected]:
-    """Findings with which no joint of the runs held out is predicted worse than without any.
-
-    One goes if the joint that is predicted worst gains by that, and more than any other loses where it has a
-    name; the least credible first. It stays in another shape if that predicts no joint worse. What none of
-    them causes stays as it is.
-    """
-    while np.max(now := _held_out(problem, found, without_findings), initial=0.0) > WORSE**2:
-        most, gone = 1.0, None
-        for one in sorted((one for one in found if not one.once), key=lambda one: one.certainty):
-            without = _held_out(problem, [other for other in found if other is not one], without_findings)
-            gained = float(np.max(now) / np.max(without))
-            lost = float(np.max(without / now)) if one.named else 1.0
-            if gained > max(WORSE * most, lost):
-                most, gone = gained, one
-        if gone is None:
-            break
-        place, others = found.index(gone), [other for other in found if other is not gone]
-        again = _in_other_shape(problem, others, gone, without_findings, total)
-        found = [*others[:place], *again, *others[place:]]
-    return found
-
-
-def _in_other_shape(
-    problem: Problem, others: list[Selected], one: Selected, without_findings: Prediction, total: float
-) -> list[Selected]:
-    """A finding in its most probable shape that predicts no joint of the runs held out worse, if any."""
-    prediction = problem.prediction(_answers(others))
-    shapes = [pair for pair in problem.asked if pair[0].key == one.answer.candidate.key]
-    for answer in sorted(ask(prediction, shapes), key=lambda answer: -answer.gain):
-        shaped = colouring(prediction, answer).chosen_as(one.answer)
-        again = _judged_as(prediction, one, shaped, others, total)
-        if again is None or again.answer.candidate.key != one.answer.candidate.key:
-            break
-        if np.max(_held_out(problem, [*others, again], without_findings)) <= WORSE**2:
-            return [again]
-    return []
-
-
-def _nominal_where_better(
-    problem: Problem, found: Sequence[Selected], without_findings: Prediction
-) -> Problem:
-    """The problem at nominal parameters, where those fitted predict a joint held out worse."""
-    worst = np.max(_held_out(problem, found, without_findings), initial=0.0) if found else 0.0
-    if worst <= WORSE**2:
-        return problem
-    nominal = problem.at_nominal()
-    return nominal if np.max(_held_out(nominal, found, without_findings)) < worst else problem
-
-
-def _held_out(problem: Problem, found: Sequence[Selected], without_findings: Prediction) -> np.ndarray:
-    """Squared residuals of runs held out with findings, over those without any, shape (n,); else empty."""
-    which = ~problem.blocks.fitted
-    if not np.any(which):
-        return np.zeros(0)
-    word = without_findings.sums.errors(np.tile(problem.nominal_unknowns(without_findings), (len(which), 1)))
-    least = np.minimum(
-        without_findings.power(without_findings.errors, which), without_findings.power(word, which)
-    )
-    now = problem.prediction(_answers(found))
-    return now.power(now.errors, which) / least
-
-
-def _beside_all(problem: Problem, found: list[Selected], total: float) -> list[Selected]:
-    """Findings each in its best shape, and compared anew with what else it may be, beside all others.
-
-    One that is not credible beside them goes.
-    """
-    whole = problem.prediction(_answers(found))
-    for one in found:
-        if one.once or not (one.others or one.answer.candidate.bounds):
-            continue
-        place, others = found.index(one), [other for other in found if other is not one]
-        prediction = problem.prediction(_answers(others), whole)
-        first = _in_shape(problem, prediction, one.answer)
-        again = _judged_as(prediction, one, first, others, total)
-        found = [*found[:place], *([again] if again else []), *found[place + 1 :]]
-    return found
-
-
-def _judged_as(
-    prediction: Prediction, one: Selected, shaped: Answer, others: Sequence[Selected], total: float
-) -> Selected | None:
-    """A finding in another shape compared anew with its alternatives, beside others; None if not credible."""
-    keys = {other.answer.candidate.key for other in others}
-    rivals = [answer for answer, _ in one.not_excluded if answer.candidate.key not in keys]
-    chosen = {rival.candidate.key: rival for rival in (shaped, *rivals)}
-    asked = [(rival.candidate, rival.columns) for rival in (shaped, *rivals)]
-    again = [answer.chosen_as(chosen[answer.candidate.key]) for answer in ask(prediction, asked)]
-    again = sorted(levelled(prediction, again), key=lambda answer: -answer.gain)
-    return judged(again, total, partial(by_blocks, prediction))
-
-
-def _in_shape(problem: Problem, prediction: Prediction, answer: Answer) -> Answer:
-    """The answer refined in shape beside everything else; it was chosen at the cost that it has."""
-    if not answer.candidate.bounds:
-        return answer
-    again = ask(prediction, [(answer.candidate, answer.columns)])
-    if not again:
-        return answer
-    return refined(prediction, again[0].chosen_as(answer), problem.runs).chosen_as(answer)
 
 
 def total_prior(best: Sequence[Answer], problem: Problem) -> float:
@@ -279,19 +158,15 @@ def _measures(group: Sequence[Answer]) -> tuple[list[float], list[float]]:
     return [one.gain for one in group], [one.odds for one in group]
 
 
-def _answers(found: Sequence[Selected]) -> list[Answer]:
-    return [one.answer for one in found]
-
-
 def _settled(problem: Problem, found: list[Selected]) -> tuple[Problem, list[Selected]]:
     """Findings that are each still needed beside the one that came last, at the load they leave."""
-    problem, answers = problem.bearing(_answers(found))
+    problem, answers = problem.bearing(answers_of(found))
     found = [one._replace(answer=answer) for one, answer in zip(found, answers, strict=True)]
-    whole = problem.prediction(_answers(found))
+    whole = problem.prediction(answers_of(found))
     for one in [one for one in found[:-1] if not one.once]:
         others = [other for other in found if other is not one]
-        again = again_beside(problem, one.answer, _answers(others), whole)
-        again = again or _in_allowed_shape(problem, one.answer, _answers(others), whole)
+        again = again_beside(problem, one.answer, answers_of(others), whole)
+        again = again or _in_allowed_shape(problem, one.answer, answers_of(others), whole)
         if again is None or again.gain + log_prior(again, len(problem.tried)) < CERTAIN_ODDS:
             found = others
             continue

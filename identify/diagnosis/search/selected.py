@@ -148,3 +148,13 @@ def judged(best: Sequence[Answer], total: float, blocks: ByBlocks) -> Selected |
             others.append((one, less if less > EXCLUDED_ODDS else max(against(first, one), less)))
     others.sort(key=lambda pair: pair[1])
     return Selected(first, odds, tuple(others))
+
+
+def answers_of(found: Sequence[Selected]) -> list[Answer]:
+    """Effects of findings, in their order."""
+    return [one.answer for one in found]
+
+
+def keys_of(found: Sequence[Selected]) -> set[object]:
+    """Hypotheses of findings."""
+    return {one.answer.candidate.key for one in found}

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from exidyn.identify.diagnosis.search import search as searching
+from exidyn.identify.diagnosis.search import checks
 from exidyn.identify.effects import JointSpring
 
 from ...parts.small import two_joints
@@ -15,7 +15,7 @@ from ...parts.small.small_search import names, problem, record, searched
 def test_a_finding_is_compared_with_the_model_without_it_on_runs_held_out():
     found = searched(record([JointSpring(("elbow",))], {"Ks2": 6.0}))
     with_spring, without = (
-        searching._held_out(found.problem, some, found.without_findings) for some in (found.selected, ())
+        checks._held_out(found.problem, some, found.without_findings) for some in (found.selected, ())
     )
     assert with_spring[1] < 0.5
     assert np.all(without > 0.95)  # but for weights that are estimated anew
@@ -28,10 +28,10 @@ def test_nominal_values_stay_where_fitted_ones_predict_a_joint_worse(monkeypatch
     at_nominal = SimpleNamespace()
     as_fitted = SimpleNamespace(at_nominal=lambda: at_nominal)
     squares = {id(as_fitted): [0.5, fitted], id(at_nominal): [0.5, nominal]}
-    monkeypatch.setattr(searching, "_held_out", lambda one, *_: np.array(squares[id(one)]))
-    chosen = searching._nominal_where_better(as_fitted, [object()], None)
+    monkeypatch.setattr(checks, "_held_out", lambda one, *_: np.array(squares[id(one)]))
+    chosen = checks.nominal_where_better(as_fitted, [object()], None)
     assert chosen is {"nominal": at_nominal, "fitted": as_fitted}[kept]
-    assert searching._nominal_where_better(as_fitted, [], None) is as_fitted
+    assert checks.nominal_where_better(as_fitted, [], None) is as_fitted
 
 
 def test_a_problem_at_nominal_holds_what_the_model_states():
@@ -56,8 +56,8 @@ def test_a_finding_that_predicts_worse_stays_in_a_shape_that_does_not(monkeypatc
     def never_worse(limit):
         """What stays where shapes of more coefficients predict a joint worse."""
         many = lambda some: any(len(each.answer.candidate.names) > limit for each in some)  # noqa: E731
-        monkeypatch.setattr(searching, "_held_out", lambda _, some, __: np.array([0.9, 0.9 + many(some)]))
-        return searching._never_worse(found.problem, list(found.selected), found.without_findings, 10.0)
+        monkeypatch.setattr(checks, "_held_out", lambda _, some, __: np.array([0.9, 0.9 + many(some)]))
+        return checks._never_worse(found.problem, list(found.selected), found.without_findings, 10.0)
 
     assert never_worse(12)[0] is one
     [again] = never_worse(2)
@@ -66,5 +66,5 @@ def test_a_finding_that_predicts_worse_stays_in_a_shape_that_does_not(monkeypatc
     assert 0.0 < again.answer.gain < one.answer.gain
     assert not never_worse(1)
     # Without findings nothing can go.
-    monkeypatch.setattr(searching, "_held_out", lambda *_: np.array([1.5]))
-    assert searching._never_worse(found.problem, [], found.without_findings, 10.0) == []
+    monkeypatch.setattr(checks, "_held_out", lambda *_: np.array([1.5]))
+    assert checks._never_worse(found.problem, [], found.without_findings, 10.0) == []

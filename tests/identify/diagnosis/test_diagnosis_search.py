@@ -15,7 +15,7 @@ from exidyn.identify.diagnosis.questions.shape import refined, with_shape
 from exidyn.identify.diagnosis.results.evidence import places_of
 from exidyn.identify.diagnosis.results.shape_uncertainty import deviations
 from exidyn.identify.diagnosis.runs.nuisances import CLOCK, torque_rate
-from exidyn.identify.diagnosis.search import search, selected
+from exidyn.identify.diagnosis.search import checks, search, selected
 from exidyn.identify.diagnosis.search.once import moments
 from exidyn.identify.diagnosis.search.search import _by_hypothesis
 from exidyn.identify.diagnosis.search.selected import CREDIBLE, log_prior, odds_of
@@ -365,19 +365,19 @@ def test_a_finding_whose_shape_physics_excludes_stays_in_one_that_it_allows(monk
 
 def test_odds_are_those_beside_what_is_left_after_every_check(monkeypatch):
     found = searched(record([DRAG, SPRING], {"Fn2": 1.5} | SOFT))
-    beside, real = [], search._beside_all
+    beside, real = [], checks._beside_all
 
     def seen(problem, some, total):
         beside.append([one.answer.candidate.effect for one in some])
         return real(problem, some, total)
 
-    monkeypatch.setattr(search, "_beside_all", seen)
+    monkeypatch.setattr(checks, "_beside_all", seen)
     monkeypatch.setattr(
-        search,
+        checks,
         "_never_worse",
         lambda problem, some, *_: [one for one in some if one.answer.candidate.effect != "joint_spring"],
     )
-    left = search._checked(found.problem, list(found.selected), found.without_findings, found.total)
+    left = checks.checked(found.problem, list(found.selected), found.without_findings, found.total)
     assert [sorted(names) for names in beside] == [
         ["joint_spring", "nonlinear_viscous_friction"],
         ["nonlinear_viscous_friction"],
@@ -388,6 +388,6 @@ def test_odds_are_those_beside_what_is_left_after_every_check(monkeypatch):
 def test_what_is_not_credible_beside_all_others_goes(monkeypatch):
     found = searched(record([DRAG], {"Fn2": 1.5}))
     assert names(found) == [("nonlinear_viscous_friction", (1,))]
-    assert len(search._beside_all(found.problem, list(found.selected), found.total)) == 1
+    assert len(checks._beside_all(found.problem, list(found.selected), found.total)) == 1
     # All is as improbable as one of very many.
-    assert search._beside_all(found.problem, list(found.selected), found.total * 1e300) == []
+    assert checks._beside_all(found.problem, list(found.selected), found.total * 1e300) == []
