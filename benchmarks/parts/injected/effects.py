@@ -95,7 +95,9 @@ def position_dependent_friction(background: Background, joint: int, rng: np.rand
 
 def torque_ripple(background: Background, joint: int, rng: np.random.Generator) -> Added:
     usual = _usual(background, joint)
-    order = 2.0 * np.pi * rng.uniform(1.0, 4.0) / usual  # a wave of 1 to 4 Hz at the usual speed
+    low, high = _range(background, joint)
+    # A wave of 1 to 4 Hz at the usual speed, and more than one and a half within the joint's range.
+    order = max(2.0 * np.pi * rng.uniform(1.0, 4.0) / usual, 4.0 * np.pi / (high - low))
     phase = rng.uniform(0.0, 2.0 * np.pi)
     return _one(background, joint, [
         np.sin(order * motion.position[:, joint] + phase) for motion in background.motions
