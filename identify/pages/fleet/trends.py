@@ -48,7 +48,7 @@ def _trend(report: KindReport, arm: str, place: int, found: Found | None) -> Mar
         edge = np.array([begin, end])
         ends = np.full(2, upper.y.low), np.full(2, upper.y.high)
         parts.append(upper.band(edge, *ends, "moment"))
-    parts += [upper.band(weeks, low, high, "band"), upper.dots(weeks, values, "dots")]
+    parts += [upper.band(weeks, low, high, "band"), upper.dots(weeks, values, "runs")]
     if known:
         lower = Panel(across, Span.around(warm), 62.0, height, WIDTH - 70.0, WARMTH - 8.0)
         parts += [lower.axes(first, "[degC]"), lower.line(weeks, warm, "residual")]
