@@ -126,7 +126,7 @@ class Thinned:
         """Columns as they are compared."""
         dof = runs[0].torque.shape[1]
         joints = np.array(range(dof) if candidate.rows is None else candidate.rows)
-        if _span(candidate, runs) < candidate.span:
+        if candidate.span and _span(candidate, runs) < candidate.span:
             return cls(joints[:0], np.zeros((0, 0, 0)), np.zeros(0), np.zeros(0))
         try:
             values = np.concatenate([_thinned(candidate, run, joints) for run in runs])
