@@ -203,7 +203,10 @@ def test_controller_time_goes_by_in_cycles(session):
     samples = session.samples[: len(session.before) + len(session.during)]
     gone = (samples[-1].controller_time - samples[0].controller_time) * 1e-9
     cycles = len(samples) - 1 + sum(sample.skipped for sample in samples[1:])
-    assert abs(gone - cycles * session.info.cycle) < 0.1 * gone
+    assert cycles * session.info.cycle > 0.9 * gone
+    # What is silent may stand still: then host's cycles go by, and no controller's.
+    silent = sum(1 + sample.skipped for sample in samples if np.all(sample.stale))
+    assert (cycles - silent) * session.info.cycle < 1.1 * gone
 
 
 def test_a_silent_joint_gives_no_number(session):
