@@ -122,7 +122,7 @@ def parser() -> argparse.ArgumentParser:
         type=positive,
         default=1.0,
         metavar="N",
-        help="false alarms to put up with, over all parameters of an arm; default: 1",
+        help="false alarms to accept, over all parameters of an arm; default: 1",
     )
     found.add_argument(
         "--workers", type=whole, metavar="N", help="processes on this machine; default: as many as cores"

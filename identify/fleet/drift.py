@@ -105,7 +105,7 @@ class ArmDrift:
     """What changed on one arm.
 
     Attributes:
-        found: Changes, by date; those of alarms that later runs did not bear out are left out.
+        found: Changes, by date; those of alarms that later runs did not confirm are left out.
         alarms: Days on which one was raised.
         threshold: Deviations from which a change is believed.
         level: Mean and

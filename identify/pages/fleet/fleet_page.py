@@ -90,7 +90,7 @@ def _arm(report: KindReport, arm: str, link: str) -> Markup:
         f"believed from {own.threshold:.1f} standard deviations. "
     )
     if withdrawn > 0:
-        note += f"Alarms that later runs did not bear out: {withdrawn}. "
+        note += f"Alarms that later runs did not confirm: {withdrawn}. "
     parts = [listing(said, "verdict") if said else paragraph("Nothing changed."), paragraph(note)]
     if link:
         parts.append(Markup('<p class="note"><a href="{}">last recording</a></p>').format(link))
