@@ -42,7 +42,7 @@ class Difference(NamedTuple):
 
 
 def compared(learned: Learned, first: ArmRuns, second: ArmRuns) -> list[Difference]:
-    """What differs, the most certain first: one cause after the other, as long as equal arms would not show it.
+    """What differs, the most certain first, as long as equal arms would not show it.
 
     Each arm's values have the scatter from run to run in their covariance, and what temperature leaves open.
     """
