@@ -49,8 +49,8 @@ def table(
     """Lines of a table; columns in `left` are aligned left, the others right.
 
     A row of one cell is a heading, written as it is. What is too wide for the page gets its heads, and the
-    sentences of a last column, in several lines; if that is not enough, its last columns stand below, beside
-    those on the left once more.
+    sentences of a last column or the widest column of words, in several lines; if that is not enough, its
+    last columns stand below, beside those on the left once more.
     """
     lines = _laid([[words] for words in head], rows, range(len(head)), left, gap)
     if not _too_wide(lines):
@@ -69,10 +69,15 @@ def _narrow(heads: Heads, rows: Sequence[Sequence[str]], left: Sequence[int], ga
         lines = _laid(heads, rows, columns, left, narrower)
         if not _too_wide(lines):
             return lines
-    if columns[-1] in left:
-        room = WIDTH - INDENT - max(map(len, _laid(heads, rows, columns[:-1], left, gap)))
-        if room - gap >= LEAST_SENTENCE:
-            return _laid(heads, _wrapped(rows, len(heads), room - gap), columns, left, gap)
+    widths = _widths(rows, len(heads))
+    # A last column of sentences is wrapped first, else the widest column of words.
+    words = [columns[-1]] if columns[-1] in left else []
+    words += [max(left, key=lambda column: widths[column])] if left and rows else []
+    for column in words:
+        others = [one for one in columns if one != column]
+        room = WIDTH - INDENT - gap - max(map(len, _laid(heads, rows, others, left, gap)))
+        if room >= LEAST_SENTENCE:
+            return _laid(heads, _wrapped(rows, column, len(heads), room), columns, left, gap)
     keys = [column for column in columns[:KEYS] if column in left]
     if len(columns) - len(keys) < 2:
         return lines
@@ -92,15 +97,16 @@ def _widths(rows: Sequence[Sequence[str]], count: int) -> list[int]:
     return [max((len(row[column]) for row in full), default=0) for column in range(count)]
 
 
-def _wrapped(rows: Sequence[Sequence[str]], count: int, width: int) -> list[Sequence[str]]:
-    """Rows of `count` cells, the last of which is continued below where it is wider than `width`."""
+def _wrapped(rows: Sequence[Sequence[str]], column: int, count: int, width: int) -> list[Sequence[str]]:
+    """Rows of `count` cells, one of which is continued below where it is wider than `width`."""
     found: list[Sequence[str]] = []
     for row in rows:
         if len(row) != count:
             found.append(row)
             continue
-        first, *more = textwrap.wrap(row[-1], width, break_on_hyphens=False) or [""]
-        found += [[*row[:-1], first], *([*[""] * (count - 1), line] for line in more)]
+        first, *more = textwrap.wrap(row[column], width, break_on_hyphens=False) or [""]
+        found.append([*row[:column], first, *row[column + 1 :]])
+        found += [[line if place == column else "" for place in range(count)] for line in more]
     return found
 
 

@@ -57,15 +57,14 @@ class Agreement:
 
     @property
     def relative(self) -> np.ndarray:
-        """Norm of the residual over norm of the measured torque, shape (n,) [-]."""
-        return self.residual_rms / np.sqrt(self._mean(self.measured**2))
+        """Norm of the residual over norm of the measured torque, shape (n,) [-]; NaN without motion."""
+        return _over(self.residual_rms, np.sqrt(self._mean(self.measured**2)))
 
     @property
     def r_squared(self) -> np.ndarray:
         """Share of the torque's variance explained, shape (n,) [-]."""
-        return 1.0 - self._mean(self.residual**2) / self._mean(
-            (self.measured - self._mean(self.measured)) ** 2
-        )
+        variance = self._mean((self.measured - self._mean(self.measured)) ** 2)
+        return 1.0 - _over(self._mean(self.residual**2), variance)
 
     @property
     def over_noise(self) -> np.ndarray:
@@ -74,6 +73,11 @@ class Agreement:
 
     def _mean(self, values: np.ndarray) -> np.ndarray:
         return np.sum(values * self.weight, axis=0) / np.maximum(self.weight.sum(axis=0), 1.0)
+
+
+def _over(part: np.ndarray, whole: np.ndarray) -> np.ndarray:
+    """Ratios, shape (n,); NaN for joints that do not move in the run."""
+    return np.divide(part, whole, out=np.full(len(whole), np.nan), where=whole > 0.0)
 
 
 @dataclass(frozen=True, eq=False)

@@ -147,8 +147,9 @@ class Moment(NamedTuple):
         start: By the run's time [s].
         end: [s].
         joints: That see it, from 0.
-        direction: Of the force on the flange that explains most of it, in the base's axes, shape (3,) [-].
-        force: Its size [N].
+        direction: Of the force on the flange that explains most of it, in the base's axes, shape (3,) [-];
+            NaN where one joint alone sees it.
+        force: Its size [N], or NaN.
     """
 
     run: str

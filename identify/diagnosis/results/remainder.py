@@ -28,6 +28,8 @@ PASSED = 0.7
 """Share of the highest frequency up to which torque passes the filter as it is [-]."""
 SLOWEST = 1.0
 """Of what vibrates [Hz]; slower waves are motions'."""
+UNCERTAIN = "no recorded quantity with certainty"
+"""What it depends on where nothing that was asked predicts it well enough."""
 BEYOND = 2.0
 """Residual over the noise floor from which on something is left, even if it depends on nothing: drives that
 move are noisier than drives at rest, but not by three times the power more."""
@@ -68,7 +70,7 @@ def remainders(
         elif frequency := line(prediction, joint):
             found.append(Remainder(joint, over, 1 - LINES, f"time, at {frequency:.1f} Hz"))
         elif over > BEYOND and rested:
-            found.append(Remainder(joint, over, CREDIBLE, "nothing that was recorded"))
+            found.append(Remainder(joint, over, CREDIBLE, UNCERTAIN))
     return found
 
 

@@ -67,15 +67,11 @@ def _overlap(one: Contact, other: Contact) -> bool:
 
 def _moment(one: Contact) -> Moment:
     joints = np.flatnonzero(one.gains > SEEN * one.gains.max())
-    size = float(np.linalg.norm(one.force))
-    return Moment(
-        one.name,
-        one.start,
-        one.start + one.duration,
-        tuple(map(int, joints)),
-        one.force / max(size, 1e-300),
-        size,
-    )
+    # What one joint alone shows is no force on the flange, which the others would feel.
+    force = one.force if len(joints) > 1 else np.full(3, np.nan)
+    size = float(np.linalg.norm(force))
+    end = one.start + one.duration
+    return Moment(one.name, one.start, end, tuple(map(int, joints)), force / max(size, 1e-300), size)
 
 
 def _during(problem: Problem, prediction: Prediction, one: Contact) -> np.ndarray:

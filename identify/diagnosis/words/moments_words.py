@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from ...text_table import digits
 from ..findings.finding import Moment
 from .naming import joined
 from .numbers import array_of, number, numbers, value_of
@@ -23,8 +24,15 @@ def span(moment: Moment) -> str:
 
 
 def direction(moment: Moment) -> str:
-    """Of the force on the flange, in the base's axes."""
+    """Of the force on the flange, in the base's axes; "-" where there is none."""
+    if not np.isfinite(moment.force):
+        return "-"
     return "({:.2f}, {:.2f}, {:.2f})".format(*(moment.direction + 0.0))
+
+
+def size(moment: Moment) -> str:
+    """Of that force."""
+    return f"{digits(moment.force)} N" if np.isfinite(moment.force) else "-"
 
 
 def _force(moment: Moment) -> str:

@@ -12,7 +12,7 @@ from .changes_words import lines as changes_lines
 from .measures import by_kind, noise_measured, torque_units
 from .misfit import lines as misfit_lines
 from .misfit import misfit
-from .moments_words import direction, span
+from .moments_words import direction, size, span
 from .naming import joint_words, lower, named
 from .words import verdict
 
@@ -80,12 +80,13 @@ def _moments(diagnosis: Diagnosis) -> list[str]:
             one.run,
             span(one),
             ", ".join(str(j + 1) for j in one.joints),
-            f"{digits(one.force)} N",
+            size(one),
             direction(one),
         ]
         for one in diagnosis.moments
     ]
-    return [*table(head, rows, left=(0, 1, 2)), "The force is the one that explains most of the difference."]
+    note = "The force is the one that explains most of the difference; one joint alone shows none."
+    return [*table(head, rows, left=(0, 1, 2)), *paragraph(note)]
 
 
 def _rows(finding: Finding, joints: Sequence[str]) -> list[list[str]]:

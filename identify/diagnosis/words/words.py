@@ -39,7 +39,9 @@ def verdict(diagnosis: Diagnosis, folder: str = "") -> list[str]:
         headlines = [_nothing(diagnosis)]
     moments = [moment_sentence(one) for one in diagnosis.moments]
     lines = [*headlines, *open_, *_unexplained(diagnosis), *moments, *details, _left(diagnosis)]
-    return [line for line in (*lines, *map(_full, diagnosis.warnings)) if line]
+    held_out = diagnosis.improvement.runs if diagnosis.improvement else ()
+    warnings = [_full(warning, (*diagnosis.runs, *held_out)) for warning in diagnosis.warnings]
+    return [line for line in (*lines, *warnings) if line]
 
 
 def explained(diagnosis: Diagnosis) -> bool:
@@ -145,7 +147,7 @@ def _left(diagnosis: Diagnosis) -> str:
     if not joints:
         return ""
     places = joined([f"{lower(joint_words(j, diagnosis.joints))} ({ratio[j]:.2f} x noise)" for j in joints])
-    return f"More than noise is left on {places}; it depends on nothing that was recorded."
+    return f"More than noise is left on {places}; it depends on no recorded quantity with certainty."
 
 
 def _detail(diagnosis: Diagnosis, place: int, files: Sequence[Rival], folder: str) -> str:
@@ -217,6 +219,7 @@ def _alternative(one: Alternative, joints: Sequence[str]) -> str:
     return f"{lower(named(one.effect, one.joints, joints))} ({100 * one.probability:.2g} %)"
 
 
-def _full(words: str) -> str:
-    """The words as a sentence."""
-    return capital(words) + ("" if words.endswith((".", "!", "?")) else ".")
+def _full(words: str, runs: Sequence[str]) -> str:
+    """The words as a sentence; a run's name at their beginning stays as it is."""
+    begun = words if words.startswith(tuple(runs)) else capital(words)
+    return begun + ("" if words.endswith((".", "!", "?")) else ".")

@@ -16,6 +16,8 @@ from exidyn.identify.diagnosis.results.budget import NOISE as NOISE_SHARE
 from exidyn.identify.diagnosis.results.budget import OTHER
 from exidyn.identify.diagnosis.words.answer import answer, plain
 from exidyn.identify.diagnosis.words.misfit import percents
+from exidyn.identify.diagnosis.words.moments_words import direction, size
+from exidyn.identify.diagnosis.words.moments_words import sentence as moment_sentence
 from exidyn.identify.diagnosis.words.sentences import sentence
 from exidyn.identify.diagnosis.words.summary import summary
 from exidyn.identify.diagnosis.words.words import verdict
@@ -397,3 +399,19 @@ def test_a_plain_diagnosis_is_json_without_nan():
     assert table["findings"][0]["held_out"] is None
     assert table["remainders"][0]["joint"] == 1
     assert table["verdict"][0].startswith("Joint 3 has load-dependent friction")
+
+
+def moment(joints, force):
+    return Moment("run_2", 1.0, 1.3, joints, np.full(3, np.nan) if np.isnan(force) else np.eye(3)[2], force)
+
+
+def test_what_one_joint_alone_shows_is_no_force_on_the_flange():
+    one, two = moment((1,), np.nan), moment((1, 2), 12.0)
+    assert "force" not in moment_sentence(one)
+    assert "as if a force of 12 N acted on the flange along (0.00, 0.00, 1.00)" in moment_sentence(two)
+    assert (size(one), direction(one)) == ("-", "-")
+
+
+def test_a_warning_that_begins_with_a_run_keeps_the_run_s_name():
+    found = replace(diagnosis(finding()), runs=("run_1",), warnings=("run_1: 3 gaps", "no payload"))
+    assert verdict(found)[-2:] == ["run_1: 3 gaps.", "No payload."]

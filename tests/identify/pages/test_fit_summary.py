@@ -79,6 +79,16 @@ def test_paragraphs_stay_on_the_page():
     assert all(line.startswith("    word") for line in lines[1:])
 
 
+def test_the_widest_column_of_words_is_wrapped():
+    rows = [
+        ["kinematic coupling of joint 2 (the shoulder) and joint 3 (the elbow)", "joint 2 (shoulder)", "-86"]
+    ]
+    lines = table(["candidate, alone", "joint that gains most", "%"], rows, left=(0, 1))
+    assert max(map(len, lines)) <= WIDTH
+    assert [line.split()[0] for line in lines[-2:]] == ["kinematic", "joint"]
+    assert lines[-2].endswith("-86")
+
+
 def test_the_page_is_no_wider_than_a_page_and_has_no_trailing_blanks():
     for each in (fit(), plain_fit()):
         lines = summary(each).splitlines()
