@@ -1,7 +1,7 @@
 """Marks the tests of arithmetic, which `check` runs under a second kernel of the linear algebra library too.
 
-Marks those against the clock as well, which it runs one at a time, and slow ones, which `check --fast` leaves
-out.
+Marks those against the clock as well, of which it runs two at a time at most, and slow ones, which
+`check --fast` leaves out.
 """
 
 import pytest
@@ -37,6 +37,12 @@ CLOCKED = (
     "serial", "servo", "signs", "stale", "start", "stop", "ur_", "view", "watch",
 )  # fmt: skip
 """Beginnings of files whose runs keep to the clock, or have processes of their own."""
+PATIENT = (
+    "command_help", "example", "excite_command", "jog", "kuka_probe", "live", "parallel", "player", "recover",
+    "run_gone", "run_head", "run_log", "signs", "stale", "view",
+)  # fmt: skip
+"""Of those, what bears cycles that a busy machine misses: it runs beside another one of them or of the rest,
+of which one runs at a time."""
 
 
 @pytest.hookimpl(tryfirst=True)
@@ -46,5 +52,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
             item.add_marker(pytest.mark.numerical)
         if item.path.stem.removeprefix("test_") in LENGTHY:
             item.add_marker(pytest.mark.slow)
-        if item.path.name.removeprefix("test_").startswith(CLOCKED):
+        name = item.path.name.removeprefix("test_")
+        if name.startswith(CLOCKED):
             item.add_marker(pytest.mark.clocked)
+            item.add_marker(pytest.mark.xdist_group(name if name.startswith(PATIENT) else "clock"))
