@@ -14,7 +14,7 @@ from exidyn.identify.errors import RecordingError, listed
 from exidyn.identify.model import Model
 from exidyn.identify.proposal.column_names import joints_named
 from exidyn.identify.proposal.odds import DECIDED
-from exidyn.identify.proposal.proposal import Proposal, propose
+from exidyn.identify.proposal.proposal import Proposal, one_after_another, propose
 from exidyn.identify.proposal.proposal_text import as_json, preset_toml, proposal_text, robot_toml
 from exidyn.identify.recordings.importers import IMPORTERS, import_source, kind_of, read_tables
 from exidyn.identify.recordings.importers.ros2_bag import joints_of_bag
@@ -31,6 +31,7 @@ from ..terminal.json_output import hand_over, json_text, plain, write_whole
 
 EXAMPLES = (
     "exidyn init log.csv --urdf arm.urdf",
+    "exidyn init runs/*.csv --urdf arm.urdf",
     "exidyn init log.mat --urdf arm.urdf -o arm/robot.toml",
 )
 NOTES = f"""A guess is written down from a probability of {100 * DECIDED:.0f} % on. What the log does not
@@ -44,18 +45,19 @@ def main(arguments: Sequence[str]) -> int:
     """Read, propose, write, print."""
     given = parser().parse_args(arguments)
     require_json(given.json)
-    preset = given.preset or (given.log if given.log.is_dir() else given.log.parent) / BESIDE
-    table = _table(given.log, given.rate)
-    model, held = _arm(given.urdf, given.log, table)
-    proposal = _proposal(given.log, table, model)
+    log = given.logs[0]
+    preset = given.preset or (log if log.is_dir() else log.parent) / BESIDE
+    table = _table(given.logs, given.rate)
+    model, held = _arm(given.urdf, log, table)
+    proposal = _proposal(given.logs, table, model)
     if held:
         proposal = replace(proposal, notes=(*proposal.notes, f"{HELD}: {listed(held)}"))
     moving = model.robot.joints if held else ()
     urdf = _urdf(given.urdf, given.output)
-    texts = {given.output: robot_toml(proposal, model, urdf, given.log.name, moving)}
+    texts = {given.output: robot_toml(proposal, model, urdf, log.name, moving)}
     unsure = [guess.what for guess in proposal.open if not guess.what.startswith("gain of")]
     if table is not None and not unsure:
-        texts[preset] = preset_toml(proposal, model.robot, given.log.name, given.rate)
+        texts[preset] = preset_toml(proposal, model.robot, log.name, given.rate)
     _require_free(texts, given)
     for path, text in texts.items():
         write_whole(path, text)
@@ -78,7 +80,13 @@ def parser() -> argparse.ArgumentParser:
         EXAMPLES,
         NOTES,
     )
-    found.add_argument("log", type=Path, metavar="LOG", help="a file or folder that exidyn import reads")
+    found.add_argument(
+        "logs",
+        type=Path,
+        nargs="+",
+        metavar="LOG",
+        help="a file or folder that exidyn import reads; several are runs of one arm with the same columns",
+    )
     found.add_argument(
         "--urdf", type=Path, required=True, metavar="FILE", help="the arm: a URDF, or a robot.toml"
     )
@@ -94,17 +102,41 @@ def parser() -> argparse.ArgumentParser:
     return found
 
 
-def _table(log: Path, rate: float | None) -> Table | None:
-    """The longest table of a log of columns, which have to be named; None for other logs."""
-    if not IMPORTERS[kind_of(log)].table:
+def _table(logs: Sequence[Path], rate: float | None) -> Table | None:
+    """The longest tables of logs of columns, which have to be named, as one; None for other logs."""
+    other = [log for log in logs if not IMPORTERS[kind_of(log)].table]
+    if other:
         if rate is not None:
-            raise RecordingError(f"{log} has its own time; --rate is for tables without time")
+            raise RecordingError(f"{other[0]} has its own time; --rate is for tables without time")
+        if len(other) < len(logs):
+            raise RecordingError(f"{other[0]} is no table as the other logs are; give logs of one kind")
         return None
+    tables = [_longest(log, rate) for log in logs]
+    _require_same(logs, [table.names for table in tables])
+    values = one_after_another(tables[0].names, [table.values for table in tables])
+    return tables[0]._replace(values=values)
+
+
+def _longest(log: Path, rate: float | None) -> Table:
     table = max(read_tables(log), key=lambda table: len(table.values))
     if rate is None:
         return table
     clock = np.arange(len(table.values)) / rate
     return table._replace(names=[CLOCK, *table.names], values=np.column_stack([clock, table.values]))
+
+
+def _require_same(logs: Sequence[Path], names: Sequence[Sequence[str]]) -> None:
+    """Make sure that several logs have the same columns.
+
+    Raises:
+        RecordingError: One has not.
+    """
+    for log, own in zip(logs, names, strict=True):
+        if list(own) != list(names[0]):
+            apart = sorted(set(own) ^ set(names[0])) or ["in another order"]
+            raise RecordingError(
+                f"{log} has other columns than {logs[0]}: {listed(apart)}. Give runs with the same columns"
+            )
 
 
 def _arm(urdf: Path, log: Path, table: Table | None) -> tuple[Model, list[str]]:
@@ -121,13 +153,20 @@ def _arm(urdf: Path, log: Path, table: Table | None) -> tuple[Model, list[str]]:
     return read_model(urdf, moving if held else None), held
 
 
-def _proposal(log: Path, table: Table | None, model: Model) -> Proposal:
+def _proposal(logs: Sequence[Path], table: Table | None, model: Model) -> Proposal:
     if table is not None:
         return propose(table.names, table.values, model.robot, table.joints)
+    every = [_columns(max(_runs(log, model), key=lambda run: run.duration)) for log in logs]
+    _require_same(logs, [names for names, _ in every])
+    names = every[0][0]
+    return propose(names, one_after_another(names, [values for _, values in every]), model.robot)
+
+
+def _runs(log: Path, model: Model) -> list[Recording]:
     runs = import_source(log, model)
     if not runs:
         raise RecordingError(f"{log}: there is no run in it")
-    return propose(*_columns(max(runs, key=lambda run: run.duration)), model.robot)
+    return runs
 
 
 def _columns(run: Recording) -> tuple[list[str], np.ndarray]:
@@ -155,14 +194,14 @@ def _require_free(texts: dict[Path, str], given: argparse.Namespace) -> None:
         OSError: One exists, and there is no --force; or it cannot be written.
     """
     for path in texts:
-        require_file(path, "--output" if path == given.output else "--preset", [given.log, given.urdf])
+        require_file(path, "--output" if path == given.output else "--preset", [*given.logs, given.urdf])
         if path.exists() and not given.force:
             raise FileExistsError(17, "this file exists; --force writes over it", str(path))
 
 
 def _then(given: argparse.Namespace, proposal: Proposal, table: bool, preset: Path) -> str:
     """The command line that imports the log as proposed."""
-    words = ["exidyn", "import", str(given.log), "--robot", str(given.output)]
+    words = ["exidyn", "import", str(given.logs[0]), "--robot", str(given.output)]
     if table and given.preset:
         words += ["--preset", str(preset)]
     if not table and "current" in proposal.columns:

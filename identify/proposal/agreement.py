@@ -5,6 +5,7 @@ log, and predicted on the other. So only geometry and units are asked, and no in
 """
 
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -26,6 +27,8 @@ FOLDS = 5
 RIDGE = 1e-2
 """Variance of the noise over that of a column: how far parameters that no sample tells apart are held back.
 With less, fits to 10 s of an arm predict no other 2 s of it, under any hypothesis."""
+LONG = 1000.0
+"""Gap, in median steps of time, between two runs."""
 FEWEST = 40
 """Samples of a sliding joint that can be fitted and left out in turn."""
 
@@ -50,18 +53,33 @@ class Sampled(NamedTuple):
         return Sampled(Motion.of(old.time, *moved), self.effort[:, columns], self.sliding[:, columns])
 
 
+def runs_of(time: np.ndarray) -> list[slice]:
+    """Rows of each run of a log, by the long gaps in its time (t,)."""
+    steps = np.diff(time)
+    ends = [0, *(np.flatnonzero(steps > LONG * np.median(steps)) + 1).tolist(), len(time)]
+    return [slice(start, end) for start, end in pairwise(ends)]
+
+
 def sampled(time: np.ndarray, position: np.ndarray, effort: np.ndarray) -> Sampled:
     """Motion and effort at the same samples; time (t,) [s] increases, the others are (t, n)."""
     rate = min(RATE, 1.0 / float(np.median(np.diff(time))))
-    even, both = uniform(time, np.hstack([position, effort]), rate)
-    smooth = low_pass(both, rate, min(CUTOFF, 0.2 * rate))
-    velocity, acceleration = differentiate(smooth[:, : position.shape[1]], rate)
-    end = min(len(even) // 4, int(rate / CUTOFF) + 3)
-    inside = slice(end, len(even) - end, max(1, -(-len(even) // MOST)))
-    n = position.shape[1]
-    motion = Motion.of(even[inside], smooth[inside, :n], velocity[inside], acceleration[inside])
+    runs, n = runs_of(time), position.shape[1]
+    seconds = sum(time[run][-1] - time[run][0] for run in runs)
+    step = max(1, int(np.ceil(rate * seconds / MOST)))
+    parts = [_smooth(time[run], np.hstack([position[run], effort[run]]), rate, step) for run in runs]
+    even, smooth, velocity, acceleration = (np.concatenate(part) for part in zip(*parts, strict=True))
+    motion = Motion.of(even, smooth[:, :n], velocity[:, :n], acceleration[:, :n])
     usual = np.percentile(np.abs(motion.velocity), 90, axis=0)
-    return Sampled(motion, smooth[inside, n:], np.abs(motion.velocity) > SLIDES * usual)
+    return Sampled(motion, smooth[:, n:], np.abs(motion.velocity) > SLIDES * usual)
+
+
+def _smooth(time: np.ndarray, values: np.ndarray, rate: float, step: int) -> tuple[np.ndarray, ...]:
+    """Every `step`-th sample of a run at even times, low-passed: times, values and their two derivatives."""
+    even, values = uniform(time, values, rate)
+    smooth = low_pass(values, rate, min(CUTOFF, 0.2 * rate))
+    end = min(len(even) // 4, int(rate / CUTOFF) + 3)
+    inside = slice(end, len(even) - end, step)
+    return even[inside], smooth[inside], *(one[inside] for one in differentiate(smooth, rate))
 
 
 def friction_columns(motion: Motion, joint: int) -> np.ndarray:

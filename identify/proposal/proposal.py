@@ -10,7 +10,7 @@ from ..errors import RecordingError, listed
 from ..recordings.recording import EFFORT
 from ..recordings.unread_effort import UNMEASURED, unread
 from ..text_table import digits
-from .agreement import Sampled
+from .agreement import LONG, Sampled, runs_of
 from .column_names import MEASURED, STAMPS, Family, families, unit_of, words_of
 from .drives import Gain, described, gains
 from .hypotheses import Log, Order, factor_of, joint_odds, orders_of, units_of
@@ -18,8 +18,8 @@ from .odds import Guess, posterior
 from .quirks import quirks
 from .units import STATED, TIME, Units, moves
 
-LONG = 1000.0
-"""Gap, in median steps of time, between two runs."""
+FEWEST = 100
+"""Samples of a run, at least."""
 TORQUE, NOT_TORQUE = "N m of the joint", "not N m: needs gain"
 
 
@@ -90,6 +90,21 @@ def propose(names: Sequence[str], values: np.ndarray, robot: Robot, joints: Sequ
     return Proposal({"time": (names[clock],), **columns}, units, drives, (*guesses, *more), tuple(notes))
 
 
+def one_after_another(names: Sequence[str], tables: Sequence[np.ndarray]) -> np.ndarray:
+    """Tables (t, c) of the same columns as one, whose time goes on with a gap between them.
+
+    Raises:
+        RecordingError: There is no column of time.
+    """
+    clock, parts = _time(names, tables[0]), [tables[0]]
+    for table in tables[1:]:
+        gap = 2.0 * LONG * float(np.nanmedian(np.diff(table[:, clock])))
+        later = table.copy()
+        later[:, clock] += np.nanmax(parts[-1][:, clock]) + gap - np.nanmin(table[:, clock])
+        parts.append(later)
+    return np.concatenate(parts)
+
+
 def _require(there: bool, what: str, names: Sequence[str], robot: Robot) -> None:
     if not there:
         raise RecordingError(
@@ -118,16 +133,11 @@ def _usable(values: np.ndarray, clock: int, read: Sequence[Family]) -> np.ndarra
     rows = np.flatnonzero(np.isfinite(values[:, [clock, *known]]).all(axis=1))
     later = np.maximum.accumulate(values[rows, clock])
     kept = rows[np.concatenate([[True], np.diff(later) > 0])] if len(rows) else rows
-    steps = np.diff(values[kept, clock])
-    # Of runs one after another the longest, as motion is interpolated in even steps.
-    kept = (
-        max(np.split(kept, np.flatnonzero(steps > LONG * np.median(steps)) + 1), key=len)
-        if len(steps)
-        else kept
-    )
-    if len(kept) < 100:
-        raise RecordingError(f"{len(kept)} samples with time, positions and efforts; 100 are needed")
-    return kept
+    runs = runs_of(values[kept, clock]) if len(kept) > 1 else []
+    long = [kept[run] for run in runs if run.stop - run.start >= FEWEST]
+    if not long:
+        raise RecordingError(f"{len(kept)} samples with time, positions and efforts; {FEWEST} are needed")
+    return np.concatenate(long)
 
 
 def _signals(found: Sequence[Family]) -> tuple[dict[str, Family], list[Guess], list[Family]]:

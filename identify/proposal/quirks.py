@@ -4,6 +4,7 @@ import numpy as np
 
 from ..arm.robot import Robot
 from ..text_table import digits
+from .agreement import runs_of
 
 GAP = 1.5
 """Steps of more median periods than this miss at least one sample."""
@@ -15,10 +16,12 @@ REPEATED = 0.3
 
 def quirks(time: np.ndarray, position: np.ndarray, robot: Robot, rows: int) -> list[str]:
     """Sentences about the samples; time (t,) [s], position (t, n) [rad], `rows` of the file."""
-    steps = np.diff(time)
+    runs, steps = runs_of(time), np.diff(time)
     period = float(np.median(steps))
+    steps = np.delete(steps, [run.stop - 1 for run in runs[:-1]])
     long = steps > GAP * period
-    notes = [f"{len(time)} samples at {digits(1 / period)} Hz, {digits(time[-1] - time[0])} s"]
+    of = f" in {len(runs)} runs" if len(runs) > 1 else ""
+    notes = [f"{len(time)} samples at {digits(1 / period)} Hz, {digits(steps.sum())} s{of}"]
     if rows > len(time):
         notes.append(f"{rows - len(time)} of {rows} rows lack a number, or repeat or go back in time")
     if long.any():

@@ -156,3 +156,32 @@ def test_efforts_that_are_not_measured_give_no_gain(files, capsys):
     assert main(["import", "mute.csv", "--robot", "robot.toml"]) == 0
     [warning] = read_recording(files / "mute.mcap").warnings
     assert "as if they were not measured: joint3 in 9" in warning
+
+
+def write_halves(folder):
+    """The log as two runs, the time of each from zero."""
+    head, *rows = (folder / "log.csv").read_text().splitlines()
+    half = len(rows) // 2
+    start = float(rows[half].split(",")[0])
+    for name, part, begin in (("a.csv", rows[:half], 0.0), ("b.csv", rows[half:], start)):
+        cells = [row.split(",", 1) for row in part]
+        lines = [f"{float(time) - begin:.9g},{rest}" for time, rest in cells]
+        (folder / name).write_text("\n".join([head, *lines]))
+
+
+def test_several_logs_are_weighed_together(files, capsys):
+    write_halves(files)
+    assert main(["init", "log.csv", "--urdf", "arm.urdf", "--json", "whole.json"]) == 0
+    assert main(["init", "a.csv", "b.csv", "--urdf", "arm.urdf", "--force", "--json", "both.json"]) == 0
+    assert "s in 2 runs" in capsys.readouterr().out
+    whole, both = (json.loads((files / name).read_text()) for name in ("whole.json", "both.json"))
+    assert [one["value"] for one in both["guesses"]][:5] == [one["value"] for one in whole["guesses"]][:5]
+    assert both["then"] == "exidyn import a.csv --robot robot.toml"
+
+
+def test_logs_with_other_columns_are_refused(files, capsys):
+    write_halves(files)
+    (files / "b.csv").write_text((files / "b.csv").read_text().replace("A1_Strom", "A1_Drehmoment"))
+    assert main(["init", "a.csv", "b.csv", "--urdf", "arm.urdf"]) == REFUSED
+    assert "b.csv has other columns than a.csv: A1_Drehmoment, A1_Strom" in capsys.readouterr().err
+    assert not (files / "robot.toml").exists()
