@@ -7,11 +7,6 @@ are missing are extrapolated, 20 in a row are a reflex, and so are jumps with `-
 """
 
 import argparse
-import gc
-import os
-import select
-import signal
-import sys
 import time
 
 import numpy as np
@@ -27,6 +22,7 @@ from franky_sim.franka_robot_server import FrankaRobotServer
 from franky_sim.franka_robot_state import FrankaRobotState
 from franky_sim.franka_server import BaseCommand, ConnectCommand, ConnectStatus
 from franky_sim.simulation_server import LocalHostnames
+from served import ended_of, keep_cycle
 
 STEP = 0.001
 LOST = 20
@@ -296,26 +292,11 @@ def main():
     recover()
     if given.version:
         refuse(given.version)
-    controller, terminated, waiting = Controller(given), [], [""]
-    signal.signal(signal.SIGTERM, lambda *_: terminated.append(True))
-    if given.fifo:
-        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(given.fifo))
+    controller = Controller(given)
+    ended = ended_of(controller)
+    keep_cycle(given.fifo)
     controller.init()
     print("ready", controller.hostname, flush=True)
-    gc.collect()
-    gc.freeze()
-    gc.disable()
-
-    def ended():
-        if select.select([sys.stdin], [], [], 0.0)[0]:
-            data = os.read(sys.stdin.fileno(), 4096).decode()
-            if not data:
-                return True
-            *lines, waiting[0] = (waiting[0] + data).split("\n")
-            for line in filter(None, lines):
-                controller.fault(line.split())
-        return bool(terminated)
-
     controller.run(ended)
 
 

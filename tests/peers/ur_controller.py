@@ -6,11 +6,6 @@ are faults (see `Controller.fault`); it ends with standard input.
 """
 
 import argparse
-import gc
-import os
-import select
-import signal
-import sys
 import time
 from collections import deque
 
@@ -18,10 +13,12 @@ import numpy as np
 
 if __package__:
     from .can_arm import ObedientArm
+    from .served import ended_of, keep_cycle
     from .ur_script import ScriptError, program
     from .ur_servers import RtdeClient, TextServer, listening
 else:
     from can_arm import ObedientArm
+    from served import ended_of, keep_cycle
     from ur_script import ScriptError, program
     from ur_servers import RtdeClient, TextServer, listening
 
@@ -292,26 +289,11 @@ def parser():
 
 def main():
     given = parser().parse_args()
-    controller, terminated, waiting = Controller(given), [], [""]
-    signal.signal(signal.SIGTERM, lambda *_: terminated.append(True))
-    if given.fifo:
-        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(given.fifo))
+    controller = Controller(given)
+    ended = ended_of(controller)
+    keep_cycle(given.fifo)
     servers = (controller.rtde, controller.programs, controller.dashboard)
     print("ready", given.bind, *(one.getsockname()[1] for one in servers), flush=True)
-    gc.collect()
-    gc.freeze()
-    gc.disable()
-
-    def ended():
-        if select.select([sys.stdin], [], [], 0.0)[0]:
-            data = os.read(sys.stdin.fileno(), 4096).decode()
-            if not data:
-                return True
-            *lines, waiting[0] = (waiting[0] + data).split("\n")
-            for line in filter(None, lines):
-                controller.fault(line.split())
-        return bool(terminated)
-
     controller.run(ended)
 
 
