@@ -98,8 +98,11 @@ def odds_of(answer: Answer, total: float) -> float:
     What acts on the whole arm has to be seen without the joint that sees most of it, too. Nothing is there
     that the runs held out exclude, be it seen in many more blocks of the runs fitted.
     """
-    if answer.held_out < -CERTAIN_ODDS:
-        return -np.inf
+    return -np.inf if answer.held_out < -CERTAIN_ODDS else _odds(answer, total)
+
+
+def _odds(answer: Answer, total: float) -> float:
+    """The same, whatever the runs held out say alone."""
     odds = min(answer.gain, answer.odds) + log_prior(answer, total)
     if answer.candidate.everywhere and not _everywhere(answer):
         return -np.inf
@@ -144,7 +147,8 @@ def judged(best: Sequence[Answer], total: float, blocks: ByBlocks) -> Selected |
     odds, others = odds_of(first, total), []
     for one in best:
         if one is not first and competing(one, first) and one.gain > 0.0:
-            less = odds - odds_of(one, total)
+            # Whether runs held out exclude it alone does not matter beside what they say of both.
+            less = odds - _odds(one, total)
             others.append((one, less if less > EXCLUDED_ODDS else max(against(first, one), less)))
     others.sort(key=lambda pair: pair[1])
     return Selected(first, odds, tuple(others))
