@@ -19,6 +19,8 @@ ROUNDING = 1e-9
 """Share of a column's square that keeps unknowns that no row determines at zero."""
 CERTAIN = 1e-12
 """Standard deviation of an unknown that is held at its prior; a number for the computer."""
+UNKNOWN = 1e3
+"""Standard deviations of a prior over its own in place of none; a number for the computer."""
 
 Factor = tuple[tuple[np.ndarray, bool], np.ndarray]
 
@@ -109,6 +111,17 @@ class Prediction:
     def factor(self) -> Factor:
         """Of the normal matrix."""
         return factored(self.normal[0])
+
+    @cached_property
+    def stated(self) -> np.ndarray:
+        """Which unknowns have a prior that leaves them open, shape (b,)."""
+        return np.isfinite(self.rows.std) & (self.rows.std > CERTAIN)
+
+    @cached_property
+    def factor_of_blocks(self) -> Factor:
+        """Of the normal matrix without those priors."""
+        precision = np.where(self.stated, UNKNOWN**-2, 1.0) * self.precision
+        return factored(self._whole[0].sum(axis=0) + np.diag(precision))
 
     @cached_property
     def values(self) -> np.ndarray:

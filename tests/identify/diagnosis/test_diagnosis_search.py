@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.stats import norm
 
 from exidyn.identify.diagnosis.candidates import contact_event, hypotheses
 from exidyn.identify.diagnosis.diagnose import diagnose
@@ -26,7 +27,7 @@ from ...parts.small import two_joints
 from ...parts.small.small_diagnosis import nominal_model
 from ...parts.small.small_search import names, problem, record, searched
 
-SPRING, SOFT = JointSpring(("elbow",)), {"Ks2": 6.0}
+SPRING, SOFT = JointSpring(("elbow",)), {"Ks2": 4.0}
 BLOCKS = 20
 
 
@@ -63,15 +64,30 @@ def test_one_effect_that_is_missing_is_named_first_with_its_size():
     assert found.single[0].candidate.effect == "joint_spring"
     assert found.selected[0].probability > CREDIBLE
     [(value, std)] = sizes(found)
-    assert abs(value - 6.0) < 3 * std < 0.2
+    assert abs(value - SOFT["Ks2"]) < 3 * std < 0.2
 
 
 def test_two_effects_at_once_are_both_named():
     found = searched(record([SPRING, LoadDependentFriction(("shoulder",))], SOFT | {"mu1": 0.08}))
     assert set(names(found)) == {("joint_spring", (1,)), ("load_dependent_friction", (0,))}
-    truth = {"joint_spring": 6.0, "load_dependent_friction": 0.08}
+    truth = {"joint_spring": SOFT["Ks2"], "load_dependent_friction": 0.08}
     for one, (value, std) in zip(found.selected, sizes(found), strict=True):
         assert abs(value - truth[one.answer.candidate.effect]) < 3 * std < 0.1 * value
+
+
+def relief_of_drag(deviations):
+    """Of viscous friction at the elbow, so many standard deviations from what is stated, (1.425 ± 0.3)."""
+    at = problem(record([], {"Fv2": 1.425 + 0.3 * deviations}))
+    [drag] = [pair for pair in at.asked if pair[0].key == ("viscous_friction", (1,), "")]
+    [answer] = ask(at.prediction([]), [drag])
+    return answer.relief
+
+
+def test_priors_that_are_right_are_no_evidence_against_themselves():
+    # All quantiles of a normal prior are as likely: a relief without its optimism would be positive.
+    reliefs = [relief_of_drag(norm.ppf((k + 0.5) / 6)) for k in range(6)]
+    assert -1.0 < np.mean(reliefs) < -0.3
+    assert relief_of_drag(6.0) > 4.0
 
 
 def test_nothing_is_named_where_nothing_is_missing():
