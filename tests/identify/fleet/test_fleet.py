@@ -95,6 +95,14 @@ def test_an_alarm_allowed_seldom_needs_more_evidence(report):
     assert len(runs.runs) == 26
 
 
+@pytest.mark.parametrize("count", [1, 2, 3])
+def test_of_a_few_runs_nothing_is_asked(count):
+    runs = {"new": season(20, weeks=count)}
+    frame = Frame.of(kind_and_equations()[0], runs["new"])
+    own = KindReport.of("two", learned(frame, runs), 1.0).drifts["new"]
+    assert own.found == own.alarms == ()
+
+
 def test_scattered_runs_say_what_inverting_their_covariance_says():
     random = np.random.default_rng(0)
     root = random.normal(size=(1, 8, 4))
