@@ -9,7 +9,8 @@ from exidyn.identify.fleet.report import KindReport
 from exidyn.identify.fleet.words import change_words, difference_words
 from exidyn.identify.notebook import counted
 
-from ..arguments.common import command_parser, positive, whole
+from ..arguments.common import command_parser, whole
+from ..arguments.fleet_options import FOLDER, add_alarms
 from ..arguments.outputs import add_json, add_output, make_folder, require_json
 from ..fleet.analysis import change_rows, differences, reports, write_tables
 from ..fleet.executors import LOCAL, executor_of
@@ -24,7 +25,6 @@ EXAMPLES = (
     "exidyn fleet compare welding-07 welding-12",
     "exidyn fleet compare welding-07@2026-03 welding-07@2026-05",
 )
-FOLDER = Path("exidyn-fleet")
 PAGE = "fleet.html"
 FORMAT = "1"
 """Of the JSON."""
@@ -117,13 +117,7 @@ def parser() -> argparse.ArgumentParser:
         metavar="FOLDER",
         help="recordings, ARM/RUN.mcap, or an address that fsspec reads; or: compare ARM ARM",
     )
-    found.add_argument(
-        "--alarms-per-arm-year",
-        type=positive,
-        default=1.0,
-        metavar="N",
-        help="false alarms to accept, over all parameters of an arm; default: 1",
-    )
+    add_alarms(found)
     found.add_argument(
         "--workers", type=whole, metavar="N", help="processes on this machine; default: as many as cores"
     )

@@ -1,6 +1,7 @@
 """Where work is done: a pool of processes on this machine, or a cluster of Dask."""
 
 import os
+import signal
 from collections.abc import Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor
 from contextlib import contextmanager
@@ -44,3 +45,11 @@ def executor_of(cluster: str | None, workers: int | None) -> Iterator[Executor]:
         distributed.Client(local) as client,
     ):
         yield client.get_executor()
+
+
+@contextmanager
+def process_apart() -> Iterator[Executor]:
+    """One process beside this one, which Ctrl-C does not end before it."""
+    ignored = (signal.SIGINT, signal.SIG_IGN)
+    with ProcessPoolExecutor(1, get_context("spawn"), signal.signal, ignored) as pool:
+        yield pool

@@ -156,7 +156,7 @@ class ArmRuns:
             np.stack([normal for normal, _ in says]) * np.outer(scale, scale),
             np.stack([right for _, right in says]) * scale,
             np.append(values, np.log(gain / frame.kind.gain)) / scale,
-            _design(frame, ordered),
+            design_of(frame, ordered),
             np.array([not run.summary.known for run in ordered]),
         )
 
@@ -168,7 +168,8 @@ class ArmRuns:
         return replace(self, runs=tuple(self.runs[k] for k in places), **arrays)
 
 
-def _design(frame: Frame, runs: Sequence[Run]) -> np.ndarray:
+def design_of(frame: Frame, runs: Sequence[Run]) -> np.ndarray:
+    """Unknowns of each run, by date, per unknown of the arm, shape (r, m, d)."""
     joints = [frame.causes[k].joint for k in frame.thermal]
     warmth, by = _warmth(frame, runs)[:, joints, None], frame.by_warmth
     powers = [warmth ** (1 + k) for k in range(len(BY_TEMPERATURE))]
