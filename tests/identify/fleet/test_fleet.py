@@ -95,6 +95,22 @@ def test_an_alarm_allowed_seldom_needs_more_evidence(report):
     assert len(runs.runs) == 26
 
 
+def other_drives(weeks, values, gain):
+    gain *= [1.06, 0.95]
+
+
+def test_a_body_that_nobody_knows_is_no_change_of_the_arm():
+    carried = range(2, 26, 5)
+    arms = {f"{k}": season(30 + k, other_drives, bodies=carried if k < 2 else ()) for k in range(4)}
+    frame = Frame.of(kind_and_equations()[0], [run for runs in arms.values() for run in runs])
+    found = KindReport.of("two", learned(frame, arms), 1.0)
+    for arm in ("0", "1"):
+        assert found.drifts[arm].alarms == ()
+        values, stds = found.values(arm)
+        usual = np.mean(np.delete(values, carried, axis=0), axis=0)
+        assert np.all(np.abs(values[carried] - usual) < 5.0 * np.hypot(stds[carried], SCATTER * usual))
+
+
 @pytest.mark.parametrize("count", [1, 2, 3])
 def test_of_a_few_runs_nothing_is_asked(count):
     runs = {"new": season(20, weeks=count)}
