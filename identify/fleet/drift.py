@@ -40,7 +40,7 @@ class Found:
         interval: In which that lies with 95 % [d].
         alarmed: When it was first seen [d].
         deviations: Amount over its standard deviation.
-        usual: Value before; NaN where there is none.
+        usual: Value before the first change; NaN where there is none.
         others: Causes that explain it nearly as well, and are not excluded.
         either: Whether step and creep explain it alike.
     """
@@ -162,18 +162,18 @@ def _found(history: History, changes: list[Change], place: int, alarmed: float, 
         interval=(float(days[inside[0] - 1]), float(days[inside[-1]])),
         alarmed=alarmed,
         deviations=float(np.sqrt(2.0 * top)),
-        usual=_usual(history, cause),
+        usual=_usual(history, cause, changes),
         others=tuple(int(k) for k in np.argsort(-by_cause) if k != cause and by_cause[k] > top - OPEN),
         either=bool(np.min(by_shape) > top - OPEN),
     )
 
 
-def _usual(history: History, cause: int) -> float:
-    """The value of which a change is a share: of the arm's usual unknowns, or one."""
+def _usual(history: History, cause: int, changes: list[Change]) -> float:
+    """The value of which a change is a share: that before the first change, or one."""
     frame = history.learned.frame
     one = frame.causes[cause]
     if not one.unit:
         return 1.0
     if one.place < 0:
         return float("nan")
-    return float((history.learned.level(history.runs)[0][: len(frame.scale)] * frame.scale)[one.place])
+    return float((history.before(changes) * frame.scale)[one.place])

@@ -116,14 +116,24 @@ class History:
                 found[:, k] = np.clip(in_runs[:, place] / level[place], *PLAUSIBLE)
         return found
 
-    def asked(self, changes: list[Change], stop: int, starts: list[int]) -> tuple[np.ndarray, np.ndarray]:
-        """Amounts of every cause and their deviations by runs before `stop`, each (shapes, starts, k)."""
-        sums, rights, products = self._cumulated(changes)
+    def before(self, changes: list[Change]) -> np.ndarray:
+        """The arm's unknowns before the first change, by all runs, in the frame's units, shape (m,)."""
+        root, right = self._posterior(changes, len(self.runs.days))
+        return linalg.solve_triangular(root, right, lower=True, trans=1)[: len(self.learned.frame.scale)]
+
+    def _posterior(self, changes: list[Change], stop: int) -> tuple[np.ndarray, np.ndarray]:
+        """Of unknowns and changes by runs before `stop`: root L of the precision, and L^-1 right side."""
+        sums, rights, _ = self._cumulated(changes)
         units = self.learned.units
         precision = np.concatenate([1.0 / units.variance, np.full(len(changes), ANY**-2.0)])
         root = linalg.cholesky(sums[stop - 1] + np.diag(precision), lower=True, check_finite=False)
         right = rights[stop - 1] + np.append(units.mean / units.variance, np.zeros(len(changes)))
-        right = linalg.solve_triangular(root, right, lower=True, check_finite=False)
+        return root, linalg.solve_triangular(root, right, lower=True, check_finite=False)
+
+    def asked(self, changes: list[Change], stop: int, starts: list[int]) -> tuple[np.ndarray, np.ndarray]:
+        """Amounts of every cause and their deviations by runs before `stop`, each (shapes, starts, k)."""
+        root, right = self._posterior(changes, stop)
+        _, _, products = self._cumulated(changes)
         rows = np.array([self.series(Change(0, start, shape))[:stop] for shape in SHAPES for start in starts])
         normal, side = self._own
         across = np.tensordot(rows, products[:stop], axes=1)  # (s, d, k)
