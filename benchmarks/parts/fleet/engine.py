@@ -14,9 +14,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import pyarrow.parquet as parquet
 from common import imports_as_here
-from distributed import Client, LocalCluster
 
-from exidyn.acquire.fleet.executors import MEMORY
+from exidyn.acquire.fleet.executors import local_cluster
 from exidyn.acquire.fleet.source import Source
 from exidyn.acquire.fleet.store import Store
 from exidyn.acquire.fleet.work import identify_new
@@ -122,12 +121,7 @@ def _used(seconds: float) -> tuple[int, tuple[float, float]]:
 def _dask(source: Source, store: Store, whole: Store) -> bool:
     """Whether two workers of Dask, one of them killed half-way, keep the same."""
     killed: list[int] = []
-    with (
-        LocalCluster(
-            n_workers=2, threads_per_worker=1, memory_limit=MEMORY, dashboard_address=None
-        ) as cluster,
-        Client(cluster) as client,
-    ):
+    with local_cluster(2) as client:
 
         def kill(done: int, of: int) -> None:
             if done >= of // 2 and not killed:
