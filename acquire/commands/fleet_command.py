@@ -79,8 +79,8 @@ def _text(found: Sequence[KindReport], new: int) -> str:
         changed = {arm: own for arm, own in arms.items() if own.found}
         for arm, own in changed.items():
             lines += [f"  {arm}: {change_words(report.learned, one)}" for one in own.found]
-        same = len(arms) - len(changed)
-        lines.append(f"  nothing changed on {'the other ' if changed else ''}{counted(same, 'arm')}")
+        if same := len(arms) - len(changed):
+            lines.append(f"  nothing changed on {counted(same, 'other arm' if changed else 'arm')}")
     return "\n".join([*lines, f"new: {counted(new, 'run')}"])
 
 

@@ -1,6 +1,6 @@
 """History: an arm's runs with changes as unknowns beside its own, and what a further one would explain."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
@@ -50,13 +50,26 @@ class Answer(NamedTuple):
     deviations: float
 
 
+class Sums(NamedTuple):
+    """Of d columns.
+
+    Attributes:
+        normal: Normal matrices, cumulated over runs, shape (r, d, d).
+        right: Right-hand sides, cumulated, shape (r, d).
+        products: With the causes in each run, shape (r, d, k).
+    """
+
+    normal: np.ndarray
+    right: np.ndarray
+    products: np.ndarray
+
+
 @dataclass(frozen=True, eq=False)
 class History:
     """Normal matrices of one arm's runs, changes as columns beside its unknowns."""
 
     learned: Learned
     runs: ArmRuns
-    _kept: dict = field(default_factory=dict)
 
     @cached_property
     def says(self) -> tuple[np.ndarray, np.ndarray]:
@@ -73,23 +86,30 @@ class History:
             return (np.arange(len(days)) >= change.start).astype(float)
         return np.maximum(days - days[change.start - 1], 0.0) / YEAR
 
-    def _cumulated(self, changes: list[Change]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Cumulated normal matrices (r, d, d) and right-hand sides (r, d); products with causes (r, d, k)."""
-        key = tuple(changes)
-        if key not in self._kept:
-            self._kept.clear()
-            normal, right = self.says
-            factor = self._factor
-            columns = [
-                (self.series(one) * factor[:, one.cause])[:, None] * self.directions[one.cause]
-                for one in changes
-            ]
-            design = np.concatenate([self.runs.design, *(column[:, :, None] for column in columns)], axis=2)
-            turned = np.swapaxes(design, 1, 2)
-            sums = np.cumsum(turned @ (normal @ design), axis=0)
-            products = turned @ (normal @ self.directions.T) * factor[:, None, :]
-            self._kept[key] = sums, np.cumsum(np.einsum("rdm,rm->rd", turned, right), axis=0), products
-        return self._kept[key]
+    @cached_property
+    def _arm(self) -> Sums:
+        design, (normal, right) = self.runs.design, self.says
+        turned = np.swapaxes(design, 1, 2)
+        return Sums(
+            np.cumsum(turned @ (normal @ design), axis=0),
+            np.cumsum(np.einsum("rdm,rm->rd", turned, right), axis=0),
+            turned @ (normal @ self.directions.T) * self._factor[:, None, :],
+        )
+
+    def _changed(self, changes: list[Change]) -> tuple[Sums, np.ndarray]:
+        """The same of c changes, and sums over runs of their products with the arm's unknowns (r, d, c)."""
+        (normal, right), factor = self.says, self._factor
+        columns = np.zeros((*right.shape, len(changes)))
+        for place, one in enumerate(changes):
+            by_run = self.series(one) * factor[:, one.cause]
+            columns[:, :, place] = by_run[:, None] * self.directions[one.cause]
+        weighted, turned = normal @ columns, np.swapaxes(columns, 1, 2)
+        own = Sums(
+            np.cumsum(turned @ weighted, axis=0),
+            np.cumsum(np.einsum("rcm,rm->rc", turned, right), axis=0),
+            np.swapaxes(weighted, 1, 2) @ self.directions.T * factor[:, None, :],
+        )
+        return own, np.cumsum(np.swapaxes(self.runs.design, 1, 2) @ weighted, axis=0)
 
     @cached_property
     def _own(self) -> tuple[np.ndarray, np.ndarray]:
@@ -118,25 +138,29 @@ class History:
 
     def before(self, changes: list[Change]) -> np.ndarray:
         """The arm's unknowns before the first change, by all runs, in the frame's units, shape (m,)."""
-        root, right = self._posterior(changes, len(self.runs.days))
+        last = len(self.runs.days) - 1
+        root, right = self._posterior(*self._changed(changes), last)
         return linalg.solve_triangular(root, right, lower=True, trans=1)[: len(self.learned.frame.scale)]
 
-    def _posterior(self, changes: list[Change], stop: int) -> tuple[np.ndarray, np.ndarray]:
-        """Of unknowns and changes by runs before `stop`: root L of the precision, and L^-1 right side."""
-        sums, rights, _ = self._cumulated(changes)
-        units = self.learned.units
-        precision = np.concatenate([1.0 / units.variance, np.full(len(changes), ANY**-2.0)])
-        root = linalg.cholesky(sums[stop - 1] + np.diag(precision), lower=True, check_finite=False)
-        right = rights[stop - 1] + np.append(units.mean / units.variance, np.zeros(len(changes)))
+    def _posterior(self, own: Sums, across: np.ndarray, last: int) -> tuple[np.ndarray, np.ndarray]:
+        """Of unknowns and changes by runs up to `last`: root L of the precision, and L^-1 right side."""
+        arm, units, count = self._arm, self.learned.units, own.right.shape[1]
+        normal = np.block([[arm.normal[last], across[last]], [across[last].T, own.normal[last]]])
+        precision = np.concatenate([1.0 / units.variance, np.full(count, ANY**-2.0)])
+        root = linalg.cholesky(normal + np.diag(precision), lower=True, check_finite=False)
+        right = np.append(arm.right[last] + units.mean / units.variance, own.right[last])
         return root, linalg.solve_triangular(root, right, lower=True, check_finite=False)
 
     def asked(self, changes: list[Change], stop: int, starts: list[int]) -> tuple[np.ndarray, np.ndarray]:
         """Amounts of every cause and their deviations by runs before `stop`, each (shapes, starts, k)."""
-        root, right = self._posterior(changes, stop)
-        _, _, products = self._cumulated(changes)
+        changed, crossed = self._changed(changes)
+        root, right = self._posterior(changed, crossed, stop - 1)
         rows = np.array([self.series(Change(0, start, shape))[:stop] for shape in SHAPES for start in starts])
         normal, side = self._own
-        across = np.tensordot(rows, products[:stop], axes=1)  # (s, d, k)
+        products = (self._arm.products[:stop], changed.products[:stop])
+        across = np.concatenate(
+            [np.tensordot(rows, one, axes=1) for one in products], axis=1
+        )  # (s, d + c, k)
         count, size, causes = across.shape
         flat = np.swapaxes(across, 0, 1).reshape(size, -1)
         flat = linalg.solve_triangular(root, flat, lower=True, check_finite=False)

@@ -4,6 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from markupsafe import Markup
 
+from ...diagnosis.words.naming import named
 from ...fleet.drift import ArmDrift
 from ...fleet.report import KindReport
 from ...fleet.words import amount_words, change_words, date_words
@@ -73,6 +74,7 @@ def _map(report: KindReport) -> Markup:
 
 def _cells(report: KindReport, own: ArmDrift) -> Iterator[str]:
     frame = report.learned.frame
+    joints = frame.kind.model.robot.joints
     for joint in range(frame.kind.model.robot.dof):
         here = [one for one in own.found if frame.causes[one.cause].joint == joint]
         if not here:
@@ -80,8 +82,8 @@ def _cells(report: KindReport, own: ArmDrift) -> Iterator[str]:
             continue
         surest = max(here, key=lambda one: one.deviations)
         cause = frame.causes[surest.cause]
-        words = f"{cause.effect}: {amount_words(surest.amount, surest.std, surest.usual, cause.unit)}"
-        yield Markup('<td class="words bad">{}</td>').format(words)
+        amount = amount_words(surest.amount, surest.std, surest.usual, cause.unit)
+        yield Markup('<td class="words bad">{}: {}</td>').format(named(cause.effect, [], joints), amount)
 
 
 def _arm(report: KindReport, arm: str, links: Mapping[str, str]) -> Markup:
