@@ -20,6 +20,7 @@ from exidyn.acquire.fleet.source import Source
 from exidyn.acquire.fleet.store import Store
 from exidyn.acquire.fleet.work import identify_new
 
+from .after import after_figures
 from .arms import arm
 from .recordings import write
 
@@ -63,14 +64,16 @@ def engine_figures(folder: Path, arms: int, weeks: int, pairs: int) -> dict[str,
         identify_new(source, one, Here())
         alone.append((time.process_time() - begin) / runs)
     runs = 2 * arms * weeks
+    recorded = sum(path.stat().st_size for path in recordings.rglob("*.mcap"))
     pools = [[_pool(source, Store(folder / f"{k} {count}"), count) for count in (1, 2)] for k in range(pairs)]
     found = {
         "runs": runs,
         "runs_per_cpu_minute": 60.0 / np.mean(alone),
         "second_half_of_runs_over_first": alone[1] / alone[0],
         "bytes_a_run": sum(path.stat().st_size for path in one.runs.rglob("*.parquet")) / runs,
+        "megabytes_a_recording": recorded / runs / 1e6,
         "load_average": os.getloadavg()[0],
-    }
+    } | after_figures(one)
     if pools:
         found |= {
             "two_workers_over_one": float(np.median([a.wall / b.wall for a, b in pools])),
