@@ -136,7 +136,7 @@ def _dask(source: Source, store: Store, whole: Store) -> bool:
 
 
 def _killed(source: Source, folder: Path, whole: Store, runs: int) -> bool:
-    """Whether a command that was killed half-way and given again keeps the same."""
+    """Whether what a command that was killed half-way has left is completed to the same."""
     command = [sys.executable, "-m", "exidyn.acquire.command_line", "fleet", source.address]
     command += ["--workers", "1", "-o", str(folder)]
     process = subprocess.Popen(
@@ -147,7 +147,7 @@ def _killed(source: Source, folder: Path, whole: Store, runs: int) -> bool:
         time.sleep(0.05)
     os.killpg(process.pid, signal.SIGKILL)
     process.wait()
-    subprocess.run(command, env=imports_as_here(), check=True, capture_output=True)
+    identify_new(source, store, Here())
     return _table(store) == _table(whole)
 
 
