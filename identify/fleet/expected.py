@@ -8,7 +8,7 @@ from scipy import stats
 
 from ..errors import RecordingError
 from ..fit.estimators.compressed import Compressed
-from .learned import Learned, robust
+from .learned import Learned
 from .runs import ArmRuns, Frame, Run, design_of
 
 FEWEST = 3
@@ -30,12 +30,14 @@ class Expected:
     Attributes:
         runs: Those that count: without a body that is not known.
         level: The arm's unknowns by them, shape (d,).
+        mean: Mean of the logarithm of a run's residual by the values that the others show, shape (n,).
         scatter: Deviation of the logarithm of the residual from run to run, shape (n,) [-].
         freedom: Pairs of runs, of all arms of the type, from which that is known.
     """
 
     runs: ArmRuns
     level: np.ndarray
+    mean: np.ndarray
     scatter: np.ndarray
     freedom: int
 
@@ -52,9 +54,11 @@ class Expected:
                 f"{len(own.runs)} runs without an unknown body since the last change: fewer than {FEWEST} do "
                 "not show how large the residual usually is"
             )
-        every = [arm[~arm.loose] for arm in learned.arms.values()]
-        pairs = np.concatenate([np.diff(_logarithms(arm, learned.level(arm)[0]), axis=0) for arm in every])
-        return cls(own, learned.level(own)[0], np.sqrt(0.5 * robust(pairs)), len(pairs))
+        seen = _logarithms(learned, own)
+        every = [_logarithms(learned, arm[~arm.loose]) for arm in learned.arms.values()]
+        pairs = np.concatenate([np.diff(one, axis=0) for one in every])
+        scatter = np.sqrt(0.5 * np.mean(pairs**2, axis=0))
+        return cls(own, learned.level(own)[0], np.mean(seen, axis=0), scatter, len(pairs))
 
     @property
     def seconds(self) -> float:
@@ -69,21 +73,29 @@ class Expected:
     def limits(self, alarms_per_year: float) -> Limits:
         """What of all joints together a sound arm that always moves exceeds as often a year.
 
-        The logarithm of a run's residual is taken for normal, with Student's distribution for its deviation.
+        Friction that scatters adds to the square of the residual, whose logarithm so has a longer upper tail
+        than a normal number: it is taken for Laplace's, or Student's where fewer pairs make that longer.
         """
-        seen = _logarithms(self.runs, self.level)
-        count, joints = seen.shape
+        count, joints = len(self.runs.runs), len(self.mean)
         share = min(alarms_per_year * self.seconds / (SECONDS_A_YEAR * joints), 1.0)
-        deviations = float(stats.t.isf(share, self.freedom)) * np.sqrt(1.0 + 1.0 / count)
-        mean = np.mean(seen, axis=0)
-        return Limits(np.exp(mean), np.exp(mean + deviations * self.scatter))
+        deviations = float(
+            max(stats.t.isf(share, self.freedom), stats.laplace.isf(share, scale=np.sqrt(0.5)))
+        )
+        deviations *= float(np.sqrt(1.0 + 1.0 / count))
+        return Limits(np.exp(self.mean), np.exp(self.mean + deviations * self.scatter))
 
 
-def _logarithms(runs: ArmRuns, level: np.ndarray) -> np.ndarray:
-    """Of the residual of each run, shape (r, n)."""
-    pairs = zip(runs.runs, runs.design, strict=True)
-    found = np.array([_residual(runs.frame, run, design @ level) for run, design in pairs])
-    return np.log(found).reshape(len(runs.runs), runs.frame.kind.model.robot.dof)
+def _logarithms(learned: Learned, runs: ArmRuns) -> np.ndarray:
+    """Of the residual of each run by the values that the arm's other runs show, shape (r, n)."""
+    normal, right = learned.says(runs)
+    turned, units = np.swapaxes(runs.design, 1, 2), learned.units
+    normals, rights = turned @ (normal @ runs.design), np.einsum("rdm,rm->rd", turned, right)
+    precision = normals.sum(axis=0) - normals + np.diag(1.0 / units.variance)
+    sides = rights.sum(axis=0) - rights + units.mean / units.variance
+    levels = np.linalg.solve(precision, sides[:, :, None])[:, :, 0]
+    triples = zip(runs.runs, runs.design, levels, strict=True)
+    found = [_residual(runs.frame, run, design @ level) for run, design, level in triples]
+    return np.log(found).reshape(len(found), runs.frame.kind.model.robot.dof)
 
 
 def _residual(frame: Frame, run: Run, unknowns: np.ndarray) -> np.ndarray:

@@ -129,7 +129,7 @@ def _scatter(found: Learned) -> Learned:
     if not differences:
         return found
     every, usual = np.concatenate(differences), np.concatenate(expected)
-    seen = robust(every / np.sqrt(usual))
+    seen = _robust(every / np.sqrt(usual))
     trust = float(np.clip(np.median(seen), LEAST_SCATTER, 1.0))
     sizes = found.frame.sizes(found.units.mean[: len(found.frame.scale)])[found.scattering]
     least = (LEAST_SCATTER * found.spread / sizes) ** 2
@@ -144,16 +144,16 @@ def _alike(found: Learned, share: np.ndarray, pairs: int) -> np.ndarray:
     return (pairs * share + ALIKE * usual) / (pairs + ALIKE)
 
 
-def robust(values: np.ndarray) -> np.ndarray:
+def _robust(values: np.ndarray) -> np.ndarray:
     """Variance of each column by the median of absolute values."""
     return np.square(ROBUST * np.median(np.abs(values), axis=0))
 
 
 def _excess(differences: np.ndarray, said: np.ndarray, least: np.ndarray) -> np.ndarray:
     """Variance that both runs of a pair have beyond what is said of their difference, shape (s,)."""
-    low, high = least, np.maximum(robust(differences), 2.0 * least)
+    low, high = least, np.maximum(_robust(differences), 2.0 * least)
     for _ in range(HALVINGS):
         middle = np.sqrt(low * high)
-        more = robust(differences / np.sqrt(said + 2.0 * middle)) > 1.0
+        more = _robust(differences / np.sqrt(said + 2.0 * middle)) > 1.0
         low, high = np.where(more, middle, low), np.where(more, high, middle)
     return low

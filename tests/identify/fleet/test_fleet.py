@@ -5,6 +5,7 @@ import pytest
 
 from exidyn.identify.fleet.compared import compared
 from exidyn.identify.fleet.drift import CREEP, STEP
+from exidyn.identify.fleet.expected import SECONDS_A_YEAR, Expected
 from exidyn.identify.fleet.gaussian import scattered
 from exidyn.identify.fleet.learned import learned
 from exidyn.identify.fleet.report import KindReport
@@ -93,6 +94,19 @@ def test_an_alarm_allowed_seldom_needs_more_evidence(report):
     seldom = KindReport.of("two", report.learned, 0.01).drifts["step"]
     assert seldom.threshold > report.drifts["step"].threshold
     assert len(runs.runs) == 26
+
+
+def test_residuals_of_sound_runs_exceed_their_limit_as_seldom_as_is_allowed(report):
+    share, over, asked = 0.02, 0, 0
+    for k in range(5):
+        runs = report.learned.arms[f"sound {k}"]
+        for left_out in range(0, 26, 4):
+            others = Expected.of(report.learned, runs[np.delete(np.arange(26), left_out)])
+            limits = others.limits(share * SECONDS_A_YEAR * 2 / others.seconds)
+            over += np.sum(others.residual(runs.runs[left_out]) > limits.alarm)
+            asked += 2
+    assert over <= 5  # of a share of 0.02 a binomial number is more in one of 300
+    assert asked == 70
 
 
 def other_drives(weeks, values, gain):
