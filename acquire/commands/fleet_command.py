@@ -4,14 +4,17 @@ import argparse
 import sys
 from collections.abc import Sequence
 from pathlib import Path
+from urllib.parse import quote
 
 from exidyn.identify.fleet.report import KindReport
 from exidyn.identify.fleet.words import change_words, difference_words
 from exidyn.identify.notebook import counted
 
-from ..arguments.common import command_parser, positive, whole
+from ..arguments.common import command_parser, whole
+from ..arguments.fleet_options import FOLDER, add_alarms
 from ..arguments.outputs import add_json, add_output, make_folder, require_json
 from ..fleet.analysis import change_rows, differences, reports, write_tables
+from ..fleet.arm_reports import last_runs, report_path, write_reports
 from ..fleet.executors import LOCAL, executor_of
 from ..fleet.source import Source
 from ..fleet.store import Store
@@ -24,7 +27,6 @@ EXAMPLES = (
     "exidyn fleet compare welding-07 welding-12",
     "exidyn fleet compare welding-07@2026-03 welding-07@2026-05",
 )
-FOLDER = Path("exidyn-fleet")
 PAGE = "fleet.html"
 FORMAT = "1"
 """Of the JSON."""
@@ -43,6 +45,8 @@ def main(arguments: Sequence[str]) -> int:
     source.files()
     with executor_of(given.cluster, given.workers) as executor:
         new = identify_new(source, store, executor, _progress)
+        for arm, why in write_reports(source, store, executor, _reported) if given.reports else ():
+            print(f"exidyn: warning: {arm}: no report: {why}", file=sys.stderr)
     found = reports(store, given.alarms_per_arm_year)
     write_tables(store, found)
     changes = [row for one in found for row in change_rows(one)]
@@ -52,14 +56,18 @@ def main(arguments: Sequence[str]) -> int:
     return 0
 
 
-def _progress(done: int, of: int) -> None:
+def _progress(done: int, of: int, what: str = "new run") -> None:
     if sys.stderr.isatty() or done == of:
         print(
-            f"\r{done} of {counted(of, 'new run')}",
+            f"\r{done} of {counted(of, what)}",
             end="\n" if done == of else "",
             file=sys.stderr,
             flush=True,
         )
+
+
+def _reported(done: int, of: int) -> None:
+    _progress(done, of, "report")
 
 
 def _text(found: Sequence[KindReport], new: int) -> str:
@@ -71,20 +79,24 @@ def _text(found: Sequence[KindReport], new: int) -> str:
         changed = {arm: own for arm, own in arms.items() if own.found}
         for arm, own in changed.items():
             lines += [f"  {arm}: {change_words(report.learned, one)}" for one in own.found]
-        same = len(arms) - len(changed)
-        lines.append(f"  nothing changed on {'the other ' if changed else ''}{counted(same, 'arm')}")
+        if same := len(arms) - len(changed):
+            lines.append(f"  nothing changed on {counted(same, 'other arm' if changed else 'arm')}")
     return "\n".join([*lines, f"new: {counted(new, 'run')}"])
 
 
 def _write_page(source: Source, store: Store, found: Sequence[KindReport], rate: float) -> None:
     from exidyn.identify.pages.fleet.fleet_page import fleet_page
 
-    root = source.address if source.remote else Path(source.address).resolve().as_uri()
-    last = {
-        row["file"].split("/")[0]: row["file"]
-        for row in sorted(store.index().values(), key=lambda r: r["date"])
-    }
-    links = {arm: f"{root}/{file}" for arm, file in last.items()}
+    links: dict[str, dict[str, str]] = {}
+    for arm, row in last_runs(store).items():
+        report = report_path(store, row)
+        beside = quote(report.relative_to(store.folder).as_posix())
+        links[arm] = {"report": beside} if report.exists() else {}
+        links[arm]["last recording"] = (
+            f"{source.address}/{row['file']}"
+            if source.remote
+            else (Path(source.address) / row["file"]).resolve().as_uri()
+        )
     path = store.folder / PAGE
     write_whole(path, fleet_page(found, list(left_out(store)), links, rate))
     print(f"written: {path}", file=sys.stderr)
@@ -117,12 +129,9 @@ def parser() -> argparse.ArgumentParser:
         metavar="FOLDER",
         help="recordings, ARM/RUN.mcap, or an address that fsspec reads; or: compare ARM ARM",
     )
+    add_alarms(found)
     found.add_argument(
-        "--alarms-per-arm-year",
-        type=positive,
-        default=1.0,
-        metavar="N",
-        help="false alarms to accept, over all parameters of an arm; default: 1",
+        "--reports", action="store_true", help="make a page of each arm's last run, and link to it"
     )
     found.add_argument(
         "--workers", type=whole, metavar="N", help="processes on this machine; default: as many as cores"

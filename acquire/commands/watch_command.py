@@ -6,18 +6,20 @@ import time
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
 from pathlib import Path
-from typing import TextIO
+from typing import TYPE_CHECKING, TextIO
 
 import numpy as np
 
 from exidyn.drivers import Arm, Driver, Info, create, driver_class
 from exidyn.drivers.errors import BadSettings
+from exidyn.identify.model import Model
 from exidyn.identify.robot_files.robot_file import read_model
 from exidyn.identify.text_table import paragraph
 
 from ..arguments.common import add_robot, command_parser, positive
 from ..arguments.controllers import add_controller, read_controller
 from ..arguments.exit_codes import DONE
+from ..arguments.fleet_options import FOLDER, add_alarms
 from ..arguments.outputs import add_json, require_json
 from ..run.arms import make_driver, standing_arm
 from ..run.listener import Listener, Reading
@@ -27,10 +29,14 @@ from ..terminal.joint_units import JointUnits
 from ..terminal.json_output import SCREEN
 from ..terminal.watch_text import Redraw, json_line, line, table_lines
 
+if TYPE_CHECKING:
+    from ..fleet.residual_alarm import ResidualAlarm
+
 EXAMPLES = (
     "exidyn watch --controller cell.toml                        # positions in radians",
     "exidyn watch --controller cell.toml --robot robot.toml     # in degrees, beside the limits",
     "exidyn watch --controller cell.toml --seconds 10 --json -  # a line of JSON for each reading",
+    "exidyn watch --controller cell.toml --arm welding-07        # residual, held against its check runs",
 )
 REDRAW, LINES = 0.2, 1.0
 """Time between readings of a table, which an eye follows, and of lines, which fill a screen [s]."""
@@ -54,6 +60,12 @@ def parser() -> argparse.ArgumentParser:
         metavar="S",
         help=f"between readings; default: {REDRAW:g}, lines {LINES:g}",
     )
+    group = found.add_argument_group("residual, held against the arm's check runs (exidyn fleet)")
+    group.add_argument("--arm", metavar="ARM", help="its name in the fleet")
+    group.add_argument(
+        "--fleet", type=Path, default=FOLDER, metavar="FOLDER", help="of its results; default: %(default)s"
+    )
+    add_alarms(group)
     add_json(found)
     return found
 
@@ -61,10 +73,11 @@ def parser() -> argparse.ArgumentParser:
 def main(arguments: Sequence[str]) -> int:
     """Open to read, show, close; Ctrl-C is the usual end."""
     given = parser().parse_args(arguments)
-    driver, units = _driver(given)
     require_json(given.json)
-    confirm_reading(driver.risk_of_reading)
     with ExitStack() as stack:
+        alarm = _alarm(given, stack)
+        driver, units = _driver(given, alarm)
+        confirm_reading(driver.risk_of_reading)
         asked = stack.enter_context(StopRequests())
         stack.callback(driver.close)
         info = driver.open_to_read()
@@ -76,16 +89,26 @@ def main(arguments: Sequence[str]) -> int:
         if given.json is not None and given.json != SCREEN:
             file = stack.enter_context(Path(given.json).open("w", encoding="utf-8"))
         listener = stack.enter_context(Listener(driver))
-        _show(given, _readings(given, listener, asked), units, info, file)
+        _show(given, _readings(given, listener, asked), units, info, file, alarm)
     return DONE
 
 
-def _driver(given: argparse.Namespace) -> tuple[Driver, JointUnits]:
+def _alarm(given: argparse.Namespace, stack: ExitStack) -> "ResidualAlarm | None":
+    if given.arm is None:
+        return None
+    from ..fleet.executors import process_apart
+    from ..fleet.residual_alarm import ResidualAlarm
+    from ..fleet.store import Store
+
+    store, executor = Store(given.fleet.resolve()), stack.enter_context(process_apart())
+    return ResidualAlarm(store, given.arm, given.alarms_per_arm_year, executor)
+
+
+def _driver(given: argparse.Namespace, alarm: "ResidualAlarm | None") -> tuple[Driver, JointUnits]:
     name, settings = read_controller(given.controller, given.driver, given.set)
     if name == "mock":  # whose simulated time would else run away
         settings.setdefault("clock", "real")
-    if given.robot is not None:
-        model = read_model(given.robot)
+    if (model := _model(given, alarm)) is not None:
         robot = model.robot
         return make_driver(name, settings, robot, standing_arm(robot, model)), JointUnits.of(robot)
     count = driver_class(name).count_joints(settings)
@@ -98,6 +121,19 @@ def _driver(given: argparse.Namespace) -> tuple[Driver, JointUnits]:
     far = np.full(count, np.inf)
     arm = Arm(tuple(f"joint{k + 1}" for k in range(count)), -far, far, far)
     return create(name, settings, arm), JointUnits.unknown(arm)
+
+
+def _model(given: argparse.Namespace, alarm: "ResidualAlarm | None") -> Model | None:
+    """The robot that was named, or that of the arm in the fleet; None without either."""
+    model = read_model(given.robot) if given.robot is not None else None
+    if alarm is None or model is None:
+        return model or (alarm.model if alarm is not None else None)
+    joints, others = model.robot.joints, alarm.model.robot.joints
+    if joints != others:
+        raise BadSettings(
+            f"--robot has joints {', '.join(joints)}, and {given.arm} in {given.fleet} {', '.join(others)}"
+        )
+    return model
 
 
 def _readings(
@@ -124,16 +160,18 @@ def _show(
     units: JointUnits,
     info: Info,
     file: TextIO | None,
+    alarm: "ResidualAlarm | None",
 ) -> None:
     page, events = Redraw(sys.stdout), list[str]()
     for seconds, reading in readings:
+        residual = alarm.add(reading.samples) if alarm is not None else None
         if file is not None:
-            file.write(json_line(reading, units, seconds) + "\n")
+            file.write(json_line(reading, units, seconds, residual) + "\n")
             file.flush()
         if given.json == SCREEN:
-            print(json_line(reading, units, seconds), flush=True)
+            print(json_line(reading, units, seconds, residual), flush=True)
         elif sys.stdout.isatty():
             events += reading.events
-            page.draw(table_lines(reading, units, info, seconds, events))
+            page.draw(table_lines(reading, units, info, seconds, events, residual))
         else:
-            print(line(reading, units, info, seconds), flush=True)
+            print(line(reading, units, info, seconds, residual), flush=True)

@@ -8,12 +8,13 @@ import numpy as np
 
 from exidyn.identify.errors import RecordingError
 from exidyn.identify.fleet.compared import Difference, compared
+from exidyn.identify.fleet.expected import Expected
 from exidyn.identify.fleet.learned import Learned, learned
 from exidyn.identify.fleet.report import KindReport, temperature_of
 from exidyn.identify.fleet.runs import ArmRuns, Frame, Run
 from exidyn.identify.fleet.words import change_words
 
-from .store import Store, place_of, utc, write_table
+from .store import CHANGES, DAY, Store, place_of, utc, write_table
 
 
 def reports(store: Store, alarms_per_year: float) -> list[KindReport]:
@@ -42,9 +43,9 @@ def write_tables(store: Store, found: Sequence[KindReport]) -> None:
             _write_values(store.folder / "values", report, arm)
     changes = [row for report in found for row in change_rows(report)]
     if changes:
-        write_table(store.folder / "changes.parquet", changes)
+        write_table(store.folder / CHANGES, changes)
     else:
-        (store.folder / "changes.parquet").unlink(missing_ok=True)
+        (store.folder / CHANGES).unlink(missing_ok=True)
 
 
 def _write_values(folder: Path, report: KindReport, arm: str) -> None:
@@ -109,15 +110,34 @@ def differences(store: Store, first: str, second: str) -> tuple[Learned, list[Di
         if all(name in arms for name in names):
             found = _learned(store, key, arms)
             return found, compared(found, *(_selected(found.arms, one) for one in (first, second)))
+    _require(store, names)
+    raise RecordingError(
+        f"{names[0]} and {names[1]} are arms of two types, whose parameters are not the same"
+    )
+
+
+def _require(store: Store, names: Sequence[str]) -> None:
     known = sorted({arm for key in store.kinds() for arm in store.arms(key)})
     missing = [name for name in names if name not in known]
     if missing:
         raise RecordingError(
             f"no runs of {' or '.join(missing)} in {store.folder}. Arms: {', '.join(known) or 'none'}"
         )
-    raise RecordingError(
-        f"{names[0]} and {names[1]} are arms of two types, whose parameters are not the same"
-    )
+
+
+def expected_of(store: Store, arm: str) -> tuple[str, Expected]:
+    """Type of an arm, and what its runs since its last change show.
+
+    Raises:
+        RecordingError: No such arm, or too few runs.
+    """
+    _require(store, [arm])
+    [key] = [key for key in store.kinds() if arm in store.arms(key)][:1]
+    found = learned_of(store, key)
+    assert found is not None  # it has the arm
+    runs = found.arms[arm]
+    last = max((row["date"].timestamp() / DAY for row in store.changes(arm)), default=-np.inf)
+    return key, Expected.of(found, runs[runs.days > last])
 
 
 def _selected(arms: Mapping[str, ArmRuns], name: str) -> ArmRuns:

@@ -1,16 +1,21 @@
 """Where work is done: a pool of processes on this machine, or a cluster of Dask."""
 
 import os
+import signal
 from collections.abc import Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor
 from contextlib import contextmanager
 from multiprocessing import get_context
+from typing import Any
 
 from exidyn.identify.notebook import optional
 
 LOCAL = "local"
 MEMORY = "500MB"
-"""Of a worker, at most."""
+"""Of a worker of Dask; at 95 % of that it starts anew."""
+NO_PAUSE = {f"distributed.worker.memory.{name}": False for name in ("target", "spill", "pause")}
+"""A worker holds no results that could be spilled, and two thirds of its memory are libraries: one that
+pauses at 80 %, as is usual, would do so for ever."""
 THREADS = {name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")}
 """Linear algebra of a worker stays on its core."""
 
@@ -32,15 +37,31 @@ def executor_of(cluster: str | None, workers: int | None) -> Iterator[Executor]:
         with ProcessPoolExecutor(count, get_context("spawn")) as pool:
             yield pool
         return
-    distributed = optional("distributed", "--cluster", "cluster")
-    if cluster != LOCAL:
-        with distributed.Client(cluster) as client:
+    if cluster == LOCAL:
+        with local_cluster(count) as client:
             yield client.get_executor()
         return
+    with optional("distributed", "--cluster", "cluster").Client(cluster) as client:
+        yield client.get_executor()
+
+
+@contextmanager
+def local_cluster(count: int) -> Iterator[Any]:
+    """A client of so many workers of Dask on this machine."""
+    distributed, dask = (optional(name, "--cluster", "cluster") for name in ("distributed", "dask"))
     with (
+        dask.config.set(NO_PAUSE),
         distributed.LocalCluster(
             n_workers=count, threads_per_worker=1, memory_limit=MEMORY, dashboard_address=None
         ) as local,
         distributed.Client(local) as client,
     ):
-        yield client.get_executor()
+        yield client
+
+
+@contextmanager
+def process_apart() -> Iterator[Executor]:
+    """One process beside this one, which Ctrl-C does not end before it."""
+    ignored = (signal.SIGINT, signal.SIG_IGN)
+    with ProcessPoolExecutor(1, get_context("spawn"), signal.signal, ignored) as pool:
+        yield pool

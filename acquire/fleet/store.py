@@ -27,6 +27,8 @@ from exidyn.identify.robot_files.robot_file import model_text, parse_model
 from .source import Found
 
 DAY = 86400.0
+CHANGES = "changes.parquet"
+"""Table of all changes, in the store's folder."""
 MERGED = "month"
 """How the name of a file begins that holds all runs of a month."""
 
@@ -117,6 +119,13 @@ class Store:
                 day = row["date"].timestamp() / DAY
                 found.setdefault(row["arm"], {})[row["key"]] = Run(row["key"], day, _summary(row))
         return {arm: list(runs.values()) for arm, runs in sorted(found.items())}
+
+    def changes(self, arm: str) -> list[dict[str, Any]]:
+        """What changed on an arm, as it was last written."""
+        _, parquet = _arrow()
+        path = self.folder / CHANGES
+        rows = parquet.ParquetFile(path).read().to_pylist() if path.exists() else []
+        return [row for row in rows if row["arm"] == arm]
 
     def _rows(self, columns: Sequence[str] | None = None) -> Iterator[dict[str, Any]]:
         _, parquet = _arrow()

@@ -99,7 +99,7 @@ def identify_one(source: Source, store: Store, one: Found, begun: str) -> str:
             date, kind = date_of(recording, one.path), kind_key(recording)
             if kind not in store.kinds():
                 return kind
-            row = Row(key, one, date, kind, summary=summarised(recording, _kind(store, kind)))
+            row = Row(key, one, date, kind, summary=summarised(recording, known_kind(store, kind)))
         except ExidynError as error:
             row = Row(key, one, date, kind, error=str(error))
         store.write_run(row)
@@ -113,7 +113,8 @@ def _keys(store: Store, begun: str) -> frozenset[str]:
 
 
 @lru_cache(maxsize=64)
-def _kind(store: Store, key: str) -> Kind:
+def known_kind(store: Store, key: str) -> Kind:
+    """A type of arm, read once in a process."""
     return store.kind(key)
 
 

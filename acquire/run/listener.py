@@ -32,6 +32,7 @@ class Reading:
         silent: In how many of them each joint was silent, shape (n,).
         events: Messages of the controller since the last look.
         fault: Why the arm could not be commanded; empty if it could.
+        samples: All of them.
     """
 
     host_time: int
@@ -45,6 +46,7 @@ class Reading:
     silent: np.ndarray
     events: tuple[str, ...]
     fault: str
+    samples: tuple[Sample, ...] = ()
 
 
 class Listener:
@@ -115,6 +117,7 @@ def _reading(samples: list[Sample], states: tuple[str, ...], events: tuple[str, 
         silent=stale.sum(axis=0) if stale.size else np.zeros(rows["position"].shape[1], int),
         events=events,
         fault=samples[-1].fault,
+        samples=tuple(samples),
     )
 
 

@@ -3,7 +3,7 @@
 import json
 import shutil
 from collections.abc import Sequence
-from typing import Any, TextIO
+from typing import Any, NamedTuple, TextIO
 
 import numpy as np
 
@@ -21,11 +21,37 @@ HEADS = {"current": "current [A]", "torque": "torque [N m]", "temperature": "[de
 DIGITS = {"current": 3, "torque": 2, "temperature": 0}
 LATEST = 4
 """Events that the table shows."""
-BEYOND, SILENT = "BEYOND", "silent"
+BEYOND, SILENT, ALARM = "BEYOND", "silent", "ALARM"
+
+
+class Residual(NamedTuple):
+    """What an arm's usual values leave of the last piece of its motion.
+
+    Attributes:
+        value: Root mean square, shape (n,) [N m]; NaN where there is none.
+        alarm: Above what it is an alarm, shape (n,) [N m].
+        seconds: Duration of a piece [s].
+        why: Why there is none.
+    """
+
+    value: np.ndarray
+    alarm: np.ndarray
+    seconds: float
+    why: str
+
+    @property
+    def over(self) -> list[int]:
+        """Joints with an alarm."""
+        return [int(joint) for joint in np.flatnonzero(self.value > self.alarm)]
 
 
 def table_lines(
-    reading: Reading, units: JointUnits, info: Info, seconds: float, events: Sequence[str]
+    reading: Reading,
+    units: JointUnits,
+    info: Info,
+    seconds: float,
+    events: Sequence[str],
+    residual: Residual | None = None,
 ) -> list[str]:
     """The table that is drawn again and again.
 
@@ -35,11 +61,17 @@ def table_lines(
         info: Metadata of the driver.
         seconds: Since the first reading [s].
         events: Messages until now.
+        residual: Of the last piece; None if it is not asked for.
     """
     signals = [name for name in SHOWN if name in info.signals]
     head = ["joint", "position", "", "limits", *(HEADS[n] for n in signals), "state"]
     rows = [_row(reading, units, signals, joint) for joint in range(len(units.joints))]
+    if residual is not None:
+        head[-1:-1] = ["residual [N m]", "alarm from"]
+        for joint, row in enumerate(rows):
+            row[-1:-1] = [_digits(residual.value[joint], 2), _digits(residual.alarm[joint], 2)]
     lines = table(head, rows, left=(0, 2, len(head) - 1))
+    lines += [""] * bool(residual) + _residual_words(residual, units)
     lines += ["", f"{seconds:.1f} s; {reading.cycles} samples since the last; Ctrl-C ends it"]
     if reading.fault:
         lines.append(f"fault: {reading.fault}")
@@ -70,7 +102,18 @@ def _number(reading: Reading, name: str, joint: int) -> str:
     return _digits(value, DIGITS[name])
 
 
-def line(reading: Reading, units: JointUnits, info: Info, seconds: float) -> str:
+def _residual_words(residual: Residual | None, units: JointUnits) -> list[str]:
+    """Which joints have an alarm, or why there is no residual; nothing where it is as usual."""
+    if residual is None:
+        return []
+    over = ", ".join(units.joints[joint] for joint in residual.over)
+    words = [f"{ALARM}: residual of {over} over {residual.seconds:.0f} s"] * bool(over)
+    return words + [f"residual: {residual.why}"] * bool(residual.why)
+
+
+def line(
+    reading: Reading, units: JointUnits, info: Info, seconds: float, residual: Residual | None = None
+) -> str:
     """The same in one line, for a file or another program."""
     shown = [units.scale[k] * reading.position[k] for k in range(len(units.joints))]
     parts = [f"{seconds:.1f} s", f"position {_several(shown, 2)} {one_unit(units.units)}"]
@@ -82,6 +125,10 @@ def line(reading: Reading, units: JointUnits, info: Info, seconds: float) -> str
     silent = [units.joints[k] for k in np.flatnonzero(np.isnan(reading.position))]
     parts += [f"{BEYOND} limits: {', '.join(beyond)}"] * bool(beyond)
     parts += [f"{SILENT}: {', '.join(silent)}"] * bool(silent)
+    if residual is not None and not residual.why:
+        value, alarm = _several(residual.value, 2), _several(residual.alarm, 2)
+        parts.append(f"residual {value} N m, alarm from {alarm}")
+    parts += _residual_words(residual, units)
     parts += [f"fault: {reading.fault}"] * bool(reading.fault)
     return "; ".join(part for part in [*parts, *(f"message: {text}" for text in reading.events)] if part)
 
@@ -101,7 +148,7 @@ def _states(states: Sequence[str]) -> str:
     return f"all {states[0]}" if len(set(states)) == 1 else " / ".join(one or "-" for one in states)
 
 
-def json_line(reading: Reading, units: JointUnits, seconds: float) -> str:
+def json_line(reading: Reading, units: JointUnits, seconds: float, residual: Residual | None = None) -> str:
     """One object in one line; SI units, null for what is not known."""
     content: dict[str, Any] = {
         "exidyn_reading": 1,
@@ -116,6 +163,12 @@ def json_line(reading: Reading, units: JointUnits, seconds: float) -> str:
         "events": list(reading.events),
         "fault": reading.fault,
     }
+    if residual is not None:
+        content |= {
+            "residual": plain(residual.value),
+            "residual_alarm_from": plain(residual.alarm),
+            "residual_alarms": [units.joints[joint] for joint in residual.over],
+        }
     return json.dumps(content, ensure_ascii=False, allow_nan=False)
 
 

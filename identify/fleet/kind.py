@@ -46,6 +46,11 @@ class Kind:
         """Its base parameters."""
         return base_parameters(self.model)
 
+    @property
+    def body(self) -> np.ndarray:
+        """What the ten parameters of a body on the flange change in the base parameters, shape (b, 10)."""
+        return self.base.regrouping[:, self.model.inertias[-1]]
+
     @cached_property
     def gain(self) -> np.ndarray:
         """Nominal torque per unit of what was measured, shape (n,)."""

@@ -14,10 +14,10 @@ LEAST_SCATTER = 1e-3
 """Scatter from run to run, over the spread between units, below which none is believed [-]."""
 FIRST_SCATTER = 0.1
 """The same to begin with."""
-UNKNOWN_BODY = 1e2
-"""Deviation of a last link that carries a body nobody knows, over its own."""
 MOST = 1.0
 """Logarithm of a drive gain over the nominal one, at most: data sheets are not wrong by a factor of e."""
+ALIKE = 10
+"""Pairs of runs for which scatter of other joints counts: by a few pairs a joint may seem to have none."""
 HALVINGS = 20
 """Of the logarithm of a scatter's bounds: it is then known to far below a per cent."""
 ROBUST = 1.4826
@@ -63,16 +63,7 @@ class Learned:
     def says(self, runs: ArmRuns) -> tuple[np.ndarray, np.ndarray]:
         """What runs say of the arm's usual unknowns, their scatter allowed for, shapes (r, m, m), (r, m)."""
         directions, variance = self.frame.directions[self.scattering], self.scatter * self.sizes(runs) ** 2
-        rows = np.repeat(variance[None], len(runs.runs), axis=0)
-        if np.any(runs.loose):
-            model = self.frame.kind.model
-            last = self.frame.kind.base.regrouping[:, model.inertias[-1]].T
-            body = np.pad(last, ((0, 0), (0, model.robot.dof))) / self.frame.scale
-            body = body / np.maximum(np.linalg.norm(body, axis=1, keepdims=True), np.finfo(float).tiny)
-            free = np.where(runs.loose[:, None], UNKNOWN_BODY**2, LEAST_SCATTER**2)
-            directions = np.concatenate([directions, body])
-            rows = np.concatenate([rows, np.repeat(free, len(body), axis=1)], axis=1)
-        return scattered(runs.normal / self.trust, runs.right / self.trust, directions, rows)
+        return scattered(runs.normal / self.trust, runs.right / self.trust, directions, variance)
 
     def level(self, runs: ArmRuns) -> tuple[np.ndarray, np.ndarray]:
         """Mean and covariance of the arm's unknowns by these runs."""
@@ -142,7 +133,15 @@ def _scatter(found: Learned) -> Learned:
     trust = float(np.clip(np.median(seen), LEAST_SCATTER, 1.0))
     sizes = found.frame.sizes(found.units.mean[: len(found.frame.scale)])[found.scattering]
     least = (LEAST_SCATTER * found.spread / sizes) ** 2
-    return replace(found, trust=trust, scatter=_excess(every, trust * usual, least), freedom=len(every))
+    share = _excess(every, trust * usual, least) / least
+    return replace(found, trust=trust, scatter=least * _alike(found, share, len(every)), freedom=len(every))
+
+
+def _alike(found: Learned, share: np.ndarray, pairs: int) -> np.ndarray:
+    """Scatter (s,), over the spread between units, with that of the same effect on other joints."""
+    effects = np.array([found.frame.causes[place].effect for place in found.scattering])
+    usual = np.array([np.median(share[effects == one]) for one in effects])
+    return (pairs * share + ALIKE * usual) / (pairs + ALIKE)
 
 
 def _robust(values: np.ndarray) -> np.ndarray:

@@ -4,16 +4,20 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..effects import Payload
+from ..effects import Payload, Prior
 from ..fit.equations import Equations, assemble
 from ..fit.estimators.compressed import Compressed
 from ..fit.estimators.maximum_likelihood import linearised
 from ..fit.estimators.posterior import posterior, slowness
 from ..fit.identification import solvable, with_payloads
+from ..model import Model
 from ..preparation.prepare import prepare
 from ..recordings.recording import Recording
 from ..recordings.recording_checks import check, check_alive
 from .kind import Kind
+
+SPANNED = 1e-9
+"""Singular value, over the largest of columns of one length, below which a column is made up by others."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,11 +49,19 @@ class Summary:
     def normal(self, kind: Kind, values: np.ndarray, gain: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Normal matrix (m, m) and right-hand side (m,) of the unknowns of `Kind`.
 
-        Torque is a product of gains and values: it is linearised about values (b,) and gains (n,).
+        Torque is a product of gains and values: it is linearised about values (b,) and gains (n,). A body
+        of which not all is known is found with these first, since gains scale its torque too; whatever its
+        ten parameters could make up then says nothing of the arm.
         """
-        compressed = Compressed(tuple(self.factors), self.counts)
-        rows, right = linearised(compressed, values, 1.0 / gain, self.noise)
-        rows[:, len(values) :] *= -1.0 / gain  # from inverse gains to logarithms of gains
+        compressed, inverse = Compressed(tuple(self.factors), self.counts), 1.0 / gain
+        rows, right = linearised(compressed, values, inverse, self.noise)
+        if not self.known:
+            own = rows[:, : len(values)] @ kind.body
+            change = np.linalg.lstsq(own, right, rcond=None)[0]
+            rows, right = linearised(compressed, values + kind.body @ change, inverse, self.noise)
+            taken = _spanned(own)
+            rows, right = rows - taken @ (taken.T @ rows), right - taken @ (taken.T @ right)
+        rows[:, len(values) :] *= -inverse  # from inverse gains to logarithms of gains
         reference = np.concatenate([values, np.log(gain / kind.gain)])
         normal = rows.T @ rows
         return normal, rows.T @ right + normal @ reference
@@ -68,6 +80,9 @@ def summarised(recording: Recording, kind: Kind) -> Summary:
     prepared = prepare(run, kind.filtering)
     known = all(not e.parameters(model.robot) for e in model.effects if isinstance(e, Payload))
     equations = held(assemble(model, kind.base, [prepared]), kind, known)
+    if not known:
+        carrying = _carrying(model, kind, equations)
+        equations = held(assemble(carrying, kind.base, [prepared]), kind, known)
     temperature = np.mean(prepared.motion.temperature, axis=0)
     return reduced(equations, temperature, prepared.motion.payload, known, recording.duration)
 
@@ -98,6 +113,22 @@ def held(equations: Equations, kind: Kind, known: bool) -> Equations:
     if not known:
         tolerance[model.inertias[-1]] = np.inf
     return replace(equations, nominal=model.nominal_values, tolerance=tolerance)
+
+
+def _carrying(model: Model, kind: Kind, equations: Equations) -> Model:
+    """The model whose last link is what the run shows of it and its body, so that gears bear that load."""
+    standard = solvable(posterior)(equations).standard
+    assert standard is not None  # that estimator finds them
+    last = kind.model.inertias[-1]
+    link = {name: Prior(value) for name, value in zip(kind.model.names[last], standard[last], strict=True)}
+    return replace(model, stated={**model.stated, **link})
+
+
+def _spanned(columns: np.ndarray) -> np.ndarray:
+    """Orthonormal columns that span these."""
+    size = np.linalg.norm(columns, axis=0)
+    left, values, _ = np.linalg.svd(columns / np.where(size > 0.0, size, 1.0), full_matrices=False)
+    return left[:, values > SPANNED * values[0]]
 
 
 def _square(factor: np.ndarray) -> np.ndarray:

@@ -1,6 +1,7 @@
 """Files: how fast, what two workers gain, and whether a table is the same after being cut off."""
 
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -8,16 +9,18 @@ import time
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from multiprocessing import get_context
 from pathlib import Path
-from resource import RUSAGE_CHILDREN, RUSAGE_SELF, getrusage
-from typing import Any
+from typing import Any, NamedTuple
 
+import numpy as np
 import pyarrow.parquet as parquet
 from common import imports_as_here
 
+from exidyn.acquire.fleet.executors import local_cluster
 from exidyn.acquire.fleet.source import Source
 from exidyn.acquire.fleet.store import Store
 from exidyn.acquire.fleet.work import identify_new
 
+from .after import after_figures
 from .arms import arm
 from .recordings import write
 
@@ -34,54 +37,106 @@ class Here(Executor):
         return future
 
 
-def make(folder: Path, arms: int, weeks: int) -> int:
-    """Recordings of both types; returns how many."""
+def make(folder: Path, arms: int, weeks: range) -> int:
+    """Recordings of both types in these weeks; returns how many."""
     for kind in ("cobot", "kr270"):
         for number in range(arms):
-            for week in range(weeks):
+            for week in weeks:
                 write(folder, kind, arm(kind, number), week, BEGIN)
-    return 2 * arms * weeks
+    return 2 * arms * len(weeks)
 
 
-def engine_figures(folder: Path, arms: int, weeks: int) -> dict[str, Any]:
-    """All of them; results in folders beside the recordings."""
-    recordings = folder / "recordings"
-    runs, source = make(recordings, arms, weeks), Source(str(recordings))
-    one = Store(folder / "one")
-    cpu, wall = time.process_time(), time.perf_counter()
-    identify_new(source, one, Here())
-    cpu, alone = time.process_time() - cpu, time.perf_counter() - wall
-    pools = {count: _pool(source, Store(folder / f"{count} workers"), count) for count in (1, 2)}
-    return {
+def engine_figures(folder: Path, arms: int, weeks: int, pairs: int) -> dict[str, Any]:
+    """All of them; results in folders beside the recordings.
+
+    Args:
+        folder: Empty.
+        arms: Of each type.
+        weeks: Runs of each arm.
+        pairs: How often one worker and two are timed, in turn; the middle of the ratios counts. With none,
+            nothing is asked of Dask either.
+    """
+    recordings, one, alone = folder / "recordings", Store(folder / "one"), list[float]()
+    source = Source(str(recordings))
+    for some in (range(weeks // 2), range(weeks // 2, weeks)):
+        runs = make(recordings, arms, some)
+        begin = time.process_time()
+        identify_new(source, one, Here())
+        alone.append((time.process_time() - begin) / runs)
+    runs = 2 * arms * weeks
+    recorded = sum(path.stat().st_size for path in recordings.rglob("*.mcap"))
+    pools = [[_pool(source, Store(folder / f"{k} {count}"), count) for count in (1, 2)] for k in range(pairs)]
+    found = {
         "runs": runs,
-        "runs_per_cpu_minute": 60.0 * runs / cpu,
-        "seconds_alone": alone,
-        "seconds_by_workers": pools,
-        "two_workers_over_one": pools[1] / pools[2],
-        "load_average": os.getloadavg()[0],
-        "megabytes_a_process": max(getrusage(who).ru_maxrss for who in (RUSAGE_SELF, RUSAGE_CHILDREN)) / 1024,
+        "runs_per_cpu_minute": 60.0 / np.mean(alone),
+        "second_half_of_runs_over_first": alone[1] / alone[0],
         "bytes_a_run": sum(path.stat().st_size for path in one.runs.rglob("*.parquet")) / runs,
-        "kill_resume_identical": _killed(source, folder / "killed", one, runs),
-    }
+        "megabytes_a_recording": recorded / runs / 1e6,
+        "load_average": os.getloadavg()[0],
+    } | after_figures(one)
+    if pools:
+        found |= {
+            "two_workers_over_one": float(np.median([a.wall / b.wall for a, b in pools])),
+            "two_workers_over_one_by_cpu": float(np.median([a.busy / b.busy for a, b in pools])),
+            "pairs": [[one._asdict() for one in pair] for pair in pools],
+            "megabytes_a_worker": max(pool.megabytes for pair in pools for pool in pair),
+            "dask_worker_killed_identical": _dask(source, Store(folder / "dask"), one),
+        }
+    return found | {"kill_resume_identical": _killed(source, folder / "killed", one, runs)}
 
 
-def _pool(source: Source, store: Store, count: int) -> float:
-    """Wall time of so many workers that are ready [s]."""
+class Pool(NamedTuple):
+    """What a pool of workers took.
+
+    Attributes:
+        wall: Time [s].
+        busy: CPU time of this process and of the busiest worker [s]: the time on cores that are idle.
+        megabytes: Of the largest worker.
+    """
+
+    wall: float
+    busy: float
+    megabytes: float
+
+
+def _pool(source: Source, store: Store, count: int) -> Pool:
+    """So many workers that are ready."""
     with ProcessPoolExecutor(count, get_context("spawn")) as pool:
-        list(pool.map(_ready, [0.5] * 2 * count))
-        begin = time.perf_counter()
+        ready = dict(pool.map(_used, [0.5] * 2 * count))
+        cpu, wall = time.process_time(), time.perf_counter()
         identify_new(source, store, pool)
-        return time.perf_counter() - begin
+        cpu, wall = time.process_time() - cpu, time.perf_counter() - wall
+        done = dict(pool.map(_used, [0.5] * 2 * count))
+    busiest = max(done[key][0] - ready.get(key, (0.0, 0.0))[0] for key in done)
+    return Pool(wall, cpu + busiest, max(megabytes for _, megabytes in done.values()))
 
 
-def _ready(seconds: float) -> None:
+def _used(seconds: float) -> tuple[int, tuple[float, float]]:
+    """A worker, its CPU time [s] and memory [MB] so far; it waits, so that every worker is asked."""
     import exidyn.acquire.fleet.work  # noqa: F401
 
     time.sleep(seconds)
+    # not ru_maxrss, which begins with that of the process that started this one
+    [most] = re.findall(r"VmHWM:\s+(\d+) kB", Path("/proc/self/status").read_text())
+    return os.getpid(), (time.process_time(), int(most) / 1024)
+
+
+def _dask(source: Source, store: Store, whole: Store) -> bool:
+    """Whether two workers of Dask, one of them killed half-way, keep the same."""
+    killed: list[int] = []
+    with local_cluster(2) as client:
+
+        def kill(done: int, of: int) -> None:
+            if done >= of // 2 and not killed:
+                killed.append(next(iter(client.run(os.getpid).values())))
+                os.kill(killed[0], signal.SIGKILL)
+
+        identify_new(source, store, client.get_executor(), kill)
+    return bool(killed) and _table(store) == _table(whole)
 
 
 def _killed(source: Source, folder: Path, whole: Store, runs: int) -> bool:
-    """Whether a command that was killed half-way and given again keeps the same."""
+    """Whether what a command that was killed half-way has left is completed to the same."""
     command = [sys.executable, "-m", "exidyn.acquire.command_line", "fleet", source.address]
     command += ["--workers", "1", "-o", str(folder)]
     process = subprocess.Popen(
@@ -92,7 +147,7 @@ def _killed(source: Source, folder: Path, whole: Store, runs: int) -> bool:
         time.sleep(0.05)
     os.killpg(process.pid, signal.SIGKILL)
     process.wait()
-    subprocess.run(command, env=imports_as_here(), check=True, capture_output=True)
+    identify_new(source, store, Here())
     return _table(store) == _table(whole)
 
 

@@ -7,13 +7,15 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from common import show
 
 from exidyn.acquire.fleet.analysis import reports
 from exidyn.acquire.fleet.source import Source
 from exidyn.acquire.fleet.store import Store
 from exidyn.acquire.fleet.work import identify_new, left_out
 from exidyn.identify.errors import ExidynError
-from exidyn.identify.fleet.words import change_words
+from exidyn.identify.fleet.report import KindReport
+from exidyn.identify.fleet.words import change_words, date_words
 from exidyn.identify.recordings.mcap.mcap_file import write_recording
 from exidyn.identify.recordings.recording import KnownPayload
 
@@ -67,5 +69,20 @@ def ur10e(folder: Path, rate: float) -> dict[str, Any]:
             "changes": [change_words(report.learned, one) for one in own.found],
             "left_out": list(left_out(store)),
         }
-        print(name, *found[name]["changes"], sep="\n  ")
+        print(f"{name}:", *(found[name]["changes"] or ["nothing changed"]), sep="\n  ")
+        for effect in ("viscous_friction", "coulomb_friction"):
+            _history(report, f"{name}: {effect}, mean of the runs of a day", effect)
     return found
+
+
+def _history(report: KindReport, title: str, effect: str) -> None:
+    """Print an effect of every joint by day, and how many of the runs carried a body."""
+    runs, (values, _) = report.learned.arms["ur10e"], report.values("ur10e")
+    places = [k for k, cause in enumerate(report.scattering) if cause.effect == effect]
+    rows = []
+    for day in np.unique(np.floor(runs.days)):
+        here = np.floor(runs.days) == day
+        means = np.mean(values[here][:, places], axis=0)
+        rows.append([date_words(day), int(np.sum(here)), int(np.sum(runs.loose[here])), *means])
+    joints = [f"joint {report.scattering[k].joint + 1}" for k in places]
+    show(title, ["day", "runs", "with a body", *joints], rows)

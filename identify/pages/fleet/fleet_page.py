@@ -4,6 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from markupsafe import Markup
 
+from ...diagnosis.words.naming import named
 from ...fleet.drift import ArmDrift
 from ...fleet.report import KindReport
 from ...fleet.words import amount_words, change_words, date_words
@@ -13,14 +14,17 @@ from .trends import trends
 
 
 def fleet_page(
-    reports: Sequence[KindReport], left_out: Sequence[tuple[str, str]], links: Mapping[str, str], rate: float
+    reports: Sequence[KindReport],
+    left_out: Sequence[tuple[str, str]],
+    links: Mapping[str, Mapping[str, str]],
+    rate: float,
 ) -> str:
     """The page.
 
     Args:
         reports: Of each type of arm.
         left_out: Files that could not be identified, and why.
-        links: Arm -> address of its last recording.
+        links: Arm -> what there is of it, in words, -> its address.
         rate: False alarms an arm and year that were allowed.
     """
     arms = sum(len(one.drifts) for one in reports)
@@ -33,7 +37,7 @@ def fleet_page(
         for one in reports
     ]
     for one in reports:
-        body += [_arm(one, arm, links.get(arm, "")) for arm in one.drifts]
+        body += [_arm(one, arm, links.get(arm, {})) for arm in one.drifts]
     if left_out:
         rows = [[file, why] for file, why in left_out]
         body.append(section("left-out", "Left out", table(["recording", "why"], rows, words=(0, 1))))
@@ -70,6 +74,7 @@ def _map(report: KindReport) -> Markup:
 
 def _cells(report: KindReport, own: ArmDrift) -> Iterator[str]:
     frame = report.learned.frame
+    joints = frame.kind.model.robot.joints
     for joint in range(frame.kind.model.robot.dof):
         here = [one for one in own.found if frame.causes[one.cause].joint == joint]
         if not here:
@@ -77,11 +82,11 @@ def _cells(report: KindReport, own: ArmDrift) -> Iterator[str]:
             continue
         surest = max(here, key=lambda one: one.deviations)
         cause = frame.causes[surest.cause]
-        words = f"{cause.effect}: {amount_words(surest.amount, surest.std, surest.usual, cause.unit)}"
-        yield Markup('<td class="words bad">{}</td>').format(words)
+        amount = amount_words(surest.amount, surest.std, surest.usual, cause.unit)
+        yield Markup('<td class="words bad">{}: {}</td>').format(named(cause.effect, [], joints), amount)
 
 
-def _arm(report: KindReport, arm: str, link: str) -> Markup:
+def _arm(report: KindReport, arm: str, links: Mapping[str, str]) -> Markup:
     own, runs = report.drifts[arm], report.learned.arms[arm]
     said = [change_words(report.learned, one) for one in own.found]
     withdrawn = len(own.alarms) - len(own.found)
@@ -92,6 +97,7 @@ def _arm(report: KindReport, arm: str, link: str) -> Markup:
     if withdrawn > 0:
         note += f"Alarms that later runs did not confirm: {withdrawn}. "
     parts = [listing(said, "verdict") if said else paragraph("Nothing changed."), paragraph(note)]
-    if link:
-        parts.append(Markup('<p class="note"><a href="{}">last recording</a></p>').format(link))
+    if links:
+        addresses = [Markup('<a href="{}">{}</a>').format(address, words) for words, address in links.items()]
+        parts.append(Markup('<p class="note">{}</p>').format(Markup(", ").join(addresses)))
     return section(anchor_of(arm), arm, *parts, trends(report, arm))

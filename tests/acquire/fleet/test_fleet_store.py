@@ -1,6 +1,7 @@
 """`exidyn fleet` on real files: stopped and resumed, on processes and on Dask, read by DuckDB."""
 
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -9,6 +10,7 @@ import time
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
+from urllib.parse import unquote
 
 import duckdb
 import pytest
@@ -124,6 +126,19 @@ def test_the_command_prints_writes_and_compares(recordings, tmp_path, capsys):
     assert "no runs of arm 9" in capsys.readouterr().err
     values = duckdb.sql(f"SELECT count(*) FROM read_parquet('{out}/values/*/*/*.parquet')").fetchall()
     assert values[0][0] >= ARMS * WEEKS * 6
+
+
+def test_the_page_links_to_reports_that_are_made_once(recordings, tmp_path, capsys):
+    command = ["fleet", str(recordings), "-o", str(tmp_path / "out"), "--workers", "1", "--reports"]
+    assert main(command) == 0
+    page = (tmp_path / "out" / "fleet.html").read_text()
+    links = re.findall(r'href="(reports/[^"]*)"', page)
+    made = [tmp_path / "out" / unquote(link) for link in links]
+    assert len(made) == ARMS
+    assert all("two joints" in path.read_text() for path in made)
+    written = [path.stat().st_mtime_ns for path in made]
+    assert main(command) == 0
+    assert [path.stat().st_mtime_ns for path in made] == written
 
 
 def test_a_date_is_the_clocks_or_the_names():

@@ -5,6 +5,7 @@ import pytest
 
 from exidyn.identify.fleet.compared import compared
 from exidyn.identify.fleet.drift import CREEP, STEP
+from exidyn.identify.fleet.expected import SECONDS_A_YEAR, Expected
 from exidyn.identify.fleet.gaussian import scattered
 from exidyn.identify.fleet.learned import learned
 from exidyn.identify.fleet.report import KindReport
@@ -93,6 +94,43 @@ def test_an_alarm_allowed_seldom_needs_more_evidence(report):
     seldom = KindReport.of("two", report.learned, 0.01).drifts["step"]
     assert seldom.threshold > report.drifts["step"].threshold
     assert len(runs.runs) == 26
+
+
+def test_residuals_of_sound_runs_exceed_their_limit_as_seldom_as_is_allowed(report):
+    share, over, asked = 0.02, 0, 0
+    for k in range(5):
+        runs = report.learned.arms[f"sound {k}"]
+        for left_out in range(0, 26, 4):
+            others = Expected.of(report.learned, runs[np.delete(np.arange(26), left_out)])
+            limits = others.limits(share * SECONDS_A_YEAR * 2 / others.seconds)
+            over += np.sum(others.residual(runs.runs[left_out]) > limits.alarm)
+            asked += 2
+    assert over <= 5  # of a share of 0.02 a binomial number is more in one of 300
+    assert asked == 70
+
+
+def other_drives(weeks, values, gain):
+    gain *= [1.06, 0.95]
+
+
+def test_a_body_that_nobody_knows_is_no_change_of_the_arm():
+    carried = range(2, 26, 5)
+    arms = {f"{k}": season(30 + k, other_drives, bodies=carried if k < 2 else ()) for k in range(4)}
+    frame = Frame.of(kind_and_equations()[0], [run for runs in arms.values() for run in runs])
+    found = KindReport.of("two", learned(frame, arms), 1.0)
+    for arm in ("0", "1"):
+        assert found.drifts[arm].alarms == ()
+        values, stds = found.values(arm)
+        usual = np.mean(np.delete(values, carried, axis=0), axis=0)
+        assert np.all(np.abs(values[carried] - usual) < 5.0 * np.hypot(stds[carried], SCATTER * usual))
+
+
+@pytest.mark.parametrize("count", [1, 2, 3])
+def test_of_a_few_runs_nothing_is_asked(count):
+    runs = {"new": season(20, weeks=count)}
+    frame = Frame.of(kind_and_equations()[0], runs["new"])
+    own = KindReport.of("two", learned(frame, runs), 1.0).drifts["new"]
+    assert own.found == own.alarms == ()
 
 
 def test_scattered_runs_say_what_inverting_their_covariance_says():

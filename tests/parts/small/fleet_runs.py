@@ -1,6 +1,6 @@
 """Weekly runs of two-joint arms over a season: as summaries, quickly, and as files."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -23,6 +23,8 @@ START = 20454.0
 SCATTER = 0.005
 """Of friction from run to run [-]."""
 REFERENCE = 30.0
+BODY = np.array([0.3, 0.0, 0.1, 0.4, 0.0, 0.3, 1.5, 0.2, 0.8, 4.0])
+"""XX to M of a body about the last joint."""
 Wear = Callable[[float, dict[str, float], np.ndarray], None]
 """Changes values by name, and gains, in so many weeks."""
 
@@ -73,8 +75,8 @@ def state(
     return values, gain, REFERENCE + warm
 
 
-def season(seed: int, wear: Wear = sound, weeks: int = 26) -> list[Run]:
-    """Runs of an arm, a week apart."""
+def season(seed: int, wear: Wear = sound, weeks: int = 26, bodies: Sequence[int] = ()) -> list[Run]:
+    """Runs of an arm, a week apart; in some weeks with a body of which nothing is known."""
     kind, equations = kind_and_equations()
     random, runs = np.random.default_rng(seed), []
     names = kind.base.names
@@ -86,9 +88,11 @@ def season(seed: int, wear: Wear = sound, weeks: int = 26) -> list[Run]:
         true = base.copy()
         for name, value in values.items():
             true[names.index(name)] = value * own[name]
+        carries = week in bodies
+        true = true + carries * (kind.base.regrouping[:, kind.model.inertias[-1]] @ BODY)
         current = (equations.regressor @ true) / gain
         noise = 0.002 * np.sqrt(np.mean(current**2, axis=0)) * random.normal(size=current.shape)
-        said = reduced(replace(equations, current=current + noise), temperature, "", True, 10.0)
+        said = reduced(replace(equations, current=current + noise), temperature, "", not carries, 10.0)
         runs.append(Run(f"{seed}-{week}", START + 7.0 * week, said))
     return runs
 
