@@ -50,12 +50,11 @@ class Problem:
         found = [bound.margins(states) for bound in self.bounds]
 
         def slopes(one: Margins) -> np.ndarray:
-            slope = sum(
-                np.einsum("tk,tmn->tmkn", matrix, by * self.scale, optimize=True)
-                for matrix, by in zip(matrices, one.slopes(), strict=True)
-                if by is not None
-            )
-            return np.asarray(slope).reshape(one.value.size, -1)
+            used = [(m, by) for m, by in zip(matrices, one.slopes(), strict=True) if by is not None]
+            by = np.stack([by for _, by in used], axis=-1)
+            slope = by.reshape(len(by), -1, len(used)) @ np.stack([m for m, _ in used], axis=1)
+            slope = slope.reshape(*by.shape[:3], -1).swapaxes(2, 3) * self.scale
+            return slope.reshape(one.value.size, -1)
 
         values = np.concatenate([one.value.ravel() for one in found])
         return values, lambda: np.concatenate([slopes(one) for one in found])
