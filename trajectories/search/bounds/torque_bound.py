@@ -34,7 +34,7 @@ class TorqueBound(Bound):
 
     def torque(self, states: States, payload: str) -> np.ndarray:
         """Nominal joint torque, shape (t, n) [N m]."""
-        kinematics, others, values = self._parts[payload]
+        kinematics, others, values = self._parts(payload)
         motion = others.loaded(states.motion(payload))
         return _of_bodies(kinematics, motion) + others.torque(motion, values)
 
@@ -58,9 +58,14 @@ class TorqueBound(Bound):
         return Margins(value, slopes)
 
     @cached_property
-    def _parts(self) -> dict[str, tuple[pin.Model, Model, np.ndarray]]:
-        """Bodies of each run, and all other effects with their values."""
-        return {payload: self._apart(payload) for payload in self.payloads}
+    def _made(self) -> dict[str, tuple[pin.Model, Model, np.ndarray]]:
+        return {}
+
+    def _parts(self, payload: str) -> tuple[pin.Model, Model, np.ndarray]:
+        """Bodies of a run, and all other effects with their values."""
+        if payload not in self._made:
+            self._made[payload] = self._apart(payload)
+        return self._made[payload]
 
     def _apart(self, payload: str) -> tuple[pin.Model, Model, np.ndarray]:
         model, values = self.model, self.model.nominal_values
@@ -75,7 +80,7 @@ class TorqueBound(Bound):
 
         Rows far from their limit need theirs as well: with zeros there the solver finds no way downhill.
         """
-        kinematics, others, values = self._parts[payload]
+        kinematics, others, values = self._parts(payload)
         motion = others.loaded(states.motion(payload))
         by_bodies = _derivatives_of_bodies(kinematics, motion)[:, :, limited] / self.limit[limited][:, None]
         by_others = _by_motion(others, values, motion, limited, 1.0 / self.limit[limited])

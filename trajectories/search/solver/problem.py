@@ -20,7 +20,7 @@ class Problem:
         objectives: One after the other, each from where the last ended: smooth ones first.
         bounds: What must hold.
         every: One sample in so many is kept to the bounds.
-        scale: Size of each joint's coefficients, shape (n,) [rad].
+        scale: Size of each coefficient, shape (k, n), or of each joint's, shape (n,) [rad].
     """
 
     basis: Basis
