@@ -159,7 +159,7 @@ class Suspects(NamedTuple):
 
     Attributes:
         rivals: Of what was found.
-        left: All else, each in its best shape.
+        left: What else may be there without being seen, each in its best shape.
         against: Logarithm of the odds of each finding, by its place, against effects on joints.
     """
 
@@ -179,7 +179,11 @@ def suspects_of(search: SearchResult) -> Suspects:
     found = [answer for one in search.selected for answer, _ in one.elsewhere]
     found += [rival.answer for own in others.values() for rival in own]
     by_key = {one.candidate.key: one for one in reversed(found)}
-    left = [one for one in search.left if one.candidate.key not in by_key]
+    left = [
+        one
+        for one in search.left
+        if one.candidate.key not in by_key and unseen_probability(one, search.total) >= NEGLIGIBLE
+    ]
     against = {place: {_place(rival.answer): rival.odds for rival in own} for place, own in others.items()}
     return Suspects(tuple(by_key.values()), tuple(left), against)
 
@@ -289,16 +293,22 @@ def _unseen(belief: Belief, first: int) -> Iterator[Question]:
     """Whether an effect that was not found is there all the same, and large enough to matter."""
     none = np.zeros(0, int)
     for place, one in enumerate(belief.suspects):
-        if place < first or one.held_out < -CERTAIN_ODDS:
+        if place < first:
             continue
-        odds = min(one.gain, one.odds, 0.0) + log_prior(one, belief.search.total)
         there = Believed(one.candidate.effect, one.candidate.joints, 1.0, belief.places[place])
         question = Question((there,), False, none)
-        probability = float(expit(odds)) * material(belief, question)
+        probability = unseen_probability(one, belief.search.total) * material(belief, question)
         if probability < NEGLIGIBLE:
             continue
         answers = (there._replace(probability=probability), Believed("", (), 1.0 - probability, none))
         yield question._replace(answers=answers)
+
+
+def unseen_probability(one: Answer, total: float) -> float:
+    """That an effect which was not found is there; zero where runs held out exclude it."""
+    if one.held_out < -CERTAIN_ODDS:
+        return 0.0
+    return float(expit(min(one.gain, one.odds, 0.0) + log_prior(one, total)))
 
 
 def material(belief: Belief, question: Question, more: np.ndarray | None = None) -> float:
