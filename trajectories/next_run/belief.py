@@ -17,6 +17,7 @@ from exidyn.identify.diagnosis.search.selected import CERTAIN_ODDS, EXCLUDED, NA
 
 from .columns import RunColumns
 from .confirmation import confirmed
+from .refused import refused, unnamed_odds
 from .rivals import rivals
 from .separations import Stance
 
@@ -255,7 +256,8 @@ def _asked(belief: Belief, suspects: Suspects) -> Iterator[Question]:
     """A question for each finding: whether it is that, what else it may be, or nothing.
 
     The blocks cannot say more against another answer than the torque, to within what formulas are wrong by;
-    nor more against nothing than a name needs, before another run has confirmed it.
+    nor more against nothing than a name needs, before another run has confirmed it, or where its formula is
+    refused; nor than what is left beside it lets it be no part of that.
     """
     columns = dict(zip(map(_place, suspects.rivals), belief.places, strict=False))
     for place, one in enumerate(belief.search.selected):
@@ -267,9 +269,10 @@ def _asked(belief: Belief, suspects: Suspects) -> Iterator[Question]:
             least = one.certainty * float(np.exp(-max(odds, 0.0)))
             weights[other] = max(weights.get(other, 0.0), least)
         weights = {here: one.certainty} | {other: p for other, p in weights.items() if other != here}
-        nothing = float(expit(-one.odds))
-        if not confirmed(belief.search, place):
-            nothing = max(nothing, (1.0 / NAMED - 1.0) * sum(weights.values()))
+        some = sum(weights.values())
+        nothing = max(float(expit(-one.odds)), unnamed_odds(belief.search, place) * some)
+        if refused(belief.search, place) or not confirmed(belief.search, place):
+            nothing = max(nothing, (1.0 / NAMED - 1.0) * some)
         answers = [Believed(*other, 0.0, own if other == here else columns[other]) for other in weights]
         answers.append(Believed("", (), 0.0, np.zeros(0, int)))
         yield Question(_shared(answers, np.array([*weights.values(), nothing])), True, own)
