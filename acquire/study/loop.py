@@ -16,6 +16,7 @@ from exidyn.trajectories.next_run.belief import belief_of, suspects_of
 from exidyn.trajectories.next_run.choice import RUN, choose
 from exidyn.trajectories.next_run.columns import RunColumns, run_columns
 from exidyn.trajectories.next_run.offer import Offer
+from exidyn.trajectories.next_run.refused import nameless
 
 from ..files.diagnosis_case import Case
 from ..files.payload_runs import distinct_bodies
@@ -103,7 +104,7 @@ class Study:
                 usable.append(offer)
             except ExidynError as error:
                 print(f"exidyn: {offer.name} is not on offer: {error}", file=sys.stderr)
-        belief = belief_of(search, suspects, columns)
+        belief = belief_of(search, suspects, columns, nameless(diagnosis, search))
         moved = sum(one.duration for one in recordings)
         repeated = last is not None and last["believed_findings"] == believed_findings(diagnosis)
         choice = choose(belief, usable, columns, self.seconds - moved, repeated, bool(diagnosis.remainders))

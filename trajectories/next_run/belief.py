@@ -189,8 +189,17 @@ def suspects_of(search: SearchResult) -> Suspects:
     return Suspects(tuple(by_key.values()), tuple(left), against)
 
 
-def belief_of(search: SearchResult, suspects: Suspects, runs: Sequence[RunColumns]) -> Belief:
-    """The belief after a search, and what runs on offer could show."""
+def belief_of(
+    search: SearchResult, suspects: Suspects, runs: Sequence[RunColumns], left: np.ndarray | None = None
+) -> Belief:
+    """The belief after a search, and what runs on offer could show.
+
+    Args:
+        search: Of the diagnosis.
+        suspects: What may be there beside what was found.
+        runs: On offer.
+        left: Squared torque of each joint that is left without a name, shape (n,) [(N m)^2]; else none.
+    """
     prediction = search.prediction
     joints, fitted = prediction.joints, prediction.weighting.weight[prediction.blocks.number]
     columns = np.concatenate(
@@ -215,7 +224,8 @@ def belief_of(search: SearchResult, suspects: Suspects, runs: Sequence[RunColumn
         prediction.weighting.independent / prediction.weighting.variance,
         _reaches(search, columns, weight > 0.0, runs),
     )
-    asked = (*_asked(belief, suspects), *_unseen(belief, len(suspects.rivals)))
+    left = np.zeros(joints) if left is None else left
+    asked = (*_asked(belief, suspects, left), *_unseen(belief, len(suspects.rivals)))
     return replace(belief, questions=asked)
 
 
@@ -252,7 +262,7 @@ def _reaches(
     return np.array([products(own, seen / resolution**2 / max(len(own), 1)) for own, seen, _ in parts])
 
 
-def _asked(belief: Belief, suspects: Suspects) -> Iterator[Question]:
+def _asked(belief: Belief, suspects: Suspects, left: np.ndarray) -> Iterator[Question]:
     """A question for each finding: whether it is that, what else it may be, or nothing.
 
     The blocks cannot say more against another answer than the torque, to within what formulas are wrong by;
@@ -270,7 +280,7 @@ def _asked(belief: Belief, suspects: Suspects) -> Iterator[Question]:
             weights[other] = max(weights.get(other, 0.0), least)
         weights = {here: one.certainty} | {other: p for other, p in weights.items() if other != here}
         some = sum(weights.values())
-        nothing = max(float(expit(-one.odds)), unnamed_odds(belief.search, place) * some)
+        nothing = max(float(expit(-one.odds)), unnamed_odds(belief.search, place, left) * some)
         if refused(belief.search, place) or not confirmed(belief.search, place):
             nothing = max(nothing, (1.0 / NAMED - 1.0) * some)
         answers = [Believed(*other, 0.0, own if other == here else columns[other]) for other in weights]

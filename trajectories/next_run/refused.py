@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from exidyn.identify.diagnosis.diagnose import noise_floor
+from exidyn.identify.diagnosis import Diagnosis
 from exidyn.identify.diagnosis.questions.candidate_fit import FORMULA, STRANGE
 from exidyn.identify.diagnosis.results.evidence import explained, places_of
-from exidyn.identify.diagnosis.results.remainder import rms
+from exidyn.identify.diagnosis.results.remainder import NOTHING, rms
 from exidyn.identify.diagnosis.search.search import SearchResult
 
 
@@ -19,20 +19,32 @@ def refused(search: SearchResult, place: int) -> bool:
     return bool(np.any(np.abs(values - columns.mean)[known] > STRANGE * columns.std[known]))
 
 
-def unnamed_odds(search: SearchResult, place: int) -> float:
-    """Odds that a finding is part of something without a name.
+def nameless(diagnosis: Diagnosis, search: SearchResult) -> np.ndarray:
+    """Squared torque of each joint that is left and depends on something, shape (n,) [(N m)^2].
 
-    What is left beyond noise, and beyond the errors of the formulas found, is there and has no name. A misfit
-    that it shares with a finding is as much the one's as the other's: their odds are those of their squared
-    torques, on the joint where the finding stands out most. Without noise that was measured nothing is known.
+    Beyond noise and the errors of the formulas found. What depends on nothing that was recorded is taken for
+    noise of drives that move.
     """
+    weight, noise = search.prediction.rows.weight, np.asarray(diagnosis.evidence.noise)
+    formulas = np.sum((FORMULA * _torques(search)) ** 2, axis=0)
+    left = np.maximum(rms(search.prediction.residual, weight) ** 2 - noise**2 - formulas, 0.0)
+    dependent = [one.joint for one in diagnosis.remainders if one.depends_on != NOTHING]
+    return np.where(np.isin(np.arange(len(left)), dependent), left, 0.0)
+
+
+def unnamed_odds(search: SearchResult, place: int, left: np.ndarray) -> float:
+    """Odds that a finding is part of something without a name, of which so much is left (n,) [(N m)^2].
+
+    A misfit that both share is as much the one's as the other's: their odds are those of their squared
+    torques, on the joint where the finding stands out most.
+    """
+    torque = _torques(search)[place]
+    own = torque > 0.0
+    return float(np.min(left[own] / torque[own] ** 2)) if np.any(own) else 0.0
+
+
+def _torques(search: SearchResult) -> np.ndarray:
+    """Root mean square torque of each finding, shape (f, n) [N m]."""
     prediction = search.prediction
-    noise, rested = noise_floor(search.problem.runs)
-    if not rested:
-        return 0.0
-    weight = prediction.rows.weight
-    torques = np.array([rms(one, weight) for one in explained(search, prediction.rows, prediction.values)])
-    formulas = np.sum((FORMULA * torques) ** 2, axis=0)
-    left = np.maximum(rms(prediction.residual, weight) ** 2 - noise**2 - formulas, 0.0)
-    own = torques[place] > 0.0
-    return float(np.min(left[own] / torques[place][own] ** 2, initial=np.inf)) if np.any(own) else 0.0
+    every = explained(search, prediction.rows, prediction.values)
+    return np.array([rms(one, prediction.rows.weight) for one in every]).reshape(-1, prediction.joints)

@@ -31,6 +31,8 @@ SLOWEST = 1.0
 BEYOND = 2.0
 """Residual over the noise floor from which on something is left, even if it depends on nothing: drives that
 move are noisier than drives at rest, but not by three times the power more."""
+NOTHING = "nothing that was recorded"
+"""What such a residual depends on, in words."""
 LINES = 1e-4
 """Probability with which noise alone has a spectral line that stands out as far."""
 
@@ -68,7 +70,7 @@ def remainders(
         elif frequency := line(prediction, joint):
             found.append(Remainder(joint, over, 1 - LINES, f"time, at {frequency:.1f} Hz"))
         elif over > BEYOND and rested:
-            found.append(Remainder(joint, over, CREDIBLE, "nothing that was recorded"))
+            found.append(Remainder(joint, over, CREDIBLE, NOTHING))
     return found
 
 

@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 
 from exidyn.identify.effects import JointSpring
-from exidyn.trajectories.next_run import refused as under_test
 from exidyn.trajectories.next_run.belief import belief_of, suspects_of
-from exidyn.trajectories.next_run.refused import refused, unnamed_odds
+from exidyn.trajectories.next_run.refused import nameless, refused, unnamed_odds
 
 from ...parts.small import small_diagnosis, small_search, two_joints
 
@@ -33,42 +32,44 @@ def test_a_coefficient_of_which_physics_says_nothing_refuses_nothing():
 
 
 @cache
-def searched(nameless):
+def searched(also):
     """After two runs of an arm with a spring, and so much torque of no known kind on the same joint [N m]."""
 
     def change(_role, motion, current):
         wave = np.sin(2.0 * np.pi * motion.time * (1.0 + 0.05 * motion.time)) * np.sign(motion.velocity[:, 0])
-        return current + np.outer(nameless * wave, [0.0, 1.0]) / two_joints.GAIN
+        return current + np.outer(also * wave, [0.0, 1.0]) / two_joints.GAIN
 
     spring, values = (JointSpring(("elbow",)),), {"Ks2": small_diagnosis.STIFFNESS}
     runs = small_search.record(spring, values, ("identify", "identify"), change=change)
     return small_search.searched(runs)
 
 
-@pytest.fixture
-def quiet(monkeypatch):
-    """Drives whose noise was measured at rest."""
-    monkeypatch.setattr(under_test, "noise_floor", lambda runs: (np.full(2, 0.1), True))
+def diagnosis(depends_on):
+    """What a diagnosis says is left on the second joint."""
+    remainder = SimpleNamespace(joint=1, depends_on=depends_on)
+    return SimpleNamespace(evidence=SimpleNamespace(noise=np.full(2, 0.1)), remainders=(remainder,))
 
 
-def test_what_is_left_may_be_what_a_finding_is_part_of(quiet):
-    alone, beside = (
-        min(unnamed_odds(searched(left), place) for place in range(len(searched(left).selected)))
-        for left in (0.0, 4.0)
-    )
-    assert alone < 0.01
-    assert beside > 0.05
+def test_what_is_left_and_depends_on_something_may_be_what_a_finding_is_part_of():
+    few, many = (nameless(diagnosis("time, at 1.0 Hz"), searched(also)) for also in (0.0, 4.0))
+    assert many[0] == few[0] == 0.0
+    assert many[1] == pytest.approx(8.0, rel=0.5)
+    assert few[1] < 0.05 * many[1]
+    assert unnamed_odds(searched(4.0), 0, many) > 20.0 * unnamed_odds(searched(0.0), 0, few)
 
 
-def test_a_finding_beside_which_much_is_left_is_open(quiet):
-    probability = []
-    for left in (0.0, 4.0):
-        belief = belief_of(searched(left), suspects_of(searched(left)), [])
-        nothing = [one for q in belief.questions if q.seen for one in q.answers if not one.effect]
-        probability.append(min(one.probability for one in nothing))
-    assert probability[1] > max(probability[0], 0.04)
+def test_what_depends_on_nothing_is_noise():
+    assert not np.any(nameless(diagnosis("nothing that was recorded"), searched(4.0)))
 
 
-def test_without_measured_noise_nothing_is_known_to_be_left(monkeypatch):
-    monkeypatch.setattr(under_test, "noise_floor", lambda runs: (np.full(2, 0.1), False))
-    assert unnamed_odds(searched(4.0), 0) == 0.0
+def nothing_by(search, left):
+    belief = belief_of(search, suspects_of(search), [], left)
+    question = next(one for one in belief.questions if one.seen)
+    return next(one.probability for one in question.answers if not one.effect)
+
+
+def test_a_finding_beside_which_much_is_left_is_open():
+    search = searched(4.0)
+    square = 8.0 / unnamed_odds(search, 0, np.array([0.0, 8.0]))
+    assert nothing_by(search, None) < 0.2
+    assert nothing_by(search, np.array([0.0, 4.0 * square])) == pytest.approx(0.8, abs=0.05)
