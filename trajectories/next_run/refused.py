@@ -25,6 +25,7 @@ def nameless(diagnosis: Diagnosis, search: SearchResult) -> np.ndarray:
     Beyond noise and the errors of the formulas found. What depends on nothing that was recorded is taken for
     noise of drives that move.
     """
+    assert diagnosis.evidence is not None
     weight, noise = search.prediction.rows.weight, np.asarray(diagnosis.evidence.noise)
     formulas = np.sum((FORMULA * _torques(search)) ** 2, axis=0)
     left = np.maximum(rms(search.prediction.residual, weight) ** 2 - noise**2 - formulas, 0.0)
