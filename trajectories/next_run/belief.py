@@ -17,7 +17,7 @@ from exidyn.identify.diagnosis.search.selected import CERTAIN_ODDS, EXCLUDED, NA
 
 from .columns import RunColumns
 from .confirmation import confirmed
-from .refused import refused, unnamed_odds
+from .refused import nameless_odds, refused
 from .rivals import rivals
 from .separations import Stance
 
@@ -266,8 +266,8 @@ def _asked(belief: Belief, suspects: Suspects, left: np.ndarray) -> Iterator[Que
     """A question for each finding: whether it is that, what else it may be, or nothing.
 
     The blocks cannot say more against another answer than the torque, to within what formulas are wrong by;
-    nor more against nothing than a name needs, before another run has confirmed it, or where its formula is
-    refused; nor than what is left beside it lets it be no part of that.
+    nor more against nothing than a name needs, before another run has confirmed it, where its formula is
+    refused, or where more is left that has no name than it explains.
     """
     columns = dict(zip(map(_place, suspects.rivals), belief.places, strict=False))
     for place, one in enumerate(belief.search.selected):
@@ -280,8 +280,8 @@ def _asked(belief: Belief, suspects: Suspects, left: np.ndarray) -> Iterator[Que
             weights[other] = max(weights.get(other, 0.0), least)
         weights = {here: one.certainty} | {other: p for other, p in weights.items() if other != here}
         some = sum(weights.values())
-        nothing = max(float(expit(-one.odds)), unnamed_odds(belief.search, place, left) * some)
-        if refused(belief.search, place) or not confirmed(belief.search, place):
+        nothing, search = float(expit(-one.odds)), belief.search
+        if refused(search, place) or nameless_odds(search, place, left) > 1.0 or not confirmed(search, place):
             nothing = max(nothing, (1.0 / NAMED - 1.0) * some)
         answers = [Believed(*other, 0.0, own if other == here else columns[other]) for other in weights]
         answers.append(Believed("", (), 0.0, np.zeros(0, int)))

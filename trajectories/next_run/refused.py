@@ -33,11 +33,11 @@ def nameless(diagnosis: Diagnosis, search: SearchResult) -> np.ndarray:
     return np.where(np.isin(np.arange(len(left)), dependent), left, 0.0)
 
 
-def unnamed_odds(search: SearchResult, place: int, left: np.ndarray) -> float:
-    """Odds that a finding is part of something without a name, of which so much is left (n,) [(N m)^2].
+def nameless_odds(search: SearchResult, place: int, left: np.ndarray) -> float:
+    """What is left without a name (n,) [(N m)^2], over what a finding explains: it may be part of that.
 
-    A misfit that both share is as much the one's as the other's: their odds are those of their squared
-    torques, on the joint where the finding stands out most.
+    Of their squared torques, on the joint where the finding stands out most. Above one, most of the misfit is
+    not explained.
     """
     torque = _torques(search)[place]
     own = torque > 0.0
