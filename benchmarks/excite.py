@@ -1,7 +1,8 @@
 """Exciting trajectories beside other tools and random motion, inside their limits, distinguishing models.
 
 1. The UR10 of the package example-robot-data, 36 base columns, one 12 s period: condition number that
-   exidyn, FIGAROH, random search and plain SLSQP reach, and when, with the same limits and time.
+   exidyn, FIGAROH, random search and plain SLSQP reach, and when, with the same limits and time; what a
+   short search of exidyn reaches beside a long one.
 2. The paper's pair of runs on a KR270: deviations of drive gains, K_r and K_0, optimised against random.
 3. Limits over random problems, checked by other means than the planner's.
 4. Probability of choosing the right one of two models, before and after a run that is made for it.
@@ -20,7 +21,7 @@ import numpy as np
 from common import options, save, show
 from parts.excite import discriminate, kr270, limits
 from parts.excite.arm import Arm, ur10, why_no_arm
-from parts.excite.ours import every_seed, gradient, ours
+from parts.excite.ours import early, every_seed, gradient, ours
 from parts.excite.peers import PeerResult, random_search, slsqp
 from parts.figaroh import excitation as figaroh_excitation
 
@@ -109,6 +110,7 @@ def main() -> None:
         figures |= against_peers(arm, budget, seeds, collisions=False)
         if not chosen.quick:
             figures |= against_peers(arm, budget, [0], collisions=True)
+        figures |= early(arm, *(([0], (0.5, 2.0)) if chosen.quick else ([0, 10, 20], (5.0, BUDGET))))
         figures |= every_seed(arm, *((2, 1.0) if chosen.quick else (20, 8.0)))
     figures |= kr270.run(chosen.quick)
     figures |= limits.run(range(4 if chosen.quick else 200))

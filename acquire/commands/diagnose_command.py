@@ -133,7 +133,7 @@ def run(case: Case, output: Path, given: argparse.Namespace, progress: Stopwatch
     """Diagnose one case, print and write what came out."""
     progress(f"ask {len(case.runs)} runs of {case.name}")
     filtering = filtering_of(given)
-    found = diagnosed(case.model, case.runs, case.name, filtering=filtering, progress=progress)
+    found = diagnosed(case.model, case.runs, case.name, filtering, progress, case.before)
     diagnosis = found.diagnosis
     if given.answer:
         add_answer(diagnosis, given.answer)

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
+from exidyn.identify.diagnosis.search.shapes import Shaped
 from exidyn.identify.errors import RecordingError
 from exidyn.identify.fit.identification import same_robot
 from exidyn.identify.model import Model
@@ -32,11 +33,13 @@ class Case(NamedTuple):
         name: Of the case; of the robot where it has none.
         model: Nominal.
         runs: What each is for, and its recording.
+        before: Shapes that a diagnosis of some of these runs has found.
     """
 
     name: str
     model: Model
     runs: list[tuple[str, Recording]]
+    before: Sequence[Shaped] = ()
 
 
 def case_folders(sources: Sequence[str]) -> list[Path]:

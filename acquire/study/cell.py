@@ -3,7 +3,7 @@
 import os
 import sys
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import count
 from pathlib import Path
 from typing import Any
@@ -23,6 +23,7 @@ from exidyn.trajectories.next_run.offers import (
     offers_of,
 )
 from exidyn.trajectories.planning.wishes import Wishes
+from exidyn.trajectories.plans.plan import Plan
 from exidyn.trajectories.plans.plan_file import plan_text, read_plan, write_plan
 
 from ..run.before import checked
@@ -57,6 +58,7 @@ class Cell:
     body: KnownPayload | None
     attended: bool
     folder: Path
+    _checked: dict[tuple[str, KnownPayload | None], str] = field(default_factory=dict, repr=False)
 
     def make(self, one: Round, chosen: dict[str, Any] | None) -> None:
         """Plan or take the motion that was chosen, ask for what it needs, and record it.
@@ -121,14 +123,23 @@ class Cell:
         return [(path.stem, read_plan(path)) for path in sorted(self.folder.glob("*.toml"))]
 
     def _allowed(self, offer: Offer) -> bool:
-        """Whether `exidyn record` would play it."""
+        """Whether `exidyn record` would play it; a motion with a body is checked once."""
         assert offer.plan is not None
-        try:
-            checked(offer.plan, self.model, 1.0, offer.payload)
-        except ExidynError as error:
-            _say(f"{offer.name} is not on offer: {error}")
-            return False
-        return True
+        key = plan_text(offer.plan), offer.payload
+        if key not in self._checked:
+            self._checked[key] = _why_not(offer.plan, self.model, offer.payload)
+            if self._checked[key]:
+                _say(f"{offer.name} is not on offer: {self._checked[key]}")
+        return not self._checked[key]
+
+
+def _why_not(motion: Plan, model: Model, payload: KnownPayload | None) -> str:
+    """Why `exidyn record` would not play a motion; empty where it would."""
+    try:
+        checked(motion, model, 1.0, payload)
+    except ExidynError as error:
+        return str(error)
+    return ""
 
 
 def _new(offer: Offer, made: set[tuple[str, KnownPayload | None]]) -> bool:

@@ -1,9 +1,10 @@
 """A choice as a table of numbers and words, for its file and the notebook."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 from exidyn.identify.diagnosis import Diagnosis
+from exidyn.identify.diagnosis.search.shapes import Shaped
 from exidyn.identify.diagnosis.words.naming import joint_words, lower
 from exidyn.identify.diagnosis.words.words import left_on, verdict
 from exidyn.trajectories.next_run.belief import Belief
@@ -61,6 +62,23 @@ def settled_findings(belief: Belief, choice: Choice, diagnosis: Diagnosis) -> li
         if item.open
     ]
     return [one for one in believed_findings(diagnosis) if one not in open_ones]
+
+
+def shape_table(shapes: Sequence[Shaped]) -> list[list[Any]]:
+    """Shapes of findings, joints from 1; of one hypothesis the last."""
+    last = {one[:3]: one.shape for one in shapes}
+    return [
+        [effect, [joint + 1 for joint in joints], kind, shape]
+        for (effect, joints, kind), shape in last.items()
+    ]
+
+
+def read_shapes(choice: dict[str, Any] | None) -> list[Shaped]:
+    """The inverse: what a choice says of shapes; none before the first."""
+    return [
+        Shaped(effect, tuple(joint - 1 for joint in joints), kind, shape)
+        for effect, joints, kind, shape in (choice or {}).get("shapes", [])
+    ]
 
 
 def _remains(belief: Belief, choice: Choice) -> Iterator[str]:

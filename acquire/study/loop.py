@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from exidyn.identify.diagnosis.diagnose import Diagnosed
+from exidyn.identify.diagnosis.search.shapes import shapes_of
 from exidyn.identify.errors import ExidynError
 from exidyn.identify.fit.fit import Fit
 from exidyn.identify.fit.fit_file import read_fit
@@ -15,11 +16,12 @@ from exidyn.trajectories.next_run.belief import belief_of, suspects_of
 from exidyn.trajectories.next_run.choice import RUN, choose
 from exidyn.trajectories.next_run.columns import RunColumns, run_columns
 from exidyn.trajectories.next_run.offer import Offer
+from exidyn.trajectories.next_run.refused import nameless
 
 from ..files.diagnosis_case import Case
 from ..files.payload_runs import distinct_bodies
 from ..terminal.json_output import json_text, plain, write_whole
-from .choice_table import believed_findings, choice_table
+from .choice_table import believed_findings, choice_table, read_shapes, shape_table
 from .notebook import notebook
 from .rounds import CHOICE, NOTEBOOK, Round, made_whole, next_round, rounds
 from .source import Source
@@ -86,7 +88,9 @@ class Study:
     def _believed(self, every: Sequence[Round], part: Path) -> None:
         """Diagnosis, offers and choice."""
         recordings = distinct_bodies([one.recording() for one in every])
-        case = Case(self.model.robot.name, self.model, [("identify", one) for one in recordings])
+        last = every[-2].choice if len(every) > 1 else None
+        before = read_shapes(last)
+        case = Case(self.model.robot.name, self.model, [("identify", one) for one in recordings], before)
         diagnosis, search = self.diagnose(case, part)
         offers = self.source.offers(every, diagnosis, _fit(every[-1].fit))
         suspects, found = suspects_of(search), [one.answer for one in search.selected]
@@ -100,12 +104,12 @@ class Study:
                 usable.append(offer)
             except ExidynError as error:
                 print(f"exidyn: {offer.name} is not on offer: {error}", file=sys.stderr)
-        belief = belief_of(search, suspects, columns)
+        belief = belief_of(search, suspects, columns, nameless(diagnosis, search))
         moved = sum(one.duration for one in recordings)
-        last = every[-2].choice if len(every) > 1 else None
         repeated = last is not None and last["believed_findings"] == believed_findings(diagnosis)
         choice = choose(belief, usable, columns, self.seconds - moved, repeated, bool(diagnosis.remainders))
         table = choice_table(belief, choice, diagnosis) | {"moved": moved, "asked": self.asked}
+        table["shapes"] = shape_table([*before, *shapes_of(search.selected)])
         chosen = choice.chosen
         table["chosen"] = None if chosen is None else self.source.chosen(chosen.offer, part)
         write_whole(part / CHOICE, json_text(plain(table)))

@@ -4,8 +4,9 @@ Vectors are kept as (3, t), those of the m joints that move a link as (3, m, t),
 runs over contiguous samples.
 """
 
-from collections.abc import Callable
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import pinocchio as pin
@@ -69,6 +70,44 @@ def links(kinematics: pin.Model, motion: Motion) -> list[Link]:
     return chain
 
 
+class Pairs(NamedTuple):
+    """Links, each with all joints that move it: p pairs, those of a link one after the other.
+
+    Attributes:
+        joints: Joint of each pair, shape (p,).
+        links: Place of its link, shape (p,).
+        omega: Angular velocity of the link, shape (3, p, t) [rad/s].
+        alpha: Angular acceleration, shape (3, p, t) [rad/s^2].
+        lift: Acceleration of the origin minus gravity, shape (3, p, t) [m/s^2].
+        linear: Velocity of the origin when the joint moves at 1 rad/s, shape (3, p, t) [m/rad].
+        angular: Angular velocity then, shape (3, p, t) [-].
+    """
+
+    joints: np.ndarray
+    links: np.ndarray
+    omega: np.ndarray
+    alpha: np.ndarray
+    lift: np.ndarray
+    linear: np.ndarray
+    angular: np.ndarray
+
+    @classmethod
+    def of(cls, chain: Sequence[Link]) -> "Pairs":
+        """All pairs, so that each operation runs over all of them at once."""
+        counts = [len(link.moving) for link in chain]
+        places = np.repeat(np.arange(len(chain)), counts)
+        omega, alpha, lift = (
+            np.stack(every, axis=1)[:, places]
+            for every in zip(*((link.omega, link.alpha, link.lift) for link in chain), strict=True)
+        )
+        linear, angular = (
+            np.concatenate([one[:, :count] for one, count in zip(every, counts, strict=True)], axis=1)
+            for every in zip(*((link.linear, link.angular) for link in chain), strict=True)
+        )
+        joints = np.concatenate([link.moving for link in chain]).astype(int)
+        return cls(joints, places, omega, alpha, lift, linear, angular)
+
+
 def base_link(kinematics: pin.Model, samples: int) -> Link:
     """The base, at rest and held up against gravity."""
     still, nothing = np.zeros((3, samples)), np.zeros((3, 0, samples))
@@ -91,6 +130,31 @@ def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return out
 
 
+def skew(vector: np.ndarray) -> np.ndarray:
+    """Matrix (3, 3) whose product with any vector is the cross product of this one (3,) with it."""
+    x, y, z = vector
+    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+
+
+def times(matrix: np.ndarray, vectors: np.ndarray) -> np.ndarray:
+    """A matrix (k, 3) times vectors (3, m, t) or (3, t)."""
+    return (matrix @ vectors.reshape(3, -1)).reshape(-1, *vectors.shape[1:])
+
+
+def before(joint: Joint, slide: np.ndarray, vectors: np.ndarray) -> np.ndarray:
+    """The way from the parent's origin to the joint's, crossed with vectors (3, m, t) or (3, t).
+
+    Args:
+        joint: Between them.
+        slide: How far it has slid, shape (t,) [m].
+        vectors: In the parent's frame.
+    """
+    found = times(skew(joint.placement.translation), vectors)
+    if not joint.revolute:
+        found += slide * times(skew(joint.placement.rotation @ joint.axis), vectors)
+    return found
+
+
 def step(
     index: int,
     joint: Joint,
@@ -100,44 +164,35 @@ def step(
     acceleration: np.ndarray,
 ) -> Link:
     """The link behind a joint, whose motion is given in arrays of shape (t,)."""
-    axis, still = joint.axis[:, None], 0.0 * position
-    turn, slide = (position, still) if joint.revolute else (still, position)
-    offset = joint.placement.translation[:, None] + joint.placement.rotation @ (axis * slide)
-    inward = inward_rotation(joint, turn)
-    spin = cross(parent.alpha, offset) + cross(parent.omega, cross(parent.omega, offset))
-    # One product turns everything at once: three vectors of the link and two of each moving joint.
-    linear = parent.linear + cross(parent.angular, offset[:, None])
-    frame = np.stack([parent.omega, parent.alpha, parent.lift + spin], axis=1)
-    turned = inward(np.concatenate([frame, linear, parent.angular], axis=1))
-    omega, alpha, lift = turned[:, 0], turned[:, 1], turned[:, 2]
-    linear, angular = np.split(turned[:, 3:], 2, axis=1)
-    along = np.repeat(axis, len(position), axis=1)
-    none = np.zeros_like(along)
+    axis, count = joint.axis[:, None], len(parent.moving)
+    # One product does everything at once: two vectors of the link and one of each moving joint.
+    turning = np.concatenate([parent.omega[:, None], parent.alpha[:, None], parent.angular], axis=1)
+    carried = before(joint, position, turning)
+    lift = parent.lift - carried[:, 1] - cross(parent.omega, carried[:, 0])
+    vectors = np.concatenate([turning, lift[:, None], parent.linear - carried[:, 2:]], axis=1)
+    turned = inward(joint, position, vectors)
+    omega, alpha, lift = turned[:, 0], turned[:, 1], turned[:, 2 + count]
+    across = times(skew(joint.axis), omega)
+    moved = np.zeros((2, 3, count + 1, len(position)))  # linear, angular
+    moved[0, :, :count], moved[1, :, :count] = turned[:, 3 + count :], turned[:, 2 : 2 + count]
+    moved[int(joint.revolute), :, count] = axis
     if joint.revolute:
-        alpha = alpha + cross(omega, along * velocity) + along * acceleration
-        omega = omega + along * velocity
+        alpha = alpha - velocity * across + axis * acceleration
+        omega = omega + axis * velocity
     else:
-        lift = lift + 2.0 * cross(omega, along * velocity) + along * acceleration
-    new = (none, along) if joint.revolute else (along, none)
-    linear, angular = (
-        np.concatenate([old, one[:, None]], axis=1) for old, one in zip((linear, angular), new, strict=True)
-    )
-    return Link(omega, alpha, lift, [*parent.moving, index], linear, angular)
+        lift = lift - 2.0 * velocity * across + axis * acceleration
+    return Link(omega, alpha, lift, [*parent.moving, index], *moved)
 
 
-def inward_rotation(joint: Joint, turn: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
-    """Function that takes (3, m, t) vectors from the parent's frame into the link's (Rodrigues)."""
-    axis, cosine, sine = joint.axis, np.cos(turn), np.sin(turn)
-    across = np.array([[0, -axis[2], axis[1]], [axis[2], 0, -axis[0]], [-axis[1], axis[0], 0]])
+def inward(joint: Joint, turn: np.ndarray, vectors: np.ndarray) -> np.ndarray:
+    """Vectors (3, m, t) of the parent's frame in the link's (Rodrigues)."""
     to_placement = joint.placement.rotation.T
-    along, beside = np.outer(axis, axis) @ to_placement, across @ to_placement
-    every = np.concatenate([along, to_placement - along, beside])
-
-    def inward(vector: np.ndarray) -> np.ndarray:
-        parts = (every @ vector.reshape(3, -1)).reshape(3, *vector.shape)
-        return parts[0] + parts[1] * cosine - parts[2] * sine
-
-    return inward
+    if not joint.revolute:
+        return times(to_placement, vectors)
+    along = np.outer(joint.axis, joint.axis) @ to_placement
+    every = np.concatenate([along, to_placement - along, skew(joint.axis) @ to_placement])
+    parts = times(every, vectors)
+    return parts[:3] + parts[3:6] * np.cos(turn) - parts[6:] * np.sin(turn)
 
 
 def dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:

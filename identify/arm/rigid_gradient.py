@@ -6,13 +6,28 @@ per unit of the parent's motion. One such pass costs about three regressors, wha
 parameters or of singular values the weights were made of.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
 import pinocchio as pin
 
 from .motion import Motion
-from .newton_euler import Joint, Link, base_link, cross, dot, fixed_joint, joints_of, links, step
+from .newton_euler import (
+    Joint,
+    Link,
+    Pairs,
+    base_link,
+    before,
+    cross,
+    dot,
+    fixed_joint,
+    joints_of,
+    links,
+    skew,
+    step,
+    times,
+)
 
 
 @dataclass(frozen=True)
@@ -47,7 +62,7 @@ def rigid_gradient(kinematics: pin.Model, motion: Motion, weights: np.ndarray) -
         weights: Shape (t, n, 10 n).
     """
     chain = links(kinematics, motion)
-    pulls = [_read(link, weights[:, :, 10 * index : 10 * index + 10]) for index, link in enumerate(chain)]
+    pulls = _read(chain, weights.reshape(*motion.position.shape, -1, 10))
     return _inward(kinematics, chain, pulls, motion)
 
 
@@ -56,7 +71,7 @@ def body_gradient(kinematics: pin.Model, motion: Motion, flange: pin.SE3, weight
     chain = links(kinematics, motion)
     fixed, still = fixed_joint(flange), np.zeros(len(motion))
     body = step(len(chain), fixed, chain[-1], still, still, still)
-    pull = _read(replace(body, moving=chain[-1].moving), weights)
+    [pull] = _read([replace(body, moving=chain[-1].moving)], weights[:, :, None])
     pulls = [_nothing(link) for link in chain]
     pulls[-1] = _step_back(fixed, chain[-1], body, pull, still, still)[0]
     return _inward(kinematics, chain, pulls, motion)
@@ -81,24 +96,24 @@ def _nothing(link: Link) -> Pull:
     return Pull(*(np.zeros_like(v) for v in (link.omega, link.alpha, link.lift, link.linear, link.angular)))
 
 
-def _read(link: Link, weights: np.ndarray) -> Pull:
-    """Pull of a link's own columns; weights (t, n, 10). The adjoint of writing them."""
-    pull = np.zeros((10, link.linear.shape[1], len(weights)))
-    for place, moving in enumerate(link.moving):
-        pull[:, place] = weights[:, moving].T
-    omega, alpha, lift = (vector[:, None] for vector in (link.omega, link.alpha, link.lift))
-    z, linear = link.angular, link.linear
+def _read(chain: Sequence[Link], weights: np.ndarray) -> list[Pull]:
+    """Pull of each link's own columns; weights (t, n, links, 10). The adjoint of writing them."""
+    pairs = Pairs.of(chain)
+    pull = np.ascontiguousarray(weights[:, pairs.joints, pairs.links].T)
+    omega, alpha, lift, linear, z = pairs[2:]
     y = cross(z, omega)
     by_z, by_y = _turn(pull, alpha), _turn(pull, omega)
     first, mass = pull[6:9], pull[9]
-    across, along = dot(first, linear), dot(omega, linear)
-    by_omega = _turn(pull, y) + cross(by_y, z) + first * along + linear * dot(first, omega)
-    by_omega -= 2.0 * omega * across
+    across, along, swing = dot(first, linear), dot(omega, linear), dot(first, omega)
+    by_omega = _turn(pull, y) + cross(by_y, z) + first * along + linear * swing - 2.0 * omega * across
     by_alpha = _turn(pull, z) + cross(first, linear)
     by_lift = cross(z, first) + mass * linear
-    by_linear = cross(alpha, first) + omega * dot(first, omega) - first * dot(omega, omega) + mass * lift
+    by_linear = cross(alpha, first) + omega * swing - first * dot(omega, omega) + mass * lift
     by_angular = by_z + cross(omega, by_y) + cross(first, lift)
-    return Pull(by_omega.sum(1), by_alpha.sum(1), by_lift.sum(1), by_linear, by_angular)
+    starts = np.flatnonzero(np.diff(pairs.links, prepend=-1))
+    own = (np.add.reduceat(one, starts, axis=1) for one in (by_omega, by_alpha, by_lift))
+    apart = (np.split(one, starts[1:], axis=1) for one in (by_linear, by_angular))
+    return list(map(Pull, *(one.swapaxes(0, 1) for one in own), *apart))
 
 
 def _turn(pull: np.ndarray, vector: np.ndarray) -> np.ndarray:
@@ -112,46 +127,55 @@ def _step_back(
     joint: Joint, parent: Link, link: Link, pull: Pull, turn: np.ndarray, rate: np.ndarray
 ) -> tuple[Pull, np.ndarray]:
     """Pull on the parent, and gain by the joint's own position, velocity, acceleration, shape (3, t)."""
-    along = np.repeat(joint.axis[:, None], len(turn), axis=1)
-    moving, before = along * rate, len(parent.moving)
+    axis, own, count = joint.axis, skew(joint.axis), len(parent.moving)
+    across = times(own, link.omega)
     if joint.revolute:  # what the joint's own motion adds to the link's, from the vectors before it
-        by_omega, alpha = pull.omega + cross(moving, pull.alpha), link.alpha - cross(link.omega, moving)
-        by_rate = dot(along, pull.omega) + dot(pull.alpha, cross(link.omega, along))
-        by_change = dot(along, pull.alpha)
-        slide = 0.0 * turn
+        by_omega, alpha = pull.omega + rate * times(own, pull.alpha), link.alpha + rate * across
+        by_rate, by_change = axis @ pull.omega - dot(pull.alpha, across), axis @ pull.alpha
     else:
-        by_omega, alpha = pull.omega + 2.0 * cross(moving, pull.lift), link.alpha
-        by_rate, by_change = 2.0 * dot(pull.lift, cross(link.omega, along)), dot(along, pull.lift)
-        turn, slide = 0.0 * turn, turn
-    turned = np.stack([link.omega, alpha, link.lift], axis=1)
-    pulls = np.stack([by_omega, pull.alpha, pull.lift], axis=1)
-    linear, angular = pull.linear[:, :before], pull.angular[:, :before]
-    twist = cross(turned, pulls).sum(1) + cross(link.linear, pull.linear).sum(1)
-    twist += cross(link.angular, pull.angular).sum(1)
-    outward = _outward(joint, turn, np.concatenate([pulls, linear, angular], axis=1))
-    arm = joint.placement.translation[:, None] + joint.placement.rotation @ (along * slide)
-    up, by_arm = _parent_pull(parent, arm, outward)
-    slid = dot(joint.placement.rotation @ along, by_arm)
-    return up, np.stack([-dot(along, twist) if joint.revolute else slid, by_rate, by_change])
+        by_omega, alpha = pull.omega + 2.0 * rate * times(own, pull.lift), link.alpha
+        by_rate, by_change = -2.0 * dot(pull.lift, across), axis @ pull.lift
+    pulls = _side_by_side(by_omega, pull.alpha, pull.lift, pull.linear[:, :count], pull.angular[:, :count])
+    outer = _outward(joint, turn, pulls)
+    up, by_arm = _parent_pull(joint, parent, turn, outer)
+    if joint.revolute:
+        frame = (link.omega, alpha, link.lift, link.linear[:, :count], link.angular[:, :count])
+        by_position = -np.einsum("cmt,cmt->t", times(own, _side_by_side(*frame)), pulls)
+    else:
+        by_position = (joint.placement.rotation @ axis) @ by_arm
+    return up, np.stack([by_position, by_rate, by_change])
+
+
+def _side_by_side(
+    omega: np.ndarray, alpha: np.ndarray, lift: np.ndarray, linear: np.ndarray, angular: np.ndarray
+) -> np.ndarray:
+    """Three vectors (3, t) and two times m (3, m, t), shape (3, 3 + 2 m, t)."""
+    return np.concatenate([np.stack([omega, alpha, lift], axis=1), linear, angular], axis=1)
 
 
 def _outward(joint: Joint, turn: np.ndarray, vectors: np.ndarray) -> np.ndarray:
     """Vectors (3, m, t) of the link's frame in the parent's."""
-    along = np.repeat(joint.axis[:, None], len(turn), axis=1)[:, None]
-    axial = along * dot(along, vectors)
-    turned = axial + (vectors - axial) * np.cos(turn) + cross(along, vectors) * np.sin(turn)
-    return (joint.placement.rotation @ turned.reshape(3, -1)).reshape(vectors.shape)
+    back = joint.placement.rotation
+    if not joint.revolute:
+        return times(back, vectors)
+    along = back @ np.outer(joint.axis, joint.axis)
+    parts = times(np.concatenate([along, back - along, back @ skew(joint.axis)]), vectors)
+    return parts[:3] + parts[3:6] * np.cos(turn) + parts[6:] * np.sin(turn)
 
 
-def _parent_pull(parent: Link, arm: np.ndarray, pulls: np.ndarray) -> tuple[Pull, np.ndarray]:
-    """Pull on a parent from that on the vectors carried over `arm`, shape (3, t), and gain by the arm.
+def _parent_pull(joint: Joint, parent: Link, slide: np.ndarray, pulls: np.ndarray) -> tuple[Pull, np.ndarray]:
+    """Pull on a parent from that on the vectors carried to a joint, and gain by the arm to it, (3, t).
 
     Carried are omega, alpha, lift + alpha x arm + omega x (omega x arm), linear + angular x arm, angular.
     """
     by_omega, by_alpha, by_lift = pulls[:, 0], pulls[:, 1], pulls[:, 2]
     linear, angular = np.split(pulls[:, 3:], 2, axis=1)
-    spin, lever = cross(by_lift, parent.omega), arm[:, None]
-    by_omega = by_omega + cross(cross(parent.omega, arm), by_lift) + cross(arm, spin)
+    spin = cross(by_lift, parent.omega)
+    vectors = np.concatenate([np.stack([by_lift, spin, parent.omega], axis=1), linear], axis=1)
+    levered = before(joint, slide, vectors)
+    by_omega = by_omega + cross(by_lift, levered[:, 2]) + levered[:, 1]
+    pull = Pull(by_omega, by_alpha + levered[:, 0], by_lift, linear, angular + levered[:, 3:])
+    if joint.revolute:  # its arm does not change
+        return pull, np.zeros_like(spin)
     by_arm = cross(by_lift, parent.alpha) + cross(spin, parent.omega) + cross(linear, parent.angular).sum(1)
-    pull = Pull(by_omega, by_alpha + cross(arm, by_lift), by_lift, linear, angular + cross(lever, linear))
     return pull, by_arm

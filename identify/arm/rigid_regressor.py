@@ -12,13 +12,14 @@ velocity of that frame when joint j alone moves at 1 rad/s. Vectors are kept as 
 joints that move a link as (3, m, t), so that each operation runs over contiguous samples.
 """
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 import pinocchio as pin
 
 from .motion import Motion
-from .newton_euler import Link, cross, dot, fixed_joint, links, step
+from .newton_euler import Link, Pairs, cross, dot, fixed_joint, links, step
 
 INERTIAL = ("XX", "XY", "XZ", "YY", "YZ", "ZZ", "MX", "MY", "MZ", "M")
 """The ten inertial parameters of a body about its frame's origin, in the paper's order (3)."""
@@ -26,10 +27,7 @@ INERTIAL = ("XX", "XY", "XZ", "YY", "YZ", "ZZ", "MX", "MY", "MZ", "M")
 
 def rigid_regressor(kinematics: pin.Model, motion: Motion) -> np.ndarray:
     """Joint torque per inertial parameter, shape (t, n, 10 n): `INERTIAL` of link 1, of link 2 and so on."""
-    out = np.zeros((*motion.position.shape, 10 * kinematics.nv))
-    for index, link in enumerate(links(kinematics, motion)):
-        _write(link, out[:, :, 10 * index : 10 * index + 10])
-    return out
+    return _columns(links(kinematics, motion), kinematics.nv).reshape(*motion.position.shape, -1)
 
 
 def body_regressor(kinematics: pin.Model, motion: Motion, placement: pin.SE3) -> np.ndarray:
@@ -40,17 +38,15 @@ def body_regressor(kinematics: pin.Model, motion: Motion, placement: pin.SE3) ->
         motion: Of the joints.
         placement: The body's frame in the last link's; the parameters are about its origin and axes.
     """
-    last = links(kinematics, motion)[-1]
-    out, still = np.zeros((*motion.position.shape, 10)), np.zeros(len(motion))
+    last, still = links(kinematics, motion)[-1], np.zeros(len(motion))
     body = step(kinematics.nv, fixed_joint(placement), last, still, still, still)
-    _write(replace(body, moving=last.moving), out)
-    return out
+    return _columns([replace(body, moving=last.moving)], kinematics.nv)[:, :, 0]
 
 
-def _write(link: Link, out: np.ndarray) -> None:
-    """Torque of every joint that moves a link per inertial parameter of it, into out (t, n, 10)."""
-    omega, alpha, lift = (vector[:, None] for vector in (link.omega, link.alpha, link.lift))
-    z, linear = link.angular, link.linear
+def _columns(chain: Sequence[Link], joints: int) -> np.ndarray:
+    """Torque of every joint per inertial parameter of some links, shape (t, n, links, 10)."""
+    pairs = Pairs.of(chain)
+    omega, alpha, lift, linear, z = pairs[2:]
     y = cross(z, omega)
     columns = np.empty((10, *z.shape[1:]))
     for column, (i, j) in enumerate(((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))):
@@ -62,5 +58,6 @@ def _write(link: Link, out: np.ndarray) -> None:
     along = dot(omega, linear)
     columns[6:9] = cross(linear, alpha) + omega * along - linear * dot(omega, omega) + cross(lift, z)
     columns[9] = dot(linear, lift)
-    for place, moving in enumerate(link.moving):
-        out[:, moving] = columns[:, place].T
+    out = np.zeros((z.shape[2], joints, len(chain), 10))
+    out[:, pairs.joints, pairs.links] = columns.T
+    return out

@@ -27,6 +27,7 @@ from .search.once import moments
 from .search.problem import Problem
 from .search.search import SearchResult, search
 from .search.selected import Selected
+from .search.shapes import Shaped
 
 SMOOTH = (
     "The recordings were smoothed before they were recorded: the noise of the motion is not known, and what "
@@ -60,6 +61,7 @@ def diagnosed(
     name: str = "",
     filtering: Filtering = Filtering(),  # noqa: B008
     progress: Callable[[str], None] = lambda _: None,
+    before: Sequence[Shaped] = (),
 ) -> Diagnosed:
     """Find the physics that a model leaves out.
 
@@ -69,6 +71,7 @@ def diagnosed(
         name: Of the case; the robot's by default.
         filtering: Filters; chosen from the data where none is given.
         progress: Called with a sentence at each stage.
+        before: Shapes that a diagnosis of some of these runs has found.
 
     Raises:
         DifferentRobot: A run of another robot.
@@ -76,7 +79,7 @@ def diagnosed(
     """
     # Thousands of small systems: threads of linear algebra would wait for one another.
     with threadpool_limits(limits=1):
-        return _diagnosed(model, recordings, name, filtering, progress)
+        return _diagnosed(model, recordings, name, filtering, progress, before)
 
 
 def _diagnosed(
@@ -85,13 +88,14 @@ def _diagnosed(
     name: str,
     filtering: Filtering,
     progress: Callable[[str], None],
+    before: Sequence[Shaped],
 ) -> Diagnosed:
     began = time.monotonic()
     model = nominal(with_payloads(model, [recording for _, recording in recordings]))
     progress("filter and differentiate")
     runs, warnings = usable(model, recordings, filtering)
     progress("form the columns of all candidates")
-    problem = Problem.of(model, runs)
+    problem = Problem.of(model, runs, before)
     progress(f"search among {sum(problem.tried.values())} candidates")
     found = search(problem).ordered()
     progress("weigh what was found")

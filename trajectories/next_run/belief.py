@@ -17,6 +17,7 @@ from exidyn.identify.diagnosis.search.selected import CERTAIN_ODDS, EXCLUDED, NA
 
 from .columns import RunColumns
 from .confirmation import confirmed
+from .refused import nameless_odds, refused
 from .rivals import rivals
 from .separations import Stance
 
@@ -159,7 +160,7 @@ class Suspects(NamedTuple):
 
     Attributes:
         rivals: Of what was found.
-        left: All else, each in its best shape.
+        left: What else may be there without being seen, each in its best shape.
         against: Logarithm of the odds of each finding, by its place, against effects on joints.
     """
 
@@ -179,13 +180,26 @@ def suspects_of(search: SearchResult) -> Suspects:
     found = [answer for one in search.selected for answer, _ in one.elsewhere]
     found += [rival.answer for own in others.values() for rival in own]
     by_key = {one.candidate.key: one for one in reversed(found)}
-    left = [one for one in search.left if one.candidate.key not in by_key]
+    left = [
+        one
+        for one in search.left
+        if one.candidate.key not in by_key and unseen_probability(one, search.total) >= NEGLIGIBLE
+    ]
     against = {place: {_place(rival.answer): rival.odds for rival in own} for place, own in others.items()}
     return Suspects(tuple(by_key.values()), tuple(left), against)
 
 
-def belief_of(search: SearchResult, suspects: Suspects, runs: Sequence[RunColumns]) -> Belief:
-    """The belief after a search, and what runs on offer could show."""
+def belief_of(
+    search: SearchResult, suspects: Suspects, runs: Sequence[RunColumns], left: np.ndarray | None = None
+) -> Belief:
+    """The belief after a search, and what runs on offer could show.
+
+    Args:
+        search: Of the diagnosis.
+        suspects: What may be there beside what was found.
+        runs: On offer.
+        left: Squared torque of each joint that is left without a name, shape (n,) [(N m)^2]; else none.
+    """
     prediction = search.prediction
     joints, fitted = prediction.joints, prediction.weighting.weight[prediction.blocks.number]
     columns = np.concatenate(
@@ -210,7 +224,8 @@ def belief_of(search: SearchResult, suspects: Suspects, runs: Sequence[RunColumn
         prediction.weighting.independent / prediction.weighting.variance,
         _reaches(search, columns, weight > 0.0, runs),
     )
-    asked = (*_asked(belief, suspects), *_unseen(belief, len(suspects.rivals)))
+    left = np.zeros(joints) if left is None else left
+    asked = (*_asked(belief, suspects, left), *_unseen(belief, len(suspects.rivals)))
     return replace(belief, questions=asked)
 
 
@@ -247,11 +262,12 @@ def _reaches(
     return np.array([products(own, seen / resolution**2 / max(len(own), 1)) for own, seen, _ in parts])
 
 
-def _asked(belief: Belief, suspects: Suspects) -> Iterator[Question]:
+def _asked(belief: Belief, suspects: Suspects, left: np.ndarray) -> Iterator[Question]:
     """A question for each finding: whether it is that, what else it may be, or nothing.
 
     The blocks cannot say more against another answer than the torque, to within what formulas are wrong by;
-    nor more against nothing than a name needs, before another run has confirmed it.
+    nor more against nothing than a name needs, before another run has confirmed it, where its formula is
+    refused, or where more is left that has no name than it explains.
     """
     columns = dict(zip(map(_place, suspects.rivals), belief.places, strict=False))
     for place, one in enumerate(belief.search.selected):
@@ -263,9 +279,10 @@ def _asked(belief: Belief, suspects: Suspects) -> Iterator[Question]:
             least = one.certainty * float(np.exp(-max(odds, 0.0)))
             weights[other] = max(weights.get(other, 0.0), least)
         weights = {here: one.certainty} | {other: p for other, p in weights.items() if other != here}
-        nothing = float(expit(-one.odds))
-        if not confirmed(belief.search, place):
-            nothing = max(nothing, (1.0 / NAMED - 1.0) * sum(weights.values()))
+        some = sum(weights.values())
+        nothing, search = float(expit(-one.odds)), belief.search
+        if refused(search, place) or nameless_odds(search, place, left) > 1.0 or not confirmed(search, place):
+            nothing = max(nothing, (1.0 / NAMED - 1.0) * some)
         answers = [Believed(*other, 0.0, own if other == here else columns[other]) for other in weights]
         answers.append(Believed("", (), 0.0, np.zeros(0, int)))
         yield Question(_shared(answers, np.array([*weights.values(), nothing])), True, own)
@@ -289,16 +306,22 @@ def _unseen(belief: Belief, first: int) -> Iterator[Question]:
     """Whether an effect that was not found is there all the same, and large enough to matter."""
     none = np.zeros(0, int)
     for place, one in enumerate(belief.suspects):
-        if place < first or one.held_out < -CERTAIN_ODDS:
+        if place < first:
             continue
-        odds = min(one.gain, one.odds, 0.0) + log_prior(one, belief.search.total)
         there = Believed(one.candidate.effect, one.candidate.joints, 1.0, belief.places[place])
         question = Question((there,), False, none)
-        probability = float(expit(odds)) * material(belief, question)
+        probability = unseen_probability(one, belief.search.total) * material(belief, question)
         if probability < NEGLIGIBLE:
             continue
         answers = (there._replace(probability=probability), Believed("", (), 1.0 - probability, none))
         yield question._replace(answers=answers)
+
+
+def unseen_probability(one: Answer, total: float) -> float:
+    """That an effect which was not found is there; zero where runs held out exclude it."""
+    if one.held_out < -CERTAIN_ODDS:
+        return 0.0
+    return float(expit(min(one.gain, one.odds, 0.0) + log_prior(one, total)))
 
 
 def material(belief: Belief, question: Question, more: np.ndarray | None = None) -> float:

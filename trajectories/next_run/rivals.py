@@ -73,12 +73,12 @@ def _near(search: SearchResult, place: int) -> Iterator[tuple[float, Candidate, 
         shared = np.intersect1d(columns.joints, here.columns.joints)
         if candidate.key == here.candidate.key or not shared.size:
             continue
-        values = weight[:, columns.joints, None] * columns.values
-        mixed = np.einsum("rnb,rnp->bp", known[:, columns.joints], values)
+        values = (weight[:, columns.joints, None] * columns.values).reshape(-1, columns.values.shape[2])
+        mixed = known[:, columns.joints].reshape(len(values), -1).T @ values
         prior = np.maximum(prior_std(candidate, columns), CERTAIN) ** -2.0
         apart = solve(factor, mixed)
-        matrix = np.einsum("rnp,rnq->pq", values, values) + np.diag(prior) - mixed.T @ apart
-        right = np.einsum("rnp,rn->p", values, torque[:, columns.joints]) - mixed.T @ alone
+        matrix = values.T @ values + np.diag(prior) - mixed.T @ apart
+        right = values.T @ torque[:, columns.joints].ravel() - mixed.T @ alone
         taken = solve(factored(matrix), right)
         unknowns = alone - apart @ taken
         strained = float(strain @ unknowns**2 + prior @ taken**2)

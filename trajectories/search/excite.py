@@ -14,6 +14,7 @@ from ..clearances.clearance import Clearance
 from ..clearances.configurations import clear_position
 from ..errors import BadLimits, Infeasible
 from ..families.fourier import Fourier
+from ..limits.usable_limits import ranges
 from .bounds.clearance_bound import ClearanceBound
 from .bounds.kinematic_bounds import kinematic_bounds
 from .bounds.torque_bound import TorqueBound
@@ -163,9 +164,21 @@ def problem_of(goal: Goal, setting: Setting, period: float) -> Problem:
         nominal = design_model(goal.model, limits, period / basis.samples)
         bounds.append(TorqueBound(nominal, limits.torque, goal.payloads))
     bounds += [ClearanceBound(clearance) for clearance in setting.clearances]
-    scale = 0.5 * (limits.position_upper - limits.position_lower)
     objectives = goal.objectives(limits, period / basis.samples)
-    return Problem(basis, objectives, bounds, EVERY, scale)
+    return Problem(basis, objectives, bounds, EVERY, largest_coefficients(basis, limits))
+
+
+def largest_coefficients(basis: Basis, limits: Limits) -> np.ndarray:
+    """How large each coefficient alone may be within the kinematic limits, shape (k, n) [rad].
+
+    In these units a search takes steps of like size along all of them.
+    """
+    room = 0.5 * (limits.position_upper - limits.position_lower)
+    rate = 2 * np.pi / basis.period * np.arange(1, basis.harmonics + 1)[:, None]
+    least = np.tile(room, (basis.harmonics, 1))
+    for order, (lower, upper) in enumerate(list(ranges(limits).values())[1:], start=1):
+        least = np.minimum(least, np.minimum(-lower, upper) / rate**order)
+    return np.tile(np.concatenate([room[None], least, least]), (basis.series, 1))
 
 
 def random_start(goal: Goal, setting: Setting, basis: Basis, seed: int) -> np.ndarray:

@@ -38,7 +38,8 @@ def run_all(
     """Call work(*task, seconds, stop) for every task; `note` gets each result as it comes.
 
     When the time is over, or on an interrupt from the keyboard, running tasks are asked to end with the
-    best they have, and those not begun are left out.
+    best they have, and those not begun are left out. One that must wait for a process has what time is left:
+    of an executor, whose processes cannot be asked to end, all have the same share.
 
     Args:
         work: What to do; must be importable by other processes.
@@ -52,22 +53,23 @@ def run_all(
         TrajectoryError: A process of the pool died.
     """
     workers = max(min(len(tasks), os.cpu_count() or 1), 1)
-    share = seconds / max(-(-len(tasks) // workers), 1)
     if executor is not None:
+        share = seconds / max(-(-len(tasks) // workers), 1)
         _gather([executor.submit(_call, work, task, share) for task in tasks], seconds, note, lambda: None)
     elif workers == 1:
+        end = time.monotonic() + seconds
         with _interrupt_noted() as asked, _reporting_to(receive):
             for place, task in enumerate(tasks):
-                if place == 0 or not asked():
-                    note(work(*task, share, asked))
+                left = end - time.monotonic()
+                if place == 0 or (left > 0.0 and not asked()):
+                    note(work(*task, left, asked))
     else:
-        _in_processes(work, tasks, share, seconds, note, receive, workers)
+        _in_processes(work, tasks, seconds, note, receive, workers)
 
 
 def _in_processes(
     work: Callable[..., Any],
     tasks: Sequence[tuple[Any, ...]],
-    share: float,
     seconds: float,
     note: Callable[[Any], None],
     receive: Callable[[Any], None],
@@ -84,7 +86,7 @@ def _in_processes(
     with _one_thread_each(), ProcessPoolExecutor(workers, context, _begin, (event, begun, reports)) as pool:
         try:
             with _deaf_to_interrupts():  # else it would kill a process that still imports
-                futures = [pool.submit(_call, work, task, share) for task in tasks]
+                futures = [pool.submit(_call, work, task, seconds) for task in tasks]
             _gather(futures, seconds, note, event.set, listen, begun.is_set)
         except BrokenProcessPool as error:
             raise TrajectoryError(

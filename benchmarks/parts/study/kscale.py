@@ -28,7 +28,9 @@ def asked_for(folder: Path, minutes: float = MINUTES) -> dict[str, Any]:
         choice = study.run()
         if wanted:
             alone, number = choice, len(rounds(folder))
-    names = [one.recording().name for one in rounds(folder)]
+    every = rounds(folder)
+    names = [one.recording().name for one in every]
+    after = [_named(one.choice or {"findings": []}) for one in every[number:]]
     return {
         "one mass": _named(alone),
         "verdict": alone["verdict"],
@@ -36,7 +38,9 @@ def asked_for(folder: Path, minutes: float = MINUTES) -> dict[str, Any]:
         "asked for another mass": names[number : number + 1] != [] and ONE not in names[number],
         "runs": names,
         "all masses": _named(choice),
-        "settled": NAMED in _named(choice) and NAMED not in _named(alone),
+        "settled by the run asked for": NAMED not in _named(alone) and NAMED in after[0],
+        "settled in rounds behind it": sum(NAMED in one for one in after),
+        "rounds behind it": len(after),
     }
 
 

@@ -11,7 +11,8 @@ from ...arm.motion import Motion
 from ...model import Model
 from ...preparation.prepare import Filtering, Prepared, prepare
 from ...recordings.recording import Recording
-from .tangent import Tangent, carrying, tangent
+from ...simulation.plant.bodies_apart import bodies_apart
+from .tangent import Tangent, tangent
 
 SMOOTH = 4.0
 """Samples a period of that cut-off which hold products of motions: twice what their band needs."""
@@ -48,7 +49,7 @@ class Driven:
         """
         prepared = prepare(recording, filtering)
         still = np.zeros_like(prepared.motion.position)
-        bodies = carrying(model, model.nominal_values, prepared.motion.payload)
+        bodies, _ = bodies_apart(model, model.nominal_values, prepared.motion.payload)
         return cls(role, prepared, prepared.motion, still, bodies).after(model, model.nominal_values)
 
     def after(self, model: Model, values: np.ndarray) -> "Driven":

@@ -7,8 +7,6 @@ import pinocchio as pin
 from scipy import interpolate
 
 from ...arm.motion import Motion
-from ...model import Model
-from ...simulation.plant.arm_forces import bodiless
 
 RATE = 125.0
 """Samples a second at which it is taken [Hz]: nine a period of the fastest motion, a spline's error of
@@ -51,13 +49,3 @@ def tangent(kinematics: pin.Model, motion: Motion) -> Tangent:
         found[place] = pin.computeRNEADerivatives(kinematics, data, *state)
     every = interpolate.CubicSpline(knots, found)(np.arange(len(motion)))
     return Tangent(*np.ascontiguousarray(np.moveaxis(every, (1, 3), (0, 1))))
-
-
-def carrying(model: Model, values: np.ndarray, payload: str) -> pin.Model:
-    """The arm with the bodies that parameters (p,) give it, a payload among them."""
-    kinematics = bodiless(model.robot.kinematics)
-    counts = [len(effect.parameters(model.robot)) for effect in model.effects]
-    for effect, own in zip(model.effects, np.split(values, np.cumsum(counts)[:-1]), strict=True):
-        for link, body in effect.bodies(model.robot, own, payload).items():
-            kinematics.inertias[link + 1] += body
-    return kinematics

@@ -18,6 +18,7 @@ from ..runs.nuisances import CLOCK, with_nuisances
 from ..runs.rows import Rows, model_rows
 from ..runs.usable import HELD_OUT
 from .reloading import Known, alike, anew
+from .shapes import Shaped, asked_again
 
 Asked = list[tuple[Candidate, Thinned]]
 FREE = ("Fv", "Fc", "Off", "reversal", CLOCK)
@@ -49,8 +50,8 @@ class Problem:
     reaches: tuple[Reach, ...]
 
     @classmethod
-    def of(cls, model: Model, runs: Sequence[Driven]) -> "Problem":
-        """With the load of a first fit."""
+    def of(cls, model: Model, runs: Sequence[Driven], before: Sequence[Shaped] = ()) -> "Problem":
+        """With the load of a first fit; shapes that were found before are asked for too."""
         runs = sorted(runs, key=lambda run: run.role == HELD_OUT)
         blocks, base = Blocks.of(runs, HELD_OUT), model_rows(model, runs)
         fitted = [run for run in runs if run.role != HELD_OUT]
@@ -58,7 +59,9 @@ class Problem:
         values = model.nominal_values + first.values[: len(model.names)]
         known = Known(model, values).of(fitted)
         loaded = tuple(known.on(run) for run in runs)
-        asked = [(candidate, Thinned.of(candidate, loaded)) for candidate in candidates(model)]
+        grid = list(candidates(model))
+        every = [*grid, *asked_again(grid, before)]
+        asked = [(candidate, Thinned.of(candidate, loaded)) for candidate in every]
         asked = [pair for pair in asked if not pair[1].empty]
         base = _rows(model, loaded, values, base)
         rows = with_nuisances(base, model, loaded, values)

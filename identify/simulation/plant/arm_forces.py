@@ -8,8 +8,8 @@ import numpy as np
 import pinocchio as pin
 
 from ...effects import Effect
-from ...errors import WrongShape
 from ...model import Model
+from .bodies_apart import bodies_apart
 from .effect_sum import EffectSum, Joints
 from .steps import Forces
 from .transmission import Transmission
@@ -28,14 +28,10 @@ class ArmForces:
     def __init__(self, model: Model, values: np.ndarray, payload: str, transmission: Transmission) -> None:
         self._rigid = len(transmission.elastic) == 0
         self._links, self._motors = transmission.links, transmission.motors
-        self._kinematics = bodiless(model.robot.kinematics)
+        self._kinematics, others = bodies_apart(model, values, payload)
         groups: dict[bool, list[tuple[Effect, np.ndarray]]] = {True: [], False: []}
-        for effect, own in _shares(model, values):
-            bodies = effect.bodies(model.robot, own, payload)
-            for link, body in bodies.items():
-                self._kinematics.inertias[link + 1] += body
-            if not bodies:
-                groups[effect.transmitted].append((effect, own))
+        for effect, own in others:
+            groups[effect.transmitted].append((effect, own))
         self._data = self._kinematics.createData()
         self._on_links, self._on_motors = (EffectSum(model.robot, groups[t], payload) for t in (True, False))
         self.loaded = any(effect.needs_load for effect, _ in groups[False])
@@ -94,23 +90,3 @@ class ArmForces:
         if self._on_motors.empty:
             return self._none, self._none, self._massless
         return self._on_motors.at(motor, later, load, temperature)
-
-
-def bodiless(kinematics: pin.Model) -> pin.Model:
-    """The same joints without any inertia."""
-    bare = kinematics.copy()
-    for link in range(bare.njoints):
-        bare.inertias[link] = pin.Inertia.Zero()
-    bare.armature = np.zeros(bare.nv)
-    return bare
-
-
-def _shares(model: Model, values: np.ndarray) -> list[tuple[Effect, np.ndarray]]:
-    """Each effect with its own parameters."""
-    values = np.asarray(values, float)
-    if values.shape != (len(model.parameters),):
-        raise WrongShape(
-            f"{model.robot.name}: values have shape {values.shape}, expected ({len(model.parameters)},), one "
-            "a parameter of the model"
-        )
-    return [(effect, values[own]) for effect, own in zip(model.effects, model.columns, strict=True)]

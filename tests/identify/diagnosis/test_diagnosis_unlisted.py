@@ -8,7 +8,7 @@ import pytest
 from exidyn.identify.diagnosis.candidates import candidates, hypotheses
 from exidyn.identify.diagnosis.candidates.hose_spring import flange_places
 from exidyn.identify.diagnosis.runs.driven import Driven
-from exidyn.identify.diagnosis.runs.tangent import carrying
+from exidyn.identify.simulation.plant.bodies_apart import bodies_apart
 
 from ...parts.small import two_joints
 
@@ -19,7 +19,7 @@ VALUES = two_joints.true_values(MODEL)
 
 def driven() -> Driven:
     motion = two_joints.motion(4000, rate=1000.0)
-    bodies = carrying(MODEL, VALUES, "")
+    bodies, _ = bodies_apart(MODEL, VALUES, "")
     return Driven("", SimpleNamespace(), motion, np.zeros_like(motion.position), bodies).after(MODEL, VALUES)
 
 

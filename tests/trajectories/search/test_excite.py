@@ -11,10 +11,18 @@ from exidyn.identify.arm.robot import Limits, Robot
 from exidyn.trajectories.clearances.region import Region, box
 from exidyn.trajectories.errors import BadLimits, Infeasible
 from exidyn.trajectories.limits.check import check
-from exidyn.trajectories.limits.usable_limits import usable
+from exidyn.trajectories.limits.usable_limits import ranges, usable
 from exidyn.trajectories.search import excite as searching
 from exidyn.trajectories.search.bounds.torque_bound import TorqueBound
-from exidyn.trajectories.search.excite import FINE, excite, finished, one_start, problem_of, random_start
+from exidyn.trajectories.search.excite import (
+    FINE,
+    excite,
+    finished,
+    largest_coefficients,
+    one_start,
+    problem_of,
+    random_start,
+)
 from exidyn.trajectories.search.information.criteria import volume
 from exidyn.trajectories.search.solver.basis import Basis
 from exidyn.trajectories.search.solver.solve import Search
@@ -91,6 +99,25 @@ def test_starts_keep_to_ninety_per_cent_and_differ(series):
         shares += [found.position.lower / kept.position_lower, -found.jerk.lower / kept.jerk]
         np.testing.assert_allclose(np.max(shares, axis=0), 0.9, rtol=1e-6)
     assert series == 1 or not np.allclose(every[0].sine, every[1].sine)
+
+
+def test_each_coefficient_alone_at_its_largest_just_keeps_to_the_limits():
+    kept = limits()
+    basis = Basis(4.0, 3, 60, 2)
+    largest = largest_coefficients(basis, kept)
+    assert largest.shape == (basis.rows, 2)
+    for row in range(basis.rows):
+        states = basis.states(np.where(np.arange(basis.rows)[:, None] == row, largest, 0.0))
+        room = 0.5 * (kept.position_upper - kept.position_lower)
+        shares = [np.abs(states.position) / room] + [
+            np.abs(one) / np.minimum(-lower, upper)
+            for one, (lower, upper) in zip(
+                (states.velocity, states.acceleration, states.jerk),
+                list(ranges(kept).values())[1:],
+                strict=True,
+            )
+        ]
+        np.testing.assert_allclose(np.max(shares, axis=(0, 1)), 1.0, rtol=0.02)
 
 
 def test_several_series_are_planned_together_and_complement_each_other():

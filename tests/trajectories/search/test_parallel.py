@@ -140,10 +140,18 @@ def test_work_in_another_thread_than_the_main_one(two):
     assert sorted(r[0] for r in found) == [1, 4]
 
 
-def test_the_time_is_shared_by_tasks_that_must_wait(monkeypatch):
+def test_a_task_that_must_wait_has_the_time_that_is_left(monkeypatch):
     monkeypatch.setattr(parallel.os, "cpu_count", lambda: 1)
-    assert collected(told_time, [0, 0, 0, 0], seconds=8.0) == [2.0] * 4
-    assert collected(told_time, [0], seconds=8.0) == [8.0]
+    monkeypatch.setattr(parallel.time, "monotonic", iter([0.0, 0.0, 3.0, 9.0, 9.5]).__next__)
+    assert collected(told_time, [0, 0, 0, 0], seconds=8.0) == [8.0, 5.0]
+
+
+def test_an_executors_tasks_share_the_time():
+    with ThreadPoolExecutor(1) as pool:
+        found = []
+        count = 2 * (parallel.os.cpu_count() or 1)
+        run_all(told_time, [(0,)] * count, 8.0, pool, found.append)
+    assert found == [4.0] * count
 
 
 def test_an_interrupt_on_one_core_ends_all_tasks_with_what_the_first_has(monkeypatch):

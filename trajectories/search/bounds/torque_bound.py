@@ -2,11 +2,14 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
+import pinocchio as pin
 
 from exidyn.identify.arm.motion import Motion
 from exidyn.identify.model import Model
+from exidyn.identify.simulation.plant.bodies_apart import bodies_apart
 
 from ...trajectory import States
 from .kinematic_bounds import Bound, Margins, Slopes
@@ -31,8 +34,9 @@ class TorqueBound(Bound):
 
     def torque(self, states: States, payload: str) -> np.ndarray:
         """Nominal joint torque, shape (t, n) [N m]."""
-        motion = self.model.loaded(states.motion(payload))
-        return self.model.torque(motion, self.model.nominal_values)
+        kinematics, others, values = self._parts(payload)
+        motion = others.loaded(states.motion(payload))
+        return _of_bodies(kinematics, motion) + others.torque(motion, values)
 
     def of(self, payload: str) -> Callable[[States], np.ndarray]:
         """The torque of one run as a function of states alone."""
@@ -53,21 +57,67 @@ class TorqueBound(Bound):
 
         return Margins(value, slopes)
 
+    @cached_property
+    def _made(self) -> dict[str, tuple[pin.Model, Model, np.ndarray]]:
+        return {}
+
+    def _parts(self, payload: str) -> tuple[pin.Model, Model, np.ndarray]:
+        """Bodies of a run, and all other effects with their values."""
+        if payload not in self._made:
+            self._made[payload] = self._apart(payload)
+        return self._made[payload]
+
+    def _apart(self, payload: str) -> tuple[pin.Model, Model, np.ndarray]:
+        model, values = self.model, self.model.nominal_values
+        if any(effect.needs_load for effect in model.effects):  # which includes that of bodies
+            return bodies_apart(replace(model, effects=()), np.zeros(0), "")[0], model, values
+        kinematics, others = bodies_apart(model, values, payload)
+        rest = replace(model, effects=tuple(effect for effect, _ in others))
+        return kinematics, rest, np.concatenate([np.zeros(0), *(own for _, own in others)])
+
     def _slopes(self, states: States, payload: str, limited: np.ndarray) -> list[np.ndarray]:
         """Derivatives of each limited joint's share, each (t, m, n).
 
-        All joints in one pass: the motion repeated once for each, with the weights of that joint alone. Rows
-        far from their limit need theirs as well: with zeros there the solver finds no way downhill.
+        Rows far from their limit need theirs as well: with zeros there the solver finds no way downhill.
         """
-        t, n = states.position.shape
-        every = np.tile(np.arange(t), len(limited))
-        motion = self.model.loaded(_taken(states.motion(payload), every))
-        pick = np.zeros((len(limited), t, n))
-        pick[np.arange(len(limited)), :, limited] = 1.0 / self.limit[limited][:, None]
-        flat = pick.reshape(-1, n)
-        gradient = self.model.motion_gradient(motion, flat[:, :, None] * self.model.nominal_values, flat)
-        parts = (gradient.position, gradient.velocity, gradient.acceleration)
-        return [part.reshape(len(limited), t, n).swapaxes(0, 1) for part in parts]
+        kinematics, others, values = self._parts(payload)
+        motion = others.loaded(states.motion(payload))
+        by_bodies = _derivatives_of_bodies(kinematics, motion)[:, :, limited] / self.limit[limited][:, None]
+        by_others = _by_motion(others, values, motion, limited, 1.0 / self.limit[limited])
+        return [one + other for one, other in zip(by_bodies, by_others, strict=True)]
+
+
+def _of_bodies(kinematics: pin.Model, motion: Motion) -> np.ndarray:
+    """Torque of rigid bodies, shape (t, n) [N m]."""
+    data = kinematics.createData()
+    states = zip(motion.position, motion.velocity, motion.acceleration, strict=True)
+    return np.array([pin.rnea(kinematics, data, *state) for state in states])
+
+
+def _derivatives_of_bodies(kinematics: pin.Model, motion: Motion) -> np.ndarray:
+    """Of the same by position, velocity and acceleration, shape (3, t, n, n)."""
+    data, found = kinematics.createData(), np.empty((3, *motion.position.shape, kinematics.nv))
+    states = zip(motion.position, motion.velocity, motion.acceleration, strict=True)
+    for place, state in enumerate(states):
+        found[:, place] = pin.computeRNEADerivatives(kinematics, data, *state)
+    return found
+
+
+def _by_motion(
+    model: Model, values: np.ndarray, motion: Motion, joints: np.ndarray, scale: np.ndarray
+) -> list[np.ndarray]:
+    """Derivatives of a model's torque on some joints (m,), each times its scale, each (t, m, n).
+
+    All joints in one pass: the motion repeated once for each, with the weights of that joint alone.
+    """
+    t, n = motion.position.shape
+    repeated = _taken(motion, np.tile(np.arange(t), len(joints)))
+    pick = np.zeros((len(joints), t, n))
+    pick[np.arange(len(joints)), :, joints] = scale[:, None]
+    flat = pick.reshape(-1, n)
+    gradient = model.motion_gradient(repeated, flat[:, :, None] * values, flat)
+    parts = (gradient.position, gradient.velocity, gradient.acceleration)
+    return [part.reshape(len(joints), t, n).swapaxes(0, 1) for part in parts]
 
 
 def _taken(motion: Motion, rows: np.ndarray) -> Motion:

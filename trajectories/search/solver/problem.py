@@ -20,7 +20,7 @@ class Problem:
         objectives: One after the other, each from where the last ended: smooth ones first.
         bounds: What must hold.
         every: One sample in so many is kept to the bounds.
-        scale: Size of each joint's coefficients, shape (n,) [rad].
+        scale: Size of each coefficient, shape (k, n), or of each joint's, shape (n,) [rad].
     """
 
     basis: Basis
@@ -50,12 +50,11 @@ class Problem:
         found = [bound.margins(states) for bound in self.bounds]
 
         def slopes(one: Margins) -> np.ndarray:
-            slope = sum(
-                np.einsum("tk,tmn->tmkn", matrix, by * self.scale, optimize=True)
-                for matrix, by in zip(matrices, one.slopes(), strict=True)
-                if by is not None
-            )
-            return np.asarray(slope).reshape(one.value.size, -1)
+            used = [(m, by) for m, by in zip(matrices, one.slopes(), strict=True) if by is not None]
+            by = np.stack([by for _, by in used], axis=-1)
+            slope = by.reshape(len(by), -1, len(used)) @ np.stack([m for m, _ in used], axis=1)
+            slope = slope.reshape(*by.shape[:3], -1).swapaxes(2, 3) * self.scale
+            return slope.reshape(one.value.size, -1)
 
         values = np.concatenate([one.value.ravel() for one in found])
         return values, lambda: np.concatenate([slopes(one) for one in found])

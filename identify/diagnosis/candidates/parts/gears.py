@@ -9,9 +9,9 @@ import numpy as np
 import pinocchio as pin
 
 from ....model import Model
+from ....simulation.plant.bodies_apart import bodies_apart
 from ...runs.driven import Driven
 from ...runs.gear_twist import bent
-from ...runs.tangent import carrying
 
 POSES = 64
 """Over which the inertia of a link is averaged."""
@@ -37,7 +37,7 @@ def link_size(model: Model) -> tuple[np.ndarray, np.ndarray]:
 
     The load is that of gravity and of 1 rad/s^2.
     """
-    kinematics = carrying(model, model.nominal_values, "")
+    kinematics, _ = bodies_apart(model, model.nominal_values, "")
     data, limits = kinematics.createData(), model.robot.limits
     lower, upper = np.maximum(limits.position_lower, -np.pi), np.minimum(limits.position_upper, np.pi)
     poses = np.random.default_rng(0).uniform(lower, upper, (POSES, model.robot.dof))
