@@ -47,16 +47,9 @@ def main(arguments: Sequence[str]) -> int:
     read = [given.robot, *(one for one in (given.against, given.after, given.region) if one)]
     require_file(given.output, "--output", read)
     require_json(given.json)
-    model, progress = read_model(given.robot), Stopwatch()
-    wishes = wishes_of(given, model, progress)
-    pages: list[str]
-    if given.kind != OPTIMISED:
-        joints = [model.robot.index(joint) for joint in given.joints or ()]
-        plans, pages = [by_rule(given.kind, model, wishes, joints)], []
-    elif given.against:
-        plans, pages = _against(given, model, wishes, progress)
-    else:
-        plans, pages = _search(given, model, wishes, progress), []
+    model = read_model(given.robot)
+    with Stopwatch(seconds=given.search if given.kind == OPTIMISED else 0.0) as progress:
+        plans, pages = _planned(given, model, progress)
     tables, distinguished = [], list(pages)
     for one, path in zip(plans, _paths(given.output, len(plans)), strict=True):
         write_plan(one, path)
@@ -67,6 +60,17 @@ def main(arguments: Sequence[str]) -> int:
     table = {"exidyn_plan": 1, "motions": tables, "distinguished": distinguished}
     hand_over("\n".join(pages), json_text(table), given.json)
     return 0
+
+
+def _planned(given: argparse.Namespace, model: Model, progress: Progress) -> tuple[list[Plan], list[str]]:
+    """Motions, and what is to be said of them all."""
+    wishes = wishes_of(given, model, progress)
+    if given.kind != OPTIMISED:
+        joints = [model.robot.index(joint) for joint in given.joints or ()]
+        return [by_rule(given.kind, model, wishes, joints)], []
+    if given.against:
+        return _against(given, model, wishes, progress)
+    return _search(given, model, wishes, progress), []
 
 
 def _poor(one: Plan) -> list[str]:

@@ -1,6 +1,9 @@
 """The arm that a driver gets, and the simulated ones that the mock drives."""
 
-from collections.abc import Callable, Mapping
+import sys
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from threading import Timer
 from typing import Any
 
 import numpy as np
@@ -15,6 +18,8 @@ from exidyn.identify.simulation.plant import typical_plant
 
 SHARE = 0.3
 """Of its range at which each joint stands [-]: half-way most arms point up, and gravity has little effect."""
+PATIENCE = 2.0
+"""Time that a simulated arm takes before that is explained [s]."""
 
 
 def make_driver(
@@ -47,7 +52,25 @@ def standing_arm(nominal: Robot, real: Model, seed: int = 0, payload: str = "") 
         seed: Of its noise.
         payload: Name of the body that it carries; empty for none.
     """
-    return lambda: typical_plant(real, standing_pose(nominal), seed=seed, payload=payload)
+    return lambda: simulated_arm(real, standing_pose(nominal), seed=seed, payload=payload)
+
+
+def simulated_arm(model: Model, start: np.ndarray, *, seed: int = 0, payload: str = "") -> Plant:
+    """`typical_plant`; see `explained_if_slow`."""
+    with explained_if_slow():
+        return typical_plant(model, start, seed=seed, payload=payload)
+
+
+@contextmanager
+def explained_if_slow() -> Iterator[None]:
+    """Prints why a simulated arm takes its time, if it does: the first one after installation is compiled."""
+    words = "exidyn: the simulated arm is compiled; this is done once, and may take a minute"
+    told = Timer(PATIENCE, print, [words], {"file": sys.stderr, "flush": True})
+    told.start()
+    try:
+        yield
+    finally:
+        told.cancel()
 
 
 def with_body(model: Model, body: KnownPayload | None) -> Model:
