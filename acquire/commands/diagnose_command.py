@@ -24,7 +24,7 @@ from ..arguments.outputs import add_json, add_output, make_folder, require_json
 from ..files.diagnosis_case import COMPARISON_CUTOFF, Case, case_folders, read_case, recorded_case
 from ..files.diagnosis_files import add_answer, read_answers, write_diagnosis
 from ..files.payload_runs import add_payload_arguments
-from ..terminal.json_output import hand_over, json_text
+from ..terminal.json_output import hand_over, json_text, print_written
 from ..terminal.stopwatch import Progress, Stopwatch
 
 EXAMPLES = (
@@ -143,7 +143,7 @@ def run(case: Case, output: Path, given: argparse.Namespace, progress: Stopwatch
     progress.close()
     text = json_text(whole(diagnosis, simulated, str(output)))
     hand_over(summary(diagnosis, simulated, str(output)), text, given.json)
-    print("written: " + ", ".join(map(str, written)), file=sys.stderr)
+    print_written(*written)
     return found
 
 

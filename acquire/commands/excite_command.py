@@ -171,7 +171,7 @@ def _clearances(given: argparse.Namespace, model: Model, progress: Progress) -> 
         progress(f"{len(collision.names)} pairs of bodies are kept {given.collision_distance:g} m apart")
         found.append(collision)
     elif not given.no_collision:
-        progress("the robot has no collision geometry, so self-collision is not looked at")
+        progress("no collision geometry in the robot: self-collision is not looked at")
     if given.region:
         table = parse_toml(read_text(given.region), str(given.region))
         check_keys(table, ("region",), str(given.region))

@@ -1,7 +1,6 @@
 """exidyn export: a model for simulators, a recording as a table, and what these cannot represent."""
 
 import argparse
-import sys
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -17,7 +16,7 @@ from exidyn.identify.text_table import digits, paragraph
 from ..arguments.common import command_parser, table_help
 from ..arguments.outputs import add_json, add_output, require_file, require_json
 from ..files.arm_file import ARM_HELP, read_arm
-from ..terminal.json_output import hand_over, json_text, write_whole
+from ..terminal.json_output import hand_over, json_text, print_written, write_whole
 
 EXAMPLES = (
     "exidyn export exidyn-fit/fit.json --to mjcf",
@@ -54,7 +53,7 @@ def main(arguments: Sequence[str]) -> int:
         "written": str(path),
     }
     hand_over(_summary(given.to, missing, moved), json_text(table), given.json)
-    print(f"written: {path}", file=sys.stderr)
+    print_written(path)
     return 0
 
 

@@ -16,7 +16,7 @@ from ..fleet.executors import LOCAL, executor_of
 from ..fleet.source import Source
 from ..fleet.store import Store
 from ..fleet.work import identify_new, left_out
-from ..terminal.json_output import hand_over, json_text, plain, write_whole
+from ..terminal.json_output import hand_over, json_text, plain, print_written, write_whole
 
 EXAMPLES = (
     "exidyn fleet check-runs",
@@ -87,7 +87,7 @@ def _write_page(source: Source, store: Store, found: Sequence[KindReport], rate:
     links = {arm: f"{root}/{file}" for arm, file in last.items()}
     path = store.folder / PAGE
     write_whole(path, fleet_page(found, list(left_out(store)), links, rate))
-    print(f"written: {path}", file=sys.stderr)
+    print_written(path)
 
 
 def _compare(given: argparse.Namespace) -> int:

@@ -27,7 +27,7 @@ from exidyn.identify.robot_files.urdf_file import ENDINGS, read_urdf
 
 from ..arguments.common import command_parser, positive
 from ..arguments.outputs import add_json, add_output, require_file, require_json
-from ..terminal.json_output import hand_over, json_text, plain, write_whole
+from ..terminal.json_output import hand_over, json_text, plain, print_written, write_whole
 
 EXAMPLES = (
     "exidyn init log.csv --urdf arm.urdf",
@@ -63,7 +63,7 @@ def main(arguments: Sequence[str]) -> int:
     page = proposal_text(proposal) + (f"\n\nNext: {then}" if then else "")
     written = [str(path) for path in texts]
     hand_over(page, json_text(plain(as_json(proposal, written, then))), given.json)
-    print("written: " + ", ".join(written), file=sys.stderr)
+    print_written(*texts)
     if unsure:
         print(f"no {BESIDE} written: {', '.join(unsure)} not decided", file=sys.stderr)
     return 0

@@ -24,7 +24,7 @@ from ..arguments.common import add_body, add_plan, add_seed, any_number, command
 from ..arguments.outputs import add_json, add_output, require_file, require_json
 from ..files.arm_file import ARM_HELP, read_arm
 from ..run.simulated import simulated
-from ..terminal.json_output import hand_over, json_text, plain
+from ..terminal.json_output import hand_over, json_text, plain, print_written
 from ..terminal.stopwatch import with_bar
 
 FASTEST, SLOWEST = 1e-4, 0.1
@@ -56,7 +56,7 @@ def main(arguments: Sequence[str]) -> int:
     write_recording(recording, given.output)
     table = _table(recording, taken) | {"written": str(given.output)}
     hand_over(_summary(recording, taken), json_text(table), given.json)
-    print(f"written: {given.output}", file=sys.stderr)
+    print_written(given.output)
     return 0
 
 

@@ -11,6 +11,7 @@ from exidyn.drivers import Driver, Info, Sample
 from exidyn.identify.model import Model
 from exidyn.identify.recordings.recording import KnownPayload
 
+from ..run.lines import print_line
 from ..run.perform import Job, Outcome, perform
 from ..run.pipe.frames import END, text_frame
 from ..run.pipe.pipe_sink import PipeSink, Sink
@@ -19,7 +20,6 @@ from ..run.realtime import realtime
 from ..run.recording.recorder import part_of, start_recorder
 from ..run.stopping.stop_requests import StopRequests
 from ..terminal import run_summary
-from ..terminal.progress import print_line
 
 
 def free_path(wanted: Path | None, stem: str) -> Path:

@@ -1,9 +1,6 @@
 """The arm that a driver gets, and the simulated ones that the mock drives."""
 
-import sys
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
-from threading import Timer
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -16,10 +13,10 @@ from exidyn.identify.model import Model
 from exidyn.identify.recordings.recording import KnownPayload
 from exidyn.identify.simulation.plant import typical_plant
 
+from .lines import explained_if_slow
+
 SHARE = 0.3
 """Of its range at which each joint stands [-]: half-way most arms point up, and gravity has little effect."""
-PATIENCE = 2.0
-"""Time that a simulated arm takes before that is explained [s]."""
 
 
 def make_driver(
@@ -59,18 +56,6 @@ def simulated_arm(model: Model, start: np.ndarray, *, seed: int = 0, payload: st
     """`typical_plant`; see `explained_if_slow`."""
     with explained_if_slow():
         return typical_plant(model, start, seed=seed, payload=payload)
-
-
-@contextmanager
-def explained_if_slow() -> Iterator[None]:
-    """Prints why a simulated arm takes its time, if it does: the first one after installation is compiled."""
-    words = "exidyn: the simulated arm is compiled; this is done once, and may take a minute"
-    told = Timer(PATIENCE, print, [words], {"file": sys.stderr, "flush": True})
-    told.start()
-    try:
-        yield
-    finally:
-        told.cancel()
 
 
 def with_body(model: Model, body: KnownPayload | None) -> Model:

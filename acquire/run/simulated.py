@@ -17,8 +17,8 @@ from exidyn.trajectories.plans.plan import Plan, robot_differences
 from exidyn.trajectories.plans.plan_file import plan_text
 from exidyn.trajectories.trajectory import Trajectory
 
-from .arms import explained_if_slow
 from .before import NO_MARGIN
+from .lines import explained_if_slow
 from .player import Player
 
 

@@ -9,8 +9,11 @@ from typing import Any
 
 import numpy as np
 
+from exidyn.identify.text_table import WIDTH
+
 from .colour import coloured
 
+HEAD = "written: "
 SCREEN = Path("-")
 """In place of a file: standard output."""
 
@@ -20,7 +23,14 @@ def hand_over(page: str, text: str, path: Path | None) -> None:
     print(text.rstrip("\n") if path == SCREEN else coloured(page), flush=True)
     if path is not None and path != SCREEN:
         write_whole(path, text)
-        print(f"written: {path}", file=sys.stderr)
+        print_written(path)
+
+
+def print_written(*paths: Path) -> None:
+    """Print on standard error which files were written, one a line if a line is too short for all."""
+    together = ", ".join(map(str, paths))
+    fits = len(HEAD + together) <= WIDTH
+    print(HEAD + (together if fits else (",\n" + " " * len(HEAD)).join(map(str, paths))), file=sys.stderr)
 
 
 def write_whole(path: Path, content: str | bytes) -> None:
