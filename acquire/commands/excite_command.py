@@ -49,16 +49,17 @@ def main(arguments: Sequence[str]) -> int:
     require_json(given.json)
     model = read_model(given.robot)
     with Stopwatch(seconds=given.search if given.kind == OPTIMISED else 0.0) as progress:
-        plans, pages = _planned(given, model, progress)
-    tables, distinguished = [], list(pages)
-    for one, path in zip(plans, _paths(given.output, len(plans)), strict=True):
+        plans, distinguished = _planned(given, model, progress)
+        progress("check it against all limits")
+        torques = [nominal_torque(one, model) for one in plans]
+    pages, tables = [], []
+    for one, torque, path in zip(plans, torques, _paths(given.output, len(plans)), strict=True):
         write_plan(one, path)
-        torque = nominal_torque(one, model)
         uses, beyond = [*limit_use(one), torque.use], violations(one, torque)
         pages += [summary(one, uses, beyond), *_poor(one), f"written: {path}; exidyn show {path} draws it"]
         tables.append(plan_table(one, uses, beyond) | {"written": str(path)})
     table = {"exidyn_plan": 1, "motions": tables, "distinguished": distinguished}
-    hand_over("\n".join(pages), json_text(table), given.json)
+    hand_over("\n".join([*_wrapped(distinguished), *pages]), json_text(table), given.json)
     return 0
 
 
@@ -66,11 +67,16 @@ def _planned(given: argparse.Namespace, model: Model, progress: Progress) -> tup
     """Motions, and what is to be said of them all."""
     wishes = wishes_of(given, model, progress)
     if given.kind != OPTIMISED:
+        progress(f"make {given.kind}")
         joints = [model.robot.index(joint) for joint in given.joints or ()]
         return [by_rule(given.kind, model, wishes, joints)], []
     if given.against:
         return _against(given, model, wishes, progress)
     return _search(given, model, wishes, progress), []
+
+
+def _wrapped(sentences: Sequence[str]) -> list[str]:
+    return [line for one in sentences for line in paragraph(one)]
 
 
 def _poor(one: Plan) -> list[str]:
