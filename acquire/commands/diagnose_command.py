@@ -35,8 +35,9 @@ EXAMPLES = (
 QUICK = {"read": 0.02, "ask": 0.0, "filter": 0.03, "form": 0.47, "search": 0.38, "weigh": 0.1}
 """Stages by how their sentences begin, and their shares of the time."""
 STAGES = {name: 0.7 * share for name, share in QUICK.items()} | {"simulate": 0.16, "identify": 0.14}
-NOTES = """Runs contain their role (identify, slow, payload, validate) where recorded so; what
-comes behind an option is for that. The more kinds of run, the more effects can be distinguished."""
+NOTES = """Runs contain their role (identify, slow, payload, validate) where recorded so;
+what comes behind an option is for that. The more kinds of run, the more effects
+can be distinguished."""
 
 
 def main(arguments: Sequence[str]) -> int:

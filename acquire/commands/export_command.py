@@ -34,7 +34,7 @@ def main(arguments: Sequence[str]) -> int:
     if given.to in TABLES:
         recording = read_recording(given.arm)
         robot, missing, content = recording.robot, left_out(recording), TABLES[given.to](recording)
-        path = given.output or Path(f"{Path(given.arm).stem}.{given.to}")
+        path = given.output or Path(f"{Path(given.arm).stem}-export.{given.to}")
     else:
         model = read_arm(given.arm)
         moved = _moved(given.arm, model)
@@ -93,7 +93,7 @@ def parser() -> argparse.ArgumentParser:
     found.add_argument("arm", metavar="ARM", help=ARM_HELP)
     formats = (*FORMATS, *TABLES)
     found.add_argument("--to", required=True, choices=formats, metavar="FORMAT", help=", ".join(formats))
-    add_output(found, "FILE", meaning="default: the robot's name, then -export; a table's is the recording's")
+    add_output(found, "FILE", meaning="default: the robot's name, or the recording's, then -export")
     add_json(found)
     found.add_argument(
         "--payload",

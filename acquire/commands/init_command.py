@@ -34,7 +34,8 @@ EXAMPLES = (
     "exidyn init log.mat --urdf arm.urdf -o arm/robot.toml",
 )
 NOTES = f"""A guess is written down from a probability of {100 * DECIDED:.0f} % on. What the log does not
-decide is left open: it is a comment in the robot.toml, and printed with what settles it."""
+decide is left open: it is a comment in the robot.toml, and printed with what
+settles it."""
 
 CLOCK = "time [s]"
 HELD = "held still, where their position is zero, as the log has no position and effort of them"

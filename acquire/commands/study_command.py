@@ -40,7 +40,8 @@ EXAMPLES = (
     "exidyn study robot.toml --plant truth.toml            # a simulated arm",
     "exidyn study robot.toml --from recordings             # the same choices among runs that exist",
 )
-NOTES = """The folder keeps every step that is done: the same command goes on where it was stopped."""
+NOTES = """The folder keeps every step that is done: the same command goes on where it was
+stopped."""
 
 
 def main(arguments: Sequence[str]) -> int:
