@@ -14,6 +14,7 @@ from exidyn.identify.diagnosis.runs.usable import HELD_OUT
 from exidyn.identify.diagnosis.words.summary import summary
 from exidyn.identify.errors import ExidynError
 from exidyn.identify.fit.fit import Fit
+from exidyn.identify.notebook import counted
 from exidyn.identify.pages.diagnosis.page_data import whole
 from exidyn.identify.preparation.prepare import Filtering
 
@@ -132,7 +133,7 @@ def _try(folder: Path, given: argparse.Namespace) -> bool:
 
 def run(case: Case, output: Path, given: argparse.Namespace, progress: Stopwatch) -> Diagnosed:
     """Diagnose one case, print and write what came out."""
-    progress(f"ask {len(case.runs)} runs of {case.name}")
+    progress(f"ask {counted(len(case.runs), 'run')} of {case.name}")
     filtering = filtering_of(given)
     found = diagnosed(case.model, case.runs, case.name, filtering=filtering, progress=progress)
     diagnosis = found.diagnosis

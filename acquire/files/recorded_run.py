@@ -20,6 +20,7 @@ from ..run.realtime import realtime
 from ..run.recording.recorder import part_of, start_recorder
 from ..run.stopping.stop_requests import StopRequests
 from ..terminal import run_summary
+from ..terminal.json_output import print_written
 
 
 def free_path(wanted: Path | None, stem: str) -> Path:
@@ -126,7 +127,7 @@ def print_where(recorder: PipeSink, path: Path, advice: str) -> None:
         advice: What to do with a whole recording, behind "exidyn".
     """
     if path.exists():
-        print(f"written: {path}; exidyn {advice}", file=sys.stderr)
+        print_written(path, advice=f"exidyn {advice}")
     elif part_of(path).exists():
         print(
             f"exidyn: {recorder.failure or 'the recorder did not finish'}; what was written is in "

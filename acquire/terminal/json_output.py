@@ -3,6 +3,9 @@
 import json
 import os
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 from datetime import datetime
 from pathlib import Path
 from typing import Any
@@ -16,6 +19,8 @@ from .colour import coloured
 HEAD = "written: "
 SCREEN = Path("-")
 """In place of a file: standard output."""
+_told = ContextVar("told", default=True)
+"""Whether it is printed which files were written."""
 
 
 def hand_over(page: str, text: str, path: Path | None) -> None:
@@ -26,11 +31,29 @@ def hand_over(page: str, text: str, path: Path | None) -> None:
         print_written(path)
 
 
-def print_written(*paths: Path) -> None:
-    """Print on standard error which files were written, one a line if a line is too short for all."""
+@contextmanager
+def files_untold() -> Iterator[None]:
+    """Within it nothing is printed of files that were written: who called will call them otherwise."""
+    before = _told.set(False)
+    try:
+        yield
+    finally:
+        _told.reset(before)
+
+
+def print_written(*paths: Path, advice: str = "") -> None:
+    """Print on standard error which files were written, one a line if a line is too short for all.
+
+    Args:
+        paths: Of the files.
+        advice: What to do with a single one, behind its name.
+    """
+    if not _told.get():
+        return
     together = ", ".join(map(str, paths))
     fits = len(HEAD + together) <= WIDTH
-    print(HEAD + (together if fits else (",\n" + " " * len(HEAD)).join(map(str, paths))), file=sys.stderr)
+    listed = together if fits else (",\n" + " " * len(HEAD)).join(map(str, paths))
+    print(f"{HEAD}{listed}{advice and '; '}{advice}", file=sys.stderr)
 
 
 def write_whole(path: Path, content: str | bytes) -> None:
