@@ -145,7 +145,7 @@ def threshold_of(learned: Learned, runs: ArmRuns, alarms_per_year: float) -> flo
     """
     spacing = np.median(np.diff(runs.days)) if len(runs.days) > 1 else 1.0
     questions = YEAR / max(float(spacing), 1e-3) * len(learned.frame.causes) * len(SHAPES)
-    questions *= len(windows(len(runs.runs)))
+    questions *= max(len(windows(len(runs.runs))), 1)  # none yet where runs are too few for a change
     share = min(alarms_per_year / questions, 1.0)
     return float(stats.t.isf(0.5 * share, max(learned.freedom - 1, 1)))
 
