@@ -11,6 +11,7 @@ from exidyn.drivers import Driver, Info, Sample
 from exidyn.identify.model import Model
 from exidyn.identify.recordings.recording import KnownPayload
 
+from ..arguments.common import complaint
 from ..run.lines import print_line
 from ..run.perform import Job, Outcome, perform
 from ..run.pipe.frames import END, text_frame
@@ -115,7 +116,7 @@ def _print_warnings(info: Info) -> None:
 def warn(warnings: Iterable[str]) -> None:
     """Print warnings on standard error."""
     for warning in warnings:
-        print_line(f"exidyn: warning: {warning}")
+        print_line(complaint(f"exidyn: warning: {warning}"))
 
 
 def print_where(recorder: PipeSink, path: Path, advice: str) -> None:

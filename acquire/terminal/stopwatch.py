@@ -4,15 +4,16 @@ import math
 import shutil
 import sys
 import time
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from threading import Event, Thread
-from typing import Self
+from typing import Self, TypeVar
 
 import numpy as np
 from tqdm import tqdm
 
 from exidyn.identify.text_table import paragraph
 
+T = TypeVar("T")
 Progress = Callable[[str], None]
 """Called with a sentence at each stage."""
 
@@ -27,9 +28,9 @@ NEARLY = 0.95
 FORM = "{percentage:3.0f} % |{bar:30}| {elapsed}{postfix}"
 
 
-def with_bar(rows: np.ndarray) -> Iterable[np.ndarray]:
-    """The rows one by one, with a bar and the time left in a terminal, without in pipes and files."""
-    return tqdm(rows, file=sys.stderr, leave=False, delay=PATIENCE, disable=None)
+def with_bar(items: Sequence[T] | np.ndarray) -> Iterable[T]:
+    """The items one by one, with a bar and the time left in a terminal, without in pipes and files."""
+    return tqdm(items, file=sys.stderr, leave=False, delay=PATIENCE, disable=None)
 
 
 class Stopwatch:
