@@ -5,6 +5,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from exidyn.identify.fleet.drift import LEAST
 from exidyn.identify.fleet.report import KindReport
 from exidyn.identify.fleet.words import change_words, difference_words
 from exidyn.identify.notebook import counted
@@ -71,8 +72,12 @@ def _text(found: Sequence[KindReport], new: int) -> str:
         changed = {arm: own for arm, own in arms.items() if own.found}
         for arm, own in changed.items():
             lines += [f"  {arm}: {change_words(report.learned, one)}" for one in own.found]
-        same = len(arms) - len(changed)
-        lines.append(f"  nothing changed on {'the other ' if changed else ''}{counted(same, 'arm')}")
+        few = sum(len(own.runs) < LEAST for own in report.learned.arms.values())
+        same = len(arms) - len(changed) - few
+        if same or not few:
+            lines.append(f"  nothing changed on {'the other ' if changed else ''}{counted(same, 'arm')}")
+        if few:
+            lines.append(f"  too few runs for a change on {counted(few, 'arm')}: {LEAST} at least")
     return "\n".join([*lines, f"new: {counted(new, 'run')}"])
 
 

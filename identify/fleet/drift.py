@@ -18,6 +18,8 @@ from .runs import ArmRuns
 STEP, CREEP = SHAPES = "step", "creep"
 FEWEST = 2
 """Runs before and after a change: a single run out of line is a bad run."""
+LEAST = 2 * FEWEST
+"""Runs of an arm from which on a change is asked for."""
 YEAR = 365.25
 ANY = 1e6
 """Standard deviation of a change before the data, in the frame's units: nothing is known."""
@@ -123,7 +125,7 @@ def drift(learned: Learned, runs: ArmRuns, alarms_per_year: float) -> ArmDrift:
     """Changes of one arm; as many false alarms a year are allowed."""
     history, changes, alarms = _History(learned, runs), list[Change](), list[tuple[float, int]]()
     threshold = threshold_of(learned, runs, alarms_per_year)
-    for stop in range(2 * FEWEST, len(runs.runs) + 1):
+    for stop in range(LEAST, len(runs.runs) + 1):
         changes = _again(history, changes, stop)
         best = history.best(changes, stop, windows(stop))
         while best.deviations > threshold and len(changes) < stop // FEWEST:
@@ -156,7 +158,7 @@ def windows(stop: int) -> list[int]:
     while stop - round(back) >= FEWEST:
         found.append(stop - round(back))
         back *= 1.5
-    return sorted({*found, *([FEWEST] if stop >= 2 * FEWEST else [])})
+    return sorted({*found, *([FEWEST] if stop >= LEAST else [])})
 
 
 @dataclass(frozen=True, eq=False)

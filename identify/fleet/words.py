@@ -4,7 +4,7 @@ from datetime import UTC, datetime
 
 import numpy as np
 
-from ..diagnosis.words.naming import capital, joined, lower, named
+from ..diagnosis.words.naming import joined, lower, named
 from .causes import Cause
 from .compared import Difference
 from .drift import CREEP, Found
@@ -65,8 +65,3 @@ def date_words(day: float) -> str:
     """A day as 3 May 2026."""
     date = datetime.fromtimestamp(day * DAY, UTC)
     return f"{date.day} {date:%b %Y}"
-
-
-def arm_words(arm: str, runs: int, found: tuple[str, ...]) -> str:
-    """What to say of an arm in a line."""
-    return capital(f"{arm}: {runs} runs; {'; '.join(found) if found else 'nothing changed'}")
