@@ -8,8 +8,8 @@ from importlib.metadata import version
 
 from exidyn.identify.errors import ExidynError
 
-from .arguments.common import CommandParser, name_lines
-from .arguments.exit_codes import INTERRUPTED, READER_LEFT, REFUSED, STOPPED, codes_help
+from .arguments.common import CommandParser, complaint, name_lines
+from .arguments.exit_codes import INTERRUPTED, MEANINGS, READER_LEFT, REFUSED, STOPPED
 from .commands import COMMANDS, command_module
 
 
@@ -65,7 +65,7 @@ def _answered(arguments: Sequence[str] | None) -> int:
 
 
 def _said(line: str, code: int) -> int:
-    print(f"exidyn: {line}", file=sys.stderr)
+    print(complaint(f"exidyn: {line}"), file=sys.stderr)
     return code
 
 
@@ -76,7 +76,7 @@ def _parser() -> argparse.ArgumentParser:
         epilog="\n\n".join(
             [
                 name_lines("commands", COMMANDS),
-                codes_help(),
+                name_lines("exit codes", {str(code): words for code, words in MEANINGS.items()}),
                 "'exidyn COMMAND --help' explains a command. To begin: exidyn example",
             ]
         ),

@@ -2,12 +2,15 @@
 
 from collections.abc import Mapping
 from dataclasses import MISSING, dataclass, field, fields
+from textwrap import wrap
 from typing import Any
 
 from .errors import BadSettings, listed
 
 FARTHEST = 1e9
 """Size of a number where no closer limit is given: radians, counts, baud and nanoseconds stay below it."""
+WIDTH = 80
+"""Columns of a comment: what every terminal shows."""
 
 
 @dataclass(frozen=True)
@@ -117,7 +120,8 @@ def template(cls: type[Any]) -> str:
         ]
         facts += [f"one of {', '.join(map(str, about.choices))}"] if about.choices else []
         required = f.default is MISSING
-        lines.append(f"# {'; '.join(fact for fact in facts if fact)}{'; required' * required}")
+        words = "; ".join(filter(None, [*facts, "required" * required]))
+        lines += wrap(words, WIDTH, initial_indent="# ", subsequent_indent="# ", break_on_hyphens=False)
         lines.append(f"# {f.name} =" if required else f"{f.name} = {_toml(f.default)}")
     return "\n".join(lines) + "\n"
 

@@ -2,11 +2,16 @@
 
 import argparse
 import math
+import sys
+import textwrap
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NoReturn
 
 from .exit_codes import REFUSED
+
+WIDTH = 80
+"""Columns of a page: what every terminal shows."""
 
 
 class CommandParser(argparse.ArgumentParser):
@@ -14,7 +19,15 @@ class CommandParser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         """Print what is wrong, and end."""
-        self.exit(REFUSED, f"{self.prog}: {' '.join(message.split())}. '{self.prog} --help' explains\n")
+        line = f"{self.prog}: {' '.join(message.split())}. '{self.prog} --help' explains"
+        self.exit(REFUSED, f"{complaint(line)}\n")
+
+
+def complaint(line: str) -> str:
+    """A line for standard error: one for scripts, wrapped between words for a person."""
+    if sys.stderr is None or not sys.stderr.isatty():
+        return line
+    return textwrap.fill(line, WIDTH, break_long_words=False, break_on_hyphens=False)
 
 
 def command_parser(
@@ -33,16 +46,32 @@ def command_parser(
     return CommandParser(
         prog=f"exidyn {name}",
         usage=usage,
-        description=description,
+        description=_wrapped(description),
         epilog=f"{notes.strip()}\n\n{shown}" if notes else shown,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
 
 
+def _wrapped(description: str) -> str:
+    """The same, lines that are too long for a terminal together with those behind them wrapped anew."""
+    too_long = any(len(line) > WIDTH for line in description.splitlines())
+    return textwrap.fill(" ".join(description.split()), WIDTH) if too_long else description
+
+
 def name_lines(title: str, texts: Mapping[str, str]) -> str:
-    """A title, and a line each with name and text."""
-    width = max(map(len, texts))
-    return "\n".join([f"{title}:", *(f"  {name:<{width}}  {text}" for name, text in texts.items())])
+    """A title, and name and text of each on lines of their own, texts below one another."""
+    indent = max(map(len, texts)) + 4
+    rows = [
+        textwrap.fill(
+            text,
+            WIDTH,
+            initial_indent=f"  {name:<{indent - 2}}",
+            subsequent_indent=" " * indent,
+            break_on_hyphens=False,
+        )
+        for name, text in texts.items()
+    ]
+    return "\n".join([f"{title}:", *rows])
 
 
 def table_help(title: str, table: Mapping[str, Any]) -> str:

@@ -24,8 +24,3 @@ MEANINGS = {
     READER_LEFT: "the reader of the output has left, as head does",
 }
 """Code -> in words, for help and docs."""
-
-
-def codes_help() -> str:
-    """A line a code."""
-    return "\n".join(["exit codes:", *(f"  {code:<3}  {words}" for code, words in MEANINGS.items())])

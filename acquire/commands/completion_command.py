@@ -13,10 +13,12 @@ EXAMPLES = (
     "exidyn completion zsh > ~/.zfunc/_exidyn",
     "exidyn completion fish > ~/.config/fish/completions/exidyn.fish",
 )
-NOTES = """bash: the package bash-completion finds the file there by itself; without it, or for one terminal:
+NOTES = """bash: the package bash-completion finds the file there by itself; without it, or
+      for one terminal:
       eval "$(exidyn completion bash)"
 zsh:  ~/.zshrc has fpath+=~/.zfunc before compinit
-What is printed is complete: nothing of exidyn runs when Tab is pressed. Print it anew after an update."""
+What is printed is complete: nothing of exidyn runs when Tab is pressed.
+Print it anew after an update."""
 FILES = {"ARM", "FILE", "FIT", "REAL", "ROBOT", "RUN", "SIM", "SOURCE", "TRAJECTORY"}
 """Metavars of what can be a file; FOLDER is a folder."""
 

@@ -14,6 +14,7 @@ from exidyn.identify.diagnosis.runs.usable import HELD_OUT
 from exidyn.identify.diagnosis.words.summary import summary
 from exidyn.identify.errors import ExidynError
 from exidyn.identify.fit.fit import Fit
+from exidyn.identify.notebook import counted
 from exidyn.identify.pages.diagnosis.page_data import whole
 from exidyn.identify.preparation.prepare import Filtering
 
@@ -24,7 +25,7 @@ from ..arguments.outputs import add_json, add_output, make_folder, require_json
 from ..files.diagnosis_case import COMPARISON_CUTOFF, Case, case_folders, read_case, recorded_case
 from ..files.diagnosis_files import add_answer, read_answers, write_diagnosis
 from ..files.payload_runs import add_payload_arguments
-from ..terminal.json_output import hand_over, json_text
+from ..terminal.json_output import hand_over, json_text, print_written
 from ..terminal.stopwatch import Progress, Stopwatch
 
 EXAMPLES = (
@@ -35,8 +36,9 @@ EXAMPLES = (
 QUICK = {"read": 0.02, "ask": 0.0, "filter": 0.03, "form": 0.47, "search": 0.38, "weigh": 0.1}
 """Stages by how their sentences begin, and their shares of the time."""
 STAGES = {name: 0.7 * share for name, share in QUICK.items()} | {"simulate": 0.16, "identify": 0.14}
-NOTES = """Runs contain their role (identify, slow, payload, validate) where recorded so; what
-comes behind an option is for that. The more kinds of run, the more effects can be distinguished."""
+NOTES = """Runs contain their role (identify, slow, payload, validate) where recorded so;
+what comes behind an option is for that. The more kinds of run, the more effects
+can be distinguished."""
 
 
 def main(arguments: Sequence[str]) -> int:
@@ -131,7 +133,7 @@ def _try(folder: Path, given: argparse.Namespace) -> bool:
 
 def run(case: Case, output: Path, given: argparse.Namespace, progress: Stopwatch) -> Diagnosed:
     """Diagnose one case, print and write what came out."""
-    progress(f"ask {len(case.runs)} runs of {case.name}")
+    progress(f"ask {counted(len(case.runs), 'run')} of {case.name}")
     filtering = filtering_of(given)
     found = diagnosed(case.model, case.runs, case.name, filtering, progress, case.before)
     diagnosis = found.diagnosis
@@ -143,7 +145,7 @@ def run(case: Case, output: Path, given: argparse.Namespace, progress: Stopwatch
     progress.close()
     text = json_text(whole(diagnosis, simulated, str(output)))
     hand_over(summary(diagnosis, simulated, str(output)), text, given.json)
-    print("written: " + ", ".join(map(str, written)), file=sys.stderr)
+    print_written(*written)
     return found
 
 

@@ -47,26 +47,36 @@ def main(arguments: Sequence[str]) -> int:
     read = [given.robot, *(one for one in (given.against, given.after, given.region) if one)]
     require_file(given.output, "--output", read)
     require_json(given.json)
-    model, progress = read_model(given.robot), Stopwatch()
-    wishes = wishes_of(given, model, progress)
-    pages: list[str]
-    if given.kind != OPTIMISED:
-        joints = [model.robot.index(joint) for joint in given.joints or ()]
-        plans, pages = [by_rule(given.kind, model, wishes, joints)], []
-    elif given.against:
-        plans, pages = _against(given, model, wishes, progress)
-    else:
-        plans, pages = _search(given, model, wishes, progress), []
-    tables, distinguished = [], list(pages)
-    for one, path in zip(plans, _paths(given.output, len(plans)), strict=True):
+    model = read_model(given.robot)
+    with Stopwatch(seconds=given.search if given.kind == OPTIMISED else 0.0) as progress:
+        plans, distinguished = _planned(given, model, progress)
+        progress("check it against all limits")
+        torques = [nominal_torque(one, model) for one in plans]
+    pages, tables = [], []
+    for one, torque, path in zip(plans, torques, _paths(given.output, len(plans)), strict=True):
         write_plan(one, path)
-        torque = nominal_torque(one, model)
         uses, beyond = [*limit_use(one), torque.use], violations(one, torque)
         pages += [summary(one, uses, beyond), *_poor(one), f"written: {path}; exidyn show {path} draws it"]
         tables.append(plan_table(one, uses, beyond) | {"written": str(path)})
     table = {"exidyn_plan": 1, "motions": tables, "distinguished": distinguished}
-    hand_over("\n".join(pages), json_text(table), given.json)
+    hand_over("\n".join([*_wrapped(distinguished), *pages]), json_text(table), given.json)
     return 0
+
+
+def _planned(given: argparse.Namespace, model: Model, progress: Progress) -> tuple[list[Plan], list[str]]:
+    """Motions, and what is to be said of them all."""
+    wishes = wishes_of(given, model, progress)
+    if given.kind != OPTIMISED:
+        progress(f"make {given.kind}")
+        joints = [model.robot.index(joint) for joint in given.joints or ()]
+        return [by_rule(given.kind, model, wishes, joints)], []
+    if given.against:
+        return _against(given, model, wishes, progress)
+    return _search(given, model, wishes, progress), []
+
+
+def _wrapped(sentences: Sequence[str]) -> list[str]:
+    return [line for one in sentences for line in paragraph(one)]
 
 
 def _poor(one: Plan) -> list[str]:
@@ -167,7 +177,7 @@ def _clearances(given: argparse.Namespace, model: Model, progress: Progress) -> 
         progress(f"{len(collision.names)} pairs of bodies are kept {given.collision_distance:g} m apart")
         found.append(collision)
     elif not given.no_collision:
-        progress("the robot has no collision geometry, so self-collision is not looked at")
+        progress("no collision geometry in the robot: self-collision is not looked at")
     if given.region:
         table = parse_toml(read_text(given.region), str(given.region))
         check_keys(table, ("region",), str(given.region))

@@ -1,7 +1,6 @@
 """exidyn export: a model for simulators, a recording as a table, and what these cannot represent."""
 
 import argparse
-import sys
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -17,7 +16,7 @@ from exidyn.identify.text_table import digits, paragraph
 from ..arguments.common import command_parser, table_help
 from ..arguments.outputs import add_json, add_output, require_file, require_json
 from ..files.arm_file import ARM_HELP, read_arm
-from ..terminal.json_output import hand_over, json_text, write_whole
+from ..terminal.json_output import hand_over, json_text, print_written, write_whole
 
 EXAMPLES = (
     "exidyn export exidyn-fit/fit.json --to mjcf",
@@ -35,7 +34,7 @@ def main(arguments: Sequence[str]) -> int:
     if given.to in TABLES:
         recording = read_recording(given.arm)
         robot, missing, content = recording.robot, left_out(recording), TABLES[given.to](recording)
-        path = given.output or Path(f"{Path(given.arm).stem}.{given.to}")
+        path = given.output or Path(f"{Path(given.arm).stem}-export.{given.to}")
     else:
         model = read_arm(given.arm)
         moved = _moved(given.arm, model)
@@ -54,7 +53,7 @@ def main(arguments: Sequence[str]) -> int:
         "written": str(path),
     }
     hand_over(_summary(given.to, missing, moved), json_text(table), given.json)
-    print(f"written: {path}", file=sys.stderr)
+    print_written(path)
     return 0
 
 
@@ -94,7 +93,7 @@ def parser() -> argparse.ArgumentParser:
     found.add_argument("arm", metavar="ARM", help=ARM_HELP)
     formats = (*FORMATS, *TABLES)
     found.add_argument("--to", required=True, choices=formats, metavar="FORMAT", help=", ".join(formats))
-    add_output(found, "FILE", meaning="default: the robot's name, then -export; a table's is the recording's")
+    add_output(found, "FILE", meaning="default: the robot's name, or the recording's, then -export")
     add_json(found)
     found.add_argument(
         "--payload",

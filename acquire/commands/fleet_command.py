@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from urllib.parse import quote
 
+from exidyn.identify.fleet.drift import LEAST
 from exidyn.identify.fleet.report import KindReport
 from exidyn.identify.fleet.words import change_words, difference_words
 from exidyn.identify.notebook import counted
@@ -19,7 +20,7 @@ from ..fleet.executors import LOCAL, executor_of
 from ..fleet.source import Source
 from ..fleet.store import Store
 from ..fleet.work import identify_new, left_out
-from ..terminal.json_output import hand_over, json_text, plain, write_whole
+from ..terminal.json_output import hand_over, json_text, plain, print_written, write_whole
 
 EXAMPLES = (
     "exidyn fleet check-runs",
@@ -79,8 +80,12 @@ def _text(found: Sequence[KindReport], new: int) -> str:
         changed = {arm: own for arm, own in arms.items() if own.found}
         for arm, own in changed.items():
             lines += [f"  {arm}: {change_words(report.learned, one)}" for one in own.found]
-        if same := len(arms) - len(changed):
+        few = sum(len(own.runs) < LEAST for own in report.learned.arms.values())
+        same = len(arms) - len(changed) - few
+        if same or not few:
             lines.append(f"  nothing changed on {counted(same, 'other arm' if changed else 'arm')}")
+        if few:
+            lines.append(f"  too few runs for a change on {counted(few, 'arm')}: {LEAST} at least")
     return "\n".join([*lines, f"new: {counted(new, 'run')}"])
 
 
@@ -99,7 +104,7 @@ def _write_page(source: Source, store: Store, found: Sequence[KindReport], rate:
         )
     path = store.folder / PAGE
     write_whole(path, fleet_page(found, list(left_out(store)), links, rate))
-    print(f"written: {path}", file=sys.stderr)
+    print_written(path)
 
 
 def _compare(given: argparse.Namespace) -> int:

@@ -1,7 +1,6 @@
 """exidyn identify: recordings in; a table, fit.json, a report and a view out."""
 
 import argparse
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -20,7 +19,7 @@ from ..arguments.common import add_robot, command_parser, table_help
 from ..arguments.filters import add_filters, filtering_of
 from ..arguments.outputs import add_json, add_output, make_folder, require_file, require_json
 from ..files.payload_runs import add_payload_arguments, carrying, distinct_bodies
-from ..terminal.json_output import hand_over
+from ..terminal.json_output import hand_over, print_written
 from ..terminal.stopwatch import Stopwatch
 
 EXAMPLES = (
@@ -147,4 +146,4 @@ def _write(fit: Fit, given: argparse.Namespace) -> None:
             written.append(given.save)
         if given.view:
             open_rerun(fit)
-    print("written: " + ", ".join(map(str, written)), file=sys.stderr)
+    print_written(*written)

@@ -24,7 +24,7 @@ from ..terminal.recording_text import payload_words, recording_table, warning_li
 
 EXAMPLES = (
     "exidyn import run.csv --robot robot.toml",
-    "exidyn import run.csv --robot robot.toml --degrees --columns time=Zeit position=A{number} current=I1,I2",
+    "exidyn import run.csv --robot robot.toml --columns position=A{number} current=I1,I2",
     "exidyn import bag --robot robot.toml --joints left_{joint} --effort current",
     "exidyn import trace_folder --align run.mcap -o traced",
 )
@@ -39,8 +39,9 @@ NAMES = """columns of a table, unless --columns names others (joints count from 
   ql1, ...             position behind the gear, of a second encoder [rad]
   q_ref1, ...          commanded position [rad]
   dq_ref1, ...         commanded velocity [rad/s]
-t, all q and all i or tau are needed. Of an array q the columns are q1, q2, ...; a file preset.toml beside
-the log, or --preset, gives other names, units and signs (docs/import.md).
+t, all q and all i or tau are needed. Of an array q the columns are q1, q2, ...;
+a file preset.toml beside the log, or --preset, gives other names, units and
+signs (docs/import.md).
 """
 
 
@@ -76,7 +77,7 @@ def parser() -> argparse.ArgumentParser:
     """What `exidyn import` takes."""
     found = command_parser(
         "import",
-        "Turn logs of other tools into recordings; what kind a log is, is found from its name and content.",
+        "Turn logs of other tools into recordings; what kind a log is, is found from its\nname and content.",
         EXAMPLES,
         f"{name_lines('kinds', {name: entry.content for name, entry in IMPORTERS.items()})}\n\n{NAMES}",
     )

@@ -27,7 +27,7 @@ from exidyn.identify.robot_files.urdf_file import ENDINGS, read_urdf
 
 from ..arguments.common import command_parser, positive
 from ..arguments.outputs import add_json, add_output, require_file, require_json
-from ..terminal.json_output import hand_over, json_text, plain, write_whole
+from ..terminal.json_output import hand_over, json_text, plain, print_written, write_whole
 
 EXAMPLES = (
     "exidyn init log.csv --urdf arm.urdf",
@@ -35,7 +35,8 @@ EXAMPLES = (
     "exidyn init log.mat --urdf arm.urdf -o arm/robot.toml",
 )
 NOTES = f"""A guess is written down from a probability of {100 * DECIDED:.0f} % on. What the log does not
-decide is left open: it is a comment in the robot.toml, and printed with what settles it."""
+decide is left open: it is a comment in the robot.toml, and printed with what
+settles it."""
 
 CLOCK = "time [s]"
 HELD = "held still, where their position is zero, as the log has no position and effort of them"
@@ -65,7 +66,7 @@ def main(arguments: Sequence[str]) -> int:
     page = proposal_text(proposal) + (f"\n\nNext: {then}" if then else "")
     written = [str(path) for path in texts]
     hand_over(page, json_text(plain(as_json(proposal, written, then))), given.json)
-    print("written: " + ", ".join(written), file=sys.stderr)
+    print_written(*texts)
     if unsure:
         print(f"no {BESIDE} written: {', '.join(unsure)} not decided", file=sys.stderr)
     return 0

@@ -39,13 +39,14 @@ from ..jog.there_and_back import (
 )
 from ..run.arms import make_driver, standing_arm, with_body
 from ..run.errors import NotAllowed
+from ..run.lines import print_line
 from ..run.perform import FEWEST, LISTEN, Job, Outcome
 from ..run.recording.recorder import require_free
 from ..run.start import StartRules
 from ..terminal import run_summary
 from ..terminal.confirm import confirm, require_attended
 from ..terminal.json_output import hand_over, json_text
-from ..terminal.progress import print_line, start_progress
+from ..terminal.progress import start_progress
 
 EXAMPLES = (
     "exidyn jog --robot cobot --joint 3                         # a simulated arm",

@@ -14,7 +14,6 @@ from exidyn.identify.recordings.recording import KnownPayload
 from exidyn.identify.robot_files.geometry import read_geometry
 from exidyn.identify.robot_files.robot_file import read_model
 from exidyn.identify.simulation.as_built import as_built
-from exidyn.identify.simulation.plant import typical_plant
 from exidyn.trajectories.clearances.clearance import Clearance
 from exidyn.trajectories.clearances.self_collision import SelfCollision
 from exidyn.trajectories.plans.plan_file import plan_text, read_plan
@@ -27,7 +26,7 @@ from ..arguments.record_arguments import parser as parser
 from ..arguments.run_options import body_of, facts_of, require_mock, stops_of
 from ..files.recorded_run import free_path, print_where, run_head, run_recorded, warn
 from ..live.live_view import Targets, require_showable, start_view
-from ..run.arms import make_driver
+from ..run.arms import make_driver, simulated_arm
 from ..run.before import Checked, checked
 from ..run.perform import Job, Outcome
 from ..run.pipe.pipe_sink import PipeSink
@@ -102,7 +101,7 @@ def _plant(given: argparse.Namespace, ready: Checked, payload: KnownPayload | No
         elif not given.dry_run:
             model = as_built(model)
         start = ready.plan.trajectory.state_at(0.0).position
-        return typical_plant(model, start, seed=given.seed, payload=payload.name if payload else "")
+        return simulated_arm(model, start, seed=given.seed, payload=payload.name if payload else "")
 
     return make
 

@@ -40,7 +40,8 @@ def parser() -> argparse.ArgumentParser:
         "recover",
         "Make whole recordings of those that end abruptly or are damaged; these are kept.",
         EXAMPLES,
-        notes="run.mcap.part becomes run.mcap if there is none yet, all others become run.recovered.mcap.\n"
+        notes="run.mcap.part becomes run.mcap if there is none yet, all others become\n"
+        "run.recovered.mcap. "
         f"Exit code {LOST}: something is lost for good.",
     )
     found.add_argument("runs", nargs="+", type=Path, metavar="RUN", help="recording (.mcap, .mcap.part)")

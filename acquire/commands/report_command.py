@@ -1,7 +1,6 @@
 """exidyn report: whatever was recorded, identified, diagnosed and compared, on one page."""
 
 import argparse
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -13,7 +12,7 @@ from ..arguments.outputs import add_output, require_file
 from ..files.payload_runs import add_payload_arguments
 from ..files.report_files import VALID, found_files
 from ..files.report_material import material
-from ..terminal.json_output import write_whole
+from ..terminal.json_output import print_written, write_whole
 from ..terminal.stopwatch import Stopwatch
 
 EXAMPLES = (
@@ -39,7 +38,7 @@ def main(arguments: Sequence[str]) -> int:
         )
         progress("draw the page")
         write_whole(given.output, joined_html(found))
-    print(f"written: {given.output}", file=sys.stderr)
+    print_written(given.output)
     return 0
 
 

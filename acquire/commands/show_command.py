@@ -16,9 +16,9 @@ from exidyn.trajectories.plans.plan_page import plan_page
 from exidyn.trajectories.plans.plan_summary import summary
 from exidyn.trajectories.plans.plan_use import limit_use
 
-from ..arguments.common import add_plan, add_robot, command_parser, positive, table_help
+from ..arguments.common import add_plan, add_robot, command_parser, complaint, positive, table_help
 from ..arguments.outputs import add_json, require_file, require_json
-from ..terminal.json_output import hand_over, json_text
+from ..terminal.json_output import hand_over, json_text, print_written
 from ..terminal.plan_table import plan_table
 
 EXAMPLES = (
@@ -41,7 +41,7 @@ def main(arguments: Sequence[str]) -> int:
     plan = read_plan(given.plan)
     model = read_model(given.robot) if given.robot else None
     for difference in _differences(plan, model):
-        print(f"exidyn: warning: {difference}", file=sys.stderr)
+        print(complaint(f"exidyn: warning: {difference}"), file=sys.stderr)
     torque = nominal_torque(plan, model) if model else None
     beyond = violations(plan, torque)
     uses = [*limit_use(plan), *([torque.use] if torque else [])]
@@ -51,7 +51,7 @@ def main(arguments: Sequence[str]) -> int:
     page.write_text(plan_page(plan, beyond, torque), encoding="utf-8")
     written = [page, *_write_exports(plan, given)]
     written += _show_moving(plan, given, model) if model else []
-    print("written: " + ", ".join(map(str, written)), file=sys.stderr)
+    print_written(*written)
     return 0
 
 

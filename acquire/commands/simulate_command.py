@@ -20,11 +20,20 @@ from exidyn.identify.text_table import digits, paragraph
 from exidyn.trajectories.plans.plan import robot_differences
 from exidyn.trajectories.plans.plan_file import read_plan
 
-from ..arguments.common import add_body, add_plan, add_seed, any_number, command_parser, percent, positive
+from ..arguments.common import (
+    add_body,
+    add_plan,
+    add_seed,
+    any_number,
+    command_parser,
+    complaint,
+    percent,
+    positive,
+)
 from ..arguments.outputs import add_json, add_output, require_file, require_json
 from ..files.arm_file import ARM_HELP, read_arm
 from ..run.simulated import simulated
-from ..terminal.json_output import hand_over, json_text, plain
+from ..terminal.json_output import hand_over, json_text, plain, print_written
 from ..terminal.stopwatch import with_bar
 
 FASTEST, SLOWEST = 1e-4, 0.1
@@ -46,7 +55,7 @@ def main(arguments: Sequence[str]) -> int:
     arm, plan = read_arm(given.arm), read_plan(given.plan)
     nominal, carried = _carrying(given, arm)
     for difference in robot_differences(plan, arm.robot) if plan.joints == arm.robot.joints else ():
-        print(f"exidyn: warning: {difference}", file=sys.stderr)
+        print(complaint(f"exidyn: warning: {difference}"), file=sys.stderr)
     began = time.perf_counter()
     recording = simulated(
         arm, plan, nominal, carried, _transmission(given, arm), speed=given.speed, tick=given.tick,
@@ -56,7 +65,7 @@ def main(arguments: Sequence[str]) -> int:
     write_recording(recording, given.output)
     table = _table(recording, taken) | {"written": str(given.output)}
     hand_over(_summary(recording, taken), json_text(table), given.json)
-    print(f"written: {given.output}", file=sys.stderr)
+    print_written(given.output)
     return 0
 
 

@@ -29,7 +29,7 @@ from ..study.notebook import ENDED
 from ..study.rounds import NOTEBOOK, forget_end
 from ..study.shelf import Shelf
 from ..study.source import Source
-from ..terminal.json_output import hand_over, json_text
+from ..terminal.json_output import files_untold, hand_over, json_text
 from ..terminal.stopwatch import Stopwatch
 from . import diagnose_command, identify_command, record_command
 from .excite_command import wishes_of
@@ -40,7 +40,8 @@ EXAMPLES = (
     "exidyn study robot.toml --plant truth.toml            # a simulated arm",
     "exidyn study robot.toml --from recordings             # the same choices among runs that exist",
 )
-NOTES = """The folder keeps every step that is done: the same command goes on where it was stopped."""
+NOTES = """The folder keeps every step that is done: the same command goes on where it was
+stopped."""
 
 
 def main(arguments: Sequence[str]) -> int:
@@ -150,7 +151,7 @@ def _record(given: argparse.Namespace, plan: Path, path: Path, body: KnownPayloa
 @contextmanager
 def _page_into(path: Path) -> Iterator[None]:
     """What a command prints as its page goes into a file: a study has a page of its own."""
-    with path.open("w", encoding="utf-8") as file, redirect_stdout(file):
+    with path.open("w", encoding="utf-8") as file, redirect_stdout(file), files_untold():
         yield
 
 

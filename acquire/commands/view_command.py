@@ -1,7 +1,6 @@
 """exidyn view: recordings, a fit or a diagnosis in Rerun."""
 
 import argparse
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -10,6 +9,7 @@ from exidyn.identify.robot_files.robot_file import read_model
 from ..arguments.common import add_robot, command_parser
 from ..arguments.outputs import require_apart
 from ..live.targets import LOCAL, PORT, Targets
+from ..terminal.json_output import print_written
 
 EXAMPLES = (
     "exidyn view run.mcap other.mcap",
@@ -30,7 +30,7 @@ def main(arguments: Sequence[str]) -> int:
     window = given.save is None and given.serve is None
     show(view_of(given.files, model), Targets(window, given.serve, given.save))
     if given.save is not None:
-        print(f"written: {given.save}", file=sys.stderr)
+        print_written(given.save)
     return 0
 
 

@@ -16,7 +16,7 @@ from exidyn.identify.model import Model
 from exidyn.identify.robot_files.robot_file import read_model
 from exidyn.identify.text_table import paragraph
 
-from ..arguments.common import add_robot, command_parser, positive
+from ..arguments.common import add_robot, command_parser, complaint, positive
 from ..arguments.controllers import add_controller, read_controller
 from ..arguments.exit_codes import DONE
 from ..arguments.fleet_options import FOLDER, add_alarms
@@ -83,7 +83,7 @@ def main(arguments: Sequence[str]) -> int:
         info = driver.open_to_read()
         asked.look()  # from here on Ctrl-C is a request, and does not interrupt
         for warning in info.warnings:
-            print(f"exidyn: warning: {warning}", file=sys.stderr)
+            print(complaint(f"exidyn: warning: {warning}"), file=sys.stderr)
         print("\n".join(paragraph(f"read only; sent to it: {driver.sent_to_read}")), file=sys.stderr)
         file = None
         if given.json is not None and given.json != SCREEN:

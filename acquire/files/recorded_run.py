@@ -11,6 +11,8 @@ from exidyn.drivers import Driver, Info, Sample
 from exidyn.identify.model import Model
 from exidyn.identify.recordings.recording import KnownPayload
 
+from ..arguments.common import complaint
+from ..run.lines import print_line
 from ..run.perform import Job, Outcome, perform
 from ..run.pipe.frames import END, text_frame
 from ..run.pipe.pipe_sink import PipeSink, Sink
@@ -19,7 +21,7 @@ from ..run.realtime import realtime
 from ..run.recording.recorder import part_of, start_recorder
 from ..run.stopping.stop_requests import StopRequests
 from ..terminal import run_summary
-from ..terminal.progress import print_line
+from ..terminal.json_output import print_written
 
 
 def free_path(wanted: Path | None, stem: str) -> Path:
@@ -114,7 +116,7 @@ def _print_warnings(info: Info) -> None:
 def warn(warnings: Iterable[str]) -> None:
     """Print warnings on standard error."""
     for warning in warnings:
-        print_line(f"exidyn: warning: {warning}")
+        print_line(complaint(f"exidyn: warning: {warning}"))
 
 
 def print_where(recorder: PipeSink, path: Path, advice: str) -> None:
@@ -126,7 +128,7 @@ def print_where(recorder: PipeSink, path: Path, advice: str) -> None:
         advice: What to do with a whole recording, behind "exidyn".
     """
     if path.exists():
-        print(f"written: {path}; exidyn {advice}", file=sys.stderr)
+        print_written(path, advice=f"exidyn {advice}")
     elif part_of(path).exists():
         print(
             f"exidyn: {recorder.failure or 'the recorder did not finish'}; what was written is in "

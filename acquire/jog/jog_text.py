@@ -38,12 +38,11 @@ def found(robot: Robot, way: Way, position: np.ndarray, flange: FlangeWay) -> st
     units, joint = JointUnits.of(robot), way.joint
     target = position.copy()
     target[joint] += way.distance
-    lines = [
+    text = (
         f"{robot.joints[joint]} stands at {units.text(position, joint)} (limits {units.range_text(joint)}), "
-        f"goes to {units.text(target, joint)} and back, after {BEFORE:g} s of rest",
-        *expected(robot, way, flange),
-    ]
-    return "\n".join(lines)
+        f"goes to {units.text(target, joint)} and back, after {BEFORE:g} s of rest"
+    )
+    return "\n".join([*paragraph(text), *expected(robot, way, flange)])
 
 
 def expected(robot: Robot, way: Way, flange: FlangeWay) -> list[str]:

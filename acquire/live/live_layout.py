@@ -41,7 +41,7 @@ def layout(model: Model, effort: str, delay: float) -> rrb.Blueprint:
         _plot("tracking_error", f"tracking error [{small}]", legend=True),
         _plot("velocity", f"velocity, {old} [{angle}/s]"),
         _plot(effort, f"{effort} [{'A' if effort == 'current' else torque}]"),
-        _plot("residual", f"residual torque, {old} [{torque}]", legend=True),
+        _plot("residual", f"residual torque, {old} [{torque}]"),
         _plot("lateness", "lateness of cycles [ms]", legend=True),
         grid_columns=2,
     )

@@ -11,8 +11,9 @@ from exidyn.identify.pages.views.view_parts import GREY, JOINTS, TIMELINE, send
 from ..run.pipe.frames import Cycle, Event
 from ..run.pipe.run_head import RunHead
 from .live_arm import LiveArm
-from .live_layout import finite_limits, layout
+from .live_layout import SHOWN, finite_limits, layout
 from .residual import LiveResidual, Samples, joint_torque
+from .scale import Scale
 
 FRAMES = 50.0
 """Pictures of the arm a second [Hz]."""
@@ -50,6 +51,7 @@ class LiveLog:
         self._limits = finite_limits(head.model.robot, self._effort)
         self._colours = [COLOURS[joint % len(COLOURS)] for joint in range(head.model.robot.dof)]
         self._arm = LiveArm(recording, head.model, self._colours)
+        self._scale = Scale(SHOWN)
         self._pictured = self._limited = -np.inf
         self._explain()
 
@@ -64,6 +66,7 @@ class LiveLog:
         self._lines("lateness/late", ["late"], [JOINTS[0]], 1.5)
         points = rr.SeriesPoints(names="skipped", colors=RED, marker_sizes=4.0)
         self._recording.log("lateness/skipped", points, static=True)
+        self._lines("residual/scale", ["scale"] * 2, [(*GREY, FAINT)] * 2, 1.0)
         for quantity, limits in self._limits.items():
             names = [f"limit of {robot.joints[joint]}" for joint in limits.joints]
             self._lines(
@@ -110,6 +113,8 @@ class LiveLog:
         if len(torques.stamp):
             self._send("velocity/measured", torques.stamp, torques.velocity)
             self._send("residual", torques.stamp, torques.residual)
+            mark = self._scale.add(torques.stamp, torques.residual)
+            self._send("residual/scale", torques.stamp[-1:], np.array([[-mark, mark]]))
 
     def _move_arm(self, time: np.ndarray, position: np.ndarray) -> None:
         rows = []

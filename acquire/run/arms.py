@@ -13,6 +13,8 @@ from exidyn.identify.model import Model
 from exidyn.identify.recordings.recording import KnownPayload
 from exidyn.identify.simulation.plant import typical_plant
 
+from .lines import explained_if_slow
+
 SHARE = 0.3
 """Of its range at which each joint stands [-]: half-way most arms point up, and gravity has little effect."""
 
@@ -47,7 +49,13 @@ def standing_arm(nominal: Robot, real: Model, seed: int = 0, payload: str = "") 
         seed: Of its noise.
         payload: Name of the body that it carries; empty for none.
     """
-    return lambda: typical_plant(real, standing_pose(nominal), seed=seed, payload=payload)
+    return lambda: simulated_arm(real, standing_pose(nominal), seed=seed, payload=payload)
+
+
+def simulated_arm(model: Model, start: np.ndarray, *, seed: int = 0, payload: str = "") -> Plant:
+    """`typical_plant`; see `explained_if_slow`."""
+    with explained_if_slow():
+        return typical_plant(model, start, seed=seed, payload=payload)
 
 
 def with_body(model: Model, body: KnownPayload | None) -> Model:

@@ -4,9 +4,8 @@ from dataclasses import replace
 from functools import partial
 
 from exidyn.identify.model import Model
-from exidyn.identify.simulation.plant import typical_plant
 
-from .arms import make_driver
+from .arms import make_driver, simulated_arm
 from .errors import NotAllowed
 from .perform import Job, Outcome, perform
 
@@ -25,7 +24,7 @@ def rehearse(job: Job, model: Model, cycle: float, payload: str = "") -> Outcome
     """
     start = job.motion.state_at(0.0).position
     settings = {"cycle": cycle, "clock": "stepped"}
-    plant = partial(typical_plant, model, start, payload=payload)
+    plant = partial(simulated_arm, model, start, payload=payload)
     driver = make_driver("mock", settings, model.robot, plant)
     watch = replace(job.watch, temperature=float("inf"))  # the temperature of the real arm is unknown
     outcome = perform(driver, replace(job, settle=cycle, watch=watch))

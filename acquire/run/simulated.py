@@ -18,6 +18,7 @@ from exidyn.trajectories.plans.plan_file import plan_text
 from exidyn.trajectories.trajectory import Trajectory
 
 from .before import NO_MARGIN
+from .lines import explained_if_slow
 from .player import Player
 
 
@@ -66,10 +67,11 @@ def simulated(
     position, velocity = commands(plan.trajectory, speed, arm, tick)
     control, sensors, thermal = typical_parts(loaded)
     sensors = Sensors.exact(loaded.robot.dof) if exact else sensors
-    plant = Plant(
-        loaded, loaded.nominal_values, loaded.robot.drive_gain, position[0], control, sensors, gears,
-        thermal, carried, seed=seed,
-    )  # fmt: skip
+    with explained_if_slow():
+        plant = Plant(
+            loaded, loaded.nominal_values, loaded.robot.drive_gain, position[0], control, sensors, gears,
+            thermal, carried, seed=seed,
+        )  # fmt: skip
     signals = follow(plant, position, velocity, tick, watched)
     if not np.any(np.isfinite(gears.stiffness)):
         del signals["link_position"]  # a second encoder would measure the same

@@ -1,8 +1,14 @@
-"""What a person is asked to do between runs."""
+"""What a person is told and asked to do between runs."""
 
 import sys
 
+from ..arguments.common import complaint
 from ..run.errors import NotConfirmed
+
+
+def tell(words: object) -> None:
+    """Print a sentence on standard error, in one line for scripts."""
+    print(complaint(f"exidyn: {' '.join(str(words).split())}"), file=sys.stderr)
 
 
 def ask(request: str) -> None:

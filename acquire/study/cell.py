@@ -1,7 +1,6 @@
 """A cell as the source of a study's runs: motions are planned and recorded by the single commands."""
 
 import os
-import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from itertools import count
@@ -29,7 +28,8 @@ from exidyn.trajectories.plans.plan_file import plan_text, read_plan, write_plan
 from ..run.before import checked
 from ..run.errors import RunStopped
 from ..run.recording.recorder import part_of
-from .asking import ask
+from ..terminal.stopwatch import with_bar
+from .asking import ask, tell
 from .rounds import NEXT, Round
 
 Record = Callable[[Path, Path, KnownPayload | None], bool]
@@ -83,13 +83,14 @@ class Cell:
 
     def offers(self, every: Sequence[Round], diagnosis: Diagnosis, fit: Fit | None) -> list[Offer]:
         """Runs of every kind, an excitation after the fit, and one that distinguishes what is open."""
+        tell("plans the runs that may come next")
         last = every[-1].recording()
         seed = len(every) + 1
         planned = [*self._kinds(), *self._searched(diagnosis, fit, seed)]
         warm, rate = "temperature" in last.signals, 1.0 / self.wishes.tick
-        offers = offers_of(self.model, planned, self.body, last.payload, rate, warm)
+        offers = offers_of(self.model, planned, self.body, last.payload, rate, warm, with_bar)
         made = {(one.plan.read_text(encoding="utf-8"), one.recording().payload) for one in every}
-        return [one for one in offers if _new(one, made) and self._allowed(one)]
+        return [one for one in with_bar(offers) if _new(one, made) and self._allowed(one)]
 
     def chosen(self, offer: Offer, folder: Path) -> dict[str, Any]:
         """Its motion, as a file, and what it asks."""
@@ -105,11 +106,11 @@ class Cell:
                 found.append(excitation(self.model, self.wishes, after, seed, self.search))
                 break
             except ExidynError as error:
-                _say(f"no excitation: {error}")
+                tell(f"no excitation: {error}")
         try:
             found += distinguishing(diagnosis, self.wishes, seed, self.search)
         except ExidynError as error:
-            _say(f"no motion against a rival: {error}")
+            tell(f"no motion against a rival: {error}")
         return found
 
     def _kinds(self) -> list[Planned]:
@@ -117,7 +118,7 @@ class Cell:
         if not self.folder.exists():
             part = self.folder.with_name(self.folder.name + ".part")
             part.mkdir(parents=True, exist_ok=True)
-            for name, motion in kinds_of_run(self.model, self.wishes, _say):
+            for name, motion in kinds_of_run(self.model, self.wishes, tell):
                 write_plan(motion, part / f"{name}.toml")
             os.replace(part, self.folder)
         return [(path.stem, read_plan(path)) for path in sorted(self.folder.glob("*.toml"))]
@@ -129,7 +130,7 @@ class Cell:
         if key not in self._checked:
             self._checked[key] = _why_not(offer.plan, self.model, offer.payload)
             if self._checked[key]:
-                _say(f"{offer.name} is not on offer: {self._checked[key]}")
+                tell(f"{offer.name} is not on offer: {self._checked[key]}")
         return not self._checked[key]
 
 
@@ -145,7 +146,3 @@ def _why_not(motion: Plan, model: Model, payload: KnownPayload | None) -> str:
 def _new(offer: Offer, made: set[tuple[str, KnownPayload | None]]) -> bool:
     assert offer.plan is not None
     return offer.request == WARM_UP or (plan_text(offer.plan), offer.payload) not in made
-
-
-def _say(words: str) -> None:
-    print(f"exidyn: {' '.join(words.split())}", file=sys.stderr)

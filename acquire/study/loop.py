@@ -21,6 +21,8 @@ from exidyn.trajectories.next_run.refused import nameless
 from ..files.diagnosis_case import Case
 from ..files.payload_runs import distinct_bodies
 from ..terminal.json_output import json_text, plain, write_whole
+from ..terminal.stopwatch import with_bar
+from .asking import tell
 from .choice_table import believed_findings, choice_table, read_shapes, shape_table
 from .notebook import notebook
 from .rounds import CHOICE, NOTEBOOK, Round, made_whole, next_round, rounds
@@ -83,7 +85,7 @@ class Study:
             self.identify([one.run for one in every], part)
         except ExidynError as error:
             write_whole(part / "none.txt", f"{error}\n")
-            print(f"exidyn: no fit: {' '.join(str(error).split())}", file=sys.stderr)
+            tell(f"no fit: {error}")
 
     def _believed(self, every: Sequence[Round], part: Path) -> None:
         """Diagnosis, offers and choice."""
@@ -96,14 +98,15 @@ class Study:
         suspects, found = suspects_of(search), [one.answer for one in search.selected]
         usable: list[Offer] = []
         columns: list[RunColumns] = []
-        for offer in offers:
+        tell("weighs what each run on offer would show")
+        for offer in with_bar(offers):
             try:
                 planned = offer.plan is not None
                 run = run_columns(search.problem, found, suspects.every, offer.recording, planned)
                 columns.append(run)
                 usable.append(offer)
             except ExidynError as error:
-                print(f"exidyn: {offer.name} is not on offer: {error}", file=sys.stderr)
+                tell(f"{offer.name} is not on offer: {error}")
         belief = belief_of(search, suspects, columns, nameless(diagnosis, search))
         moved = sum(one.duration for one in recordings)
         repeated = last is not None and last["believed_findings"] == believed_findings(diagnosis)

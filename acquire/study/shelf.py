@@ -1,7 +1,6 @@
 """Recordings that exist as the source of a study's runs."""
 
 import os
-import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -17,6 +16,7 @@ from exidyn.identify.recordings.recording import Recording
 from exidyn.trajectories.next_run.offer import Offer
 
 from ..files.payload_runs import distinct_bodies
+from .asking import tell
 from .rounds import Round
 
 NONE = ("", ".toml", ".md", ".txt", ".json", ".html")
@@ -48,7 +48,7 @@ class Shelf:
                 kind_of(path)
                 found += [replace(one, name=path.name.split(".")[0]) for one in import_source(path, model)]
             except ExidynError as error:
-                print(f"exidyn: {path} is left out: {' '.join(str(error).split())}", file=sys.stderr)
+                tell(f"{path} is left out: {error}")
         if not found:
             raise NotAFile(f"--from {folder}: no recordings there")
         return cls(tuple(replace(one, model=model) for one in distinct_bodies(found)))

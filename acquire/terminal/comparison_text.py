@@ -57,9 +57,16 @@ def _alike(comparison: Comparison) -> list[str]:
         f"No joint's {comparison.effort.quantity} differs by more than noise: {comparison.simulated} beside "
         f"{comparison.recorded}",
         f"The largest: {comparison.joints[most]}, {over[most]:.3g} x noise; there is nothing to diagnose",
-        f"Compared over {comparison.duration:.1f} s behind a low-pass of {comparison.cutoff:.3g} Hz, "
-        f"{comparison.simulated} moved by {comparison.offset:.4f} s",
+        _compared(comparison),
     ]
+
+
+def _compared(comparison: Comparison) -> str:
+    """How both were brought together; an offset of less than its last digit has no sign."""
+    return (
+        f"Compared over {comparison.duration:.1f} s behind a low-pass of {comparison.cutoff:.3g} Hz, "
+        f"{comparison.simulated} moved by {round(comparison.offset, 4) + 0.0:.4f} s"
+    )
 
 
 def _sentence(warning: str) -> str:
@@ -89,9 +96,7 @@ def verdict(comparison: Comparison) -> list[str]:
     if not lines:
         lines = [f"No joint's {effort.quantity} differs by more than noise: there is nothing to diagnose."]
     lines.append(
-        f"Compared over {comparison.duration:.1f} s behind a low-pass of {comparison.cutoff:.3g} Hz, "
-        f"{comparison.simulated} moved by {comparison.offset:.4f} s. {effort.quantity.capitalize()} counts "
-        "while the joint slides."
+        f"{_compared(comparison)}. {effort.quantity.capitalize()} counts while the joint moves, not at rest."
     )
     return [*lines, *map(_sentence, comparison.warnings)]
 
@@ -161,7 +166,7 @@ def _by_region(comparison: Comparison, mismatch: Mismatch) -> list[str]:
     head, columns = ["joint"], [list(comparison.joints)]
     for kind, regions in mismatch.regions.items():
         for third, name in enumerate(NAMES):
-            head.append(f"{kind} {name}" if third == 0 else name)
+            head.append(f"{kind} {name}")
             columns.append(_scaled(mismatch, regions.rms[:, third]))
     return table(head, [list(row) for row in zip(*columns, strict=True)])
 

@@ -3,16 +3,24 @@
 import json
 import os
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 from datetime import datetime
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from exidyn.identify.text_table import WIDTH
+
 from .colour import coloured
 
+HEAD = "written: "
 SCREEN = Path("-")
 """In place of a file: standard output."""
+_told = ContextVar("told", default=True)
+"""Whether it is printed which files were written."""
 
 
 def hand_over(page: str, text: str, path: Path | None) -> None:
@@ -20,7 +28,32 @@ def hand_over(page: str, text: str, path: Path | None) -> None:
     print(text.rstrip("\n") if path == SCREEN else coloured(page), flush=True)
     if path is not None and path != SCREEN:
         write_whole(path, text)
-        print(f"written: {path}", file=sys.stderr)
+        print_written(path)
+
+
+@contextmanager
+def files_untold() -> Iterator[None]:
+    """Within it nothing is printed of files that were written: who called will call them otherwise."""
+    before = _told.set(False)
+    try:
+        yield
+    finally:
+        _told.reset(before)
+
+
+def print_written(*paths: Path, advice: str = "") -> None:
+    """Print on standard error which files were written, one a line if a line is too short for all.
+
+    Args:
+        paths: Of the files.
+        advice: What to do with a single one, behind its name.
+    """
+    if not _told.get():
+        return
+    together = ", ".join(map(str, paths))
+    fits = len(HEAD + together) <= WIDTH
+    listed = together if fits else (",\n" + " " * len(HEAD)).join(map(str, paths))
+    print(f"{HEAD}{listed}{advice and '; '}{advice}", file=sys.stderr)
 
 
 def write_whole(path: Path, content: str | bytes) -> None:

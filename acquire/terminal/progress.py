@@ -3,7 +3,6 @@
 import sys
 
 from ..run.pipe.pipe_sink import PipeSink, SinkFailed
-from .progress_process import CLEAR
 
 PROCESS = "exidyn.acquire.terminal.progress_process"
 FINISH = 2.0
@@ -23,11 +22,6 @@ class Progress(PipeSink):
     def close(self, patience: float = FINISH) -> None:
         """Wait until the line is gone."""
         super().close(patience)
-
-
-def print_line(text: str) -> None:
-    """Print to standard error, over the line where there is one."""
-    print(f"{CLEAR if sys.stderr.isatty() else ''}{text}", file=sys.stderr, flush=True)
 
 
 def start_progress(seconds: float) -> list[Progress]:

@@ -4,6 +4,7 @@ import sys
 import time
 from collections.abc import Sequence
 
+from ..run.lines import CLEAR
 from ..run.pipe.frames import END, SAMPLE, STAGES, read_cycle
 from ..run.pipe.pipe_source import PipeSource
 from ..run.player import BRAKING, HOLDING, RUNNING
@@ -13,9 +14,6 @@ STEP = 0.2
 
 SEEN = 2.0
 """Time of the run that foretells the rest [s]."""
-
-CLEAR = "\r\x1b[K"
-"""Back to the beginning of the line, and away with what stands there."""
 
 
 class Line:

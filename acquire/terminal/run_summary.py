@@ -69,7 +69,9 @@ def after(outcome: Outcome) -> str:
     counts, cycle, stop = outcome.counts, outcome.info.cycle, outcome.stop
     late = lateness(counts)
     lines = [
-        "finished" if stop is None else f"STOPPED ({_hardest(outcome).name.lower()}): {_why(outcome)}",
+        *paragraph(
+            "finished" if stop is None else f"STOPPED ({_hardest(outcome).name.lower()}): {_why(outcome)}"
+        ),
         f"{counts.cycles} cycles of {1e3 * cycle:g} ms, {counts.skipped} missed, {counts.stale} in which a "
         "joint was silent",
     ]

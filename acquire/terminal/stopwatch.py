@@ -4,13 +4,16 @@ import math
 import shutil
 import sys
 import time
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from threading import Event, Thread
-from typing import Self
+from typing import Self, TypeVar
 
 import numpy as np
 from tqdm import tqdm
 
+from exidyn.identify.text_table import paragraph
+
+T = TypeVar("T")
 Progress = Callable[[str], None]
 """Called with a sentence at each stage."""
 
@@ -25,25 +28,26 @@ NEARLY = 0.95
 FORM = "{percentage:3.0f} % |{bar:30}| {elapsed}{postfix}"
 
 
-def with_bar(rows: np.ndarray) -> Iterable[np.ndarray]:
-    """The rows one by one, with a bar and the time left in a terminal, without in pipes and files."""
-    return tqdm(rows, file=sys.stderr, leave=False, delay=PATIENCE, disable=None)
+def with_bar(items: Sequence[T] | np.ndarray) -> Iterable[T]:
+    """The items one by one, with a bar and the time left in a terminal, without in pipes and files."""
+    return tqdm(items, file=sys.stderr, leave=False, delay=PATIENCE, disable=None)
 
 
 class Stopwatch:
     """Prints sentences on standard error with the seconds since it was made; a context manager.
 
-    Where standard error is a terminal and the stages are known, a bar below them has the time left; in pipes
-    and files there are the sentences alone.
+    Where standard error is a terminal and the stages or the time are known, a bar below them has the time
+    left; in pipes and files there are the sentences alone.
 
     Args:
         shares: How a stage's sentence begins -> its usual share of the work; they add up to one. A sentence
             that none of them begins belongs to the stage before.
+        seconds: What the work is given, in place of stages [s]; what comes after it has no time left.
     """
 
-    def __init__(self, shares: Mapping[str, float] | None = None) -> None:
+    def __init__(self, shares: Mapping[str, float] | None = None, seconds: float = 0.0) -> None:
         self._start = time.perf_counter()
-        self._shares = dict(shares or {})
+        self._shares, self._seconds = dict(shares or {}), seconds
         self._stage, self._entered = "", self._start
         self._before = 0.0
         self._bar: tqdm | None = None
@@ -51,7 +55,7 @@ class Stopwatch:
         self._thread: Thread | None = None
 
     def __enter__(self) -> Self:
-        if self._shares and sys.stderr.isatty():
+        if (self._shares or self._seconds) and sys.stderr.isatty():
             self._thread = Thread(target=self._redraw, daemon=True)
             self._thread.start()
         return self
@@ -68,7 +72,8 @@ class Stopwatch:
 
     def __call__(self, sentence: str) -> None:
         """Print a sentence, and enter its stage."""
-        line = f"{time.perf_counter() - self._start:6.1f} s  {sentence}"
+        since = f"{time.perf_counter() - self._start:6.1f} s  "
+        line = "\n".join(paragraph(sentence, " " * len(since), since))
         if self._bar is not None:
             tqdm.write(line, sys.stderr)
         else:
@@ -84,6 +89,10 @@ class Stopwatch:
 
     def left(self, now: float) -> tuple[float, float]:
         """Share of the work that is done [-] and the time left [s] at a time; NaN where it is unknown yet."""
+        if self._seconds:
+            gone = now - self._start
+            left = self._seconds - gone
+            return min(gone / self._seconds, NEARLY), left if left > 0.0 else float("nan")
         if self._before < KNOWN:
             return 0.0, float("nan")
         whole = (self._entered - self._start) / self._before

@@ -144,7 +144,8 @@ def _read_history(drive: Drive, found: Found) -> None:
     places = range(1, min(count, SHOWN) + 1)
     entries = [c.Entry(c.ERROR_COUNT.index, place, "<I", "old error") for place in places]
     codes = [c.error_text(code & 0xFFFF) for code in map(drive.look_up, entries) if code is not None]
-    found.warnings.append(f"{drive.name} had {count} errors in its history, now cleared: {', '.join(codes)}")
+    errors = "1 error" if count == 1 else f"{count} errors"
+    found.warnings.append(f"{drive.name} had {errors} in its history, now cleared: {', '.join(codes)}")
     try:
         drive.write(c.ERROR_COUNT, 0)
     except NotReady as error:

@@ -19,6 +19,8 @@ from .runs import ArmRuns
 
 FEWEST = 2
 """Runs before and after a change: a single run out of line is a bad run."""
+LEAST = 2 * FEWEST
+"""Runs of an arm from which on a change is asked for."""
 NORMAL_95 = 3.84
 """Twice the logarithm of a likelihood ratio within which a date lies with 95 %: chi-squared, one freedom."""
 ROUNDS = 10
@@ -82,7 +84,7 @@ def drift(learned: Learned, runs: ArmRuns, alarms_per_year: float) -> ArmDrift:
     """Changes of one arm; as many false alarms a year are allowed."""
     history, changes, alarms = History(learned, runs), list[Change](), list[tuple[float, int]]()
     threshold = threshold_of(learned, runs, alarms_per_year)
-    for stop in range(2 * FEWEST, len(runs.runs) + 1):
+    for stop in range(LEAST, len(runs.runs) + 1):
         changes = _again(history, changes, stop)
         best = history.best(changes, stop, windows(stop))
         while best.deviations > threshold and len(changes) < stop // FEWEST:
@@ -104,7 +106,7 @@ def threshold_of(learned: Learned, runs: ArmRuns, alarms_per_year: float) -> flo
     """
     spacing = np.median(np.diff(runs.days)) if len(runs.days) > 1 else 1.0
     questions = YEAR / max(float(spacing), 1e-3) * len(learned.frame.causes) * len(SHAPES)
-    questions *= max(len(windows(len(runs.runs))), 1)
+    questions *= max(len(windows(len(runs.runs))), 1)  # none yet where runs are too few for a change
     share = min(alarms_per_year / questions, 1.0)
     return float(stats.t.isf(0.5 * share, max(learned.freedom - 1, 1)))
 
@@ -115,7 +117,7 @@ def windows(stop: int) -> list[int]:
     while stop - round(back) >= FEWEST:
         found.append(stop - round(back))
         back *= 1.5
-    return sorted({*found, *([FEWEST] if stop >= 2 * FEWEST else [])})
+    return sorted({*found, *([FEWEST] if stop >= LEAST else [])})
 
 
 def _settled(history: History, changes: list[Change], stop: int) -> list[Change]:

@@ -4,7 +4,7 @@ from datetime import UTC, datetime
 
 import numpy as np
 
-from ..diagnosis.words.naming import capital, joined, lower, named
+from ..diagnosis.words.naming import joined, lower, named
 from .causes import Cause
 from .compared import Difference
 from .drift import CREEP, Found
@@ -52,16 +52,16 @@ def amount_words(amount: float, std: float, usual: float, unit: str) -> str:
         if usual < 0.0 and unit:  # of a negative value, such as a preload, up is farther from zero
             way = "down" if amount > 0.0 else "up"
         share = 100.0 / abs(usual)
-        return f"{way} {share * abs(amount):.2g} ± {share * std:.1g} %"
-    return f"{way} {abs(amount):.3g} ± {std:.1g} {unit}".rstrip()
+        return f"{way} {share * abs(amount):.2g} ± {_one_digit(share * std)} %"
+    return f"{way} {abs(amount):.3g} ± {_one_digit(std)} {unit}".rstrip()
+
+
+def _one_digit(std: float) -> str:
+    """A deviation with one digit that counts, and no exponent while it is of usual size."""
+    return f"{float(f'{std:.1g}'):g}"
 
 
 def date_words(day: float) -> str:
     """A day as 3 May 2026."""
     date = datetime.fromtimestamp(day * DAY, UTC)
     return f"{date.day} {date:%b %Y}"
-
-
-def arm_words(arm: str, runs: int, found: tuple[str, ...]) -> str:
-    """What to say of an arm in a line."""
-    return capital(f"{arm}: {runs} runs; {'; '.join(found) if found else 'nothing changed'}")

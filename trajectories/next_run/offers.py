@@ -1,7 +1,8 @@
 """Offers: the runs that an arm could make next, planned."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -32,6 +33,8 @@ has worked for some time."""
 WARMING = 1800.0
 """What an arm takes to warm up, as long as its gears remember [s]."""
 
+Watched = Callable[[Sequence[Any]], Iterable[Any]]
+"""Hands on what is to be done one by one."""
 Planned = tuple[str, Plan]
 
 
@@ -72,6 +75,7 @@ def offers_of(
     mounted: KnownPayload | None,
     rate: float,
     warm: bool,
+    watched: Watched = iter,
 ) -> list[Offer]:
     """Every planned run, without and with a body on the flange, and with a warm arm.
 
@@ -82,14 +86,19 @@ def offers_of(
         mounted: What hangs on the flange now.
         rate: Of samples [Hz].
         warm: Whether temperatures are recorded.
+        watched: Hands on what is to be made one by one, and may show how far that is.
     """
     bodies: list[KnownPayload | None] = [None, *([] if body is None else [body])]
     temperatures: list[float | None] = [TEMPERATURE, WARM] if warm else [None]
-    return [
-        offered(model, name, motion, carried, mounted, rate, temperature)
+    every = [
+        (name, motion, carried, temperature)
         for temperature in temperatures
         for carried in (bodies if temperature != WARM else [mounted])
         for name, motion in planned
+    ]
+    return [
+        offered(model, name, motion, carried, mounted, rate, temperature)
+        for name, motion, carried, temperature in watched(every)
     ]
 
 

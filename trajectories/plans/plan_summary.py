@@ -1,6 +1,6 @@
 """A plan in lines for a terminal: what it is for, and how much of each limit it uses."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 from exidyn.identify.text_table import digits, paragraph, table
 
@@ -12,6 +12,11 @@ BYTES = 61.0
 """Of a recording for each joint and command, as measured on recordings of arms of six joints."""
 LONG = 60.0
 """Duration from which on minutes are given as well [s]."""
+
+SHARES = ("velocity", "acceleration", "jerk", "torque")
+"""Limits of which a share is kept off."""
+LENGTHS = {"position": "rad", "slide": "m"}
+"""Units of what is kept off the range of joints that turn, and that slide."""
 
 
 def summary(plan: Plan, uses: Sequence[Use], beyond: Sequence[str] = ()) -> str:
@@ -39,11 +44,23 @@ def plan_facts(plan: Plan) -> dict[str, str]:
     if plan.criterion:
         facts["criterion"] = f"{plan.criterion}, reached {digits(plan.reached)}"
     if plan.margins:
-        facts["kept off"] = ", ".join(f"{name} {value:g}" for name, value in plan.margins.items())
-    facts |= {n: digits(v) if isinstance(v, float) else str(v) for n, v in plan.details.items()}
+        facts["kept off"] = ", ".join(_margins(plan))
+    facts |= {
+        name: (digits(value) if isinstance(value, float) else str(value)) + (" s" if name == "period" else "")
+        for name, value in plan.details.items()
+    }
     facts["seed"] = str(plan.seed)
     facts["hashes"] = f"robot {plan.robot_hash}, model {plan.model_hash}"
     return facts
+
+
+def _margins(plan: Plan) -> Iterator[str]:
+    """What is kept off limits that the arm has."""
+    for name, value in plan.margins.items():
+        if name in SHARES:
+            yield f"{name} {100 * value:g} %"
+        elif LENGTHS.get(name, "") in ("", *plan.units):
+            yield f"{name} {value:g} {LENGTHS.get(name, '')}".rstrip()
 
 
 def run_cost(plan: Plan, cycle: float) -> str:

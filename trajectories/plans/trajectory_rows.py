@@ -26,6 +26,8 @@ FAMILY = "family"
 
 AXES = 3
 """Axes of an array, at most: time, joint and coefficient."""
+FEW = 5
+"""Parts of a trajectory that are named one by one, at most."""
 
 Reader = Callable[[object, str], Any]
 
@@ -47,6 +49,8 @@ def family_words(trajectory: Trajectory) -> str:
     inner = [family_of(part) for value in _values(trajectory).values() for part in _parts(value)]
     rows = [(name, len(list(same))) for name, same in groupby(inner)]
     words = [name if count == 1 else f"{count} {name}" for name, count in rows]
+    if len(words) > FEW:
+        words = [f"{len(words)} parts"]
     return " of ".join(filter(None, [family_of(trajectory), ", ".join(words)]))
 
 

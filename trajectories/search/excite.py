@@ -117,7 +117,7 @@ def excite(
             best = min(found, key=lambda one: one.value)
             progress(
                 f"start {len(found) + len(misses)} of {starts}: {goal.words(outcome.value)}; "
-                f"best so far {goal.words(best.value)}"
+                f"best {goal.words(best.value)}"
             )
 
     run_all(one_start, tasks, seconds, executor, note, _now_and_then(goal, progress))

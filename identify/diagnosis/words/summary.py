@@ -128,4 +128,4 @@ def _runs(diagnosis: Diagnosis) -> list[str]:
     held_out = ", ".join(diagnosis.improvement.runs) if diagnosis.improvement else "none"
     lines = paragraph(", ".join(diagnosis.runs), " " * 10, "fitted:   ")
     lines += paragraph(held_out, " " * 10, "held out: ")
-    return [*lines, f"{diagnosis.seconds:.1f} s"]
+    return [*lines, f"took:     {diagnosis.seconds:.1f} s"]

@@ -27,7 +27,7 @@ def _page(diagnosis: PageData) -> str:
             counted(len(diagnosis.joints), "joint"),
             f"{counted(len(diagnosis.runs), 'run')} fitted",
             f"{len(held_out)} held out",
-            f"{diagnosis.seconds:.0f} s",
+            f"diagnosed in {diagnosis.seconds:.0f} s",
         )
     )
     return page(title, title, note, "".join(section(diagnosis) for section in SECTIONS))

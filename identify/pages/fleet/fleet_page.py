@@ -5,9 +5,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from markupsafe import Markup
 
 from ...diagnosis.words.naming import named
-from ...fleet.drift import ArmDrift
+from ...fleet.drift import LEAST, ArmDrift
 from ...fleet.report import KindReport
 from ...fleet.words import amount_words, change_words, date_words
+from ...notebook import counted
 from ..report_html import NAMELESS, listing, paragraph, section, table
 from ..report_page import page
 from .trends import trends
@@ -30,7 +31,10 @@ def fleet_page(
     arms = sum(len(one.drifts) for one in reports)
     runs = sum(len(own.runs) for one in reports for own in one.learned.arms.values())
     changed = [arm for one in reports for arm, found in one.drifts.items() if found.found]
-    note = f"{arms} arms, {runs} runs; changed: {len(changed)}; {rate:g} false alarms an arm and year allowed"
+    note = (
+        f"{counted(arms, 'arm')}, {counted(runs, 'run')}; changed: {len(changed)}; false alarms allowed: "
+        f"{rate:g} an arm and year"
+    )
     body = [section("changes", "What changed", _changes(reports))]
     body += [
         section(f"map-{one.key}", f"Arms of {one.learned.frame.kind.model.robot.name}", _map(one))
@@ -90,13 +94,13 @@ def _arm(report: KindReport, arm: str, links: Mapping[str, str]) -> Markup:
     own, runs = report.drifts[arm], report.learned.arms[arm]
     said = [change_words(report.learned, one) for one in own.found]
     withdrawn = len(own.alarms) - len(own.found)
-    note = (
-        f"{len(runs.runs)} runs, {date_words(runs.days[0])} to {date_words(runs.days[-1])}; a change is "
-        f"believed from {own.threshold:.1f} standard deviations. "
-    )
+    enough = len(runs.runs) >= LEAST
+    note = f"{counted(len(runs.runs), 'run')}, {date_words(runs.days[0])} to {date_words(runs.days[-1])}"
+    note += f"; a change is believed from {own.threshold:.1f} standard deviations. " if enough else "."
     if withdrawn > 0:
         note += f"Alarms that later runs did not confirm: {withdrawn}. "
-    parts = [listing(said, "verdict") if said else paragraph("Nothing changed."), paragraph(note)]
+    none = "Nothing changed." if enough else f"Too few runs for a change: {LEAST} at least."
+    parts = [listing(said, "verdict") if said else paragraph(none), paragraph(note)]
     if links:
         addresses = [Markup('<a href="{}">{}</a>').format(address, words) for words, address in links.items()]
         parts.append(Markup('<p class="note">{}</p>').format(Markup(", ").join(addresses)))

@@ -43,7 +43,7 @@ IMPORTERS: dict[str, Entry] = {
     ),
     "matlab": Entry(
         "matlab_file:read_matlab",
-        "MATLAB: arrays, in structures too; version 7.3 needs the extra hdf5",
+        "MATLAB: arrays, structures too; version 7.3 needs the extra hdf5",
         (".mat",),
         table=True,
     ),

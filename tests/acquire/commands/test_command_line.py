@@ -230,9 +230,9 @@ def test_without_a_command_help_is_printed(capsys):
 def test_each_estimator_is_explained(capsys):
     with pytest.raises(SystemExit):
         main(["identify", "--help"])
-    printed = capsys.readouterr().out
+    printed = " ".join(capsys.readouterr().out.split())
     for name, function in ESTIMATORS.items():
-        assert re.search(rf"^  {name} +{re.escape(function.__doc__.splitlines()[0])}$", printed, re.MULTILINE)
+        assert f" {name} {function.__doc__.splitlines()[0]} " in printed
 
 
 def test_help_does_not_load_the_libraries():

@@ -62,7 +62,7 @@ def test_a_run_against_another_model_states_how_well_it_distinguishes(robot, cap
     (robot / "springy.toml").write_text(model_text(springy))
     small = ["--period", "3", "--harmonics", "1", "--length", "3", "--starts", "1", "--seconds", "60"]
     assert excite(robot, "--against", str(robot / "springy.toml"), *small) == 0
-    printed = capsys.readouterr().out
+    printed = " ".join(capsys.readouterr().out.split())
     assert "robot.toml or " in printed
     assert "the probability of choosing right is 50 % before the run" in printed
     plan = read_plan(robot / "trajectory.toml")

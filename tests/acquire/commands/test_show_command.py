@@ -125,6 +125,6 @@ def test_what_is_no_plan_is_refused(folder, capsys):
 def test_help_explains_each_format(capsys):
     with pytest.raises(SystemExit):
         main(["show", "--help"])
-    printed = capsys.readouterr().out
+    printed = " ".join(capsys.readouterr().out.split())
     for name, function in EXPORTS.items():
-        assert f"  {name}  {function.__doc__.splitlines()[0]}" in printed
+        assert f" {name} {function.__doc__.splitlines()[0]}" in printed

@@ -181,7 +181,7 @@ def test_export_of_a_recording_is_a_table_that_import_reads(folder, capsys):
             pytest.importorskip("pyarrow")
         assert main(["export", "sim.mcap", "--to", form]) == 0
         assert f"{form}: not in it\n  - the robot and its nominal values" in capsys.readouterr().out
-        assert main(["import", f"sim.{form}", "--robot", "robot.toml", "-o", f"{form}.mcap"]) == 0
+        assert main(["import", f"sim-export.{form}", "--robot", "robot.toml", "-o", f"{form}.mcap"]) == 0
         back = read_recording(f"{form}.mcap")
         for name, signal in run.signals.items():
             assert np.array_equal(back.signals[name].values, signal.values)

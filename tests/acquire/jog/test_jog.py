@@ -247,9 +247,10 @@ def test_it_is_recorded_and_the_place_is_printed(capsys):
 def test_a_person_reads_where_it_goes_and_what_is_in_order(capsys):
     assert main(["jog", "--robot", "cobot", "--joint", "2"]) == DONE
     printed = capsys.readouterr()
-    assert "joint2 stands at -126.00 deg (limits -180.0 to 0.0), goes to -124.00 deg and back" in printed.err
-    assert "the flange goes 39.8 mm" in printed.err
-    assert "the joint turns about" in " ".join(printed.err.split())
+    said = " ".join(printed.err.split())
+    assert "joint2 stands at -126.00 deg (limits -180.0 to 0.0), goes to -124.00 deg and back" in said
+    assert "the flange goes 39.8 mm" in said
+    assert "the joint turns about" in said
     rows = [row.split() for row in printed.out.splitlines()]
     assert ["gravity", "torque", "86.93", "65.27", "to", "116.0", "N", "m", "right"] in rows
     assert "This program cannot see the arm." in printed.out

@@ -5,11 +5,12 @@ import pty
 import signal
 from contextlib import contextmanager
 
+from exidyn.acquire.run.lines import CLEAR
 from exidyn.acquire.run.pipe.frames import END, SAMPLE, text_frame
 from exidyn.acquire.run.player import APPROACHING, HOLDING, RUNNING
 from exidyn.acquire.terminal import progress
 from exidyn.acquire.terminal.progress import Progress, start_progress
-from exidyn.acquire.terminal.progress_process import CLEAR, Line
+from exidyn.acquire.terminal.progress_process import Line
 
 from ...parts.runs.recorded import cycle, end, head
 

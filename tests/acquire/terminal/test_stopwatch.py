@@ -36,6 +36,22 @@ def test_the_time_left_follows_from_the_stages_that_are_over(clock, capsys):
     assert watch.left(1e4)[0] == pytest.approx(0.25 + 0.5 * NEARLY)  # it took longer, and is not over
 
 
+def test_the_time_left_of_work_that_is_given_its_time(clock):
+    watch = Stopwatch(seconds=40.0)
+    assert watch.left(10.0) == pytest.approx((0.25, 30.0))
+    done, left = watch.left(50.0)
+    assert done == NEARLY
+    assert math.isnan(left)  # what comes after it is unknown
+
+
+def test_a_long_sentence_is_wrapped_below_its_beginning(clock, capsys):
+    Stopwatch()("word " * 30)
+    first, *others = capsys.readouterr().err.splitlines()
+    assert first.startswith("   0.0 s  word")
+    assert all(line.startswith(" " * 10 + "word") for line in others)
+    assert max(map(len, [first, *others])) <= 80
+
+
 def test_a_file_gets_the_sentences_alone(monkeypatch, capsys):
     monkeypatch.setattr(stopwatch, "PATIENCE", 0.0)
     with Stopwatch(SHARES) as watch:

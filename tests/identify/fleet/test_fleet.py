@@ -10,7 +10,7 @@ from exidyn.identify.fleet.gaussian import scattered
 from exidyn.identify.fleet.learned import learned
 from exidyn.identify.fleet.report import KindReport
 from exidyn.identify.fleet.runs import Frame
-from exidyn.identify.fleet.words import change_words
+from exidyn.identify.fleet.words import amount_words, change_words
 
 from ...parts.small.fleet_runs import SCATTER, START, kind_and_equations, season
 
@@ -131,6 +131,18 @@ def test_of_a_few_runs_nothing_is_asked(count):
     frame = Frame.of(kind_and_equations()[0], runs["new"])
     own = KindReport.of("two", learned(frame, runs), 1.0).drifts["new"]
     assert own.found == own.alarms == ()
+
+
+def test_few_runs_are_too_few_for_a_change():
+    arms = {f"new {k}": season(20 + k)[:3] for k in range(3)}
+    frame = Frame.of(kind_and_equations()[0], [run for runs in arms.values() for run in runs])
+    found = KindReport.of("two", learned(frame, arms), 1.0)
+    assert [drift.found for drift in found.drifts.values()] == [(), (), ()]
+
+
+def test_a_deviation_is_written_without_an_exponent():
+    assert amount_words(-96.0, 17.0, 100.0, "N m") == "down 96 ± 20 %"
+    assert amount_words(0.00171, 0.00041, np.nan, "kg m") == "up 0.00171 ± 0.0004 kg m"
 
 
 def test_scattered_runs_say_what_inverting_their_covariance_says():

@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from exidyn.identify.diagnosis.results.remainder import UNCERTAIN
 from exidyn.identify.effects import JointSpring
 from exidyn.trajectories.next_run.belief import belief_of, suspects_of
 from exidyn.trajectories.next_run.refused import nameless, nameless_odds, refused
@@ -59,7 +60,7 @@ def test_what_is_left_and_depends_on_something_may_be_what_a_finding_is_part_of(
 
 
 def test_what_depends_on_nothing_is_noise():
-    assert not np.any(nameless(diagnosis("nothing that was recorded"), searched(4.0)))
+    assert not np.any(nameless(diagnosis(UNCERTAIN), searched(4.0)))
 
 
 def nothing_by(search, left):

@@ -259,12 +259,22 @@ def test_summary_has_the_numbers_and_no_wide_line(plan):
 
 
 def test_facts_state_how_it_was_planned(plan):
-    facts = plan_facts(replace(plan, payload_pair=True, details={"harmonics": 5, "worst": 0.25}))
+    details = {"harmonics": 5, "worst": 0.25, "period": 9.5}
+    facts = plan_facts(replace(plan, payload_pair=True, details=details))
     assert facts["to be run"] == "twice, unloaded and loaded, a command every 4 ms"
     assert facts["criterion"] == "condition, reached 0.3333"
-    assert facts["kept off"] == "velocity 0.02, self collision 0.05"
+    assert facts["kept off"] == "velocity 2 %, self collision 0.05"
+    assert facts["period"] == "9.500 s"
     assert (facts["harmonics"], facts["worst"], facts["seed"]) == ("5", "0.2500", "12")
     assert "criterion" not in plan_facts(replace(plan, criterion=""))
+
+
+def test_margins_are_those_of_joints_that_the_arm_has(plan):
+    margins = {"position": 0.05, "slide": 0.01}
+    turning = replace(plan, margins=margins, units=("rad", "rad"))
+    assert plan_facts(turning)["kept off"] == "position 0.05 rad"
+    sliding = replace(plan, margins=margins, units=("m", "rad"))
+    assert plan_facts(sliding)["kept off"] == "position 0.05 rad, slide 0.01 m"
 
 
 def test_a_sequence_names_its_parts():
