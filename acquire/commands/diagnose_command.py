@@ -135,7 +135,9 @@ def run(case: Case, output: Path, given: argparse.Namespace, progress: Stopwatch
     """Diagnose one case, print and write what came out."""
     progress(f"ask {counted(len(case.runs), 'run')} of {case.name}")
     filtering = filtering_of(given)
-    found = diagnosed(case.model, case.runs, case.name, filtering, progress, case.before)
+    found = diagnosed(
+        case.model, case.runs, case.name, filtering=filtering, progress=progress, before=case.before
+    )
     diagnosis = found.diagnosis
     if given.answer:
         add_answer(diagnosis, given.answer)
