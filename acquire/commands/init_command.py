@@ -12,6 +12,7 @@ import numpy as np
 
 from exidyn.identify.errors import RecordingError, listed
 from exidyn.identify.model import Model
+from exidyn.identify.notebook import counted
 from exidyn.identify.proposal.column_names import joints_named
 from exidyn.identify.proposal.odds import DECIDED
 from exidyn.identify.proposal.proposal import Proposal, one_after_another, propose
@@ -63,7 +64,9 @@ def main(arguments: Sequence[str]) -> int:
     for path, text in texts.items():
         write_whole(path, text)
     then = _then(given, proposal, table is not None, preset) if not unsure else ""
-    page = proposal_text(proposal) + (f"\n\nNext: {then}" if then else "")
+    others = counted(len(given.logs) - 1, "other log")
+    more = f"\nand the same for {others}" if len(given.logs) > 1 else ""
+    page = proposal_text(proposal) + (f"\n\nNext: {then}{more}" if then else "")
     written = [str(path) for path in texts]
     hand_over(page, json_text(plain(as_json(proposal, written, then))), given.json)
     print_written(*texts)

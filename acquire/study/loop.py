@@ -12,11 +12,12 @@ from exidyn.identify.errors import ExidynError
 from exidyn.identify.fit.fit import Fit
 from exidyn.identify.fit.fit_file import read_fit
 from exidyn.identify.model import Model
-from exidyn.trajectories.next_run.belief import belief_of, suspects_of
+from exidyn.trajectories.next_run.belief.after_search import belief_of
+from exidyn.trajectories.next_run.belief.refused import nameless
+from exidyn.trajectories.next_run.belief.suspects import suspects_of
 from exidyn.trajectories.next_run.choice import RUN, choose
 from exidyn.trajectories.next_run.columns import RunColumns, run_columns
 from exidyn.trajectories.next_run.offer import Offer
-from exidyn.trajectories.next_run.refused import nameless
 
 from ..files.diagnosis_case import Case
 from ..files.payload_runs import distinct_bodies

@@ -97,8 +97,9 @@ def one_after_another(names: Sequence[str], tables: Sequence[np.ndarray]) -> np.
         RecordingError: There is no column of time.
     """
     clock, parts = _time(names, tables[0]), [tables[0]]
+    # Long by the median step of all together, which is no longer than that of the slowest.
+    gap = 2.0 * LONG * max(float(np.nanmedian(np.diff(table[:, clock]))) for table in tables)
     for table in tables[1:]:
-        gap = 2.0 * LONG * float(np.nanmedian(np.diff(table[:, clock])))
         later = table.copy()
         later[:, clock] += np.nanmax(parts[-1][:, clock]) + gap - np.nanmin(table[:, clock])
         parts.append(later)

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from .belief import Belief
+from .belief.belief import Belief
 from .columns import RunColumns
 from .forecast import Forecast, Item, forecasts, items
 from .offer import Offer

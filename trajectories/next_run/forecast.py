@@ -11,11 +11,13 @@ from exidyn.identify.diagnosis.questions.comparison import LINEAR
 from exidyn.identify.diagnosis.search.selected import EXCLUDED
 
 from ..discrimination.distinction import HOUR, SURE
-from .belief import NUISANCES, Belief, Believed, Question, all_columns, material, products
+from .belief.after_search import all_columns, products
+from .belief.belief import NUISANCES, Belief, Believed, Question
+from .belief.questions import material
+from .belief.separations import Stance, separations
 from .columns import RunColumns
 from .entropy import entropy, expected_entropy
 from .offer import Offer
-from .separations import Stance, separations
 
 UNSEEN, PARAMETERS = "effects that no run so far could show", "values of parameters"
 """What items that are no question about a misfit are called."""

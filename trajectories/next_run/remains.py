@@ -9,7 +9,7 @@ from exidyn.identify.diagnosis.candidates import kind_of
 from exidyn.identify.diagnosis.search.selected import EXCLUDED
 from exidyn.identify.diagnosis.words.naming import joined, lower, named
 
-from .belief import Belief, Believed, Question
+from .belief.belief import Belief, Believed, Question
 
 
 def coincidence(belief: Belief, question: Question) -> float:

@@ -131,7 +131,7 @@ def percents(shares: np.ndarray) -> np.ndarray:
 
     What is rounded off goes to the parts that lost most by it.
     """
-    exact = 100.0 * np.clip(np.nan_to_num(shares), -1e9, 1e9)  # a damaged file may have any number
+    exact = 100.0 * np.nan_to_num(shares, posinf=0.0, neginf=0.0)
     whole = np.floor(exact)
     for joint in range(exact.shape[1]):
         lacking = round(float(exact[:, joint].sum())) - int(whole[:, joint].sum())

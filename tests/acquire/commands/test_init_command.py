@@ -158,19 +158,17 @@ def test_efforts_that_are_not_measured_give_no_gain(files, capsys):
     assert "as if they were not measured: joint3 in 9" in warning
 
 
-def write_halves(folder):
-    """The log as two runs, the time of each from zero."""
+def write_runs(folder, first=slice(0, 990), second=slice(990, None)):
+    """Rows of the log as two runs, the time of each from zero."""
     head, *rows = (folder / "log.csv").read_text().splitlines()
-    half = len(rows) // 2
-    start = float(rows[half].split(",")[0])
-    for name, part, begin in (("a.csv", rows[:half], 0.0), ("b.csv", rows[half:], start)):
-        cells = [row.split(",", 1) for row in part]
-        lines = [f"{float(time) - begin:.9g},{rest}" for time, rest in cells]
+    for name, which in (("a.csv", first), ("b.csv", second)):
+        cells = [row.split(",", 1) for row in rows[which]]
+        lines = [f"{float(time) - float(cells[0][0]):.9g},{rest}" for time, rest in cells]
         (folder / name).write_text("\n".join([head, *lines]))
 
 
 def test_several_logs_are_weighed_together(files, capsys):
-    write_halves(files)
+    write_runs(files)
     assert main(["init", "log.csv", "--urdf", "arm.urdf", "--json", "whole.json"]) == 0
     assert main(["init", "a.csv", "b.csv", "--urdf", "arm.urdf", "--force", "--json", "both.json"]) == 0
     assert "s in 2 runs" in capsys.readouterr().out
@@ -179,8 +177,17 @@ def test_several_logs_are_weighed_together(files, capsys):
     assert both["then"] == "exidyn import a.csv --robot robot.toml"
 
 
+def test_logs_of_different_rates_are_two_runs(files, capsys):
+    write_runs(files, slice(0, None, 5), slice(0, 150))  # most samples are of the slow one
+    for logs in (["a.csv", "b.csv"], ["b.csv", "a.csv"]):
+        assert main(["init", *logs, "--urdf", "arm.urdf", "--force"]) == 0
+        text = capsys.readouterr().out
+        assert "s in 2 runs" in text
+        assert "and the same for 1 other log" in text
+
+
 def test_logs_with_other_columns_are_refused(files, capsys):
-    write_halves(files)
+    write_runs(files)
     (files / "b.csv").write_text((files / "b.csv").read_text().replace("A1_Strom", "A1_Drehmoment"))
     assert main(["init", "a.csv", "b.csv", "--urdf", "arm.urdf"]) == REFUSED
     assert "b.csv has other columns than a.csv: A1_Drehmoment, A1_Strom" in capsys.readouterr().err

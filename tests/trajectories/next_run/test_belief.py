@@ -7,12 +7,14 @@ import numpy as np
 
 from exidyn.identify.effects import JointSpring, known_parameters
 from exidyn.identify.recordings.recording import KnownPayload
-from exidyn.trajectories.next_run.belief import Believed, Question, belief_of, suspects_of
+from exidyn.trajectories.next_run.belief.after_search import belief_of
+from exidyn.trajectories.next_run.belief.belief import Believed, Question
+from exidyn.trajectories.next_run.belief.confirmation import confirmed
+from exidyn.trajectories.next_run.belief.separations import separations
+from exidyn.trajectories.next_run.belief.suspects import suspects_of
 from exidyn.trajectories.next_run.columns import run_columns
-from exidyn.trajectories.next_run.confirmation import confirmed
 from exidyn.trajectories.next_run.forecast import information, items, parameter_entropy
 from exidyn.trajectories.next_run.remains import remaining
-from exidyn.trajectories.next_run.separations import separations
 
 from ...parts.small import small_diagnosis, small_search
 

@@ -8,8 +8,9 @@ import pytest
 
 from exidyn.identify.diagnosis.results.remainder import UNCERTAIN
 from exidyn.identify.effects import JointSpring
-from exidyn.trajectories.next_run.belief import belief_of, suspects_of
-from exidyn.trajectories.next_run.refused import nameless, nameless_odds, refused
+from exidyn.trajectories.next_run.belief.after_search import belief_of
+from exidyn.trajectories.next_run.belief.refused import nameless, nameless_odds, refused
+from exidyn.trajectories.next_run.belief.suspects import suspects_of
 
 from ...parts.small import small_diagnosis, small_search, two_joints
 
