@@ -76,9 +76,9 @@ class Pairs(NamedTuple):
     Attributes:
         joints: Joint of each pair, shape (p,).
         links: Place of its link, shape (p,).
-        omega: Angular velocity of the link, shape (3, p, t) [rad/s].
-        alpha: Angular acceleration, shape (3, p, t) [rad/s^2].
-        lift: Acceleration of the origin minus gravity, shape (3, p, t) [m/s^2].
+        omega: Angular velocity of the link, shape (3, p, t) or, of one link, (3, 1, t) [rad/s].
+        alpha: Angular acceleration, of the same shape [rad/s^2].
+        lift: Acceleration of the origin minus gravity, of the same shape [m/s^2].
         linear: Velocity of the origin when the joint moves at 1 rad/s, shape (3, p, t) [m/rad].
         angular: Angular velocity then, shape (3, p, t) [-].
     """
@@ -97,11 +97,13 @@ class Pairs(NamedTuple):
         counts = [len(link.moving) for link in chain]
         places = np.repeat(np.arange(len(chain)), counts)
         omega, alpha, lift = (
-            np.stack(every, axis=1)[:, places]
+            np.stack(every, axis=1)[:, places] if len(chain) > 1 else every[0][:, None]
             for every in zip(*((link.omega, link.alpha, link.lift) for link in chain), strict=True)
         )
         linear, angular = (
             np.concatenate([one[:, :count] for one, count in zip(every, counts, strict=True)], axis=1)
+            if len(chain) > 1
+            else every[0][:, : counts[0]]
             for every in zip(*((link.linear, link.angular) for link in chain), strict=True)
         )
         joints = np.concatenate([link.moving for link in chain]).astype(int)

@@ -25,9 +25,16 @@ INERTIAL = ("XX", "XY", "XZ", "YY", "YZ", "ZZ", "MX", "MY", "MZ", "M")
 """The ten inertial parameters of a body about its frame's origin, in the paper's order (3)."""
 
 
+CACHED = 300
+"""Samples up to which arrays of all links together stay in a processor's cache; of more, it is a link at a
+time that does."""
+
+
 def rigid_regressor(kinematics: pin.Model, motion: Motion) -> np.ndarray:
     """Joint torque per inertial parameter, shape (t, n, 10 n): `INERTIAL` of link 1, of link 2 and so on."""
-    return _columns(links(kinematics, motion), kinematics.nv).reshape(*motion.position.shape, -1)
+    out = np.zeros((*motion.position.shape, kinematics.nv, 10))
+    _write(links(kinematics, motion), out)
+    return out.reshape(*motion.position.shape, -1)
 
 
 def body_regressor(kinematics: pin.Model, motion: Motion, placement: pin.SE3) -> np.ndarray:
@@ -40,12 +47,21 @@ def body_regressor(kinematics: pin.Model, motion: Motion, placement: pin.SE3) ->
     """
     last, still = links(kinematics, motion)[-1], np.zeros(len(motion))
     body = step(kinematics.nv, fixed_joint(placement), last, still, still, still)
-    return _columns([replace(body, moving=last.moving)], kinematics.nv)[:, :, 0]
+    out = np.zeros((*motion.position.shape, 1, 10))
+    _write([replace(body, moving=last.moving)], out)
+    return out[:, :, 0]
 
 
-def _columns(chain: Sequence[Link], joints: int) -> np.ndarray:
-    """Torque of every joint per inertial parameter of some links, shape (t, n, links, 10)."""
-    pairs = Pairs.of(chain)
+def _write(chain: Sequence[Link], out: np.ndarray) -> None:
+    """Torque of every joint per inertial parameter of some links, into out (t, n, links, 10)."""
+    many = len(chain) if len(out) <= CACHED else 1
+    for start in range(0, len(chain), many):
+        pairs = Pairs.of(chain[start : start + many])
+        out[:, pairs.joints, start + pairs.links] = _columns(pairs).T
+
+
+def _columns(pairs: Pairs) -> np.ndarray:
+    """The same of each pair of link and joint, shape (10, p, t)."""
     omega, alpha, lift, linear, z = pairs[2:]
     y = cross(z, omega)
     columns = np.empty((10, *z.shape[1:]))
@@ -58,6 +74,4 @@ def _columns(chain: Sequence[Link], joints: int) -> np.ndarray:
     along = dot(omega, linear)
     columns[6:9] = cross(linear, alpha) + omega * along - linear * dot(omega, omega) + cross(lift, z)
     columns[9] = dot(linear, lift)
-    out = np.zeros((z.shape[2], joints, len(chain), 10))
-    out[:, pairs.joints, pairs.links] = columns.T
-    return out
+    return columns

@@ -15,7 +15,10 @@ path { fill: none; stroke-linejoin: round; vector-effect: non-scaling-stroke }
 .map { stroke: #e69f00; stroke-width: 3.2px } .found { stroke: #0067a5; stroke-width: 1.3px }
 .left { stroke: #c44e00; stroke-width: 1px }
 """
-NAMED = ("#0067a5", "#009e73", "#56b4e9", "#7b4fa3", "#1b7f79", "#88a0d0", "#2c3e73", "#6fbf73")
+NAMED = (
+    "#0067a5", "#009e73", "#56b4e9", "#7b4fa3", "#1b7f79", "#88a0d0", "#2c3e73", "#6fbf73",
+    "#5b5bd6", "#3f7d20", "#b48ac8", "#00a6b8", "#a9d39e", "#9c27b0",
+)  # fmt: skip
 UNDECIDED = ("#c9dff0", "#cdeadf", "#e0d5ec")
 REST = {"sensor noise": "#e3e6ea", "nothing that was recorded": "#b4bac2"}
 KINDS = ("#e69f00", "#c44e00", "#d9a066", "#8c6d31", "#e8c07d", "#a65628", "#f0d9b5")
