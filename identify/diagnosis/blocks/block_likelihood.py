@@ -30,14 +30,24 @@ def log_probability(errors: np.ndarray, rows: np.ndarray) -> np.ndarray:
     Returns:
         Shape (..., k, n), without constants that all models of the same rows have.
     """
+    scale = common_variance(errors, rows)[..., None, :]
+    tail = 0.5 * (rows + FREEDOM) * np.log1p(errors / (FREEDOM * scale))
+    return -0.5 * rows * np.log(scale) - tail
+
+
+def common_variance(errors: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """Likeliest variance that blocks share, shape (..., n) [(N m)^2]; those of strange errors count for less.
+
+    Args:
+        errors: Sums of squares over independent rows, shape (..., k, n) [(N m)^2].
+        rows: Number of independent rows, shape (k, n).
+    """
     total = np.maximum(rows.sum(axis=0), 1e-12)
     variance = np.sum(errors, axis=-2) / total + 1e-30
     for _ in range(TURNS):
         share = (rows + FREEDOM) / (FREEDOM + errors / variance[..., None, :])
         variance = np.sum(share * errors, axis=-2) / total + 1e-30
-    scale = variance[..., None, :]
-    tail = 0.5 * (rows + FREEDOM) * np.log1p(errors / (FREEDOM * scale))
-    return -0.5 * rows * np.log(scale) - tail
+    return np.asarray(variance)
 
 
 def trust(errors: np.ndarray, rows: np.ndarray) -> np.ndarray:

@@ -7,7 +7,7 @@ import numpy as np
 from scipy import linalg
 
 from ..runs.rows import Rows
-from .block_likelihood import independent_share, log_probability, trust
+from .block_likelihood import common_variance, independent_share, log_probability, trust
 from .block_sums import BlockSums
 from .blocks import Blocks
 
@@ -197,6 +197,10 @@ class Prediction:
     def log_probability(self, errors: np.ndarray, independent: np.ndarray) -> np.ndarray:
         """Of predicted errors (..., k, n), where so many of the rows are independent (n,)."""
         return log_probability(independent * errors, independent * self.sums.counts)
+
+    def common_variance(self, errors: np.ndarray, independent: np.ndarray) -> np.ndarray:
+        """Of predicted errors (..., k, n), where so many of the rows are independent (n,)."""
+        return common_variance(independent * errors, independent * self.sums.counts)
 
     def leaving(self, torque: np.ndarray) -> np.ndarray:
         """Residual with further torque (r, n) that is explained, all unknowns solved anew, shape (r, n)."""

@@ -37,7 +37,7 @@ def _clip(joint: int, level: float) -> Candidate:
     bounds = {"level": Shape("1", 0.3, 0.999)}
     return Candidate(
         "current_clipping", (joint,), columns, ("slope",), ("1",), (0.0,), {"level": level}, bounds, reshaped,
-        rows=(joint,), expected=((1.0, ENDS),), loaded=True,
+        rows=(joint,), expected=((1.0, ENDS),), loaded=True, reloads=True,
     )  # fmt: skip
 
 

@@ -26,9 +26,9 @@ STEP = 1.3
 RESONANCES = tuple(3.0 * STEP**step for step in range(12))
 """Of the mean link on its gear [Hz], up to 54: below, no drive holds its arm; above, the fastest motion
 twists its gears by less than a fifteenth of a link's acceleration."""
-RATIO = 0.1
-"""Damping ratio of a gear [-]: 0.02 for steel, 0.2 for much grease. Near its resonance a link swings where
-its motor hardly moves; with less damping, what is made of that would be noise."""
+RATIO = (STEP - 1.0) / 2.0
+"""Damping ratio of the first look [-], 0.02 for steel and 0.2 for much grease: the width of a resonance,
+twice its damping ratio, is the step to the next that is tried, so that no gear lies between two."""
 SCATTER = 0.1
 """Of the coefficient around 1, since the stiffness gives the size of the effect [-]: as much as link's
 inertia and damping are wrong."""

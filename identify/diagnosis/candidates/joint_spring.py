@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from ...effects import Effect
+from ...fit.warnings.verdict import NORMAL_95
 from ...model import Model
 from ..findings.finding import Finding
 from ..findings.kind import Kind
@@ -16,6 +17,8 @@ from .parts.of_effect import on_each_joint
 
 CABLE = 0.1
 """Torque of a hose or a cable, share of a joint's usual one [-]; what carries weight is a balancer."""
+TURN = 2 * np.pi
+"""Interval from which on a joint's angle may be any [rad]."""
 
 
 def cables(model: Model) -> Iterator[Candidate]:
@@ -34,7 +37,9 @@ def _derived(finding: Finding, known: Mapping[str, Any]) -> dict[str, Any]:
     found = {"spring": known["Ks"]} if "Ks" in known else {}
     if "Ts" in known and "Ks" in known and known["Ks"].value > 0:
         stiffness, torque = known["Ks"].value, known["Ts"]
-        found["ease"] = Formatted(-torque.value / stiffness, torque.std / stiffness, "rad")
+        ease = Formatted(-torque.value / stiffness, torque.std / stiffness, "rad")
+        # Beside an offset that is free too the runs may know nothing of it.
+        found |= {"ease": ease} if NORMAL_95 * ease.std < TURN else {}
     return found
 
 

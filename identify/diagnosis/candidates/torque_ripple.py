@@ -1,13 +1,15 @@
 """Torque ripple: waves along a turn of the motor, of low numbers, or of any that what is left shows."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from ...effects import EFFECTS, Effect, Shape, TorqueRipple
 from ...model import Model
 from ..blocks.prediction import Prediction
+from ..findings.finding import Finding
 from ..findings.kind import Kind
 from ..questions.candidate import Candidate
 from ..runs.driven import Driven
@@ -108,12 +110,18 @@ def _at_rows(runs: Sequence[Driven], name: str) -> np.ndarray:
     return np.concatenate(pieces)
 
 
+def _derived(finding: Finding, known: Mapping[str, Any]) -> dict[str, Any]:
+    """Its amplitude; and what turns so often, which is the joint where no gear ratio is given."""
+    turning = "its motor" if finding.candidate.gear_ratio != 1.0 else "the joint"
+    return {**amplitude(finding, known), "turning": turning}
+
+
 KIND = Kind(
-    sentence="{joint} has torque ripple[, {harmonic:bare} times per turn of its motor]: {wave}",
+    sentence="{joint} has torque ripple[, {harmonic:bare} times per turn of {turning}]: {wave}",
     drawn_against=("motor angle", "position"),
     ask=low,
     ask_of_rest=ripples,
     shapes=(*({"harmonic": float(k)} for k in (1, 2, 3, 4, 6)), {"count": MULTIPLES}),
-    derived=amplitude,
+    derived=_derived,
     mistaken_for=("position_dependent_friction", "joint_elasticity"),
 )

@@ -72,6 +72,10 @@ class Finding:
         return self.candidate.listed
 
 
+UNCERTAIN = "no recorded quantity with certainty"
+"""What a remainder depends on where nothing that was asked predicts it well enough."""
+
+
 class Remainder(NamedTuple):
     """What no finding accounts for, on one joint.
 
@@ -86,6 +90,11 @@ class Remainder(NamedTuple):
     over_noise: float
     probability: float
     depends_on: str
+
+    @property
+    def predictable(self) -> bool:
+        """Whether it depends on anything that was recorded."""
+        return self.depends_on != UNCERTAIN
 
 
 class Share(NamedTuple):

@@ -80,6 +80,16 @@ class Answer:
         """The same of blocks that are only predicted; zero without any."""
         return 0.0 if self.fitted is None else float(self.by_block[~self.fitted].sum())
 
+    @property
+    def scatter_held_out(self) -> float:
+        """By how much less probable scatter of the coefficients alone makes blocks that are only predicted.
+
+        Half for each that is free (Akaike), by the number of those blocks over that of the fitted.
+        """
+        if self.fitted is None:
+            return 0.0
+        return 0.5 * float(self.free.sum()) * float((~self.fitted).sum() / max(self.fitted.sum(), 1))
+
     @cached_property
     def amplitude(self) -> Amplitude:
         """How much of the predicted effect the blocks have."""

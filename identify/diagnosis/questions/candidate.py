@@ -64,6 +64,7 @@ class Candidate:
         reloads: Whether the torque of all motors is fitted anew beside it, carried or not.
         listed: Whether the vocabulary has a name for it.
         span: Range of its first joint's position that shows it; less cannot distinguish it [rad].
+        gear_ratio: Of its first joint; 1 where none is given [-].
     """
 
     effect: str
@@ -96,6 +97,7 @@ class Candidate:
     reloads: bool = False
     listed: bool = True
     span: float = 0.0
+    gear_ratio: float = 1.0
 
     @property
     def key(self) -> tuple[str, tuple[int, ...], str]:

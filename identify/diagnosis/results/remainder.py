@@ -6,7 +6,7 @@ import numpy as np
 from scipy import ndimage
 
 from ..blocks.prediction import Prediction
-from ..findings.finding import Remainder
+from ..findings.finding import UNCERTAIN, Remainder
 from ..questions.block_answer import Answer
 from ..questions.candidate import Thinned
 from ..questions.comparison import colouring
@@ -28,8 +28,6 @@ PASSED = 0.7
 """Share of the highest frequency up to which torque passes the filter as it is [-]."""
 SLOWEST = 1.0
 """Of what vibrates [Hz]; slower waves are motions'."""
-UNCERTAIN = "no recorded quantity with certainty"
-"""What it depends on where nothing that was asked predicts it well enough."""
 BEYOND = 2.0
 """Residual over the noise floor from which on something is left, even if it depends on nothing: drives that
 move are noisier than drives at rest, but not by three times the power more."""
@@ -63,7 +61,7 @@ def remainders(
         own = [one for one in every if one.candidate.joints == (joint,)]
         best = max(own, key=lambda one: one.gain, default=None)
         over = float(residual[joint] / noise[joint])
-        worth = best is not None and _rms_of(prediction, best) > material * noise[joint]
+        worth = best is not None and _explained(prediction, best, joint) > material * noise[joint]
         if best is not None and worth and odds_of(best, count) > least:
             probability = 1.0 / (1.0 + np.exp(-min(odds_of(best, count), 700.0)))
             found.append(Remainder(joint, over, float(probability), best.candidate.effect))
@@ -74,9 +72,16 @@ def remainders(
     return found
 
 
-def _rms_of(prediction: Prediction, answer: Answer) -> float:
-    weight = prediction.rows.weight[:, answer.columns.joints]
-    return float(rms(answer.torque, weight).max())
+def _explained(prediction: Prediction, answer: Answer, joint: int) -> float:
+    """Root mean square of what it takes from a joint's blocks as the others predict them [N m].
+
+    Its own torque may be far more: the parameters of the model take most of a smooth function back. By the
+    variance that blocks share: where one alone reaches, a smooth function is predicted badly.
+    """
+    assert answer.independent is not None
+    errors = np.stack([answer.predicted, answer.errors])
+    before, after = prediction.common_variance(errors, answer.independent)[:, joint]
+    return float(np.sqrt(max(before - after, 0.0)))
 
 
 def line(prediction: Prediction, joint: int) -> float:

@@ -111,10 +111,15 @@ def _less_probable(problem: Problem, some: Sequence[Selected], others: Sequence[
 
 
 def _material(one: Answer, without_findings: Prediction) -> bool:
-    """Whether an effect matters beside what the nominal model misses on the joint that shows it best."""
-    joint = int(np.argmax(one.by_joint))
-    less = float((one.predicted - one.errors)[:, joint].sum())
-    return less > MATERIAL * float(without_findings.errors[:, joint].sum()) or one.relief > CERTAIN_ODDS
+    """Whether an effect matters beside what the nominal model misses on the joint that shows it best.
+
+    By the variance that blocks share: one that goes where no other goes is predicted badly by any effect.
+    """
+    assert one.independent is not None
+    errors = np.stack([one.predicted, one.errors, without_findings.errors])
+    variance = without_findings.common_variance(errors, one.independent)
+    before, after, nominal = variance[:, np.argmax(one.by_joint)]
+    return bool(before - after > MATERIAL * nominal) or one.relief > CERTAIN_ODDS
 
 
 def total_prior(best: Sequence[Answer], problem: Problem) -> float:

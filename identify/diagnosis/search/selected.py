@@ -98,7 +98,12 @@ def odds_of(answer: Answer, total: float) -> float:
     What acts on the whole arm has to be seen without the joint that sees most of it, too. Nothing is there
     that the runs held out exclude, be it seen in many more blocks of the runs fitted.
     """
-    return -np.inf if answer.held_out < -CERTAIN_ODDS else _odds(answer, total)
+    return -np.inf if excluded(answer) else _odds(answer, total)
+
+
+def excluded(answer: Answer) -> bool:
+    """Whether runs held out exclude something: beyond what they lose by scatter of its coefficients."""
+    return answer.held_out < -CERTAIN_ODDS - answer.scatter_held_out
 
 
 def _odds(answer: Answer, total: float) -> float:

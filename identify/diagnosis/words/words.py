@@ -81,23 +81,28 @@ def _held_out_residual(diagnosis: Diagnosis, joint: int) -> str:
 
 
 def clearest_joint(diagnosis: Diagnosis, finding: Finding) -> int:
-    """The joint on which the finding is seen best: its torque is most over the noise."""
+    """The joint on which the finding is seen best: of those that feel it, where it explains most.
+
+    Without a budget, where its torque is most over the noise.
+    """
+    if diagnosis.budget is not None:
+        place = next(place for place, one in enumerate(diagnosis.findings) if one is finding)
+        for own in (one.shares for one in diagnosis.budget.shares if one.finding == place):
+            return int(np.argmax(np.where(finding.torque > 0.0, own, -1.0)))
     found = diagnosis.improvement
     return int(np.argmax(finding.torque if found is None else finding.torque / found.noise))
 
 
 def _nothing(diagnosis: Diagnosis) -> str:
     found = diagnosis.improvement
+    unknown = "Nothing was found to be missing: what is left{} depends on nothing that was recorded"
     if found is None:
-        return "Nothing is missing, as far as the fitted runs show; no run was held out."
-    unknown = (
-        "Nothing was found to be missing: what is left on runs held out depends on nothing that was recorded"
-    )
+        if diagnosis.budget is None or noise_measured(diagnosis):
+            return "Nothing is missing, as far as the fitted runs show; no run was held out."
+        return unknown.format("") + _may_be_noise(diagnosis, diagnosis.budget.after)
+    unknown = unknown.format(" on runs held out")
     if not noise_measured(diagnosis):
-        worst = int(np.argmax(found.after / found.noise))
-        left = f"{found.after[worst]:.3g} {torque_units(diagnosis)[worst]}"
-        where = lower(joint_words(worst, diagnosis.joints))
-        return f"{unknown}. It is {left} on {where}; noise was not measured at rest, so that it may be noise."
+        return unknown + _may_be_noise(diagnosis, found.after, found.noise)
     ratio = found.after / found.noise
     worst = int(np.argmax(ratio))
     where = f"{lower(joint_words(worst, diagnosis.joints))} with {ratio[worst]:.2f} x noise"
@@ -107,6 +112,13 @@ def _nothing(diagnosis: Diagnosis) -> str:
             f"is at the noise floor on runs held out; the largest is that of {where}."
         )
     return f"{unknown}. But it is more than noise; the worst is {where}."
+
+
+def _may_be_noise(diagnosis: Diagnosis, after: np.ndarray, noise: np.ndarray | float = 1.0) -> str:
+    worst = int(np.argmax(after / noise))
+    left = f"{after[worst]:.3g} {torque_units(diagnosis)[worst]}"
+    where = lower(joint_words(worst, diagnosis.joints))
+    return f". It is {left} on {where}; noise was not measured at rest, so that it may be noise."
 
 
 def _unexplained(diagnosis: Diagnosis) -> list[str]:

@@ -1,11 +1,19 @@
 """Probability of predicted blocks: coloured noise, strange blocks, how often chance passes for an effect."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
-from exidyn.identify.diagnosis.blocks.block_likelihood import independent_share, log_probability, trust
+from exidyn.identify.diagnosis.blocks.block_likelihood import (
+    common_variance,
+    independent_share,
+    log_probability,
+    trust,
+)
 from exidyn.identify.diagnosis.questions.comparison import colouring, levelled
 from exidyn.identify.diagnosis.questions.question import ask
+from exidyn.identify.diagnosis.search.search import _material
 from exidyn.identify.diagnosis.search.selected import CERTAIN_ODDS, CREDIBLE, odds_of
 
 from ...parts.small.small_rows import RATE, asked, blocks, predicted, remembering, rows
@@ -126,3 +134,30 @@ def test_of_two_answers_the_one_that_leaves_less_is_ahead_be_it_slower():
     np.testing.assert_array_equal(ahead.independent, behind.independent)
     own = [colouring(prediction, one) for one in answers]
     assert own[0].independent[0] < own[1].independent[0]
+
+
+def test_one_strange_block_hardly_changes_the_variance_that_all_share():
+    rows = np.full((20, 1), 50.0)
+    errors = np.random.default_rng(3).chisquare(50.0, (20, 1)) * 0.04
+    usual = common_variance(errors, rows)
+    assert usual == pytest.approx(0.04, rel=0.1)
+    strange = errors.copy()
+    strange[4] *= 100.0
+    assert common_variance(strange, rows) == pytest.approx(usual, rel=0.2)
+    assert strange.sum() > 5.0 * errors.sum()
+
+
+def test_an_effect_matters_though_one_block_is_predicted_worse_with_it():
+    rows = np.full((20, 1), 50.0)
+    without = np.full((20, 1), 100.0)
+    beside = np.full((20, 1), 50.0)
+    beside[4] = 5000.0
+    prediction = SimpleNamespace(
+        errors=without, common_variance=lambda errors, share: common_variance(share * errors, share * rows)
+    )
+    effect = SimpleNamespace(
+        predicted=without, errors=beside, independent=np.ones(1), by_joint=np.ones(1), relief=0.0
+    )
+    assert _material(effect, prediction)
+    effect.errors = 0.9999 * without
+    assert not _material(effect, prediction)

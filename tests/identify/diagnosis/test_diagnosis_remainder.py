@@ -5,7 +5,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from exidyn.identify.diagnosis.results.remainder import line
+from exidyn.identify.diagnosis.blocks.block_likelihood import common_variance
+from exidyn.identify.diagnosis.questions.block_answer import Answer
+from exidyn.identify.diagnosis.questions.candidate import Candidate
+from exidyn.identify.diagnosis.results.remainder import line, remainders
 
 
 def left(amplitude, rng, lined=(0, 1)):
@@ -28,3 +31,31 @@ def test_no_line_in_noise_or_in_one_run_alone(seed):
     rng = np.random.default_rng(seed)
     assert line(left(0.0, rng), 0) == 0.0
     assert line(left(0.6, rng, lined=(1,)), 0) == 0.0
+
+
+@pytest.mark.parametrize(("share", "found"), [(0.1, 0), (0.6, 1)])
+def test_what_is_left_is_the_main_part_by_what_it_explains_and_not_by_its_torque(share, found):
+    blocks, rows = 20, 40
+    residual = np.random.default_rng(3).normal(size=(blocks * rows, 1))
+    prediction = SimpleNamespace(
+        rate=100.0,
+        rows=SimpleNamespace(runs=(slice(0, blocks * rows),), weight=np.ones_like(residual)),
+        residual=residual,
+        common_variance=lambda errors, share: common_variance(share * errors, np.full((blocks, 1), rows)),
+    )
+    before, size = np.full((blocks, 1), float(rows)), np.full(blocks, 9.0)
+    # Its own torque is thirty times the noise; the model's parameters take most of that back.
+    torque = SimpleNamespace(joints=[0], values=np.full((*residual.shape, 1), 30.0))
+    answer = Answer(
+        candidate=Candidate("velocity", (0,), lambda run: run, ("a",), ("N m",), (-np.inf,)),
+        columns=torque,
+        values=np.ones(1),
+        free=np.ones(1, bool),
+        predicted=before,
+        errors=(1.0 - share) * before,
+        along=size + np.random.default_rng(4).normal(size=blocks),
+        size=size,
+        gains=np.full((blocks, 1), 2.0),
+        independent=np.ones(1),
+    )
+    assert len(remainders(prediction, [answer], np.ones(1), False, 0.7)) == found

@@ -264,6 +264,15 @@ def test_runs_held_out_exclude_what_they_contradict():
     assert judged([against], 10.0) is None
 
 
+def test_scatter_of_many_coefficients_excludes_nothing():
+    one = answer([60.0], held_out=BLOCKS // 4)
+    shares = np.where(one.fitted, 60.0, -4.0 / (BLOCKS // 4))[:, None]
+    one = replace(one, gains=shares)
+    many = replace(one, free=np.ones(12, bool))  # twelve lose two nats, one loses a sixth
+    assert odds_of(one, 2.0) == -np.inf
+    assert odds_of(many, 2.0) > selected.CERTAIN_ODDS
+
+
 def test_what_a_few_blocks_show_alone_is_not_credible():
     one = answer([60.0])
     size, along = np.full(BLOCKS, 0.01), 0.1 * np.random.default_rng(0).normal(size=BLOCKS)

@@ -123,12 +123,20 @@ def best(candidates, driven, torque):
     return max(shares, key=lambda pair: pair[0])
 
 
+def size(candidate, driven, torque):
+    """Coefficient of its column by itself."""
+    column = candidate.columns(driven)[:, 0, 0]
+    return column @ torque / (column @ column)
+
+
 def test_elasticity_and_play_are_distinguished():
     # 12 Hz on the gear; and teeth of 60 Hz with 3 mrad between them.
     soft = recorded(LINK * (2 * np.pi * 12.0) ** 2, 0.0, 0.02)
     worn = recorded(LINK * (2 * np.pi * 60.0) ** 2, 3e-3, 0.02)
     for model, driven, torque in (soft, worn):
-        elastic_share, spring = best(joint_elasticity.gears(model), driven, torque)
+        # Of a stiffer gear a multiple explains as much: the size of the effect tells them apart.
+        sized = [one for one in joint_elasticity.gears(model) if 0.5 < size(one, driven, torque) < 2.0]
+        elastic_share, spring = best(sized or joint_elasticity.gears(model), driven, torque)
         loose_share, gap = best(backlash.plays(model), driven, torque)
         if torque is soft[2]:
             assert elastic_share > 0.9 > 0.5 > loose_share
@@ -142,8 +150,7 @@ def test_the_stiffness_states_how_large_the_effect_is():
     model, driven, torque = recorded(LINK * (2 * np.pi * 12.0) ** 2, 0.0, 0.02)
     near = next(one for one in joint_elasticity.gears(model) if one.shape["resonance"] > 11.0)
     right = near.reshaped({"resonance": 12.0, "damping_ratio": 0.01})
-    column = right.columns(driven)[:, 0, 0]
-    assert column @ torque / (column @ column) == pytest.approx(1.0, abs=0.05)
+    assert size(right, driven, torque) == pytest.approx(1.0, abs=0.05)
     assert right.reported["stiffness"][0] == pytest.approx(LINK * (2 * np.pi * 12.0) ** 2, rel=1e-6)
 
 

@@ -88,6 +88,32 @@ def test_a_finding_is_reported_with_number_unit_joint_and_what_was_gained():
     )
 
 
+def test_what_several_joints_feel_is_reported_of_the_one_whose_misfit_it_explains():
+    leaning = replace(finding("base_tilt", ()), torque=np.array([0.1, 9.0, 0.0]))
+    one = diagnosis(leaning, budget=budget((0.94, 0.02, 0.96)))
+    assert "It explains 94 % of what the model misses on joint 1." in verdict(one)[0]
+    assert "Held-out residual of joint 1:" in verdict(one)[0]
+
+
+@pytest.mark.parametrize(("gear_ratio", "turning"), [(1.0, "the joint"), (160.0, "its motor")])
+def test_ripple_turns_with_the_joint_where_no_gear_ratio_is_given(gear_ratio, turning):
+    model = two_joints.model()
+    robot = replace(model.robot, gear_ratio=np.full(model.robot.dof, gear_ratio))
+    candidate = next(iter(hypotheses("torque_ripple", replace(model, robot=robot))))
+    numbers = {"Rcos2_1": Quantity(0.1, 0.01, "N m"), "harmonic": Quantity(2.0, np.nan, "1")}
+    one = finding("torque_ripple", (0,), parameters=numbers, candidate=candidate)
+    assert f"2 times per turn of {turning}:" in sentence(one, JOINTS)
+
+
+@pytest.mark.parametrize(("std", "said"), [(0.05, "relaxed at -0.40 ± 0.20 rad"), (300.0, "")])
+def test_a_spring_is_relaxed_at_an_angle_only_where_that_is_known(std, said):
+    numbers = {"Ks3": Quantity(0.5, 0.01, "N m/rad"), "Ts3": Quantity(0.2, std, "N m")}
+    text = sentence(finding("joint_spring", parameters=numbers), JOINTS)
+    assert "0.500 ± 0.020 N m/rad" in text
+    assert said in text
+    assert ("relaxed" in text) == bool(said)
+
+
 def test_every_word_of_the_vocabulary_has_a_sentence_and_a_picture():
     assert set(KINDS) == {*VOCABULARY, *OUTSIDE}
     for kind in KINDS.values():
@@ -170,6 +196,9 @@ def test_nothing_is_reported_plainly_and_only_where_it_is_true():
     worse = verdict(diagnosis(after=(1.0, 1.0, 1.8)))[0]
     assert "But it is more than noise; the worst is joint 3 with 1.80 x noise" in worse
     assert "as far as the fitted runs show" in verdict(diagnosis(improvement=None))[0]
+    unmeasured = verdict(diagnosis(improvement=None, budget=budget(noise=0.0)))[0]
+    assert unmeasured.startswith("Nothing was found to be missing: what is left depends on nothing")
+    assert "It is 1 N m on joint 1; noise was not measured at rest" in unmeasured
 
 
 @pytest.mark.parametrize(

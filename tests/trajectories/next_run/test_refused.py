@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from exidyn.identify.diagnosis.results.remainder import UNCERTAIN
+from exidyn.identify.diagnosis.findings.finding import UNCERTAIN, Remainder
 from exidyn.identify.effects import JointSpring
 from exidyn.trajectories.next_run.belief.after_search import belief_of
 from exidyn.trajectories.next_run.belief.refused import nameless, nameless_odds, refused
@@ -48,7 +48,7 @@ def searched(also):
 
 def diagnosis(depends_on):
     """What a diagnosis says is left on the second joint."""
-    remainder = SimpleNamespace(joint=1, depends_on=depends_on)
+    remainder = Remainder(1, 3.0, 0.99, depends_on)
     return SimpleNamespace(evidence=SimpleNamespace(noise=np.full(2, 0.1)), remainders=(remainder,))
 
 

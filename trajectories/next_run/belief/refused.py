@@ -5,7 +5,7 @@ import numpy as np
 from exidyn.identify.diagnosis import Diagnosis
 from exidyn.identify.diagnosis.questions.candidate_fit import FORMULA, STRANGE
 from exidyn.identify.diagnosis.results.evidence import explained, places_of
-from exidyn.identify.diagnosis.results.remainder import UNCERTAIN, rms
+from exidyn.identify.diagnosis.results.remainder import rms
 from exidyn.identify.diagnosis.search.search import SearchResult
 
 
@@ -29,7 +29,7 @@ def nameless(diagnosis: Diagnosis, search: SearchResult) -> np.ndarray:
     weight, noise = search.prediction.rows.weight, np.asarray(diagnosis.evidence.noise)
     formulas = np.sum((FORMULA * _torques(search)) ** 2, axis=0)
     left = np.maximum(rms(search.prediction.residual, weight) ** 2 - noise**2 - formulas, 0.0)
-    dependent = [one.joint for one in diagnosis.remainders if one.depends_on != UNCERTAIN]
+    dependent = [one.joint for one in diagnosis.remainders if one.predictable]
     return np.where(np.isin(np.arange(len(left)), dependent), left, 0.0)
 
 

@@ -6,7 +6,7 @@ from scipy.special import expit
 
 from exidyn.identify.diagnosis.questions.block_answer import Answer
 from exidyn.identify.diagnosis.search.search import SearchResult
-from exidyn.identify.diagnosis.search.selected import CERTAIN_ODDS, EXCLUDED, log_prior
+from exidyn.identify.diagnosis.search.selected import EXCLUDED, excluded, log_prior
 
 from .belief import Place
 from .rivals import rivals
@@ -52,7 +52,7 @@ def suspects_of(search: SearchResult) -> Suspects:
 
 def unseen_probability(one: Answer, total: float) -> float:
     """That an effect which was not found is there; zero where runs held out exclude it."""
-    if one.held_out < -CERTAIN_ODDS:
+    if excluded(one):
         return 0.0
     return float(expit(min(one.gain, one.odds, 0.0) + log_prior(one, total)))
 

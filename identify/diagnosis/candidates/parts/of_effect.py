@@ -84,6 +84,7 @@ def of_effect(
         smooth=effect.smooth,
         loaded=effect.needs_load,
         carried=effect.transmitted,
+        gear_ratio=float(abs(robot.gear_ratio[joints[0]])) if joints else 1.0,
     )
     return also(found, effect)
 
