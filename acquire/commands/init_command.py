@@ -14,9 +14,11 @@ from exidyn.identify.errors import RecordingError, listed
 from exidyn.identify.model import Model
 from exidyn.identify.notebook import counted
 from exidyn.identify.proposal.column_names import joints_named
+from exidyn.identify.proposal.drives import GAIN_OF
 from exidyn.identify.proposal.odds import DECIDED
 from exidyn.identify.proposal.proposal import Proposal, one_after_another, propose
 from exidyn.identify.proposal.proposal_text import as_json, preset_toml, proposal_text, robot_toml
+from exidyn.identify.proposal.still_joints import NOTHING, still_joints, without_still
 from exidyn.identify.recordings.importers import IMPORTERS, import_source, kind_of, read_tables
 from exidyn.identify.recordings.importers.ros2_bag import joints_of_bag
 from exidyn.identify.recordings.importers.tables.preset import BESIDE
@@ -52,14 +54,23 @@ def main(arguments: Sequence[str]) -> int:
     table = _table(given.logs, given.rate)
     model, held = _arm(given.urdf, log, table)
     proposal = _proposal(given.logs, table, model)
+    if table is None:
+        proposal = proposal.by_gains()
     if held:
         proposal = replace(proposal, notes=(*proposal.notes, f"{HELD}: {listed(held)}"))
-    moving = model.robot.joints if held else ()
-    urdf = _urdf(given.urdf, given.output)
-    texts = {given.output: robot_toml(proposal, model, urdf, log.name, moving)}
-    unsure = [guess.what for guess in proposal.open if not guess.what.startswith("gain of")]
+    unsure = [guess.what for guess in proposal.open if not guess.what.startswith(GAIN_OF)]
+    urdf, still = _urdf(given.urdf, given.output), NOTHING
+    if table is not None and urdf and not unsure:
+        still = still_joints(proposal, model.robot, table.names, table.values)
+    moving = [joint for joint in model.robot.joints if joint not in still.position]
+    if still.position:
+        proposal = without_still(proposal, model.robot, still)
+        model = read_model(given.urdf, moving, still.position)
+    texts = {
+        given.output: robot_toml(proposal, model, urdf, log.name, moving if held else (), still.position)
+    }
     if table is not None and not unsure:
-        texts[preset] = preset_toml(proposal, model.robot, log.name, given.rate)
+        texts[preset] = preset_toml(proposal, model.robot, log.name, given.rate, still)
     _require_free(texts, given)
     for path, text in texts.items():
         write_whole(path, text)

@@ -82,9 +82,14 @@ def traces_beside(path: Path, table: Mapping[str, Any]) -> Traces | None:
     """
     samples = path.with_name(NAME)
     traces = read_traces(samples) if samples.exists() else None
-    if traces and any(len(one.explained) != len(table["findings"]) for one in traces.traces):
+    if traces and any(len(one.explained) != _explaining(table) for one in traces.traces):
         raise NotAFile(f"{samples} is of another diagnosis than {path}; diagnose again")
     return traces
+
+
+def _explaining(table: Mapping[str, Any]) -> int:
+    """How many findings explain some torque: undecided ones do too, behind the others."""
+    return len(table["findings"]) + len(table.get("undecided", ()))
 
 
 @contextmanager

@@ -1,5 +1,6 @@
 """Sign and rough size of drive gains: efforts against the torque that the described bodies need."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -8,8 +9,9 @@ from scipy.optimize import nnls
 from ..arm.rigid_regressor import rigid_regressor
 from ..arm.robot import Robot
 from ..effects.rigid_body import inertial_parameters, inertial_priors
+from ..text_table import digits
 from .agreement import FEWEST, Sampled, friction_columns, independent
-from .odds import DECIDED
+from .odds import DECIDED, Guess
 
 DRAWN = 0.3
 """Relative error of the torque that a description's masses give: a tool, cables, a drawing."""
@@ -24,10 +26,12 @@ GAINS = np.logspace(-3, 3, 121)
 """Gains that are weighed where nothing is known of the unit [N m per unit]; the one in the middle is 1."""
 WIDE = 3.0
 """Standard deviation of what friction may be, over the effort's own."""
-BACKWARD = 0.02
-"""Probability that a torque in N m counts against the position."""
 UNLIKE = float(np.log(0.05))
 """What one joint may say against torques, at most: a spring or a tool that the description leaves out."""
+
+
+GAIN_OF = "gain of "
+"""Beginning of what a guess of gains asks."""
 
 
 class Gain(NamedTuple):
@@ -37,13 +41,15 @@ class Gain(NamedTuple):
         value: Torque per unit of effort, with its sign; NaN where the log does not tell.
         relative: Standard deviation of its logarithm [-].
         positive: Probability that effort counts as torque does: with the joint.
-        torque: Log odds that the effort is the joint's torque [N m], over any other unit.
+        torque: Log odds that the effort is the joint's torque [N m], over any other unit and sign.
+        against: The same that it is that torque with the other sign.
     """
 
     value: float = np.nan
     relative: float = np.inf
     positive: float = 0.5
     torque: float = 0.0
+    against: float = 0.0
 
     @property
     def known(self) -> bool:
@@ -82,6 +88,21 @@ def gains(robot: Robot, log: Sampled) -> list[Gain]:
     return found
 
 
+def gain_guesses(joints: Sequence[str], found: Sequence[Gain]) -> list[Guess]:
+    """Each gain that is known, and those that are not together; none where efforts are torques."""
+    why, option, unknown = "bodies, friction", "[drive] gain, or a run with a known payload", []
+    guesses = []
+    for joint, gain in zip(joints, found, strict=True) if found else ():
+        if not gain.known:
+            unknown.append(joint)
+            continue
+        size = f"{digits(gain.value)} N m ± {100 * gain.relative:.0f} %"
+        guesses.append(Guess(f"{GAIN_OF}{joint}", size, max(gain.positive, 1 - gain.positive), why, option))
+    if unknown:
+        guesses.append(Guess(f"{GAIN_OF}{', '.join(unknown)}", "", 0.0, why, option))
+    return guesses
+
+
 def tool(robot: Robot) -> np.ndarray:
     """Standard deviations of what the flange may carry and no description has, in order of `INERTIAL`."""
     bodies, places = list(robot.kinematics.inertias)[1:], list(robot.kinematics.jointPlacements)[2:]
@@ -111,8 +132,8 @@ def _gain(torque: np.ndarray, errors: np.ndarray, log: Sampled, joint: int) -> G
     middle = float(weight @ np.log(GAINS))
     relative = float(np.sqrt(weight @ (np.log(GAINS) - middle) ** 2))
     as_torque = likely[len(GAINS) // 2] - likely.max() - np.log(np.exp(likely - likely.max()).mean())
-    as_torque += np.log((1 - BACKWARD if sign > 0 else BACKWARD) / 0.5)
-    return Gain(float(sign * np.exp(middle)), relative, positive, max(float(as_torque), UNLIKE))
+    both = np.maximum(as_torque - np.logaddexp(0.0, [-odds, odds]) - np.log(0.5), UNLIKE)
+    return Gain(float(sign * np.exp(middle)), relative, positive, *both.tolist())
 
 
 def _log_likelihood(

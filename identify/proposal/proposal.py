@@ -1,7 +1,7 @@
 """Propose what a log holds: columns, units, order of joints, sign and size of drive gains."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from ..recordings.unread_effort import UNMEASURED, unread
 from ..text_table import digits
 from .agreement import LONG, Sampled, runs_of
 from .column_names import MEASURED, STAMPS, Family, families, unit_of, words_of
-from .drives import Gain, described, gains
+from .drives import Gain, described, gain_guesses, gains
 from .hypotheses import Log, Order, factor_of, joint_odds, orders_of, units_of
 from .odds import Guess, posterior
 from .quirks import quirks
@@ -20,7 +20,9 @@ from .units import STATED, TIME, Units, moves
 
 FEWEST = 100
 """Samples of a run, at least."""
-TORQUE, NOT_TORQUE = "N m of the joint", "not N m: needs gain"
+TORQUE, AGAINST, NOT_TORQUE = "N m of the joint", "N m against the joint", "not N m: needs gain"
+BACKWARD = 0.02
+"""Probability that a log counts torques in N m against the positions, which it does of all joints alike."""
 
 
 @dataclass(frozen=True)
@@ -31,6 +33,7 @@ class Proposal:
         columns: "time" and signals of a recording -> names of the columns, one a joint in the robot's order.
         units: Of time, position and velocity; "" for a velocity that is left out.
         gains: Of the drives, where there are currents; else empty.
+        against: Whether the torques count against the positions.
         guesses: What was guessed, and how sure that is.
         notes: What else was seen, in sentences.
     """
@@ -38,6 +41,7 @@ class Proposal:
     columns: Mapping[str, tuple[str, ...]]
     units: Units
     gains: tuple[Gain, ...]
+    against: bool
     guesses: tuple[Guess, ...]
     notes: tuple[str, ...]
 
@@ -45,6 +49,15 @@ class Proposal:
     def open(self) -> list[Guess]:
         """What the log does not decide."""
         return [guess for guess in self.guesses if not guess.decided]
+
+    def by_gains(self) -> "Proposal":
+        """The same for logs that no preset is read by: torques against the joints get gains of -1."""
+        if not self.against:
+            return self
+        renamed = {"torque": "current"}
+        columns = {renamed.get(signal, signal): names for signal, names in self.columns.items()}
+        turned = Gain(-1.0, 0.0, 0.0)
+        return replace(self, columns=columns, gains=(turned,) * len(columns["current"]), against=False)
 
 
 def propose(names: Sequence[str], values: np.ndarray, robot: Robot, joints: Sequence[str] = ()) -> Proposal:
@@ -87,7 +100,9 @@ def propose(names: Sequence[str], values: np.ndarray, robot: Robot, joints: Sequ
         notes.append(f"{UNMEASURED}: {', '.join(mute)}")
     if unused := [f.pattern for f in found if f.signal in ("", "velocity") and f not in every.values()]:
         notes.append(f"columns that are not read: {', '.join(unused)}")
-    return Proposal({"time": (names[clock],), **columns}, units, drives, (*guesses, *more), tuple(notes))
+    against = any(guess.value == AGAINST for guess in more)
+    columns = {"time": (names[clock],), **columns}
+    return Proposal(columns, units, drives, against, (*guesses, *more), tuple(notes))
 
 
 def one_after_another(names: Sequence[str], tables: Sequence[np.ndarray]) -> np.ndarray:
@@ -237,20 +252,14 @@ def _efforts(
     prior = np.log(STATED / (1 - STATED)) * (1 if effort == "torque" else -1)
     if family.signal == "":
         prior = 0.0
-    likely = posterior({TORQUE: prior + sum(gain.torque for gain in found), NOT_TORQUE: 0.0})
+    with_joints = prior + np.log1p(-BACKWARD) + sum(gain.torque for gain in found)
+    against = prior + np.log(BACKWARD) + sum(gain.against for gain in found)
+    likely = posterior({TORQUE: with_joints, AGAINST: against, NOT_TORQUE: 0.0})
     value, probability = next(iter(likely.items()))
     why = "described bodies" if described(robot) else "its name; no real masses"
     guesses = [Guess(f"unit of {family.pattern}", value, probability, why, "[drive] gain in robot.toml")]
     others = {signal: f for signal, f in chosen.items() if signal not in EFFORT}
-    if value == TORQUE:
+    if value != NOT_TORQUE:
         return {**others, "torque": family}, (), guesses
-    why, option = "bodies, friction", "[drive] gain, or a run with a known payload"
-    for joint, gain in zip(robot.joints, found, strict=True):
-        if gain.known:
-            size = f"{digits(gain.value)} N m ± {100 * gain.relative:.0f} %"
-            guesses.append(
-                Guess(f"gain of {joint}", size, max(gain.positive, 1 - gain.positive), why, option)
-            )
-    if unknown := [joint for joint, gain in zip(robot.joints, found, strict=True) if not gain.known]:
-        guesses.append(Guess(f"gain of {', '.join(unknown)}", "", 0.0, why, option))
+    guesses += gain_guesses(robot.joints, found)
     return {**others, "current": family}, tuple(found), guesses

@@ -1,7 +1,8 @@
 """A proposal as a table for people, as a robot.toml, and as the preset of a log."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from types import MappingProxyType
 
 import numpy as np
 
@@ -13,6 +14,7 @@ from ..text_table import digits, paragraph, table
 from .hypotheses import units_of
 from .odds import DECIDED, Guess
 from .proposal import Proposal
+from .still_joints import NOTHING, Still
 
 
 def proposal_text(proposal: Proposal) -> str:
@@ -36,7 +38,14 @@ def open_words(guess: Guess) -> str:
     return f"{guess.what}{likely}. To settle it: {guess.option}"
 
 
-def robot_toml(proposal: Proposal, model: Model, urdf: str, log: str, joints: Sequence[str] = ()) -> str:
+def robot_toml(
+    proposal: Proposal,
+    model: Model,
+    urdf: str,
+    log: str,
+    joints: Sequence[str] = (),
+    held: Mapping[str, float] = MappingProxyType({}),
+) -> str:
     """A robot.toml with what the log tells of the drives.
 
     Args:
@@ -44,7 +53,8 @@ def robot_toml(proposal: Proposal, model: Model, urdf: str, log: str, joints: Se
         model: The arm as described.
         urdf: Path of its URDF from the new file; "" if it is described otherwise, and is written out.
         log: What the log is called.
-        joints: Those of the URDF that move, where others are held.
+        joints: Those of the URDF that move, where others are held at zero.
+        held: Joints of the URDF that are held elsewhere, and where [rad, m].
     """
     gains = "".join(f", {digits(gain.value) if gain.known else '?'}" for gain in proposal.gains)[2:]
     tolerance = max((gain.relative for gain in proposal.gains), default=0.0)
@@ -55,8 +65,9 @@ def robot_toml(proposal: Proposal, model: Model, urdf: str, log: str, joints: Se
         head.append(f"# Gains of the log [N m per unit]: [{gains}]")
     drive = f"[drive]\ngain = [{gains}]\ngain_tolerance = {tolerance:.2f}\n"
     if urdf:
-        keys = {"format": 1, "name": model.robot.name, "urdf": urdf}
-        body = lines(keys | ({"joints": list(joints)} if joints else {})) + "\n"
+        keys: dict[str, object] = {"format": 1, "name": model.robot.name, "urdf": urdf}
+        keys |= {"joints": list(joints)} if joints else {}
+        body = lines(keys | ({"held": dict(held)} if held else {})) + "\n"
         return "\n".join(head) + "\n\n" + body + (f"\n{drive}" if known else "")
     if known:
         values = np.array([gain.value for gain in proposal.gains])
@@ -65,10 +76,12 @@ def robot_toml(proposal: Proposal, model: Model, urdf: str, log: str, joints: Se
     return "\n".join(head) + "\n\n" + model_text(model)
 
 
-def preset_toml(proposal: Proposal, robot: Robot, log: str, rate: float | None = None) -> str:
+def preset_toml(
+    proposal: Proposal, robot: Robot, log: str, rate: float | None = None, still: Still = NOTHING
+) -> str:
     """Which columns of a log are what, as the preset that `exidyn import` finds beside it.
 
-    `rate` is that of a log without a column of time [Hz].
+    `rate` is that of a log without a column of time [Hz]; joints that are `still` are to stay so.
     """
     units = proposal.units
     per = "" if units.velocity in ("", "rpm") else "/s"
@@ -87,7 +100,10 @@ def preset_toml(proposal: Proposal, robot: Robot, log: str, rate: float | None =
             each = unit.get(signal, [])
             keys = {"column": list(names)}
             keys |= {"unit": each[0] if len(set(each)) == 1 else each} if each else {}
+            keys |= {"sign": -1} if signal == "torque" and proposal.against else {}
         blocks.append(block(f"[{signal}]", keys))
+    if still.column:
+        blocks.append(block("[still]", still.column))
     return "\n\n".join(blocks) + "\n"
 
 
@@ -98,6 +114,7 @@ def as_json(proposal: Proposal, written: Sequence[str], then: str) -> dict[str, 
         "columns": {signal: list(names) for signal, names in proposal.columns.items()},
         "units": proposal.units._asdict(),
         "gains": [gain._asdict() | {"known": gain.known} for gain in proposal.gains],
+        "torque_counts_against": proposal.against,
         "guesses": [vars(guess) | {"decided": guess.decided} for guess in proposal.guesses],
         "decided_from": DECIDED,
         "notes": list(proposal.notes),

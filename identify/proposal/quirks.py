@@ -3,6 +3,7 @@
 import numpy as np
 
 from ..arm.robot import Robot
+from ..notebook import counted
 from ..text_table import digits
 from .agreement import runs_of
 
@@ -25,7 +26,7 @@ def quirks(time: np.ndarray, position: np.ndarray, robot: Robot, rows: int) -> l
     if rows > len(time):
         notes.append(f"{rows - len(time)} of {rows} rows lack a number, or repeat or go back in time")
     if long.any():
-        notes.append(f"{long.sum()} gaps, the longest {digits(1e3 * steps.max())} ms")
+        notes.append(f"{counted(int(long.sum()), 'gap')}, the longest {digits(1e3 * steps.max())} ms")
     change = np.abs(np.diff(position, axis=0))
     moving = change.max(axis=1) > 0
     repeated = float(np.mean(~moving[np.argmax(moving) : len(moving) - np.argmax(moving[::-1])]))
@@ -43,11 +44,16 @@ def quirks(time: np.ndarray, position: np.ndarray, robot: Robot, rows: int) -> l
     return notes
 
 
+def at_rest(joint: str) -> str:
+    """Note about a joint that stands still."""
+    return f"{joint} does not move"
+
+
 def _encoder(joint: str, change: np.ndarray, revolute: bool) -> list[str]:
     """Notes about one joint, from the sizes of its steps, shape (t - 1,)."""
     moved = change[change > 1e-9]
     if not len(moved):
-        return [f"{joint} does not move"]
+        return [at_rest(joint)]
     notes = []
     turns = np.sum(np.abs(change - 2 * np.pi) < 0.5) if revolute else 0
     if turns:

@@ -16,9 +16,10 @@ import pinocchio as pin
 from scipy.spatial import ConvexHull, QhullError
 
 from ..errors import BrokenTree, RobotError
+from .held_joints import read_choice
 from .mesh_files import find_mesh
 from .robot_file import builtin_names
-from .toml_fields import parse_toml, read_text, string, strings
+from .toml_fields import parse_toml, read_text, string
 from .urdf import parse_urdf
 from .urdf_file import ENDINGS, read_urdf
 
@@ -41,11 +42,11 @@ def read_geometry(source: str | Path, package_dirs: Iterable[str | Path] = ()) -
     Raises:
         RobotError: A mesh is not there or cannot be read, or a shape is wrong; the message names the link.
     """
-    urdf, joints = _urdf_of(source)
+    urdf, moving, held = _urdf_of(source)
     if urdf is None:
         return None
     text = read_urdf(urdf)
-    kinematics = parse_urdf(text, str(urdf), joints).model
+    kinematics = parse_urdf(text, str(urdf), moving, held).model
     geometry = pin.GeometryModel()
     meshes: dict[tuple[Path, tuple[float, ...]], coal.Convex] = {}
     for link in ElementTree.fromstring(text).findall("link"):
@@ -61,16 +62,16 @@ def read_geometry(source: str | Path, package_dirs: Iterable[str | Path] = ()) -
     return geometry if geometry.ngeoms else None
 
 
-def _urdf_of(source: str | Path) -> tuple[Path | None, list[str] | None]:
-    """Path of the URDF that a robot is read from, if it is from one; and those of its joints that move."""
+def _urdf_of(source: str | Path) -> tuple[Path | None, list[str] | None, dict[str, float]]:
+    """Path of the URDF that a robot is read from, if from one; its joints that move, and that are held."""
     path = Path(source)
     if str(source) in builtin_names():
-        return None, None
+        return None, None, {}
     if path.suffix.lower() in ENDINGS:
-        return path, None
+        return path, None, {}
     table = parse_toml(read_text(path), "robot file")
-    joints = strings(table["joints"], "joints") if "joints" in table else None
-    return (path.parent / string(table["urdf"], "urdf") if "urdf" in table else None), joints
+    urdf = path.parent / string(table["urdf"], "urdf") if "urdf" in table else None
+    return urdf, *read_choice(table, str(path))
 
 
 def _placement(collision: Element, where: str) -> pin.SE3:

@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import fields
 from importlib import resources
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from ..effects import EFFECTS
 from ..errors import RobotError
 from ..model import Model
 from .effect_rows import read_effects, read_priors
+from .held_joints import read_choice
 from .kinematics import PLACEMENT_KEYS, Kinematics, link_kinematics, read_placement
 from .mdh import mdh_kinematics, parse_mdh
 from .robot_text import FORMAT, RIGID_BODY, model_text
@@ -27,7 +29,6 @@ from .toml_fields import (
     parse_toml,
     read_text,
     string,
-    strings,
     tables,
 )
 from .urdf import parse_urdf
@@ -43,6 +44,7 @@ KEYS = (
     "name",
     *SOURCES,
     "joints",
+    "held",
     "gravity",
     "inertial_tolerance",
     "rigid_body",
@@ -63,12 +65,17 @@ def builtin_names() -> list[str]:
     return sorted(file.name.removesuffix(".toml") for file in files if file.name.endswith(".toml"))
 
 
-def read_model(source: str | Path, joints: Sequence[str] | None = None) -> Model:
+def read_model(
+    source: str | Path,
+    joints: Sequence[str] | None = None,
+    held: Mapping[str, float] = MappingProxyType({}),
+) -> Model:
     """Model from a robot.toml, from a .urdf or .xacro, or by the name of a built-in robot.
 
     Args:
         source: The file or the name.
-        joints: Of a .urdf or .xacro, the joints that move; the others are held. None: all move.
+        joints: Of a .urdf or .xacro, the joints that move; the others are held. None: all but `held`.
+        held: Of a .urdf or .xacro, joints that are held elsewhere than at zero, and where [rad, m].
 
     Raises:
         RobotError: There is no such robot or file, or it is wrong.
@@ -85,7 +92,7 @@ def read_model(source: str | Path, joints: Sequence[str] | None = None) -> Model
         )
     if path.suffix.lower() not in ENDINGS:
         return parse_model(read_text(path), path.parent, str(path))
-    kinematics = parse_urdf(read_urdf(path), str(path), joints)
+    kinematics = parse_urdf(read_urdf(path), str(path), joints, held)
     limits = kinematics.limits or Limits.none(kinematics.model.nv)
     robot = Robot(path.stem, kinematics.model, limits, flange=kinematics.flange, inertias_stated=False)
     return Model(robot, tuple(EFFECTS[name]() for name in (RIGID_BODY, *USUAL_EFFECTS)))
@@ -116,8 +123,11 @@ def _kinematics(table: Mapping[str, Any], folder: Path, where: str) -> Kinematic
         raise RobotError(f"{where}: give exactly one of {', '.join(SOURCES)}; found {given or 'none'}")
     name = string(table.get("name", "robot"), "name")
     source, value = given[0], table[given[0]]
-    if "joints" in table and source != "urdf":
-        raise RobotError(f"{where}: joints chooses among those of a urdf; rows of {source} are all there is")
+    chosen = [key for key in ("joints", "held") if key in table]
+    if chosen and source != "urdf":
+        raise RobotError(
+            f"{where}: {chosen[0]} chooses among those of a urdf; rows of {source} are all there is"
+        )
     if source == "link":
         return link_kinematics(tables(value, "link"), name)
     if source == "mdh" and not isinstance(value, str):
@@ -125,8 +135,8 @@ def _kinematics(table: Mapping[str, Any], folder: Path, where: str) -> Kinematic
     path = folder / string(value, source)
     if source == "mdh":
         return parse_mdh(read_text(path), name, str(path))
-    moving = strings(table["joints"], "joints") if "joints" in table else None
-    return parse_urdf(read_urdf(path), str(path), moving)
+    moving, held = read_choice(table, where)
+    return parse_urdf(read_urdf(path), str(path), moving, held)
 
 
 def _robot(table: Mapping[str, Any], kinematics: Kinematics) -> Robot:

@@ -25,6 +25,8 @@ def value_text(value: Any) -> str:
         return "true" if value else "false"
     if isinstance(value, str):
         return _string(value)
+    if isinstance(value, Mapping):
+        return f"{{ {', '.join(f'{_key(key)} = {value_text(item)}' for key, item in value.items())} }}"
     if isinstance(value, Sequence | np.ndarray):
         return f"[{', '.join(value_text(item) for item in value)}]"
     if isinstance(value, int | np.integer):

@@ -2,6 +2,7 @@
 
 from collections import Counter
 from collections.abc import Collection, Mapping
+from types import MappingProxyType
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 
@@ -9,11 +10,11 @@ import numpy as np
 import pinocchio as pin
 
 from ..arm.robot import Limits
-from ..errors import BrokenTree, UnknownJoint, listed
+from ..errors import BrokenTree, listed
+from .held_joints import MOVING, axis_of, hold
 from .kinematics import INERTIA_PLACES, Kinematics, rigid_inertia
 from .toml_fields import LARGEST
 
-MOVING = ("revolute", "continuous", "prismatic")
 FLANGES = ("flange", "tool0", "tool_flange", "ee_link", "end_effector", "tcp", "link_ee")
 """Names (or ends of names) of links that people hang payloads on, the likeliest first."""
 NUMBERED = (
@@ -28,26 +29,31 @@ DEEPEST = 100
 """Elements within elements; parsers that call themselves for each level end at thousands."""
 
 
-def parse_urdf(text: str, where: str = "URDF", moving: Collection[str] | None = None) -> Kinematics:
+def parse_urdf(
+    text: str,
+    where: str = "URDF",
+    moving: Collection[str] | None = None,
+    held: Mapping[str, float] = MappingProxyType({}),
+) -> Kinematics:
     """Kinematics of a URDF; a `continuous` joint becomes a revolute one without limits.
 
     Args:
         text: The URDF.
         where: What errors call it.
-        moving: Joints that move; the others are held where their position is zero. None: none is held.
+        moving: Joints that move; the others are held where their position is zero. None: all but `held`.
+        held: Joints that are held elsewhere, and where [rad, m].
 
     Raises:
         BrokenTree: It is not one tree of joints with one degree of freedom; the message names the culprit.
-        UnknownJoint: One of `moving` is not in it.
+        UnknownJoint: One of `moving` or `held` is not in it.
     """
     root = _parse(text, where)
     joints = {joint.get("name", ""): joint for joint in root.findall("joint")}
     _check_names(root, where)
     _check_tree(root, where)
-    if moving is not None:
-        _hold_others(joints, moving, where)
     for element in root.iter():
         _check_numbers(element, where)
+    hold(joints, moving, held, where)
     for name, joint in joints.items():
         _check_joint(joint, f"{where}: joint '{name}'")
     limits = {name: _limits(joint) for name, joint in joints.items()}
@@ -73,17 +79,6 @@ def movable_joints(text: str, where: str = "URDF") -> tuple[list[str], list[str]
             plain = joint.get("type") in MOVING and joint.find("mimic") is None
             (free if plain else bound).append(joint.get("name", ""))
     return free, bound
-
-
-def _hold_others(joints: Mapping[str, Element], moving: Collection[str], where: str) -> None:
-    """Make every joint that is not named a fixed one."""
-    for name in moving:
-        if name not in joints:
-            raise UnknownJoint(name, where, list(joints))
-    for name in joints.keys() - set(moving):
-        joints[name].set("type", "fixed")
-        for element in joints[name].findall("mimic"):
-            joints[name].remove(element)
 
 
 def _parse(text: str, where: str) -> Element:
@@ -186,14 +181,8 @@ def _check_joint(joint: Element, where: str) -> None:
         raise BrokenTree(f"{where} is {kind}; valid types: {', '.join(MOVING)}, fixed. {HELD}")
     if joint.find("mimic") is not None:
         raise BrokenTree(f"{where} mimics another joint, which no model here can. {HELD}")
-    if kind != "fixed" and not np.any(_axis(joint)):
+    if kind != "fixed" and not np.any(axis_of(joint)):
         raise BrokenTree(f"{where} has an axis of length 0")
-
-
-def _axis(joint: Element) -> np.ndarray:
-    element = joint.find("axis")
-    text = "1 0 0" if element is None else element.get("xyz", "1 0 0")  # the default that URDF defines
-    return np.array([float(word) for word in text.split()])
 
 
 def _limits(joint: Element) -> tuple[float, float, float, float]:
@@ -212,7 +201,7 @@ def _make_plain(joint: Element) -> None:
     if joint.get("type") not in MOVING:
         return
     joint.set("type", "prismatic" if joint.get("type") == "prismatic" else "revolute")
-    axis = _axis(joint)
+    axis = axis_of(joint)
     length = np.linalg.norm(axis)
     if abs(length - 1.0) > 1e-12:
         for element in joint.findall("axis"):

@@ -112,7 +112,9 @@ def joints_of_bag(source: Path, topic: str | None = None) -> list[str]:
 
 
 def _folder(source: Path) -> Path:
-    return source.parent if source.suffix == ".db3" else source
+    """Of a .db3 file its folder, as a bag may have several files; the file where there is no metadata."""
+    whole = source.suffix == ".db3" and (source.parent / "metadata.yaml").exists()
+    return source.parent if whole else source
 
 
 def _read(

@@ -69,6 +69,26 @@ def test_a_recording_needs_no_preset_and_efforts_in_amperes_an_option(files):
     assert json.loads((files / "found.json").read_text())["then"].endswith("--effort current")
 
 
+def test_torques_that_count_against_the_joints_are_imported_with_the_other_sign(files):
+    named = {"t": LOG.time, **columns("q{k}", LOG.position), **columns("tau{k}", -LOG.torque)}
+    rows = np.column_stack(list(named.values()))
+    np.savetxt("against.csv", rows, delimiter=",", header=",".join(named), comments="", fmt="%.9g")
+    assert main(["init", "against.csv", "--urdf", "arm.urdf"]) == 0
+    assert main(["import", "against.csv", "--robot", "robot.toml"]) == 0
+    signals = read_recording(files / "against.mcap").signals
+    np.testing.assert_allclose(signals["torque"].values, LOG.torque, atol=1e-5)
+    assert "current" not in signals
+
+
+def test_of_a_recording_such_torques_have_a_gain_of_minus_one(files):
+    signals = {"position": LOG.position, "torque": -LOG.torque}
+    run = Recording("run", LOG.model, {name: Signal(LOG.time, one) for name, one in signals.items()})
+    write_recording(run, files / "run.mcap")
+    assert main(["init", "run.mcap", "--urdf", "arm.urdf", "--json", "found.json"]) == 0
+    assert json.loads((files / "found.json").read_text())["then"].endswith("--effort current")
+    assert np.all(read_model(files / "robot.toml").robot.drive_gain == -1.0)
+
+
 def test_a_log_without_time_has_the_rate_that_is_given(files, capsys):
     named = {**columns("q{k}", LOG.position), **columns("i{k}", LOG.current)}
     rows = np.column_stack(list(named.values()))
@@ -120,6 +140,44 @@ def test_joints_of_the_urdf_that_the_log_lacks_are_held(files, capsys):
     np.testing.assert_allclose(
         read_recording(files / "named.mcap").signals["torque"].values, LOG.torque, rtol=1e-6, atol=1e-6
     )
+
+
+def log_with_a_joint_at_rest(path, turn=0.0):
+    """The second joint stands at 40 degrees, or turns away from there by so much [deg]."""
+    position = np.degrees(LOG.position)
+    position[:, 1] = 40.0 + turn * LOG.time / LOG.time[-1]
+    named = {"t": LOG.time, **columns("q{k}", position), **columns("i{k}", LOG.current)}
+    named |= columns("dq{k}", np.degrees(LOG.velocity))
+    np.savetxt(path, np.column_stack([*named.values()]), delimiter=",", header=",".join(named), comments="")
+
+
+def test_a_joint_that_never_moves_is_held_where_it_stands(files, capsys):
+    log_with_a_joint_at_rest(files / "rest.csv")
+    assert main(["init", "rest.csv", "--urdf", "arm.urdf"]) == 0
+    second, *others = np.roll(LOG.model.robot.joints, -1).tolist()
+    assert f"* {second} does not move: the model holds it at 0.6981 rad" in capsys.readouterr().out
+    assert main(["import", "rest.csv", "--robot", "robot.toml"]) == 0
+    run = read_recording(files / "rest.mcap")
+    assert sorted(run.robot.joints) == sorted(others)
+    kept = [LOG.model.robot.joints.index(joint) for joint in run.robot.joints]
+    np.testing.assert_allclose(run.signals["position"].values, LOG.position[:, kept], atol=1e-6)
+    np.testing.assert_allclose(run.signals["current"].values, LOG.current[:, kept], atol=1e-6)
+    assert main(["identify", "rest.mcap"]) == 0
+
+
+def test_a_log_that_moves_a_joint_that_is_held_is_refused(files, capsys):
+    log_with_a_joint_at_rest(files / "rest.csv")
+    assert main(["init", "rest.csv", "--urdf", "arm.urdf"]) == 0
+    log_with_a_joint_at_rest(files / "moved.csv", turn=5.0)
+    capsys.readouterr()
+    assert main(["import", "moved.csv", "--robot", "robot.toml"]) == REFUSED
+    message = capsys.readouterr().err
+    assert (
+        "moved.csv: column q2 goes from 40.00 to 45.00, but its joint is held between 39.94 and 40.06"
+        in message
+    )
+    assert main(["init", "rest.csv", "moved.csv", "--urdf", "arm.urdf", "--force"]) == 0
+    assert read_model(files / "robot.toml").robot.joints == LOG.model.robot.joints
 
 
 def test_a_log_of_joints_that_turn_and_slide_is_imported_as_proposed(tmp_path, monkeypatch):
@@ -192,3 +250,12 @@ def test_logs_with_other_columns_are_refused(files, capsys):
     assert main(["init", "a.csv", "b.csv", "--urdf", "arm.urdf"]) == REFUSED
     assert "b.csv has other columns than a.csv: A1_Drehmoment, A1_Strom" in capsys.readouterr().err
     assert not (files / "robot.toml").exists()
+
+
+def test_a_preset_with_a_number_for_its_ranges_is_refused(files, capsys):
+    assert main(["init", "log.csv", "--urdf", "arm.urdf"]) == 0
+    preset = files / "preset.toml"
+    preset.write_text("still = 3\n" + preset.read_text())
+    capsys.readouterr()
+    assert main(["import", "log.csv", "--robot", "robot.toml"]) == REFUSED
+    assert "[still] is 3; expected a table of COLUMN = [LOWEST, HIGHEST]" in capsys.readouterr().err

@@ -242,6 +242,16 @@ def test_bodies_are_known_by_what_is_known_of_them():
     assert any("carries 'tool', of which the fit" in one for one in predicted(fit, [strange]).warnings)
 
 
+def test_a_diagnosis_with_an_undecided_finding_has_a_report(files, tmp_path):
+    table = json.loads((files / "diagnosis" / "diagnosis.json").read_text())
+    table |= {"findings": [], "undecided": table["findings"]}
+    (tmp_path / "diagnosis.json").write_text(json.dumps(table))
+    (tmp_path / NAME).write_bytes((files / "diagnosis" / NAME).read_bytes())
+    assert main(["report", str(tmp_path), "--output", str(tmp_path / "report.html")]) == 0
+    read, traces = read_page_data(tmp_path / "diagnosis.json")
+    assert len(read.undecided) == len(traces.traces[0].explained) == 1
+
+
 def test_scores_survive_the_file(tmp_path):
     write_fit(fit(), tmp_path / "fit.json")
     scores = read_fit(tmp_path / "fit.json").scores

@@ -70,6 +70,29 @@ def test_torques_of_the_joints_are_told_from_efforts_in_another_unit():
     assert "torque" not in other.columns
 
 
+def test_torques_of_all_joints_may_count_against_the_positions():
+    position = {"t": LOG.time, **columns("q{k}", LOG.position)}
+    found = proposed(position | columns("tau{k}", -LOG.torque))
+    assert "torque" in found.columns
+    assert found.against
+    assert not found.gains
+    assert probability(found, "unit of tau{number}") > 0.99
+    assert not proposed(position | columns("tau{k}", LOG.torque)).against
+    turned = found.by_gains()
+    assert turned.columns["current"] == found.columns["torque"]
+    assert [(gain.value, gain.known) for gain in turned.gains] == [(-1.0, True)] * ROBOT.dof
+
+
+def test_a_description_without_masses_says_nothing_of_the_sign_of_torques():
+    robot = read_model("cobot").robot
+    for place in range(1, robot.dof + 1):
+        robot.kinematics.inertias[place].mass = 1.0
+    named = {"t": LOG.time, **columns("q{k}", LOG.position), **columns("tau{k}", -LOG.torque)}
+    found = proposed(named, robot)
+    assert "torque" in found.columns
+    assert not found.against
+
+
 def test_signs_and_sizes_of_gains_are_right_where_they_are_told():
     sign = np.array([1, -1, 1, -1, 1, -1])
     named = {"t": LOG.time, **columns("q{k}", LOG.position), **columns("i{k}", sign * LOG.current)}
@@ -97,7 +120,7 @@ def test_gaps_repeats_and_limits_are_said():
     position = LOG.position[rows] + np.array([0, 0, 3.0, 0, 0, 0])
     named = {"t": LOG.time[rows], **columns("q{k}", position), **columns("i{k}", LOG.current[rows])}
     notes = " ".join(proposed(named).notes)
-    assert "1 gaps, the longest 210.0 ms" in notes
+    assert "1 gap, the longest 210.0 ms" in notes
     assert "1 of 1981 rows lack a number, or repeat" in notes
     assert "joint3 goes" in notes
 

@@ -59,6 +59,14 @@ def test_a_bags_own_file_is_enough(tmp_path):
         assert np.array_equal(found.signals["position"].values, motion())
 
 
+def test_a_file_that_has_lost_its_metadata_is_read(tmp_path):
+    write_bag(tmp_path / "bag", "sqlite3")
+    [file] = (tmp_path / "bag").glob("*.db3")
+    [found] = import_source(file.rename(tmp_path / "run.db3"), model())
+    assert np.array_equal(found.signals["position"].values, motion())
+    assert np.array_equal(found.signals["torque"].values, noise())
+
+
 def test_a_bag_without_stamps_takes_those_of_the_host(tmp_path):
     write_bag(tmp_path / "bag", "mcap", stamped=False)
     [found] = import_source(tmp_path / "bag", model())

@@ -4,9 +4,10 @@ import os
 from pathlib import Path
 
 import numpy as np
+import pinocchio as pin
 import pytest
 
-from exidyn.identify.errors import BrokenTree, UnknownJoint
+from exidyn.identify.errors import BrokenTree, RobotError, UnknownJoint
 from exidyn.identify.robot_files.robot_file import read_model
 from exidyn.identify.robot_files.urdf import movable_joints, parse_urdf
 
@@ -96,6 +97,30 @@ def test_a_joint_that_is_held_belongs_to_the_link_before_it(elbow):
     assert tuple(held.model.names)[1:] == ("shoulder",)
     assert held.model.inertias[1].mass == 4.0
     np.testing.assert_array_equal(held.limits.velocity, [3])
+
+
+@pytest.mark.parametrize("kind", ["revolute", "prismatic"])
+def test_a_joint_held_at_a_position_is_what_pinocchio_reduces_to(kind):
+    origin = '<origin xyz="0.1 -0.2 0.3" rpy="0.4 0.5 -0.6"/><axis xyz="0 0.6 -0.8"/>'
+    text = robot(LINKS + joint("shoulder", "base", "upper", kind, origin) + JOINTS.partition("</joint>")[2])
+    whole = parse_urdf(text).model
+    position = pin.neutral(whole)
+    position[0] = 0.7
+    reduced = pin.buildReducedModel(whole, [1], position)
+    held = parse_urdf(text, held={"shoulder": 0.7}).model
+    assert list(held.names) == list(reduced.names) == ["universe", "elbow"]
+    motion = [np.array([value]) for value in (0.3, 1.1, -2.0)]
+    expected = pin.rnea(reduced, reduced.createData(), *motion)
+    np.testing.assert_allclose(pin.rnea(held, held.createData(), *motion), expected, rtol=1e-12)
+    np.testing.assert_allclose(held.jointPlacements[1].homogeneous, reduced.jointPlacements[1], atol=1e-12)
+
+
+def test_what_cannot_be_held_at_a_position_is_an_error():
+    text = robot(LINKS + joint("shoulder", "base", "upper", inside=LIMIT) + PLANAR)
+    with pytest.raises(RobotError, match="'elbow' cannot be held at a position: it is planar"):
+        parse_urdf(text, held={"elbow": 0.1})
+    with pytest.raises(UnknownJoint, match="'wrist'.*shoulder, elbow"):
+        parse_urdf(robot(LINKS + JOINTS), held={"wrist": 0.1})
 
 
 def test_a_joint_to_move_that_is_not_there_is_an_error():

@@ -39,6 +39,8 @@ class Columns:
         chosen: Names by signal or "time", as given with the file.
         preset: Names by signal or "time", as all files of a kind have them.
         by: Name of that preset.
+        usual: Whether other signals are looked up by usual names; not where numbers count joints that
+            the robot does not have.
     """
 
     def __init__(
@@ -50,10 +52,12 @@ class Columns:
         chosen: Mapping[str, Names] = MappingProxyType({}),
         preset: Mapping[str, Names] = MappingProxyType({}),
         by: str = "",
+        usual: bool = True,
     ) -> None:
         self.source, self.table, self.robot = source, table, robot
         self.where = f"{source} (preset {Path(by).name})" if by else str(source)
         self.chosen, self.given = chosen, {**preset, **chosen}
+        self.usual = usual
         self.names, self.numbers = names_in_log(robot, joints), list(range(1, robot.dof + 1))
         there = table.joints
         if there and (joints or len(there) != robot.dof or set(self.names) <= set(there)):
@@ -82,7 +86,7 @@ class Columns:
         Raises:
             WrongShape: A column that is needed or was named is not there, is text, or is of another robot.
         """
-        known = {signal: self._choices(signal) for signal in SIGNALS}
+        known = {signal: self._choices(signal) for signal in SIGNALS if self.usual or signal in self.given}
         # A column that was named for one signal is no other one, whatever its name is taken for by default.
         taken = {
             name for signal in self.given if signal in known for names in known[signal] for name in names

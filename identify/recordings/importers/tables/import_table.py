@@ -8,6 +8,7 @@ import numpy as np
 
 from ....errors import NotAFile, NotFinite, RecordingError, WrongShape
 from ....model import Model
+from ....text_table import digits
 from ...recording import EFFORT, SIGNALS, KnownPayload, Recording, Signal
 from ...recording_checks import check
 from ...units import ANGLES, factors, joint_side, to_axes_of_robot
@@ -76,7 +77,8 @@ def import_table(
         used = (given or preset_like(look)).naming(effort)
         if used.name in preset_names():
             used = used.without_missing(look(chosen, used.columns))
-        found = look(chosen, used.columns, used.name)
+        _check_still(table, used, source)
+        found = look(chosen, used.columns, used.name, not used.still)
         time = None if used.rate and "time" not in chosen else found.time()
         places = dict(found.signals())
         stamps = _stamps(found, time, used, time_scale)
@@ -106,6 +108,25 @@ def _chosen(columns: Mapping[str, Names], effort: str) -> dict[str, Names]:
             f"columns (--columns): unknown {', '.join(unknown)}. Valid: time, {', '.join(SIGNALS)}, effort"
         )
     return {effort if key == "effort" else key: names for key, names in columns.items()}
+
+
+def _check_still(table: Table, used: Preset, source: Path) -> None:
+    """Make sure that joints which the model holds stand where they stood.
+
+    Raises:
+        WrongShape: One moves, or its column is not there.
+    """
+    for column, (low, high) in used.still.items():
+        if column not in table.names:
+            raise WrongShape(f"{source}: no column {column}, which preset {used.name} says stands still")
+        values = table.values[:, table.names.index(column)]
+        lowest, highest = np.nanmin(values, initial=np.inf), np.nanmax(values, initial=-np.inf)
+        if lowest < low or highest > high:
+            raise WrongShape(
+                f"{source}: column {column} goes from {digits(lowest)} to {digits(highest)}, but its joint "
+                f"is held between {digits(low)} and {digits(high)} by preset {used.name} and the robot's "
+                "description. Make both anew from all logs: exidyn init LOG LOG ..., with --force"
+            )
 
 
 def _stamps(found: Columns, column: int | None, used: Preset, scale: float | None) -> np.ndarray:

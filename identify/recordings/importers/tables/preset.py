@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ....errors import RobotError
-from ....robot_files.toml_fields import check_keys, number, parse_toml, read_text, string
+from ....robot_files.toml_fields import check_keys, number, numbers, parse_toml, read_text, string
 from ...recording import SIGNALS
 from .columns import Columns, Names
 
@@ -33,11 +33,13 @@ class Preset:
         name: Of the preset, or its path.
         signals: Signal, "effort" or "time" -> how it is read.
         rate: Samples a second, of logs without time; 0 with a column of time [Hz].
+        still: Column of the position of a joint that the model holds -> between what it stays.
     """
 
     name: str = ""
     signals: Mapping[str, Reading] = field(default_factory=dict)
     rate: float = 0.0
+    still: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
     def naming(self, effort: str) -> "Preset":
         """The same where "effort" is that signal, torque or current."""
@@ -86,11 +88,20 @@ def parse_preset(text: str, where: str) -> Preset:
         RobotError: The text is wrong; the message names the key, what was found and what is valid.
     """
     table = parse_toml(text, where)
-    check_keys(table, ("rate", "time", "effort", *SIGNALS), where)
+    check_keys(table, ("rate", "time", "effort", "still", *SIGNALS), where)
     if "rate" in table and "time" in table:
         raise RobotError(f"{where}: rate is for logs without time; give it or [time], not both")
     rate = number(table.pop("rate", 0.0), f"{where}: rate", 0.0)
-    return Preset(where, {name: _reading(keys, f"{where}: [{name}]") for name, keys in table.items()}, rate)
+    still = _ranges(table.pop("still", {}), f"{where}: [still]")
+    signals = {name: _reading(keys, f"{where}: [{name}]") for name, keys in table.items()}
+    return Preset(where, signals, rate, still)
+
+
+def _ranges(table: Any, where: str) -> dict[str, tuple[float, float]]:
+    if not isinstance(table, dict):
+        raise RobotError(f"{where} is {table!r}; expected a table of COLUMN = [LOWEST, HIGHEST]")
+    found = {column: numbers(value, 2, f"{where} {column}").tolist() for column, value in table.items()}
+    return {column: (low, high) for column, (low, high) in found.items()}
 
 
 def _reading(table: Any, where: str) -> Reading:
