@@ -131,6 +131,9 @@ def budget_table(one: dict[str, Any]) -> None:
 def main() -> None:
     options = parser(__doc__.splitlines()[0], CASES)
     options.add_argument("--pages", type=Path, metavar="FILE.md", help="write the page of proof to FILE.md")
+    options.add_argument(
+        "--simulated", type=Path, metavar="FILE", help="what concealed.py --json wrote, for the page"
+    )
     chosen = options.parse_args()
     keys = chosen.only or [key for key, case in CASES.items() if case.quick or not chosen.quick]
     absent = [key for key in keys if not (FOLDER / CASES[key].folder).is_dir()]
@@ -143,7 +146,7 @@ def main() -> None:
     figures = score(answers)
     save(chosen.json, figures | {"sets": answers})
     if chosen.pages:
-        write_pages(chosen.pages, figures, answers)
+        write_pages(chosen.pages, figures, answers, chosen.simulated)
 
 
 def report(answers: Sequence[dict[str, Any]]) -> None:

@@ -201,6 +201,7 @@ def budget(found: Diagnosis) -> dict[str, Any] | None:
     shares = []
     for one in found.budget.shares:
         what = one.kind or f"{every[one.finding].effect} {joints_words(every[one.finding].joints)}"
+        what = what.removesuffix(" -")  # of the whole arm
         part = (
             "kind" if one.finding is None else "named" if one.finding < len(found.findings) else "undecided"
         )

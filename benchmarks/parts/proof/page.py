@@ -9,12 +9,15 @@ from exidyn.identify.diagnosis.search.selected import NAMED
 from ..diagnose_real.sets import CASES
 from .motor import MOTOR, motor_section
 from .pictures import budget_picture
-from .texts import ABOUT, INTRODUCTION, OPEN_LOOP, SIMULATED
+from .simulated import simulated_section
+from .texts import ABOUT, INTRODUCTION, OPEN_LOOP
 from .words import Answer, gains, percent, table, title, verdict
 
 
-def write_pages(path: Path, figures: dict[str, Any], answers: Sequence[Answer]) -> None:
-    """Write the page, and its pictures beside it in `pictures/`."""
+def write_pages(
+    path: Path, figures: dict[str, Any], answers: Sequence[Answer], simulated: Path | None
+) -> None:
+    """Write the page, and its pictures beside it in `pictures/`; with figures of simulated arms, if given."""
     given = {one["case"]: one for one in answers}
     folder = path.parent / "pictures"
     folder.mkdir(parents=True, exist_ok=True)
@@ -27,7 +30,7 @@ def write_pages(path: Path, figures: dict[str, Any], answers: Sequence[Answer]) 
     if all(key in given for key in MOTOR):
         parts.append(motor_section(given, picture))
     parts += [section(given[key], picture) for key in ABOUT if key in given]
-    parts += [SIMULATED]
+    parts += [simulated_section(simulated)]
     path.write_text("\n".join(parts), encoding="utf-8")
     print(f"\npage in {path}")
 

@@ -84,8 +84,10 @@ mean square of what the best fit without findings leaves of runs held out.
 
 SIMULATED = """## Simulated arms
 
-What was concealed from the model of simulated arms, and how much of it is found again, is counted by
-[benchmarks/concealed.py](../benchmarks/concealed.py).
+Effects are concealed from the model of simulated arms: one, two, none, or one of which exidyn has no model,
+of a third of the noise to ten times it. [benchmarks/concealed.py](../benchmarks/concealed.py) simulates
+them by formulas of its own and counts what is found again. The arms have the values of a data sheet, with
+tolerances; with `--bare` they are answered without them, too.
 """
 
 MOTOR_WORDS = """\

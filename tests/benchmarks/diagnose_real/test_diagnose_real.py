@@ -1,5 +1,6 @@
 """Diagnosis of real recordings with plain priors, and the scores of that benchmark."""
 
+import json
 from dataclasses import replace
 
 import numpy as np
@@ -9,6 +10,7 @@ from parts.diagnose_real.answer import alike, named
 from parts.diagnose_real.known import COGGING, KNOWN, ripple
 from parts.diagnose_real.sets import CASES, FOLDER
 from parts.proof.page import named_words
+from parts.proof.simulated import simulated_section
 
 from exidyn.identify.diagnosis.diagnose import diagnose
 from exidyn.identify.diagnosis.findings.finding import Finding, Quantity
@@ -163,3 +165,17 @@ def seventh(found):
         if one.effect == "torque_ripple" and abs(one.parameters["harmonic"].value - 7.0) < 0.1
     ]
     return max(amplitudes, default=0.0)
+
+
+def test_page_has_the_scores_of_simulated_arms_beside_each_other(tmp_path):
+    score = {
+        "cases": 98, "detectable": 37, "top1": 0.95, "with_alternatives": 0.973, "false_alarms": 1,
+        "nothing_cases": 7, "double_recall": 0.91, "double_precision": 1.0, "outside_misnamed": 0.25,
+        "confusion": [["time_delay", "coulomb_friction", 2]],
+    }  # fmt: skip
+    file = tmp_path / "concealed.json"
+    file.write_text(json.dumps(score | {"bare": score | {"top1": 0.81}}))
+    page = simulated_section(file)
+    assert "| of these, named, on the right joint, first | 95 % | 81 % |" in page
+    assert "| nothing missing, and something named | 1 of 7 cases | 1 of 7 cases |" in page
+    assert "called otherwise: time delay as coulomb friction (2)." in page
