@@ -62,8 +62,13 @@ Heads = Sequence[Sequence[str]]
 """Lines of the head of each column."""
 
 
-def _narrow(heads: Heads, rows: Sequence[Sequence[str]], left: Sequence[int], gap: int) -> list[str]:
-    """Lines of a table with folded heads, its last columns below where it is still too wide."""
+def _narrow(
+    heads: Heads, rows: Sequence[Sequence[str]], left: Sequence[int], gap: int, again: bool = False
+) -> list[str]:
+    """Lines of a table with folded heads, its last columns below where it is still too wide.
+
+    Columns on the left that stand in it `again` may be left out.
+    """
     columns = list(range(len(heads)))
     for narrower in (gap, 1):
         lines = _laid(heads, rows, columns, left, narrower)
@@ -80,7 +85,8 @@ def _narrow(heads: Heads, rows: Sequence[Sequence[str]], left: Sequence[int], ga
             return _laid(heads, _wrapped(rows, column, len(heads), room), columns, left, gap)
     keys = [column for column in columns[:KEYS] if column in left]
     if len(columns) - len(keys) < 2:
-        return lines
+        dropped = again and len(keys) == KEYS
+        return _narrow(*_without(keys[-1], heads, rows, left), gap, again) if dropped else lines
     for count in range(len(columns) - 1, len(keys), -1):
         first = _laid(heads, rows, columns[:count], left, gap)
         if count == len(keys) + 1 or not _too_wide(first):
@@ -88,7 +94,16 @@ def _narrow(heads: Heads, rows: Sequence[Sequence[str]], left: Sequence[int], ga
     rest = [*keys, *columns[count:]]
     below = [[row[column] for column in rest] if len(row) == len(heads) else row for row in rows]
     under = [place for place, column in enumerate(rest) if column in left]
-    return [*first, *_narrow([heads[column] for column in rest], below, under, gap)]
+    return [*first, *_narrow([heads[column] for column in rest], below, under, gap, True)]
+
+
+def _without(
+    column: int, heads: Heads, rows: Sequence[Sequence[str]], left: Sequence[int]
+) -> tuple[Heads, list[Sequence[str]], list[int]]:
+    """The same table without one of its columns."""
+    fewer = [[*row[:column], *row[column + 1 :]] if len(row) == len(heads) else row for row in rows]
+    kept = [one - (one > column) for one in left if one != column]
+    return [*heads[:column], *heads[column + 1 :]], fewer, kept
 
 
 def _widths(rows: Sequence[Sequence[str]], count: int) -> list[int]:

@@ -4,7 +4,7 @@ Vectors are kept as (3, t), those of the m joints that move a link as (3, m, t),
 runs over contiguous samples.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -12,6 +12,9 @@ import numpy as np
 import pinocchio as pin
 
 from .motion import Motion
+
+CACHED = 300
+"""Samples up to which arrays of all links together stay in a processor's cache."""
 
 
 @dataclass(frozen=True)
@@ -108,6 +111,13 @@ class Pairs(NamedTuple):
         )
         joints = np.concatenate([link.moving for link in chain]).astype(int)
         return cls(joints, places, omega, alpha, lift, linear, angular)
+
+
+def cached_groups(chain: Sequence[Link]) -> Iterator[tuple[int, Sequence[Link]]]:
+    """All links at once where their arrays stay in the cache, else one by one; each with its first place."""
+    many = len(chain) if chain[0].omega.shape[1] <= CACHED else 1
+    for first in range(0, len(chain), many):
+        yield first, chain[first : first + many]
 
 
 def base_link(kinematics: pin.Model, samples: int) -> Link:

@@ -19,6 +19,7 @@ from .newton_euler import (
     Pairs,
     base_link,
     before,
+    cached_groups,
     cross,
     dot,
     fixed_joint,
@@ -62,7 +63,12 @@ def rigid_gradient(kinematics: pin.Model, motion: Motion, weights: np.ndarray) -
         weights: Shape (t, n, 10 n).
     """
     chain = links(kinematics, motion)
-    pulls = _read(chain, weights.reshape(*motion.position.shape, -1, 10))
+    weights = weights.reshape(*motion.position.shape, -1, 10)
+    pulls = [
+        pull
+        for first, some in cached_groups(chain)
+        for pull in _read(some, weights[:, :, first : first + len(some)])
+    ]
     return _inward(kinematics, chain, pulls, motion)
 
 

@@ -19,15 +19,10 @@ import numpy as np
 import pinocchio as pin
 
 from .motion import Motion
-from .newton_euler import Link, Pairs, cross, dot, fixed_joint, links, step
+from .newton_euler import Link, Pairs, cached_groups, cross, dot, fixed_joint, links, step
 
 INERTIAL = ("XX", "XY", "XZ", "YY", "YZ", "ZZ", "MX", "MY", "MZ", "M")
 """The ten inertial parameters of a body about its frame's origin, in the paper's order (3)."""
-
-
-CACHED = 300
-"""Samples up to which arrays of all links together stay in a processor's cache; of more, it is a link at a
-time that does."""
 
 
 def rigid_regressor(kinematics: pin.Model, motion: Motion) -> np.ndarray:
@@ -54,10 +49,9 @@ def body_regressor(kinematics: pin.Model, motion: Motion, placement: pin.SE3) ->
 
 def _write(chain: Sequence[Link], out: np.ndarray) -> None:
     """Torque of every joint per inertial parameter of some links, into out (t, n, links, 10)."""
-    many = len(chain) if len(out) <= CACHED else 1
-    for start in range(0, len(chain), many):
-        pairs = Pairs.of(chain[start : start + many])
-        out[:, pairs.joints, start + pairs.links] = _columns(pairs).T
+    for first, some in cached_groups(chain):
+        pairs = Pairs.of(some)
+        out[:, pairs.joints, first + pairs.links] = _columns(pairs).T
 
 
 def _columns(pairs: Pairs) -> np.ndarray:

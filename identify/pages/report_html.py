@@ -34,7 +34,7 @@ def rounded(value: float, digits: int = 4) -> str:
 
 def unit(name: str) -> str:
     """A unit with raised exponents."""
-    return name.replace("^2", "\N{SUPERSCRIPT TWO}")
+    return name.replace("^2", "\N{SUPERSCRIPT TWO}").replace("^3", "\N{SUPERSCRIPT THREE}")
 
 
 def prose(words: str) -> Markup:

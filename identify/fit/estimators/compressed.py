@@ -79,7 +79,7 @@ def _factor(equations: Equations, weight: np.ndarray, joint: int) -> np.ndarray:
     if len(rows) < FEWEST:
         raise NotExcited(
             f"joint {joint + 1} slides in only {len(rows)} of {len(weight)} samples; "
-            "record a motion in which it moves"
+            "record a motion in which it moves, or hold it where it stands: held in robot.toml"
         )
     factor: np.ndarray = linalg.qr(rows, mode="r", overwrite_a=True, check_finite=False)[0]
     return factor[: factor.shape[1]]

@@ -164,6 +164,9 @@ def _joints(fit: Fit, missing: Collection[str] | None) -> str:
             f"The residual of {every} is at the noise floor on the {kind}; the largest is that of "
             f"{worst.joint} with {worst.over_noise:.2f} times its noise."
         )
+    if all(v.words == UNJUDGED for v in found):
+        _, _, why = UNJUDGED.partition(": ")
+        return f"Whether the residual of any joint is at the noise floor is not judged: {why}."
     fine = len(found) - len(open_ones)
     which = f"{fine} of {len(found)} joints" if fine else "no joint"
     sentences = [_listed(words, open_ones) for words in (LACKING, LITTLE, NOT_FOUND, UNTESTED, UNJUDGED)]

@@ -9,7 +9,9 @@ from ..svg_scale import Span, label, ticks
 from .material import Material, Run
 
 LEFT, WIDTH, GAP = 112.0, 320.0, 62.0
-"""Pixels: before a column of strips, of a strip, and between two columns."""
+"""Pixels: before a column of strips at least, of a strip, and between two columns."""
+LETTER, SCALE = 6.5, 46.0
+"""Pixels: of a letter of a joint's name, and of the ends of a scale beside it."""
 HEIGHT, STEP, TOP = 34.0, 38.0, 20.0
 """Pixels: of a strip, from one to the next, and above the first."""
 COLUMNS = 160
@@ -50,11 +52,12 @@ def _table(material: Material) -> str:
 def _strips(run: Run, material: Material) -> str:
     """Two columns, a row a joint."""
     across = Span.around(run.time, margin=0.0)
+    first = max(LEFT, LETTER * max(map(len, material.joints)) + SCALE)
     parts = []
     for column, (name, time, values) in enumerate(
         (("position", run.time, run.position), (run.quantity, run.effort_time, run.effort))
     ):
-        left = LEFT + column * (WIDTH + GAP)
+        left = first + column * (WIDTH + GAP)
         units = material.model.robot.units(SIGNALS[name]) if material.model else (SIGNALS[name],)
         parts.append(text(left, 13, f"{name} [{', '.join(dict.fromkeys(units))}]", "axis"))
         for joint, words in enumerate(material.joints):
@@ -67,7 +70,7 @@ def _strips(run: Run, material: Material) -> str:
             place = left + WIDTH * (value - across.low) / across.size
             parts.append(text(place, bottom + 10, label(value, across), "tick middle"))
         parts.append(text(left + WIDTH, bottom + 23, "time [s]", "axis end"))
-    size = LEFT + 2 * WIDTH + GAP + 10
+    size = first + 2 * WIDTH + GAP + 10
     return picture(size, bottom + 28, f"{run.name}: what each joint did", "".join(parts))
 
 

@@ -32,11 +32,12 @@ def joint_table(fit: Fit, missing: Collection[str] | None = None) -> str:
     for joint, found in enumerate(joint_verdicts(fit, missing)):
         run = runs[found.run]
         kind = KINDS.get(found.words, "bad")
+        words = found.words.partition(":")[0]  # the verdict has the reason once, for all joints
         numbers = (found.over_noise, run.residual_rms[joint], run.noise[joint], 100 * run.relative[joint])
         cells = [number(value, 3) for value in numbers]
         rows.append(
             [
-                found.joint, Markup('<td class="words {}">{}</td>').format(kind, found.words), *cells,
+                found.joint, Markup('<td class="words {}">{}</td>').format(kind, words), *cells,
                 number(run.r_squared[joint], 5), measured_unit(fit, joint), run.run,
             ]
         )  # fmt: skip

@@ -7,6 +7,7 @@ import pytest
 
 from exidyn.identify.fit.fit import Fit
 from exidyn.identify.fit.warnings.verdict import joint_verdicts, surprises, verdict
+from exidyn.identify.preparation.prepare import SMOOTHED
 
 from ...parts.pages.report_pages import known_fit
 
@@ -31,6 +32,13 @@ def test_verdict_names_the_joint_that_is_not_explained(fit):
         "a little is missing",
         "residual at the noise floor",
     ]
+
+
+def test_a_fit_of_smoothed_recordings_alone_is_not_said_to_miss_the_noise_floor(fit):
+    [run] = fit.validation
+    first = verdict(replace(fit, validation=(replace(run, noise_source=SMOOTHED),)))[0]
+    assert first.startswith("Whether the residual of any joint is at the noise floor is not judged: ")
+    assert "x noise" not in first
 
 
 def test_errors_of_nominal_gains_are_named_where_none_was_found(fit):

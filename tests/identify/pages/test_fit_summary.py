@@ -89,6 +89,14 @@ def test_the_widest_column_of_words_is_wrapped():
     assert lines[-2].endswith("-86")
 
 
+def test_sentences_that_no_room_is_left_for_stand_below_beside_the_first_column_alone():
+    long, why = "unit of lbr_joint_{number}/effort", "400.0 Hz, 0.2758 rad/s at most"
+    lines = table(["what", "guess", "sure", "from"], [[long, long[8:], "99.0 %", why]], left=(0, 1, 3))
+    assert max(map(len, lines)) <= 80
+    assert [line.split("  ")[0] for line in lines] == ["what", long] * 2
+    assert lines[-1] == f"{long}  {why}"
+
+
 def test_the_page_is_no_wider_than_a_page_and_has_no_trailing_blanks():
     for each in (fit(), plain_fit()):
         lines = summary(each).splitlines()
@@ -242,3 +250,10 @@ def test_a_sentence_in_the_last_column_goes_on_below():
     assert max(map(len, lines)) <= WIDTH
     assert " ".join(lines).count("word") == 40
     assert lines[-1].split() == ["y", "short"]
+
+
+def test_a_table_of_words_alone_loses_none_that_is_too_long():
+    path, words = "/a/place/far/down" * 5, "a robot of which all is stated as one would from a drawing of it"
+    text = "\n".join(table(["file", "what it is"], [[path, words]], left=(0, 1)))
+    assert path in text
+    assert words in text
