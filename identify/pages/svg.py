@@ -12,6 +12,8 @@ from .svg_scale import Span, label, ticks
 
 COLUMNS = 320
 """Stretches of a line of which the lowest and highest sample stay: one every two pixels of a panel."""
+LARGEST = 1.5
+"""Width of a plot in a wide column, over its own: letters are no larger than headings."""
 GRAIN = 10
 """Path coordinates are whole tenths of a pixel, which keeps files small."""
 
@@ -125,8 +127,9 @@ def legend(x: float, y: float, entries: Sequence[tuple[str, str]]) -> str:
 
 
 def picture(width: float, height: float, title: str, content: str) -> Markup:
-    """A plot that fills its column; the title is read aloud and shown on hovering."""
-    head = f'<svg viewBox="0 0 {width:g} {height:g}" role="img"><title>{escape(title)}</title>'
+    """A plot that fills its column up to `LARGEST`; the title is read aloud and shown on hovering."""
+    shape = f'viewBox="0 0 {width:g} {height:g}" style="max-width: {LARGEST * width:g}px"'
+    head = f'<svg {shape} role="img"><title>{escape(title)}</title>'
     return Markup(f"{head}{content}</svg>")
 
 

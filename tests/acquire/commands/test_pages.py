@@ -101,6 +101,7 @@ def test_options_that_pages_name_exist(page):
     every = set().union(*(options(command_module(name).parser()) for name in COMMANDS))
     alone = set(re.findall(r"`(--[a-z][a-z-]*)", text))
     assert alone <= every | {
+        "--bare",
         "--keep",
         "--lines",
         "--quick",
