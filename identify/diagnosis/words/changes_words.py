@@ -31,7 +31,7 @@ def lines(diagnosis: Diagnosis) -> list[str]:
     ]
     if not rows:
         return []
-    head = ["candidate, alone", "joint that gains most", "squared error, %"]
+    head = ["candidate, alone", "gains most", "squared error, %"]
     more = len(diagnosis.changes) - len(rows)
     rest = [f"and {more} more in report.html and diagnosis.json"] if more > 0 else []
     note = f"Of {source(diagnosis)}; +- one standard deviation over blocks. {CHECK}"

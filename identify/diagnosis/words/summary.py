@@ -111,7 +111,7 @@ def _joints(diagnosis: Diagnosis, forward: Forward | None) -> list[str]:
     columns, head = [found.before, found.after], ["before", "after"]
     if noise_measured(diagnosis):
         columns = [found.noise, *columns, found.before / found.noise, found.after / found.noise]
-        head = ["noise", *head, "before/noise", "after/noise"]
+        head = ["noise", *head, "before/ noise", "after/ noise"]
     if forward is not None:
         columns += [forward.before, forward.after]
         head += ["simulated before", "simulated after"]

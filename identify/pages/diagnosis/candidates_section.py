@@ -24,7 +24,7 @@ def changes_section(diagnosis: PageData) -> str:
         f"Change of the squared prediction error of {data}, with one candidate in the model and nothing "
         f"else, on the joint that gains most; ± one standard deviation over blocks. {CHECK}"
     )
-    head = ["candidate, alone", "joint that gains most", "squared error, %"]
+    head = ["candidate, alone", "gains most", "squared error, %"]
     return section(
         "candidates",
         "What each candidate alone would change",
