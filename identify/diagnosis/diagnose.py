@@ -31,7 +31,8 @@ from .search.shapes import Shaped
 
 SMOOTH = (
     "The recordings were smoothed before they were recorded: the noise of the motion is not known, and what "
-    "is left may be what the filter took. Record what the drive measures, without a filter."
+    "is left may be what the filter took. They are compared up to {:.3g} Hz. Record what the drive measures, "
+    "without a filter."
 )
 UNSTATED = 100.0
 """Relative standard deviation of unstated inertias [-]: flat, and still a number."""
@@ -106,7 +107,7 @@ def _diagnosed(
         # No floor: what is left with all findings is the only level there is.
         noise = np.maximum(noise, rms(found.prediction.residual, found.prediction.rows.weight))
         rested, material = False, MAIN
-        warnings = [*warnings, SMOOTH]
+        warnings = [*warnings, SMOOTH.format(found.problem.runs[0].prepared.decimation.cutoff)]
     residuals = Residuals.of(found)
     left = discrepancies(found.problem, found.prediction)
     every, named = _findings(found), sum(one.named for one in found.selected)

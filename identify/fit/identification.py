@@ -17,6 +17,7 @@ from ..preparation.prepare import (
     Prepared,
     choose,
     prepare,
+    recorded_up_to,
 )
 from ..preparation.torque_off import torque_off_warnings
 from ..recordings.recording import Recording
@@ -200,13 +201,16 @@ def with_payloads(model: Model, runs: Sequence[Recording]) -> Model:
 
 
 def common_filtering(runs: Sequence[Recording], filtering: Filtering) -> Filtering:
-    """One choice of filters for all runs: the widest that any of them asks for."""
+    """One choice of filters for all runs: the widest that any asks for, as far as all were recorded."""
     own = [choose(run, filtering) for run in runs]
+    torque_cutoff = max(chosen.torque_cutoff or 0.0 for chosen in own)
+    if filtering.torque_cutoff is None:
+        torque_cutoff = min(torque_cutoff, *map(recorded_up_to, runs, own))
     return replace(
         filtering,
         rate=float(np.median([chosen.rate for chosen in own])),
         position_cutoff=max(chosen.position_cutoff or 0.0 for chosen in own),
-        torque_cutoff=max(chosen.torque_cutoff or 0.0 for chosen in own),
+        torque_cutoff=torque_cutoff,
     )
 
 

@@ -12,11 +12,14 @@ from . import cutoffs
 from .filtering import Filtering as Filtering
 from .filters import Decimation, differentiate, low_pass, uniform
 from .noise import noise_above, noise_at_rest, quantisation, smoothed
+from .smoothing import recorded_band
 from .torque_off import torque_off
 
 REST, ABOVE = "rest", "high frequencies"
 SMOOTHED_REST, SMOOTHED = SMOOTHED_SOURCES = "rest, smoothed", "smoothed"
 """Where a noise floor is from. Of a recording that was smoothed before, even that at rest is none."""
+SHORTEST = 30.0
+"""Periods of the torque's cut-off in a run, at least: three times the length of its filter."""
 FEWEST = 64
 """Samples below which there is no spectrum to choose filters from; no filter fits such a run anyway."""
 
@@ -143,12 +146,28 @@ def choose(recording: Recording, filtering: Filtering) -> Filtering:
     even = _Even.of(recording, filtering.rate)
     filtering.check_cutoffs(even.rate, recording.name)
     position_cutoff = filtering.position_cutoff or cutoffs.position_cutoff(even.position, even.rate)
-    torque_cutoff = filtering.torque_cutoff or cutoffs.torque_cutoff(
-        recording.model, even.position, even.current, even.gain, even.rate
+    torque_cutoff = filtering.torque_cutoff or min(
+        cutoffs.torque_cutoff(recording.model, even.position, even.current, even.gain, even.rate),
+        _recorded_up_to(even, position_cutoff),
     )
     # Positions are low-passed first: beyond 0.7 of that cut-off accelerations are short.
     torque_cutoff = min(torque_cutoff, 0.7 * position_cutoff)
     return replace(filtering, rate=even.rate, position_cutoff=position_cutoff, torque_cutoff=torque_cutoff)
+
+
+def recorded_up_to(recording: Recording, filtering: Filtering) -> float:
+    """Frequency up to which torque or current was recorded [Hz], as far as the run is long enough for it.
+
+    Args:
+        recording: One run.
+        filtering: As chosen for it.
+    """
+    return _recorded_up_to(_Even.of(recording, filtering.rate), float(filtering.position_cutoff or 0.0))
+
+
+def _recorded_up_to(even: _Even, position_cutoff: float) -> float:
+    band = recorded_band(even.recording.model, _whole_motion(even, position_cutoff), even.current, even.rate)
+    return max(band, SHORTEST * even.rate / len(even.time))
 
 
 def prepare(recording: Recording, filtering: Filtering = Filtering()) -> Prepared:  # noqa: B008

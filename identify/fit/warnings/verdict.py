@@ -114,6 +114,7 @@ def _noise(fit: Fit) -> list[str]:
         return [
             "The recordings were smoothed before they were recorded: their spectrum has no noise near half "
             f"the sample rate. The noise of the motion is not known; the level that is given is {level}. "
+            f"They are compared up to {fit.filtering.torque_cutoff or np.nan:.3g} Hz. "
             "Record what the drive measures, without a filter."
         ]
     if ABOVE not in sources:

@@ -1,0 +1,65 @@
+"""A torque that was low-passed before it was recorded lacks the steps of dry friction beyond its band."""
+
+import numpy as np
+import pytest
+from scipy import signal
+
+from exidyn.identify.effects import Hysteresis
+from exidyn.identify.fit.identification import common_filtering
+from exidyn.identify.preparation.filtering import Filtering
+from exidyn.identify.preparation.smoothing import recorded_band
+from exidyn.identify.recordings.recording import Recording, Signal
+
+from ...parts.small.two_joints import model, motion, true_values
+
+RATE = 250.0
+HYSTERESIS = {"Fh1": 4.0, "Fh2": 2.0}
+
+
+def torque(of, run):
+    values = [HYSTERESIS.get(n, v) for n, v in zip(of.names, true_values(of), strict=True)]
+    return of.torque(run, np.array(values))
+
+
+def low_passed(values, cutoff):
+    return signal.sosfiltfilt(signal.butter(4, cutoff, fs=RATE, output="sos"), values, axis=0)
+
+
+@pytest.fixture(scope="module")
+def run():
+    return motion(10_000, rate=RATE)
+
+
+@pytest.mark.parametrize("cutoff", [1.5, 2.0, 4.0])
+def test_it_was_recorded_up_to_where_it_was_filtered(run, cutoff):
+    smooth = low_passed(torque(model(), run), cutoff)
+    assert recorded_band(model(), run, smooth, RATE) == pytest.approx(cutoff, rel=0.25)
+
+
+def test_a_simulated_torque_has_no_noise_and_all_its_steps(run):
+    assert recorded_band(model(), run, torque(model(), run), RATE) == np.inf
+
+
+def test_friction_that_turns_over_slowly_is_no_filter(run):
+    truth = torque(model(Hysteresis(presliding=0.01)), run)
+    assert recorded_band(model(), run, truth, RATE) == np.inf
+
+
+def test_what_has_noise_was_not_smoothed(run):
+    smooth = low_passed(torque(model(), run), 2.0)
+    noisy = smooth + 1e-3 * np.random.default_rng(0).normal(size=smooth.shape)
+    assert recorded_band(model(), run, noisy, RATE) == np.inf
+
+
+def test_runs_are_compared_as_far_as_all_were_recorded(run):
+    whole = torque(model(), run)
+    noise = 1e-3 * np.random.default_rng(0).normal(size=whole.shape)
+    runs = [recording("noisy", run, whole + noise), recording("smooth", run, low_passed(whole, 2.0))]
+    assert common_filtering(runs[:1], Filtering()).torque_cutoff >= 5.0
+    assert common_filtering(runs, Filtering()).torque_cutoff == pytest.approx(2.0, rel=0.25)
+    assert common_filtering(runs, Filtering(torque_cutoff=4.0)).torque_cutoff == 4.0
+
+
+def recording(name, run, values):
+    signals = {"position": Signal(run.time, run.position), "torque": Signal(run.time, values)}
+    return Recording(name=name, model=model(), signals=signals)
