@@ -19,6 +19,8 @@ from .odds import Guess, posterior
 from .quirks import quirks
 from .units import STATED, TIME, Units, moves
 
+NAMED = 3
+"""Joints that an error names, at most: it is one line long."""
 FEWEST = 100
 """Samples of a run, at least."""
 TORQUE, AGAINST, NOT_TORQUE = "N m of the joint", "N m against the joint", "not N m: needs gain"
@@ -132,9 +134,15 @@ def one_after_another(names: Sequence[str], tables: Sequence[np.ndarray]) -> np.
 def _require(there: bool, what: str, names: Sequence[str], robot: Robot) -> None:
     if not there:
         raise RecordingError(
-            f"no {what} of {robot.dof} joints ({', '.join(robot.joints)}) found among the columns: "
-            f"{listed(names, what)}. Name them: exidyn import --columns SIGNAL=NAME,NAME,..."
+            f"no {what} of {robot.dof} joints ({_ends(robot.joints)}) found among the columns: "
+            f"{listed(names, what)}. "
+            "Name them: exidyn import --columns SIGNAL=NAME,...; or add those of another file"
         )
+
+
+def _ends(joints: Sequence[str]) -> str:
+    """Names of joints; of many the first and the last."""
+    return ", ".join(joints) if len(joints) <= NAMED else f"{joints[0]} to {joints[-1]}"
 
 
 def _time(names: Sequence[str], values: np.ndarray) -> int:

@@ -138,6 +138,11 @@ def test_what_is_not_there_is_an_error_that_names_it(named, missing):
         proposed(named)
 
 
+def test_efforts_of_another_file_are_asked_for():
+    with pytest.raises(RecordingError, match="joint1 to joint6.*; or add those of another file$"):
+        proposed({"t": LOG.time, **columns("q{k}", LOG.position)})
+
+
 def test_probabilities_sum_to_one_and_decide():
     found = posterior({"a": 0.0, "b": np.log(3.0)})
     assert list(found) == ["b", "a"]
