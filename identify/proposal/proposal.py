@@ -21,6 +21,10 @@ from .units import STATED, TIME, Units, moves
 
 NAMED = 3
 """Joints that an error names, at most: it is one line long."""
+COMMANDS = {"command": "position", "command_velocity": "velocity"}
+"""Commands, and what is measured in the same unit."""
+FOLLOWS = 2.0
+"""Factor by which a command moves farther, or less far, than a joint that follows it, at most."""
 FEWEST = 100
 """Samples of a run, at least."""
 TORQUE, AGAINST, NOT_TORQUE = "N m of the joint", "N m against the joint", "not N m: needs gain"
@@ -102,17 +106,33 @@ def propose(names: Sequence[str], values: np.ndarray, robot: Robot, joints: Sequ
     every, drives, more = _efforts(chosen, sample, mounted, effort, silent > 0.0)
     if not units.velocity:
         every.pop("velocity", None)
-    columns = {s: tuple(f.names[k] for k in order) for s, f in every.items()}
+    astray = _astray(every, values[kept])
+    guesses = [guess for guess in guesses if guess.what not in astray]
+    columns = {s: tuple(f.names[k] for k in order) for s, f in every.items() if s not in astray}
     notes = quirks(time, position, robot, len(values))
     if silent.any():
         mute = [f"{robot.joints[j]} in {100 * silent[j]:.0f} %" for j in np.flatnonzero(silent)]
         notes.append(f"{UNMEASURED}: {', '.join(mute)}")
+    notes += [f"{every[command].pattern} {what}" for command, what in astray.items()]
     if unused := [f.pattern for f in found if f.signal in ("", "velocity") and f not in every.values()]:
         notes.append(f"columns that are not read: {', '.join(unused)}")
     against = any(guess.value == AGAINST for guess in more)
     columns = {"time": (names[clock],), **columns}
     gravity = () if mounted is robot else tuple(mounted.gravity.tolist())
     return Proposal(columns, units, drives, against, (*guesses, *more), tuple(notes), gravity)
+
+
+def _astray(chosen: Mapping[str, Family], values: np.ndarray) -> dict[str, str]:
+    """Commands that what was measured does not follow, as of another unit, and how that is said."""
+    found = {}
+    for command, signal in COMMANDS.items():
+        if command in chosen and signal in chosen:
+            both = (np.nanstd(values[:, chosen[one].places], axis=0) for one in (command, signal))
+            asked, done = (float(np.linalg.norm(spread)) for spread in both)
+            if not 1 / FOLLOWS < asked / max(done, 1e-12) < FOLLOWS:
+                share = digits(asked / max(done, 1e-12))
+                found[command] = f"is left out: it moves {share} times as far as the measured {signal}"
+    return found
 
 
 def one_after_another(names: Sequence[str], tables: Sequence[np.ndarray]) -> np.ndarray:
