@@ -16,7 +16,7 @@ from exidyn.identify.notebook import counted
 from exidyn.identify.proposal.column_names import joints_named
 from exidyn.identify.proposal.drives import GAIN_OF
 from exidyn.identify.proposal.odds import DECIDED
-from exidyn.identify.proposal.proposal import Proposal, one_after_another, propose
+from exidyn.identify.proposal.proposal import GRAVITY, Proposal, one_after_another, propose
 from exidyn.identify.proposal.proposal_text import as_json, preset_toml, proposal_text, robot_toml
 from exidyn.identify.proposal.still_joints import NOTHING, still_joints, without_still
 from exidyn.identify.recordings.importers import IMPORTERS, import_source, kind_of, read_tables
@@ -58,7 +58,7 @@ def main(arguments: Sequence[str]) -> int:
         proposal = proposal.by_gains()
     if held:
         proposal = replace(proposal, notes=(*proposal.notes, f"{HELD}: {listed(held)}"))
-    unsure = [guess.what for guess in proposal.open if not guess.what.startswith(GAIN_OF)]
+    unsure = [guess.what for guess in proposal.open if not guess.what.startswith((GAIN_OF, GRAVITY))]
     urdf, still = _urdf(given.urdf, given.output), NOTHING
     if table is not None and urdf and not unsure:
         still = still_joints(proposal, model.robot, table.names, table.values)

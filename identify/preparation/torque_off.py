@@ -40,5 +40,5 @@ def torque_off_warnings(joints: Sequence[str], runs: Sequence["Prepared"]) -> It
             if seconds > 0.0:
                 yield (
                     f"{run.name}: the {run.measures} of {joint} is exactly zero in {seconds:.1f} s in which "
-                    "it moves: its drive was off; those samples are left out"
+                    "it moves: its drive was off, or measures none that small; those samples are left out"
                 )

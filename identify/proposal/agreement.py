@@ -90,8 +90,12 @@ def friction_columns(motion: Motion, joint: int) -> np.ndarray:
 
 def agreement(robot: Robot, log: Sampled) -> np.ndarray:
     """Share of each effort's variance that a fit does not predict, shape (n,); 1 if nothing is."""
-    rigid = rigid_regressor(robot.kinematics, log.motion)
-    return np.array([_left_out(rigid[:, j], log, j) for j in range(robot.dof)])
+    return left_out(rigid_regressor(robot.kinematics, log.motion), log)
+
+
+def left_out(rigid: np.ndarray, log: Sampled) -> np.ndarray:
+    """The same by columns of the bodies' torque, shape (t, n, p)."""
+    return np.array([_left_out(rigid[:, j], log, j) for j in range(rigid.shape[1])])
 
 
 def agreement_odds(log: Sampled, left: np.ndarray) -> float:

@@ -18,6 +18,7 @@ WORDS: dict[str, frozenset[str]] = {
 }
 """Signal -> words for it; the first signal with a word counts: `current position` is a position."""
 COMMANDED = frozenset("ref cmd command commanded target des desired soll setpoint goal reference d".split())
+ACCELERATIONS = frozenset("ddq qdd qddot acc accel acceleration accelerations beschleunigung".split())
 OTHERS = frozenset("tcp pose cart cartesian force wrench ext err error std model gravity tool ft".split())
 """Words of quantities that are computed, or not a joint's."""
 MEASURED = frozenset("actual ist measured present".split())
@@ -76,11 +77,15 @@ def signal_of(name: str) -> str:
         return "command" if words == ["action"] else "position"
     if not COMMANDED.intersection(words):
         return found
+    if ACCELERATIONS.intersection(words):
+        return "other"
     return {"position": "command", "velocity": "command_velocity", "": "command"}.get(found, "other")
 
 
 def joints_named(names: Sequence[str], joints: Sequence[str], numbered: Sequence[str] = ()) -> list[str]:
-    """Those joints whose position and effort have columns by name; all, where no joint has both.
+    """Those joints whose position and effort have columns by name.
+
+    Where no joint has both, those that have one of them; where none has, all.
 
     Args:
         names: Of all columns.
@@ -93,7 +98,8 @@ def joints_named(names: Sequence[str], joints: Sequence[str], numbered: Sequence
             if "{joint}" in pattern:
                 having.setdefault(signal_of(pattern.replace("{joint}", " ")), set()).add(joints[place])
     efforts = set().union(*(having.get(signal, set()) for signal in EFFORT))
-    found = having.get("position", set()) & efforts or set(numbered)
+    positions = having.get("position", set())
+    found = positions & efforts or set(numbered) or positions or efforts
     return [joint for joint in joints if joint in found] or list(joints)
 
 

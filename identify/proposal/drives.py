@@ -64,6 +64,26 @@ def described(robot: Robot) -> bool:
     return bool(masses.sum() > 0 and (len(masses) == 1 or np.ptp(masses) > 0))
 
 
+def described_values(robot: Robot) -> np.ndarray:
+    """Inertial parameters of all links as described, shape (10 n,); zero where masses are one number."""
+    values = [inertial_parameters(body) for body in list(robot.kinematics.inertias)[1:]]
+    return np.concatenate(values) * described(robot)
+
+
+def agreed(torque: np.ndarray, log: Sampled) -> float:
+    """Log-likelihood of efforts by described torque (t, n) and friction, each drive of the likelier sign."""
+    found = 0.0
+    for j in range(torque.shape[1]):
+        rows = np.flatnonzero(log.sliding[:, j])
+        effort = log.effort[rows, j]
+        if len(rows) < FEWEST or np.ptp(effort) == 0.0:
+            continue
+        signed = np.column_stack([torque[rows, j], friction_columns(log.motion, j)[rows]])
+        least = min(_left(signed, sign * effort) for sign in (1.0, -1.0))
+        found -= 0.5 * independent(effort) * float(np.log(max(least, 1e-3)))
+    return found
+
+
 def gains(robot: Robot, log: Sampled) -> list[Gain]:
     """Gain of each drive.
 
@@ -72,14 +92,14 @@ def gains(robot: Robot, log: Sampled) -> list[Gain]:
     fits better when no term may have the other one.
     """
     bodies = list(robot.kinematics.inertias)[1:]
-    values = np.concatenate([inertial_parameters(body) for body in bodies])
+    values = described_values(robot)
     spread = np.array([prior.std for body in bodies for prior in inertial_priors(body, DRAWN).values()])
     spread[-10:] = np.hypot(spread[-10:], tool(robot))
     rigid = rigid_regressor(robot.kinematics, log.motion)
     heavy = sum(body.mass for body in bodies) > HEAVY
     found = []
     for j in range(robot.dof):
-        torque, errors = rigid[:, j] @ values * described(robot), rigid[:, j] * spread
+        torque, errors = rigid[:, j] @ values, rigid[:, j] * spread
         if heavy:
             angle = log.motion.position[:, j]
             balancer = BALANCED * torque.std() * np.stack([np.sin(angle), np.cos(angle)], axis=1)

@@ -9,6 +9,7 @@ import numpy as np
 from ..arm.robot import Robot
 from ..recordings.recording import EFFORT
 from .agreement import Sampled, agreement, agreement_odds, sampled
+from .mounting import DIRECTIONS, OTHERWISE, Direction, described_direction, found_direction, under
 from .odds import posterior
 from .units import SLIDING, TIME, TURNING, Units, moves, unit_odds
 
@@ -70,6 +71,25 @@ def joint_odds(
             sample = samples[time].ordered(order, factor_of(robot, position))
             agreed[position] = agreement_odds(sample, agreement(robot, sample))
         odds |= {(u, order): o + agreed[u.position] + np.log(prior) for u, o in of_units.items()}
+    return odds
+
+
+def mounted_odds(
+    log: Log, robot: Robot, stated: Units, orders: Mapping[Order, float]
+) -> dict[tuple[Units, Order, Direction | None], float]:
+    """The same of units, orders and the direction of gravity, up to its sign: as described, or as found."""
+    upright = joint_odds(log, robot, stated, orders)
+    described = described_direction(robot)
+    odds = {(*one, described): value + np.log1p(-OTHERWISE) for one, value in upright.items()}
+    plain = next(iter(orders))
+    units, likeliest = next(iter(posterior(upright)))
+    sample = log.sampled(units.time)
+    for order in dict.fromkeys((plain, likeliest)):
+        direction = found_direction(robot, sample.ordered(order, factor_of(robot, units.position)))
+        if direction is not None:
+            prior = np.log(OTHERWISE / DIRECTIONS)
+            found = joint_odds(log, under(robot, direction), stated, orders)
+            odds |= {(*one, direction): value + prior for one, value in found.items()}
     return odds
 
 

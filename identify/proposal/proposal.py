@@ -13,14 +13,23 @@ from ..text_table import digits
 from .agreement import LONG, Sampled, runs_of
 from .column_names import MEASURED, STAMPS, Family, families, unit_of, words_of
 from .drives import Gain, described, gain_guesses, gains
-from .hypotheses import Log, Order, factor_of, joint_odds, orders_of, units_of
+from .hypotheses import Log, Order, factor_of, joint_odds, mounted_odds, orders_of, units_of
+from .mounting import OTHERWISE, Direction, described_direction, direction_words, right_way, under
 from .odds import Guess, posterior
 from .quirks import quirks
 from .units import STATED, TIME, Units, moves
 
+NAMED = 3
+"""Joints that an error names, at most: it is one line long."""
+COMMANDS = {"command": "position", "command_velocity": "velocity"}
+"""Commands, and what is measured in the same unit."""
+FOLLOWS = 2.0
+"""Factor by which a command moves farther, or less far, than a joint that follows it, at most."""
 FEWEST = 100
 """Samples of a run, at least."""
 TORQUE, AGAINST, NOT_TORQUE = "N m of the joint", "N m against the joint", "not N m: needs gain"
+GRAVITY = "direction of gravity"
+"""What a guess of the mounting asks."""
 BACKWARD = 0.02
 """Probability that a log counts torques in N m against the positions, which it does of all joints alike."""
 
@@ -36,6 +45,7 @@ class Proposal:
         against: Whether the torques count against the positions.
         guesses: What was guessed, and how sure that is.
         notes: What else was seen, in sentences.
+        gravity: In the base frame, shape (3,) [m/s^2], where it is surely not as described; else empty.
     """
 
     columns: Mapping[str, tuple[str, ...]]
@@ -44,6 +54,7 @@ class Proposal:
     against: bool
     guesses: tuple[Guess, ...]
     notes: tuple[str, ...]
+    gravity: tuple[float, ...] = ()
 
     @property
     def open(self) -> list[Guess]:
@@ -84,25 +95,44 @@ def propose(names: Sequence[str], values: np.ndarray, robot: Robot, joints: Sequ
     _require(bool(effort), "current or torque", names, robot)
     log = Log(time, {signal: values[kept][:, family.places] for signal, family in chosen.items()})
     clock_unit = unit_of(f"time {names[clock]}")
-    units, order, more = _units_and_order(log, robot, chosen, clock_unit)
+    units, order, direction, more = _units_and_order(log, robot, chosen, clock_unit)
     guesses += more
     sample = log.sampled(units.time).ordered(order, factor_of(robot, units.position))
     position = log.values["position"][:, order] * factor_of(robot, units.position)
     time = time * TIME[units.time]
     silent = unread(time, position, log.values[effort][:, order])
-    every, drives, more = _efforts(chosen, sample, robot, effort, silent > 0.0)
+    mounted, more = _mounted(robot, direction, sample)
+    guesses += more
+    every, drives, more = _efforts(chosen, sample, mounted, effort, silent > 0.0)
     if not units.velocity:
         every.pop("velocity", None)
-    columns = {s: tuple(f.names[k] for k in order) for s, f in every.items()}
+    astray = _astray(every, values[kept])
+    guesses = [guess for guess in guesses if guess.what not in astray]
+    columns = {s: tuple(f.names[k] for k in order) for s, f in every.items() if s not in astray}
     notes = quirks(time, position, robot, len(values))
     if silent.any():
         mute = [f"{robot.joints[j]} in {100 * silent[j]:.0f} %" for j in np.flatnonzero(silent)]
         notes.append(f"{UNMEASURED}: {', '.join(mute)}")
+    notes += [f"{every[command].pattern} {what}" for command, what in astray.items()]
     if unused := [f.pattern for f in found if f.signal in ("", "velocity") and f not in every.values()]:
         notes.append(f"columns that are not read: {', '.join(unused)}")
     against = any(guess.value == AGAINST for guess in more)
     columns = {"time": (names[clock],), **columns}
-    return Proposal(columns, units, drives, against, (*guesses, *more), tuple(notes))
+    gravity = () if mounted is robot else tuple(mounted.gravity.tolist())
+    return Proposal(columns, units, drives, against, (*guesses, *more), tuple(notes), gravity)
+
+
+def _astray(chosen: Mapping[str, Family], values: np.ndarray) -> dict[str, str]:
+    """Commands that what was measured does not follow, as of another unit, and how that is said."""
+    found = {}
+    for command, signal in COMMANDS.items():
+        if command in chosen and signal in chosen:
+            both = (np.nanstd(values[:, chosen[one].places], axis=0) for one in (command, signal))
+            asked, done = (float(np.linalg.norm(spread)) for spread in both)
+            if not 1 / FOLLOWS < asked / max(done, 1e-12) < FOLLOWS:
+                share = digits(asked / max(done, 1e-12))
+                found[command] = f"is left out: it moves {share} times as far as the measured {signal}"
+    return found
 
 
 def one_after_another(names: Sequence[str], tables: Sequence[np.ndarray]) -> np.ndarray:
@@ -124,9 +154,15 @@ def one_after_another(names: Sequence[str], tables: Sequence[np.ndarray]) -> np.
 def _require(there: bool, what: str, names: Sequence[str], robot: Robot) -> None:
     if not there:
         raise RecordingError(
-            f"no {what} of {robot.dof} joints ({', '.join(robot.joints)}) found among the columns: "
-            f"{listed(names, what)}. Name them: exidyn import --columns SIGNAL=NAME,NAME,..."
+            f"no {what} of {robot.dof} joints ({_ends(robot.joints)}) found among the columns: "
+            f"{listed(names, what)}. "
+            "Name them: exidyn import --columns SIGNAL=NAME,...; or add those of another file"
         )
+
+
+def _ends(joints: Sequence[str]) -> str:
+    """Names of joints; of many the first and the last."""
+    return ", ".join(joints) if len(joints) <= NAMED else f"{joints[0]} to {joints[-1]}"
 
 
 def _time(names: Sequence[str], values: np.ndarray) -> int:
@@ -209,12 +245,21 @@ def _is_rate(values: np.ndarray, time: np.ndarray, position: Family, other: Fami
 
 def _units_and_order(
     log: Log, robot: Robot, chosen: Mapping[str, Family], clock: str
-) -> tuple[Units, Order, list[Guess]]:
-    """The likeliest units and order, each with its own probability, whatever the others are."""
+) -> tuple[Units, Order, dict[Direction, float], list[Guess]]:
+    """The likeliest units and order, each with its own probability, whatever the others are.
+
+    And the probability of each direction of gravity, none if there is no gravity.
+    """
     stated = Units(clock, chosen["position"].unit, chosen["velocity"].unit if "velocity" in chosen else "")
     orders = orders_of(robot, chosen["position"].by_name)
-    likely = posterior(joint_odds(log, robot, stated, orders))
-    best, order = next(iter(likely))
+    by_direction = posterior(mounted_odds(log, robot, stated, orders))
+    likely: dict[tuple[Units, Order], float] = {}
+    directions: dict[Direction, float] = {}
+    for (one, ordered, direction), p in by_direction.items():
+        likely[one, ordered] = likely.get((one, ordered), 0.0) + p
+        if direction is not None:
+            directions[direction] = directions.get(direction, 0.0) + p
+    best, order = max(likely, key=lambda one: likely[one])
     seen = moves(log.time, log.values["position"], log.values.get("velocity"))
     rate = 1.0 / (seen.period * TIME[best.time])
     fast = float(np.max(seen.speed * factor_of(robot, best.position) / TIME[best.time]))
@@ -237,7 +282,26 @@ def _units_and_order(
         guesses.append(
             Guess("order of joints", value, probability, why["order"], "[position] column in a preset")
         )
-    return (best if "velocity" in why else best._replace(velocity="")), order, guesses
+    return (best if "velocity" in why else best._replace(velocity="")), order, directions, guesses
+
+
+def _mounted(
+    robot: Robot, directions: Mapping[Direction, float], sample: Sampled
+) -> tuple[Robot, list[Guess]]:
+    """The robot as it stands, and what is guessed of that, if it is not as described."""
+    if not directions:
+        return robot, []
+    likeliest = max(directions, key=lambda one: directions[one])
+    as_described = likeliest == described_direction(robot)
+    prior = np.log((1 - OTHERWISE) / OTHERWISE) if as_described else 0.0
+    way = right_way(robot, likeliest, sample) + prior
+    if as_described and way > 0:
+        return robot, []
+    direction = tuple(np.sign(way) * part for part in likeliest)
+    probability = directions[likeliest] / (1 + np.exp(-min(abs(way), 99.0)))
+    why, option = "bodies, friction", "gravity in robot.toml"
+    guess = Guess(GRAVITY, f"{direction_words(direction)} of the base", probability, why, option)
+    return (under(robot, direction) if guess.decided else robot), [guess]
 
 
 def _efforts(

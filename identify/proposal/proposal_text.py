@@ -12,6 +12,7 @@ from ..robot_files.robot_text import model_text
 from ..robot_files.toml_text import block, lines
 from ..text_table import digits, paragraph, table
 from .hypotheses import units_of
+from .mounting import under, unit
 from .odds import DECIDED, Guess
 from .proposal import Proposal
 from .still_joints import NOTHING, Still
@@ -67,8 +68,13 @@ def robot_toml(
     if urdf:
         keys: dict[str, object] = {"format": 1, "name": model.robot.name, "urdf": urdf}
         keys |= {"joints": list(joints)} if joints else {}
+        keys |= (
+            {"gravity": [float(f"{part:.3f}") + 0.0 for part in proposal.gravity]} if proposal.gravity else {}
+        )
         body = lines(keys | ({"held": dict(held)} if held else {})) + "\n"
         return "\n".join(head) + "\n\n" + body + (f"\n{drive}" if known else "")
+    if proposal.gravity:
+        model = replace(model, robot=under(model.robot, unit(proposal.gravity)))
     if known:
         values = np.array([gain.value for gain in proposal.gains])
         robot = replace(model.robot, drive_gain=values, drive_gain_tolerance=np.full(len(values), tolerance))
@@ -115,6 +121,7 @@ def as_json(proposal: Proposal, written: Sequence[str], then: str) -> dict[str, 
         "units": proposal.units._asdict(),
         "gains": [gain._asdict() | {"known": gain.known} for gain in proposal.gains],
         "torque_counts_against": proposal.against,
+        "gravity": list(proposal.gravity),
         "guesses": [vars(guess) | {"decided": guess.decided} for guess in proposal.guesses],
         "decided_from": DECIDED,
         "notes": list(proposal.notes),

@@ -66,7 +66,8 @@ def _share(diagnosis: Diagnosis, finding: Finding, joint: int) -> str:
     if not np.isfinite(share):
         return ""
     where = lower(joint_words(joint, diagnosis.joints))
-    return f"It explains {100 * share:.2g} % of what the model misses on {where}."
+    percent = "100" if share > 0.995 else f"{100 * share:.2g}"
+    return f"It explains {percent} % of what the model misses on {where}."
 
 
 def _held_out_residual(diagnosis: Diagnosis, joint: int) -> str:

@@ -194,11 +194,17 @@ def _joints(effect: Effect, model: Model) -> Iterator[str]:
 
 
 def _labels(joints: Sequence[str]) -> dict[str, str]:
-    """Names of joints, short enough for a column: without an ending they all share, such as "_joint"."""
+    """Names of joints, short enough for a column: without an ending they all share, such as "_joint".
+
+    Where names that are cut at their end are no longer told apart, all are cut at their beginning.
+    """
     shared = len(commonprefix([joint[::-1] for joint in joints])) if len(joints) > 1 else 0
     shared = 0 if shared == min(map(len, joints)) else shared
     bare = [joint[: len(joint) - shared] for joint in joints]
-    return {j: b if len(b) <= LABEL else b[: LABEL - 1] + "~" for j, b in zip(joints, bare, strict=True)}
+    cut = [b if len(b) <= LABEL else b[: LABEL - 1] + "~" for b in bare]
+    if len(set(cut)) < len(set(bare)):
+        cut = [b if len(b) <= LABEL else "~" + b[1 - LABEL :] for b in bare]
+    return dict(zip(joints, cut, strict=True))
 
 
 def _dropped(fit: Fit) -> list[str]:

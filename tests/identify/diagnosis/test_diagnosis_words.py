@@ -95,6 +95,11 @@ def test_what_several_joints_feel_is_reported_of_the_one_whose_misfit_it_explain
     assert "Held-out residual of joint 1:" in verdict(one)[0]
 
 
+def test_what_explains_nearly_all_is_reported_in_plain_per_cent():
+    one = diagnosis(finding(), budget=budget((0.0, 0.0, 0.997)))
+    assert "It explains 100 % of what the model misses on joint 3." in verdict(one)[0]
+
+
 @pytest.mark.parametrize(("gear_ratio", "turning"), [(1.0, "the joint"), (160.0, "its motor")])
 def test_ripple_turns_with_the_joint_where_no_gear_ratio_is_given(gear_ratio, turning):
     model = two_joints.model()

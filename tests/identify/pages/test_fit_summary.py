@@ -210,14 +210,25 @@ def test_composition_has_every_regrouping_and_what_no_motion_reveals():
     assert not set(structure.without_effect) & set(fit().dropped)
 
 
-def test_joints_of_long_names_fit_into_the_table():
-    long = tuple(f"{name}_joint_of_the_left_arm" for name in ("shoulder", "elbow_and_everything_behind"))
+def parameters_of(*joints):
+    """Lines of the table of parameters, where the joints have these names."""
     robot = fit().model.robot
     kinematics = robot.kinematics.copy()
-    for place, name in enumerate(long):
+    for place, name in enumerate(joints):
         kinematics.names[place + 1] = name
     named = replace(fit(), model=replace(fit().model, robot=replace(robot, kinematics=kinematics)))
-    lines = section(summary(named), "Parameters")
+    return section(summary(named), "Parameters")
+
+
+def test_joints_whose_long_names_begin_alike_are_told_apart():
+    lines = parameters_of("AR5-5_07R-W4C4A2_joint_1", "AR5-5_07R-W4C4A2_joint_2")
+    assert row(lines, "Fv1")[1] == "~4C4A2_joint_1"
+    assert row(lines, "Fv2")[1] == "~4C4A2_joint_2"
+
+
+def test_joints_of_long_names_fit_into_the_table():
+    names = (f"{name}_joint_of_the_left_arm" for name in ("shoulder", "elbow_and_everything_behind"))
+    lines = parameters_of(*names)
     assert row(lines, "Fv1")[1] == "shoulder"
     assert row(lines, "Fv2")[1] == "elbow_and_eve~"
     assert max(map(len, lines)) <= WIDTH

@@ -2,7 +2,7 @@
 
 import pytest
 
-from exidyn.identify.proposal.column_names import families, signal_of, unit_of
+from exidyn.identify.proposal.column_names import families, joints_named, signal_of, unit_of
 
 
 @pytest.mark.parametrize(
@@ -12,6 +12,8 @@ from exidyn.identify.proposal.column_names import families, signal_of, unit_of
         ("current_position", "position"),
         ("target_qd_", "command_velocity"),
         ("target_moment_", "other"),
+        ("target_accelerations", "other"),
+        ("target_positions", "command"),
         ("state.tau_J[]", "torque"),
         ("state.q_d[]", "command"),
         ("tau_ext_hat_filtered", "other"),
@@ -56,3 +58,9 @@ def test_columns_of_one_name_are_time_and_some_signals_in_turn():
 def test_numbers_stand_for_the_joints_that_the_log_names():
     (found,) = families(["state1", "state2", "state3"], ("arm", "base"), ("base", "gripper", "arm"))
     assert found.names == ("state3", "state1")
+
+
+@pytest.mark.parametrize("effort", [(), ("- elbow_effort", "- wrist_effort")])
+def test_joints_of_which_a_file_has_positions_alone_are_told_from_those_it_does_not_have(effort):
+    names = ["t", "- elbow_position", "- wrist_position", *effort]
+    assert joints_named(names, ("wheel", "elbow", "wrist", "finger")) == ["elbow", "wrist"]

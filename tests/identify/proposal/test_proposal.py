@@ -138,6 +138,20 @@ def test_what_is_not_there_is_an_error_that_names_it(named, missing):
         proposed(named)
 
 
+@pytest.mark.parametrize(("scale", "read"), [(1.0, True), (np.radians(1.0), False)])
+def test_commands_are_read_where_the_joints_follow_them(scale, read):
+    named = {"t": LOG.time, **columns("q{k}", LOG.position), **columns("tau{k}", LOG.torque)}
+    found = proposed(named | columns("target_q{k}", scale * (LOG.position + 0.001)))
+    assert ("command" in found.columns) == read
+    assert ("command" in [guess.what for guess in found.guesses]) == read
+    assert any("target_q{number} is left out" in note for note in found.notes) != read
+
+
+def test_efforts_of_another_file_are_asked_for():
+    with pytest.raises(RecordingError, match="joint1 to joint6.*; or add those of another file$"):
+        proposed({"t": LOG.time, **columns("q{k}", LOG.position)})
+
+
 def test_probabilities_sum_to_one_and_decide():
     found = posterior({"a": 0.0, "b": np.log(3.0)})
     assert list(found) == ["b", "a"]
