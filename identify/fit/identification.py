@@ -32,6 +32,7 @@ from .shapes import fit_shapes
 from .warnings.excitation_warnings import excitation_warnings
 from .warnings.fit_warnings import fit_warnings, repeated_runs
 from .warnings.hints import unclear
+from .warnings.repeated_motion import repeated_motions
 
 Progress = Callable[[str], None]
 BEST = (REST, ABOVE, SMOOTHED_REST, SMOOTHED)
@@ -101,7 +102,8 @@ def identify(
     warnings += excitation_warnings(model.robot.joints, used, fit.condition)
     warnings += payload_warnings(model, used, held_out)
     warnings += tuple(torque_off_warnings(model.robot.joints, prepared))
-    warnings = (*fit_warnings(fit), *warnings, *repeated_runs(runs, validate))
+    twice = repeated_runs(runs, validate) or repeated_motions(used, held_out)
+    warnings = (*fit_warnings(fit), *warnings, *twice)
     simulations = tuple(run.name for run in runs if run.simulated)
     fit = replace(fit, warnings=warnings, simulations=simulations, carried=_carried(runs))
     fit = replace(fit, validation=tuple(fit.agree(run) for run in held_out))

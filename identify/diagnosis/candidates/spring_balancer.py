@@ -16,22 +16,21 @@ from .parts.gears import link_size
 from .parts.of_effect import of_effect
 
 BALANCED = 0.05
-"""Weight that a joint carries over the most that one does, from which on a balancer is likely [-]."""
-WEIGHTLESS = 1e-4
-"""How likely a balancer is on any other joint, beside one on the joint that carries most [-]."""
+"""Weight that a joint carries over the most that one does, from which on it may have a balancer [-]."""
 
 
 def balancers(model: Model) -> Iterator[Candidate]:
     """Springs along a link; only the ratio of the lengths and the angle shape their torque.
 
-    A weight that is zero needs no balancer: its probability increases with the weight that a joint carries.
+    Its probability increases with the weight that a joint carries. A joint without any has none: what depends
+    on the position of a wrist's roll is something else.
     """
     inertia, load = link_size(model)
     weight = load - inertia
-    for joint, share in enumerate(weight / max(float(np.max(weight)), 1e-9)):
-        likely = float(share) if share > BALANCED else WEIGHTLESS
+    share = weight / max(float(np.max(weight)), 1e-9)
+    for joint in np.flatnonzero(share > BALANCED):
 
-        def also(candidate: Candidate, effect: Effect, likely: float = likely) -> Candidate:
+        def also(candidate: Candidate, effect: Effect, likely: float = float(share[joint])) -> Candidate:
             # Lengths are in proportion to the longer one, which torque does not show.
             bounds = {name: candidate.bounds[name] for name in ("d22", "phi")}
             return replace(candidate, bounds=bounds, prior=candidate.prior * likely, cancels=True)
@@ -39,7 +38,7 @@ def balancers(model: Model) -> Iterator[Candidate]:
         for ratio in (0.15, 0.3, 0.6):
             for angle in np.arange(-3, 4) * np.pi / 4:
                 effect = SpringBalancer(model.robot.joints[joint], d21=1.0, d22=ratio, phi=float(angle))
-                yield of_effect(model, "spring_balancer", effect, KIND, (joint,), also)
+                yield of_effect(model, "spring_balancer", effect, KIND, (int(joint),), also)
 
 
 def _derived(finding: Finding, known: Mapping[str, Any]) -> dict[str, Any]:

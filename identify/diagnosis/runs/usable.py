@@ -8,6 +8,7 @@ import numpy as np
 from ...errors import DifferentRobot, RecordingError
 from ...fit.identification import common_filtering, of_these_joints
 from ...fit.warnings.excitation_warnings import excitation_warnings
+from ...fit.warnings.repeated_motion import repeated_motions
 from ...model import Model
 from ...preparation.prepare import Filtering
 from ...preparation.torque_off import torque_off_warnings
@@ -69,6 +70,7 @@ def usable(
         raise RecordingError(f"no run is left to fit: {reason}")
     fitted = [run.prepared for run in runs if run.role != HELD_OUT]
     warnings += torque_off_warnings(model.robot.joints, [run.prepared for run in runs])
+    warnings += repeated_motions(fitted, [run.prepared for run in runs if run.role == HELD_OUT])
     return runs, [*warnings, *excitation_warnings(model.robot.joints, fitted, 0.0), *_missing(model, runs)]
 
 
