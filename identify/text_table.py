@@ -36,6 +36,11 @@ def digits(value: float) -> str:
     return f"{value:.{max(0, 3 - int(np.floor(np.log10(size))))}f}"
 
 
+def fixed(value: float, places: int) -> str:
+    """A number with so many digits behind the point; what rounds to zero has no sign."""
+    return f"{round(float(value), places) + 0.0:.{places}f}"
+
+
 def at_point(texts: Sequence[str]) -> list[str]:
     """Numbers padded on the right so that their points stand below each other when right-aligned."""
     behind = [len(text) - text.index(".") if "." in text and "e" not in text else 0 for text in texts]

@@ -106,8 +106,8 @@ def _alarm(given: argparse.Namespace, stack: ExitStack) -> "ResidualAlarm | None
 
 def _driver(given: argparse.Namespace, alarm: "ResidualAlarm | None") -> tuple[Driver, JointUnits]:
     name, settings = read_controller(given.controller, given.driver, given.set)
-    if name == "mock":  # whose simulated time would else run away
-        settings.setdefault("clock", "real")
+    if name == "mock":  # whose simulated time would else run away, also by a file with all its settings
+        settings["clock"] = "real"
     if (model := _model(given, alarm)) is not None:
         robot = model.robot
         return make_driver(name, settings, robot, standing_arm(robot, model)), JointUnits.of(robot)

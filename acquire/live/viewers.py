@@ -172,4 +172,4 @@ def _listening(host: str, port: int) -> bool:
 def _last_line(output: IO[bytes]) -> str:
     output.seek(0)
     lines = NOISE.sub("", output.read().decode(errors="replace")).split("\n")
-    return next((line.strip() for line in reversed(lines) if line.strip()), "it prints nothing")
+    return next((line.strip().rstrip(".") for line in reversed(lines) if line.strip()), "it prints nothing")

@@ -2,13 +2,15 @@
 
 import sys
 
+from tqdm import tqdm
+
 from ..arguments.common import complaint
 from ..run.errors import NotConfirmed
 
 
 def tell(words: object) -> None:
-    """Print a sentence on standard error, in one line for scripts."""
-    print(complaint(f"exidyn: {' '.join(str(words).split())}"), file=sys.stderr)
+    """Print a sentence on standard error, above a bar that is there, in one line for scripts."""
+    tqdm.write(complaint(f"exidyn: {' '.join(str(words).split())}"), sys.stderr)
 
 
 def ask(request: str) -> None:

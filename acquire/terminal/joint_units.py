@@ -7,6 +7,7 @@ import numpy as np
 
 from exidyn.drivers import Arm
 from exidyn.identify.arm.robot import Robot
+from exidyn.identify.text_table import fixed
 
 
 @dataclass(frozen=True)
@@ -46,12 +47,12 @@ class JointUnits:
 
     def text(self, position: np.ndarray, joint: int) -> str:
         """The position of a joint, with its unit."""
-        return f"{self.scale[joint] * position[joint]:.2f} {self.units[joint]}"
+        return f"{fixed(self.scale[joint] * position[joint], 2)} {self.units[joint]}"
 
     def range_text(self, joint: int) -> str:
         """The limits of a joint, without unit; empty where there are none."""
         ends = [self.scale[joint] * end[joint] for end in (self.lower, self.upper)]
-        return f"{ends[0]:.1f} to {ends[1]:.1f}" if np.isfinite(ends).any() else ""
+        return f"{fixed(ends[0], 1)} to {fixed(ends[1], 1)}" if np.isfinite(ends).any() else ""
 
 
 def one_unit(units: Sequence[str]) -> str:

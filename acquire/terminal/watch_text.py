@@ -9,7 +9,7 @@ import numpy as np
 
 from exidyn.drivers import Info
 from exidyn.drivers.driver import SIGNALS
-from exidyn.identify.text_table import table
+from exidyn.identify.text_table import fixed, table
 
 from ..run.listener import Reading
 from .joint_units import JointUnits, one_unit
@@ -139,7 +139,7 @@ def _several(values: Sequence[float] | np.ndarray, digits: int) -> str:
 
 def _digits(value: float, digits: int) -> str:
     """A number, a dash for none; what rounds to zero has no sign that would come and go."""
-    return f"{round(value, digits) + 0.0:.{digits}f}" if np.isfinite(value) else "-"
+    return fixed(value, digits) if np.isfinite(value) else "-"
 
 
 def _states(states: Sequence[str]) -> str:

@@ -48,7 +48,8 @@ class Remarks:
         before, self._delay = self._delay, int(fresh.telegram.numbers[-1])
         if self._delay <= before:
             return []
-        return [f"the controller counts {self._delay} late answers, {before} before ({DELAY})"]
+        answers = "answer" if self._delay == 1 else "answers"
+        return [f"the controller counts {self._delay} late {answers}, {before} before ({DELAY})"]
 
     def _moved(self, fresh: Fresh) -> list[str]:
         if self._programmed is None:

@@ -6,8 +6,8 @@ import numpy as np
 from scipy import ndimage
 
 from ..arm.motion import Motion
-from ..errors import NotExcited, RecordingError
-from ..recordings.recording import Recording
+from ..errors import NotExcited, NotRecorded, RecordingError
+from ..recordings.recording import EFFORT, Recording
 from . import cutoffs
 from .filtering import Filtering as Filtering
 from .filters import Decimation, differentiate, low_pass, uniform
@@ -105,7 +105,12 @@ class _Even:
         # Stamps are whole nanoseconds: they give a rate to mHz only.
         rate = rate or round(1.0 / float(np.median(np.diff(signal.time))), 3)
         time, position = uniform(signal.time, signal.values, rate)
-        measures = "current" if "current" in recording.signals else "torque"
+        measures = next((name for name in EFFORT if len(recording.signals.get(name, ()))), "")
+        if not measures:
+            raise NotRecorded(
+                f"{recording.name}: neither motor currents nor torques were recorded; set the controller up "
+                "to send them, or put a trace of it beside the run (exidyn import --align)"
+            )
         # Where one of the two was not recorded, there is nothing to compare.
         effort = recording.signals[measures].time
         both = (time > effort[0] - 1.5 / rate) & (time < effort[-1] + 1.5 / rate)

@@ -6,9 +6,7 @@ of standard input or after --seconds.
 """
 
 import argparse
-import gc
 import json
-import os
 import select
 import signal
 import socket
@@ -25,9 +23,11 @@ from exidyn.identify.robot_files.robot_file import read_model
 if __package__:
     from .arm import make_plant
     from .krc_context import Context
+    from .served import keep_cycle
 else:
     from arm import make_plant
     from krc_context import Context
+    from served import keep_cycle
 
 STAMPED = 35  # SO_TIMESTAMPNS
 
@@ -334,11 +334,7 @@ def main():
     terminated = []
     signal.signal(signal.SIGTERM, lambda *_: terminated.append(True))
     controller = Controller(given)
-    if given.fifo:
-        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(given.fifo))
-    gc.collect()
-    gc.freeze()
-    gc.disable()
+    keep_cycle(given.fifo)
     print("ready", *controller.socket.getsockname(), flush=True)
     end = time.monotonic() + given.seconds if given.seconds else float("inf")
 

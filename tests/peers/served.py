@@ -8,9 +8,12 @@ import sys
 
 
 def keep_cycle(fifo):
-    """No garbage collection in a cycle; a real-time priority where one is given."""
+    """No garbage collection in a cycle; a real-time priority where one is given and allowed."""
     if fifo:
-        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(fifo))
+        try:
+            os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(fifo))
+        except (AttributeError, OSError):
+            print("no real-time scheduling", flush=True)
     gc.collect()
     gc.freeze()
     gc.disable()

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 
-from exidyn.identify.text_table import digits, paragraph, table
+from exidyn.identify.text_table import digits, fixed, paragraph, table
 
 from .plan import Plan
 from .plan_use import Use, percent
@@ -94,4 +94,4 @@ def use_table(plan: Plan, uses: Sequence[Use]) -> list[str]:
 
 def span(low: float, high: float) -> str:
     """A range with two digits behind the point."""
-    return f"{low:.2f} .. {high:.2f}"
+    return f"{fixed(low, 2)} .. {fixed(high, 2)}"

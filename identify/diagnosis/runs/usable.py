@@ -82,7 +82,7 @@ def _missing(model: Model, runs: Sequence[Driven]) -> list[str]:
     """What cannot be found from these runs, and why."""
     warnings = []
     if all(run.role != HELD_OUT for run in runs):
-        warnings.append("no run was held out: that the fit improves is no proof. Give one with --validate")
+        warnings.append("no run was held out: that the fit improves is no proof. Give one for validation")
     if any(np.isnan(run.motion.temperature).any() for run in runs):
         warnings.append(
             "temperatures were not recorded: friction that changes with them can only be seen as a change "

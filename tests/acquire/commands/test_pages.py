@@ -102,12 +102,26 @@ def test_options_that_pages_name_exist(page):
     alone = set(re.findall(r"`(--[a-z][a-z-]*)", text))
     assert alone <= every | {
         "--bare",
+        "--fifo",
         "--keep",
         "--lines",
         "--quick",
         "--sweep",
         "--version",
-    }  # those of benchmarks, and of all commands
+    }  # those of benchmarks, of peers, and of all commands
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_peers_of_pages_know_their_options_and_keep_their_output(page):
+    """What a peer prints goes into a file, and not between the lines of the command that runs beside it."""
+    for line in shell_lines(page):
+        words = words_of(line)
+        for script in (word for word in words if word.startswith("tests/peers/") and word.endswith(".py")):
+            source = (ROOT / script).read_text(encoding="utf-8")
+            given = words[words.index(script) :]
+            taken = re.findall(r'"(--[a-z-]+)"', source)
+            assert {word for word in given if word.startswith("--")} <= set(taken), line
+            assert ">" in given, line
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)

@@ -22,6 +22,7 @@ from exidyn.acquire.live.live_layout import finite_limits
 from exidyn.acquire.live.live_log import COLOURS, COLUMNS, RED, usual_cycle
 from exidyn.acquire.live.live_view import CannotShow, Targets, start_view
 from exidyn.acquire.live.view_process import ABANDONED
+from exidyn.acquire.live.viewers import open_window
 from exidyn.acquire.run.pipe.frames import EVENT, HEAD, SAMPLE, Cycle, text_frame
 from exidyn.acquire.run.pipe.pipe_sink import SinkFailed
 from exidyn.acquire.run.pipe.run_head import RunHead
@@ -374,6 +375,15 @@ def test_window_shows_every_view_without_complaint_and_lives_on(drawable, run, t
     assert not complaints(state)
     (tmp_path / "native.png").write_bytes(picture)
     assert all(count > 100 for count in coloured(picture)[:6])
+
+
+def test_a_viewer_that_does_not_start_is_one_sentence(tmp_path, monkeypatch):
+    program = tmp_path / "viewer"
+    program.write_text("#!/bin/sh\necho 'Error: neither WAYLAND_DISPLAY nor DISPLAY is set.'\nexit 1\n")
+    program.chmod(0o755)
+    monkeypatch.setenv("RERUN_CLI_PATH", str(program))
+    with pytest.raises(CannotShow, match=r"DISPLAY is set\. Without a screen, try --serve"):
+        open_window()
 
 
 def test_killed_window_takes_nothing_along(drawable, run, tmp_path, monkeypatch):

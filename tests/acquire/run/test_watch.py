@@ -6,6 +6,7 @@ import pty
 import select
 import subprocess
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -89,6 +90,14 @@ def test_without_a_terminal_it_is_a_line_a_reading(capsys):
     assert all("position -72.00 -126.00 -64.00 -72.00 -72.00 -72.00 deg" in one for one in lines)
     assert "\x1b" not in printed.out
     assert "read only; sent to it: nothing" in printed.err
+
+
+def test_the_mock_takes_its_time_whatever_its_file_says(tmp_path, capsys):
+    path = controller_file(tmp_path, "mock", {"clock": "stepped", "cycle": 0.01})
+    arguments = ["--controller", str(path), "--robot", "cobot", "--json", "-", "--every", "0.1", *SHORT]
+    assert main(["watch", *arguments]) == 0
+    times = [one["host_time_ns"] for one in readings(capsys)]
+    assert 1e-9 * (times[-1] - times[0]) < 1.0, "as long as it was watched, and not as the arm was computed"
 
 
 def test_json_goes_to_a_file_line_by_line(tmp_path, capsys):
@@ -195,6 +204,13 @@ def test_what_is_beyond_limits_or_silent_is_marked():
     assert "BEYOND limits: achse_1, achse_3; silent: achse_2" in text
     assert "deg/deg/mm" in text
     assert json.loads(json_line(far, UNITS, 1.0))["beyond_limits"] == ["achse_1", "achse_3"]
+
+
+def test_what_rounds_to_zero_has_no_sign():
+    near = np.array([-1e-5, 0.0, -1e-7])
+    assert [UNITS.text(near, joint) for joint in (0, 2)] == ["0.00 deg", "0.00 mm"]
+    tight = replace(UNITS, lower=-near, upper=near)
+    assert tight.range_text(0) == "0.0 to 0.0"
 
 
 def test_what_is_not_known_is_null_and_a_dash():

@@ -1,5 +1,6 @@
 """How long a command will still take: foretold from its stages, and shown to people only."""
 
+import io
 import math
 import os
 import pty
@@ -8,8 +9,9 @@ import time
 
 import pytest
 
+from exidyn.acquire.study.asking import tell
 from exidyn.acquire.terminal import stopwatch
-from exidyn.acquire.terminal.stopwatch import NEARLY, Stopwatch
+from exidyn.acquire.terminal.stopwatch import NEARLY, Stopwatch, with_bar
 
 SHARES = {"read": 0.25, "fit": 0.5, "draw": 0.25}
 
@@ -58,6 +60,22 @@ def test_a_file_gets_the_sentences_alone(monkeypatch, capsys):
         watch("read the files")
         time.sleep(0.1)
     assert capsys.readouterr().err == "   0.0 s  read the files\n"
+
+
+def test_a_sentence_of_a_study_stands_above_the_bar_and_not_behind_it(monkeypatch):
+    class Terminal(io.StringIO):
+        def isatty(self):
+            return True
+
+    terminal = Terminal()
+    monkeypatch.setattr(stopwatch, "PATIENCE", 0.0)
+    monkeypatch.setattr(stopwatch.sys, "stderr", terminal)
+    for number in with_bar(range(3)):
+        if number == 1:
+            tell("one of the runs is not on offer")
+    before = terminal.getvalue().partition("exidyn: one of the runs")[0]
+    assert "/3 [" in before
+    assert not before.rpartition("\r")[2].strip()
 
 
 def test_a_terminal_gets_a_bar_that_is_gone_in_the_end(monkeypatch):

@@ -257,7 +257,7 @@ def test_late_answers_that_the_controller_counts_are_reported_when_they_grow(pat
             controller.send(delay=delay)
             reported.append(one.exchange(None).events)
         assert reported[1] == ("the controller counts 3 late answers, 2 before (Delay)",)
-        assert reported[4] == ("the controller counts 1 late answers, 0 before (Delay)",)
+        assert reported[4] == ("the controller counts 1 late answer, 0 before (Delay)",)
         assert reported[0] == reported[2] == reported[3] == ()
 
 

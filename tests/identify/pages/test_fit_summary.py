@@ -10,7 +10,7 @@ from exidyn.identify.fit.fit_file import read_fit, write_fit
 from exidyn.identify.fit.identification import identify
 from exidyn.identify.pages.fit.fit_summary import pooled, summary
 from exidyn.identify.recordings.recording import Signal
-from exidyn.identify.text_table import WIDTH, at_point, digits, paragraph, table
+from exidyn.identify.text_table import WIDTH, at_point, digits, fixed, paragraph, table
 
 from ...parts.small.small_fit import fit, plain_fit
 from ...parts.small.two_joint_files import run
@@ -47,6 +47,10 @@ def row(lines: list[str], name: str) -> list[str]:
 )
 def test_numbers_have_four_significant_digits(value, text):
     assert digits(value) == text
+
+
+def test_what_rounds_to_zero_has_no_sign():
+    assert [fixed(value, 2) for value in (-0.004, -0.006, 0.0, np.inf)] == ["0.00", "-0.01", "0.00", "inf"]
 
 
 def test_numbers_stand_with_their_points_below_each_other():

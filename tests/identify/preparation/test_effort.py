@@ -1,0 +1,30 @@
+"""What a run needs besides positions."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from exidyn.identify.errors import NotRecorded
+from exidyn.identify.preparation.prepare import prepare
+from exidyn.identify.recordings.recording import Signal
+
+from ...parts.small.two_joint_files import run
+
+
+def test_a_run_of_a_controller_that_sent_no_currents_is_refused_in_a_sentence():
+    whole = run("empty")
+    none = Signal(np.zeros(0), np.zeros((0, 2)))
+    signals = {name: signal for name, signal in whole.signals.items() if name != "torque"}
+    with pytest.raises(NotRecorded, match="neither motor currents nor torques were recorded"):
+        prepare(replace(whole, signals={**signals, "current": none}))
+
+
+def test_torques_do_where_the_currents_are_empty():
+    whole = run("empty")
+    none = Signal(np.zeros(0), np.zeros((0, 2)))
+    torque = whole.signals["current"]
+    assert (
+        prepare(replace(whole, signals={**whole.signals, "current": none, "torque": torque})).measures
+        == "torque"
+    )
