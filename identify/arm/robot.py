@@ -79,6 +79,7 @@ class Robot:
         drive_gain: Joint torque per motor current, signed, shape (n,) [N m/A].
         drive_gain_tolerance: Relative standard deviation of each drive gain, shape (n,) [-]; one number
             stands for all.
+        drive_gain_bounded: Whether true gains are certain to be within the square root of three of these.
         inertial_tolerance: Relative standard deviation of the nominal inertias [-].
         inertias_stated: Whether the robot file states how well they are known; a bare URDF does not.
         gear_ratio: Motor turns per joint turn, shape (n,) [-].
@@ -92,6 +93,7 @@ class Robot:
     limits: Limits = field(default_factory=lambda: Limits.none(0))
     drive_gain: np.ndarray = field(default_factory=_not_given)
     drive_gain_tolerance: np.ndarray = field(default_factory=lambda: np.array(0.1))
+    drive_gain_bounded: bool = False
     inertial_tolerance: float = 0.1
     inertias_stated: bool = True
     gear_ratio: np.ndarray = field(default_factory=_not_given)

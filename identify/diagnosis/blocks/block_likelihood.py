@@ -109,9 +109,11 @@ def log_odds(t: float, freedom: float) -> float:
     return float(stats.t.logcdf(t, freedom) - stats.t.logsf(t, freedom))
 
 
-def strain(apart: np.ndarray | float) -> float:
+def strain(apart: np.ndarray | float, bounded: np.ndarray | bool = False) -> float:
     """Logarithm of the probability that unknowns lose which are so many standard deviations from priors.
 
-    A prior is one row, and may be wrong as a block may be strange.
+    A prior is one row, and may be wrong as a block may be strange. A bound is no more likely to be exceeded
+    than the normal distribution of its variance states.
     """
-    return 0.5 * (FREEDOM + 1.0) * float(np.sum(np.log1p(np.square(apart) / FREEDOM)))
+    strange = 0.5 * (FREEDOM + 1.0) * np.log1p(np.square(apart) / FREEDOM)
+    return float(np.sum(np.where(bounded, 0.5 * np.square(apart), strange)))

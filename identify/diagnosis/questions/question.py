@@ -102,7 +102,8 @@ def _relief(prediction: Prediction, apart: np.ndarray, one: Fitted, candidate: C
     own = np.zeros(0)
     if candidate.expected is not None:
         own = ((one.values - one.mean) * np.sqrt(one.precision))[one.free]
-    return strain(before) - strain(after) - strain(own)
+    bounded = rows.bounded[known]
+    return strain(before, bounded) - strain(after, bounded) - strain(own)
 
 
 def _freed(matrix: np.ndarray, informed: np.ndarray, one: Fitted) -> float:

@@ -32,9 +32,9 @@ drive's own loop, at 4 kHz or more; what comes later in a cycle of 2 ms than it 
 def with_nuisances(rows: Rows, model: Model, runs: Sequence[Driven], values: np.ndarray) -> Rows:
     """The rows with low-speed friction, drive gains and clocks as unknowns too; values (p,) are a fit's."""
     turning = reversals(model, runs, dry(model, values))
-    for names, columns, std in (turning, _gains(model, runs), _clock(model, runs)):
-        rows = rows.plus(names, columns, std)
-    return rows
+    rows = rows.plus(*turning)
+    rows = rows.plus(*_gains(model, runs), bounded=model.robot.drive_gain_bounded)
+    return rows.plus(*_clock(model, runs))
 
 
 def dry(model: Model, values: np.ndarray) -> dict[int, float]:

@@ -26,6 +26,7 @@ class Rows:
         std: How far each unknown may be from its mean, infinite without a prior, shape (b,).
         mean: Prior mean of each, zero but for what was found and is known to be whole, shape (b,).
         lower: Smallest value that physics allows each, shape (b,); none where it is None.
+        bounds: Whether the deviation of each is that of a bound, shape (b,); of none where it is None.
     """
 
     runs: tuple[slice, ...]
@@ -36,6 +37,7 @@ class Rows:
     std: np.ndarray
     mean: np.ndarray
     lower: np.ndarray | None = None
+    bounds: np.ndarray | None = None
 
     @cached_property
     def acting(self) -> list[np.ndarray]:
@@ -52,6 +54,11 @@ class Rows:
         """Smallest value of each, shape (b,); minus infinity without a limit."""
         return np.full(len(self.names), -np.inf) if self.lower is None else self.lower
 
+    @property
+    def bounded(self) -> np.ndarray:
+        """Whether each is certain to be within the square root of three deviations, shape (b,)."""
+        return np.zeros(len(self.names), bool) if self.bounds is None else self.bounds
+
     def plus(
         self,
         names: Sequence[str],
@@ -59,8 +66,12 @@ class Rows:
         std: np.ndarray,
         mean: np.ndarray | None = None,
         lower: Sequence[float] | None = None,
+        bounded: bool = False,
     ) -> "Rows":
-        """The same with more unknowns: columns (r, n, p), deviations (p,) from a mean (p,), and limits."""
+        """The same with more unknowns: columns (r, n, p), deviations (p,) from a mean (p,), and limits.
+
+        Deviations may be those of bounds.
+        """
         return replace(
             self,
             columns=np.concatenate([self.columns, columns], axis=2),
@@ -68,6 +79,7 @@ class Rows:
             std=np.concatenate([self.std, std]),
             mean=np.concatenate([self.mean, np.zeros(len(std)) if mean is None else mean]),
             lower=np.append(self.least, np.full(len(std), -np.inf) if lower is None else lower),
+            bounds=np.append(self.bounded, np.full(len(std), bounded)),
         )
 
 
@@ -98,6 +110,7 @@ def model_rows(model: Model, runs: Sequence[Driven], values: np.ndarray | None =
         np.array([prior.std for prior in model.priors]),
         np.zeros(len(model.names)),
         _limits(model) - nominal,
+        np.array([prior.bounded for prior in model.priors]),
     )
 
 

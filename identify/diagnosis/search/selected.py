@@ -98,7 +98,12 @@ def odds_of(answer: Answer, total: float) -> float:
     What acts on the whole arm has to be seen without the joint that sees most of it, too. Nothing is there
     that the runs held out exclude, be it seen in many more blocks of the runs fitted.
     """
-    return -np.inf if excluded(answer) else _odds(answer, total)
+    if excluded(answer):
+        return -np.inf
+    odds = _odds(answer, total)
+    if answer.candidate.joints or len(answer.by_joint) == 1:
+        return odds
+    return min(odds, answer.gain - max(float(answer.by_joint.max()), 0.0))
 
 
 def excluded(answer: Answer) -> bool:
@@ -107,13 +112,9 @@ def excluded(answer: Answer) -> bool:
 
 
 def _odds(answer: Answer, total: float) -> float:
-    """The same, whatever the runs held out say alone."""
+    """The same, whatever runs held out or other joints say alone: what explains the same needs neither."""
     odds = min(answer.gain, answer.odds) + log_prior(answer, total)
-    if answer.candidate.everywhere and not _everywhere(answer):
-        return -np.inf
-    if answer.candidate.joints or len(answer.by_joint) == 1:
-        return odds
-    return min(odds, answer.gain - max(float(answer.by_joint.max()), 0.0))
+    return -np.inf if answer.candidate.everywhere and not _everywhere(answer) else odds
 
 
 def _everywhere(answer: Answer) -> bool:
@@ -152,7 +153,8 @@ def judged(best: Sequence[Answer], total: float, blocks: ByBlocks) -> Selected |
     odds, others = odds_of(first, total), []
     for one in best:
         if one is not first and competing(one, first) and one.gain > 0.0:
-            # Whether runs held out exclude it alone does not matter beside what they say of both.
+            # Whether runs held out exclude it alone does not matter beside what they say of both. A base may
+            # lean so that one joint alone shows it.
             less = odds - _odds(one, total)
             others.append((one, less if less > EXCLUDED_ODDS else max(against(first, one), less)))
     others.sort(key=lambda pair: pair[1])

@@ -152,6 +152,7 @@ def _robot(case: Mapping[str, Any], kinematics: pin.Model) -> Robot:
         kinematics=kinematics,
         limits=Limits(jerk=np.full(n, np.inf), **known),
         drive_gain_tolerance=np.full(n, WITHIN * _tolerance(believed, "drive_gain_tolerance")),
+        drive_gain_bounded=True,
         inertial_tolerance=WITHIN * _tolerance(believed, "inertial_tolerance"),
         drive_gain=drive["drive_gain"],
         gear_ratio=drive["gear_ratio"],
@@ -172,8 +173,8 @@ def _model(robot: Robot, believed: Mapping[str, Any]) -> Model:
             effects.append(kind(tuple(robot.joints[joint] for joint in present)))
         if present and values:
             given = numbers(believed[values], robot.dof, f"[believed] {values}").tolist()
-            std = share * _tolerance(believed, tolerance)
-            stated |= {f"{name}{joint + 1}": _prior(given[joint], std) for joint in present}
+            own = _tolerance(believed, tolerance)
+            stated |= {f"{name}{joint + 1}": _prior(given[joint], own, share) for joint in present}
     if boolean(terms["balancer"], "[believed.terms] balancer"):
         spring, priors = _balancer(robot, _table(believed, "balancer"), believed)
         effects.append(spring)
@@ -200,12 +201,12 @@ def _balancer(
         balancer.get("tolerance", believed["inertial_tolerance"]), "[believed.balancer] tolerance", 0.0
     )
     effect = SpringBalancer(robot.joints[joint - 1], **{key: given[key] for key in SPRING})
-    return effect, {name: _prior(given[name], WITHIN * tolerance) for name in ("Kr", "K0")}
+    return effect, {name: _prior(given[name], tolerance, WITHIN) for name in ("Kr", "K0")}
 
 
-def _prior(value: float, tolerance: float) -> Prior:
-    """A value and its deviation; a relative tolerance gives none for a value of zero."""
-    return Prior(value, tolerance * abs(value) if value else np.inf)
+def _prior(value: float, tolerance: float, share: float) -> Prior:
+    """A value and its deviation, a share of its tolerance; a relative one gives none for a value of zero."""
+    return Prior(value, share * tolerance * abs(value) if value else np.inf, share == WITHIN)
 
 
 def _run(run: Mapping[str, Any]) -> tuple[str, dict[str, Any]]:

@@ -9,6 +9,7 @@ from exidyn.identify.diagnosis.blocks.block_likelihood import (
     common_variance,
     independent_share,
     log_probability,
+    strain,
     trust,
 )
 from exidyn.identify.diagnosis.questions.comparison import colouring, levelled
@@ -161,3 +162,11 @@ def test_an_effect_matters_though_one_block_is_predicted_worse_with_it():
     assert _material(effect, prediction)
     effect.errors = 0.9999 * without
     assert not _material(effect, prediction)
+
+
+def test_a_bound_is_exceeded_less_easily_than_a_prior():
+    apart = np.array([1.0, 6.0])
+    assert strain(apart[:1], True) == pytest.approx(0.5)
+    assert strain(apart, np.array([True, True])) == pytest.approx(18.5)
+    assert strain(apart, np.array([True, False])) == pytest.approx(0.5 + strain(6.0))
+    assert strain(6.0) < 6.0

@@ -92,3 +92,13 @@ def test_a_case_that_is_none(tmp_path):
     (tmp_path / "case.toml").write_text("[case]\nformat = 1\n")
     with pytest.raises(RecordingError, match="key 'robot' is missing"):
         import_source(tmp_path)
+
+
+@needs_cases
+def test_tolerances_of_rotors_and_gains_are_bounds_and_friction_is_a_guess():
+    model = nominal_model(CASES / "s1")
+    priors = dict(zip(model.names, model.priors, strict=True))
+    assert priors["Ia2"].bounded
+    assert priors["Ia2"].std == pytest.approx(0.1 * priors["Ia2"].value / np.sqrt(3.0))
+    assert not priors["Fv2"].bounded
+    assert model.robot.drive_gain_bounded

@@ -1,0 +1,34 @@
+"""What acts on the whole arm is named only if several joints show it, and explains what one joint shows."""
+
+from types import SimpleNamespace
+
+import numpy as np
+
+from exidyn.identify.diagnosis.search import selected
+from exidyn.identify.diagnosis.search.selected import CERTAIN_ODDS, judged, odds_of
+
+
+def answer(effect, joints, gain, by_joint):
+    candidate = SimpleNamespace(effect=effect, joints=joints, prior=1.0, everywhere=False)
+    return SimpleNamespace(
+        candidate=candidate,
+        gain=gain,
+        odds=gain,
+        by_joint=np.array(by_joint),
+        held_out=1.0,
+        scatter_held_out=0.0,
+    )
+
+
+def test_a_base_that_leans_on_one_joint_alone_is_an_alternative(monkeypatch):
+    monkeypatch.setattr(selected, "competing", lambda one, other: True)
+    monkeypatch.setattr(selected, "better", lambda one, other, blocks, prior: one.gain - other.gain + prior)
+    tilt = answer("base_tilt", (), 44.0, [43.0, 1.0])
+    spring = answer("joint_spring", (0,), 40.0, [40.0, 0.0])
+    assert odds_of(tilt, 2.0) < CERTAIN_ODDS
+    found = judged([tilt, spring], 2.0, lambda one, other: 0.0)
+    assert found.answer is spring
+    assert not found.named
+    [(other, odds)] = found.others
+    assert other is tilt
+    assert odds < -3.0
