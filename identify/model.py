@@ -20,11 +20,13 @@ class Model:
         robot: Kinematics, limits and drives.
         effects: What makes torque; order is the order of the columns.
         stated: Priors about parameters by name, beyond the robot's inertias.
+        bounded: Names of those that are certain to be within the square root of three deviations.
     """
 
     robot: Robot
     effects: tuple[Effect, ...]
     stated: Mapping[str, Prior] = field(default_factory=dict)
+    bounded: frozenset[str] = frozenset()
 
     def __post_init__(self) -> None:
         names = [parameter.name for parameter in self.parameters]

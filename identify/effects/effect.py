@@ -59,17 +59,10 @@ class Parameter(NamedTuple):
 
 
 class Prior(NamedTuple):
-    """What is held true of a parameter before looking at data.
-
-    Attributes:
-        value: Nominal one.
-        std: Standard deviation of the true one from it; infinite where nothing is known.
-        bounded: Whether the true one is certain to be within the square root of three deviations.
-    """
+    """What is held true of a parameter before looking at data: value and standard deviation."""
 
     value: float
     std: float = np.inf
-    bounded: bool = False
 
 
 class Shape(NamedTuple):

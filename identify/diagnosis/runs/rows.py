@@ -110,7 +110,7 @@ def model_rows(model: Model, runs: Sequence[Driven], values: np.ndarray | None =
         np.array([prior.std for prior in model.priors]),
         np.zeros(len(model.names)),
         _limits(model) - nominal,
-        np.array([prior.bounded for prior in model.priors]),
+        np.array([name in model.bounded for name in model.names]),
     )
 
 

@@ -166,6 +166,7 @@ def _tolerance(believed: Mapping[str, Any], key: str) -> float:
 def _model(robot: Robot, believed: Mapping[str, Any]) -> Model:
     effects: list[Effect] = [RigidBody()]
     stated: dict[str, Prior] = {}
+    bounded: set[str] = set()
     terms = _table(believed, "terms")
     for term, (kind, name, values, tolerance, share) in JOINT_TERMS.items():
         present = np.flatnonzero(_flags(terms[term], robot.dof, f"[believed.terms] {term}")).tolist()
@@ -173,13 +174,16 @@ def _model(robot: Robot, believed: Mapping[str, Any]) -> Model:
             effects.append(kind(tuple(robot.joints[joint] for joint in present)))
         if present and values:
             given = numbers(believed[values], robot.dof, f"[believed] {values}").tolist()
-            own = _tolerance(believed, tolerance)
-            stated |= {f"{name}{joint + 1}": _prior(given[joint], own, share) for joint in present}
+            std = share * _tolerance(believed, tolerance)
+            own = {f"{name}{joint + 1}": _prior(given[joint], std) for joint in present}
+            stated |= own
+            bounded |= own.keys() if share == WITHIN else set()
     if boolean(terms["balancer"], "[believed.terms] balancer"):
         spring, priors = _balancer(robot, _table(believed, "balancer"), believed)
         effects.append(spring)
         stated |= priors
-    return Model(robot, tuple(effects), stated)
+        bounded |= priors.keys()
+    return Model(robot, tuple(effects), stated, frozenset(bounded))
 
 
 def _flags(value: object, count: int, where: str) -> list[bool]:
@@ -201,12 +205,12 @@ def _balancer(
         balancer.get("tolerance", believed["inertial_tolerance"]), "[believed.balancer] tolerance", 0.0
     )
     effect = SpringBalancer(robot.joints[joint - 1], **{key: given[key] for key in SPRING})
-    return effect, {name: _prior(given[name], tolerance, WITHIN) for name in ("Kr", "K0")}
+    return effect, {name: _prior(given[name], WITHIN * tolerance) for name in ("Kr", "K0")}
 
 
-def _prior(value: float, tolerance: float, share: float) -> Prior:
-    """A value and its deviation, a share of its tolerance; a relative one gives none for a value of zero."""
-    return Prior(value, share * tolerance * abs(value) if value else np.inf, share == WITHIN)
+def _prior(value: float, tolerance: float) -> Prior:
+    """A value and its deviation; a relative tolerance gives none for a value of zero."""
+    return Prior(value, tolerance * abs(value) if value else np.inf)
 
 
 def _run(run: Mapping[str, Any]) -> tuple[str, dict[str, Any]]:

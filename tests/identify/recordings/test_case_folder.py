@@ -98,7 +98,7 @@ def test_a_case_that_is_none(tmp_path):
 def test_tolerances_of_rotors_and_gains_are_bounds_and_friction_is_a_guess():
     model = nominal_model(CASES / "s1")
     priors = dict(zip(model.names, model.priors, strict=True))
-    assert priors["Ia2"].bounded
+    assert {"Ia1", "Ia2"} <= model.bounded
     assert priors["Ia2"].std == pytest.approx(0.1 * priors["Ia2"].value / np.sqrt(3.0))
-    assert not priors["Fv2"].bounded
+    assert "Fv2" not in model.bounded
     assert model.robot.drive_gain_bounded
