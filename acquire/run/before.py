@@ -66,7 +66,7 @@ def checked(plan: Plan, model: Model, speed: float = 1.0, payload: KnownPayload 
     if beyond:
         raise NotAllowed(
             f"the plan goes beyond the limits of {model.robot.name}: {_some(beyond)}. Plan it again, or "
-            "play it slower with --speed"
+            "play it slower (exidyn record --speed)"
         )
     limits = _finite(model.robot, slowed.trajectory)
     return Checked(slowed, carrying, limits, torque, tuple(model_differences(plan, model)))

@@ -31,6 +31,6 @@ def rehearse(job: Job, model: Model, cycle: float, payload: str = "") -> Outcome
     if outcome.stop is not None:
         raise NotAllowed(
             f"in a rehearsal on the simulated arm the run was stopped: {outcome.stop.text}. Look at the "
-            "limits and drive gains of the robot file, or play it slower with --speed"
+            "limits and drive gains of the robot file, or play it slower (exidyn record --speed)"
         )
     return outcome

@@ -26,11 +26,12 @@ KNOWN = 0.02
 NEARLY = 0.95
 """Share of a stage at which the bar waits while the stage takes longer than was foreseen."""
 FORM = "{percentage:3.0f} % |{bar:30}| {elapsed}{postfix}"
+ITEMS = "{percentage:3.0f} % |{bar:30}| {elapsed}, about {remaining} left"
 
 
 def with_bar(items: Sequence[T] | np.ndarray) -> Iterable[T]:
     """The items one by one, with a bar and the time left in a terminal, without in pipes and files."""
-    return tqdm(items, file=sys.stderr, leave=False, delay=PATIENCE, disable=None)
+    return tqdm(items, file=sys.stderr, leave=False, delay=PATIENCE, disable=None, bar_format=ITEMS)
 
 
 class Stopwatch:

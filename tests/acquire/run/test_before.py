@@ -40,7 +40,7 @@ def test_other_limits_are_refused_and_named():
 def test_a_plan_beyond_the_limits_is_refused_but_may_be_slow_enough():
     narrow = robot(velocity=0.2 * LIMITS.velocity, velocity_lower=-0.2 * LIMITS.velocity)
     fast = Plan.of(motion(), narrow, tick=0.002)
-    with pytest.raises(NotAllowed, match="slower with --speed"):
+    with pytest.raises(NotAllowed, match="slower .exidyn record --speed"):
         checked(fast, narrow)
     assert checked(fast, narrow, speed=0.1).plan.trajectory.duration == 10 * motion().duration
 

@@ -74,7 +74,7 @@ def test_a_sentence_of_a_study_stands_above_the_bar_and_not_behind_it(monkeypatc
         if number == 1:
             tell("one of the runs is not on offer")
     before = terminal.getvalue().partition("exidyn: one of the runs")[0]
-    assert "/3 [" in before
+    assert "0 % |" in before
     assert not before.rpartition("\r")[2].strip()
 
 
