@@ -15,8 +15,9 @@ from exidyn.identify.model import Model
 from exidyn.identify.notebook import counted
 from exidyn.identify.proposal.column_names import joints_named
 from exidyn.identify.proposal.drives import GAIN_OF
+from exidyn.identify.proposal.mounting import GRAVITY
 from exidyn.identify.proposal.odds import DECIDED
-from exidyn.identify.proposal.proposal import GRAVITY, Proposal, one_after_another, propose
+from exidyn.identify.proposal.proposal import Proposal, one_after_another, propose
 from exidyn.identify.proposal.proposal_text import as_json, preset_toml, proposal_text, robot_toml
 from exidyn.identify.proposal.still_joints import NOTHING, still_joints, without_still
 from exidyn.identify.recordings.importers import IMPORTERS, import_source, kind_of, read_tables

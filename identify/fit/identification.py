@@ -8,6 +8,7 @@ import numpy as np
 from ..effects import Payload
 from ..errors import DifferentRobot, NotExcited, RecordingError
 from ..model import Model
+from ..preparation.choose import choose, recorded_up_to
 from ..preparation.prepare import (
     ABOVE,
     REST,
@@ -15,9 +16,7 @@ from ..preparation.prepare import (
     SMOOTHED_REST,
     Filtering,
     Prepared,
-    choose,
     prepare,
-    recorded_up_to,
 )
 from ..preparation.torque_off import torque_off_warnings
 from ..recordings.recording import Recording

@@ -10,7 +10,8 @@ import numpy as np
 from ..effects import LoadDependentFriction, Payload, TemperatureDependentFriction
 from ..fit.base_parameters import BaseParameters, base_parameters
 from ..model import Model
-from ..preparation.prepare import Filtering, choose
+from ..preparation.choose import choose
+from ..preparation.filtering import Filtering
 from ..recordings.recording import Recording
 
 

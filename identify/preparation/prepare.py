@@ -6,22 +6,19 @@ import numpy as np
 from scipy import ndimage
 
 from ..arm.motion import Motion
-from ..errors import NotExcited, NotRecorded, RecordingError
-from ..recordings.recording import EFFORT, Recording
+from ..errors import NotExcited, RecordingError
+from ..recordings.recording import Recording
 from . import cutoffs
+from .choose import choose
+from .even import Even, whole_motion
 from .filtering import Filtering as Filtering
-from .filters import Decimation, differentiate, low_pass, uniform
+from .filters import Decimation, differentiate, low_pass
 from .noise import noise_above, noise_at_rest, quantisation, smoothed
-from .smoothing import recorded_band
 from .torque_off import torque_off
 
 REST, ABOVE = "rest", "high frequencies"
 SMOOTHED_REST, SMOOTHED = SMOOTHED_SOURCES = "rest, smoothed", "smoothed"
 """Where a noise floor is from. Of a recording that was smoothed before, even that at rest is none."""
-SHORTEST = 30.0
-"""Periods of the torque's cut-off in a run, at least: three times the length of its filter."""
-FEWEST = 64
-"""Samples below which there is no spectrum to choose filters from; no filter fits such a run anyway."""
 
 
 @dataclass(frozen=True)
@@ -85,96 +82,6 @@ class Prepared:
         return (sticking == 0).astype(float)
 
 
-@dataclass(frozen=True)
-class _Even:
-    """A recording on an even time axis, not yet filtered."""
-
-    recording: Recording
-    time: np.ndarray
-    position: np.ndarray
-    rate: float
-    measures: str
-
-    @classmethod
-    def of(cls, recording: Recording, rate: float | None) -> "_Even":
-        signal = recording.signals["position"]
-        if len(signal) < FEWEST:
-            raise RecordingError(
-                f"{recording.name}: only {len(signal)} samples; record at least some seconds"
-            )
-        # Stamps are whole nanoseconds: they give a rate to mHz only.
-        rate = rate or round(1.0 / float(np.median(np.diff(signal.time))), 3)
-        time, position = uniform(signal.time, signal.values, rate)
-        measures = next((name for name in EFFORT if len(recording.signals.get(name, ()))), "")
-        if not measures:
-            raise NotRecorded(
-                f"{recording.name}: neither motor currents nor torques were recorded; set the controller up "
-                "to send them, or put a trace of it beside the run (exidyn import --align)"
-            )
-        # Where one of the two was not recorded, there is nothing to compare.
-        effort = recording.signals[measures].time
-        both = (time > effort[0] - 1.5 / rate) & (time < effort[-1] + 1.5 / rate)
-        if np.count_nonzero(both) < FEWEST:
-            raise RecordingError(
-                f"{recording.name}: position and {measures} share only {np.count_nonzero(both)} samples; "
-                "are their time stamps from one clock?"
-            )
-        return cls(recording, time[both], position[both], rate, measures)
-
-    @property
-    def gain(self) -> np.ndarray:
-        """Nominal torque per unit of what was measured, shape (n,)."""
-        known = self.measures == "torque"
-        return np.ones(self.position.shape[1]) if known else self.recording.robot.drive_gain
-
-    @property
-    def current(self) -> np.ndarray:
-        return self.signal(self.measures)
-
-    def signal(self, name: str) -> np.ndarray:
-        """A signal of its own rate, on the even time axis."""
-        signal = self.recording.signals[name]
-        if (
-            signal.time.shape == self.time.shape
-            and np.max(np.abs(signal.time - self.time)) < 1e-3 / self.rate
-        ):
-            return np.array(signal.values)
-        return np.stack([np.interp(self.time, signal.time, column) for column in signal.values.T], axis=1)
-
-
-def choose(recording: Recording, filtering: Filtering) -> Filtering:
-    """The filtering, with what it leaves open chosen from a recording.
-
-    Raises:
-        RecordingError: Too short to have a spectrum, or a cut-off that no filter can have.
-    """
-    even = _Even.of(recording, filtering.rate)
-    filtering.check_cutoffs(even.rate, recording.name)
-    position_cutoff = filtering.position_cutoff or cutoffs.position_cutoff(even.position, even.rate)
-    torque_cutoff = filtering.torque_cutoff or min(
-        cutoffs.torque_cutoff(recording.model, even.position, even.current, even.gain, even.rate),
-        _recorded_up_to(even, position_cutoff),
-    )
-    # Positions are low-passed first: beyond 0.7 of that cut-off accelerations are short.
-    torque_cutoff = min(torque_cutoff, 0.7 * position_cutoff)
-    return replace(filtering, rate=even.rate, position_cutoff=position_cutoff, torque_cutoff=torque_cutoff)
-
-
-def recorded_up_to(recording: Recording, filtering: Filtering) -> float:
-    """Frequency up to which torque or current was recorded [Hz], as far as the run is long enough for it.
-
-    Args:
-        recording: One run.
-        filtering: As chosen for it.
-    """
-    return _recorded_up_to(_Even.of(recording, filtering.rate), float(filtering.position_cutoff or 0.0))
-
-
-def _recorded_up_to(even: _Even, position_cutoff: float) -> float:
-    band = recorded_band(even.recording.model, _whole_motion(even, position_cutoff), even.current, even.rate)
-    return max(band, SHORTEST * even.rate / len(even.time))
-
-
 def prepare(recording: Recording, filtering: Filtering = Filtering()) -> Prepared:  # noqa: B008
     """Resample, filter, differentiate, find standstill and noise.
 
@@ -184,11 +91,11 @@ def prepare(recording: Recording, filtering: Filtering = Filtering()) -> Prepare
     """
     if None in (filtering.rate, filtering.position_cutoff, filtering.torque_cutoff):
         filtering = choose(recording, filtering)
-    even = _Even.of(recording, filtering.rate)
+    even = Even.of(recording, filtering.rate)
     cutoff = float(filtering.position_cutoff or 0.0)
     decimation = Decimation.at(even.rate, float(filtering.torque_cutoff or 0.0))
     inside = _inside(even, cutoff, decimation)
-    motion, current = _whole_motion(even, cutoff), even.current
+    motion, current = whole_motion(even, cutoff), even.current
     filtering.check_standstill(motion.velocity, recording.name)
     off = torque_off(current, motion.position, even.rate)
     near = ndimage.binary_dilation(
@@ -230,12 +137,12 @@ def filtered(recording: Recording, filtering: Filtering) -> tuple[Motion, np.nda
     Raises:
         RecordingError: Too short to have a spectrum.
     """
-    even = _Even.of(recording, filtering.rate)
+    even = Even.of(recording, filtering.rate)
     cutoff = filtering.position_cutoff or cutoffs.position_cutoff(even.position, even.rate)
-    return _whole_motion(even, cutoff), even.current
+    return whole_motion(even, cutoff), even.current
 
 
-def _inside(even: _Even, cutoff: float, decimation: Decimation) -> slice:
+def _inside(even: Even, cutoff: float, decimation: Decimation) -> slice:
     """The samples that the filters' transients do not reach.
 
     A fourth-order Butterworth's start makes accelerations wrong by 4 % after one period of its cut-off and
@@ -250,42 +157,7 @@ def _inside(even: _Even, cutoff: float, decimation: Decimation) -> slice:
     return slice(edge, samples - edge)
 
 
-def _whole_motion(even: _Even, cutoff: float) -> Motion:
-    """Filtered motion, its ends included."""
-    smooth = low_pass(even.position, even.rate, cutoff)
-    velocity, acceleration = _derivatives(even, smooth, cutoff)
-    temperature = even.signal("temperature") if "temperature" in even.recording.signals else None
-    payload = even.recording.payload.name if even.recording.payload else ""
-    return Motion.of(even.time, smooth, velocity, acceleration, None, temperature, payload)
-
-
-def _derivatives(even: _Even, smooth: np.ndarray, cutoff: float) -> tuple[np.ndarray, np.ndarray]:
-    """Velocity and acceleration; from the controller's own velocity where it can be trusted.
-
-    A controller counts encoder ticks on its own clock, so its velocity knows nothing of the jitter of
-    time stamps. But it comes later than the position, by half the time over which they are counted and by
-    what its filter takes: a millisecond or two, of which inertia would look like damping. So it is brought
-    to the position's time first. It is trusted if it then differs from the differentiated position by less
-    than a twentieth on every joint: a velocity of another quantity, unit or filter differs by more.
-    """
-    velocity, acceleration = differentiate(smooth, even.rate)
-    if "velocity" not in even.recording.signals:
-        return velocity, acceleration
-    recorded = _in_time(low_pass(even.signal("velocity"), even.rate, cutoff), velocity, even.rate)
-    apart = np.linalg.norm(recorded - velocity, axis=0) / np.maximum(np.linalg.norm(velocity, axis=0), 1e-12)
-    if not np.all(apart < 0.05):
-        return velocity, acceleration
-    return recorded, differentiate(recorded, even.rate)[0]
-
-
-def _in_time(recorded: np.ndarray, velocity: np.ndarray, rate: float) -> np.ndarray:
-    """A velocity that comes too late, each joint by its own time, to first order in that time."""
-    slope = differentiate(recorded, rate)[0]
-    delay = np.sum(slope * (velocity - recorded), axis=0) / np.maximum(np.sum(slope**2, axis=0), 1e-12)
-    return recorded + delay * slope
-
-
-def _commanded(even: _Even, cutoff: float, measured: Motion, inside: slice) -> Motion | None:
+def _commanded(even: Even, cutoff: float, measured: Motion, inside: slice) -> Motion | None:
     """The commanded motion, at the temperature and with the payload that were measured."""
     recorded = even.recording.signals.get("command")
     if recorded is None or not len(recorded):  # a run that was stopped before its first command

@@ -2,7 +2,7 @@
 
 Dry friction steps at every reversal, and a step has power at all frequencies. A recording that has none of
 it beyond some frequency was filtered, by a controller or by whoever published it, and positions were not.
-What is compared beyond that frequency would look like friction that turns over slowly: hysteresis.
+What is compared beyond that frequency would look like friction that reverses slowly: hysteresis.
 """
 
 import numpy as np
@@ -42,7 +42,7 @@ def recorded_band(model: Model, motion: Motion, current: np.ndarray, rate: float
     length = int(min(WINDOW * rate / stride, len(fitted) / 4))
     frequency, measured = _beyond(current[::stride], rate / stride, length)
     share = measured / np.maximum(_beyond(fitted, rate / stride, length)[1], 1e-300)
-    if not np.all(np.min(share, axis=0) < ABSENT):
+    if np.min(np.max(share, axis=1)) >= ABSENT:  # some joint has power everywhere
         return np.inf
     return float(frequency[np.argmax(np.median(share, axis=1) < TENTH)] / (1.0 - TENTH))
 

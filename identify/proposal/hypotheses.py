@@ -3,14 +3,17 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import combinations
+from typing import NamedTuple
 
 import numpy as np
 
 from ..arm.robot import Robot
 from ..recordings.recording import EFFORT
+from ..text_table import digits
 from .agreement import Sampled, agreement, agreement_odds, sampled
+from .column_names import Family
 from .mounting import DIRECTIONS, OTHERWISE, Direction, described_direction, found_direction, under
-from .odds import posterior
+from .odds import Guess, posterior
 from .units import SLIDING, TIME, TURNING, Units, moves, unit_odds
 
 AS_NUMBERED = {"as numbered": 0.99, "alphabetical": 0.008, "other": 0.002}
@@ -108,3 +111,70 @@ def orders_of(robot: Robot, by_name: bool) -> dict[Order, float]:
         swapped[a], swapped[b] = b, a
         orders.setdefault(tuple(swapped), AS_NUMBERED["other"] / len(pairs))
     return orders
+
+
+class Likeliest(NamedTuple):
+    """What is likeliest, and what is guessed.
+
+    Attributes:
+        units: Of time, position and velocity; "" for a velocity that is left out.
+        order: Of the joints among the columns.
+        directions: Probability of each direction of gravity, up to its sign; empty without gravity.
+        guesses: Of units and order.
+    """
+
+    units: Units
+    order: Order
+    directions: dict[Direction, float]
+    guesses: list[Guess]
+
+
+def units_and_order(log: Log, robot: Robot, chosen: Mapping[str, Family], clock: str) -> Likeliest:
+    """The likeliest units and order, each with its own probability, whatever the others are.
+
+    Args:
+        log: With its own units.
+        robot: As described.
+        chosen: Columns of each signal.
+        clock: Unit of time, if the log's header states it.
+    """
+    stated = Units(clock, chosen["position"].unit, chosen["velocity"].unit if "velocity" in chosen else "")
+    orders = orders_of(robot, chosen["position"].by_name)
+    likely: dict[tuple[Units, Order], float] = {}
+    directions: dict[Direction, float] = {}
+    for (one, ordered, direction), p in posterior(mounted_odds(log, robot, stated, orders)).items():
+        likely[one, ordered] = likely.get((one, ordered), 0.0) + p
+        if direction is not None:
+            directions[direction] = directions.get(direction, 0.0) + p
+    best, order = max(likely, key=lambda one: likely[one])
+    why = _reasons(log, robot, best)
+    guesses = [_unit_guess(robot, part, best, why[part], likely) for part in why]
+    if len(orders) > 1:
+        probability = sum(p for (_, one), p in likely.items() if one == order)
+        value = "as numbered" if order == tuple(range(robot.dof)) else ", ".join(str(k + 1) for k in order)
+        reason, option = f"bodies; {len(orders)} orders", "[position] column in a preset"
+        guesses.append(Guess("order of joints", value, probability, reason, option))
+    units = best if "velocity" in why else best._replace(velocity="")
+    return Likeliest(units, order, directions, guesses)
+
+
+def _reasons(log: Log, robot: Robot, units: Units) -> dict[str, str]:
+    """What speaks for the unit of time, position and, where there is one, velocity."""
+    seen = moves(log.time, log.values["position"], log.values.get("velocity"))
+    rate = 1.0 / (seen.period * TIME[units.time])
+    fast = float(np.max(seen.speed * factor_of(robot, units.position) / TIME[units.time]))
+    speed = f"{digits(fast)} {'rad' if robot.revolute.any() else 'm'}/s at most"
+    found = {"time": f"{digits(rate)} Hz, {speed}", "position": "limits, speeds, bodies"}
+    return found | ({"velocity": "derivative of position"} if np.isfinite(seen.ratio) else {})
+
+
+def _unit_guess(
+    robot: Robot, part: str, best: Units, why: str, likely: Mapping[tuple[Units, Order], float]
+) -> Guess:
+    """Of time, position or velocity; of both kinds of joints where the robot has both."""
+    unit = getattr(best, part)
+    both = part != "time" and robot.revolute.any() and not robot.revolute.all()
+    probability = sum(p for (units, _), p in likely.items() if getattr(units, part) == unit)
+    per = "/s" if part == "velocity" and unit != "rpm" else ""
+    value = ", ".join(dict.fromkeys(units_of(robot, unit, per))) if both else unit + per
+    return Guess(f"unit of {part}", value, probability, why, f"[{part}] unit in a preset")

@@ -5,7 +5,7 @@ direction is looked for up to its sign, and the sign is asked of the described m
 brakes whichever way the arm is mounted.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import product
 from typing import NamedTuple
@@ -18,7 +18,10 @@ from ..arm.rigid_regressor import rigid_regressor
 from ..arm.robot import Robot
 from .agreement import Sampled, agreement_odds, left_out
 from .drives import agreed, described_values
+from .odds import Guess
 
+GRAVITY = "direction of gravity"
+"""What a guess of the mounting asks."""
 OTHERWISE = 0.02
 """Probability that an arm stands far from how its description has it."""
 DIRECTIONS = 10_000
@@ -83,6 +86,31 @@ def right_way(robot: Robot, direction: Direction, log: Sampled) -> float:
     fields, values = Fields.of(robot, log), described_values(robot)
     there, back = (agreed(fields.along(sign * np.array(direction)) @ values, log) for sign in (1, -1))
     return there - back
+
+
+def mounted_robot(
+    robot: Robot, directions: Mapping[Direction, float], sample: Sampled
+) -> tuple[Robot, list[Guess]]:
+    """The robot as it stands, and what is guessed of that, if it is not as described.
+
+    Args:
+        robot: As described.
+        directions: Probability of each direction of gravity, up to its sign.
+        sample: Of the log.
+    """
+    if not directions:
+        return robot, []
+    likeliest = max(directions, key=lambda one: directions[one])
+    as_described = likeliest == described_direction(robot)
+    prior = np.log((1 - OTHERWISE) / OTHERWISE) if as_described else 0.0
+    way = right_way(robot, likeliest, sample) + prior
+    if as_described and way > 0:
+        return robot, []
+    direction = tuple(np.sign(way) * part for part in likeliest)
+    probability = directions[likeliest] / (1 + np.exp(-min(abs(way), 99.0)))
+    why, option = "bodies, friction", "gravity in robot.toml"
+    guess = Guess(GRAVITY, f"{direction_words(direction)} of the base", probability, why, option)
+    return (under(robot, direction) if guess.decided else robot), [guess]
 
 
 def direction_words(direction: Sequence[float]) -> str:

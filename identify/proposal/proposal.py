@@ -13,8 +13,8 @@ from ..text_table import digits
 from .agreement import LONG, Sampled, runs_of
 from .column_names import MEASURED, STAMPS, Family, families, unit_of, words_of
 from .drives import Gain, described, gain_guesses, gains
-from .hypotheses import Log, Order, factor_of, joint_odds, mounted_odds, orders_of, units_of
-from .mounting import OTHERWISE, Direction, described_direction, direction_words, right_way, under
+from .hypotheses import Log, factor_of, joint_odds, units_and_order
+from .mounting import mounted_robot
 from .odds import Guess, posterior
 from .quirks import quirks
 from .units import STATED, TIME, Units, moves
@@ -28,8 +28,6 @@ FOLLOWS = 2.0
 FEWEST = 100
 """Samples of a run, at least."""
 TORQUE, AGAINST, NOT_TORQUE = "N m of the joint", "N m against the joint", "not N m: needs gain"
-GRAVITY = "direction of gravity"
-"""What a guess of the mounting asks."""
 BACKWARD = 0.02
 """Probability that a log counts torques in N m against the positions, which it does of all joints alike."""
 
@@ -95,13 +93,13 @@ def propose(names: Sequence[str], values: np.ndarray, robot: Robot, joints: Sequ
     _require(bool(effort), "current or torque", names, robot)
     log = Log(time, {signal: values[kept][:, family.places] for signal, family in chosen.items()})
     clock_unit = unit_of(f"time {names[clock]}")
-    units, order, direction, more = _units_and_order(log, robot, chosen, clock_unit)
+    units, order, direction, more = units_and_order(log, robot, chosen, clock_unit)
     guesses += more
     sample = log.sampled(units.time).ordered(order, factor_of(robot, units.position))
     position = log.values["position"][:, order] * factor_of(robot, units.position)
     time = time * TIME[units.time]
     silent = unread(time, position, log.values[effort][:, order])
-    mounted, more = _mounted(robot, direction, sample)
+    mounted, more = mounted_robot(robot, direction, sample)
     guesses += more
     every, drives, more = _efforts(chosen, sample, mounted, effort, silent > 0.0)
     if not units.velocity:
@@ -241,67 +239,6 @@ def _by_motion(
 
 def _is_rate(values: np.ndarray, time: np.ndarray, position: Family, other: Family) -> bool:
     return bool(np.isfinite(moves(time, values[:, position.places], values[:, other.places]).ratio))
-
-
-def _units_and_order(
-    log: Log, robot: Robot, chosen: Mapping[str, Family], clock: str
-) -> tuple[Units, Order, dict[Direction, float], list[Guess]]:
-    """The likeliest units and order, each with its own probability, whatever the others are.
-
-    And the probability of each direction of gravity, none if there is no gravity.
-    """
-    stated = Units(clock, chosen["position"].unit, chosen["velocity"].unit if "velocity" in chosen else "")
-    orders = orders_of(robot, chosen["position"].by_name)
-    by_direction = posterior(mounted_odds(log, robot, stated, orders))
-    likely: dict[tuple[Units, Order], float] = {}
-    directions: dict[Direction, float] = {}
-    for (one, ordered, direction), p in by_direction.items():
-        likely[one, ordered] = likely.get((one, ordered), 0.0) + p
-        if direction is not None:
-            directions[direction] = directions.get(direction, 0.0) + p
-    best, order = max(likely, key=lambda one: likely[one])
-    seen = moves(log.time, log.values["position"], log.values.get("velocity"))
-    rate = 1.0 / (seen.period * TIME[best.time])
-    fast = float(np.max(seen.speed * factor_of(robot, best.position) / TIME[best.time]))
-    speed = f"{digits(fast)} {'rad' if robot.revolute.any() else 'm'}/s at most"
-    why = {"time": f"{digits(rate)} Hz, {speed}", "position": "limits, speeds, bodies"}
-    if np.isfinite(seen.ratio):
-        why["velocity"] = "derivative of position"
-    guesses = []
-    for part, reason in why.items():
-        unit = getattr(best, part)
-        both = part != "time" and robot.revolute.any() and not robot.revolute.all()
-        probability = sum(p for (units, _), p in likely.items() if getattr(units, part) == unit)
-        per = "/s" if part == "velocity" and unit != "rpm" else ""
-        value = ", ".join(dict.fromkeys(units_of(robot, unit, per))) if both else unit + per
-        guesses.append(Guess(f"unit of {part}", value, probability, reason, f"[{part}] unit in a preset"))
-    if len(orders) > 1:
-        probability = sum(p for (_, one), p in likely.items() if one == order)
-        value = "as numbered" if order == tuple(range(robot.dof)) else ", ".join(str(k + 1) for k in order)
-        why["order"] = f"bodies; {len(orders)} orders"
-        guesses.append(
-            Guess("order of joints", value, probability, why["order"], "[position] column in a preset")
-        )
-    return (best if "velocity" in why else best._replace(velocity="")), order, directions, guesses
-
-
-def _mounted(
-    robot: Robot, directions: Mapping[Direction, float], sample: Sampled
-) -> tuple[Robot, list[Guess]]:
-    """The robot as it stands, and what is guessed of that, if it is not as described."""
-    if not directions:
-        return robot, []
-    likeliest = max(directions, key=lambda one: directions[one])
-    as_described = likeliest == described_direction(robot)
-    prior = np.log((1 - OTHERWISE) / OTHERWISE) if as_described else 0.0
-    way = right_way(robot, likeliest, sample) + prior
-    if as_described and way > 0:
-        return robot, []
-    direction = tuple(np.sign(way) * part for part in likeliest)
-    probability = directions[likeliest] / (1 + np.exp(-min(abs(way), 99.0)))
-    why, option = "bodies, friction", "gravity in robot.toml"
-    guess = Guess(GRAVITY, f"{direction_words(direction)} of the base", probability, why, option)
-    return (under(robot, direction) if guess.decided else robot), [guess]
 
 
 def _efforts(

@@ -153,8 +153,8 @@ def judged(best: Sequence[Answer], total: float, blocks: ByBlocks) -> Selected |
     odds, others = odds_of(first, total), []
     for one in best:
         if one is not first and competing(one, first) and one.gain > 0.0:
-            # Whether runs held out exclude it alone does not matter beside what they say of both. A base may
-            # lean so that one joint alone shows it.
+            # Whether runs held out exclude it alone does not matter beside what they say of both; nor
+            # does it matter whether a second joint shows it, as a base tilt may be seen on one alone.
             less = odds - _odds(one, total)
             others.append((one, less if less > EXCLUDED_ODDS else max(against(first, one), less)))
     others.sort(key=lambda pair: pair[1])

@@ -20,7 +20,7 @@ def answer(effect, joints, gain, by_joint):
     )
 
 
-def test_a_base_that_leans_on_one_joint_alone_is_an_alternative(monkeypatch):
+def test_a_base_tilt_that_one_joint_alone_shows_is_an_alternative(monkeypatch):
     monkeypatch.setattr(selected, "competing", lambda one, other: True)
     monkeypatch.setattr(selected, "better", lambda one, other, blocks, prior: one.gain - other.gain + prior)
     tilt = answer("base_tilt", (), 44.0, [43.0, 1.0])

@@ -7,8 +7,8 @@ from exidyn.identify.arm.motion import Motion
 from exidyn.identify.arm.rigid_regressor import rigid_regressor
 from exidyn.identify.effects.rigid_body import inertial_parameters
 from exidyn.identify.preparation.filters import differentiate
-from exidyn.identify.proposal.mounting import under
-from exidyn.identify.proposal.proposal import GRAVITY, propose
+from exidyn.identify.proposal.mounting import GRAVITY, under
+from exidyn.identify.proposal.proposal import propose
 from exidyn.identify.proposal.proposal_text import proposal_text, robot_toml
 from exidyn.identify.robot_files.robot_file import read_model
 
