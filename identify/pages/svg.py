@@ -12,8 +12,8 @@ from .svg_scale import Span, label, ticks
 
 COLUMNS = 320
 """Stretches of a line of which the lowest and highest sample stay: one every two pixels of a panel."""
-LARGEST = 1.25
-"""Width of a plot in a wide column, over its own: its letters are hardly larger than those of the text."""
+LARGEST = 1.5
+"""Width of a plot in a wide column, over its own: its letters are no larger than headings."""
 GRAIN = 10
 """Path coordinates are whole tenths of a pixel, which keeps files small."""
 
