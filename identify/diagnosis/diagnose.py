@@ -164,6 +164,7 @@ def _finding(found: SearchResult, place: int, spread: tuple[np.ndarray, dict[str
         torque,
         2.0 * float(held_out.sum()) if len(held_out) else float("nan"),
         candidate,
+        one.alone,
     )
 
 

@@ -55,6 +55,7 @@ class Finding:
         held_out: By how much it lowers twice the negative log likelihood of runs not used for fitting; NaN
             without such runs.
         candidate: What was asked, for columns over other runs.
+        alone: Whether one joint alone shows it, though it acts on the whole arm.
     """
 
     effect: str
@@ -65,6 +66,7 @@ class Finding:
     torque: np.ndarray
     held_out: float
     candidate: Candidate
+    alone: bool = False
 
     @property
     def listed(self) -> bool:

@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..blocks.amplitude import Amplitude, amplitude
+from ..blocks.amplitude import Amplitude, all_or_nothing, amplitude
 from ..blocks.prediction import CERTAIN
 from .candidate import SIZE, Candidate, Thinned
 
@@ -95,10 +95,20 @@ class Answer:
         """How much of the predicted effect the blocks have."""
         return amplitude(self.along, self.size)
 
+    @cached_property
+    def log_odds(self) -> float:
+        """Logarithm of the odds that blocks left out have the effect, by how they scatter.
+
+        One whose size physics gives is there as predicted or not at all; of any other, some is.
+        """
+        if np.any(self.columns.mean != 0.0):
+            return all_or_nothing(self.along, self.size)
+        return self.amplitude.log_odds
+
     @property
     def odds(self) -> float:
-        """Logarithm of the odds that blocks left out have the effect, by how they scatter, and by priors."""
-        return self.amplitude.log_odds + self.relief - self.choice
+        """The same, by priors too."""
+        return self.log_odds + self.relief - self.choice
 
     def chosen_as(self, other: "Answer") -> "Answer":
         """The same at the cost of another choice of shape."""

@@ -52,7 +52,8 @@ def _judged_as(
 ) -> Selected | None:
     """A finding in another shape compared anew with its alternatives, beside others; None if not credible."""
     keys = {other.answer.candidate.key for other in others}
-    rivals = [answer for answer, _ in one.not_excluded if answer.candidate.key not in keys]
+    # What was excluded before others were found need not be beside them.
+    rivals = [answer for answer, _ in one.others if answer.candidate.key not in keys]
     chosen = {rival.candidate.key: rival for rival in (shaped, *rivals)}
     asked = [(rival.candidate, rival.columns) for rival in (shaped, *rivals)]
     again = [answer.chosen_as(chosen[answer.candidate.key]) for answer in ask(prediction, asked)]

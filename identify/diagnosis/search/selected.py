@@ -34,12 +34,14 @@ class Selected(NamedTuple):
         others: What may explain the same, the most credible first, with the logarithm of the odds of the
             effect against each.
         once: Whether it happened once, so that no other block predicts it.
+        alone: Whether one joint alone shows it though it acts on the whole arm: then it is not named.
     """
 
     answer: Answer
     odds: float
     others: tuple[tuple[Answer, float], ...] = ()
     once: bool = False
+    alone: bool = False
 
     @property
     def _weights(self) -> np.ndarray:
@@ -61,7 +63,7 @@ class Selected(NamedTuple):
     @property
     def named(self) -> bool:
         """Whether its effect is certain enough to be named."""
-        return self.certainty >= NAMED
+        return self.certainty >= NAMED and not self.alone
 
     @property
     def elsewhere(self) -> list[tuple[Answer, float]]:
@@ -131,7 +133,8 @@ def _everywhere(answer: Answer) -> bool:
 def judged(best: Sequence[Answer], total: float, blocks: ByBlocks) -> Selected | None:
     """The foremost hypothesis that is credible, with what else may explain the same.
 
-    Another counts for no more than the odds that it is there at all.
+    Another counts for no more than the odds that it is there at all. Where no name is certain the likeliest
+    comes first, be it that one joint alone shows it.
 
     Args:
         best: One answer for each hypothesis, the most probable first.
@@ -150,15 +153,29 @@ def judged(best: Sequence[Answer], total: float, blocks: ByBlocks) -> Selected |
     for one in credible[1:]:
         if competing(one, first) and against(one, first) > 0.0:
             first = one
-    odds, others = odds_of(first, total), []
+    found = _beside_others(first, odds_of(first, total), best, total, against)
+    if found.named or not found.others or found.others[0][1] > 0.0:
+        return found
+    likelier = found.others[0][0]
+    odds = _odds(likelier, total)
+    if excluded(likelier) or odds < CERTAIN_ODDS:
+        return found
+    again = _beside_others(likelier, odds, best, total, against)
+    return again._replace(alone=odds_of(likelier, total) < CERTAIN_ODDS)
+
+
+def _beside_others(
+    first: Answer, odds: float, best: Sequence[Answer], total: float, against: ByBlocks
+) -> Selected:
+    """One hypothesis with what else may explain the same."""
+    others = []
     for one in best:
         if one is not first and competing(one, first) and one.gain > 0.0:
             # Whether runs held out exclude it alone does not matter beside what they say of both; nor
             # does it matter whether a second joint shows it, as a base tilt may be seen on one alone.
             less = odds - _odds(one, total)
             others.append((one, less if less > EXCLUDED_ODDS else max(against(first, one), less)))
-    others.sort(key=lambda pair: pair[1])
-    return Selected(first, odds, tuple(others))
+    return Selected(first, odds, tuple(sorted(others, key=lambda pair: pair[1])))
 
 
 def answers_of(found: Sequence[Selected]) -> list[Answer]:

@@ -17,6 +17,7 @@ def undecided_sentence(finding: Finding, joints: Sequence[str], settled: str = "
     where = joined([joint_words(joint, joints) for joint in finding.joints]) if finding.joints else "The arm"
     every = [_possible(one, finding, joints) for one in possible(finding)]
     text = f"{where}: something is missing that is {joined(every, 'or')}"
+    text += ", but only one joint shows that" if finding.alone else ""
     return f"{text}; what would settle it: {settled}." if settled else f"{text}."
 
 

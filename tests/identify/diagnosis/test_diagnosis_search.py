@@ -19,7 +19,7 @@ from exidyn.identify.diagnosis.runs.nuisances import CLOCK, torque_rate
 from exidyn.identify.diagnosis.search import checks, search, selected
 from exidyn.identify.diagnosis.search.once import moments
 from exidyn.identify.diagnosis.search.search import _by_hypothesis
-from exidyn.identify.diagnosis.search.selected import CREDIBLE, log_prior, odds_of
+from exidyn.identify.diagnosis.search.selected import CREDIBLE, Selected, log_prior, odds_of
 from exidyn.identify.effects import JointSpring, LoadDependentFriction, NonlinearViscousFriction
 from exidyn.identify.recordings.recording import Signal
 
@@ -416,3 +416,28 @@ def test_what_is_not_credible_beside_all_others_goes(monkeypatch):
     assert len(checks._beside_all(found.problem, list(found.selected), found.total)) == 1
     # All is as improbable as one of very many.
     assert checks._beside_all(found.problem, list(found.selected), found.total * 1e300) == []
+
+
+def test_a_finding_is_compared_at_the_end_with_what_was_excluded_before_others_were_found():
+    found = searched(record([DRAG, SPRING], {"Fn2": 1.5} | SOFT))
+    [spring] = [one for one in found.selected if one.answer.candidate.effect == "joint_spring"]
+    [wrong] = [
+        one
+        for one in found.single
+        if one.candidate.effect == "current_offset" and one.candidate.joints == (1,)
+    ]
+    others = [one for one in found.selected if one is not spring]
+    mistaken = Selected(wrong, 50.0, ((spring.answer, 30.0),))
+    left = checks._beside_all(found.problem, [*others, mistaken], found.total)
+    assert {one.answer.candidate.effect for one in left} == {"joint_spring", "nonlinear_viscous_friction"}
+
+
+@pytest.mark.parametrize("size", [0.0, 1.0])
+def test_an_effect_of_given_size_is_there_whole_or_not_at_all(size):
+    """Three blocks of many that have all of it are enough; to have some of it, they are not."""
+    one = answer([50.0])
+    shown = np.where(np.arange(BLOCKS) < 3, 400.0, 0.01)
+    along = np.where(np.arange(BLOCKS) < 3, 1.0, 0.0) * shown + np.sin(np.arange(BLOCKS)) * np.sqrt(shown)
+    one = replace(one, columns=replace(one.columns, mean=np.full(1, size)), along=along, size=shown)
+    # What it takes against 160 hypotheses and 19 to 1.
+    assert (one.odds > np.log(160 * 19)) == (size > 0.0)

@@ -20,15 +20,17 @@ def answer(effect, joints, gain, by_joint):
     )
 
 
-def test_a_base_tilt_that_one_joint_alone_shows_is_an_alternative(monkeypatch):
+def test_a_base_tilt_that_one_joint_alone_shows_comes_first_and_has_no_name(monkeypatch):
     monkeypatch.setattr(selected, "competing", lambda one, other: True)
     monkeypatch.setattr(selected, "better", lambda one, other, blocks, prior: one.gain - other.gain + prior)
     tilt = answer("base_tilt", (), 44.0, [43.0, 1.0])
     spring = answer("joint_spring", (0,), 40.0, [40.0, 0.0])
     assert odds_of(tilt, 2.0) < CERTAIN_ODDS
     found = judged([tilt, spring], 2.0, lambda one, other: 0.0)
-    assert found.answer is spring
+    assert found.answer is tilt
+    assert found.probability > 0.95
+    assert found.alone
     assert not found.named
     [(other, odds)] = found.others
-    assert other is tilt
-    assert odds < -3.0
+    assert other is spring
+    assert odds > 3.0

@@ -270,6 +270,11 @@ def test_what_has_no_certain_name_is_one_sentence_with_what_it_may_be():
         "(12 %); what would settle it: a swept sine (exidyn excite --kind chirp)."
     )
     assert "Undecided: there, without a certain name" in summary(one)
+    leaning = diagnosis(undecided=(finding("base_tilt", (), probability=0.95, alone=True),))
+    assert (
+        "The arm: something is missing that is base tilt (95 %), but only one joint shows that"
+        in verdict(leaning)[0]
+    )
     [table] = plain(one)["undecided"]
     assert (table["effect"], table["probability"], table["joints"]) == ("joint_spring", 0.65, [3])
     assert plain(one)["findings"] == []
