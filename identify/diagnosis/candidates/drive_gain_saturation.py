@@ -1,4 +1,8 @@
-"""Saturation of a drive gain: a motor that takes more and more current for its torque, from a knee on."""
+"""Saturation of a drive gain: a motor that takes more and more current for its torque, from a knee on.
+
+From 1 at the knee the torque per ampere falls to 1 - `loss`: never below zero, as no motor gives less torque
+for more current.
+"""
 
 from collections.abc import Iterator, Mapping
 
@@ -13,30 +17,34 @@ from .parts.motors import on_joint, require_current
 
 KNEES = (0.3, 0.5, 0.7)
 """Torque over the largest of all runs from which on a motor gives less per ampere [-]."""
+WIDTHS = (0.2, 2.0)
+"""Torque beyond the knee, over the largest, at which three quarters of the loss per ampere are there [-]:
+soon, or beyond what was run, where the torque lost grows with the square."""
 
 
 def saturations(model: Model) -> Iterator[Candidate]:
     """Each drive in turn."""
     for joint in range(model.robot.dof):
         for knee in KNEES:
-            yield _saturation(joint, knee)
+            for width in WIDTHS:
+                yield _saturation(joint, knee, width)
 
 
-def _saturation(joint: int, knee: float) -> Candidate:
+def _saturation(joint: int, knee: float, width: float) -> Candidate:
     def columns(run: Driven) -> np.ndarray:
         require_current(run)
         torque = run.torque[:, joint]
         most = run.most[joint]
         beyond = np.maximum(np.abs(torque) - knee * most, 0.0)
-        return on_joint(run, joint, np.sign(torque) * beyond**2 / max(most, 1e-12))
+        return on_joint(run, joint, np.sign(torque) * beyond**2 / (beyond + max(width * most, 1e-12)))
 
     def reshaped(given: Mapping[str, float]) -> Candidate:
-        return _saturation(joint, given["knee"])
+        return _saturation(joint, given["knee"], given["width"])
 
-    bounds = {"knee": Shape("1", 0.05, 0.9)}
+    bounds = {"knee": Shape("1", 0.05, 0.9), "width": Shape("1", 0.02, 5.0)}
     return Candidate(
-        "drive_gain_saturation", (joint,), columns, ("curvature",), ("1",), (0.0,), {"knee": knee}, bounds,
-        reshaped, rows=(joint,), loaded=True,
+        "drive_gain_saturation", (joint,), columns, ("loss",), ("1",), (0.0,), {"knee": knee, "width": width},
+        bounds, reshaped, rows=(joint,), most=1.0, loaded=True,
     )  # fmt: skip
 
 
