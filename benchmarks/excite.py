@@ -98,23 +98,49 @@ def _when(history: Sequence[tuple[float, float]], level: float) -> float:
     return next((seconds for seconds, reached in history if reached <= level * (1 + 1e-9)), np.inf)
 
 
+def gradients(quick: bool, arm: Arm) -> dict[str, Any]:
+    """Time of the exact gradient."""
+    return gradient(arm)
+
+
+def peers(quick: bool, arm: Arm) -> dict[str, Any]:
+    """Every tool in the same time, without self-collision and with it."""
+    if quick:
+        return against_peers(arm, QUICK_BUDGET, [0], collisions=False)
+    found = against_peers(arm, BUDGET, [0, 1], collisions=False)
+    return found | against_peers(arm, BUDGET, [0], collisions=True)
+
+
+def times(quick: bool, arm: Arm) -> dict[str, Any]:
+    """A short search beside a long one."""
+    return early(arm, *(([0], (0.5, 2.0)) if quick else ([0, 10, 20], (5.0, BUDGET))))
+
+
+def seeds(quick: bool, arm: Arm) -> dict[str, Any]:
+    """One start each."""
+    return every_seed(arm, *((2, 1.0) if quick else (20, 8.0)))
+
+
+ON_UR10 = {"gradient": gradients, "peers": peers, "early": times, "seeds": seeds}
+OTHERS: dict[str, Callable[[bool], dict[str, Any]]] = {
+    "kr270": kr270.run,
+    "limits": lambda quick: limits.run(range(4 if quick else 200)),
+    "discriminate": discriminate.run,
+}
+
+
 def main() -> None:
-    chosen = options(__doc__.splitlines()[0])
-    begun, figures = time.perf_counter(), {}
-    if absent := why_no_arm():
-        print(absent)
-    else:
-        arm = ur10()
-        figures |= gradient(arm)
-        budget, seeds = (QUICK_BUDGET, [0]) if chosen.quick else (BUDGET, [0, 1])
-        figures |= against_peers(arm, budget, seeds, collisions=False)
-        if not chosen.quick:
-            figures |= against_peers(arm, budget, [0], collisions=True)
-        figures |= early(arm, *(([0], (0.5, 2.0)) if chosen.quick else ([0, 10, 20], (5.0, BUDGET))))
-        figures |= every_seed(arm, *((2, 1.0) if chosen.quick else (20, 8.0)))
-    figures |= kr270.run(chosen.quick)
-    figures |= limits.run(range(4 if chosen.quick else 200))
-    figures |= discriminate.run(chosen.quick)
+    chosen = options(__doc__.splitlines()[0], [*ON_UR10, *OTHERS])
+    begun, figures = time.perf_counter(), dict[str, Any]()
+    absent = why_no_arm()
+    arm = None if absent else ur10()
+    for name in chosen.only or [*ON_UR10, *OTHERS]:
+        if name in OTHERS:
+            figures |= OTHERS[name](chosen.quick)
+        elif arm is not None:
+            figures |= ON_UR10[name](chosen.quick, arm)
+        else:
+            print(f"{name}: {absent}")
     print(f"\n{time.perf_counter() - begun:.0f} s in all")
     save(chosen.json, figures)
 
