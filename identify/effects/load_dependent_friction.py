@@ -1,4 +1,4 @@
-"""Dry friction in proportion to the torque that the gear transmits."""
+"""Dry friction that grows with the torque that the gear transmits."""
 
 from dataclasses import dataclass
 from typing import ClassVar
@@ -13,16 +13,21 @@ from .smooth_sign import smooth_sign, smooth_sign_by_reversal
 
 @dataclass(frozen=True)
 class LoadDependentFriction(JointEffect):
-    r"""Torque :math:`\mu |\tau_{load}| \tanh(\dot q / v_r)`: teeth and bearings pressed by the load.
+    r"""Torque :math:`\mu (\sqrt{p^2 + \tau_{load}^2} - p) \tanh(\dot q / v_r)`.
+
+    Teeth and bearings are pressed by the load. Those that are preloaded by p feel a small one little; what
+    friction they have without any is Coulomb friction.
 
     The load is `Motion.load`, the nominal torque through the gear; the measured torque would carry
     its noise, and the friction itself, into the column.
 
     Attributes:
         reversal: Velocity :math:`v_r` over which the sign changes [rad/s].
+        preload: Of teeth and bearings, :math:`p` [N m].
     """
 
     reversal: float = shape(0.003, "rad/s", 1e-4, 0.1)
+    preload: float = 0.0
 
     needs_load: ClassVar[bool] = True
 
@@ -30,8 +35,12 @@ class LoadDependentFriction(JointEffect):
         return [Parameter(f"mu{joint + 1}", "1", 0.0) for joint in self.columns(robot)]
 
     def regressor(self, robot: Robot, motion: Motion) -> np.ndarray:
-        return self.on_joints(robot, smooth_sign(motion.velocity, self.reversal) * np.abs(motion.load))
+        return self.on_joints(robot, smooth_sign(motion.velocity, self.reversal) * self._pressed(motion))
 
     def shape_derivatives(self, robot: Robot, motion: Motion) -> dict[str, np.ndarray]:
-        slope = smooth_sign_by_reversal(motion.velocity, self.reversal) * np.abs(motion.load)
+        slope = smooth_sign_by_reversal(motion.velocity, self.reversal) * self._pressed(motion)
         return {"reversal": self.on_joints(robot, slope)}
+
+    def _pressed(self, motion: Motion) -> np.ndarray:
+        """By what the load presses more than the preload does alone, shape (t, n) [N m]."""
+        return np.hypot(motion.load, self.preload) - self.preload

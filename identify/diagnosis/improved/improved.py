@@ -1,7 +1,7 @@
 """Improved: the arm with what was found in it, as far as a model can hold it."""
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import fields, replace
 
 from ...effects import Effect
 from ...simulation.plant import Transmission
@@ -52,5 +52,5 @@ def _plus(arm: Arm, effect: Effect, finding: Finding) -> Arm | None:
 
 
 def _same_shape(one: Effect, other: Effect) -> bool:
-    shapes = other.shapes()
-    return type(one) is type(other) and all(getattr(one, name) == getattr(other, name) for name in shapes)
+    constants = [one.name for one in fields(other) if one.name != "joints"]
+    return type(one) is type(other) and all(getattr(one, name) == getattr(other, name) for name in constants)

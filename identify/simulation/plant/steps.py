@@ -17,9 +17,9 @@ from scipy.linalg.lapack import dposv
 from ...errors import RobotError
 
 NO_INERTIA = (
-    "the simulated arm has directions in which its inertia is not above zero, so that it cannot be simulated. "
-    "Nominal parameters: give every joint a rotor inertia, and every link a mass. Fitted ones: these runs do "
-    "not determine them; a longer or faster motion does, and `--estimator consistent` keeps them physical"
+    "the simulated arm has directions in which its inertia is not above zero, and cannot be simulated. "
+    "Nominal parameters: give every joint a rotor inertia, and every link a mass. Fitted ones: these runs "
+    "do not determine them; a longer or faster motion does, and `--estimator consistent` keeps them physical"
 )
 
 

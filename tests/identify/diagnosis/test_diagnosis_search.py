@@ -441,3 +441,13 @@ def test_an_effect_of_given_size_is_there_whole_or_not_at_all(size):
     one = replace(one, columns=replace(one.columns, mean=np.full(1, size)), along=along, size=shown)
     # What it takes against 160 hypotheses and 19 to 1.
     assert (one.odds > np.log(160 * 19)) == (size > 0.0)
+
+
+def test_load_dependent_friction_is_found_with_the_preload_of_its_teeth():
+    preloaded = LoadDependentFriction(("shoulder",), preload=10.0)
+    found = searched(record([preloaded], {"mu1": 0.2}))
+    assert names(found) == [("load_dependent_friction", (0,))]
+    [(value, _)] = sizes(found)
+    # A slope and where it begins replace one another.
+    assert value == pytest.approx(0.2, rel=0.05)
+    assert found.selected[0].answer.candidate.shape["preload"] == pytest.approx(10.0, rel=0.3)

@@ -1,7 +1,7 @@
 """Each effect of a single joint against its formula, written out a second time in plain Python."""
 
 from dataclasses import replace
-from math import cos, exp, pi, sin, tanh
+from math import cos, exp, pi, sin, sqrt, tanh
 
 import numpy as np
 import pytest
@@ -36,6 +36,10 @@ FORMULAS = {
         lambda s: [tanh(s.v / 0.01) * exp(-s.v * s.v / 0.04)],
     ),
     "load": (LoadDependentFriction(reversal=0.01), lambda s: [tanh(s.v / 0.01) * abs(s.load)]),
+    "preloaded": (
+        LoadDependentFriction(reversal=0.01, preload=2.0),
+        lambda s: [tanh(s.v / 0.01) * (sqrt(4.0 + s.load**2) - 2.0)],
+    ),
     "drag": (NonlinearViscousFriction(), lambda s: [s.v * abs(s.v)]),
     "root": (
         NonlinearViscousFriction(exponent=0.5),
