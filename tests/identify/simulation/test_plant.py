@@ -300,7 +300,7 @@ def test_a_start_that_is_none_is_refused(what, start):
 
 def test_an_arm_that_cannot_move_is_refused():
     model = Model(pendulum().robot, (CoulombFriction(),))
-    with pytest.raises(RobotError, match="without inertia"):
+    with pytest.raises(RobotError, match="inertia is not above zero"):
         Plant(model, np.ones(1), np.ones(1), np.zeros(1), stiff(1))
 
 
