@@ -1,7 +1,7 @@
 """Mutants: faults put into the diagnosis one at a time, and which test notices each.
 
 A copy of the package is changed in one place, and the tests of the diagnosis run on it until one fails. A
-fault that no test notices could come in unseen.
+fault that no test notices could come in unseen. Without a fault all tests have to pass.
 """
 
 import shutil
@@ -76,11 +76,17 @@ def first_failure(mutant: Mutant, folder: Path) -> str:
             f"{mutant.name}: {mutant.file} has {before.count(mutant.text)} x {mutant.text!r}; 1 is needed"
         )
     file.write_text(before.replace(mutant.text, mutant.becomes))
+    failed = failing(folder)
+    file.write_text(before)
+    return failed
+
+
+def failing(folder: Path) -> str:
+    """The test that fails first on a copy; empty if none does."""
     command = [sys.executable, "-m", "pytest", "-x", "-p", "no:cacheprovider", "-m", "not clocked", TESTS]
     ran = subprocess.run(
         command, cwd=folder, env=_environment(folder), capture_output=True, text=True, check=False
     )
-    file.write_text(before)
     failed = [line for line in ran.stdout.splitlines() if line.startswith(("FAILED", "ERROR"))]
     return failed[0].split(" - ")[0].split("/")[-1] if failed else ""
 
@@ -107,6 +113,8 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as name:
         folder = copied(Path(name))
         mutants = MUTANTS[1:2] if chosen.quick else MUTANTS
+        if not chosen.quick and (failed := failing(folder)):
+            raise SystemExit(f"without any fault {failed} fails: run ./check first")
         noticed = {one.name: first_failure(one, folder) for one in mutants}
     show("Faults in the diagnosis, and the first test that fails", ["fault", "test"], list(noticed.items()))
     survived = [name for name, test in noticed.items() if not test]

@@ -45,9 +45,7 @@ def test_what_is_left_is_the_main_part_by_what_it_explains_and_not_by_its_torque
     )
     before, size = np.full((blocks, 1), float(rows)), np.full(blocks, 9.0)
     # Its own torque is thirty times the noise; the model's parameters take most of that back.
-    torque = SimpleNamespace(
-        joints=[0], values=np.full((*residual.shape, 1), 30.0), mean=np.zeros(1), whole=np.zeros(1, bool)
-    )
+    torque = SimpleNamespace(joints=[0], values=np.full((*residual.shape, 1), 30.0), mean=np.zeros(1))
     answer = Answer(
         candidate=Candidate("velocity", (0,), lambda run: run, ("a",), ("N m",), (-np.inf,)),
         columns=torque,
