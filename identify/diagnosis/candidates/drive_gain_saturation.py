@@ -25,26 +25,27 @@ soon, or beyond what was run, where the torque lost grows with the square."""
 def saturations(model: Model) -> Iterator[Candidate]:
     """Each drive in turn."""
     for joint in range(model.robot.dof):
+        yield _saturation(joint, 0.0, WIDTHS[-1], 3.0)
         for knee in KNEES:
             for width in WIDTHS:
-                yield _saturation(joint, knee, width)
+                yield _saturation(joint, knee, width, 2.0)
 
 
-def _saturation(joint: int, knee: float, width: float) -> Candidate:
+def _saturation(joint: int, knee: float, width: float, power: float) -> Candidate:
     def columns(run: Driven) -> np.ndarray:
         require_current(run)
         torque = run.torque[:, joint]
         most = run.most[joint]
         beyond = np.maximum(np.abs(torque) - knee * most, 0.0)
-        return on_joint(run, joint, np.sign(torque) * beyond**2 / (beyond + max(width * most, 1e-12)))
+        return on_joint(run, joint, np.sign(torque) * beyond**power / (beyond + max(width * most, 1e-12)) ** (power - 1.0))
 
     def reshaped(given: Mapping[str, float]) -> Candidate:
-        return _saturation(joint, given["knee"], given["width"])
+        return _saturation(joint, given["knee"], given["width"], given["power"])
 
-    bounds = {"knee": Shape("1", 0.05, 0.9), "width": Shape("1", 0.02, 5.0)}
+    bounds = {"knee": Shape("1", 0.0, 0.9), "width": Shape("1", 0.02, 5.0), "power": Shape("1", 2.0, 3.0)}
     return Candidate(
-        "drive_gain_saturation", (joint,), columns, ("loss",), ("1",), (0.0,), {"knee": knee, "width": width},
-        bounds, reshaped, rows=(joint,), most=1.0, loaded=True,
+        "drive_gain_saturation", (joint,), columns, ("loss",), ("1",), (0.0,), {"knee": knee, "width": width, "power": power},
+        bounds, reshaped, rows=(joint,), loaded=True,
     )  # fmt: skip
 
 

@@ -14,6 +14,9 @@ USUAL = 10.0
 WIDE = 1000.0
 """The same where coefficients cancel, as those of a spring and its pretension do."""
 
+STRANGE = 4.0
+"""Standard deviations from what physics expects at which something is not that effect: one in 16 000."""
+
 
 def prior_std(candidate: Candidate, columns: Thinned) -> np.ndarray:
     """How far each coefficient may be from its mean, shape (p,): flat where physics does not give one."""
@@ -59,6 +62,13 @@ class Answer:
     fitted: np.ndarray | None = None
     relief: float = 0.0
     choice: float = 0.0
+
+    @property
+    def strange(self) -> bool:
+        """Whether a coefficient is so far from what physics expects that it is not this effect."""
+        known = self.columns.mean != 0.0
+        apart = np.abs(self.values - self.columns.mean)[known]
+        return bool(np.any(apart > STRANGE * self.columns.std[known]))
 
     @cached_property
     def gain(self) -> float:

@@ -5,11 +5,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ..blocks.prediction import Prediction, rms_torque
-from .block_answer import prior_std
+from .block_answer import STRANGE, prior_std
 from .candidate import Candidate, Thinned
-
-STRANGE = 4.0
-"""Standard deviations from what physics expects at which something is not that effect: one in 16 000."""
 
 FORMULA = 0.1
 """Error of a formula of friction or gears, share of its torque [-]: none is right to better than a tenth."""
@@ -39,11 +36,9 @@ def fitted(matrix: np.ndarray, right: np.ndarray, candidate: Candidate, columns:
             break
         free &= ~below
         values[below] = lower[below]
-    known = columns.mean != 0.0
-    strange = np.abs(values - columns.mean)[known] > STRANGE * columns.std[known]
-    strange = np.append(strange, np.abs(values) > candidate.most)
     led = candidate.led > 0 and not np.any(free[: candidate.led])
-    if led or not np.any(free) or np.any(strange) or not np.all(np.isfinite(values)):
+    too_large = np.any(np.abs(values) > candidate.most)
+    if led or not np.any(free) or too_large or not np.all(np.isfinite(values)):
         return None
     return Fitted(values, free, precision, columns.mean)
 

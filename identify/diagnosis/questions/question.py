@@ -15,8 +15,13 @@ TOGETHER = 48
 """Candidates that are asked for at once: some tens of megabytes of products."""
 
 
-def ask(prediction: Prediction, asked: Iterable[tuple[Candidate, Thinned]]) -> list[Answer]:
-    """Answers of all blocks, each left out in turn, without those that physics excludes."""
+def ask(
+    prediction: Prediction, asked: Iterable[tuple[Candidate, Thinned]], strange: bool = False
+) -> list[Answer]:
+    """Answers of all blocks, each left out in turn, without those that physics excludes.
+
+    With `strange`, those are among them whose coefficients only this shape excludes: another may not.
+    """
     groups: dict[tuple[int, ...], list[tuple[Candidate, Thinned]]] = {}
     for pair in asked:
         groups.setdefault((pair[1].values.shape[2], *pair[1].joints), []).append(pair)
@@ -25,6 +30,7 @@ def ask(prediction: Prediction, asked: Iterable[tuple[Candidate, Thinned]]) -> l
         for alike in groups.values()
         for start in range(0, len(alike), TOGETHER)
         for answer in _answers(prediction, alike[start : start + TOGETHER])
+        if strange or not answer.strange
     ]
 
 

@@ -131,7 +131,7 @@ def with_shape(
 ) -> Answer | None:
     """The answer of the same candidate in another shape; None where physics excludes it."""
     candidate = reshaped(answer.candidate, shape)
-    found = ask(prediction, [(candidate, Thinned.of(candidate, runs))])
+    found = ask(prediction, [(candidate, Thinned.of(candidate, runs))], strange=True)
     if not found:
         return None
     # Weighed as the answer is: of two shapes the faster one would have more independent rows.

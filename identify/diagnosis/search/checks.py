@@ -68,7 +68,8 @@ def _in_shape(problem: Problem, prediction: Prediction, answer: Answer) -> Answe
     again = ask(prediction, [(answer.candidate, answer.columns)])
     if not again:
         return answer
-    return refined(prediction, again[0].chosen_as(answer), problem.runs).chosen_as(answer)
+    shaped = refined(prediction, again[0].chosen_as(answer), problem.runs)
+    return (again[0] if shaped.strange else shaped).chosen_as(answer)
 
 
 def _never_worse(

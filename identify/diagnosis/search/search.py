@@ -135,14 +135,17 @@ def ranked(problem: Problem, prediction: Prediction, found: Sequence[Selected]) 
     for kind in kinds().values():
         rest = kind.ask_of_rest(problem.model, prediction, problem.runs) if kind.ask_of_rest else ()
         asked += [(one, Thinned.of(one, problem.runs)) for one in rest if one.key not in taken]
-    best = _by_hypothesis(ask(prediction, asked))
+    best = _by_hypothesis(ask(prediction, asked, strange=True))
     foremost = levelled(prediction, best[:COLOURED])
     foremost.sort(key=lambda one: -one.gain)
-    for place, one in enumerate(foremost[:REFINE]):
-        if one.candidate.bounds and one.gain > NEAR * foremost[0].gain > 0.0:
+    near = [one for one in foremost if one.gain > NEAR * foremost[0].gain > 0.0][:REFINE]
+    again = [one for one in foremost if one.strange and one.gain > CERTAIN_ODDS and one not in near][:REFINE]
+    for place, one in enumerate(foremost):
+        if one.candidate.bounds and (one in near or one in again):
             grid = [pair for pair in asked if pair[0].key == one.candidate.key]
             foremost[place] = refined(prediction, one, problem.runs, grid if one.candidate.among == 1 else ())
-    return sorted([*foremost, *best[COLOURED:]], key=lambda one: -one.gain)
+    every = [one for one in [*foremost, *best[COLOURED:]] if not one.strange]
+    return sorted(every, key=lambda one: -one.gain)
 
 
 def _by_hypothesis(answers: Sequence[Answer]) -> list[Answer]:
