@@ -20,8 +20,8 @@ from .parts.gears import bending, link_size
 STEP = 1.5
 """From one width to the next that is tried [-]."""
 PLAYS = tuple(1.2e-4 * STEP**step for step in range(16))
-"""Whole width of the play [rad], up to 3 degrees: a good gear has 0.3 mrad, a worn one some. How long a link floats
-grows with its cube root, so that each is right within 7 %, some milliseconds."""
+"""Whole width of the play [rad], up to 3 degrees: a good gear has 0.3 mrad, a worn one some. How long a link
+floats grows with its cube root, so that each is right within 7 %, some milliseconds."""
 TEETH = 40.0
 """Resonance of a link on its teeth [Hz]: harder ones strike alike behind a low-pass of 25 Hz, softer ones
 are an elastic gear's."""

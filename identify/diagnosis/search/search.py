@@ -26,7 +26,7 @@ TURNS = 16
 COLOURED = 14
 """Hypotheses whose answers are weighed with the colour of what they leave."""
 REFINE = 3
-"""Hypotheses whose shape is refined before the best is chosen."""
+"""Hypotheses whose shape is refined before the best is chosen, and as many that only their shape excludes."""
 MATERIAL = FORMULA**2
 """Share of what the nominal model misses on a joint that an effect explains there at least [-]: as much as
 the formula of the greatest effect may leave."""
@@ -135,17 +135,30 @@ def ranked(problem: Problem, prediction: Prediction, found: Sequence[Selected]) 
     for kind in kinds().values():
         rest = kind.ask_of_rest(problem.model, prediction, problem.runs) if kind.ask_of_rest else ()
         asked += [(one, Thinned.of(one, problem.runs)) for one in rest if one.key not in taken]
-    best = _by_hypothesis(ask(prediction, asked, strange=True))
+    answers = ask(prediction, asked, strange=True)
+    strange = [one for one in _by_hypothesis(answers) if one.strange]
+    best = [*_by_hypothesis([one for one in answers if not one.strange]), *strange]
+    best.sort(key=lambda one: -one.gain)
     foremost = levelled(prediction, best[:COLOURED])
     foremost.sort(key=lambda one: -one.gain)
-    near = [one for one in foremost if one.gain > NEAR * foremost[0].gain > 0.0][:REFINE]
-    again = [one for one in foremost if one.strange and one.gain > CERTAIN_ODDS and one not in near][:REFINE]
-    for place, one in enumerate(foremost):
-        if one.candidate.bounds and (one in near or one in again):
-            grid = [pair for pair in asked if pair[0].key == one.candidate.key]
-            foremost[place] = refined(prediction, one, problem.runs, grid if one.candidate.among == 1 else ())
-    every = [one for one in [*foremost, *best[COLOURED:]] if not one.strange]
-    return sorted(every, key=lambda one: -one.gain)
+    for place in _worth_refining(foremost):
+        one = foremost[place]
+        grid = [pair for pair in asked if pair[0].key == one.candidate.key]
+        foremost[place] = refined(prediction, one, problem.runs, grid if one.candidate.among == 1 else ())
+    every = sorted([*foremost, *best[COLOURED:]], key=lambda one: -one.gain)
+    first = {one.candidate.key: one for one in reversed(every) if not one.strange}
+    return [one for one in every if first.get(one.candidate.key) is one]
+
+
+def _worth_refining(foremost: Sequence[Answer]) -> list[int]:
+    """Places of those whose finer shape may be the foremost, and of those that only this shape excludes.
+
+    Each so many at most; the second where they would be credible.
+    """
+    near = [k for k, one in enumerate(foremost) if one.gain > NEAR * foremost[0].gain > 0.0][:REFINE]
+    strange = [k for k, one in enumerate(foremost) if one.strange and one.gain > CERTAIN_ODDS]
+    places = [*near, *[k for k in strange if k not in near][:REFINE]]
+    return [k for k in places if foremost[k].candidate.bounds]
 
 
 def _by_hypothesis(answers: Sequence[Answer]) -> list[Answer]:

@@ -1,0 +1,50 @@
+"""Shapes whose coefficient is not what physics expects: excluded, unless a finer shape of theirs is not."""
+
+from dataclasses import replace
+
+import pytest
+
+from exidyn.identify.diagnosis.questions.candidate import Thinned
+from exidyn.identify.diagnosis.questions.question import ask
+from exidyn.identify.diagnosis.search.search import ranked
+
+from ...parts.small.small_search import problem, record
+
+TRIED = 3.0
+"""Resonance on the grid [Hz]."""
+
+
+@pytest.fixture(scope="module")
+def clean():
+    return problem(record(roles=("identify", "identify")))
+
+
+def with_gear(clean, resonance, share=1.0):
+    """A problem that asks for one resonance only, and an arm whose gear has another."""
+    asked = [pair for pair in clean.asked if pair[0].key == ("joint_elasticity", (1,), "")]
+    tried = min(asked, key=lambda pair: abs(pair[0].shape["resonance"] - TRIED))
+    true = tried[0].reshaped({**tried[0].shape, "resonance": resonance})
+    columns = Thinned.of(true, clean.runs)
+    torque = share * columns.everywhere(2) @ columns.mean
+    rows = replace(clean.rows, difference=clean.rows.difference + torque)
+    return replace(clean, rows=rows, asked=[tried])
+
+
+def test_a_strange_shape_is_no_answer_until_another_is_found_near_it(clean):
+    soft = with_gear(clean, 3.75)
+    prediction = soft.prediction([])
+    assert ask(prediction, soft.asked) == []
+    [strange] = ask(prediction, soft.asked, strange=True)
+    assert strange.strange
+    best = ranked(soft, prediction, [])[0]
+    assert best.candidate.key == strange.candidate.key
+    assert not best.strange
+    assert best.gain > strange.gain
+    assert best.candidate.shape["resonance"] == pytest.approx(3.75, rel=0.05)
+
+
+def test_a_strange_shape_without_a_finer_one_is_no_answer(clean):
+    asked = with_gear(clean, 3.75)
+    only = [(replace(candidate, bounds={}), columns) for candidate, columns in asked.asked]
+    best = ranked(replace(asked, asked=only), asked.prediction([]), [])
+    assert "joint_elasticity" not in {one.candidate.effect for one in best}
