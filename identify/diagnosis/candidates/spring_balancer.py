@@ -18,6 +18,11 @@ from .parts.of_effect import of_effect
 BALANCED = 0.05
 """Weight that a joint carries over the most that one does, from which on it may have a balancer [-]."""
 
+RATIOS = (0.15, 0.3, 0.6)
+"""Shorter of the two lengths over the longer that are tried [-]."""
+ANGLES = np.arange(-5, 7) * np.pi / 6
+"""Angles between them that are tried [rad]: the mean over coarser ones is nats below that over all angles."""
+
 
 def balancers(model: Model) -> Iterator[Candidate]:
     """Springs along a link; only the ratio of the lengths and the angle shape their torque.
@@ -35,8 +40,8 @@ def balancers(model: Model) -> Iterator[Candidate]:
             bounds = {name: candidate.bounds[name] for name in ("d22", "phi")}
             return replace(candidate, bounds=bounds, prior=candidate.prior * likely, cancels=True)
 
-        for ratio in (0.15, 0.3, 0.6):
-            for angle in np.arange(-3, 4) * np.pi / 4:
+        for ratio in RATIOS:
+            for angle in ANGLES:
                 effect = SpringBalancer(model.robot.joints[joint], d21=1.0, d22=ratio, phi=float(angle))
                 yield of_effect(model, "spring_balancer", effect, KIND, (int(joint),), also)
 

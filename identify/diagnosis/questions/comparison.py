@@ -102,9 +102,9 @@ def by_blocks(prediction: Prediction, one: Answer, other: Answer) -> float:
 def better(one: Answer, other: Answer, blocks: float, prior: float = 0.0) -> float:
     """Logarithm of the odds that one predicts better than another.
 
-    The log ratio of the probabilities of all blocks, where their odds agree with it and as far as they do,
-    and zero where the two differ by less than torque may be wrong; what shapes cost, and `prior`, is known
-    without blocks.
+    The log ratio of the probabilities of all blocks, as far as the odds by their scatter agree, both as means
+    over all shapes. Where the two differ by less than torque may be wrong, only what shapes cost counts. What
+    priors say is known without blocks.
 
     Args:
         one: The one.
@@ -112,6 +112,9 @@ def better(one: Answer, other: Answer, blocks: float, prior: float = 0.0) -> flo
         blocks: Logarithm of the odds by how blocks scatter, as of `by_blocks`.
         prior: Logarithm of the odds before.
     """
-    apart = 0.0 if _as_good(one, other) else float(one.by_block.sum() - other.by_block.sum())
-    evidence = min(apart, max(blocks, 0.0)) if apart > 0.0 else max(apart, min(blocks, 0.0))
-    return evidence + other.cost - one.cost + one.relief - other.relief + prior
+    evidence = other.cost - one.cost
+    if not _as_good(one, other):
+        evidence += float(one.by_block.sum() - other.by_block.sum())
+        blocks += other.choice - one.choice
+        evidence = min(evidence, max(blocks, 0.0)) if evidence > 0.0 else max(evidence, min(blocks, 0.0))
+    return evidence + one.relief - other.relief + prior

@@ -327,6 +327,14 @@ def test_blocks_count_as_far_as_their_odds_agree_with_their_probability():
         assert better(less, more, -blocks) == -better(more, less, blocks)
 
 
+def test_what_shapes_cost_counts_as_far_as_blocks_agree_too():
+    dear = replace(answer([40.0]), cost=10.0, choice=2.0)
+    cheap = answer([33.0], "something_else")
+    assert better(dear, cheap, 4.0) == 0.0
+    assert better(dear, cheap, -4.0) == pytest.approx(-3.0)
+    assert better(cheap, dear, -1.0) == pytest.approx(1.0)
+
+
 def test_blocks_have_what_the_arm_has_and_not_what_looks_like_it():
     found = searched(record([SPRING], SOFT))
     at = found.problem.prediction([])
