@@ -76,6 +76,9 @@ def _compare(
         ((name, one) for name, results in peers.items() for one in results),
         key=lambda each: each[1].condition,
     )
+    if not np.isfinite(peer.condition):
+        print(f"  no {kind} found a motion within the limits")
+        return 0.0, np.inf
     took = _when(peer.history, peer.condition)
     reached = float(np.median([_when(one.history, peer.condition) for one in mine]))
     ratio = min(one.condition for one in mine) / peer.condition

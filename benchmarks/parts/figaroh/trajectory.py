@@ -10,6 +10,7 @@ import contextlib
 import json
 import logging
 import os
+import signal
 import tempfile
 import traceback
 import warnings
@@ -25,6 +26,8 @@ from ..excite.peers import Clock
 
 SEGMENT = 2.0
 """Between two way-points of FIGAROH's UR10 example [s]."""
+TICK = 0.5
+"""Between looks at the clock [s]."""
 
 
 class FigarohSettings(NamedTuple):
@@ -108,7 +111,10 @@ class _Watch(logging.Handler):
             self.complaints.append(record.getMessage())
 
     def start(self) -> None:
+        """Count from now on; FIGAROH calls nothing of ours while it looks for clear way-points."""
         self.began = self.clock()
+        signal.signal(signal.SIGALRM, lambda *_: self.look())
+        signal.setitimer(signal.ITIMER_REAL, TICK, TICK)
 
     def keep(self, problem: Any, way_points: np.ndarray) -> None:
         """Remember an iterate."""
