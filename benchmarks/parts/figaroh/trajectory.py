@@ -124,6 +124,7 @@ class _Watch(logging.Handler):
         """Report and end the process if the budget is used up."""
         if self.clock() - self.began < self.budget:
             return
+        signal.setitimer(signal.ITIMER_REAL, 0.0)  # not again while it reports
         seconds = self.clock() - self.began
         within = [kept for kept in self.iterates if kept[0] <= self.budget]
         sampled = [(when, _sampled(problem, x)) for when, problem, x in within]
