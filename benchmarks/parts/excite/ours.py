@@ -1,5 +1,6 @@
 """Our own search on the arm, basis, limits and clock that every other tool is given."""
 
+import contextlib
 import os
 import time
 from collections.abc import Callable, Sequence
@@ -10,6 +11,7 @@ from common import show
 from exidyn.identify.arm.robot import Limits
 from exidyn.identify.robot_files.geometry import read_geometry
 from exidyn.trajectories.clearances.self_collision import SelfCollision
+from exidyn.trajectories.errors import Infeasible
 from exidyn.trajectories.families.fourier import Fourier
 from exidyn.trajectories.search.excite import Setting, excite, problem_of, random_start
 from exidyn.trajectories.search.information.experiment import Experiment
@@ -63,8 +65,9 @@ def ours(
         starts += 1
     seconds = clock() - begun
     for when, series in found:
-        kept = shrink_inside(series, goal, setting.limits, setting.clearances, setting.tick)
-        best.offer(when, sampled(kept))
+        with contextlib.suppress(Infeasible):  # of the first iterates some collide even when they are shrunk
+            kept = shrink_inside(series, goal, setting.limits, setting.clearances, setting.tick)
+            best.offer(when, sampled(kept))
     return best.result("exidyn", seconds, [f"{starts} starts"])
 
 
