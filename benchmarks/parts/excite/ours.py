@@ -65,6 +65,8 @@ def ours(
         starts += 1
     seconds = clock() - begun
     for when, series in found:
+        if best.verdict and arm.condition(*sampled(series)) >= best.verdict.condition:
+            continue  # to be shrunk takes seconds where there are bodies to be clear of
         with contextlib.suppress(Infeasible):  # of the first iterates some collide even when they are shrunk
             kept = shrink_inside(series, goal, setting.limits, setting.clearances, setting.tick)
             best.offer(when, sampled(kept))

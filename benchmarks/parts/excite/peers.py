@@ -7,6 +7,8 @@ clock. Every candidate that counts is judged afterwards, densely, off the clock.
 import time
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
+from functools import partial
+from typing import Any
 
 import numpy as np
 from scipy.optimize import minimize
@@ -173,9 +175,12 @@ def slsqp(
     found: list[tuple[float, np.ndarray]] = []
     start = clock()
 
-    def condition(coefficients: np.ndarray) -> float:
-        if clock() - start > budget_seconds:
+    def in_time(function: Callable[[np.ndarray], Any], coefficients: np.ndarray) -> Any:
+        if clock() - start > budget_seconds:  # one gradient of the clearances takes minutes
             raise _Expired
+        return function(coefficients)
+
+    def condition(coefficients: np.ndarray) -> float:
         return arm.condition(*grid.at(coefficients))
 
     def keep(coefficients: np.ndarray) -> None:
@@ -190,11 +195,11 @@ def slsqp(
             starts += 1
             keep(guess)
             minimize(
-                condition,
+                partial(in_time, condition),
                 guess,
                 method="SLSQP",
                 callback=keep,
-                constraints={"type": "ineq", "fun": limits},
+                constraints={"type": "ineq", "fun": partial(in_time, limits)},
                 options={"maxiter": 200, "ftol": 1e-3},
             )
             finished += 1
