@@ -10,17 +10,18 @@ values are those that go with the one that is taken.
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve
 
 from ..arm.robot import Robot
 from ..effects import Effect, JointEffect, Prior, RigidBody
 from ..effects.rigid_body import body_inertia
 from ..errors import FitError
 from ..model import Model
+from ..positive_definite import after_unit_prior
 from .base_parameters import BaseParameters
-from .estimators.consistent import Held, drawn, nearest, whitening
+from .estimators.consistent import Held, drawn, nearest, sizes, whitening
 from .fit import NORMAL_95, Fit
 from .settled_gains import Settled, settled
 from .warnings.verdict import gains_estimated
@@ -30,6 +31,8 @@ WITHOUT_PRIOR = 1e3
 draws to zero by a millionth of one deviation of the fit at most."""
 HELD = 1e-9
 """Smallest deviation over the same size: what is zero for certain stays there."""
+WIDEST = 1e6
+"""Largest over the same size: a stated deviation of more is none, and rounding grows with it."""
 TINY = 1e-3
 """Smallest size, over the usual one, that a base parameter is taken to have where its value is near zero."""
 UNSEEN = 0.5
@@ -59,9 +62,10 @@ def identified(fit: Fit) -> Model:
     if fit.estimate.method != "consistent" or not _states(base, standard, values):
         standard = nearest(held, values, given)
     assert standard is not None
-    by_gain = _by_gain(held, given, _in_structure(fit, found.by_gain))
+    seen = _Seen.of(held, values, given)
+    by_gain = seen.change(held, _in_structure(fit, found.by_gain))
     of_gains = np.sqrt(np.einsum("pj,jk,pk->p", by_gain, found.gain_covariance, by_gain))
-    deviation = _deviation(held, given, [b.std for b in model.priors])
+    deviation = seen.deviation(held, [b.std for b in model.priors])
     deviation = np.sqrt(deviation**2 + of_gains**2 + (_scale(fit) * standard) ** 2)
     return _stating(fit, found, standard, deviation)
 
@@ -147,7 +151,8 @@ def _tolerance(fit: Fit, base: BaseParameters, values: np.ndarray, loose: float)
     size = np.maximum(np.abs(values), TINY * usual)[:, None]
     scale = np.divide(size, weight, out=np.zeros_like(weight), where=weight > 0.0).max(axis=0)
     scale = np.where(scale > 0.0, scale, usual)  # in no base parameter: nothing of it is seen
-    return np.where(np.isfinite(std), np.maximum(loose * std, HELD * scale), WITHOUT_PRIOR * scale)
+    stated = np.clip(loose * std, HELD * scale, WIDEST * scale)
+    return np.where(np.isfinite(std), stated, WITHOUT_PRIOR * scale)
 
 
 def _states(base: BaseParameters, standard: np.ndarray | None, values: np.ndarray) -> bool:
@@ -157,34 +162,35 @@ def _states(base: BaseParameters, standard: np.ndarray | None, values: np.ndarra
     return bool(np.allclose(base.regrouping @ standard, values, rtol=SAME, atol=SAME * np.abs(values).max()))
 
 
-def _seen(held: Held, covariance: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+class _Seen(NamedTuple):
     """What the data show of standard parameters, in units of their tolerance.
 
-    Returns:
-        Rows that whiten base parameters (b, b), the same of standard ones (b, p), and the covariance of those
-        after the data (p, p).
+    Attributes:
+        whiten: Rows that whiten base parameters, shape (b, b).
+        rows: The same of standard parameters, shape (b, p).
+        left: Covariance of those after the data, shape (p, p).
     """
-    size = np.sqrt(np.diag(covariance))
-    size = np.where(size > 0.0, size, np.finfo(float).tiny)
-    whiten = whitening(covariance, size)
-    seen = whiten @ held.base.regrouping * held.tolerance
-    precision = seen.T @ seen + np.eye(seen.shape[1])
-    return whiten, seen, cho_solve(cho_factor(precision), np.eye(len(precision)))
 
+    whiten: np.ndarray
+    rows: np.ndarray
+    left: np.ndarray
 
-def _by_gain(held: Held, covariance: np.ndarray, base_by_gain: np.ndarray) -> np.ndarray:
-    """Change of each standard parameter with each drive gain, shape (p, n), from that of base ones (b, n)."""
-    if not np.any(base_by_gain):
-        return np.zeros((len(held.tolerance), base_by_gain.shape[1]))
-    whiten, seen, left = _seen(held, covariance)
-    return held.tolerance[:, None] * (left @ seen.T @ whiten @ base_by_gain)
+    @classmethod
+    def of(cls, held: Held, values: np.ndarray, covariance: np.ndarray) -> "_Seen":
+        """By base parameters (b,) and their covariance (b, b)."""
+        whiten = whitening(covariance, sizes(held, values, covariance))
+        rows = whiten @ held.base.regrouping * held.tolerance
+        return cls(whiten, rows, after_unit_prior(rows))
 
+    def change(self, held: Held, base_by_gain: np.ndarray) -> np.ndarray:
+        """Change of standard parameters with each drive gain, shape (p, n), from that of base ones (b, n)."""
+        return held.tolerance[:, None] * (self.left @ (self.rows.T @ (self.whiten @ base_by_gain)))
 
-def _deviation(held: Held, covariance: np.ndarray, before: Sequence[float]) -> np.ndarray:
-    """Standard deviation of each standard parameter after the data, shape (p,), given those before them."""
-    share = np.sqrt(np.diag(_seen(held, covariance)[2]))
-    # What neither the data nor anybody knows stays unknown.
-    return np.where((share > UNSEEN) & np.isinf(before), np.inf, share * held.tolerance)
+    def deviation(self, held: Held, before: Sequence[float]) -> np.ndarray:
+        """Deviation of each standard parameter after the data, shape (p,), given those before them."""
+        share = np.sqrt(np.diag(self.left))
+        # What neither the data nor anybody knows stays unknown.
+        return np.where((share > UNSEEN) & np.isinf(before), np.inf, share * held.tolerance)
 
 
 def _stating(fit: Fit, found: Settled, standard: np.ndarray, deviation: np.ndarray) -> Model:

@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..arm.robot import Robot
+from ..positive_definite import factored, solve
 from .estimators import Estimate
 from .fit import Fit
 
@@ -121,7 +122,7 @@ def _with_nominal(
     """Gains (n,) and their covariance (n, n) with nominal values of some."""
     rows = np.eye(len(gain))[seen]
     total = covariance[np.ix_(seen, seen)] + np.diag(std[seen] ** 2)
-    share = np.linalg.solve(total, rows @ covariance).T
+    share = solve(factored(total), rows @ covariance).T
     keep = np.eye(len(gain)) - share @ rows
     after = keep @ covariance @ keep.T + share @ np.diag(std[seen] ** 2) @ share.T
     return gain + share @ (nominal - gain)[seen], after

@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy import stats
 
+from ..positive_definite import covariance, factored, inverse, solve
 from .learned import Learned
 from .runs import ArmRuns
 
@@ -58,9 +59,9 @@ def compared(learned: Learned, first: ArmRuns, second: ArmRuns) -> list[Differen
         chosen.append(int(np.argmax(deviations)))
     if not chosen:
         return []
-    normal = directions[chosen] @ precision @ directions[chosen].T
-    amounts = np.linalg.solve(normal, directions[chosen] @ precision @ apart)
-    stds = np.sqrt(np.diag(np.linalg.inv(normal)))
+    factor = factored(directions[chosen] @ precision @ directions[chosen].T)
+    amounts = solve(factor, directions[chosen] @ precision @ apart)
+    stds = np.sqrt(np.diag(covariance(factor)))
     values = one[:size] * frame.scale
     rows = [
         Difference(*labels[k][:4], values[labels[k][4]] if labels[k][4] >= 0 else np.nan, float(a), float(s))
@@ -89,7 +90,7 @@ def _apart(learned: Learned, first: ArmRuns, second: ArmRuns) -> tuple[np.ndarra
     """Unknowns of the first arm (d,), what the second adds (m,), and the precision of that (m, m)."""
     size = len(learned.frame.scale)
     (one, one_covariance), (other, other_covariance) = (learned.level(runs) for runs in (first, second))
-    return one, (other - one)[:size], np.linalg.inv((one_covariance + other_covariance)[:size, :size])
+    return one, (other - one)[:size], inverse((one_covariance + other_covariance)[:size, :size])
 
 
 def _asked(learned: Learned) -> tuple[list[tuple[str, int, str, str, int]], np.ndarray]:

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy import linalg
 
+from ..positive_definite import root
 from .learned import Learned
 from .runs import ArmRuns
 
@@ -139,22 +140,22 @@ class History:
     def before(self, changes: list[Change]) -> np.ndarray:
         """The arm's unknowns before the first change, by all runs, in the frame's units, shape (m,)."""
         last = len(self.runs.days) - 1
-        root, right = self._posterior(*self._changed(changes), last)
-        return linalg.solve_triangular(root, right, lower=True, trans=1)[: len(self.learned.frame.scale)]
+        lower, right = self._posterior(*self._changed(changes), last)
+        return linalg.solve_triangular(lower, right, lower=True, trans=1)[: len(self.learned.frame.scale)]
 
     def _posterior(self, own: Sums, across: np.ndarray, last: int) -> tuple[np.ndarray, np.ndarray]:
         """Of unknowns and changes by runs up to `last`: root L of the precision, and L^-1 right side."""
         arm, units, count = self._arm, self.learned.units, own.right.shape[1]
         normal = np.block([[arm.normal[last], across[last]], [across[last].T, own.normal[last]]])
         precision = np.concatenate([1.0 / units.variance, np.full(count, ANY**-2.0)])
-        root = linalg.cholesky(normal + np.diag(precision), lower=True, check_finite=False)
+        lower = root(normal + np.diag(precision))
         right = np.append(arm.right[last] + units.mean / units.variance, own.right[last])
-        return root, linalg.solve_triangular(root, right, lower=True, check_finite=False)
+        return lower, linalg.solve_triangular(lower, right, lower=True, check_finite=False)
 
     def asked(self, changes: list[Change], stop: int, starts: list[int]) -> tuple[np.ndarray, np.ndarray]:
         """Amounts of every cause and their deviations by runs before `stop`, each (shapes, starts, k)."""
         changed, crossed = self._changed(changes)
-        root, right = self._posterior(changed, crossed, stop - 1)
+        lower, right = self._posterior(changed, crossed, stop - 1)
         rows = np.array([self.series(Change(0, start, shape))[:stop] for shape in SHAPES for start in starts])
         normal, side = self._own
         products = (self._arm.products[:stop], changed.products[:stop])
@@ -163,7 +164,7 @@ class History:
         )  # (s, d + c, k)
         count, size, causes = across.shape
         flat = np.swapaxes(across, 0, 1).reshape(size, -1)
-        flat = linalg.solve_triangular(root, flat, lower=True, check_finite=False)
+        flat = linalg.solve_triangular(lower, flat, lower=True, check_finite=False)
         explained = np.sum(flat**2, axis=0).reshape(count, causes)
         own = rows**2 @ normal[:stop]
         left = np.maximum(own - explained, LEAST * own + np.finfo(float).tiny)

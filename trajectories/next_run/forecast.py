@@ -6,9 +6,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from exidyn.identify.diagnosis.blocks.prediction import factored, solve
+from exidyn.identify.diagnosis.blocks.prediction import factored
 from exidyn.identify.diagnosis.questions.comparison import LINEAR
 from exidyn.identify.diagnosis.search.selected import EXCLUDED
+from exidyn.identify.positive_definite import solve
 
 from ..discrimination.distinction import HOUR, SURE
 from .belief.after_search import all_columns, products
@@ -113,8 +114,8 @@ def _own_reach(belief: Belief) -> np.ndarray:
 
 
 def _log_determinant(matrix: np.ndarray) -> float:
-    (triangle, _), scale = factored(matrix)
-    return 2.0 * float(np.sum(np.log(np.diag(triangle))) - np.sum(np.log(scale)))
+    factor = factored(matrix)
+    return 2.0 * float(np.sum(np.log(np.diag(factor.triangle))) - np.sum(np.log(factor.scale)))
 
 
 def items(belief: Belief) -> list[Item]:

@@ -4,10 +4,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from exidyn.identify.diagnosis.blocks.prediction import factored, solve
+from exidyn.identify.diagnosis.blocks.prediction import factored
 from exidyn.identify.diagnosis.candidates import kind_of
 from exidyn.identify.diagnosis.search.selected import EXCLUDED
 from exidyn.identify.diagnosis.words.naming import joined, lower, named
+from exidyn.identify.positive_definite import solve
 
 from .belief.belief import Belief, Believed, Question
 

@@ -4,8 +4,9 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy import linalg
 
+from ... import positive_definite
+from ...positive_definite import Factor, solve
 from ..runs.rows import Rows
 from .block_likelihood import common_variance, independent_share, log_probability, trust
 from .block_sums import BlockSums
@@ -21,8 +22,6 @@ CERTAIN = 1e-12
 """Standard deviation of an unknown that is held at its prior; a number for the computer."""
 UNKNOWN = 1e3
 """Standard deviations of a prior over its own in place of none; a number for the computer."""
-
-Factor = tuple[tuple[np.ndarray, bool], np.ndarray]
 
 
 @dataclass(frozen=True, eq=False)
@@ -226,15 +225,5 @@ def rms_torque(columns: np.ndarray) -> np.ndarray:
 
 
 def factored(matrix: np.ndarray) -> Factor:
-    """Cholesky factor of a normal matrix whose columns were scaled to one, and the scale."""
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(matrix), 1e-30))
-    scaled = matrix * scale[:, None] * scale
-    scaled[np.diag_indices_from(scaled)] += ROUNDING
-    return linalg.cho_factor(scaled, check_finite=False), scale
-
-
-def solve(factor: Factor, right: np.ndarray) -> np.ndarray:
-    """Solution for one right-hand side (b,) or several (b, m)."""
-    cholesky, scale = factor
-    wide = scale if right.ndim == 1 else scale[:, None]
-    return wide * linalg.cho_solve(cholesky, wide * right, check_finite=False)
+    """Factor of a normal matrix whose columns were scaled to one; what no row determines stays at zero."""
+    return positive_definite.factored(matrix, ROUNDING)

@@ -4,8 +4,9 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
+from ...positive_definite import Factor, solve
 from ..blocks.block_likelihood import strain, trusted
-from ..blocks.prediction import Factor, Prediction, solve
+from ..blocks.prediction import Prediction
 from .block_answer import Answer, prior_std
 from .candidate import Candidate, Thinned
 from .candidate_fit import Fitted, beside_limits, fitted, solved

@@ -7,8 +7,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...model import Model
+from ...positive_definite import solve
 from ..blocks.blocks import Blocks
-from ..blocks.prediction import CERTAIN, Prediction, factored, solve
+from ..blocks.prediction import CERTAIN, Prediction, factored
 from ..candidates import candidates
 from ..candidates.contact_event import Reach
 from ..questions.block_answer import Answer

@@ -7,6 +7,7 @@ what a motion cannot: a spring balancer against gravity over a short range of it
 
 import numpy as np
 
+from ...positive_definite import factored, solve
 from ..equations import Equations
 from .compressed import Compressed
 from .estimate import Estimate
@@ -33,9 +34,7 @@ def joined(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Mean (b,) and covariance (b, b) when two independent ones are joined, scaled against rounding."""
     total = covariance + deviation
-    size = np.sqrt(np.diag(total))
-    share = np.linalg.solve(total / np.outer(size, size), covariance / np.outer(size, size)).T
-    share = share * np.outer(size, 1 / size)  # covariance @ inverse(total), Kalman's gain
+    share = solve(factored(total), covariance).T  # Kalman's gain
     both = share @ deviation
     return values + share @ (mean - values), 0.5 * (both + both.T)
 

@@ -16,6 +16,7 @@ import numpy as np
 from scipy import sparse
 
 from ...errors import FitError
+from ...positive_definite import spectrum
 from ..base_parameters import BaseParameters
 from ..equations import Equations
 from .bayesian import finite_tolerance
@@ -28,8 +29,10 @@ MARGIN = 1e-6
 accept it."""
 RESOLVED = 1e-6
 """Share of a parameter's deviation to which the solver keeps to a minimum: what is nearer is at it."""
-ROUNDING = 1e-12
-"""Smallest eigenvalue of a correlation matrix: below, it is rounding."""
+FINEST = 1e-6
+"""Smallest deviation over a value: none is known better, and noise-free data would overflow the solver."""
+LEAST = 1e-12
+"""Smallest deviation over that before the data: of a value of zero the former is none."""
 
 
 def consistent(equations: Equations) -> Estimate:
@@ -118,23 +121,25 @@ def _unconstrained(held: Held, values: np.ndarray, covariance: np.ndarray) -> tu
 
 def _data(held: Held, values: np.ndarray, covariance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Whitened rows (b, p) and right side (b,) that deviations from the prior should meet."""
-    # No parameter is known to better than a millionth; noise-free data would overflow the solver.
-    size = np.maximum(np.sqrt(np.diag(covariance)), 1e-6 * np.abs(values) + np.finfo(float).tiny)
-    whiten = whitening(covariance, size)
+    whiten = whitening(covariance, sizes(held, values, covariance))
     regrouping = held.base.regrouping
     return whiten @ regrouping, whiten @ (values - regrouping @ held.nominal)
+
+
+def sizes(held: Held, values: np.ndarray, covariance: np.ndarray) -> np.ndarray:
+    """Deviations of base parameters (b,) of a covariance (b, b), none smaller than can be known."""
+    before = np.linalg.norm(held.base.regrouping * held.tolerance, axis=1)
+    return np.maximum(np.sqrt(np.diag(covariance)), FINEST * np.abs(values) + LEAST * before)
 
 
 def whitening(covariance: np.ndarray, size: np.ndarray) -> np.ndarray:
     """Rows (b, b) that make unknowns of some covariance (b, b) and size (b,) independent, of deviation one.
 
-    Where the data hardly distinguish some unknowns, their correlation is one to the last digit and beyond:
-    an eigenvalue below zero shows up to which size the others are rounding.
+    Where the data hardly distinguish some unknowns, their correlation is one to the last digit and beyond.
     """
     scaled = covariance / np.outer(size, size)
     scaled[np.diag_indices(len(size))] = 1.0
-    spread, axes = np.linalg.eigh(scaled)
-    spread = np.maximum(spread, max(ROUNDING, -2.0 * float(spread[0])))
+    spread, axes, _ = spectrum(scaled)
     return (axes / np.sqrt(spread)).T / size
 
 

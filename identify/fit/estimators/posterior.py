@@ -7,6 +7,7 @@ known payload is needed: the priors set the scale. What fits only by leaving the
 
 import numpy as np
 
+from ...positive_definite import ROUNDING, factored, whitening
 from ...preparation.noise import spectrum
 from ..equations import Equations
 from .bayesian import prior, standard_parameters
@@ -23,7 +24,7 @@ def posterior(equations: Equations) -> Estimate:
     """Gauss-Newton from the priors, noise of each joint re-estimated."""
     compressed, count = Compressed.of(equations), len(equations.names)
     mean, deviation = prior(equations)
-    held = np.linalg.inv(np.linalg.cholesky(deviation))
+    held = whitening(factored(deviation))
     nominal = 1.0 / equations.gain
     certain = 1.0 / np.abs(nominal * np.maximum(equations.gain_tolerance, CERTAIN))
     values, inverse = mean, nominal
@@ -67,8 +68,8 @@ def slowness(equations: Equations, values: np.ndarray, inverse: np.ndarray) -> n
 
 
 def _solve(rows: np.ndarray, right: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Least squares and its covariance, columns scaled to one."""
+    """Least squares and its covariance, columns scaled to one; what nothing shows has a wide deviation."""
     size = np.linalg.norm(rows, axis=0)
-    q, r = np.linalg.qr(rows / size)
-    inverse = np.linalg.inv(r)
-    return (inverse @ (q.T @ right)) / size, inverse @ inverse.T / np.outer(size, size)
+    left, spread, axes = np.linalg.svd(rows / size, full_matrices=False)
+    inverse = axes.T / np.maximum(spread, ROUNDING * spread[0])
+    return (inverse @ (left.T @ right)) / size, inverse @ inverse.T / np.outer(size, size)

@@ -9,7 +9,7 @@ import pytest
 from exidyn.acquire.command_line import main
 from exidyn.identify.fit.fit import NORMAL_95
 from exidyn.identify.fit.fit_file import fit_text, read_fit
-from exidyn.identify.fit.identified import exported
+from exidyn.identify.fit.identified import exported, identified
 from exidyn.identify.fit.warnings.verdict import verdict
 from exidyn.identify.pages.fit.fit_summary import summary
 from exidyn.identify.pages.fit.report import report_html
@@ -53,6 +53,39 @@ def test_what_no_arm_can_have_is_named_with_what_is_taken(impossible):
     )
     assert "Exported otherwise\n" in summary(impossible)
     assert "Exported otherwise" in report_html(impossible)
+
+
+@pytest.mark.parametrize("rows", [[0], [0, 1, 2], slice(None)])
+@pytest.mark.parametrize("value", [None, 0.0])
+def test_what_is_known_exactly_is_exported_as_it_is(rows, value):
+    """Rows of zeros in a covariance: nothing is known better than to a millionth, and nothing overflows."""
+    found = plain_fit()
+    covariance, values = np.array(found.estimate.covariance), np.array(found.estimate.values)
+    covariance[rows], covariance[:, rows] = 0.0, 0.0
+    if value is not None:
+        values[found.names.index("Fv1")] = value
+        covariance[found.names.index("Fv1")] = covariance[:, found.names.index("Fv1")] = 0.0
+    taken = exported(replace(found, estimate=replace(found.estimate, covariance=covariance, values=values)))
+    assert taken == pytest.approx(values, rel=1e-3, abs=1e-3)
+
+
+@pytest.mark.parametrize("share", [0.0, 1e-18, 1e-12])
+def test_values_that_are_known_together_only_do_not_end_the_export(share):
+    """Covariances of rank one, and nearly so."""
+    found = plain_fit()
+    std = found.estimate.std
+    covariance = np.array(found.estimate.covariance)
+    covariance[: len(std), : len(std)] = np.outer(std, std) + share * np.diag(std**2)
+    model = identified(replace(found, estimate=replace(found.estimate, covariance=covariance)))
+    assert np.all(np.isfinite(model.nominal_values))
+    assert np.all(np.array([prior.std for prior in model.priors]) >= 0.0)
+
+
+@pytest.mark.parametrize("size", [1e-150, 1e-20, 1e20, 1e140])
+def test_deviations_of_any_size_do_not_end_the_export(size):
+    found = plain_fit()
+    estimate = replace(found.estimate, covariance=size**2 * found.estimate.covariance)
+    assert np.all(np.isfinite(exported(replace(found, estimate=estimate))))
 
 
 def test_export_states_what_it_moved(impossible, tmp_path, monkeypatch, capsys):

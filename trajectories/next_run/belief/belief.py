@@ -6,9 +6,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from exidyn.identify.diagnosis.blocks.prediction import factored, solve
+from exidyn.identify.diagnosis.blocks.prediction import factored
 from exidyn.identify.diagnosis.questions.block_answer import Answer
 from exidyn.identify.diagnosis.search.search import SearchResult
+from exidyn.identify.positive_definite import root, solve
 
 from .separations import Stance
 
@@ -125,7 +126,7 @@ class Belief:
         apart = matrix[own, own] + matrix[own, rest] @ followed
         covariance = solve(factored(apart), np.eye(count))
         found = np.zeros((len(self.gram), 1 + count))
-        spread = np.column_stack([mean[own], np.linalg.cholesky(covariance)])
+        spread = np.column_stack([mean[own], root(covariance)])
         found[held] = np.concatenate([followed, np.eye(count)]) @ spread
         return found
 

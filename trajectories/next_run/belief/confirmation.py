@@ -3,10 +3,11 @@
 import numpy as np
 
 from exidyn.identify.diagnosis.blocks.block_likelihood import log_probability
-from exidyn.identify.diagnosis.blocks.prediction import Prediction, factored, solve
+from exidyn.identify.diagnosis.blocks.prediction import Prediction, factored
 from exidyn.identify.diagnosis.results.evidence import places_of
 from exidyn.identify.diagnosis.search.search import SearchResult
 from exidyn.identify.diagnosis.search.selected import CERTAIN_ODDS
+from exidyn.identify.positive_definite import solve
 
 
 def confirmed(search: SearchResult, place: int) -> bool:

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from exidyn.identify.diagnosis.blocks.prediction import CERTAIN, factored, solve
+from exidyn.identify.diagnosis.blocks.prediction import CERTAIN, factored
 from exidyn.identify.diagnosis.questions.block_answer import Answer, prior_std
 from exidyn.identify.diagnosis.questions.candidate import Candidate, Thinned
 from exidyn.identify.diagnosis.questions.candidate_fit import FORMULA
@@ -13,6 +13,7 @@ from exidyn.identify.diagnosis.questions.question import ask
 from exidyn.identify.diagnosis.results.evidence import places_of
 from exidyn.identify.diagnosis.search.search import SearchResult
 from exidyn.identify.diagnosis.search.selected import EXCLUDED
+from exidyn.identify.positive_definite import solve
 
 
 class Rival(NamedTuple):

@@ -5,8 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from exidyn.identify.diagnosis.blocks.prediction import factored, solve
+from exidyn.identify.diagnosis.blocks.prediction import factored
 from exidyn.identify.diagnosis.questions.candidate_fit import FORMULA
+from exidyn.identify.positive_definite import solve
 
 
 class Stance(NamedTuple):
