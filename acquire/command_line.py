@@ -9,7 +9,7 @@ from importlib.metadata import version
 from exidyn.identify.errors import ExidynError
 
 from .arguments.common import CommandParser, complaint, name_lines
-from .arguments.exit_codes import INTERRUPTED, MEANINGS, READER_LEFT, REFUSED, STOPPED
+from .arguments.exit_codes import INTERRUPTED, MEANINGS, READER_LEFT, REFUSED, STOPPED, UNSAFE
 from .commands import COMMANDS, command_module
 
 
@@ -56,11 +56,12 @@ def _answered(arguments: Sequence[str] | None) -> int:
         # imports numpy, which a help text can do without
         from exidyn.drivers.errors import DriverError
 
-        from .run.errors import NotConfirmed, RunStopped
+        from .run.errors import NotConfirmed, RunStopped, Unsafe
 
         if not isinstance(error, ExidynError | DriverError):  # raised on purpose, these name what to do
             raise
         code = STOPPED if isinstance(error, NotConfirmed | RunStopped) else REFUSED
+        code = UNSAFE if isinstance(error, Unsafe) else code
         return _said(" ".join(str(error).split()), code)
 
 

@@ -5,7 +5,8 @@ DriverError
 ├── MissingPackage    a package that only some drivers need is not installed
 ├── BadSettings       settings that are missing, unknown or out of range, or a bus that cannot carry them
 ├── NotReady          the controller is there and refuses to begin
-└── LinkLost          nothing comes back, or nothing that can be read
+├── LinkLost          nothing comes back, or nothing that can be read
+└── Unreadable        a telegram with a value that it cannot have
 """
 
 import difflib
@@ -71,3 +72,7 @@ class NotReady(DriverError):
 
 class LinkLost(DriverError):
     """Nothing comes back from the controller, or nothing that can be read."""
+
+
+class Unreadable(DriverError, ValueError):
+    """A telegram, or a sample, with a value that it cannot have."""

@@ -9,6 +9,8 @@ LOST = 3
 """A recording was made whole, and lacks what is lost for good."""
 WRONG = 4
 """A joint was moved, and did not do what it should."""
+UNSAFE = 5
+"""After a run the arm still moves, or nobody knows whether it does."""
 INTERRUPTED = 130
 """After Ctrl-C, as shells have it: 128 + SIGINT."""
 READER_LEFT = 141
@@ -20,6 +22,7 @@ MEANINGS = {
     REFUSED: "not done: something given was wrong or missing, which one line on standard error names",
     LOST: "done, and part of the recording is lost for good (recover)",
     WRONG: "done, and the joint does not do what it should (jog)",
+    UNSAFE: "after a run the arm still moves, or may: press the emergency stop (record, jog, study)",
     INTERRUPTED: "interrupted by Ctrl-C",
     READER_LEFT: "the reader of the output has left, as head does",
 }

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
+from exidyn.identify.arm.robot import Robot
 from exidyn.identify.effects import known_parameters
 from exidyn.identify.errors import NeedsPayload
 from exidyn.identify.recordings.recording import KnownPayload
@@ -62,20 +63,51 @@ def facts_of(given: argparse.Namespace, driver: str, path: Path, **more: str) ->
     return {"controller": driver, **more, "on the flange": carried, "recorded to": str(path)}
 
 
-def stops_of(given: argparse.Namespace, joints: int) -> tuple[WatchLimits, np.ndarray | None]:
+SEEN_IN = 0.5
+"""Time within which a joint that runs away at its velocity limit must be beyond its tracking tolerance [s]:
+what goes unseen for longer is stopped when it has hit something."""
+
+
+def largest_tracking(robot: Robot) -> tuple[float, str]:
+    """Largest tracking tolerance in which a stop can still act in time [rad], and the joint that sets it.
+
+    Half a joint's range, or the way at its velocity limit in half a second, whichever is less.
+    """
+    limits = robot.limits
+    half = 0.5 * (limits.position_upper - limits.position_lower)
+    way = SEEN_IN * np.maximum(limits.velocity, -limits.velocity_lower)
+    largest = np.where(robot.revolute, np.minimum(half, way), np.inf)
+    joint = int(np.argmin(largest))
+    return float(largest[joint]), robot.joints[joint]
+
+
+def _require_tracking(tracking: float, robot: Robot) -> None:
+    largest, joint = largest_tracking(robot)
+    if tracking > largest:
+        raise NotAllowed(
+            f"--tracking {np.degrees(tracking):g}: with more than {np.floor(np.degrees(largest)):g} degrees "
+            f"no stop of {joint} could act in time (half its range, or {SEEN_IN:g} s at its velocity limit). "
+            "Give less, or look why the arm stays behind"
+        )
+
+
+def stops_of(given: argparse.Namespace, robot: Robot) -> tuple[WatchLimits, np.ndarray | None]:
     """Limits of the monitors, and the largest current of each joint, shape (n,) [A], where one is given.
 
     Raises:
-        NotAllowed: Neither one current, nor one a joint.
+        NotAllowed: A tracking tolerance in which no stop acts in time; neither one current, nor one a joint.
     """
-    watch = WatchLimits(tracking=float(np.radians(given.tracking)), temperature=given.temperature)
+    tracking = float(np.radians(given.tracking))
+    _require_tracking(tracking, robot)
+    watch = WatchLimits(tracking=tracking, temperature=given.temperature)
     if not given.current:
         return watch, None
-    if len(given.current) not in (1, joints):
+    if len(given.current) not in (1, robot.dof):
         raise NotAllowed(
-            f"--current has {len(given.current)} values; expected one, or one for each of the {joints} joints"
+            f"--current has {len(given.current)} values; expected one, or one for each of the "
+            f"{robot.dof} joints"
         )
-    return watch, np.broadcast_to(np.array(given.current), (joints,))
+    return watch, np.broadcast_to(np.array(given.current), (robot.dof,))
 
 
 def body_of(given: argparse.Namespace) -> KnownPayload | None:

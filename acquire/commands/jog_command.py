@@ -18,10 +18,10 @@ from exidyn.identify.robot_files.robot_file import read_model
 
 from ..arguments.common import add_body, add_robot, command_parser, number
 from ..arguments.controllers import read_controller
-from ..arguments.exit_codes import DONE, STOPPED, WRONG
+from ..arguments.exit_codes import DONE, WRONG
 from ..arguments.outputs import add_json, add_output, require_json
 from ..arguments.run_options import add_driving, add_stops, body_of, facts_of, require_mock, stops_of
-from ..files.recorded_run import free_path, print_where, run_head, run_recorded
+from ..files.recorded_run import alarm, code_of, free_path, print_where, run_head, run_recorded
 from ..jog import jog_text
 from ..jog.judgements import Judgement, Verdict, judge
 from ..jog.kept import Kept
@@ -92,7 +92,7 @@ class Jog:
         self.flange = flange_way(robot, position, self.way)
         print_line(jog_text.found(robot, self.way, position, self.flange))
         limits = run_limits(robot)
-        watch, current = stops_of(self.given, robot.dof)
+        watch, current = stops_of(self.given, robot)
         motion = there_and_back(position, self.way, limits, info.cycle)
         return Job(robot, motion, limits, StartRules(speed=GENTLE, advice=SLIPPED), watch, current)
 
@@ -139,7 +139,7 @@ def main(arguments: Sequence[str]) -> int:
     nominal = read_model(given.robot)
     model = with_body(nominal, payload)
     way = _way(given, model.robot)
-    stops_of(given, model.robot.dof)  # so that errors in it are reported before anything is asked
+    stops_of(given, model.robot)  # so that errors in it are reported before anything is asked
     name, settings = read_controller(given.controller, given.driver, given.set)
     driver = _driver(given, name, settings, model, payload)
     path = free_path(given.output, "jog")
@@ -158,8 +158,9 @@ def main(arguments: Sequence[str]) -> int:
     judgements = judge(kept.course(), way, model, payload.name if payload else "")
     _report(jog, outcome, judgements, path)
     print_where(recorder, path, f"info {path} shows what happened")
-    if outcome.stop is not None:
-        return STOPPED
+    alarm(outcome.unsafe)
+    if (code := code_of(outcome)) != DONE:
+        return code
     return WRONG if any(one.verdict is Verdict.WRONG for one in judgements) else DONE
 
 

@@ -20,11 +20,10 @@ from exidyn.trajectories.plans.plan_file import plan_text, read_plan
 from exidyn.trajectories.plans.plan_summary import run_cost
 
 from ..arguments.controllers import read_controller
-from ..arguments.exit_codes import DONE, STOPPED
 from ..arguments.outputs import require_json
 from ..arguments.record_arguments import parser as parser
 from ..arguments.run_options import body_of, facts_of, require_mock, stops_of
-from ..files.recorded_run import free_path, print_where, run_head, run_recorded, warn
+from ..files.recorded_run import alarm, code_of, free_path, print_where, run_head, run_recorded, warn
 from ..live.live_view import Targets, require_showable, start_view
 from ..run.arms import make_driver, simulated_arm
 from ..run.before import Checked, checked
@@ -81,7 +80,7 @@ def main(arguments: Sequence[str]) -> int:
         note=given.note,
     )
     outcome = _record(targets, driver, job, path, head, given.json)
-    return DONE if outcome.stop is None else STOPPED
+    return code_of(outcome)
 
 
 def _cycle(driver: Driver, ready: Checked) -> float:
@@ -109,7 +108,7 @@ def _plant(given: argparse.Namespace, ready: Checked, payload: KnownPayload | No
 def _job(given: argparse.Namespace, ready: Checked) -> Job:
     robot = ready.model.robot
     start = StartRules(approach=given.approach, clearances=_clearances(given, ready.model))
-    watch, current = stops_of(given, robot.dof)
+    watch, current = stops_of(given, robot)
     return Job(robot, ready.plan.trajectory, ready.limits, start, watch, current)
 
 
@@ -139,4 +138,5 @@ def _record(
     hand_over(run_summary.after(outcome), json_text(table), json_file)
     advice = "identify {} finds the dynamics in it" if outcome.stop is None else "info {} shows what happened"
     print_where(recorder, path, advice.format(path))
+    alarm(outcome.unsafe)
     return outcome

@@ -11,6 +11,7 @@ from typing import Any
 from exidyn.identify.diagnosis.diagnose import Diagnosed
 from exidyn.identify.errors import ExidynError
 from exidyn.identify.model import Model
+from exidyn.identify.recordings.mcap.mcap_file import read_recording
 from exidyn.identify.recordings.recording import KnownPayload
 from exidyn.identify.robot_files.robot_file import read_model
 from exidyn.identify.text_table import paragraph
@@ -19,10 +20,11 @@ from exidyn.trajectories.planning.wishes import Wishes
 from ..arguments.common import add_body, any_number, command_parser, positive
 from ..arguments.controllers import read_controller
 from ..arguments.excite_arguments import add_limits, excite_options
-from ..arguments.exit_codes import DONE
+from ..arguments.exit_codes import DONE, UNSAFE
 from ..arguments.outputs import add_json, add_output, make_folder, require_json
 from ..arguments.run_options import add_driving, add_stops, body_of, require_mock
 from ..files.diagnosis_case import Case
+from ..run.errors import RunStopped, Unsafe
 from ..study.cell import Cell
 from ..study.loop import Study
 from ..study.notebook import ENDED
@@ -133,8 +135,13 @@ def diagnose_step(case: Case, folder: Path) -> Diagnosed:
         return diagnose_command.run(case, folder, given, progress)
 
 
-def _record(given: argparse.Namespace, plan: Path, path: Path, body: KnownPayload | None) -> bool:
-    """Record, as `exidyn record` does, its question included; whether the run came to its end."""
+def _record(given: argparse.Namespace, plan: Path, path: Path, body: KnownPayload | None) -> None:
+    """Record, as `exidyn record` does, its question included.
+
+    Raises:
+        RunStopped: The run was stopped before its end.
+        Unsafe: The arm still moves, or may.
+    """
     options = [plan, "--robot", given.robot, "--output", path, "--name", path.parent.name, "--approach"]
     for name in RECORDED:
         value = getattr(given, name)
@@ -145,7 +152,14 @@ def _record(given: argparse.Namespace, plan: Path, path: Path, body: KnownPayloa
             words = one if isinstance(one, list) else [one]
             options += [f"--{name.replace('_', '-')}", *([] if one is True else words)]
     with _page_into(path.with_suffix(".txt")):
-        return record_command.main([str(one) for one in options]) == DONE
+        code = record_command.main([str(one) for one in options])
+    if code == UNSAFE:
+        raise Unsafe(f"{read_recording(path).outcome['standstill']}. What was recorded is in {path}")
+    if code != DONE:
+        raise RunStopped(
+            f"the run of {path.parent.name} was stopped before its end; what was recorded is in {path}. The "
+            "same command goes on from here"
+        )
 
 
 @contextmanager

@@ -6,12 +6,14 @@ from contextlib import ExitStack
 from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
+from threading import Thread
 
 from exidyn.drivers import Driver, Info, Sample
 from exidyn.identify.model import Model
 from exidyn.identify.recordings.recording import KnownPayload
 
 from ..arguments.common import complaint
+from ..arguments.exit_codes import DONE, STOPPED, UNSAFE
 from ..run.lines import print_line
 from ..run.perform import Job, Outcome, perform
 from ..run.pipe.frames import END, text_frame
@@ -19,6 +21,7 @@ from ..run.pipe.pipe_sink import PipeSink, Sink
 from ..run.pipe.run_head import RunHead
 from ..run.realtime import realtime
 from ..run.recording.recorder import part_of, start_recorder
+from ..run.stopping.standstill import Standstill
 from ..run.stopping.stop_requests import StopRequests
 from ..terminal import run_summary
 from ..terminal.json_output import print_written
@@ -101,7 +104,7 @@ def run_recorded(
         sinks = [recorder, *(stack.enter_context(other) for other in viewers()), *also]
         if driver.in_real_time:
             warn(stack.enter_context(realtime()))
-        outcome = perform(driver, job, sinks, head, asked.look, _print_warnings)
+        outcome = perform(driver, job, sinks, head, asked.look, _print_warnings, _alarm_at_once)
         for sink in sinks:
             sink.put(text_frame(END, run_summary.end(outcome)))
     return outcome, recorder
@@ -113,10 +116,29 @@ def _print_warnings(info: Info) -> None:
     warn((*info.warnings, *([] if info.dead_man else [unguarded])))
 
 
+def _alarm_at_once(standstill: Standstill) -> None:
+    """Print that the arm moves, or may, in a thread: a stopped terminal must not hold up the driver."""
+    if not standstill.stands:
+        Thread(target=alarm, args=(standstill.text,), daemon=True).start()
+
+
+def alarm(text: str) -> None:
+    """Print, as the last line of a command too, that the arm moves, or may."""
+    if text:
+        print_line(complaint(f"exidyn: {text}"))
+
+
 def warn(warnings: Iterable[str]) -> None:
     """Print warnings on standard error."""
     for warning in warnings:
         print_line(complaint(f"exidyn: warning: {warning}"))
+
+
+def code_of(outcome: Outcome) -> int:
+    """Exit code of a command that moved an arm."""
+    if outcome.unsafe:
+        return UNSAFE
+    return DONE if outcome.stop is None else STOPPED
 
 
 def print_where(recorder: PipeSink, path: Path, advice: str) -> None:

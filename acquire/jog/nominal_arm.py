@@ -1,10 +1,12 @@
 """Nominal model of an arm that moves slowly: torque at rest, and where its flange goes."""
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import pinocchio as pin
 
+from exidyn.identify.arm.link_frames import flange_position
 from exidyn.identify.arm.motion import Motion
 from exidyn.identify.arm.robot import Robot
 from exidyn.identify.model import Model
@@ -47,14 +49,8 @@ def flange_way(robot: Robot, position: np.ndarray, way: Way) -> FlangeWay:
     """Where the flange goes by the robot's geometry, from a position (n,)."""
     far = position.copy()
     far[way.joint] += way.distance
-    moved = _flange(robot, far) - _flange(robot, position)
+    flange = partial(flange_position, robot.kinematics, robot.flange)
+    moved = flange(far) - flange(position)
     data = robot.kinematics.createData()
     jacobian = pin.computeJointJacobians(robot.kinematics, data, position)[:, way.joint]
     return FlangeWay(moved, jacobian[3:] if robot.revolute[way.joint] else jacobian[:3])
-
-
-def _flange(robot: Robot, position: np.ndarray) -> np.ndarray:
-    data = robot.kinematics.createData()
-    pin.forwardKinematics(robot.kinematics, data, position)
-    place: np.ndarray = (data.oMi[robot.dof] * robot.flange).translation
-    return place.copy()

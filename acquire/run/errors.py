@@ -6,6 +6,7 @@ ExidynError
     ├── CannotStart   the arm does not stand where the motion can begin
     ├── NotConfirmed  not confirmed
     └── RunStopped    a run was stopped before its end
+        └── Unsafe    and the arm still moves, or may
 """
 
 from exidyn.identify.errors import ExidynError
@@ -29,3 +30,7 @@ class NotConfirmed(RunError):
 
 class RunStopped(RunError):
     """A run was stopped before its end, and what comes next needs it whole."""
+
+
+class Unsafe(RunStopped):
+    """A run has ended, and the arm still moves, or nobody knows whether it does."""

@@ -3,12 +3,16 @@
 It runs from before the first command until after the last stop, and hands over every cycle on the way.
 """
 
+import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from pathlib import Path
+from traceback import extract_tb, format_exception
 
 import numpy as np
 
 from exidyn.drivers import Command, Driver, DriverError, Sample, StopLevel
+from exidyn.drivers.values import checked
 from exidyn.trajectories.trajectory import Trajectory
 
 from .pipe.frames import STAGES, Event, event_frame, sample_frame
@@ -17,6 +21,7 @@ from .player import BRAKING, LISTENING, Player
 from .stopping.command_check import CommandCheck
 from .stopping.escalation import escalate, state_of
 from .stopping.signs import Signs
+from .stopping.standstill import Standstill, unknown_at_end
 from .stopping.stop import Stop, harder
 from .stopping.stops import Stops
 from .stopping.watch import Watch
@@ -24,6 +29,9 @@ from .stopping.watch import Watch
 LISTEN_ON = 2.0
 """How long is listened after each stop that is left to the controller, which takes its own time, and at most
 after the last command [s]."""
+FAILURES = 5
+"""Exchanges in a row in which a driver may fail otherwise than by a lost link, until the link is taken for
+lost: one telegram that it cannot read is no reason not to see whether the arm stops."""
 
 
 @dataclass
@@ -35,12 +43,16 @@ class Counts:
         skipped: Cycles that went by without one.
         stale: Samples in which a joint was silent.
         lateness: Of each exchange [s].
+        work: Processor time of this thread in each cycle, from one exchange to the next [s].
+        driver_work: Of that, within the exchange [s].
     """
 
     cycles: int = 0
     skipped: int = 0
     stale: int = 0
     lateness: list[float] = field(default_factory=list)
+    work: list[float] = field(default_factory=list)
+    driver_work: list[float] = field(default_factory=list)
 
     def add(self, sample: Sample) -> None:
         """Count one sample."""
@@ -79,13 +91,13 @@ class Loop:
         signs: Signs | None = None,
     ) -> None:
         self._driver, self._watch, self._cycle_time = driver, watch, cycle
-        self._sinks, self._head, self._asked, self._signs = sinks, head, asked, signs
+        self._sinks, self._head, self._asked, self._signs = [*sinks], head, asked, signs
         self._player: Player | None = None
         self._check: CommandCheck | None = None
         self._unsent: Command | None = None
         self._stage = -1
-        self._lost = False
-        self._listened = 0
+        self._lost, self._failures = "", 0
+        self._listened, self._used = 0, 0
         self.counts = Counts()
         self.stops = Stops(driver, self.report)
         self.last: Sample | None = None
@@ -123,6 +135,24 @@ class Loop:
         calm = self.last is None or self._signs is None or self._signs.calm
         return self.stops.by_controller or not calm
 
+    def fail(self, error: BaseException) -> None:
+        """Stop by the controller's own means, for this program has failed; the arm is listened to further."""
+        self._to_stop(Stop(StopLevel.QUICK, "program failed", f"exidyn failed: {of_failure(error)}"))
+        self.report("failure", of_failure(error), {"traceback": "".join(format_exception(error))})
+
+    def lose(self, why: str) -> None:
+        """Nothing more can be seen of the arm."""
+        self._lost = self._lost or why
+
+    def standstill(self) -> Standstill | None:
+        """Whether the arm stands at the end, which is recorded; None where something else moves it."""
+        if self._signs is None:
+            return None
+        why = self._lost or ("nothing was received" if self.last is None else "")
+        seen = unknown_at_end(why) if why else self._signs.at_end()
+        self.report("standstill", seen.text, seen.details())
+        return seen
+
     def end(self, stop: Stop) -> None:
         """Stop for a reason found elsewhere."""
         self._to_stop(stop)
@@ -144,12 +174,8 @@ class Loop:
 
     def _cycle(self, command: Command | None) -> bool:
         """One exchange, handed over and looked at; whether there is an answer."""
-        try:
-            sample = self._driver.exchange(command)
-        except DriverError as error:
-            self._lost = True
-            if not self._to_stop(Stop(StopLevel.QUICK, "link lost", str(error))):
-                self.report("driver", f"whether the stop works is no longer known: {error}")
+        sample = self._exchanged(command)
+        if sample is None:
             return False
         if self.last is None and self._head:
             self._hand_over(self._head(sample))
@@ -165,7 +191,32 @@ class Loop:
             self.report("driver", text)
         self._to_stop(harder(self._asked(), harder(self._watch.look(sample, command), self._recording())))
         self._escalate(sample, command)
+        used = time.thread_time_ns()
+        self.counts.work.append(1e-9 * (used - (self._used or used)))
+        self._used = used
         return True
+
+    def _exchanged(self, command: Command | None) -> Sample | None:
+        """What is measured in the cycle; None where the link is lost or the driver fails."""
+        used = time.thread_time_ns()
+        try:
+            sample = checked(self._driver.exchange(command))
+        except Exception as error:  # whatever it is, the arm may move, and has to be stopped
+            self._not_exchanged(error)
+            return None
+        self._failures = 0
+        self.counts.driver_work.append(1e-9 * (time.thread_time_ns() - used))
+        return sample
+
+    def _not_exchanged(self, error: Exception) -> None:
+        """Stop by the controller's own means, as far as it still hears."""
+        lost = isinstance(error, DriverError)
+        self._failures += 1
+        text = str(error) if lost else f"the driver failed: {of_failure(error)}"
+        if lost or self._failures >= FAILURES:
+            self.lose(text)
+        if not self._to_stop(Stop(StopLevel.QUICK, "link lost" if lost else "driver failed", text)) and lost:
+            self.report("driver", f"whether the stop works is no longer known: {text}")
 
     def _recording(self) -> Stop | None:
         failure = self._sinks[0].failure if self._sinks else ""
@@ -206,13 +257,40 @@ class Loop:
         return BRAKING if self.stops.by_controller else self._player.stage
 
     def _hand_over(self, frame: bytes) -> None:
-        for sink in self._sinks:
-            sink.put(frame)
+        for place, sink in enumerate(self._sinks):
+            try:
+                sink.put(frame)
+            except Exception as error:  # none should; the arm is watched on without it
+                self._sinks[place] = _Broken(of_failure(error))
 
 
-def lateness(counts: Counts) -> dict[str, float]:
-    """Median, 99th percentile and largest lateness [s]."""
-    if not counts.lateness:
+class _Broken:
+    """In place of a sink that has failed.
+
+    Args:
+        failure: Why.
+    """
+
+    def __init__(self, failure: str) -> None:
+        self.failure = failure
+
+    def put(self, frame: bytes) -> None:
+        """Nobody takes it."""
+
+    def close(self) -> None:
+        """Nothing waits."""
+
+
+def of_failure(error: BaseException) -> str:
+    """What went wrong in this program, and in which line."""
+    rows = extract_tb(error.__traceback__)
+    place = f" ({Path(rows[-1].filename).name}:{rows[-1].lineno})" if rows else ""
+    return f"{type(error).__name__}: {error}{place}"
+
+
+def percentiles(name: str, values: Sequence[float]) -> dict[str, float]:
+    """Median, 99th percentile and largest of some values, as `name_p50` and so on; nothing of none."""
+    if not values:
         return {}
-    p50, p99 = np.percentile(counts.lateness, [50, 99])
-    return {"lateness_p50": float(p50), "lateness_p99": float(p99), "lateness_max": max(counts.lateness)}
+    p50, p99 = np.percentile(values, [50, 99])
+    return {f"{name}_p50": float(p50), f"{name}_p99": float(p99), f"{name}_max": max(values)}

@@ -2,25 +2,28 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from threading import Thread
 from typing import TypeVar
 
 import numpy as np
 
 from exidyn.drivers import Driver, Info, Sample, StopLevel
+from exidyn.identify.arm.link_frames import flange_position
 from exidyn.identify.arm.robot import Limits, Robot
 from exidyn.identify.errors import ExidynError
 from exidyn.trajectories.families.phases import Phases
 from exidyn.trajectories.trajectory import Trajectory
 
 from .errors import CannotStart
-from .loop import Counts, Loop
+from .loop import Counts, Loop, of_failure
 from .pipe.pipe_sink import Sink
 from .player import Player
 from .realtime import yield_to_the_loop
 from .start import StartRules, plan_start
 from .stopping.command_check import CommandCheck
 from .stopping.signs import Signs
+from .stopping.standstill import Standstill
 from .stopping.stop import Stop
 from .stopping.watch import Watch, WatchLimits
 
@@ -67,12 +70,19 @@ class Outcome:
         counts: Cycles, and what happened to them.
         stop: Why it ended before its time; None if it did not.
         escalated: What was asked of the driver since, because that stop did not work, in order.
+        standstill: Whether the arm stood at the end; None where something else moves it.
     """
 
     info: Info
     counts: Counts
     stop: Stop | None
     escalated: tuple[Stop, ...] = ()
+    standstill: Standstill | None = None
+
+    @property
+    def unsafe(self) -> str:
+        """What a person must be told: that the arm still moves, or may; empty where it stands."""
+        return "" if self.standstill is None or self.standstill.stands else self.standstill.text
 
 
 def perform(
@@ -82,8 +92,11 @@ def perform(
     head: Callable[[Info], Callable[[Sample], bytes]] | None = None,
     asked: Callable[[], Stop | None] = lambda: None,
     opened: Callable[[Info], None] = lambda info: None,
+    ended: Callable[[Standstill], None] = lambda standstill: None,
 ) -> Outcome:
     """Run the job and hand over every cycle of it; the driver is closed in the end, come what may.
+
+    A fault of this program is a quick stop, as a lost link is, and the reason of the outcome.
 
     Args:
         driver: Not open yet.
@@ -92,6 +105,7 @@ def perform(
         head: What explains the run to them: made before anything is exchanged, ready with the first sample.
         asked: What a person asks for while it goes on.
         opened: Called with the driver's metadata, before its drives are powered.
+        ended: Called once it is known whether the arm stands, before the driver is closed.
 
     Raises:
         DriverError: The driver could not be opened or armed.
@@ -101,23 +115,50 @@ def perform(
         opened(info)
         work = job if isinstance(job, Job) else job(info)
         explain = head(info) if head else None
-        driver.arm_drives()
         watch = Watch(work.robot, info, work.watch, work.current)
-        signs = None if info.listens else _signs(work, info)
+        signs = None if info.listens else _signs(work, info, watch)
         loop = Loop(driver, watch, info.cycle, sinks, explain, asked, signs)
+        driver.arm_drives()
         if info.listens:
             return Outcome(info, loop.counts, _listened(loop, work, info))
-        _play(loop, work, info, driver)
-        loop.finish()
-        return Outcome(info, loop.counts, loop.stop, tuple(loop.stops.escalated))
+        _play_to_rest(loop, work, info, driver)
+        standstill = loop.standstill()
+        if standstill is not None:
+            ended(standstill)
+        return Outcome(info, loop.counts, loop.stop, tuple(loop.stops.escalated), standstill)
     finally:
         driver.close()
 
 
-def _signs(job: Job, info: Info) -> Signs:
+def _signs(job: Job, info: Info, watch: Watch) -> Signs:
+    robot = job.robot
     with np.errstate(divide="ignore"):
-        current = job.robot.limits.torque / np.abs(job.robot.drive_gain)
-    return Signs(job.robot.joints, job.limits, current, job.watch, info.cycle, job.robot.unit)
+        current = robot.limits.torque / np.abs(robot.drive_gain)
+    return Signs(
+        robot.joints,
+        job.limits,
+        current,
+        job.watch,
+        info.cycle,
+        robot.unit,
+        watch.tracking_error,
+        partial(flange_position, robot.kinematics, robot.flange),
+    )
+
+
+def _play_to_rest(loop: Loop, job: Job, info: Info, driver: Driver) -> None:
+    """Play, and listen until the arm is at rest; whatever fails on the way, the arm is stopped."""
+    try:
+        _play(loop, job, info, driver)
+        loop.finish()
+    except BaseException as error:
+        try:
+            loop.fail(error)
+            loop.finish()
+        except Exception as again:
+            loop.lose(f"exidyn failed again: {of_failure(again)}")
+        if not isinstance(error, Exception):  # asked for by a person or the operating system
+            raise
 
 
 def _listened(loop: Loop, job: Job, info: Info) -> Stop | None:

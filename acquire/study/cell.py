@@ -26,15 +26,14 @@ from exidyn.trajectories.plans.plan import Plan
 from exidyn.trajectories.plans.plan_file import plan_text, read_plan, write_plan
 
 from ..run.before import checked
-from ..run.errors import RunStopped
 from ..run.recording.recorder import part_of
 from ..terminal.stopwatch import with_bar
 from .asking import ask, tell
 from .rounds import NEXT, Round
 
-Record = Callable[[Path, Path, KnownPayload | None], bool]
-"""Plays the plan of a file, records it under a path, with what hangs on the flange; whether it came to its
-end."""
+Record = Callable[[Path, Path, KnownPayload | None], None]
+"""Plays the plan of a file and records it under a path, with what hangs on the flange; raises `RunStopped`
+where it does not come to its end."""
 
 
 @dataclass(frozen=True)
@@ -74,11 +73,7 @@ class Cell:
         carried = self.body if chosen is not None and chosen["loaded"] else None
         attempts = (one.folder / f"attempt-{number}.mcap" for number in count(1))
         attempt = next(path for path in attempts if not path.exists() and not part_of(path).exists())
-        if not self.record(one.plan, attempt, carried):
-            raise RunStopped(
-                f"the run of {one.name} was stopped before its end; what was recorded is in {attempt}. "
-                "The same command goes on from here"
-            )
+        self.record(one.plan, attempt, carried)
         os.replace(attempt, one.run)
 
     def offers(self, every: Sequence[Round], diagnosis: Diagnosis, fit: Fit | None) -> list[Offer]:

@@ -21,6 +21,7 @@ from exidyn.trajectories.next_run.offer import Offer
 
 from ..files.diagnosis_case import Case
 from ..files.payload_runs import distinct_bodies
+from ..run.errors import RunStopped
 from ..terminal.json_output import json_text, plain, write_whole
 from ..terminal.stopwatch import with_bar
 from .asking import tell
@@ -56,13 +57,25 @@ class Study:
     asked: dict[str, Any]
 
     def run(self) -> dict[str, Any]:
-        """Until it is decided, undecidable or out of time; the last choice, as its table."""
+        """Until it is decided, undecidable or out of time; the last choice, as its table.
+
+        Raises:
+            RunStopped: A run was stopped before its end; the notebook says so too.
+        """
         while True:
             one = next_round(self.folder)
-            choice = self._done(one)
-            write_whole(self.folder / NOTEBOOK, notebook(self.model.robot.name, self._pages()))
+            try:
+                choice = self._done(one)
+            except RunStopped as stopped:
+                self._write_notebook(str(stopped))
+                raise
+            self._write_notebook()
             if choice["verdict"] != RUN:
                 return choice
+
+    def _write_notebook(self, stopped: str = "") -> None:
+        """The account so far, and why the last run ended before its time."""
+        write_whole(self.folder / NOTEBOOK, notebook(self.model.robot.name, self._pages(), stopped))
 
     def _done(self, one: Round) -> dict[str, Any]:
         """All steps of a round of which there is no result yet, and its choice."""

@@ -17,17 +17,19 @@ ENDED = {
 """What the end of a study means."""
 
 
-def notebook(robot: str, choices: Sequence[tuple[str, dict[str, Any]]]) -> str:
+def notebook(robot: str, choices: Sequence[tuple[str, dict[str, Any]]], stopped: str = "") -> str:
     """The page.
 
     Args:
         robot: Its name.
         choices: Name and choice of each round, as `choice_table` gives it.
+        stopped: Why the last run was stopped before its end, and whether the arm stands; empty if it was not.
     """
     moved = choices[-1][1]["moved"] if choices else 0.0
     runs = "run" if len(choices) == 1 else "runs"
     note = f"{len(choices)} {runs}; {moved / 60:.1f} min of motion"
-    body = [_summary(choices)]
+    body = [section("stopped", "The last run was stopped", paragraph(stopped))] if stopped else []
+    body.append(_summary(choices))
     for place, (name, choice) in enumerate(choices):
         body.append(_round(name, choice, choices[place - 1][1] if place else None))
     return page(f"{robot}: study", f"{robot}: study", note, "".join(body))

@@ -5,7 +5,7 @@ import time
 from collections.abc import Sequence
 
 from ..run.lines import CLEAR
-from ..run.pipe.frames import END, SAMPLE, STAGES, read_cycle
+from ..run.pipe.frames import END, EVENT, SAMPLE, STAGES, read_cycle, read_event
 from ..run.pipe.pipe_source import PipeSource
 from ..run.player import BRAKING, HOLDING, RUNNING
 
@@ -60,6 +60,14 @@ class Line:
         return f"{STAGES[self._stage]}{gone}; cycles missed: {self._missed}{advice}"
 
 
+def stop_line(kind: bytes, body: bytes) -> str:
+    """What a person reads at once of a frame: that a stop was asked for, and why; empty for all else."""
+    event = read_event(body) if kind == EVENT else None
+    if event is None or event.kind != "stop":
+        return ""
+    return f"{CLEAR}{event.details.get('level', 'stop')}: {event.text}\n"
+
+
 def main(arguments: Sequence[str]) -> None:
     """Write the line until the run is over, and leave none."""
     source = PipeSource(arguments)
@@ -68,6 +76,7 @@ def main(arguments: Sequence[str]) -> None:
     while not source.ended and not line.over:
         for kind, body in source.read(1.0):
             line.add(kind, body)
+            _write(stop_line(kind, body))
         _write(f"{CLEAR}{line}{line.left(time.monotonic())}")
         time.sleep(STEP)
     _write(CLEAR)

@@ -154,6 +154,8 @@ def _outcome(outcome: Mapping[str, str]) -> list[str]:
         "none": text,
         "unknown": "unknown; the program that moved the arm, or the recorder, ended before it could",
     }.get(outcome["stop"], f"STOPPED ({outcome.get('level', 'brake').lower()}): {text}")
+    if outcome.get("moving", "False") != "False":
+        how += f". {outcome.get('standstill', '')}"
     first = "ended:  "
     return paragraph(how, " " * len(first), first, WIDTH - INDENT)
 

@@ -8,7 +8,7 @@ from exidyn.trajectories.plans.plan_summary import use_table
 from exidyn.trajectories.plans.plan_use import limit_use
 
 from ..run.before import Checked
-from ..run.loop import lateness
+from ..run.loop import percentiles
 from ..run.perform import Outcome
 
 NOT_RATED = (
@@ -31,10 +31,11 @@ def before(checked: Checked, facts: Mapping[str, str]) -> str:
 
 
 def end(outcome: Outcome) -> dict[str, object]:
-    """How the run ended, for the recording."""
+    """How the run ended and whether the arm stands, for the recording."""
+    stands = {} if outcome.standstill is None else outcome.standstill.details()
     if outcome.stop is None:
-        return {"stop": "none", "text": "the motion came to its end"}
-    return {**outcome.stop.details(), "text": _why(outcome), "level": _hardest(outcome).name}
+        return {"stop": "none", "text": "the motion came to its end", **stands}
+    return {**stands, **outcome.stop.details(), "text": _why(outcome), "level": _hardest(outcome).name}
 
 
 def _why(outcome: Outcome) -> str:
@@ -59,7 +60,9 @@ def table(outcome: Outcome) -> dict[str, object]:
         "cycles": counts.cycles,
         "skipped": counts.skipped,
         "stale": counts.stale,
-        **lateness(counts),
+        **percentiles("lateness", counts.lateness),
+        **percentiles("work", counts.work),
+        **percentiles("driver_work", counts.driver_work),
         "warnings": list(outcome.info.warnings),
     }
 
@@ -67,7 +70,7 @@ def table(outcome: Outcome) -> dict[str, object]:
 def after(outcome: Outcome) -> str:
     """How the run went, in a few lines."""
     counts, cycle, stop = outcome.counts, outcome.info.cycle, outcome.stop
-    late = lateness(counts)
+    late, work = percentiles("lateness", counts.lateness), percentiles("work", counts.work)
     lines = [
         *paragraph(
             "finished" if stop is None else f"STOPPED ({_hardest(outcome).name.lower()}): {_why(outcome)}"
@@ -80,4 +83,13 @@ def after(outcome: Outcome) -> str:
             f"lateness median {1e3 * late['lateness_p50']:.3f}, 99 % {1e3 * late['lateness_p99']:.3f}, "
             f"largest {1e3 * late['lateness_max']:.3f} ms"
         )
+    if work:
+        by_driver = percentiles("work", counts.driver_work)
+        lines.append(
+            f"work per cycle median {1e3 * work['work_p50']:.3f}, 99 % {1e3 * work['work_p99']:.3f}, largest "
+            f"{1e3 * work['work_max']:.3f} ms of processor time; the driver's median "
+            f"{1e3 * by_driver['work_p50']:.3f} ms"
+        )
+    if outcome.unsafe:
+        lines += paragraph(outcome.unsafe)
     return "\n".join(lines)

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from ..driver import Arm, Command, Driver, Info, Sample, StopLevel
-from ..errors import BadSettings, DriverError, LinkLost, NotReady
+from ..errors import BadSettings, DriverError, LinkLost, NotReady, Unreadable
 from ..remarks import Remarks
 from .about import info_of
 from .dashboard import Dashboard, program_sent
@@ -154,13 +154,16 @@ class UrRtde(Driver):
         if newest is None:
             return self._silent()
         body, arrival = newest
-        self._quiet, self._heard = 0.0, time.monotonic()
         record = self._read(session, body)
         self._joint_mode = record["joint_mode"]
         self._fault = self._fault or self._found(record)
-        return self._samples.of(
-            record, arrival, self._events(record), self._fault, self._commanded(command) or command is None
-        )
+        sent = self._commanded(command) or command is None
+        try:
+            sample = self._samples.of(record, arrival, self._events(record), self._fault, sent)
+        except Unreadable as error:
+            return self._silent((f"a package cannot be read: {error}",), sent)
+        self._quiet, self._heard = 0.0, time.monotonic()
+        return sample
 
     def _commanded(self, command: Command | None) -> bool:
         """Count up, with a new target if there is one; whether it went out."""
@@ -204,8 +207,12 @@ class UrRtde(Driver):
         """Of the controller; empty where it said nothing."""
         return f" ({self._link.texts[-1]})" if self._link and self._link.texts else ""
 
-    def _silent(self) -> Sample:
+    def _silent(self, why: tuple[str, ...] = (), sent: bool = False) -> Sample:
         """A sample of nothing, so that monitors may decide.
+
+        Args:
+            why: Sentences about it.
+            sent: Whether a command went out nevertheless.
 
         Raises:
             LinkLost: There has been nothing for too long.
@@ -217,7 +224,7 @@ class UrRtde(Driver):
                 "cable and controller"
             )
         gone = int(self._quiet / self.settings.cycle)
-        return self._samples.of_silence(gone, self._events(None), self._fault)
+        return self._samples.of_silence(gone, (*why, *self._events(None)), self._fault, sent)
 
     def _events(self, record: np.void | None) -> tuple[str, ...]:
         link, _ = self._opened()

@@ -4,6 +4,7 @@ import numpy as np
 
 from ..driver import Sample
 from ..samples import ControllerSamples
+from ..values import nanoseconds
 from .modes import STATE, state_of
 
 
@@ -25,8 +26,12 @@ class Samples(ControllerSamples):
         self._continued = False
 
     def of(self, record: np.void, arrival: int, events: tuple[str, ...], fault: str, sent: bool) -> Sample:
-        """Of a package that came at a time of the host [ns]."""
-        time = round(1e9 * float(record["timestamp"]))
+        """Of a package that came at a time of the host [ns].
+
+        Raises:
+            Unreadable: Its time is none.
+        """
+        time = nanoseconds("timestamp", float(record["timestamp"]))
         lateness = self._lateness(arrival, time)
         cycles = round(1e-9 * (time - self._time) / self._cycle) if self._continued else 1
         skipped = self._skipped(time, arrival, cycles)

@@ -55,6 +55,20 @@ def link_poses(kinematics: pin.Model, position: np.ndarray) -> np.ndarray:
     return poses
 
 
+def flange_position(kinematics: pin.Model, flange: pin.SE3, position: np.ndarray) -> np.ndarray:
+    """Where the flange is in the base frame, shape (3,) [m].
+
+    Args:
+        kinematics: Of the arm.
+        flange: Its frame in that of the last joint.
+        position: Shape (n,) [rad] or [m].
+    """
+    data = kinematics.createData()
+    pin.forwardKinematics(kinematics, data, position)
+    place: np.ndarray = (data.oMi[kinematics.njoints - 1] * flange).translation
+    return place.copy()
+
+
 def _about(axis: np.ndarray, angle: np.ndarray) -> np.ndarray:
     with np.errstate(invalid="ignore"):  # a joint that is at no number, as recorded, points nowhere
         return np.concatenate([axis * np.sin(angle / 2), np.cos(angle / 2)], axis=1)

@@ -44,15 +44,19 @@ class Sign(Enum):
     AWAY = "tracking error at rest"
     OUTWARD = "motion beyond a limit"
     GOES_ON = "motion after a quick stop"
+    CREEPS = "creep after a stop"
+    FLANGE_CREEPS = "creep of the flange after a stop"
 
 
-UNITS = {Sign.FASTER: "rad/s"}
+UNITS = {Sign.FASTER: "rad/s", Sign.FLANGE_CREEPS: "m"}
 """Of value and limit of a sign on a revolute joint; all others are in rad."""
 
 SURE = 0.1
 """Twice the time over which a speed is a mean [s]: no jump of an encoder is taken for motion."""
 SETTLING = 0.2
 """A position loop as slow as 2 Hz has lost nine tenths of its error by then [s]."""
+SETTLED = 2.0 * SETTLING
+"""And 99 % by then [s]: what moves on is no settling."""
 
 
 class Rule(NamedTuple):
@@ -78,8 +82,12 @@ RULES = {
     (State.HOLDING, Sign.FASTER): Rule(SURE, StopLevel.QUICK),
     (State.HOLDING, Sign.AWAY): Rule(SETTLING, StopLevel.QUICK),
     (State.HOLDING, Sign.OUTWARD): Rule(SURE, StopLevel.QUICK),
+    (State.HOLDING, Sign.CREEPS): Rule(SURE, StopLevel.QUICK),
+    (State.HOLDING, Sign.FLANGE_CREEPS): Rule(SURE, StopLevel.QUICK),
     # Well after the controller should have stopped the arm. Nothing less takes the torque away: arms drop.
     (State.QUICK, Sign.GOES_ON): Rule(SURE, StopLevel.OFF),
+    (State.QUICK, Sign.CREEPS): Rule(SURE, StopLevel.OFF),
+    (State.QUICK, Sign.FLANGE_CREEPS): Rule(SURE, StopLevel.OFF),
 }
 """The whole table; what is not in it does nothing."""
 
@@ -111,25 +119,30 @@ def state_of(level: int, stage: int) -> State:
     """
     if level > StopLevel.BRAKE:
         return State.OFF if level == StopLevel.OFF else State.QUICK
-    moving = {"approaching": State.MOVING, "running": State.MOVING}
-    return moving.get(STAGES[stage]) or State[STAGES[stage].upper()]
+    return _STATES[stage]
+
+
+_MOVING = {"approaching": State.MOVING, "running": State.MOVING}
+_STATES = [_MOVING.get(stage) or State[stage.upper()] for stage in STAGES]
+_WATCHED = {state: tuple(sign for at, sign in RULES if at is state) for state in State}
 
 
 def watched(state: State) -> tuple[Sign, ...]:
     """The signs that are looked for in a state."""
-    return tuple(sign for at, sign in RULES if at is state)
+    return _WATCHED[state]
 
 
 def escalate(state: State, sights: Mapping[Sign, Sight]) -> Stop | None:
     """What to ask of the driver now, by what has been seen for long enough; None for nothing new."""
     for sign in watched(state):
-        rule, seen = RULES[state, sign], sights.get(sign)
-        if seen is not None and seen.seconds >= rule.seconds:
+        seen = sights.get(sign)
+        if seen is not None and seen.seconds >= RULES[state, sign].seconds:
             text = (
                 f"{seen.joint}: {sign.value} of {seen.value:.4g} {seen.unit}, limit {seen.limit:.4g}, for "
                 f"{seen.seconds:.2f} s {state.value}"
             )
-            return Stop(rule.level, sign.value, text, seen.joint, seen.value, seen.limit, seen.unit)
+            level = RULES[state, sign].level
+            return Stop(level, sign.value, text, seen.joint, seen.value, seen.limit, seen.unit)
     return None
 
 

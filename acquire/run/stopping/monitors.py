@@ -4,6 +4,7 @@ What counts as too long is stated as time and not as cycles, so that it means th
 """
 
 from abc import ABC, abstractmethod
+from collections import deque
 from collections.abc import Sequence
 
 import numpy as np
@@ -47,7 +48,7 @@ class JointMonitor(Monitor):
     ) -> None:
         self._joints, self._limit, self._cycles = joints, limit, max(cycles, 1)
         self._unit_of = unit_of
-        self._count = np.zeros(len(joints), int)
+        self._count, self._counting = np.zeros(len(joints), int), False
 
     @abstractmethod
     def value(self, sample: Sample, sent: Command | None) -> np.ndarray:
@@ -55,9 +56,11 @@ class JointMonitor(Monitor):
 
     def look(self, sample: Sample, sent: Command | None) -> Stop | None:
         value = self.value(sample, sent)
-        self._count = np.where(
-            value > self._limit, self._count + 1, np.where(np.isnan(value), self._count, 0)
-        )
+        beyond = value > self._limit
+        if not self._counting and not beyond.any():  # as in nearly all cycles
+            return None
+        self._count = np.where(beyond, self._count + 1, np.where(np.isnan(value), self._count, 0))
+        self._counting = bool(self._count.any())
         if (self._count < self._cycles).all():
             return None
         joint = int(np.argmax(self._count))
@@ -67,35 +70,63 @@ class JointMonitor(Monitor):
         return Stop(self.level, self.kind, text, self._joints[joint], size, limit, unit)
 
 
-class Tracking(JointMonitor):
+class TrackingError:
     """Measured position away from all that was commanded lately, so that a delay of the drive is no error.
+
+    Args:
+        memory: Cycles over which a command may take effect.
+    """
+
+    def __init__(self, memory: int) -> None:
+        self._memory, self._next = max(memory, 1), 0
+        self._commands = np.zeros((0, 0))
+        self._sample: Sample | None = None
+        self._error = np.zeros(0)
+
+    def of(self, sample: Sample, sent: Command | None) -> np.ndarray:
+        """Shape (n,) [rad] or [m]; NaN where nothing was commanded. Computed once for the same sample."""
+        if sample is not self._sample:
+            self._sample, self._error = sample, self._computed(sample, sent)
+        return self._error
+
+    def _computed(self, sample: Sample, sent: Command | None) -> np.ndarray:
+        position = sample.position
+        if sent is None:
+            return np.full(len(position), np.nan)
+        if not self._next:
+            self._commands = np.tile(sent.position, (self._memory, 1))
+        self._commands[self._next % self._memory] = sent.position
+        self._next += 1
+        below = self._commands.min(axis=0) - position
+        return np.maximum(np.maximum(below, position - self._commands.max(axis=0)), 0.0)
+
+
+class Tracking(JointMonitor):
+    """The tracking error.
 
     Args:
         joints: Names.
         limit: Shape (n,) [rad] or [m].
         cycles: For how many cycles in a row it may be beyond.
-        memory: Cycles over which a command may take effect.
+        error: What computes it.
         unit_of: As of `JointMonitor`.
     """
 
     kind, unit = "tracking error", "rad"
 
     def __init__(
-        self, joints: Sequence[str], limit: np.ndarray, cycles: int, memory: int, unit_of: UnitOf = turning
+        self,
+        joints: Sequence[str],
+        limit: np.ndarray,
+        cycles: int,
+        error: TrackingError,
+        unit_of: UnitOf = turning,
     ) -> None:
         super().__init__(joints, limit, cycles, unit_of)
-        self._commands = np.full((max(memory, 1), len(joints)), np.nan)
-        self._next = 0
+        self._error = error
 
     def value(self, sample: Sample, sent: Command | None) -> np.ndarray:
-        if sent is None:
-            return np.full(len(sample.position), np.nan)
-        if not self._next:
-            self._commands[:] = sent.position
-        self._commands[self._next % len(self._commands)] = sent.position
-        self._next += 1
-        below = self._commands.min(axis=0) - sample.position
-        return np.maximum(np.maximum(below, sample.position - self._commands.max(axis=0)), 0.0)
+        return self._error.of(sample, sent)
 
 
 class Current(JointMonitor):
@@ -178,15 +209,15 @@ class Speed(JointMonitor):
     ) -> None:
         super().__init__(joints, limit, window, unit_of)
         self._cycle = cycle
-        self._seen: list[tuple[int, np.ndarray]] = []
         self._window = max(window, 1)
+        self._seen = deque[tuple[int, np.ndarray]](maxlen=self._window + 1)
 
     def value(self, sample: Sample, sent: Command | None) -> np.ndarray:
-        self._seen.append((sample.controller_time, sample.position))
+        self._seen.append((sample.host_time, sample.position))
         if len(self._seen) <= self._window:
             return np.zeros(len(sample.position))
-        time, position = self._seen.pop(0)
-        gone = max((sample.controller_time - time) * 1e-9, self._window * self._cycle)
+        time, position = self._seen[0]
+        gone = max((sample.host_time - time) * 1e-9, self._window * self._cycle)
         return np.abs(sample.position - position) / gone
 
 
@@ -200,11 +231,14 @@ class Silence(Monitor):
 
     def __init__(self, joints: Sequence[str], cycles: int) -> None:
         self._joints, self._cycles = joints, max(cycles, 1)
-        self._count = np.zeros(len(joints), int)
+        self._count, self._counting = np.zeros(len(joints), int), False
 
     def look(self, sample: Sample, sent: Command | None) -> Stop | None:
         silent = sample.stale | np.isnan(sample.position)
+        if not self._counting and not silent.any():
+            return None
         self._count = np.where(silent, self._count + 1, 0)
+        self._counting = bool(self._count.any())
         if (self._count < self._cycles).all():
             return None
         names = [name for name, count in zip(self._joints, self._count, strict=True) if count >= self._cycles]
@@ -227,8 +261,9 @@ class Lateness(Monitor):
 
     def __init__(self, cycle: float, stall: float, share: float) -> None:
         self._cycle, self._stall, self._share = cycle, stall, share
-        self._missed = np.zeros(max(round(1.0 / cycle), 1), int)
-        self._next = 0
+        second = max(round(1.0 / cycle), 1)
+        self._missed = deque([0] * second, maxlen=second)
+        self._sum = 0
 
     def look(self, sample: Sample, sent: Command | None) -> Stop | None:
         if sent is None and sample.sent:
@@ -237,12 +272,51 @@ class Lateness(Monitor):
         if gone > self._stall:
             text = f"no cycle for {1e3 * gone:.0f} ms, limit {1e3 * self._stall:.0f} ms"
             return Stop(StopLevel.BRAKE, "stall", text, "", gone, self._stall, "s")
-        self._missed[self._next % len(self._missed)] = sample.skipped + (not sample.sent)
-        self._next += 1
-        missed = self._missed.sum() / len(self._missed)
+        self._sum += sample.skipped + (not sample.sent) - self._missed[0]
+        self._missed.append(sample.skipped + (not sample.sent))
+        missed = self._sum / len(self._missed)
         if missed <= self._share:
             return None
         text = (
             f"{100 * missed:.0f} % of the last second's cycles were missed, limit {100 * self._share:.0f} %"
         )
         return Stop(StopLevel.BRAKE, "lateness", text, "", float(missed), self._share, "")
+
+
+CLOCK_WINDOW = 0.1
+"""Time over which the controller's clock is held against the host's [s]: twice the longest stall that a run
+goes on after."""
+CLOCK_RATE = 0.5
+"""Of the host's rate, below which the controller's clock does not keep time [-]: clocks differ by 1e-4, and a
+sample that is late by the longest stall makes two thirds of the window."""
+CLOCK_CYCLES = 5
+"""Cycles in a row after which that is sure."""
+
+
+class ControllerClock(Monitor):
+    """The controller's clock, which goes on while samples come; all times of the recording are by it.
+
+    Args:
+        cycle: Time between exchanges [s].
+    """
+
+    def __init__(self, cycle: float) -> None:
+        self._times = deque[tuple[int, int]](maxlen=max(round(CLOCK_WINDOW / cycle), CLOCK_CYCLES) + 1)
+        self._count = 0
+
+    def look(self, sample: Sample, sent: Command | None) -> Stop | None:
+        if sample.stale.size and sample.stale.all():  # nothing came, so no time either
+            return None
+        self._times.append((sample.host_time, sample.controller_time))
+        if len(self._times) < (self._times.maxlen or 0):
+            return None
+        (began, zero), (now, time) = self._times[0], self._times[-1]
+        host, controller = 1e-9 * (now - began), 1e-9 * (time - zero)
+        self._count = self._count + 1 if controller < CLOCK_RATE * host else 0
+        if self._count < CLOCK_CYCLES:
+            return None
+        text = (
+            f"the controller's clock went on by {controller:.3f} s in {host:.3f} s while samples came: their "
+            "times cannot be trusted. Restart the controller"
+        )
+        return Stop(StopLevel.QUICK, "controller clock", text, "", controller, CLOCK_RATE * host, "s")

@@ -81,10 +81,9 @@ def drawn(seed: int, count: int) -> tuple[Concealed, ...]:
 
 def record(
     parts: tuple[Concealed, ...], seed: int, plan: Path, path: Path, body: KnownPayload | None
-) -> bool:
+) -> None:
     """A run of the true arm, as fast as it computes."""
     write_recording(run(parts, read_plan(plan), body, seed, path.parent.name), path)
-    return True
 
 
 def run(parts: tuple[Concealed, ...], plan: Plan, body: KnownPayload | None, seed: int, name: str) -> Any:

@@ -6,7 +6,6 @@ import pytest
 
 from exidyn.acquire.run import perform as performing
 from exidyn.acquire.run.arms import make_driver
-from exidyn.acquire.run.errors import RunError
 from exidyn.acquire.run.perform import perform
 from exidyn.acquire.run.pipe.frames import HEAD, STAGES, text_frame
 from exidyn.acquire.run.start import StartRules
@@ -191,16 +190,86 @@ def test_a_motion_wider_than_the_controllers_window_is_not_begun():
     assert not driver.commands
 
 
-def test_an_error_of_our_own_closes_the_driver():
+def test_a_driver_that_fails_is_a_quick_stop_and_nobody_knows_whether_the_arm_stands():
     driver = Following()
 
     def break_down(number, fields):
-        raise RunError("a fault in the program")
+        raise ZeroDivisionError("a fault in the program")
 
     driver._change = break_down
-    with pytest.raises(RunError):
-        perform(driver, job())
+    outcome = perform(driver, job())
+    assert (outcome.stop.kind, outcome.stop.level) == ("driver failed", StopLevel.QUICK)
+    assert "ZeroDivisionError: a fault in the program (test_loop.py:" in outcome.stop.text
+    assert outcome.standstill.moving is None
+    assert driver.stops == [StopLevel.QUICK]
     assert driver.closed == 1
+
+
+def test_a_driver_that_fails_once_is_listened_to_until_the_arm_stands():
+    driver, sink, failed = Following(), Listening(), []
+
+    def break_down(number, fields):
+        if number == 150 and not failed:
+            failed.append(driver.number)
+            raise ZeroDivisionError
+
+    driver._change = break_down
+    outcome = perform(driver, job(), [sink])
+    assert driver.stops == [StopLevel.QUICK]
+    assert outcome.standstill.stands
+    assert driver.number - failed[0] > 100
+
+
+@pytest.mark.parametrize("where", ["asked", "watch"])
+def test_whatever_else_fails_in_the_loop_stops_the_arm_and_is_recorded(where, monkeypatch):
+    driver, sink = Following(), Listening()
+
+    def fail_late(*_):
+        if len(driver.commands) > 150:
+            raise KeyError("a fault in the program")
+
+    if where == "watch":
+        monkeypatch.setattr(performing.Watch, "look", fail_late)
+    outcome = perform(driver, job(), [sink], asked=fail_late if where == "asked" else lambda: None)
+    assert outcome.stop.kind == "program failed"
+    assert driver.stops == [StopLevel.QUICK]
+    assert driver.closed == 1
+    assert len(driver.commands) < 160
+    assert outcome.standstill.moving is None  # what watches has failed, so nobody knows
+    events = "".join(sink.events())
+    assert "KeyError: 'a fault in the program'" in events
+    assert "Traceback" in events
+
+
+def test_a_recorder_that_fails_is_a_brake_and_a_view_that_fails_is_not():
+    def fail(frame):
+        raise OSError("a fault in the program")
+
+    broken = Listening()
+    broken.put = fail
+    driver = Following()
+    outcome = perform(driver, job(), [broken, Listening()])
+    assert (outcome.stop.kind, outcome.stop.level) == ("recorder", StopLevel.BRAKE)
+    assert outcome.standstill.stands
+    assert perform(Following(), job(), [Listening(), broken]).stop is None
+
+
+@pytest.mark.parametrize(
+    "spoilt", [{"controller_time": 1 << 70}, {"host_time": -5}, {"position": np.zeros(3)}]
+)
+def test_a_sample_that_cannot_be_is_not_computed_with(spoilt):
+    outcome = perform(Following(change=at(150, **spoilt)), job())
+    assert (outcome.stop.kind, outcome.stop.level) == ("link lost", StopLevel.QUICK)
+
+
+def test_a_value_that_cannot_be_is_a_silent_joint_and_said():
+    far = START.copy()
+    far[2] = 1e300
+    driver, sink = Following(change=at(150, position=far)), Listening()
+    assert perform(driver, job(), [sink]).stop.kind == "silence"
+    assert any("position of joint 3 is 1e+300 rad; expected" in event for event in sink.events())
+    known = np.array([cycle.array("position") for cycle in sink.cycles()])
+    assert np.nanmax(np.abs(known)) < 10.0
 
 
 def test_a_command_that_was_not_sent_is_the_next_one():
@@ -348,7 +417,7 @@ def test_a_driver_that_is_not_ready_can_be_stopped():
     driver, asked = Preparing(), Stop(StopLevel.BRAKE, "asked", "Ctrl-C")
     outcome = perform(driver, job(), asked=lambda: asked if driver.number > 20 else None)
     assert outcome.stop is asked
-    assert driver.number < 50  # watched until it rests, and never asked for a motion
+    assert driver.number < 20 + 0.7 / CYCLE  # watched for half a second, in which it rests, and never moved
     assert not driver.commands
     assert driver.closed == 1
 

@@ -3,7 +3,15 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from exidyn.acquire.run.stopping.monitors import Lateness, Outside, Silence, Speed, Tracking
+from exidyn.acquire.run.stopping.monitors import (
+    ControllerClock,
+    Lateness,
+    Outside,
+    Silence,
+    Speed,
+    Tracking,
+    TrackingError,
+)
 from exidyn.drivers import Command
 from exidyn.identify.arm.robot import SLIDING
 
@@ -11,8 +19,8 @@ JOINTS = ("one", "two")
 
 
 def seen(position=(0.0, 0.0), **other):
-    fields = {"position": np.array(position), "controller_time": 0, "skipped": 0, "stale": np.zeros(2, bool)}
-    fields["sent"] = True
+    fields = {"position": np.array(position), "host_time": 0, "controller_time": 0, "skipped": 0}
+    fields |= {"stale": np.zeros(2, bool), "sent": True}
     return SimpleNamespace(**(fields | other))
 
 
@@ -36,12 +44,12 @@ def first_stop(monitor, samples):
 def test_a_delay_of_the_drive_is_no_tracking_error():
     ramp = np.arange(200) * 0.01
     samples = [(seen((ramp[max(k - 10, 0)],) * 2), sent(ramp[k])) for k in range(200)]
-    assert first_stop(Tracking(JOINTS, np.full(2, 0.005), 5, 20), samples) is None
+    assert first_stop(Tracking(JOINTS, np.full(2, 0.005), 5, TrackingError(20)), samples) is None
 
 
 def test_an_arm_that_stays_behind_is_one_after_as_many_cycles_as_are_allowed():
     samples = [(seen((0.0, k * 0.01)), sent(k * 0.01)) for k in range(100)]
-    number, stop = first_stop(Tracking(JOINTS, np.full(2, 0.1), 5, 10), samples)
+    number, stop = first_stop(Tracking(JOINTS, np.full(2, 0.1), 5, TrackingError(10)), samples)
     assert stop.joint == "one"
     assert number == 10 + 9 + 5  # limit reached, memory over, five in a row
 
@@ -58,13 +66,13 @@ def test_a_joint_that_is_silent_now_and_then_is_borne():
 def test_a_coarse_encoder_is_no_speed():
     step = 0.01
     position = np.round(np.arange(300) * 0.001 / step) * step
-    samples = [(seen((p, p), controller_time=k * 2_000_000), sent(0.0)) for k, p in enumerate(position)]
+    samples = [(seen((p, p), host_time=k * 2_000_000), sent(0.0)) for k, p in enumerate(position)]
     assert first_stop(Speed(JOINTS, np.full(2, 1.1), 10, 0.002), samples) is None
     assert first_stop(Speed(JOINTS, np.full(2, 0.4), 10, 0.002), samples) is not None
 
 
 def test_lost_cycles_do_not_make_a_speed():
-    samples = [(seen((k * 0.01,) * 2, controller_time=k * 10_000_000), sent(0.0)) for k in range(100)]
+    samples = [(seen((k * 0.01,) * 2, host_time=k * 10_000_000), sent(0.0)) for k in range(100)]
     assert first_stop(Speed(JOINTS, np.full(2, 1.2), 10, 0.002), samples) is None
 
 
@@ -96,8 +104,10 @@ def test_a_cycle_in_which_the_controller_did_not_ask_is_a_missed_one():
 
 
 def test_a_cycle_without_a_command_does_not_make_a_tracking_error_begin_anew():
-    away = [(seen(), sent(1.0))] * 4 + [(seen((np.nan, np.nan), sent=False), None)]
-    assert first_stop(Tracking(JOINTS, np.full(2, 0.1), 6, 1), away * 3)[0] == 6
+    away = [
+        (seen(), sent(1.0)) if k % 5 < 4 else (seen((np.nan, np.nan), sent=False), None) for k in range(15)
+    ]
+    assert first_stop(Tracking(JOINTS, np.full(2, 0.1), 6, TrackingError(1)), away)[0] == 6
 
 
 @pytest.mark.parametrize(("place", "unit"), [(0, "rad"), (1, "m")])
@@ -105,9 +115,39 @@ def test_a_stop_is_in_the_units_of_its_joint(place, unit):
     position = np.zeros(2)
     position[place] = 0.5
     bounds = np.full(2, 0.1)
-    tracking = Tracking(JOINTS, bounds, 1, 1, sliding)
+    tracking = Tracking(JOINTS, bounds, 1, TrackingError(1), sliding)
     outside = Outside(JOINTS, -bounds, bounds, np.zeros(2), 1, sliding)
     for monitor in (tracking, outside):
         _, stop = first_stop(monitor, [(seen(position), sent(0.0))])
         assert stop.unit == unit
         assert f" {unit}, limit" in stop.text
+
+
+def clocks(rate, cycle=0.008, late=(), seconds=5.0):
+    """Samples of a controller whose clock goes at a rate; now and then one is late [s]."""
+    for k in range(round(seconds / cycle)):
+        delay = late[k % len(late)] if late else 0.0
+        yield (
+            seen(host_time=round(1e9 * (k * cycle + delay)), controller_time=round(1e9 * rate * k * cycle)),
+            None,
+        )
+
+
+@pytest.mark.parametrize("cycle", [0.001, 0.002, 0.008, 0.012])
+@pytest.mark.parametrize("rate", [0.0, -1.0, 0.3])
+def test_a_controllers_clock_that_does_not_go_on_is_a_quick_stop(rate, cycle):
+    number, stop = first_stop(ControllerClock(cycle), clocks(rate, cycle))
+    assert (stop.kind, stop.level.name) == ("controller clock", "QUICK")
+    assert number * cycle < 0.2
+
+
+@pytest.mark.parametrize("cycle", [0.001, 0.002, 0.008, 0.012])
+def test_samples_that_are_late_are_no_fault_of_the_clock(cycle):
+    late = [0.05, *[0.0] * 10, 0.02, *[0.0] * 5]
+    for rate in (0.9999, 1.0001):
+        assert first_stop(ControllerClock(cycle), clocks(rate, cycle, late)) is None
+
+
+def test_cycles_in_which_nothing_came_say_nothing_of_the_clock():
+    silent = [(seen(stale=np.ones(2, bool), host_time=k * 8_000_000), None) for k in range(200)]
+    assert first_stop(ControllerClock(0.008), silent) is None

@@ -18,8 +18,13 @@ CYCLE = 0.01
 COARSE = 1.5e-3
 
 
-def signs(current=10.0, cycle=CYCLE):
-    return Signs(JOINTS, LIMITS, current * TWO, WatchLimits(), cycle)
+def signs(current=10.0, cycle=CYCLE, flange=None):
+    return Signs(JOINTS, LIMITS, current * TWO, WatchLimits(), cycle, flange=flange)
+
+
+def reach(position):
+    """The flange of an arm of one metre, turned by joint one."""
+    return np.array([np.cos(position[0]), np.sin(position[0]), 0.0])
 
 
 def sample(number, position, fault="", current=np.nan, cycle=CYCLE):
@@ -186,8 +191,62 @@ def test_cycles_that_show_nothing_are_no_break():
 def test_it_is_calm_where_nothing_moves_and_nothing_is_suspected():
     looking = signs()
     assert not looking.calm  # nobody knows yet
-    for number in range(20):
+    for number in range(60):
         looking.look(sample(number, [0.0, 0.0]), Command(0 * TWO, 0 * TWO), State.HOLDING)
     assert looking.calm
-    looking.look(replace(sample(20, [0.05, 0.0])), Command(0 * TWO, 0 * TWO), State.HOLDING)
+    looking.look(replace(sample(60, [0.05, 0.0])), Command(0 * TWO, 0 * TWO), State.HOLDING)
     assert not looking.calm
+
+
+@pytest.mark.parametrize(("state", "level"), [(State.HOLDING, "QUICK"), (State.QUICK, "OFF")])
+@pytest.mark.parametrize("speed", [0.087, 0.02, -0.087])
+def test_a_joint_that_creeps_on_after_a_stop_is_stopped_harder_however_slow(state, level, speed):
+    rows = ramp(speed, 200) + noisy(200)
+    time, stop = first(signs(flange=reach), state, rows, np.zeros((200, 2)) if level == "QUICK" else None)
+    assert stop.level.name == level
+    if abs(speed) < 0.05 or level == "OFF":  # faster ones are seen by their tracking error first
+        assert (stop.kind, stop.unit) == (Sign.FLANGE_CREEPS.value, "m")
+    assert time < 2.0  # as long as is listened after a stop
+
+
+def test_a_wrist_that_turns_on_in_its_place_is_seen_by_its_angle():
+    rows = ramp(0.087)[:, ::-1]  # joint two, which moves no flange
+    _, stop = first(signs(flange=reach), State.QUICK, rows)
+    assert (stop.kind, stop.joint) == (Sign.CREEPS.value, "two")
+
+
+@pytest.mark.parametrize("state", [State.HOLDING, State.QUICK])
+def test_what_swings_or_sags_to_rest_after_a_stop_does_not_creep(state):
+    time = CYCLE * np.arange(400)
+    swing = 0.15 * np.exp(-0.3 * time) * np.cos(2.0 * np.pi * 1.2 * time)
+    sag = 0.09 * (1.0 - np.exp(-time / 0.1))
+    for way in (swing, sag):
+        rows = np.outer(way, [1.0, 0.0])
+        moved_signs = signs(flange=reach)
+        assert first(moved_signs, state, rows, rows if state is State.HOLDING else None) is None
+
+
+def end_of(rows):
+    looking = signs()
+    for number, row in enumerate(rows):
+        looking.look(sample(number, row), None, State.QUICK)
+    return looking.at_end()
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_at_the_end_noise_is_rest_and_half_a_degree_a_second_is_motion(seed):
+    assert end_of(noisy(200, seed)).stands
+    standstill = end_of(noisy(200, seed) + ramp(0.02, 200))
+    assert standstill.moving
+    assert standstill.joint == "one"
+    assert standstill.speed == pytest.approx(0.02, abs=0.01)
+    assert "one STILL MOVES at 0.0" in standstill.text
+
+
+def test_of_a_joint_that_is_silent_at_the_end_nobody_knows():
+    rows = np.zeros((200, 2))
+    rows[-10:, 1] = np.nan
+    standstill = end_of(rows)
+    assert standstill.moving is None
+    assert "nothing is received from two" in standstill.text
+    assert end_of(np.zeros((10, 2))).moving is None  # too short to say

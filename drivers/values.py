@@ -1,0 +1,70 @@
+"""Values: what a telegram may hold; checked before anything is computed with it."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from .driver import SIGNALS, Sample
+from .errors import Unreadable
+
+RANGES = {
+    "position": (-1e5, 1e5, "rad"),
+    "velocity": (-1e4, 1e4, "rad/s"),
+    "current": (-1e4, 1e4, "A"),
+    "torque": (-1e6, 1e6, "N m"),
+    "temperature": (-273.15, 1e3, "degC"),
+}
+"""Of each signal, lowest and highest value and their unit: beyond what any joint, drive or counter has
+(16,000 turns, 95,000 rpm), so that what is outside was never measured."""
+LATEST = 1e9
+"""Time from a controller's zero [s]: 30 years, which fit into the recording's nanoseconds many times."""
+_LOWER = np.array([[RANGES[name][0]] for name in SIGNALS])
+_UPPER = np.array([[RANGES[name][1]] for name in SIGNALS])
+_LAST = 1 << 62
+"""Of times in a recording [ns]; it has 63 bits."""
+
+
+def nanoseconds(name: str, seconds: float) -> int:
+    """A controller's time [ns].
+
+    Args:
+        name: What the controller calls it.
+        seconds: From its zero [s].
+
+    Raises:
+        Unreadable: It is no number, negative, or later than any controller runs.
+    """
+    if not 0.0 <= seconds <= LATEST:
+        raise Unreadable(f"{name} is {seconds:g} s; expected 0 to {LATEST:g} s")
+    return round(1e9 * seconds)
+
+
+def checked(sample: Sample) -> Sample:
+    """The sample, with NaN and an event in place of values that nothing can have.
+
+    Raises:
+        Unreadable: A time that no clock shows, or arrays of another shape.
+    """
+    for name in ("host_time", "controller_time"):
+        if not 0 <= getattr(sample, name) < _LAST:
+            raise Unreadable(f"{name} is {getattr(sample, name)} ns; expected 0 to {_LAST} ns")
+    try:
+        values = np.array(
+            (sample.position, sample.velocity, sample.current, sample.torque, sample.temperature)
+        )
+    except ValueError as error:
+        raise Unreadable("position, velocity, current, torque and temperature differ in length") from error
+    wrong = (values < _LOWER) | (values > _UPPER)  # NaN is neither: a joint may be silent
+    return _without(sample, values, wrong) if wrong.any() else sample
+
+
+def _without(sample: Sample, values: np.ndarray, wrong: np.ndarray) -> Sample:
+    row, joint = (int(place[0]) for place in np.nonzero(wrong))
+    lower, upper, unit = RANGES[SIGNALS[row]]
+    text = (
+        f"{SIGNALS[row]} of joint {joint + 1} is {values[row, joint]:g} {unit}; expected {lower:g} to "
+        f"{upper:g} {unit}: taken as not received"
+    )
+    values[wrong] = np.nan
+    signals = dict(zip(SIGNALS, values, strict=True))
+    return replace(sample, events=(*sample.events, text), **signals)
