@@ -2,14 +2,20 @@
 
 import logging
 import time
+from collections.abc import Sequence
 from typing import Any
 
 import can
 
 from ..errors import BadSettings, LinkLost
+from .transports.choice import transport_of
+from .transports.transport import ERROR, IDENTIFIER, Frame, message
 
 PATIENCE = 0.1
 """How long reading or sending may fail without an end before the bus is given up [s]."""
+
+SENT_WITHIN = 0.002
+"""A bus that does not take a frame within this time has failed to send it [s]."""
 
 BUS_OFF = 0x40
 """Bit of an error frame's identifier: the CAN controller has switched itself off (Linux, error.h)."""
@@ -62,6 +68,7 @@ class CanBus:
             )
         except Exception as error:  # each of python-can's back-ends has errors of its own
             raise LinkLost(_cannot_open(interface, channel, bitrate, error)) from error
+        self._transport = transport_of(self._bus, interface, channel, more)
         self.trouble = ""
         self.unreadable = 0
         self.channel_info = f"{interface} {channel}"
@@ -69,8 +76,17 @@ class CanBus:
         self._reported: set[str] = set()
         self._events: list[str] = []
 
-    def send(self, message: can.Message, timeout: float = 0.002) -> None:
-        """Send a frame if the bus takes it within a time-out [s]; whether it did shows in `trouble`."""
+    def send_frames(self, frames: Sequence[Frame]) -> None:
+        """Send frames of data with 11-bit identifiers, in this order; a failure shows in `trouble`."""
+        try:
+            self._transport.send(frames, SENT_WITHIN)
+        except Exception as error:  # likewise
+            self._failed("sent", error)
+        else:
+            self._failing["sent"] = 0.0
+
+    def send(self, message: can.Message, timeout: float = SENT_WITHIN) -> None:
+        """Send a frame of any kind, as python-can does; whether it went out shows in `trouble`."""
         try:
             self._bus.send(message, timeout)
         except Exception as error:  # likewise
@@ -78,20 +94,28 @@ class CanBus:
         else:
             self._failing["sent"] = 0.0
 
-    def recv(self, timeout: float | None = 0.0) -> can.Message | None:
-        """The next frame of data; None where there was none in time [s], or one that cannot be read."""
+    def receive(self, timeout: float) -> Frame | None:
+        """The next frame, its identifier with flags; None where there was none in time [s].
+
+        None also for a frame that cannot be read and for an error frame, which count as `unreadable`.
+        """
         try:
-            message = self._bus.recv(timeout)
+            received = self._transport.receive(timeout)
         except Exception as error:  # likewise
             self.unreadable += 1
             self._failed("read", error)
             return None
         self._failing["read"] = 0.0
-        if message is not None and message.is_error_frame:
+        if received is not None and received[0] & ERROR:
             self.unreadable += 1
-            self._error_frame(message.arbitration_id, bytes(message.data))
+            self._error_frame(received[0] & IDENTIFIER, received[1])
             return None
-        return message
+        return received
+
+    def recv(self, timeout: float | None = 0.0) -> can.Message | None:
+        """As `receive`, in python-can's words."""
+        received = self.receive(timeout or 0.0)
+        return None if received is None else message(*received)
 
     def events(self) -> list[str]:
         """What was noticed since the last call, each kind of it once."""
@@ -105,6 +129,7 @@ class CanBus:
     def shutdown(self) -> None:
         """Let the bus go; never raises."""
         try:
+            self._transport.close()
             self._bus.shutdown()
         except Exception as error:  # likewise
             self._report(f"CAN bus could not be closed: {error}")

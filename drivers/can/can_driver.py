@@ -44,7 +44,8 @@ class CanDriver(Driver, Generic[Round]):
         self._clock: HostClock | None = None
         self._armed = False
         self._level = 0
-        self._unknown = np.full(arm.dof, np.nan)
+        self._unknown, self._none_stale = np.full(arm.dof, np.nan), np.zeros(arm.dof, bool)
+        self._none_stale.setflags(write=False)  # samples share it
 
     @abstractmethod
     def _aim(self, talk: Round, command: Command) -> None:
@@ -60,8 +61,9 @@ class CanDriver(Driver, Generic[Round]):
 
     def _answered(self, talk: Round, tick: Tick, sent: int, **values: np.ndarray) -> Sample:
         """A sample of what is known, by name and each (n,); NaN for all else and for stale joints."""
-        stale = ~np.array(talk.fresh)
-        if stale.any():
+        stale = self._none_stale
+        if not all(talk.fresh):
+            stale = ~np.array(talk.fresh)
             values = {name: np.where(stale, np.nan, value) for name, value in values.items()}
         known: dict[str, Any] = {name: values.get(name, self._unknown) for name in SIGNALS}
         return Sample(

@@ -6,9 +6,9 @@ No thread: nothing here waits. Whatever arrives that is not understood is left a
 import time
 from abc import ABC, abstractmethod
 
-import can
-
+from ..answer_time import AnswerTime
 from .can_bus import CanBus
+from .transports.transport import STANDARD, Frame
 
 MOST_EVENTS = 50
 """Events that are kept at most for one sample."""
@@ -37,6 +37,7 @@ class CanRound(ABC):
         self.fault = ""
         self.received = time.monotonic()
         self._waiting = 0
+        self._answer_time = AnswerTime()
         self._events: list[str] = []
 
     @abstractmethod
@@ -57,7 +58,7 @@ class CanRound(ABC):
     def begin(self) -> None:
         """Forget what came unread, and what was wrong."""
         end = time.monotonic() + FORGET
-        while self._bus.recv(0.0) is not None and time.monotonic() < end:
+        while self._bus.receive(0.0) is not None and time.monotonic() < end:
             pass
         self.fault = self._bus.trouble
         self.received = time.monotonic()
@@ -82,9 +83,9 @@ class CanRound(ABC):
     def _read_late(self) -> None:
         """Read what came after the last wait; late answers do not count for the next question."""
         for _ in range(MOST):
-            unreadable, message = self._bus.unreadable, self._bus.recv(0.0)
-            if message is not None:
-                self._read(message)
+            unreadable, received = self._bus.unreadable, self._bus.receive(0.0)
+            if received is not None:
+                self._read(received)
             elif self._bus.unreadable == unreadable:
                 break
         self.fresh = [False] * len(self._names)
@@ -92,13 +93,19 @@ class CanRound(ABC):
 
     def _collect(self, end: float) -> None:
         """Read until everybody has answered or time is up; what is there already is read in any case."""
+        self._answer_time.sleep()
+        waited = False
         while self._waiting:
-            left = end - time.monotonic()
-            message = self._bus.recv(max(left, 0.0))
-            if message is not None:
-                self._read(message)
-            elif left <= 0.0 or self._bus.trouble:
-                break
+            received = self._bus.receive(0.0)
+            if received is None:
+                waited, left = True, end - time.monotonic()
+                received = self._bus.receive(max(left, 0.0))
+                if received is None and (left <= 0.0 or self._bus.trouble):
+                    break
+            if received is not None:
+                self._read(received)
+        else:
+            self._answer_time.adjust(waited)
         for text in self._bus.events():
             self.report(text)
         if self._bus.trouble and not self.fault:
@@ -109,13 +116,7 @@ class CanRound(ABC):
             self.fresh[joint] = True
             self._waiting -= 1
 
-    def _read(self, message: can.Message) -> None:
-        if message.is_extended_id or message.is_remote_frame or message.is_fd:
-            return
-        if self._understand(message.arbitration_id, bytes(message.data)):
+    def _read(self, received: Frame) -> None:
+        identifier, data = received
+        if identifier <= STANDARD and self._understand(identifier, data):
             self.received = time.monotonic()
-
-
-def frame(identifier: int, data: bytes) -> can.Message:
-    """A classic frame with an 11-bit identifier."""
-    return can.Message(arbitration_id=identifier, data=data, is_extended_id=False)

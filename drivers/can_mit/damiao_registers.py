@@ -8,7 +8,6 @@ import time
 from typing import NamedTuple
 
 from ..can.can_bus import CanBus
-from ..can.can_round import frame
 
 TO_ALL = 0x7FF
 """Identifier of requests."""
@@ -64,12 +63,10 @@ def write(bus: CanBus, motor: int, master: int, register: Register, value: int) 
 def _ask(bus: CanBus, motor: int, master: int, register: Register, what: int, data: bytes) -> float | None:
     head = struct.pack("<HBB", motor, what, register.number)
     for _ in range(TRIES):
-        bus.send(frame(TO_ALL, head + data))
+        bus.send_frames([(TO_ALL, head + data)])
         end = time.monotonic() + ANSWER
         while (left := end - time.monotonic()) > 0.0:
-            message = bus.recv(left)
-            if message is None or message.is_extended_id or message.arbitration_id != master:
-                continue
-            if len(message.data) == 8 and bytes(message.data[:4]) == head:
-                return float(struct.unpack(register.form, message.data[4:])[0])
+            identifier, answer = bus.receive(left) or (-1, b"")
+            if identifier == master and len(answer) == 8 and answer[:4] == head:
+                return float(struct.unpack(register.form, answer[4:])[0])
     return None

@@ -4,7 +4,6 @@ import struct
 from dataclasses import dataclass, field
 
 from ..can.can_bus import CanBus
-from ..can.can_round import frame
 from ..errors import NotReady
 from . import damiao_registers as r
 from .mit_motors import Motor
@@ -60,7 +59,7 @@ def set_up(bus: CanBus, motor: Motor, dead_man: float | None) -> Found:
 def leave(bus: CanBus, motor: Motor, timeout: int) -> None:
     """Write TIMEOUT without waiting for an answer."""
     head = struct.pack("<HBB", motor.number, r.WRITE, r.TIMEOUT.number)
-    bus.send(frame(r.TO_ALL, head + struct.pack(r.TIMEOUT.form, timeout)))
+    bus.send_frames([(r.TO_ALL, head + struct.pack(r.TIMEOUT.form, timeout))])
 
 
 def _reading(bus: CanBus, motor: Motor, register: r.Register) -> float | None:

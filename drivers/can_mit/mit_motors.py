@@ -4,10 +4,9 @@ import time
 from enum import Enum
 from typing import NamedTuple
 
-import can
-
 from ..can.can_bus import CanBus
-from ..can.can_round import CanRound, frame
+from ..can.can_round import CanRound
+from ..can.transports.transport import Frame
 from ..host_clock import host_time
 from .damiao_registers import TO_ALL, refresh
 from .mit_frame import (
@@ -86,7 +85,6 @@ class MotorRound(CanRound):
         self.request, self.state = [Request.LISTEN] * count, [UNKNOWN] * count
         self.target, self.velocity = [0.0] * count, [0.0] * count
         self.watching = False
-        self._commands = [frame(motor.number, bytes(8)) for motor in motors]
         self._others = [_others(motor) for motor in motors]
         self._answers: dict[int, list[int]] = {}
         for joint, motor in enumerate(motors):
@@ -96,17 +94,19 @@ class MotorRound(CanRound):
         """As in `CanRound`; a motor measures when it is reached by its question."""
         self._read_late()
         now = host_time()
-        for joint, request in enumerate(self.request):
-            self._bus.send(
+        self._bus.send_frames(
+            [
                 self._command(joint) if request is Request.COMMAND else self._others[joint][request]
-            )
+                for joint, request in enumerate(self.request)
+            ]
+        )
         self._collect(time.monotonic() + patience)
         return now
 
-    def _command(self, joint: int) -> can.Message:
-        motor, message = self._motors[joint], self._commands[joint]
-        message.data[:] = pack(motor.commanded, self.target[joint], self.velocity[joint], motor.kp, motor.kd)
-        return message
+    def _command(self, joint: int) -> Frame:
+        motor = self._motors[joint]
+        data = pack(motor.commanded, self.target[joint], self.velocity[joint], motor.kp, motor.kd)
+        return motor.number, data
 
     def _understand(self, identifier: int, data: bytes) -> bool:
         for joint in self._answers.get(identifier, ()):
@@ -137,13 +137,13 @@ class MotorRound(CanRound):
             self.report(f"{self._names[joint]}: {text or ('on' if state.error else 'off or no error')}")
 
 
-def _others(motor: Motor) -> dict[Request, can.Message]:
+def _others(motor: Motor) -> dict[Request, Frame]:
     """Frames for a motor that do not change."""
-    limp = frame(motor.number, pack(motor.commanded, 0.0, 0.0, 0.0, 0.0))
-    listen = frame(TO_ALL, refresh(motor.number)) if motor.family.registers else limp
+    limp = motor.number, pack(motor.commanded, 0.0, 0.0, 0.0, 0.0)
+    listen = (TO_ALL, refresh(motor.number)) if motor.family.registers else limp
     fixed = {Request.CLEAR: CLEAR, Request.ENABLE: ENABLE, Request.DISABLE: DISABLE}
     return {
         Request.LISTEN: listen,
         Request.LIMP: limp,
-        **{request: frame(motor.number, data) for request, data in fixed.items()},
+        **{request: (motor.number, data) for request, data in fixed.items()},
     }

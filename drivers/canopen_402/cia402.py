@@ -102,6 +102,8 @@ TOWARDS_ENABLED = {
 }
 """State -> controlword that leads on; in the others there is nothing to do but wait, or to reset a fault."""
 
+VOLTAGE = 0x0010
+"""Bit of the statusword: the power stage has its supply."""
 LIMIT_ACTIVE = 0x0800
 """Bit of the statusword: a limit inside the drive is active."""
 

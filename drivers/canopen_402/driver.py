@@ -35,7 +35,7 @@ class Canopen402(CanDriver[Frames]):
         super().__init__(settings, arm)
         require_sound(settings, arm)
         self._names = [f"{joint} (node {n})" for joint, n in zip(arm.joints, settings.nodes, strict=True)]
-        self._per_radian, self._zero = settings.per_radian, np.array(settings.zero)
+        self._per_radian, self._zero = settings.per_radian.tolist(), list(settings.zero)
         self._network: DriveNetwork | None = None
         self._unit = self._unknown
         self._kind = ""
@@ -178,9 +178,10 @@ class Canopen402(CanDriver[Frames]):
         )
 
     def _aim(self, frames: Frames, command: Command) -> None:
-        counts = np.rint((command.position - self._zero) * self._per_radian)
-        if (np.abs(counts) < RANGE).all():  # not so for what is not a number
-            frames.target = counts.astype(int).tolist()
+        where = zip(command.position.tolist(), self._zero, self._per_radian, strict=True)
+        counts = [(position - zero) * scale for position, zero, scale in where]
+        if all(abs(count) < RANGE - 1 for count in counts):  # not so for what is not a number
+            frames.target = [round(count) for count in counts]
         elif not frames.fault:
             frames.fail(f"a command that is no position: {command.position}")
 
@@ -191,7 +192,7 @@ class Canopen402(CanDriver[Frames]):
             if not _enabled(status):
                 frames.fail(
                     f"{self._names[joint]}: left operation enabled for {frames.state(joint)} "
-                    f"(statusword 0x{status:04X})"
+                    f"(statusword 0x{status:04X}){_without_power(status)}"
                 )
 
     def _sample(self, frames: Frames, tick: Tick, sent: int) -> Sample:
@@ -199,7 +200,8 @@ class Canopen402(CanDriver[Frames]):
         return self._answered(frames, tick, sent, position=self._position(frames), **effort)
 
     def _position(self, frames: Frames) -> np.ndarray:
-        return np.array(frames.position, float) / self._per_radian + self._zero
+        counts = zip(frames.position, self._per_radian, self._zero, strict=True)
+        return np.array([count / scale + zero for count, scale, zero in counts])
 
     def _stopped(self, frames: Frames) -> bool:
         return not any(map(_enabled, frames.status))
@@ -218,3 +220,8 @@ def _enabled(status: int) -> bool:
 
 def _all_enabled(frames: Frames) -> bool:
     return all(map(_enabled, frames.status))
+
+
+def _without_power(statusword: int) -> str:
+    """That the power stage has lost its supply, where the statusword says so."""
+    return "" if statusword & c.VOLTAGE else ": its power stage has lost its supply (voltage enabled is off)"

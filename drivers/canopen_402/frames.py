@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable, Sequence
 
 from ..can.can_bus import CanBus
-from ..can.can_round import CanRound, frame
+from ..can.can_round import CanRound
 from ..host_clock import host_time
 from . import cia402 as c
 
@@ -80,8 +80,8 @@ class Frames(CanRound):
         self._effort_form = [struct.Struct(e.form) for e in efforts]
         self._parts = [STOOD_PART if beside(e) else STOOD_PART | EFFORT_PART for e in efforts]
         self._missing = list(self._parts)
-        self._commands = [frame(c.RPDO1 + node, bytes(COMMANDED.size)) for node in nodes]
-        self._sync, self._beat = frame(c.SYNC, b""), frame(c.HEARTBEAT + host, bytes([c.OPERATIONAL]))
+        self._commands = [c.RPDO1 + node for node in nodes]
+        self._sync, self._beat = [(c.SYNC, b"")], [(c.HEARTBEAT + host, bytes([c.OPERATIONAL]))]
         self._beat_time, self._next_beat = beat, 0.0
         self._lost_after, self._beating = LOST * heartbeat, beating
         self._alive = self._all_alive()
@@ -106,7 +106,7 @@ class Frames(CanRound):
         self._read_late()
         self._missing = list(self._parts)
         now = host_time()
-        self._bus.send(self._sync)
+        self._bus.send_frames(self._sync)
         self._collect(time.monotonic() + patience)
         self._look_for_lost()
         return now
@@ -115,27 +115,27 @@ class Frames(CanRound):
         """Controlwords and targets, once they are to be sent, and the host's heartbeat when it is due."""
         if not self.commanding:
             return
-        for message, control, target in zip(self._commands, self.control, self.target, strict=True):
-            COMMANDED.pack_into(message.data, 0, control, target)
-            self._bus.send(message)
+        pack = COMMANDED.pack
+        joints = zip(self._commands, self.control, self.target, strict=True)
+        self._bus.send_frames([(number, pack(control, target)) for number, control, target in joints])
         if time.monotonic() >= self._next_beat:
             self._next_beat = time.monotonic() + self._beat_time
-            self._bus.send(self._beat)
+            self._bus.send_frames(self._beat)
 
     def synchronise(self) -> None:
         """A SYNC out of turn, which makes valid what was sent."""
-        self._bus.send(self._sync)
+        self._bus.send_frames(self._sync)
 
     def write_unanswered(self, joint: int, entry: c.Entry, value: int) -> None:
         """Write a value to a drive by SDO without waiting for an answer: for when the drive may be absent."""
         data = struct.pack(entry.form, value)
         head = struct.pack("<BHB", 0x23 | 4 - len(data) << 2, entry.index, entry.sub)
-        self._bus.send(frame(c.SDO_TO_NODE + self._nodes[joint], head + data.ljust(4, b"\0")))
+        self._bus.send_frames([(c.SDO_TO_NODE + self._nodes[joint], head + data.ljust(4, b"\0"))])
 
     def manage(self, command: int) -> None:
         """Send all nodes a command of network management."""
         for node in self._nodes:
-            self._bus.send(frame(c.NMT, bytes([command, node])))
+            self._bus.send_frames([(c.NMT, bytes([command, node]))])
 
     def state(self, joint: int) -> str:
         """The state by a drive's last statusword."""

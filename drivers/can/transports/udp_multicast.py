@@ -1,0 +1,72 @@
+"""python-can's CAN bus without hardware: a frame a multicast datagram, as a map in MessagePack."""
+
+import os
+import socket
+from typing import Any
+
+import can
+import msgpack  # type: ignore[import-untyped]
+from can.interfaces.udp_multicast.utils import pack_message
+
+from .socket_transport import SocketTransport
+from .transport import STANDARD, Frame, flagged, message
+
+PORT = 43113
+"""Of the bus where the options give none, as in python-can."""
+DATA = b"\xa4data\xc4"
+"""What stands before the data in a datagram: the name, the mark of bytes; next is their number."""
+KINDS = ("is_extended_id", "is_remote_frame", "is_error_frame", "is_fd")
+"""Names of what is not a frame of data with an 11-bit identifier."""
+ECHOES = 1000
+"""Datagrams that are remembered because they have not come back; more of them are lost."""
+
+
+class UdpMulticastTransport(SocketTransport):
+    """A multicast bus, on which each datagram that is sent comes back; those are not received.
+
+    Args:
+        descriptor: Of the socket of python-can's bus.
+        group: Address of the bus.
+        port: Of the bus; None for python-can's default.
+    """
+
+    def __init__(self, descriptor: int, group: str, port: int | None) -> None:
+        super().__init__(socket.socket(fileno=os.dup(descriptor)))
+        self._address = group, port or PORT
+        self._sent = set[bytes]()
+        self._around: dict[tuple[int, int], tuple[bytes, bytes]] = {}
+
+    def _encode(self, identifier: int, data: bytes) -> bytes:
+        kind = identifier, len(data)
+        around = self._around.get(kind)
+        if around is None:
+            around = self._around[kind] = self._parts(identifier, len(data))
+        return b"".join((around[0], data, around[1]))
+
+    def _parts(self, identifier: int, length: int) -> tuple[bytes, bytes]:
+        """What stands before and behind so many bytes of data; it is the same for every such frame."""
+        datagram = pack_message(message(identifier, bytes(length)))
+        begin = datagram.index(DATA) + len(DATA) + 1
+        return datagram[:begin], datagram[begin + length :]
+
+    def _decode(self, datagram: bytes) -> Frame | None:
+        if datagram in self._sent:
+            self._sent.discard(datagram)
+            return None
+        fields: dict[str, Any] = msgpack.unpackb(datagram)
+        identifier, data = fields["arbitration_id"], fields["data"]
+        if any(map(fields.__getitem__, KINDS)):
+            return flagged(can.Message(**fields, check=True)), data
+        if not 0 <= identifier <= STANDARD or type(data) is not bytes or fields["dlc"] != len(data):
+            raise ValueError("a datagram that is not a frame")
+        return identifier, data
+
+    def _hand_over(self, datagram: bytes) -> None:
+        if len(self._sent) > ECHOES:
+            self._sent.clear()
+        self._sent.add(datagram)
+        self._socket.sendto(datagram, socket.MSG_DONTWAIT, self._address)
+
+    def close(self) -> None:
+        """As in `Transport`."""
+        self._socket.close()

@@ -1,0 +1,208 @@
+"""Transports: they send and receive what python-can does, frame by frame."""
+
+import os
+import socket
+import tty
+
+import can
+import pytest
+
+from exidyn.drivers.can.transports.choice import transport_of
+from exidyn.drivers.can.transports.slcan import SlcanTransport
+from exidyn.drivers.can.transports.socketcan import SocketcanTransport
+from exidyn.drivers.can.transports.transport import ERROR, EXTENDED, FD, REMOTE, PythonCanTransport
+
+from ...peers.can_ends import CHANNEL, free_port
+
+FRAMES = [(0x181, b"12345678"), (0x000, b"\x01\x05"), (0x080, b""), (0x7FF, b"\xff\xa4data\xc4")]
+
+
+@pytest.fixture
+def socketcan():
+    """A transport, and the kernel's side of its socket."""
+    ours, kernel = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+    with ours, kernel:
+        yield SocketcanTransport(ours), kernel
+
+
+@pytest.fixture
+def serial():
+    """A transport on a pseudo-terminal, and the adapter's side of it."""
+    master, slave = os.openpty()
+    tty.setraw(master)
+    tty.setraw(slave)
+    bus = can.Bus(
+        channel=os.ttyname(slave),
+        interface="slcan",
+        bitrate=1_000_000,
+        sleep_after_open=0,
+        ignore_config=True,
+    )
+    os.read(master, 4096)
+    yield transport_of(bus, "slcan", "", {}), master
+    bus.shutdown()
+    os.close(master)
+    os.close(slave)
+
+
+@pytest.fixture
+def multicast():
+    """A transport, and another bus of python-can's on the same group."""
+    port = free_port()
+    given = {
+        "channel": CHANNEL,
+        "interface": "udp_multicast",
+        "port": port,
+        "fd": False,
+        "ignore_config": True,
+    }
+    try:
+        ours, theirs = can.Bus(**given), can.Bus(**given)
+    except (can.CanError, OSError) as error:
+        pytest.skip(f"no multicast on this machine: {error}")
+    transport = transport_of(ours, "udp_multicast", CHANNEL, {"port": port})
+    yield transport, theirs
+    transport.close()
+    ours.shutdown()
+    theirs.shutdown()
+
+
+def test_socketcan_frames_are_those_of_the_kernel(socketcan):
+    build = pytest.importorskip("can.interfaces.socketcan.socketcan").build_can_frame
+    transport, kernel = socketcan
+    transport.send(FRAMES, 0.1)
+    for identifier, data in FRAMES:
+        message = can.Message(arbitration_id=identifier, data=data, is_extended_id=False)
+        assert kernel.recv(100) == build(message)
+
+
+@pytest.mark.parametrize(
+    ("kind", "flags"),
+    [
+        ({}, 0),
+        ({"is_extended_id": True}, EXTENDED),
+        ({"is_remote_frame": True}, REMOTE),
+        ({"is_error_frame": True}, ERROR),
+        ({"is_fd": True}, FD),
+    ],
+)
+def test_socketcan_frames_of_each_kind_are_known_by_their_flags(socketcan, kind, flags):
+    build = pytest.importorskip("can.interfaces.socketcan.socketcan").build_can_frame
+    transport, kernel = socketcan
+    data = b"" if "is_remote_frame" in kind or "is_fd" in kind else b"123"
+    kernel.send(build(can.Message(arbitration_id=0x123, data=data, **{"is_extended_id": False, **kind})))
+    assert transport.receive(1.0) == (0x123 | flags, data)
+    assert transport.receive(0.0) is None
+
+
+def test_socketcan_refuses_what_is_no_frame_and_goes_on(socketcan):
+    transport, kernel = socketcan
+    kernel.send(b"short")
+    kernel.send(bytes(16))
+    with pytest.raises(ValueError, match="5 bytes"):
+        transport.receive(1.0)
+    assert transport.receive(1.0) == (0, b"")
+
+
+def test_a_full_socket_is_an_error_after_the_time_out_and_the_other_frames_are_tried(socketcan):
+    transport, kernel = socketcan
+    transport._socket.setblocking(False)
+    while True:
+        try:
+            transport._socket.send(bytes(16))
+        except BlockingIOError:
+            break
+    with pytest.raises(BlockingIOError):
+        transport.send(FRAMES, 0.001)
+    kernel.recv(100)
+    transport.send(FRAMES[:1], 1.0)
+
+
+def test_slcan_lines_are_those_of_python_can(serial):
+    transport, adapter = serial
+    transport.send(FRAMES, 0.1)
+    assert os.read(adapter, 4096) == b"t18183132333435363738\rt00020105\rt0800\rt7FF7FFA464617461C4\r"
+
+
+def test_many_lines_in_one_reading_and_lines_in_pieces(serial):
+    transport, adapter = serial
+    os.write(adapter, b"z\rt1812A1B2\rT00000123100\rr1230\r\at2")
+    assert transport.receive(1.0) == (0x181, b"\xa1\xb2")
+    assert transport.receive(1.0) == (0x123 | EXTENDED, b"\x00")
+    assert transport.receive(1.0) == (0x123 | REMOTE, b"")
+    assert transport.receive(0.0) is None
+    os.write(adapter, b"81111ABCD\r")  # the last four digits are a time stamp
+    assert transport.receive(1.0) == (0x281, b"\x11")
+
+
+@pytest.mark.parametrize("line", [b"t18", b"t1819", b"t1812A1", b"tXYZ0", b"t8000", b"t1812\xff\xff"])
+def test_a_broken_line_is_an_error_and_the_next_is_read(serial, line):
+    transport, adapter = serial
+    os.write(adapter, line + b"\rt1810\r")
+    with pytest.raises(ValueError):  # noqa: PT011 - of several kinds
+        transport.receive(1.0)
+    assert transport.receive(1.0) == (0x181, b"")
+
+
+def test_an_adapter_that_is_gone_is_an_error(serial, monkeypatch):
+    transport, adapter = serial
+    os.write(adapter, b"t1810\r")
+    monkeypatch.setattr(os, "read", lambda *_: b"")
+    with pytest.raises(OSError, match="gone"):
+        transport.receive(1.0)
+
+
+def test_multicast_frames_are_those_of_python_can_both_ways(multicast):
+    transport, other = multicast
+    transport.send(FRAMES, 0.1)
+    for identifier, data in FRAMES:
+        message = other.recv(1.0)
+        assert (message.arbitration_id, bytes(message.data), message.is_extended_id) == (
+            identifier,
+            data,
+            False,
+        )
+    assert transport.receive(0.05) is None  # what it has sent itself
+    for extended in (False, True):
+        other.send(can.Message(arbitration_id=0x181, data=b"12", is_extended_id=extended))
+        assert transport.receive(1.0) == (0x181 | EXTENDED * extended, b"12")
+
+
+def test_the_same_frame_of_another_is_received(multicast):
+    transport, other = multicast
+    transport.send(FRAMES[:1], 0.1)
+    assert transport.receive(0.05) is None
+    other.send(can.Message(arbitration_id=0x181, data=b"12345678", is_extended_id=False))
+    assert transport.receive(1.0) == FRAMES[0]
+
+
+@pytest.mark.parametrize("datagram", [b"", b"\xff", b"\x80", b"\x93\x01\x02\x03", b"\xc1"])
+def test_multicast_that_is_no_frame_is_an_error_and_the_next_is_read(multicast, datagram):
+    transport, other = multicast
+    other._multicast.send(datagram)
+    other.send(can.Message(arbitration_id=1, data=b"", is_extended_id=False))
+    with pytest.raises(Exception):  # noqa: B017, PT011 - of several kinds
+        transport.receive(1.0)
+    assert transport.receive(1.0) == (1, b"")
+
+
+def test_any_other_interface_goes_through_python_can():
+    with can.Bus("exidyn", interface="virtual") as ours, can.Bus("exidyn", interface="virtual") as other:
+        transport = transport_of(ours, "virtual", "exidyn", {})
+        assert isinstance(transport, PythonCanTransport)
+        transport.send(FRAMES, 0.1)
+        assert [(m.arbitration_id, bytes(m.data)) for m in iter(lambda: other.recv(0.0), None)] == FRAMES
+        other.send(can.Message(arbitration_id=5, data=b"1", is_extended_id=False))
+        assert transport.receive(1.0) == (5, b"1")
+        assert transport.receive(0.0) is None
+
+
+def test_an_slcan_port_without_a_descriptor_goes_through_python_can():
+    class Bus:
+        serialPortOrig = object()
+
+    assert isinstance(transport_of(Bus(), "slcan", "socket://adapter:1", {}), PythonCanTransport)
+
+
+def test_slcan_on_a_port_with_a_descriptor_reads_it_directly(serial):
+    assert isinstance(serial[0], SlcanTransport)
