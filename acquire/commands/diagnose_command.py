@@ -13,6 +13,7 @@ from exidyn.identify.diagnosis.refit import refit
 from exidyn.identify.diagnosis.runs.usable import HELD_OUT
 from exidyn.identify.diagnosis.words.summary import summary
 from exidyn.identify.errors import ExidynError
+from exidyn.identify.file_names import distinct_stems
 from exidyn.identify.fit.fit import Fit
 from exidyn.identify.notebook import counted
 from exidyn.identify.pages.diagnosis.page_data import whole
@@ -54,8 +55,9 @@ def main(arguments: Sequence[str]) -> int:
         given.torque_cutoff = given.torque_cutoff or COMPARISON_CUTOFF
     if len(folders) > 1:
         _require_no_json(given)
-        failed = [folder for folder in folders if not _try(folder, given)]
-        return REFUSED if failed else DONE
+        stems = distinct_stems([folder.resolve().name for folder in folders], "case")
+        done = [_try(folder, given.output / stem, given) for folder, stem in zip(folders, stems, strict=True)]
+        return DONE if all(done) else REFUSED
     _read_and_do(folders[0] if folders else None, given.output, given)
     return DONE
 
@@ -121,10 +123,10 @@ def _require_no_json(given: argparse.Namespace) -> None:
         )
 
 
-def _try(folder: Path, given: argparse.Namespace) -> bool:
+def _try(folder: Path, output: Path, given: argparse.Namespace) -> bool:
     """Diagnose one case of several; whether that could be done."""
     try:
-        _read_and_do(folder, given.output / folder.name, given)
+        _read_and_do(folder, output, given)
     except ExidynError as error:
         print(f"exidyn: {folder}: {' '.join(str(error).split())}", file=sys.stderr)
         return False

@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from exidyn.identify.export import FORMATS, Portable
+from exidyn.identify.file_names import file_stem
 from exidyn.identify.fit.fit import Moved
 from exidyn.identify.fit.fit_file import read_fit
 from exidyn.identify.model import Model
@@ -40,7 +41,7 @@ def main(arguments: Sequence[str]) -> int:
         moved = _moved(given.arm, model)
         portable, form = Portable.of(model, given.payload), FORMATS[given.to]
         robot, missing, content = portable.robot, form.leaves_out(portable), form.text(portable)
-        path = given.output or Path(f"{robot.name.replace(' ', '_')}-export{form.ending}")
+        path = given.output or Path(f"{file_stem(robot.name, 'robot')}-export{form.ending}")
     require_file(path, "--output", [given.arm])
     write_whole(path, content)
     table = {

@@ -1,13 +1,13 @@
 """exidyn import: other people's files in, recordings out."""
 
 import argparse
-import re
 import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from exidyn.identify.errors import RecordingError, listed
+from exidyn.identify.file_names import distinct_stems
 from exidyn.identify.recordings.importers import IMPORTERS, import_source, kind_of
 from exidyn.identify.recordings.importers.align import aligned
 from exidyn.identify.recordings.importers.tables.preset import preset_names
@@ -61,10 +61,12 @@ def main(arguments: Sequence[str]) -> int:
         _require_single(given.output, recordings, given.source)
     else:
         make_folder(given.output)
-    written: dict[Path, Recording] = {}
-    for recording in recordings if run is None else [aligned(recording, run) for recording in recordings]:
-        path = given.output if single else _free_path(given.output, recording, set(written))
-        written[path] = recording
+    if run is not None:
+        recordings = [aligned(recording, run) for recording in recordings]
+    stems = distinct_stems([recording.name for recording in recordings], "run")
+    paths = [given.output] if single else [given.output / f"{stem}.mcap" for stem in stems]
+    written = dict(zip(paths, recordings, strict=True))
+    for path, recording in written.items():
         write_recording(recording, path)
         print("".join(line + "\n" for line in warning_lines(recording)), end="", file=sys.stderr)
     tables = [recording_table(recording) | {"written": str(path)} for path, recording in written.items()]
@@ -183,13 +185,6 @@ def _require_single(path: Path, recordings: Sequence[Recording], source: Path) -
             f"Name a folder: --output {path.with_suffix('')}"
         )
     require_file(path, "--output", [source])
-
-
-def _free_path(folder: Path, recording: Recording, taken: set[Path]) -> Path:
-    """A file name from the run's name; numbered where two runs of this import have the same."""
-    stem = re.sub(r"[^\w.-]+", "_", recording.name).strip("_") or "run"
-    paths = (folder / f"{stem}{f'_{k}' if k else ''}.mcap" for k in range(len(taken) + 1))
-    return next(path for path in paths if path not in taken)
 
 
 def _line(recording: Recording, path: Path) -> str:

@@ -4,9 +4,9 @@ from collections.abc import Callable
 from concurrent.futures import Executor, as_completed
 from pathlib import Path
 from typing import Any
-from urllib.parse import quote
 
 from exidyn.identify.errors import ExidynError
+from exidyn.identify.file_names import unique_stem
 from exidyn.identify.fit.estimators.posterior import posterior
 from exidyn.identify.fit.identification import identify
 from exidyn.identify.pages.fit.report import report_html
@@ -29,7 +29,7 @@ def last_runs(store: Store) -> dict[str, dict[str, Any]]:
 
 def report_path(store: Store, row: dict[str, Any]) -> Path:
     """Where the report of a run is; another run of the arm has another name."""
-    return store.folder / REPORTS / quote(row["arm"], safe="") / f"{row['key']}.html"
+    return store.folder / REPORTS / unique_stem(row["arm"], "arm") / f"{row['key']}.html"
 
 
 def write_reports(

@@ -1,6 +1,5 @@
 """Kind: a type of arm, and by what all its runs are reduced, so that they can be compared."""
 
-import re
 from dataclasses import dataclass, replace
 from functools import cached_property
 from zlib import crc32
@@ -8,6 +7,7 @@ from zlib import crc32
 import numpy as np
 
 from ..effects import LoadDependentFriction, Payload, TemperatureDependentFriction
+from ..file_names import file_stem
 from ..fit.base_parameters import BaseParameters, base_parameters
 from ..model import Model
 from ..preparation.choose import choose
@@ -85,6 +85,5 @@ def fleet_model(model: Model) -> Model:
 def kind_key(recording: Recording) -> str:
     """Name of the type a recording is of, fit for a file: arms of one have the same unknowns."""
     model = fleet_model(recording.model)
-    name = re.sub(r"\W+", "-", model.robot.name).strip("-") or "arm"
     unknowns = "\n".join([measures_of(recording), *model.robot.joints, *model.names])
-    return f"{name}-{crc32(unknowns.encode()):08x}"
+    return f"{file_stem(model.robot.name, 'arm')}-{crc32(unknowns.encode()):08x}"
