@@ -15,18 +15,19 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import ExidynError, NotAFile
-from ..preparation.prepare import Filtering
+from ..effects import Parameter
+from ..errors import NotAFile, RobotError
+from ..model import Model
 from ..robot_files.robot_file import model_text, parse_model
+from ..schema import Disagreement, checked
 from .base_parameters import BaseParameters
 from .estimators import Estimate
-from .fit import Agreement, Fit, Scores, Unclear
+from .fit import Agreement, Fit, Scores
+from .fit_schema import SCORES, BaseParameterRow, FitFile, check_with_model
 from .json_file import read_json
 
 FORMAT = 1
 """Goes up when a reader of the former version would misunderstand a file."""
-SCORES = ("relative", "r_squared", "residual_rms", "noise", "over_noise")
-"""What is kept of the agreement with each run, a number a joint."""
 
 
 def write_fit(fit: Fit, path: Path | str) -> None:
@@ -46,21 +47,20 @@ def read_fit(path: Path | str) -> Fit:
     """Read fit.json.
 
     Raises:
-        NotAFile: Missing, cut off, no fit, or of a later format.
+        NotAFile: Missing, cut off, no fit, of a later format, or with a field that cannot be; it is named.
     """
     table = read_json(Path(path))
     if not isinstance(table, dict) or "exidyn_fit" not in table:
         raise NotAFile(f"{path} is no fit of exidyn: it has no key 'exidyn_fit'")
     if table["exidyn_fit"] != FORMAT:
         raise NotAFile(f"{path} has format {table['exidyn_fit']}; this version reads {FORMAT}; update exidyn")
+    file = checked(table, FitFile, str(path))
     try:
-        return _fit(table)
-    except KeyError as error:
-        raise NotAFile(f"{path}: key {error} is missing") from error
-    except ExidynError as error:
+        model = parse_model("\n".join(file.model))
+        check_with_model(file, model)
+        return _fit(file, model)
+    except (RobotError, Disagreement) as error:
         raise NotAFile(f"{path}: {error}") from error
-    except (TypeError, ValueError, IndexError, AttributeError, ArithmeticError) as error:
-        raise NotAFile(f"{path} is damaged: {error}") from error
 
 
 def _lines(value: Any) -> str:
@@ -78,10 +78,8 @@ def _numbers(array: np.ndarray) -> list:
 
 
 def _array(values: Sequence) -> np.ndarray:
-    """Inverse of `_numbers`; numbers as text are converted one by one to keep every digit."""
-    if values and isinstance(values[0], list):
-        return np.array([_array(row) for row in values])
-    return np.array([float(v) for v in values])
+    """Inverse of `_numbers`."""
+    return np.array(values, dtype=float)
 
 
 def _table(fit: Fit) -> dict[str, Any]:
@@ -153,80 +151,77 @@ def _scores(agreement: Agreement) -> dict[str, Any]:
     return {"run": agreement.run, "noise_source": agreement.noise_source} | numbers
 
 
-def _read_scores(table: dict[str, Any]) -> tuple[Scores, ...]:
+def _read_scores(file: FitFile) -> tuple[Scores, ...]:
     """Those of runs used, then those of runs held out."""
     return tuple(
         Scores(
-            run=one["run"],
-            held_out=key == "validation",
-            noise_source=one.get("noise_source", ""),
-            **{name: _array(one[name]) for name in SCORES},
+            run=one.run,
+            held_out=held_out,
+            noise_source=one.noise_source,
+            **{name: _array(getattr(one, name)) for name in SCORES},
         )
-        for key in ("agreement", "validation")
-        for one in table.get(key, ())
+        for held_out, runs in ((False, file.agreement), (True, file.validation))
+        for one in runs
     )
 
 
-def _fit(table: dict[str, Any]) -> Fit:
-    model = parse_model("\n".join(table["model"]))
-    rows = table["base_parameters"]
-    kept = [row for row in rows if row["kept"]]
-    values = {row["name"]: row["value"] for row in rows}
-    parameters, gap = tuple(model.parameters), tuple(table["gap"])
-    standard, scores = table["standard_parameters"], _read_scores(table)
-    # Older files call the prior "believed" and the warnings "doubts".
-    prior = _array([row["prior"] if "prior" in row else row["believed"] for row in kept])
+def _fit(file: FitFile, model: Model) -> Fit:
+    rows, kept, parameters = file.base_parameters, file.kept, tuple(model.parameters)
+    values = {row.name: row.value for row in rows}
+    standard, scores = file.standard_parameters, _read_scores(file)
+    prior = _array([row.before for row in kept])
     return Fit(
         model=model,
-        base=_base(parameters, kept, gap),
+        base=_base(parameters, kept, file.gap),
         estimate=Estimate(
-            method=table["method"],
-            values=_array([row["value"] for row in kept]),
-            gain=_array(table["drive_gain"]),
-            covariance=_array(table["covariance"]),
-            noise=_array(table["noise"]),
+            method=file.method,
+            values=_array([row.value for row in kept]),
+            gain=_array(file.drive_gain),
+            covariance=_array(file.covariance),
+            noise=_array(file.noise),
             standard=None if standard is None else _array(standard),
         ),
-        runs=tuple(table["runs"]),
-        filtering=Filtering(**table["filtering"]),
-        condition=float(table["condition"]),
-        rows=int(table["rows"]),
+        runs=file.runs,
+        filtering=file.filtering,
+        condition=file.condition,
+        rows=file.rows,
         prior=(prior[:, 0], prior[:, 1]),
-        dropped={name: values[name] for name in table["dropped"]},
-        unclear=tuple(Unclear(**unclear) for unclear in table["unclear"]),
-        warnings=tuple(table["warnings"] if "warnings" in table else table["doubts"]),
-        structure=_base(parameters, rows, gap) if len(kept) < len(rows) else None,
+        dropped={name: values[name] for name in file.dropped},
+        unclear=file.unclear,
+        warnings=file.doubts or () if file.warnings is None else file.warnings,
+        structure=_base(parameters, rows, file.gap) if len(kept) < len(rows) else None,
         # Files of before the key: of torque all gains are 1, and of currents hardly ever.
-        measures=table.get("measures", "torque" if _all_ones(table["drive_gain"]) else "current"),
+        measures=file.measures or ("torque" if set(file.drive_gain) == {1.0} else "current"),
         scores=scores,
-        noise=_noise_floor(table, scores),
-        noise_source=table.get("noise_floor_from", scores[0].noise_source if scores else ""),
-        carried={str(run): str(body) for run, body in table.get("carried", {}).items()},
-        simulations=tuple(table.get("simulations", ())),
-        exported=_exported(kept),
+        noise=_noise_floor(file, scores),
+        noise_source=_noise_source(file, scores),
+        carried=file.carried,
+        simulations=file.simulations,
+        # None where there are none, or in files of before the key.
+        exported=None if kept[0].exported is None else _array([row.exported for row in kept]),
     )
 
 
-def _exported(kept: Sequence[dict[str, Any]]) -> np.ndarray | None:
-    """None where there are none, or in files of before the key."""
-    return _array([row["exported"] for row in kept]) if all("exported" in row for row in kept) else None
-
-
-def _noise_floor(table: dict[str, Any], scores: Sequence[Scores]) -> np.ndarray | None:
+def _noise_floor(file: FitFile, scores: Sequence[Scores]) -> np.ndarray | None:
     """The noise level; files of before the key have it as torque, beside each run."""
-    if table.get("noise_floor") is not None:
-        return _array(table["noise_floor"])
-    return scores[0].noise / np.abs(_array(table["drive_gain"])) if scores else None
+    if file.noise_floor is not None:
+        return _array(file.noise_floor)
+    return scores[0].noise / np.abs(_array(file.drive_gain)) if scores else None
 
 
-def _all_ones(gains: Sequence) -> bool:
-    return all(float(gain) == 1.0 for gain in gains)
+def _noise_source(file: FitFile, scores: Sequence[Scores]) -> str:
+    """Where the noise level is from; files of before the key have it beside each run."""
+    if file.noise_floor_from is not None:
+        return file.noise_floor_from
+    return scores[0].noise_source if scores else ""
 
 
-def _base(parameters: tuple, rows: Sequence[dict[str, Any]], gap: tuple) -> BaseParameters:
+def _base(
+    parameters: tuple[Parameter, ...], rows: Sequence[BaseParameterRow], gap: tuple[float, float]
+) -> BaseParameters:
     columns = {parameter.name: column for column, parameter in enumerate(parameters)}
     regrouping = np.zeros((len(rows), len(parameters)))
-    for row, table in enumerate(rows):
-        for name, weight in table["sum_of"].items():
-            regrouping[row, columns[name]] = weight
-    return BaseParameters(parameters, np.array([row["column"] for row in rows]), regrouping, gap)
+    for place, row in enumerate(rows):
+        for name, weight in row.sum_of.items():
+            regrouping[place, columns[name]] = weight
+    return BaseParameters(parameters, np.array([row.column for row in rows]), regrouping, gap)

@@ -9,11 +9,10 @@ from typing import Any
 import numpy as np
 
 from ..errors import RobotError, UnknownKey
+from ..schema import LARGEST
 
 WHOLE = 2**63
 """Whole numbers of TOML are below this, and at least minus this."""
-LARGEST = 1e100
-"""Size of a number, at most: the product of three is still a number, and nothing of an arm comes near it."""
 DEEPEST = 30
 """Tables within tables of a dotted key. Our files have three; beyond thousands the parser takes minutes."""
 DOTTED = re.compile(rf"(?<![\w-])(?:[\w-]++[ \t]*+\.[ \t]*+){{{DEEPEST}}}")

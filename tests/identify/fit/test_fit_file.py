@@ -124,13 +124,68 @@ def test_a_missing_key_is_named(path, key):
         read_fit(path)
 
 
+def changed(path, *places, value):
+    """The file with one entry replaced."""
+    table = json.loads(path.read_text())
+    *before, last = places
+    holder = table
+    for place in before:
+        holder = holder[place]
+    holder[last] = value
+    path.write_text(json.dumps(table))
+
+
 @pytest.mark.parametrize(
-    ("key", "value"),
-    [("filtering", {"speed": 3}), ("covariance", ["a"]), ("base_parameters", [1]), ("rows", None)],
-)
-def test_damage_is_refused(path, key, value):
-    path.write_text(json.dumps(json.loads(path.read_text()) | {key: value}))
-    with pytest.raises(NotAFile, match="fit.json is damaged"):
+    ("places", "value", "told"),
+    [
+        (["rows"], None, "rows: expected int, got null; found None"),
+        (["rows"], 3.5, "rows: expected int, got float; found 3.5"),
+        (["rows"], 10**400, "rows: expected int <= 9007199254740992; found a number of many digits"),
+        (["filtering", "rate"], "fast", "filtering.rate: expected float | null, got str; found 'fast'"),
+        (["filtering", "rate"], -3.0, "filtering.rate: expected a number above zero; found -3.0"),
+        (["covariance"], ["a"], r"covariance[0]: expected array, got str; found 'a'"),
+        (["covariance"], [[1.0]], "covariance: expected 17 values, the kept base "),
+        (["covariance", 3], [1.0], "covariance[3]: expected 17 values, the kept base "),
+        (["covariance", 1, 1], -1.0, "covariance[1][1]: expected a variance of zero or above; found -1.0"),
+        (["covariance", 1, 2], 1e9, "covariance[1][2]: expected "),
+        (["covariance", 1, 2], float("nan"), "covariance[1][2]: expected float >= -1e+100; found nan"),
+        (["covariance", 1, 1], 1e300, "covariance[1][1]: expected float <= 1e+100; found 1e+300"),
+        (["base_parameters"], [1], "base_parameters[0]: expected object, got int; found 1"),
+        (["base_parameters"], [], "base_parameters: expected at least one with kept = true; found 0"),
+        (["base_parameters", 3, "column"], 2.5, "[3].column: expected int, got float; found 2.5"),
+        (["base_parameters", 3, "column"], 999, "[3].column: expected a parameter of the model, from 0 to "),
+        (["base_parameters", 3, "column"], -1, "base_parameters[3].column: expected int >= 0; found -1"),
+        (["base_parameters", 3, "std"], -1.0, "base_parameters[3].std: expected float >= 0.0; found -1.0"),
+        (["base_parameters", 3, "unit"], "furlong", "base_parameters[3].unit: expected '"),
+        (["base_parameters", 3, "name"], "XX9", "base_parameters[3].name: expected 'YY2', by its column"),
+        (["base_parameters", 0, "sum_of"], {"XX9": 1.0}, ".sum_of[0]: expected a parameter of the model"),
+        (["base_parameters", 0, "sum_of"], {}, "base_parameters[0]: sum_of: expected standard parameters"),
+        (["base_parameters", 0, "prior"], [0.0, -1.0], "[0].prior[1]: expected float >= 0.0; found -1.0"),
+        (["base_parameters", 0, "prior"], None, "base_parameters[0]: prior: expected value and deviation"),
+        (["drive_gain"], [1.0], "joints: expected 1 values, one a joint, as drive_gain has; found 2"),
+        (["drive_gain", 1], 0.0, "drive_gain[1]: expected what is not zero; found 0.0"),
+        (["agreement", 0, "relative"], [0.1], "agreement[0].relative: expected 2 values, one a joint"),
+        (["joints"], ["a", "b"], "joints: expected those of the model"),
+        (["measures"], "volts", "measures: invalid enum value 'volts'; found 'volts'"),
+        (["simulations"], ["nowhere"], "simulations[0]: expected one of runs; found 'nowhere'"),
+        (["dropped"], [], "dropped: expected those with kept = false, ["),
+        (["condition"], 0.0, "condition: expected a condition number, at least 1; found 0.0"),
+        (["model", 0], 3, "model[0]: expected str, got int; found 3"),
+    ],
+)  # fmt: skip
+def test_a_wrong_field_is_named_with_its_value_and_what_is_expected(path, places, value, told):
+    changed(path, *places, value=value)
+    with pytest.raises(NotAFile) as error:
+        read_fit(path)
+    text = str(error.value)
+    assert text.startswith(f"{path}: ")
+    assert told in text
+    assert "\n" not in text
+
+
+def test_half_of_a_character_is_refused(path):
+    changed(path, "warnings", value=["\ud800"])
+    with pytest.raises(NotAFile, match="is not JSON.*surrogates not allowed"):
         read_fit(path)
 
 

@@ -1,0 +1,193 @@
+"""Schema of fit.json: the types of its fields, and what has to agree between them."""
+
+from dataclasses import asdict
+from typing import Literal
+
+from msgspec import Struct
+
+from ..model import Model
+from ..preparation.prepare import Filtering
+from ..schema import (
+    LARGEST,
+    Count,
+    Name,
+    Number,
+    Size,
+    SizeWritten,
+    Written,
+    check,
+    check_covariance,
+    check_different,
+    check_known,
+    check_length,
+    check_rows,
+)
+from .fit import Unclear
+
+Measures = Literal["current", "torque"]
+
+
+class BaseParameterRow(Struct, frozen=True, kw_only=True):
+    """A base parameter; `believed` is what older files call its prior."""
+
+    name: Name
+    unit: str
+    kept: bool
+    value: Number
+    column: Count
+    sum_of: dict[str, Number]
+    std: Size | None = None
+    exported: Number | None = None
+    prior: tuple[Number, SizeWritten] | None = None
+    believed: tuple[Number, SizeWritten] | None = None
+
+    def __post_init__(self) -> None:
+        check(not self.kept or self.before is not None, "prior", None, "value and deviation before the data")
+        check(len(self.sum_of) > 0, "sum_of", self.sum_of, "standard parameters with their weights")
+
+    @property
+    def before(self) -> tuple[float, float | str] | None:
+        """Value and deviation before the data; only what was dropped has none."""
+        return self.prior or self.believed
+
+
+class ScoresRow(Struct, frozen=True, kw_only=True):
+    """How well one run was predicted, a number a joint; see `Scores`."""
+
+    run: str
+    noise_source: str = ""
+    relative: tuple[Written, ...]
+    r_squared: tuple[Written, ...]
+    residual_rms: tuple[Written, ...]
+    noise: tuple[Written, ...]
+    over_noise: tuple[Written, ...]
+
+
+SCORES = ("relative", "r_squared", "residual_rms", "noise", "over_noise")
+"""What is kept of the agreement with each run, a number a joint."""
+
+
+class FitFile(Struct, frozen=True, kw_only=True):
+    """A fit; keys with a default are missing in older files, which call the warnings `doubts`."""
+
+    method: Name
+    runs: tuple[str, ...]
+    measures: Measures | None = None
+    rows: Count
+    condition: float
+    filtering: Filtering
+    joints: tuple[str, ...] | None = None
+    drive_gain: tuple[Number, ...]
+    drive_gain_std: tuple[SizeWritten, ...] | None = None
+    noise: tuple[SizeWritten, ...]
+    noise_floor: tuple[SizeWritten, ...] | None = None
+    noise_floor_from: str | None = None
+    carried: dict[str, str] = {}
+    simulations: tuple[str, ...] = ()
+    base_parameters: tuple[BaseParameterRow, ...]
+    dropped: tuple[str, ...]
+    gap: tuple[Size, Size]
+    covariance: tuple[tuple[Number, ...], ...]
+    standard_parameters: tuple[Number, ...] | None
+    unclear: tuple[Unclear, ...]
+    warnings: tuple[str, ...] | None = None
+    doubts: tuple[str, ...] | None = None
+    agreement: tuple[ScoresRow, ...] = ()
+    validation: tuple[ScoresRow, ...] = ()
+    model: tuple[str, ...]
+
+    def __post_init__(self) -> None:
+        check(self.warnings is not None or self.doubts is not None, "warnings", None, "a list of sentences")
+        check(self.condition >= 1.0, "condition", self.condition, "a condition number, at least 1")
+        for name, value in asdict(self.filtering).items():
+            check(value is None or 0.0 < value <= LARGEST, f"filtering.{name}", value, "a number above zero")
+        check(len(self.kept) > 0, "base_parameters", 0, "at least one with kept = true")
+        for place, gain in enumerate(self.drive_gain):
+            check(gain != 0.0, f"drive_gain[{place}]", gain, "what is not zero")
+        self._check_names()
+        self._check_lengths()
+        check_covariance(self.covariance, "covariance")
+
+    @property
+    def kept(self) -> list[BaseParameterRow]:
+        """Base parameters that were not dropped."""
+        return [row for row in self.base_parameters if row.kept]
+
+    def _check_names(self) -> None:
+        names = [row.name for row in self.base_parameters]
+        check_different(names, "base parameters' names")
+        check_different([row.column for row in self.base_parameters], "base parameters' columns")
+        left = [row.name for row in self.base_parameters if not row.kept]
+        check(
+            sorted(self.dropped) == sorted(left),
+            "dropped",
+            list(self.dropped),
+            f"those with kept = false, {left}",
+        )
+        check_known([one.name for one in self.unclear], "names in unclear", names, "a base parameter")
+        check_known(list(self.carried), "runs in carried", self.runs, "one of runs")
+        check_known(self.simulations, "simulations", self.runs, "one of runs")
+
+    def _check_lengths(self) -> None:
+        joints, size = len(self.drive_gain), len(self.kept) + len(self.drive_gain)
+        of = "one a joint, as drive_gain has"
+        for name in ("joints", "drive_gain_std", "noise", "noise_floor"):
+            check_length(getattr(self, name), name, joints, of)
+        for key in ("agreement", "validation"):
+            for place, run in enumerate(getattr(self, key)):
+                for name in SCORES:
+                    check_length(getattr(run, name), f"{key}[{place}].{name}", joints, of)
+        of = "the kept base parameters and the joints"
+        check_length(self.covariance, "covariance", size, of)
+        check_rows(self.covariance, "covariance", size, of)
+        given = [row for row in self.kept if row.exported is not None]
+        check(
+            len(given) in (0, len(self.kept)),
+            "exported",
+            len(given),
+            "a value of every kept base parameter, or none",
+        )
+
+
+def check_with_model(file: FitFile, model: Model) -> None:
+    """What has to agree between a fit and its model.
+
+    Raises:
+        Disagreement: It does not; the message names the field.
+    """
+    robot, parameters = model.robot, model.parameters
+    joints = "one a joint of the model"
+    check_length(file.drive_gain, "drive_gain", robot.dof, joints)
+    check(
+        file.joints in (None, robot.joints),
+        "joints",
+        file.joints,
+        f"those of the model, {list(robot.joints)}",
+    )
+    check_length(
+        file.standard_parameters, "standard_parameters", len(parameters), "one a parameter of the model"
+    )
+    units = {one.name: one.unit for one in parameters}
+    for place, row in enumerate(file.base_parameters):
+        where, count = f"base_parameters[{place}]", len(parameters)
+        check(
+            row.column < count,
+            f"{where}.column",
+            row.column,
+            f"a parameter of the model, from 0 to {count - 1}",
+        )
+        check_known(list(row.sum_of), f"{where}.sum_of", units, "a parameter of the model")
+        one = parameters[row.column]
+        check(
+            row.sum_of.get(one.name, 0.0) != 0.0,
+            f"{where}.sum_of",
+            list(row.sum_of),
+            f"{one.name} among them",
+        )
+        name = one.name if _alone(row) else f"{one.name}R"
+        check(row.name == name, f"{where}.name", row.name, f"'{name}', by its column and sum_of")
+        check(row.unit == one.unit, f"{where}.unit", row.unit, f"'{one.unit}', the unit of {one.name}")
+
+
+def _alone(row: BaseParameterRow) -> bool:
+    return sum(weight != 0.0 for weight in row.sum_of.values()) == 1

@@ -1,0 +1,191 @@
+"""Schemas: files that exidyn wrote and that a person may have edited are checked before anything uses them.
+
+A schema is a frozen `msgspec.Struct`. Its annotations are the types and ranges of single values; its
+`__post_init__` checks what has to agree between fields, by the `check_` functions here. What is wrong is told
+in one line: the file, the field, what was expected, and the value.
+"""
+
+import re
+from collections.abc import Collection, Mapping, Sequence, Sized
+from typing import Annotated, Any, Literal, TypeVar
+
+import msgspec
+import numpy as np
+from msgspec import Meta
+
+from .errors import ExidynError, NotAFile
+
+LARGEST = 1e100
+"""Size of a number, at most: the product of three is still a number, and nothing of an arm comes near it."""
+NEGATIVE = 1e-6
+"""Negative eigenvalue of a correlation matrix, at most: what rounding and printing leave of zero."""
+SHOWN = 60
+"""Characters of a wrong value in a message."""
+
+Number = Annotated[float, Meta(ge=-LARGEST, le=LARGEST)]
+"""Finite."""
+Positive = Annotated[float, Meta(gt=0.0, le=LARGEST)]
+Size = Annotated[float, Meta(ge=0.0, le=LARGEST)]
+"""Zero or above, as a deviation or a root mean square is."""
+Probability = Annotated[float, Meta(ge=0.0, le=1.0)]
+Count = Annotated[int, Meta(ge=0, le=2**53)]
+JointNumber = Annotated[int, Meta(ge=1, le=2**53)]
+"""From 1."""
+Written = Number | Literal["inf", "-inf", "nan"]
+"""A number of which fit.json writes what is not finite as text."""
+SizeWritten = Size | Literal["inf", "nan"]
+NumberOrNull = Number | None
+SizeOrNull = Size | None
+Name = Annotated[str, Meta(min_length=1, max_length=1000)]
+EffectName = Annotated[str, Meta(pattern=r"^[a-z][a-z0-9_]{0,99}$")]
+
+T = TypeVar("T")
+PATH = re.compile(r"^(?P<text>.*?)(?: - at `(?P<key>key in )?\$(?P<path>.*)`)?$", re.DOTALL)
+STEP = re.compile(r"\.(?P<name>[^.\[]+)|\[(?P<place>\d+)\]|(?P<any>\[\.\.\.\])")
+MISSING = re.compile(r"^Object missing required field `(.*)`$")
+
+
+class Disagreement(ValueError):
+    """Fields that do not agree; msgspec puts before it where they are."""
+
+
+def checked(table: object, schema: type[T], where: str, error: type[ExidynError] = NotAFile) -> T:
+    """What was read of a file, as its schema.
+
+    Args:
+        table: Parsed JSON or TOML.
+        schema: A `msgspec.Struct`.
+        where: What a message calls it, such as the path of the file.
+        error: Which error is raised.
+
+    Raises:
+        ExidynError: Of that type; the message names the field, what is expected, and the value.
+    """
+    try:
+        return msgspec.convert(table, schema)
+    except msgspec.ValidationError as problem:
+        raise error(f"{where}: {_told(str(problem), table)}") from None
+
+
+def _told(problem: str, table: object) -> str:
+    """A message of msgspec with the field first and its value last."""
+    match = PATH.match(problem)
+    assert match is not None
+    text, path = match["text"].replace("`", ""), (match["path"] or "").lstrip(".")
+    if missing := MISSING.match(match["text"]):
+        return f"{path}: key '{missing[1]}' is missing" if path else f"key '{missing[1]}' is missing"
+    if text[:1].islower():  # of a `check_` function, which names field and value
+        return f"{path}: {text}" if path else text
+    text = text[:1].lower() + text[1:]
+    if match["key"]:
+        return f"a key in {path}: {text}"
+    return f"{path or 'the whole'}: {text}{_shown_at(table, match['path'] or '')}"
+
+
+def _shown_at(table: object, path: str) -> str:
+    """The value at a path of msgspec, which does not tell the names of tables' entries."""
+    value = table
+    for step in STEP.finditer(path):
+        if step["any"]:
+            return ""
+        value = value[step["name"]] if isinstance(value, Mapping) else value[int(step["place"])]  # type: ignore[index]
+    return f"; found {shown(value)}"
+
+
+def shown(value: object) -> str:
+    """A value in a message, cut off where it is long."""
+    if isinstance(value, list | dict) and len(value) > SHOWN:
+        return f"{type(value).__name__} of {len(value)}"
+    text = repr(value) if not isinstance(value, int) or abs(value) < 10**SHOWN else "a number of many digits"
+    return text if len(text) <= SHOWN else f"{text[:SHOWN]}..."
+
+
+def check(holds: bool, field: str, value: object, expected: str) -> None:
+    """Refuse a field that does not agree with the others.
+
+    Raises:
+        Disagreement: It does not hold.
+    """
+    if not holds:
+        raise Disagreement(f"{_small(field)}: expected {expected}; found {shown(value)}")
+
+
+def check_length(values: Sized | None, field: str, length: int, of: str) -> None:
+    """Refuse a list of another length; one that is not there is not checked.
+
+    Raises:
+        Disagreement: With the field and both lengths.
+    """
+    if values is not None and len(values) != length:
+        raise Disagreement(f"{_small(field)}: expected {length} values, {of}; found {len(values)}")
+
+
+def check_rows(rows: Sequence[Sized] | None, field: str, width: int, of: str) -> None:
+    """Refuse a table of which a row has another length.
+
+    Raises:
+        Disagreement: With the first such row.
+    """
+    for place, row in enumerate(rows or ()):
+        check_length(row, f"{field}[{place}]", width, of)
+
+
+def check_different(values: Sequence[Any], field: str) -> None:
+    """Refuse a list that has something twice.
+
+    Raises:
+        Disagreement: With the first that was there before.
+    """
+    seen: set[Any] = set()
+    for place, value in enumerate(values):
+        check(value not in seen, f"{field}[{place}]", value, "what is not in the list before")
+        seen.add(value)
+
+
+def check_known(values: Sequence[Any], field: str, known: Collection[Any], expected: str) -> None:
+    """Refuse a list that has something unknown.
+
+    Raises:
+        Disagreement: With the first.
+    """
+    for place, value in enumerate(values):
+        check(value in known, f"{field}[{place}]", value, expected)
+
+
+def check_joints(numbers: Sequence[int], field: str, count: int) -> None:
+    """Refuse numbers of joints, from 1, that an arm of so many joints does not have, or has there twice.
+
+    Raises:
+        Disagreement: With the first.
+    """
+    check_known(numbers, field, range(1, count + 1), f"the number of a joint, from 1 to {count}")
+    check_different(numbers, field)
+
+
+def check_covariance(rows: Sequence[Sequence[float]], field: str) -> None:
+    """Refuse a matrix (n, n) that is no covariance.
+
+    Raises:
+        Disagreement: A variance below zero, asymmetry, a correlation beyond one, an eigenvalue below zero.
+    """
+    matrix = np.array(rows, float).reshape(len(rows), len(rows))
+    variance = np.diag(matrix)
+    for k in np.flatnonzero(variance < 0.0)[:1]:
+        check(False, f"{field}[{k}][{k}]", float(variance[k]), "a variance of zero or above")
+    std = np.sqrt(variance)
+    scale = np.outer(std, std)
+    for k, j in np.argwhere(np.abs(matrix - matrix.T) > NEGATIVE * scale)[:1]:
+        check(False, f"{field}[{k}][{j}]", rows[k][j], f"{rows[j][k]}, which is {field}[{j}][{k}]")
+    for k, j in np.argwhere(np.abs(matrix) > (1.0 + NEGATIVE) * scale)[:1]:
+        limit = f"at most {scale[k, j]:.3g} in size, the product of both deviations"
+        check(False, f"{field}[{k}][{j}]", rows[k][j], limit)
+    known = std > 0.0
+    correlation = matrix[np.ix_(known, known)] / std[known] / std[known][:, None]
+    least = float(np.min(np.linalg.eigvalsh(correlation), initial=0.0))
+    allowed = -NEGATIVE * max(len(correlation), 1)
+    check(least >= allowed, field, least, "correlations without a negative eigenvalue")
+
+
+def _small(field: str) -> str:
+    """Messages of checks begin in lower case, by which they are told from those of msgspec."""
+    return field if field[:1].islower() else f"field {field}"
