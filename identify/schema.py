@@ -24,6 +24,8 @@ SHOWN = 60
 
 Number = Annotated[float, Meta(ge=-LARGEST, le=LARGEST)]
 """Finite."""
+Finite = Annotated[float, Meta(ge=-1.7e308, le=1.7e308)]
+"""Of any size, as what a simulation that diverges leaves."""
 Positive = Annotated[float, Meta(gt=0.0, le=LARGEST)]
 Size = Annotated[float, Meta(ge=0.0, le=LARGEST)]
 """Zero or above, as a deviation or a root mean square is."""

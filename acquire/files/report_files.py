@@ -7,14 +7,17 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from exidyn.identify.diagnosis.words.diagnosis_schema import DiagnosisFile
 from exidyn.identify.errors import NotAFile
 from exidyn.identify.fit.json_file import read_json
 from exidyn.identify.pages.combined import Compared
 from exidyn.identify.pages.diagnosis.page_data import PageData, from_table
 from exidyn.identify.recordings.importers import kind_of
+from exidyn.identify.schema import checked
 from exidyn.identify.simulation.comparison import Comparison, Mismatch, Regions
 
-from .traces_file import Traces, traces_beside, undamaged
+from .comparison_schema import BY_JOINT, ComparisonFile, MismatchTable
+from .traces_file import Traces, traces_beside
 
 FIT, DIAGNOSIS, COMPARISON, RECORDING = "fit", "diagnosis", "comparison", "recording"
 KINDS = (FIT, DIAGNOSIS, COMPARISON, RECORDING)
@@ -111,12 +114,22 @@ def read_page_data(path: Path) -> tuple[PageData, Traces | None]:
     Raises:
         NotAFile: It is damaged, of a later format, or the samples are those of another.
     """
+    table = read_diagnosis(path)
+    traces = traces_beside(path, table)
+    if traces is None:
+        return from_table(table), None
+    return replace(from_table(table, traces.traces, traces.simulated), noise=traces.noise), traces
+
+
+def read_diagnosis(path: Path) -> dict[str, Any]:
+    """The table of a diagnosis.
+
+    Raises:
+        NotAFile: It is of a later format, or a field cannot be; it is named.
+    """
     table = _of_format(path, "exidyn_diagnosis")
-    with undamaged(path):
-        traces = traces_beside(path, table)
-        if traces is None:
-            return from_table(table), None
-        return replace(from_table(table, traces.traces, traces.simulated), noise=traces.noise), traces
+    checked(table, DiagnosisFile, str(path))
+    return table
 
 
 def read_compared(path: Path) -> Compared:
@@ -125,18 +138,17 @@ def read_compared(path: Path) -> Compared:
     Raises:
         NotAFile: It is damaged or of a later format.
     """
-    table = _of_format(path, "exidyn_comparison")
-    with undamaged(path):
-        comparison = Comparison(
-            simulated=table["simulated"],
-            recorded=table["recorded"],
-            joints=tuple(table["joints"]),
-            offset=float(table["offset"]),
-            duration=float(table["duration"]),
-            cutoff=float(table["filter_hz"]),
-            mismatches=tuple(_mismatches(table["mismatch"])),
-        )
-        return Compared(comparison, tuple(table["verdict"]))
+    file = checked(_of_format(path, "exidyn_comparison"), ComparisonFile, str(path))
+    comparison = Comparison(
+        simulated=file.simulated,
+        recorded=file.recorded,
+        joints=file.joints,
+        offset=file.offset,
+        duration=file.duration,
+        cutoff=file.filter_hz,
+        mismatches=tuple(_mismatches(file.mismatch)),
+    )
+    return Compared(comparison, file.verdict)
 
 
 def _of_format(path: Path, key: str) -> dict[str, Any]:
@@ -146,14 +158,13 @@ def _of_format(path: Path, key: str) -> dict[str, Any]:
     return table
 
 
-def _mismatches(table: Mapping[str, Any]) -> Iterator[Mismatch]:
+def _mismatches(table: Mapping[str, MismatchTable]) -> Iterator[Mismatch]:
     for quantity, one in table.items():
-        numbers = {name: _array(one[name]) for name in ("rms", "mean", "size", "noise")}
+        numbers = {name: _array(getattr(one, name)) for name in BY_JOINT}
         regions = {
-            kind: Regions(_array(thirds["edges"]), _array(thirds["rms"]))
-            for kind, thirds in one["regions"].items()
+            kind: Regions(_array(thirds.edges), _array(thirds.rms)) for kind, thirds in one.regions.items()
         }
-        yield Mismatch(quantity=quantity, units=tuple(one["units"]), regions=regions, **numbers)
+        yield Mismatch(quantity=quantity, units=one.units, regions=regions, **numbers)
 
 
 def _array(values: Any) -> np.ndarray:

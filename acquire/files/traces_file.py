@@ -1,7 +1,6 @@
 """traces.npz: the samples behind a diagnosis, for those who look at it later."""
 
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from dataclasses import fields
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -13,6 +12,7 @@ from exidyn.identify.diagnosis.improved.forward import Forward
 from exidyn.identify.errors import ExidynError, NotAFile
 from exidyn.identify.model import Model
 from exidyn.identify.robot_files.robot_file import model_text, parse_model
+from exidyn.identify.schema import check
 
 NAME = "traces.npz"
 """Beside diagnosis.json."""
@@ -54,7 +54,7 @@ def read_traces(path: Path) -> Traces:
     """Read them.
 
     Raises:
-        NotAFile: Cut off, or something else.
+        NotAFile: Cut off, or something else, or with arrays that do not agree.
     """
     try:
         with open(path, "rb") as opened, np.load(opened, allow_pickle=False) as file:
@@ -63,7 +63,9 @@ def read_traces(path: Path) -> Traces:
                 Trace(**_values(file, Trace, str(place))) for place in range(len(keys - {SIMULATED}))
             )
             simulated = Forward(**_values(file, Forward, SIMULATED)) if SIMULATED in keys else None
-            return Traces(parse_model(str(file["model"])), file["noise"], traces, simulated)
+            found = Traces(parse_model(str(file["model"])), file["noise"].astype(float), traces, simulated)
+            _check(found)
+            return found
     except ExidynError:
         raise
     except Exception as error:  # whatever the libraries of zip, zlib and numpy stumble over
@@ -75,14 +77,17 @@ def traces_beside(path: Path, table: Mapping[str, Any]) -> Traces | None:
 
     Args:
         path: Of diagnosis.json.
-        table: In it.
+        table: In it, of the schema `DiagnosisFile`.
 
     Raises:
         NotAFile: They are those of another, or as `read_traces`.
     """
     samples = path.with_name(NAME)
     traces = read_traces(samples) if samples.exists() else None
-    if traces and any(len(one.explained) != _explaining(table) for one in traces.traces):
+    if traces is None:
+        return None
+    others = traces.model.robot.joints != tuple(table["joints"])
+    if others or any(len(one.explained) != _explaining(table) for one in traces.traces):
         raise NotAFile(f"{samples} is of another diagnosis than {path}; diagnose again")
     return traces
 
@@ -92,21 +97,40 @@ def _explaining(table: Mapping[str, Any]) -> int:
     return len(table["findings"]) + len(table.get("undecided", ()))
 
 
-@contextmanager
-def undamaged(path: Path) -> Iterator[None]:
-    """Errors about a wrong table name its file.
+def _check(found: Traces) -> None:
+    """Shapes and times that agree with the model and with each other.
 
     Raises:
-        NotAFile: Something does.
+        Disagreement: With the first that does not.
     """
-    try:
-        yield
-    except ExidynError:
-        raise
-    except KeyError as error:
-        raise NotAFile(f"{path}: key {error} is missing") from error
-    except (LookupError, TypeError, ValueError, AttributeError, ArithmeticError) as error:
-        raise NotAFile(f"{path}: it is damaged: {error}") from error
+    joints = found.model.robot.dof
+    _check_shape("noise", found.noise, (joints,))
+    check(bool(np.all(found.noise > 0.0)), "noise", found.noise.tolist(), "what is above zero")
+    every: list[tuple[str, Trace | Forward]] = [(str(place), one) for place, one in enumerate(found.traces)]
+    if found.simulated is not None:
+        every.append((SIMULATED, found.simulated))
+    for key, one in every:
+        _check_times(f"run {key}: time", one.time)
+        rows = len(one.time)
+        shapes: dict[str, tuple[int, ...]] = {"time": (rows,), "missed": (joints,)}
+        if isinstance(one, Trace):
+            shapes["explained"] = (len(one.explained), rows, joints)
+        for name in (field.name for field in fields(one) if field.name not in (*WORDS, "left_out")):
+            _check_shape(f"run {key}: {name}", getattr(one, name), shapes.get(name, (rows, joints)))
+
+
+def _check_times(field: str, time: np.ndarray) -> None:
+    check(time.ndim == 1 and len(time) >= 2, field, time.shape, "at least two times")
+    check(
+        bool(np.all(np.isfinite(time)) and np.all(np.diff(time) > 0.0)),
+        field,
+        "others",
+        "times that increase",
+    )
+
+
+def _check_shape(field: str, values: np.ndarray, shape: tuple[int, ...]) -> None:
+    check(values.shape == shape, field, values.shape, f"numbers of shape {shape}")
 
 
 def _arrays(one: Trace | Forward, key: str) -> dict[str, np.ndarray]:

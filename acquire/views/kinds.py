@@ -10,8 +10,8 @@ from exidyn.identify.model import Model
 from exidyn.identify.recordings.importers import import_source
 
 from ..files.names import renamed
-from ..files.report_files import FORMAT
-from ..files.traces_file import traces_beside, undamaged
+from ..files.report_files import FORMAT, read_diagnosis
+from ..files.traces_file import traces_beside
 from .diagnosis_view import diagnosis_view
 from .fit_view import fit_view
 from .recording_view import recording_view
@@ -45,6 +45,6 @@ def view_of(paths: Sequence[Path], model: Model | None = None) -> View:
         raise NotAFile(f"{results[0]} is neither a fit nor a diagnosis of format {FORMAT}; update exidyn")
     if recordings:
         raise NotAFile(f"{results[0]} brings its runs; give {', '.join(map(str, sources))} apart from it")
-    with undamaged(results[0]):
-        traces = traces_beside(results[0], table)
-        return diagnosis_view(table, traces and traces._replace(traces=tuple(renamed(traces.traces))))
+    table = read_diagnosis(results[0])
+    traces = traces_beside(results[0], table)
+    return diagnosis_view(table, traces and traces._replace(traces=tuple(renamed(traces.traces))))

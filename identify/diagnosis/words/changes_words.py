@@ -65,11 +65,7 @@ def as_table(changes: Sequence[Change]) -> list[dict[str, Any]]:
 
 
 def from_table(rows: Sequence[dict[str, Any]]) -> tuple[Change, ...]:
-    """Read them back.
-
-    Raises:
-        KeyError: Something is missing.
-    """
+    """Read them back, of a table of the schema `DiagnosisFile`."""
     return tuple(
         Change(
             one["effect"],

@@ -241,11 +241,7 @@ def as_table(found: Misfit) -> dict[str, Any]:
 
 
 def from_table(table: Mapping[str, Any], joints: Sequence[str]) -> Misfit:
-    """Read it back.
-
-    Raises:
-        KeyError: Something is missing.
-    """
+    """Read it back, of a table of the schema `DiagnosisFile`."""
     parts = tuple(
         Part(
             one["name"],

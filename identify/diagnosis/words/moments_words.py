@@ -60,11 +60,7 @@ def as_table(moments: Sequence[Moment]) -> list[dict[str, Any]]:
 
 
 def from_table(rows: Sequence[dict[str, Any]]) -> tuple[Moment, ...]:
-    """Read them back.
-
-    Raises:
-        KeyError: Something is missing.
-    """
+    """Read them back, of a table of the schema `DiagnosisFile`."""
     return tuple(
         Moment(
             one["run"],

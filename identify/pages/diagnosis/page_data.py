@@ -163,11 +163,7 @@ def page_data(diagnosis: Diagnosis, forward: Forward | None = None, folder: str 
 def from_table(
     table: Mapping[str, Any], traces: Sequence[Trace] = (), forward: Forward | None = None
 ) -> PageData:
-    """A diagnosis from what `whole` makes of it.
-
-    Raises:
-        KeyError: Something is missing.
-    """
+    """A diagnosis from what `whole` makes of it, or from a file of the schema `DiagnosisFile`."""
     noise = array_of(table["noise"] or [])
     simulated = table.get("simulated")
     return PageData(

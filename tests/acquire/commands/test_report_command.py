@@ -273,10 +273,10 @@ def test_scores_survive_the_file(tmp_path):
         (["other.json"], "other.json is of no kind that a report is made of. Valid: fit.json"),
         (["notes.md"], "notes.md is of no kind that a report is made of. Valid: fit.json"),
         (["empty"], "empty holds nothing that a report is made of. Valid: fit.json"),
-        (["bare.json"], "bare.json: key 'noise' is missing"),
+        (["bare.json"], "bare.json: key 'name' is missing"),
         (["late.json"], "late.json has format 9; this version reads 1"),
-        (["nofit.json"], "nofit.json: key 'model' is missing"),
-        (["flat.json"], "flat.json: it is damaged"),
+        (["nofit.json"], "nofit.json: key 'method' is missing"),
+        (["flat.json"], "flat.json: mismatch[...]: expected object, got int"),
         (["foreign.json"], "is of another diagnosis"),
         (["diagnosis", "again/diagnosis.json"], "give one diagnosis at a time"),
         (["fit.json", "hips.mcap"], "identify0 of hip, elbow: a report is of one arm"),
@@ -289,7 +289,7 @@ def test_what_is_no_part_of_a_report_is_reported_in_one_line(names, message, fil
         "half.json": "{", "list.json": "[]", "other.json": '{"a": 1}', "notes.md": "words",
         "bare.json": '{"exidyn_diagnosis": 1}', "late.json": '{"exidyn_comparison": 9}',
         "nofit.json": '{"exidyn_fit": 1}', "flat.json": json.dumps(flat),
-        "foreign.json": json.dumps(table | {"findings": []}), "again/diagnosis.json": json.dumps(table),
+        "foreign.json": json.dumps(table | {"findings": [], "budget": None}), "again/diagnosis.json": json.dumps(table),
     }  # fmt: skip
     for folder in ("empty", "again"):
         (tmp_path / folder).mkdir()

@@ -6,8 +6,6 @@ from importlib import resources
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from ....errors import RobotError
 from ....robot_files.toml_fields import check_keys, number, numbers, parse_toml, read_text, string
 from ...recording import SIGNALS
@@ -108,9 +106,10 @@ def _reading(table: Any, where: str) -> Reading:
     check_keys(table, Reading._fields, where)
     if "column" not in table:
         raise RobotError(f"{where}: key 'column' is missing; it names a column, or one a joint")
-    signs = [number(one, f"{where} sign") for one in np.atleast_1d(table.get("sign", 1.0)).tolist()]
-    if not set(signs) <= {1.0, -1.0}:
-        raise RobotError(f"{where} sign: {table['sign']}; expected 1 or -1, or one of them for each joint")
+    given = table.get("sign", 1.0)
+    signs = [number(one, f"{where} sign") for one in (given if isinstance(given, list) else [given])]
+    if not signs or not set(signs) <= {1.0, -1.0}:
+        raise RobotError(f"{where} sign: {given}; expected 1 or -1, or one of them for each joint")
     column, unit = (_texts(table.get(key, ""), f"{where} {key}", key == "unit") for key in ("column", "unit"))
     return Reading(column, unit, signs)
 
@@ -118,6 +117,8 @@ def _reading(table: Any, where: str) -> Reading:
 def _texts(value: Any, where: str, empty: bool) -> Names:
     """A text, or one a joint."""
     if isinstance(value, list):
+        if not value:
+            raise RobotError(f"{where}: an empty list; expected a text, or one for each joint")
         return [string(one, where) for one in value]
     return string(value, where, empty)
 

@@ -1,0 +1,195 @@
+"""Schema of diagnosis.json: the types of its fields, and what has to agree between them."""
+
+from collections.abc import Sequence
+from typing import Annotated, Literal
+
+from msgspec import Meta, Struct
+
+from ...schema import (
+    Count,
+    EffectName,
+    Finite,
+    JointNumber,
+    Number,
+    NumberOrNull,
+    Positive,
+    Probability,
+    Size,
+    SizeOrNull,
+    check,
+    check_different,
+    check_joints,
+    check_length,
+)
+
+Joints = tuple[JointNumber, ...]
+Unit = Literal["N m", "N"]
+ByJoint = tuple[NumberOrNull, ...]
+SizeByJoint = tuple[SizeOrNull, ...]
+
+
+class QuantityRow(Struct, frozen=True):
+    """A coefficient or a number of a shape."""
+
+    value: Finite | None
+    std: Finite | None
+    unit: str
+
+
+class AlternativeRow(Struct, frozen=True):
+    """What the data do not exclude."""
+
+    effect: EffectName
+    joints: Joints
+    probability: Probability | None
+
+
+class FindingRow(Struct, frozen=True):
+    """A finding, or what is undecided."""
+
+    effect: EffectName
+    joints: Joints
+    sentence: str
+    probability: Probability
+    parameters: dict[str, QuantityRow]
+    alternatives: tuple[AlternativeRow, ...]
+    torque_rms: SizeByJoint
+    held_out: NumberOrNull
+
+
+class RemainderRow(Struct, frozen=True):
+    """What no finding accounts for; older files give it over noise only."""
+
+    joint: JointNumber
+    over_noise: SizeOrNull
+    probability: Probability
+    depends_on: str
+    left: str | None = None
+
+
+class MomentRow(Struct, frozen=True):
+    """When a run differs from the model as at no other time."""
+
+    run: str
+    start: NumberOrNull
+    end: NumberOrNull
+    joints: Annotated[Joints, Meta(min_length=1)]
+    direction: tuple[NumberOrNull, NumberOrNull, NumberOrNull]
+    force: SizeOrNull
+
+
+class ChangeRow(Struct, frozen=True):
+    """What a candidate alone would change."""
+
+    effect: EffectName
+    joints: Joints
+    joint: JointNumber
+    squared_error_percent: NumberOrNull
+    std_percent: SizeOrNull
+    gain: NumberOrNull
+
+
+class ShareRow(Struct, frozen=True):
+    """A part of the misfit; `finding` is the place of a finding, undecided ones behind the others."""
+
+    name: str
+    effect: str
+    joints: Joints
+    finding: Count | None
+    percent: ByJoint
+
+
+class BudgetTable(Struct, frozen=True):
+    """Where the misfit goes."""
+
+    units: tuple[Unit, ...]
+    before_rms: SizeByJoint
+    after_rms: SizeByJoint
+    shares: tuple[ShareRow, ...]
+    held_out: tuple[str, ...]
+    noise_measured_at_rest: bool
+
+
+class SimulatedTable(Struct, frozen=True):
+    """How simulations before and after agree with a recording."""
+
+    run: str
+    torque_rms_before: tuple[Finite | None, ...]
+    torque_rms_after: tuple[Finite | None, ...]
+    left_out: tuple[str, ...]
+
+
+class DiagnosisFile(Struct, frozen=True, kw_only=True):
+    """A diagnosis; keys with a default are missing in older files, which call the warnings `doubts`."""
+
+    name: str
+    joints: tuple[str, ...]
+    torque_units: tuple[Unit, ...] | None = None
+    budget: BudgetTable | None = None
+    verdict: tuple[str, ...]
+    findings: tuple[FindingRow, ...]
+    undecided: tuple[FindingRow, ...] = ()
+    remainders: tuple[RemainderRow, ...]
+    moments: tuple[MomentRow, ...] = ()
+    changes: tuple[ChangeRow, ...] = ()
+    noise: tuple[Positive | None, ...] | None
+    noise_measured_at_rest: bool = True
+    torque_rms_before: SizeByJoint | None = None
+    torque_rms_after: SizeByJoint | None = None
+    torque_rms_filter_hz: Size | None = None
+    held_out: tuple[str, ...] | None = None
+    runs: tuple[str, ...]
+    warnings: tuple[str, ...] | None = None
+    doubts: tuple[str, ...] | None = None
+    seconds: Number
+    simulated: SimulatedTable | None = None
+
+    def __post_init__(self) -> None:
+        check(len(self.joints) > 0, "joints", (), "the names of the joints")
+        check_different(self.joints, "joints")
+        check(self.warnings is not None or self.doubts is not None, "warnings", None, "a list of sentences")
+        for key in ("findings", "undecided"):
+            for place, one in enumerate(getattr(self, key)):
+                self._check_finding(one, f"{key}[{place}]")
+        self._check_numbers_of_joints()
+        self._by_joint(self.torque_units, "torque_units")
+        if self.noise:
+            for name in ("torque_rms_before", "torque_rms_after", "torque_rms_filter_hz", "held_out"):
+                check(getattr(self, name) is not None, name, None, "a value beside noise")
+        for name in ("noise", "torque_rms_before", "torque_rms_after"):
+            self._by_joint(getattr(self, name) or None, name)
+        if self.simulated is not None:
+            self._by_joint(self.simulated.torque_rms_before, "simulated.torque_rms_before")
+            self._by_joint(self.simulated.torque_rms_after, "simulated.torque_rms_after")
+        if self.budget is not None:
+            self._check_budget(self.budget)
+
+    def _by_joint(self, values: Sequence[object] | None, field: str) -> None:
+        check_length(values, field, len(self.joints), "one a joint")
+
+    def _check_finding(self, one: FindingRow, where: str) -> None:
+        check_joints(one.joints, f"{where}.joints", len(self.joints))
+        self._by_joint(one.torque_rms, f"{where}.torque_rms")
+        for place, other in enumerate(one.alternatives):
+            check_joints(other.joints, f"{where}.alternatives[{place}].joints", len(self.joints))
+
+    def _check_numbers_of_joints(self) -> None:
+        count = len(self.joints)
+        for place, left in enumerate(self.remainders):
+            check_joints([left.joint], f"remainders[{place}].joint", count)
+        for place, moment in enumerate(self.moments):
+            check_joints(moment.joints, f"moments[{place}].joints", count)
+        for place, change in enumerate(self.changes):
+            check_joints(change.joints, f"changes[{place}].joints", count)
+            check_joints([change.joint], f"changes[{place}].joint", count)
+
+    def _check_budget(self, budget: BudgetTable) -> None:
+        for name in ("units", "before_rms", "after_rms"):
+            self._by_joint(getattr(budget, name), f"budget.{name}")
+        findings = len(self.findings) + len(self.undecided)
+        for place, one in enumerate(budget.shares):
+            where = f"budget.shares[{place}]"
+            check_joints(one.joints, f"{where}.joints", len(self.joints))
+            self._by_joint(one.percent, f"{where}.percent")
+            known = one.finding is None or one.finding < findings
+            check(known, f"{where}.finding", one.finding, f"the place of one of {findings} findings, from 0")
