@@ -190,6 +190,8 @@ class Loop:
         for text in sample.events:
             self.report("driver", text)
         self._to_stop(harder(self._asked(), harder(self._watch.look(sample, command), self._recording())))
+        if sample.fault:
+            self.stops.explain(sample.fault)
         self._escalate(sample, command)
         used = time.thread_time_ns()
         self.counts.work.append(1e-9 * (used - (self._used or used)))

@@ -161,7 +161,7 @@ class UrRtde(Driver):
         try:
             sample = self._samples.of(record, arrival, self._events(record), self._fault, sent)
         except Unreadable as error:
-            return self._silent((f"a package cannot be read: {error}",), sent)
+            return self._silent((str(error),), sent)
         self._quiet, self._heard = 0.0, time.monotonic()
         return sample
 
@@ -219,9 +219,10 @@ class UrRtde(Driver):
         """
         self._quiet = time.monotonic() - self._heard
         if self._quiet > LOST:
+            what = f"nothing that can be read ({why[0]})" if why else "nothing"
             raise LinkLost(
-                f"driver ur_rtde: nothing from {self.settings.address} for {self._quiet:.2f} s. Look at "
-                "cable and controller"
+                f"driver ur_rtde: {what} from {self.settings.address} for {self._quiet:.2f} s. Look at "
+                f"{'the controller' if why else 'cable and controller'}"
             )
         gone = int(self._quiet / self.settings.cycle)
         return self._samples.of_silence(gone, (*why, *self._events(None)), self._fault, sent)

@@ -4,8 +4,8 @@
     python tests/peers/can_nodes.py --adapter                prints "ready /dev/pts/N": a slcan adapter
 
 Faults are given as KIND:NODE@CYCLE, in cycles after all drives are enabled: silent (nothing more is sent),
-mute (no PDO), quiet (no heartbeat), emergency, fault (0x3210), restart, noise. Ends when its standard input
-does.
+mute (no PDO), quiet (no heartbeat), emergency, fault (0x3210), restart, noise, deaf and creep (moves on
+whatever it is told), unpowered, leave (pre-operational). Ends when its standard input does.
 """
 
 import argparse
@@ -19,7 +19,7 @@ import can
 import numpy as np
 from can_arm import COUNTS, GEAR, ObedientArm, sign, zero
 from can_ends import NO_BUS, Multicast, SerialAdapter, frame, noise
-from cia402_node import STATUS, Node
+from cia402_node import PRE_OPERATIONAL, STATUS, Node
 from pace import Pace
 
 RATED = 4000
@@ -28,6 +28,8 @@ FOR_ONE = (0x200 >> 7, 0x600 >> 7)
 """Upper bits of identifiers that name their node: targets and SDO."""
 FOR_ALL = (0x000, 0x700 >> 7)
 """Those of network management and heartbeats; what nodes themselves send is none of these but the last."""
+RUNS = {"deaf": 0.8, "creep": 0.08}
+"""Speed of a joint that moves on [rad/s]."""
 SPEED = 3.0
 """What motors can do [rad/s at the joint]."""
 
@@ -156,6 +158,12 @@ class Nodes:
             node.fail(0x3210)
         elif kind == "restart":
             node.manage(129)
+        elif kind in RUNS:
+            node.runs = RUNS[kind] * abs(self.per_radian[number - 1])
+        elif kind == "unpowered":
+            node.lose_power()
+        elif kind == "leave":
+            node.nmt = PRE_OPERATIONAL
 
     def run(self, ended):
         for node in self.nodes:

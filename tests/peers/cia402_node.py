@@ -12,6 +12,7 @@ STATUS = {
     "switch-on disabled": 0x0250, "ready": 0x0231, "switched on": 0x0233, "enabled": 0x1237,
     "stopping": 0x0217, "fault reaction": 0x021F, "fault": 0x0218,
 }  # fmt: skip
+VOLTAGE = 0x0010
 INVALID = 0x80000000
 ENABLE_CYCLES = 10
 """SYNCs that pass until the brake is open."""
@@ -43,6 +44,7 @@ class Node:
         self.transfer, self.pending = None, None
         self.syncs, self.last_beat, self.next_beat = [], None, 0.0
         self.objects = dict(standard_objects(number, rated))
+        self.runs, self.powered = 0.0, True
         self.withheld = set()  # objects that are there and empty
         self.map()
 
@@ -122,7 +124,7 @@ class Node:
         if self.nmt != OPERATIONAL:
             return
         self.syncs.append(now)
-        self.put(0x6041, 0, STATUS[self.state])
+        self.put(0x6041, 0, STATUS[self.state] & ~(0 if self.powered else VOLTAGE))
         if self.answer_identifier is not None:
             self.send(self.answer_identifier, self.answer_form.pack(*(self.get(*p) for p in self.answers)))
         if self.pending is not None:
@@ -194,6 +196,11 @@ class Node:
         elif self.state in ("ready", "switched on"):
             self.change("switch-on disabled")
 
+    def lose_power(self):
+        """The supply of the power stage is gone."""
+        self.powered = False
+        self.change("switch-on disabled")
+
     def fail(self, code):
         self.show(0x603F, code)
         self.emergency(code)
@@ -202,7 +209,9 @@ class Node:
     def move(self, seconds):
         """Commanded position of the motor after this time [counts]."""
         most = self.speed * seconds
-        if self.state == "enabled":
+        if self.runs:  # whatever it is told
+            self.demand += self.runs * seconds
+        elif self.state == "enabled":
             wish = self.get(0x607A) - self.demand
             step = min(max(wish, -most), most)
             self.velocity = step / seconds

@@ -105,6 +105,7 @@ class Controller:
         self.first = None
         self.overtaken = b""
         self.socket = None
+        self.runs, self.run_by, self.run_from = 0.0, 0.0, None
         self.begin()
 
     def begin(self):
@@ -150,7 +151,7 @@ class Controller:
     def run(self, ended):
         deadline = time.monotonic()
         number = 0
-        while not ended(number) and not self.context.stopped:
+        while not ended(number) and (not self.context.stopped or self.runs):
             deadline += self.cycle
             if time.monotonic() > deadline + self.cycle:  # not the controller's fault, but this computer's
                 self.total["own_stalls"] += 1
@@ -176,7 +177,7 @@ class Controller:
             self.context.correction = np.zeros(self.robot.dof)
         self.under_way.append(self.context.step())
         correction = self.under_way[0]
-        if self.context.stopped:
+        if self.context.stopped and not self.runs:
             return
         self.furthest = max(self.furthest, np.abs(self.axes(self.measured.position - self.rest)).max())
         if self.first is None and (self.context.answered or self.context.only_send):
@@ -187,9 +188,14 @@ class Controller:
             correction = self.context.correction
         if 0 <= self.given.additive <= since:
             self.context.relative = True
+        self.runs = next((speed for cycle, speed in self.given.runs.items() if cycle <= since), 0.0)
+        self.run_by += np.radians(self.runs) * self.cycle
         self.ipoc += round(1e3 * self.cycle) + int(self.faults.jumps.get(since, 0))
         self.dispatch(number, since, deadline)
         target = self.joints(self.axes(self.pose) + correction) + self.by_program(number)
+        if self.runs:  # axis 2, from where it is, whatever the answers say
+            self.run_from = target if self.run_from is None else self.run_from
+            target = self.run_from + self.run_by * np.eye(self.robot.dof)[1]
         self.plant.step(target, None, self.cycle)
         self.measured, self.target = self.plant.measure(), target
 
@@ -216,7 +222,7 @@ class Controller:
     def dispatch(self, number, since, deadline):
         late = self.faults.held_back(since, self.cycle)
         data = self.telegram(number)
-        if since in self.faults.drop:
+        if since in self.faults.drop or 0 <= self.given.mute <= since:
             return
         if late:
             self.outbox.append((deadline + late, data))
@@ -317,6 +323,8 @@ def parser():
     parser.add_argument(
         "--additive", type=int, default=-1, metavar="CYCLE", help="RELATIVE mode from then on"
     )
+    parser.add_argument("--runs", type=timed, default={}, metavar="CYCLE:SPEED", help="axis 2 [deg/s]")
+    parser.add_argument("--mute", type=int, default=-1, metavar="CYCLE", help="no telegram from then on")
     parser.add_argument("--ipoc", type=int, default=4208163634)
     for name in ("drop", "duplicate", "reorder", "restart"):
         parser.add_argument(f"--{name}", default="", metavar="3,7-9", help="cycles")

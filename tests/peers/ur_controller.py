@@ -53,6 +53,7 @@ class Controller:
         self.outputs = {f"output_{kind}_register_{k}": 0 for kind in ("int", "double") for k in range(48)}
         self.rtde, self.programs, self.dashboard = (listening(given.bind) for _ in range(3))
         self.clients, self.senders, self.askers = [], [], []
+        self.runs, self.clock = 0.0, ""
         self.now = self.values()
 
     # What is measured, as RTDE calls it.
@@ -69,7 +70,7 @@ class Controller:
         joint_mode = 253 if self.robot_mode == RUNNING else 239
         state = PAUSED if self.paused else PLAYING if self.program else STOPPED
         return {
-            "timestamp": ("DOUBLE", self.time),
+            "timestamp": ("DOUBLE", self.shown_time()),
             "actual_q": ("VECTOR6D", measured.position),
             "actual_qd": ("VECTOR6D", measured.velocity),
             "target_q": ("VECTOR6D", self.target),
@@ -86,6 +87,13 @@ class Controller:
             "target_speed_fraction": ("DOUBLE", self.slider),
             "actual_execution_time": ("DOUBLE", 0.0),
         }
+
+    def shown_time(self):
+        """What the clock shows: the time, unless it has failed."""
+        if self.clock == "stop":
+            self.stopped_at = getattr(self, "stopped_at", self.time)
+        shown = {"stop": getattr(self, "stopped_at", 0.0), "back": 2000.0 - self.time}
+        return shown.get(self.clock) or {"nan": float("nan"), "huge": 1e30}.get(self.clock, self.time)
 
     def type_of(self, name):
         if name in self.given.unknown.split(","):
@@ -122,6 +130,10 @@ class Controller:
 
     def run_program(self):
         before = self.target
+        if self.runs:
+            self.velocity = self.runs * np.eye(len(before))[1]
+            self.target = before + self.step * self.velocity
+            return
         if self.program and not self.paused and self.safety_mode == NORMAL:
             try:
                 next(self.program)
@@ -209,6 +221,8 @@ class Controller:
     def answer(self, line):
         if line == "is in remote control" and self.given.series == "e":
             return str(self.remote).lower()
+        if line == "power off" and self.runs:
+            return "Powering off"  # and it does not
         if line == "power off":
             self.robot_mode = POWER_OFF
             self.end_program("power off")
@@ -237,6 +251,13 @@ class Controller:
         elif words[0] == "say":
             for client in self.clients:
                 client.say(" ".join(words[1:]))
+        elif words[0] == "runs":  # joint 2, with a speed [rad/s], whatever it is told
+            self.runs = float(words[1])
+        elif words[0] == "clock":
+            self.clock = words[1]
+        elif words[0] == "unpowered":
+            self.robot_mode = POWER_OFF
+            self.end_program("power lost")
         elif words[0] == "inputs":
             print("inputs", self.inputs, flush=True)
 

@@ -32,7 +32,7 @@ class State(Enum):
     BRAKING = "while commands brake the arm"
     HOLDING = "while commands hold the arm"
     QUICK = "after a quick stop"
-    OFF = "after the torque was taken away"
+    OFF = "after torque off was asked for"
 
 
 class Sign(Enum):

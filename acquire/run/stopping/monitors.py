@@ -11,7 +11,7 @@ import numpy as np
 
 from exidyn.drivers import Command, Sample, StopLevel
 
-from .stop import Stop, UnitOf, turning
+from .stop import FAULT, SILENT, Stop, UnitOf, turning
 
 
 class Monitor(ABC):
@@ -26,7 +26,7 @@ class DriveFault(Monitor):
     """A drive that has stopped itself."""
 
     def look(self, sample: Sample, sent: Command | None) -> Stop | None:
-        return Stop(StopLevel.QUICK, "drive fault", sample.fault) if sample.fault else None
+        return Stop(StopLevel.QUICK, FAULT, sample.fault) if sample.fault else None
 
 
 class JointMonitor(Monitor):
@@ -243,9 +243,7 @@ class Silence(Monitor):
             return None
         names = [name for name, count in zip(self._joints, self._count, strict=True) if count >= self._cycles]
         text = f"nothing was received from {', '.join(names)} for {self._count.max()} cycles"
-        return Stop(
-            StopLevel.QUICK, "silence", text, names[0], float(self._count.max()), self._cycles, "cycles"
-        )
+        return Stop(StopLevel.QUICK, SILENT, text, names[0], float(self._count.max()), self._cycles, "cycles")
 
 
 class Lateness(Monitor):

@@ -5,6 +5,9 @@ from dataclasses import dataclass
 
 from exidyn.drivers import StopLevel
 
+FAULT, SILENT = "drive fault", "silence"
+"""Kinds of stops: a drive has stopped itself and says why, a joint is not heard."""
+
 
 @dataclass(frozen=True)
 class Stop:

@@ -1,11 +1,12 @@
 """Stops: what was asked of the driver, and why; a level only ever rises."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 from exidyn.drivers import Driver, StopLevel
 
 from .escalation import after_failure
-from .stop import Stop
+from .stop import FAULT, SILENT, Stop
 
 
 class Stops:
@@ -49,6 +50,13 @@ class Stops:
         else:
             self.escalated.append(found)
         self._ask(found)
+
+    def explain(self, fault: str) -> None:
+        """Name the cause of a silence that the controller has reported since, such as a loss of power."""
+        if self.reason is None or self.reason.kind != SILENT:
+            return
+        self.reason = replace(self.reason, kind=FAULT, text=f"{fault}. Before that {self.reason.text}")
+        self._report("cause", fault, self.reason.details())
 
     def _ask(self, stop: Stop) -> None:
         self.level = stop.level

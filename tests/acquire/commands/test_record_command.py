@@ -1,11 +1,14 @@
 """What `exidyn record` refuses, before anything is rehearsed, asked or written."""
 
+import json
 import re
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from exidyn.acquire.command_line import REFUSED, main
+from exidyn.acquire.command_line import REFUSED, STOPPED, UNSAFE, main
 from exidyn.acquire.terminal.confirm import UNATTENDED
 from exidyn.identify.recordings.mcap.mcap_file import read_recording
 from exidyn.identify.robot_files.robot_file import model_text
@@ -39,6 +42,7 @@ SERVOS = ["--driver", "feetech", "--set", "port=/dev/nowhere", "--set", "ids=[1,
         ([*SERVOS, "--yes"], f"only where {UNATTENDED}=yes"),
         ([*SERVOS, "--plant", "kr270"], "feetech moves a real one"),
         (["--current", "1", "2"], "--current has 2 values"),
+        (["--tracking", "3600"], "with more than 59 degrees no stop of joint1 could act in time"),
         (["--com", "0", "0", "1"], "com given without --mass"),
     ],
 )
@@ -102,3 +106,30 @@ def test_one_that_is_stopped_fails_and_prints_where_to_look(arguments, capsys):
     assert "exidyn info run.mcap" in printed.err
     assert main(["info", "run.mcap"]) == 0
     assert "ended:  STOPPED (brake): " in capsys.readouterr().out
+
+
+RUNS_AWAY = ["--set", "faults=runaway joint2 2 at 0.5; deaf at start; stop fails 3 at start"]
+
+
+def test_an_arm_that_cannot_be_stopped_is_told_of_whatever_the_tolerance(arguments, capsys):
+    assert main([*arguments, *RUNS_AWAY, "--tracking", "50", "--json", "run.json"]) == UNSAFE
+    printed = capsys.readouterr()
+    assert "joint2 STILL MOVES at 2 rad/s after torque off was asked for" in printed.out
+    assert printed.err.splitlines()[-1].endswith("PRESS THE EMERGENCY STOP")
+    outcome = read_recording("run.mcap").outcome
+    assert outcome["moving"] == "True"
+    table = json.loads(Path("run.json").read_text())
+    assert table["moving"] is True
+    assert table["joint"] == "joint2"
+
+
+def test_position_limits_hold_at_every_tolerance(arguments, capsys):
+    """Within the tolerance, and beyond the limits: the limits have a tolerance of their own."""
+    model = replace(MODEL.robot.limits, position_upper=MODEL.robot.limits.position_upper.copy())
+    model.position_upper[1] = motion().state_at(motion().duration).position[1] + 0.02
+    narrow = replace(MODEL, robot=replace(MODEL.robot, limits=model))
+    Path("robot.toml").write_text(model_text(narrow))
+    write_plan(Plan.of(motion(), narrow, tick=0.002), Path("trajectory.toml"))
+    code = main([*arguments, "--set", "faults=runaway joint2 0.5 at 0.1", "--tracking", "40"])
+    assert code == STOPPED
+    assert "position beyond its limits by" in capsys.readouterr().out

@@ -32,6 +32,7 @@ class Fault(NamedTuple):
         coarse: Whether encoders are those of serial servos, and as noisy.
         rests: Whether the arm must rest in the end; without torque, and where nothing helps, it does not.
         quick: Stages that are shown in a hurry too.
+        late: Time until a slow fault is a tracking error, beside `WITHIN` [s].
     """
 
     name: str
@@ -40,6 +41,7 @@ class Fault(NamedTuple):
     coarse: bool = False
     rests: bool = True
     quick: tuple[str, ...] = ()
+    late: float = 0.0
 
 
 FAULTS = (
@@ -60,6 +62,14 @@ FAULTS = (
         "runaway joint1 0.3 at {at}; deaf at start",
         "BQO BQO BQO BQO BQO QO",
         rests=False,
+    ),
+    Fault(
+        "creep; quick stop ignored",
+        "runaway joint1 0.08 at {at}; deaf at start",
+        "BQO BQO BQO BQO BQO QO",
+        rests=False,
+        quick=("quick stop",),
+        late=0.035 / 0.08,
     ),
     Fault(
         "runaway; driver fails at QUICK",

@@ -27,7 +27,7 @@ def wrong(case: Case, seen: Ran) -> list[str]:
     found += [
         f"{stop.level.name} after {stop.waited:.2f} s, limit {WITHIN[stop.level]} s"
         for stop in seen.stops
-        if stop.waited > WITHIN[stop.level]
+        if stop.waited > WITHIN[stop.level] + case.fault.late
     ]
     if seen.cycles != seen.recorded:
         found.append(f"{seen.cycles - seen.recorded} cycles are not recorded")
