@@ -92,12 +92,20 @@ def pack(
     ranges: Ranges, position: float, velocity: float, kp: float, kd: float, torque: float = 0.0
 ) -> bytes:
     """The frame of a command, in the units of `Ranges`; the gains are in [N m/rad] and [N m s/rad]."""
-    number = raw(position, -ranges.position, ranges.position, 16)
-    number = number << 12 | raw(velocity, -ranges.velocity, ranges.velocity, 12)
-    number = number << 12 | raw(kp, 0.0, KP, 12)
-    number = number << 12 | raw(kd, 0.0, KD, 12)
-    number = number << 12 | raw(torque, -ranges.torque, ranges.torque, 12)
-    return number.to_bytes(8, "big")
+    return with_motion(ranges, position, velocity, gains(ranges, kp, kd, torque))
+
+
+def gains(ranges: Ranges, kp: float, kd: float, torque: float = 0.0) -> int:
+    """The last 36 bits of a command, as in `pack`: what does not change from cycle to cycle."""
+    number = raw(kp, 0.0, KP, 12) << 12 | raw(kd, 0.0, KD, 12)
+    return number << 12 | raw(torque, -ranges.torque, ranges.torque, 12)
+
+
+def with_motion(ranges: Ranges, position: float, velocity: float, last: int) -> bytes:
+    """The frame of a command that ends with what `gains` gave."""
+    number = raw(position, -ranges.position, ranges.position, 16) << 12
+    number |= raw(velocity, -ranges.velocity, ranges.velocity, 12)
+    return (number << 36 | last).to_bytes(8, "big")
 
 
 def unpack(ranges: Ranges, family: Family, data: bytes) -> State | None:

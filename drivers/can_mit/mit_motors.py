@@ -19,8 +19,10 @@ from .mit_frame import (
     State,
     answering,
     error_text,
+    gains,
     pack,
     unpack,
+    with_motion,
 )
 
 
@@ -86,6 +88,8 @@ class MotorRound(CanRound):
         self.target, self.velocity = [0.0] * count, [0.0] * count
         self.watching = False
         self._others = [_others(motor) for motor in motors]
+        self._gains = [gains(motor.commanded, motor.kp, motor.kd) for motor in motors]
+        self._answering = [answering(m.family, bytes([m.number & 0xFF])) for m in motors]
         self._answers: dict[int, list[int]] = {}
         for joint, motor in enumerate(motors):
             self._answers.setdefault(motor.master, []).append(joint)
@@ -105,15 +109,13 @@ class MotorRound(CanRound):
 
     def _command(self, joint: int) -> Frame:
         motor = self._motors[joint]
-        data = pack(motor.commanded, self.target[joint], self.velocity[joint], motor.kp, motor.kd)
-        return motor.number, data
+        motion = self.target[joint], self.velocity[joint]
+        return motor.number, with_motion(motor.commanded, *motion, self._gains[joint])
 
     def _understand(self, identifier: int, data: bytes) -> bool:
         for joint in self._answers.get(identifier, ()):
             motor = self._motors[joint]
-            if data and answering(motor.family, data) == answering(
-                motor.family, bytes([motor.number & 0xFF])
-            ):
+            if data and answering(motor.family, data) == self._answering[joint]:
                 state = unpack(motor.answered, motor.family, data)
                 if state is not None:
                     self._take(joint, state)

@@ -190,7 +190,7 @@ class Dynamixel(ServoDriver):
         return self._health.look(answers, now, self._armed and self._stopped < StopLevel.OFF, events)
 
     def _to_register(self, counts: np.ndarray) -> list[int]:
-        return [int(count) for count in counts]
+        return list(map(int, counts.tolist()))
 
     def _from_register(self, numbers: np.ndarray) -> np.ndarray:
         return numbers.astype(float)

@@ -43,13 +43,17 @@ def _crc_table() -> tuple[int, ...]:
 
 
 _TABLE = _crc_table()
+_BEFORE = tuple((checksum << 8 & 0xFF00) ^ _TABLE[checksum >> 8] for checksum in _TABLE)
+"""Checksum of each byte with a zero behind it: two bytes are taken at once, which halves the time."""
 
 
 def crc(data: bytes, before: int = 0) -> int:
     """Checksum: polynomial 0x8005, from zero, nothing reflected. `before`: that of what goes before."""
-    value = before
-    for byte in data:
-        value = (value << 8 & 0xFF00) ^ _TABLE[value >> 8 ^ byte]
+    value, odd, table, table_before = before, len(data) % 2, _TABLE, _BEFORE
+    for byte in data[:odd]:
+        value = (value << 8 & 0xFF00) ^ table[value >> 8 ^ byte]
+    for first, second in zip(data[odd::2], data[odd + 1 :: 2], strict=True):
+        value = table_before[value >> 8 ^ first] ^ table[value & 0xFF ^ second]
     return value
 
 

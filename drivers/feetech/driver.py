@@ -47,6 +47,9 @@ MEASURED = np.dtype(
 )  # fmt: skip
 """Registers 56 to 70, read in every cycle; bit 15 is the sign of the first two and of the current."""
 
+SIGNED = ("position", "velocity", "current")
+"""Those of them."""
+
 FINE, FULL_SPEED, NO_CURRENT = 4, 8, 32
 """Bits of the phase: velocity in counts a second and not in fifties; a goal velocity of 0 is the fastest;
 a bridge that measures no current."""
@@ -130,10 +133,11 @@ class Feetech(ServoDriver):
 
     def _decode(self, data: bytes, length: int) -> Measured:
         rows = np.frombuffer(data, MEASURED)
+        position, velocity, current = _signed(np.array([rows[name] for name in SIGNED]))
         return Measured(
-            _signed(rows["position"]),
-            _signed(rows["velocity"]) * self._velocity_unit,
-            _signed(rows["current"]) * self._ampere,
+            position,
+            velocity * self._velocity_unit,
+            current * self._ampere,
             rows["temperature"].astype(float),
         )
 
@@ -156,7 +160,7 @@ class Feetech(ServoDriver):
         return "; ".join(faults)
 
     def _to_register(self, counts: np.ndarray) -> list[int]:
-        return [int(count) if count >= 0 else 0x8000 | int(-count) for count in counts]
+        return [int(count) if count >= 0 else 0x8000 | int(-count) for count in counts.tolist()]
 
     def _from_register(self, numbers: np.ndarray) -> np.ndarray:
         return _signed(numbers)

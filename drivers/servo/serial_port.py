@@ -1,7 +1,9 @@
 """A serial port, held by this program alone: exact reads with a deadline, and no errors but ours."""
 
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+import os
+import select
+import time
+from contextlib import suppress
 from pathlib import Path
 
 import serial
@@ -11,6 +13,9 @@ from ..errors import BadSettings, LinkLost, NotReady
 
 WRITE_WITHIN = 0.5
 """A port that does not take a packet within this time is dead [s]."""
+
+MOST = 4096
+"""Bytes that Linux keeps of what nobody has read."""
 
 ADAPTERS = Path("/sys/bus/usb-serial/devices")
 """Where Linux keeps what it knows of USB adapters."""
@@ -32,26 +37,35 @@ class SerialPort:
         baudrate: [bit/s].
         patience: How long a read waits for its bytes [s].
 
+    Attributes:
+        waited: Whether the last read had to wait for bytes.
+
     Raises:
         BadSettings: No such port, or a baud rate it does not have.
         NotReady: A port that is in use, or that this user may not open.
     """
 
     def __init__(self, name: str, baudrate: int, patience: float) -> None:
-        self.name = name
+        self.name, self._patience, self.waited = name, patience, False
         try:
             self._port = serial.Serial(
                 name, baudrate, timeout=patience, write_timeout=WRITE_WITHIN, exclusive=True
             )
         except TROUBLE as error:
             raise _cannot_open(name, baudrate, error) from error
+        self._direct = hasattr(self._port, "fd")  # so on POSIX systems, where pyserial waits for each piece
         with suppress(*TROUBLE, AttributeError, NotImplementedError):
             self._port.set_low_latency_mode(True)
 
     def be_patient(self, patience: float) -> None:
-        """From now on reads wait for so long [s]. Sets the port up anew: not for every cycle."""
-        with self._linked():
+        """From now on reads wait for so long [s]. May set the port up anew: not for every cycle."""
+        self._patience = patience
+        if self._direct:
+            return
+        try:
             self._port.timeout = patience
+        except TROUBLE as error:
+            raise self._gone(error) from error
 
     @property
     def waiting(self) -> int:
@@ -60,8 +74,10 @@ class SerialPort:
         Raises:
             LinkLost: The port is gone.
         """
-        with self._linked():
+        try:
             return self._port.in_waiting
+        except TROUBLE as error:
+            raise self._gone(error) from error
 
     def read(self, count: int) -> bytes:
         """So many bytes, or fewer when patience ends.
@@ -69,8 +85,28 @@ class SerialPort:
         Raises:
             LinkLost: The port is gone.
         """
-        with self._linked():
+        try:
+            if self._direct:
+                return self._read_directly(count)
+            self.waited = self._port.in_waiting < count
             return self._port.read(count)
+        except TROUBLE as error:
+            raise self._gone(error) from error
+
+    def _read_directly(self, count: int) -> bytes:
+        """As `read`; what is there already is taken without asking whether it is."""
+        descriptor, end = self._port.fd, time.monotonic() + self._patience
+        data = _read_now(descriptor, count)
+        self.waited = len(data) < count
+        while len(data) < count:
+            left = max(end - time.monotonic(), 0.0)
+            if not select.select([descriptor], [], [], left)[0]:
+                break
+            more = _read_now(descriptor, count - len(data))
+            if not more:
+                raise OSError("it has something to read, and nothing can be read")
+            data += more
+        return data
 
     def write(self, data: bytes) -> None:
         """Send bytes.
@@ -78,8 +114,20 @@ class SerialPort:
         Raises:
             LinkLost: The port is gone, or does not take them.
         """
-        with self._linked():
+        try:
+            rest = data[os.write(self._port.fd, data) :] if self._direct else data
+        except BlockingIOError:
+            rest = data
+        except TROUBLE as error:
+            raise self._gone(error) from error
+        if rest:
+            self._write_patiently(rest)
+
+    def _write_patiently(self, data: bytes) -> None:
+        try:
             self._port.write(data)
+        except TROUBLE as error:
+            raise self._gone(error) from error
 
     def drain(self) -> int:
         """Throw away what has come, and return how many bytes that was.
@@ -87,21 +135,29 @@ class SerialPort:
         Raises:
             LinkLost: The port is gone.
         """
-        return len(self.read(self.waiting))
+        if not self._direct:
+            waiting = self.waiting
+            return len(self.read(waiting)) if waiting else 0
+        try:
+            return len(_read_now(self._port.fd, MOST))
+        except TROUBLE as error:
+            raise self._gone(error) from error
 
     def close(self) -> None:
         """Let go; never raises."""
         with suppress(*TROUBLE):
             self._port.close()
 
-    @contextmanager
-    def _linked(self) -> Iterator[None]:
-        try:
-            yield
-        except TROUBLE as error:
-            raise LinkLost(
-                f"{self.name} is gone ({error}). Look at the plug and at the power of the adapter"
-            ) from error
+    def _gone(self, error: Exception) -> LinkLost:
+        return LinkLost(f"{self.name} is gone ({error}). Look at the plug and at the power of the adapter")
+
+
+def _read_now(descriptor: int, count: int) -> bytes:
+    """What is there; empty for nothing."""
+    try:
+        return os.read(descriptor, count)
+    except BlockingIOError:
+        return b""
 
 
 def adapter_latency(name: str, adapters: Path = ADAPTERS) -> float:

@@ -8,9 +8,10 @@ there is more than was asked for; in warning the line is left alone until it is 
 import time
 from collections.abc import Mapping, Sequence
 
+from ..answer_time import AnswerTime
 from ..errors import LinkLost, NotReady
 from .serial_port import SerialPort
-from .servo_packet import Codec, Reading, Register, Status
+from .servo_packet import Codec, Parsed, Reading, Register, Status
 
 TRIES = 3
 """How often a question or a setting is repeated before the run."""
@@ -50,19 +51,26 @@ class ServoBus:
         """
         return self._port.drain()
 
-    def ask(self, reading: Reading, before: bytes = b"") -> list[Status | None]:
+    def ask(
+        self, reading: Reading, before: bytes = b"", answer_time: AnswerTime | None = None
+    ) -> list[Status | None]:
         """The answers in the order of the question; None for each that did not come or is not valid.
 
         Args:
             reading: The question.
             before: Packets to send in front of it.
+            answer_time: How long this question's answers usually take; None for one that is rare.
 
         Raises:
             LinkLost: The port is gone.
         """
         self._port.write(before + reading.packet)
+        if answer_time is not None:
+            answer_time.sleep()
         count, size = len(reading.servos), reading.answer_bytes
         data = self._port.read(size)
+        if answer_time is not None and len(data) == size:
+            answer_time.adjust(self._port.waited)
         found = reading.parse(data)
         while size <= len(data) < 2 * size and len(found.statuses) + found.broken < count:
             more = self._port.read(1)  # stuffing makes answers longer than can be known before
@@ -70,13 +78,21 @@ class ServoBus:
                 break
             data += more
             found = reading.parse(data)
+        servos = tuple(status.servo for status in found.statuses)
+        if servos == reading.servos:
+            self.in_step = not self._port.waiting
+            return list(found.statuses) if self.in_step else [None] * count
+        return self._sorted(reading, found, len(data) >= size)
+
+    def _sorted(self, reading: Reading, found: Parsed, long_enough: bool) -> list[Status | None]:
+        """Answers that are not those of all servos in their order, as `ask` gives them."""
+        count = len(reading.servos)
         places = [
             reading.servos.index(s.servo) if s.servo in reading.servos else count for s in found.statuses
         ]
         in_order = all(a < b for a, b in zip(places, [*places[1:], count], strict=False))
-        whole = len(data) >= size and len(found.statuses) + found.broken >= count
         orderly = in_order and not self._port.waiting
-        self.in_step = whole and orderly
+        self.in_step = orderly and long_enough and len(found.statuses) + found.broken >= count
         answers: list[Status | None] = [None] * count
         if orderly:
             for place, status in zip(places, found.statuses, strict=True):

@@ -54,7 +54,9 @@ class ServoDriver(Driver):
         self._armed = False
         self._nothing = np.full(arm.dof, np.nan)
         self._allowed = Goals(self._nothing, self._nothing)
-        self._nothing.setflags(write=False)
+        self._none_stale = np.zeros(arm.dof, bool)
+        for shared in (self._nothing, self._none_stale):  # by samples
+            shared.setflags(write=False)
         self._count, self._counts, self._once = 0, np.full(arm.dof, np.nan), b""
         self._held: np.ndarray | None = None
         self._stopped, self._stop_packet, self._fault = StopLevel.BRAKE, b"", ""
@@ -102,7 +104,8 @@ class ServoDriver(Driver):
         self._count += 1
         answers = self._talk.exchange(packets, readings, events)
         now = host_time()
-        stale = np.array([answer is None for answer in answers])
+        whole = None not in answers
+        stale = self._none_stale if whole else np.array([answer is None for answer in answers])
         measured, units = self._decode(_joined(answers, length), length), self._units
         values: dict[str, Any] = {
             "position": units.position(measured.position),
@@ -111,9 +114,9 @@ class ServoDriver(Driver):
             "torque": self._nothing,
             "temperature": measured.temperature,
         }
-        if stale.any():
+        if not whole:
             values = {name: np.where(stale, np.nan, value) for name, value in values.items()}
-        self._counts = np.where(stale, self._counts, measured.position)
+        self._counts = measured.position if whole else np.where(stale, self._counts, measured.position)
         self._fault = self._fault or self._look(answers, now, events)
         return Sample(
             now,
@@ -176,6 +179,7 @@ class ServoDriver(Driver):
         port.be_patient(IN_RUN * self.settings.cycle)
         self._clock = HostClock(self.settings.cycle)
         self._talk = ServoTalk(bus)
+        self._limits = [end.tolist() for end in self._allowed]
         self._count, self._counts, self._once = 0, where, b""
         self._stopped, self._stop_packet, self._fault = StopLevel.BRAKE, b"", ""
 
@@ -188,11 +192,13 @@ class ServoDriver(Driver):
         if self._stopped > StopLevel.BRAKE or command is None:
             return self._stop_packet
         counts = self._units.counts(command.position)
-        lowest, highest = self._allowed
-        outside = np.flatnonzero(~((counts >= lowest) & (counts <= highest)))  # what is no number, too
-        if not len(outside):
+        lowest, highest = self._limits
+        inside = [
+            low <= count <= high for low, count, high in zip(lowest, counts.tolist(), highest, strict=True)
+        ]
+        if all(inside):  # not so for what is no number
             return self._goals(bus, counts)
-        joint = outside[0]
+        joint = inside.index(False)
         self._fault = self._fault or (
             f"a command was not sent: {self.arm.joints[joint]} at {command.position[joint]:g} rad is count "
             f"{counts[joint]:g} of its servo, which takes {lowest[joint]:g} to {highest[joint]:g}"

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 
+from ..answer_time import AnswerTime
 from ..errors import LinkLost
 from .servo_bus import ServoBus
 from .servo_packet import Reading, Status
@@ -28,6 +29,7 @@ class ServoTalk:
         self._bus = bus
         self._quiet, self._mute, self._turn = False, 0, 0
         self._answering = [True] * len(bus.servos)
+        self._answer_time = AnswerTime()
 
     def exchange(self, packets: bytes, readings: Sequence[Reading], events: list[str]) -> list[Status | None]:
         """Send packets, ask, and return the answers; None for each servo without one.
@@ -57,11 +59,11 @@ class ServoTalk:
             return [None] * len(self._answering)
         reading, length = readings[self._turn % LENGTHS], readings[0].length
         answers = [
-            Status(answer.servo, answer.error, answer.data[-length:])
-            if answer is not None and len(answer.data) == reading.length
-            else None
-            for answer in self._bus.ask(reading, packets)
+            answer if answer is not None and len(answer.data) == reading.length else None
+            for answer in self._bus.ask(reading, packets, self._answer_time)
         ]
+        if reading.length > length:
+            answers = [answer and answer._replace(data=answer.data[-length:]) for answer in answers]
         self._quiet = not self._bus.in_step
         self._turn += self._quiet
         self._report_changes(answers, events)

@@ -46,6 +46,7 @@ class ServoUnits:
         self._gear = np.array(settings.gear)
         self._scale = self.sign * 2.0 * np.pi / turn  # (n,) [rad] a count
         self._zero = np.array(settings.zero, float)
+        self._per_velocity = self.sign * self._gear
 
     def position(self, counts: np.ndarray) -> np.ndarray:
         """Of the joints, shape (n,) [rad], where the servos stand at these counts."""
@@ -57,7 +58,7 @@ class ServoUnits:
 
     def velocity(self, of_servos: np.ndarray) -> np.ndarray:
         """Of the joints, shape (n,) [rad/s], from that of the servos."""
-        return of_servos * self.sign / self._gear
+        return of_servos / self._per_velocity
 
     def way(self, counts: np.ndarray) -> np.ndarray:
         """How far a joint goes when its servo goes so many counts, shape (n,) [rad]."""

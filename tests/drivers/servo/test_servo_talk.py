@@ -16,6 +16,8 @@ GOALS = b"goals"
 class Line:
     """A port whose other end is a list of what comes, one entry a question."""
 
+    waited = False
+
     def __init__(self):
         self.came, self.sent = b"", []
 
