@@ -217,6 +217,19 @@ class Driver(ABC):
         """
         return self.open()
 
+    def find(self) -> None:
+        """See whether the controller answers, and leave it as it is; nothing where to ask could move the arm.
+
+        Raises:
+            DriverError: It does not.
+        """
+        if self.risk_of_reading:
+            return
+        try:
+            self.open_to_read()
+        finally:
+            self.close()
+
     @property
     def sent_to_read(self) -> str:
         """What the controller is sent while an arm is only read, for a person."""

@@ -64,9 +64,12 @@ def main(arguments: Sequence[str]) -> int:
         facts["simulated arm"] = "values of the robot file, each off by up to its tolerance; see --plant"
     print(run_summary.before(ready, facts), file=sys.stderr)
     warn(ready.warnings)
+    if not driver.simulated:
+        make_driver(name, settings, ready.model.robot, plant).find()
     if not driver.simulated and not given.no_rehearsal:
-        print("rehearsing on a simulated arm", file=sys.stderr)
-        rehearse(job, ready.model, _cycle(driver, ready), payload.name if payload else "")
+        print("the controller answers; rehearsing on a simulated arm", file=sys.stderr)
+        carried = payload.name if payload else ""
+        rehearse(job, ready.model, _cycle(driver, ready), carried, start_progress(job.motion.duration))
     confirm(driver.simulated, given.yes)
     # Read and written before the loop, which has no time for it; at full speed, as the file has it.
     head = partial(

@@ -1,5 +1,7 @@
 """Rehearsal: the run on a simulated arm, by the same path, before the real one moves."""
 
+from collections.abc import Sequence
+from contextlib import ExitStack, closing
 from dataclasses import replace
 from functools import partial
 
@@ -8,9 +10,23 @@ from exidyn.identify.model import Model
 from .arms import make_driver, simulated_arm
 from .errors import NotAllowed
 from .perform import Job, Outcome, perform
+from .pipe.frames import END, text_frame
+from .pipe.pipe_sink import Sink
 
 
-def rehearse(job: Job, model: Model, cycle: float, payload: str = "") -> Outcome:
+class Unrecorded:
+    """In place of the recorder."""
+
+    failure = ""
+
+    def put(self, frame: bytes) -> None:
+        """Nobody takes it."""
+
+    def close(self) -> None:
+        """Nothing waits."""
+
+
+def rehearse(job: Job, model: Model, cycle: float, payload: str = "", shown: Sequence[Sink] = ()) -> Outcome:
     """Play the job on the mock, which is the nominal arm and stands where the motion begins.
 
     Args:
@@ -18,6 +34,7 @@ def rehearse(job: Job, model: Model, cycle: float, payload: str = "") -> Outcome
         model: The nominal arm, with its payload.
         cycle: Of the controller that is rehearsed for [s].
         payload: Name of the body that it carries; empty for none.
+        shown: Who shows how far it is; closed in the end.
 
     Raises:
         NotAllowed: The simulated arm had to be stopped.
@@ -27,7 +44,11 @@ def rehearse(job: Job, model: Model, cycle: float, payload: str = "") -> Outcome
     plant = partial(simulated_arm, model, start, payload=payload)
     driver = make_driver("mock", settings, model.robot, plant)
     watch = replace(job.watch, temperature=float("inf"))  # the temperature of the real arm is unknown
-    outcome = perform(driver, replace(job, settle=cycle, watch=watch))
+    with ExitStack() as stack:
+        sinks = [stack.enter_context(closing(sink)) for sink in (Unrecorded(), *shown)]
+        outcome = perform(driver, replace(job, settle=cycle, watch=watch), sinks)
+        for sink in sinks:
+            sink.put(text_frame(END, {}))
     if outcome.stop is not None:
         raise NotAllowed(
             f"in a rehearsal on the simulated arm the run was stopped: {outcome.stop.text}. Look at the "

@@ -126,6 +126,9 @@ class KukaRsi(Driver):
         info = info_of(given, config, layout, self._axes, beginning)
         return simulated(info, self._cycle) if counting else info
 
+    def find(self) -> None:
+        """As in `Driver`: nothing, for it is the controller that begins, once a person has started it."""
+
     def open_to_read(self) -> Info:
         info = self.open()
         self._probe = None  # which would move the axes

@@ -8,8 +8,11 @@ from .plan import Plan
 from .plan_use import Use, percent
 from .trajectory_rows import family_words
 
-BYTES = 61.0
-"""Of a recording for each joint and command, as measured on recordings of arms of six joints."""
+BYTES, POSE_BYTES, HEAD_BYTES = 55.0, 3000.0, 20e3
+"""Of a recording for each joint and command, for each joint and second of poses that viewers show, and for
+robot and plan, as measured on recordings of arms of six joints at 2 and 8 ms."""
+AT_REST = 0.65
+"""Time that is recorded beside the motion [s]: the arm is listened to before, and held after."""
 LONG = 60.0
 """Duration from which on minutes are given as well [s]."""
 
@@ -72,7 +75,8 @@ def run_cost(plan: Plan, cycle: float) -> str:
     """
     seconds = plan.trajectory.duration
     minutes = f" ({int(seconds) // 60} min {int(seconds) % 60} s)" if seconds >= LONG else ""
-    size = 1e-6 * BYTES * len(plan.joints) * seconds / cycle
+    by_joint = (BYTES / cycle + POSE_BYTES) * (seconds + AT_REST)
+    size = 1e-6 * (HEAD_BYTES + len(plan.joints) * by_joint)
     return f"{seconds:.0f} s{minutes}, a recording of about {size:.2g} MB"
 
 

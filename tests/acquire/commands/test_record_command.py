@@ -76,8 +76,7 @@ def test_how_long_it_takes_and_how_large_it_gets_is_stated_before(arguments, cap
     assert main(arguments) == 0
     found = re.search(r"takes: +(\d+) s, a recording of about ([\d.]+) MB", capsys.readouterr().err)
     assert float(found[1]) == round(motion().duration)
-    beside = (tmp_path / "run.mcap").stat().st_size - 1e6 * float(found[2])
-    assert 0 < beside < 5e5  # robot, trajectory, and half a second at rest before and after
+    assert 1e6 * float(found[2]) == pytest.approx((tmp_path / "run.mcap").stat().st_size, rel=0.25)
 
 
 def test_the_simulated_arm_is_not_the_one_in_the_robot_file(arguments, tmp_path):
@@ -133,3 +132,14 @@ def test_position_limits_hold_at_every_tolerance(arguments, capsys):
     code = main([*arguments, "--set", "faults=runaway joint2 0.5 at 0.1", "--tracking", "40"])
     assert code == STOPPED
     assert "position beyond its limits by" in capsys.readouterr().out
+
+
+NOBODY = ["--driver", "ur_rtde", "--set", "address=127.0.0.1", "--set", "rtde_port=1"]
+
+
+def test_a_controller_that_is_not_there_is_reported_before_a_rehearsal(arguments, capsys, monkeypatch):
+    monkeypatch.setenv(UNATTENDED, "yes")
+    assert main([*arguments, *NOBODY, "--yes"]) == REFUSED
+    printed = capsys.readouterr().err
+    assert "no connection to 127.0.0.1:1" in printed
+    assert "rehears" not in printed
