@@ -169,6 +169,7 @@ class Controller:
             "max_consecutive_late": self.worst,
             "furthest": self.furthest,
             "latency_us": percentiles(self.latencies),
+            "latencies_us": [round(1e-3 * one) for one in self.latencies],
         }
 
     def one_cycle(self, number, deadline):

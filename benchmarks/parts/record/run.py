@@ -48,6 +48,7 @@ def run(
     path: Path,
     asked: Callable[[], Stop | None] = lambda: None,
     sinks: Callable[[PipeSink], Sequence[Sink]] = lambda recorder: (),
+    started: Callable[[int], None] = lambda recorder: None,
 ) -> Ran:
     """Play a job and record it.
 
@@ -57,12 +58,14 @@ def run(
         path: Of a recording that is not there yet.
         asked: Called every cycle; may ask to stop.
         sinks: Makes who else is handed every frame, beside the recorder; closed here too.
+        started: Called with the number of the recorder's process before the run.
     """
     arm = next(arm for arm in (COBOT, FR3) if arm.model.robot.joints == driver.arm.joints)
     with ExitStack() as stack:
         recorder = stack.enter_context(start_recorder(path))
         others = [stack.enter_context(closing(sink)) for sink in sinks(recorder)]
         everybody = [recorder, *others]
+        started(recorder.process_id)
         refused = stack.enter_context(realtime()) if driver.in_real_time else []
         began, used = time.monotonic(), time.process_time()
         before = cpu_time(recorder.process_id)

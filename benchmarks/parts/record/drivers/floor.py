@@ -30,7 +30,7 @@ PROGRAM = r"""
 #include <time.h>
 
 static volatile sig_atomic_t ended;
-static double late[%d];
+static double late[%d][2];
 static void end(int number) { ended = number; }
 
 int main(int count, char **given) {
@@ -47,7 +47,13 @@ int main(int count, char **given) {
         if (due.tv_nsec >= 1000000000L) { due.tv_nsec -= 1000000000L; due.tv_sec++; }
         if (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &due, 0)) continue;
         clock_gettime(CLOCK_MONOTONIC, &now);
-        late[ticks++] = (now.tv_sec - due.tv_sec) + 1e-9 * (now.tv_nsec - due.tv_nsec);
+        long behind = 1000000000L * (now.tv_sec - due.tv_sec) + now.tv_nsec - due.tv_nsec;
+        late[ticks][0] = now.tv_sec + 1e-9 * now.tv_nsec;
+        late[ticks++][1] = 1e-9 * behind;
+        long skipped = behind / cycle * cycle;
+        due.tv_sec += skipped / 1000000000L;
+        due.tv_nsec += skipped %% 1000000000L;
+        if (due.tv_nsec >= 1000000000L) { due.tv_nsec -= 1000000000L; due.tv_sec++; }
     }
     return fwrite(late, sizeof *late, ticks, stdout) != (size_t)ticks;
 }
@@ -59,22 +65,30 @@ class Floor:
 
     Attributes:
         what: Which loop it was.
-        lateness: Of each tick [s].
+        ticks: When each tick ran, by the monotonic clock, and how late it was, shape (t, 2) [s].
     """
 
     def __init__(self, what: str) -> None:
         self.what = what
-        self.lateness = np.zeros(0)
+        self.ticks = np.zeros((0, 2))
+
+    def lateness(self, begin: float, end: float) -> np.ndarray:
+        """Of each tick between two times of the monotonic clock, shape (t,) [s]."""
+        now, late = self.ticks.T
+        return late[(now >= begin) & (now <= end)]
 
 
 @contextmanager
 def floor(cycle: float) -> Iterator[Floor]:
-    """A loop that does nothing, in real time at the priority of ours, beside what goes on in the block.
+    """A loop that does nothing, in real time, beside what goes on in the block.
 
-    Its lateness is that of ours: from the deadline of the tick until the program runs.
+    Its lateness is that of ours: from the deadline of the tick until the program runs; like ours it skips
+    what it has slept through. On the processor that it shares with our loop its priority is one above, so
+    that it never waits for what our loop does and shows the machine alone. Our loop waits for it where both
+    are due at once, for some microseconds.
     """
     program = _compiled()
-    in_c = [program, str(round(1e9 * cycle)), str(PRIORITY)]
+    in_c = [program, str(round(1e9 * cycle)), str(PRIORITY + 1)]
     command = in_c if program else [sys.executable, "-P", "-m", __name__, str(cycle)]
     found = Floor("C" if program else "Python")
     with subprocess.Popen(command, stdout=subprocess.PIPE, env=imports_as_here()) as loop:
@@ -83,7 +97,7 @@ def floor(cycle: float) -> Iterator[Floor]:
         finally:
             loop.send_signal(signal.SIGTERM)
             assert loop.stdout is not None
-            found.lateness = np.frombuffer(loop.stdout.read())
+            found.ticks = np.frombuffer(loop.stdout.read()).reshape(-1, 2)
 
 
 @cache
@@ -107,7 +121,7 @@ def _folder() -> tempfile.TemporaryDirectory[str]:
 
 def python_loop(cycle: float) -> None:
     """The same in Python, with lateness on standard output at SIGTERM."""
-    late: list[float] = []
+    late: list[tuple[float, float]] = []
 
     def end(*_: object) -> None:
         sys.stdout.buffer.write(np.array(late).tobytes())
@@ -120,7 +134,9 @@ def python_loop(cycle: float) -> None:
         while True:
             due += step
             time.sleep(max(due - time.monotonic_ns(), 0) * 1e-9)
-            late.append((time.monotonic_ns() - due) * 1e-9)
+            behind = time.monotonic_ns() - due
+            late.append((1e-9 * (due + behind), 1e-9 * behind))
+            due += behind // step * step
 
 
 if __name__ == "__main__":

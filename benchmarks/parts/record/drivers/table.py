@@ -1,7 +1,8 @@
 """Every driver against its peer: cycles, what was missed, how late, what it takes; beside the floor."""
 
 import tempfile
-from collections.abc import Collection
+import time
+from collections.abc import Callable, Collection
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -18,26 +19,44 @@ from ..motion import COBOT, job
 from ..run import Ran, cpu_time, run
 from .floor import Floor, floor
 from .krc import echo, report, timeouts
+from .processors import APART, move_away, on_the_loops
+from .receivers import fci, rtde
+
+RECEIVERS = {"ur_rtde": rtde, "franka": fci}
+"""Floors of drivers whose controller has the clock; that of kuka_rsi answers, too."""
 
 HEADER = [
     "driver", "cycle ms", "cycles", "missed", "floor's", "late p50 us", "p99 us", "max us", "floor p50 us",
-    "p99 us", "max us", "p99 / floor", "CPU loop %", "recorder %", "peer %", "kB/s", "ended by",
+    "p99 us", "max us", "p99 / floor", "work p50 ms", "p99 ms", "driver p50 ms", "CPU loop %", "recorder %",
+    "peer %", "kB/s", "ended by",
 ]  # fmt: skip
+BLOCKS = 5
+"""A run is cut into so many; a p99 of lateness is the median of theirs, so that one burst of a machine that
+others use too does not decide."""
+STARTING = 20
+"""Cycles at the beginning whose work is not counted: what is done once is done there."""
 PATIENT = WatchLimits(missed=1.0, silence=0.2, stall=0.5)
 """For runs that are to be measured to their end, however late this machine is."""
 HELD_BACK = 0.5
 """Of a Franka's commands, for the same purpose [s]; the arm follows that much later."""
-MEANING = """\
+MEANING = f"""\
   missed    cycles without an exchange, and those in which a joint was silent; the floor's are those that it
-            slept through, and for kuka_rsi answers that came later than the next telegram. A run would be
+            slept through, and for controllers with a clock, what came later than the next. A run would be
             stopped by them; here it is not, so that they can be counted
   late      from the deadline of a cycle until the loop runs; for the mock, that includes its own arithmetic
   kuka_rsi  from a telegram until the controller has the answer, as the controller measures it
   ur_rtde   from a package's time stamp until the loop runs, over the quickest; the controller's own lateness
             and the network are in it. So are those of franka, whose states wait while the loop is late
-  floor     the same for a loop in {} that does nothing, at the same time, cycle and priority; for kuka_rsi a
-            session with the same controller, answered by six lines of Python
-  peer      simulates drives and arm on this computer's processors, as a controller would not"""
+  floor     the same for a loop in {{}} that does nothing, at the same time and cycle, on the loop's processor
+            and one priority above, so that it shows the machine and never waits for the loop. Where the
+            controller has the clock, a session before with another such controller, in real time on the same
+            processor: for kuka_rsi six lines of Python that answer, for ur_rtde and franka as many that take
+            in what comes
+  p99       of lateness: the median of the p99 of {BLOCKS} parts of the run, likewise for the floor: one burst
+            of a machine that others use too does not decide. p50 and max are of the whole run
+  work      of the loop's thread in a cycle, driver and loop together, without waiting; p99 of the whole run
+  peer      simulates drives and arm on another processor than the loop's where there is one, as the recorder
+            is; a controller would be on none of this computer's"""
 
 
 @dataclass(frozen=True)
@@ -46,7 +65,7 @@ class Measured:
 
     Attributes:
         ran: The run.
-        lateness: Median, 99th percentile and largest [us].
+        lateness: Median, 99th percentile by blocks, and largest [us].
         bare: The same of the floor.
         bare_missed: Cycles that the floor missed.
         cpu_peer: CPU time that the peer took [s].
@@ -73,6 +92,13 @@ class Measured:
         """99th percentile of the lateness over that of the floor."""
         return self.lateness[1] / self.bare[1]
 
+    @property
+    def work(self) -> tuple[float, float, float]:
+        """Median and 99th percentile of a cycle's work, and the median of the driver's share of it [ms]."""
+        counts = self.ran.outcome.counts
+        p50, p99 = 1e3 * np.percentile(counts.work[STARTING:], [50, 99])
+        return float(p50), float(p99), float(1e3 * np.median(counts.driver_work[STARTING:]))
+
 
 def patient(name: str) -> tuple[WatchLimits, dict[str, Any]]:
     """Monitors and settings of a driver for such runs."""
@@ -87,20 +113,43 @@ def measure(name: str, seconds: float, folder: Path) -> Measured:
     Raises:
         NoBus: This machine has no such bus.
     """
+    if name in RECEIVERS:
+        bare_late = RECEIVERS[name](seconds)
     bare_krc = echo(folder, seconds) if name == "kuka_rsi" else {}
     watch, settings = patient(name)
     work = job(seconds, ARMS.get(name, COBOT), watch=watch)
-    with controller(name, folder, **settings) as (driver, peer):
-        beside = nullcontext(Floor("")) if bare_krc else floor(cycle_of(driver))
+    with controller(name, folder, **settings) as (driver, peer), on_the_loops():
+        if peer:
+            move_away(peer.process.pid)
+        beside = nullcontext(Floor("")) if bare_krc or name in RECEIVERS else floor(cycle_of(driver))
+        during = _times(driver)
         before = cpu_time(peer.process.pid) if peer else 0.0
         with beside as bare:
-            ran = run(driver, work, folder / f"{name}.mcap")
+            ran = run(driver, work, folder / f"{name}.mcap", started=move_away)
         used = cpu_time(peer.process.pid) - before if peer else 0.0
         krc = report(peer) if bare_krc and peer else {}
     if bare_krc:
         return Measured(ran, _of_krc(krc), _of_krc(bare_krc), bare_krc["late"], used, krc, "Python")
-    slept = int(np.sum(bare.lateness // cycle_of(driver)))
-    return Measured(ran, _of(ran.outcome.counts.lateness), _of(bare.lateness), slept, used, {}, bare.what)
+    what, bare_late = ("Python", bare_late) if name in RECEIVERS else (bare.what, bare.lateness(*during))
+    missed = int(np.sum(bare_late // cycle_of(driver)))
+    return Measured(ran, _of(ran.outcome.counts.lateness), _of(bare_late), missed, used, {}, what)
+
+
+def _times(driver: Driver) -> list[float]:
+    """Filled with when the driver was armed and when it was closed, by the monotonic clock [s]."""
+    times: list[float] = []
+
+    def noted(does: Callable[[], None], place: int) -> Callable[[], None]:
+        def done() -> None:
+            if len(times) == place:
+                times.append(time.monotonic())
+            does()
+
+        return done
+
+    driver.arm_drives = noted(driver.arm_drives, 0)  # type: ignore[method-assign]
+    driver.close = noted(driver.close, 1)  # type: ignore[method-assign]
+    return times
 
 
 def cycle_of(driver: Driver) -> float:
@@ -109,13 +158,14 @@ def cycle_of(driver: Driver) -> float:
 
 
 def _of(lateness: Any) -> tuple[float, float, float]:
-    p50, p99, most = 1e6 * np.percentile(lateness, [50, 99, 100])
-    return float(p50), float(p99), float(most)
+    """Median, 99th percentile by blocks, and largest [us]."""
+    every = 1e6 * np.asarray(lateness)
+    p99 = np.median([np.percentile(block, 99) for block in np.array_split(every, BLOCKS)])
+    return float(np.median(every)), float(p99), float(every.max())
 
 
 def _of_krc(report: dict[str, Any]) -> tuple[float, float, float]:
-    latency = report["latency_us"]
-    return latency["p50"], latency["p99"], latency["max"]
+    return _of(1e-6 * np.array(report["latencies_us"]))
 
 
 def measure_all(seconds: float, folder: Path, drivers: Collection[str]) -> dict[str, Measured]:
@@ -134,6 +184,8 @@ def table(found: dict[str, Measured], seconds: float) -> dict[str, Any]:
     bare = "C" if any(one.bare_loop == "C" for one in found.values()) else "Python"
     show(f"{seconds:g} s of motion through each driver", HEADER, [_row(*one) for one in found.items()])
     print(MEANING.format(bare))
+    if not APART:
+        print("  Loop, floor, peer and recorder share their processors: the figures are the peer's too.")
     refused = {text for one in found.values() for text in one.ran.refused}
     for text in sorted(refused):
         print(f"  refused: {text}")
@@ -142,6 +194,9 @@ def table(found: dict[str, Measured], seconds: float) -> dict[str, Any]:
         "missed_cycles_floor": {name: one.bare_missed for name, one in found.items()},
         "cycles": {name: one.ran.outcome.counts.cycles for name, one in found.items()},
         "lateness_p99_over_floor": {name: one.ratio for name, one in found.items()},
+        "cycle_ms_p50": {name: one.work[0] for name, one in found.items()},
+        "cycle_ms_p99": {name: one.work[1] for name, one in found.items()},
+        "driver_ms_p50": {name: one.work[2] for name, one in found.items()},
         "rsi_timeout_stops": sum(timeouts(one.krc) for one in found.values() if one.krc),
         "ended_early": [name for name, one in found.items() if one.ran.outcome.stop],
     }
@@ -153,10 +208,10 @@ def _row(name: str, one: Measured) -> list[Any]:
     rate = ran.path.stat().st_size / ran.seconds * 1e-3 if ran.path.exists() else np.nan
     stop = ran.outcome.stop
     loop = [name, 1e3 * ran.outcome.info.cycle, counts.cycles, one.missed, one.bare_missed, *one.lateness]
-    return [*loop, *one.bare, one.ratio, *cpu, rate, stop.text if stop else "its end"]
+    return [*loop, *one.bare, one.ratio, *one.work, *cpu, rate, stop.text if stop else "its end"]
 
 
 def main(quick: bool, drivers: Collection[str] = ()) -> dict[str, Any]:
-    seconds = 1.5 if quick else 60.0
+    seconds = 2.5 if quick else 60.0
     with tempfile.TemporaryDirectory() as folder:
         return table(measure_all(seconds, Path(folder), drivers), seconds)

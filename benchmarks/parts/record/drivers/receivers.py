@@ -1,0 +1,102 @@
+"""Floors of drivers whose controller has the clock: the barest programs that take what it sends.
+
+Each is a session with the same controller as the driver's, in real time on the loop's processor, with the arm
+held where it stands. What comes late is then the controller's, the network's and this machine's; the driver
+adds the rest. Run as a module with an address and seconds, it is that of an FCI, in a process of its own
+since its library may end it.
+"""
+
+import socket
+import struct
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+from common import imports_as_here
+
+from exidyn.acquire.run.realtime import realtime
+
+from ..controllers import controller
+from .processors import move_away, on_the_loops
+
+HEAD = struct.Struct(">Hc")
+"""Size and kind of a package of RTDE."""
+STAMPED = struct.Struct(">HcBd")
+"""A whole package with a recipe's number and a time stamp [s]."""
+
+FIRST = 5
+"""One part in so many of a session is the first."""
+
+
+def rtde(seconds: float) -> np.ndarray:
+    """Lateness of each package of a Universal Robots controller, at a receiver in Python, shape (t,) [s]."""
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        controller("ur_rtde", Path(folder)) as (driver, peer),
+        on_the_loops(),
+    ):
+        move_away(peer.process.pid)
+        given = driver.settings
+        with socket.create_connection((given.address, given.rtde_port), 10.0) as link, realtime():
+            link.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+            for kind, body in (
+                (b"V", struct.pack(">H", 2)),
+                (b"O", struct.pack(">d", 1.0 / given.cycle) + b"timestamp"),
+                (b"S", b""),
+            ):
+                link.sendall(HEAD.pack(HEAD.size + len(body), kind) + body)
+                link.recv(4096)
+            return late(_packages(link, time.monotonic() + seconds))
+
+
+def _packages(link: socket.socket, end: float) -> list[float]:
+    """Time from each package's stamp to its arrival, from any zero [s]."""
+    behind = []
+    while (now := time.monotonic()) < end:
+        data = link.recv(STAMPED.size)
+        now = time.monotonic()
+        behind.append(now - STAMPED.unpack(data)[3])
+    return behind
+
+
+def fci(seconds: float) -> np.ndarray:
+    """Lateness of each state of a Franka controller, at a receiver in Python, shape (t,) [s]."""
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        controller("franka", Path(folder)) as (driver, peer),
+        on_the_loops(),
+    ):
+        move_away(peer.process.pid)
+        command = [sys.executable, "-P", "-m", __name__, driver.settings.address, str(seconds)]
+        done = subprocess.run(command, stdout=subprocess.PIPE, env=imports_as_here(), check=True)
+        return late(np.frombuffer(done.stdout).tolist())
+
+
+def _states(address: str, seconds: float) -> None:
+    """As `_packages`, on standard output."""
+    import pylibfranka
+
+    robot = pylibfranka.Robot(address, pylibfranka.RealtimeConfig.kIgnore)
+    behind = []
+    with realtime():
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            state = robot.read_once()
+            behind.append(time.monotonic() - state.time.to_sec())
+    sys.stdout.buffer.write(np.array(behind).tobytes())
+
+
+def late(behind: list[float]) -> np.ndarray:
+    """By how much each came later after its time stamp than the quickest, shape (t,) [s].
+
+    The first are left out: a peer stands still for a while when a client connects, clock and all.
+    """
+    settled = np.array(behind[len(behind) // FIRST :])
+    return settled - settled.min()
+
+
+if __name__ == "__main__":
+    _states(sys.argv[1], float(sys.argv[2]))
