@@ -111,7 +111,8 @@ def spectrum(scaled: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     if not np.all(np.isfinite(scaled)):
         count = np.count_nonzero(~np.isfinite(scaled))
         raise FitError(
-            f"{count} of {scaled.size} numbers of a covariance or of equations are not finite; values, deviations or weights behind them are too large: check their units"
+            f"{count} of {scaled.size} numbers of a covariance or of equations are not finite; values, "
+            "deviations or weights behind them are too large: check their units"
         )
     values, axes = np.linalg.eigh(scaled)
     least = max(ROUNDING, -2.0 * float(values[0]))

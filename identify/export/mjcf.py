@@ -20,6 +20,7 @@ from ..arm.link_frames import link_frames
 from ..arm.newton_euler import Joint, joints_of
 from ..arm.robot import Robot
 from ..effects import SpringBalancer
+from ..positive_definite import inverse
 from ..robot_files.urdf_text import words
 from .portable import Portable
 
@@ -77,13 +78,13 @@ def _softness(portable: Portable) -> list[tuple[float, float]]:
     robot, joints = portable.robot, portable.joints
     kinematics = robot.kinematics.copy()
     inertia = pin.crba(kinematics, kinematics.createData(), np.zeros(robot.dof)) + np.diag(joints.armature)
-    felt = 1.0 / np.diagonal(np.linalg.inv(np.triu(inertia) + np.triu(inertia, 1).T))
+    felt = 1.0 / np.diagonal(inverse(np.triu(inertia) + np.triu(inertia, 1).T))
     found = []
     for mass, dry, reversal in zip(felt, joints.dry, joints.reversal, strict=True):
         # that the friction takes to stop that velocity
         steps = mass * reversal / (dry * STEP) if dry else 1.0
         impedance = max(1.0 - steps, SOFTEST)
-        found.append((2.0 * STEP * max(steps / (1.0 - impedance), 1.0), impedance))
+        found.append((2.0 * STEP * max(steps / (1.0 - SOFTEST), 1.0), impedance))
     return found
 
 

@@ -212,7 +212,7 @@ class Fit(InNotebook):
             return ()
         rows = zip(self.names, self.estimate.values, self.exported, self.estimate.std, strict=True)
         return tuple(
-            Moved(name, float(value), float(taken), float(abs(taken - value) / std))
+            Moved(name, float(value), float(taken), float(abs(taken - value) / std) if std > 0.0 else np.inf)
             for name, value, taken, std in rows
             if abs(taken - value) > NORMAL_95 * std
         )

@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from ..schema import LARGEST
+
 UNREAD = 0.5
 """Share of samples in motion at one value from which on the value is the median, whatever the joint does."""
 UNMEASURED = "efforts at one value in most samples in which their joint moves, as if they were not measured"
@@ -29,7 +31,10 @@ def unread(time: np.ndarray, position: np.ndarray, effort: np.ndarray) -> np.nda
 
 
 def _share(time: np.ndarray, position: np.ndarray, effort: np.ndarray) -> float:
-    later, before = (np.interp(time + side * WINDOW / 2, time, position) for side in (1, -1))
+    known = np.abs(position) < LARGEST
+    if known.sum() < FEWEST:
+        return 0.0
+    later, before = (np.interp(time + x * WINDOW / 2, time[known], position[known]) for x in (1, -1))
     moved = np.abs(later - before)
     there = (moved > SLOW * np.percentile(moved, 90)) & np.isfinite(effort)
     if there.sum() < FEWEST:

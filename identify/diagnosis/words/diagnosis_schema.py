@@ -24,7 +24,9 @@ from ...schema import (
 
 Joints = tuple[JointNumber, ...]
 Unit = Literal["N m", "N"]
-ByJoint = tuple[NumberOrNull, ...]
+PERCENT = 1e4
+"""Of a share in the misfit, at most: all together are 100, and what one explains another may take back."""
+Percent = Annotated[float, Meta(ge=-PERCENT, le=PERCENT)]
 SizeByJoint = tuple[SizeOrNull, ...]
 
 
@@ -96,7 +98,7 @@ class ShareRow(Struct, frozen=True):
     effect: str
     joints: Joints
     finding: Count | None
-    percent: ByJoint
+    percent: tuple[Percent | None, ...]
 
 
 class BudgetTable(Struct, frozen=True):
@@ -156,8 +158,9 @@ class DiagnosisFile(Struct, frozen=True, kw_only=True):
         if self.noise:
             for name in ("torque_rms_before", "torque_rms_after", "torque_rms_filter_hz", "held_out"):
                 check(getattr(self, name) is not None, name, None, "a value beside noise")
-        for name in ("noise", "torque_rms_before", "torque_rms_after"):
-            self._by_joint(getattr(self, name) or None, name)
+        self._by_joint(self.noise or None, "noise")
+        for name in ("torque_rms_before", "torque_rms_after"):
+            self._by_joint(getattr(self, name), name)
         if self.simulated is not None:
             self._by_joint(self.simulated.torque_rms_before, "simulated.torque_rms_before")
             self._by_joint(self.simulated.torque_rms_after, "simulated.torque_rms_after")

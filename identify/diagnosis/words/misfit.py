@@ -118,7 +118,7 @@ def lumped(found: Misfit) -> Misfit:
     kept = [one for one in found.parts if not _small(one)]
     whole = Part(LUMPED, "", (), None, sums)
     last = [one for one in kept if one.name in (NOISE, OTHER)]
-    return found._replace(parts=(*(one for one in kept if one not in last), whole, *last))
+    return found._replace(parts=(*(one for one in kept if one.name not in (NOISE, OTHER)), whole, *last))
 
 
 def _small(part: Part) -> bool:

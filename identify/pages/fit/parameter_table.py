@@ -47,7 +47,8 @@ def _group(fit: Fit, members: Sequence[int], joints: Sequence[str]) -> list[list
     """Rows of the parameters of one effect."""
     value, std = fit.estimate.values[members], fit.estimate.std[members]
     nominal, tolerance = fit.prior[0][members], fit.prior[1][members]
-    percent = 100 * std / np.maximum(np.abs(value), np.finfo(float).tiny)
+    with np.errstate(over="ignore"):  # a value of next to nothing is open by infinitely many per cent
+        percent = 100 * std / np.maximum(np.abs(value), np.finfo(float).tiny)
     if fit.unscaled:  # values in amperes compare with no prior
         tolerance = np.full(len(tolerance), np.inf)
     held = np.isfinite(tolerance)

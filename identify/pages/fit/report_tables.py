@@ -97,7 +97,7 @@ def parameter_rows(fit: Fit) -> list[list[str]]:
     rows = []
     for k, (name, measure) in enumerate(zip(fit.names, fit.base.units, strict=True)):
         value, std = estimate.values[k], estimate.std[k]
-        percent = 100 * std / abs(value) if value else np.inf
+        percent = 100 * float(std) / abs(float(value)) if value else np.inf
         stated = np.isfinite(deviation[k])
         rows.append(
             [

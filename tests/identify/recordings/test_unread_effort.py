@@ -37,3 +37,11 @@ def test_a_joint_at_rest_may_have_one_effort():
 
 def test_a_few_samples_say_nothing():
     assert not unread(TIME[:40], POSITION[:40], np.zeros((40, 2))).any()
+
+
+@pytest.mark.parametrize("wrong", [np.nan, np.inf, -np.inf, 1e308])
+def test_positions_that_are_none_are_left_out(wrong):
+    damaged = POSITION.copy()
+    damaged[100:103] = wrong, -wrong
+    assert unread(TIME, damaged, effort(0.1)) == pytest.approx(unread(TIME, POSITION, effort(0.1)), abs=0.01)
+    assert not unread(TIME, np.full_like(POSITION, wrong), effort(0.1)).any()

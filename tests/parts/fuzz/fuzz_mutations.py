@@ -1,5 +1,7 @@
 """Seeded damage to valid files: bytes, lines, numbers, values and nesting that parsers have to survive."""
 
+import contextlib
+import copy
 import json
 import re
 import struct
@@ -30,6 +32,26 @@ OBJECTS: tuple[Any, ...] = (
     None, True, 0, -1, 10**20, 10**400, 1.5, float("nan"), float("inf"), "", "text", "x" * 5000, "\ud800", [],
     [[]], {}, {"a": 1}, [1, 2, 3], ["a", None], [1] * 5000,
 )  # fmt: skip
+ODD: tuple[Any, ...] = (
+    None,
+    True,
+    0,
+    1,
+    2.5,
+    "",
+    "text",
+    "N m",
+    "1",
+    [],
+    {},
+    {"a": 1},
+    "a\nb",
+    "<b>&</b>",
+    "../x",
+)
+AMOUNTS = (float("nan"), float("inf"), 1e300, -1e300, 1e-300, 1e99, -1, 0, 0.0, 10**20, "nan", "inf", None)
+"""What may stand in place of text, and of a number."""
+FACTORS = (0.0, 1.0, -1.0, 1e-3, 1e3, 1e-9, 1e9, 1e-30, 1e30)
 DOUBLES = (np.nan, np.inf, -np.inf, 1e308, -1e308, 1e-320, 0.0, -1.0, 1e15)
 DEEP = (100, 3000, 100_000)
 """Levels of nesting: what a person might, what Python's stack does not bear, and far beyond it."""
@@ -148,12 +170,73 @@ def tree(data: bytes, random: np.random.Generator) -> bytes:
     return json.dumps(table, indent=1).encode()
 
 
-def _collect(node: Any, places: list[tuple[Any, Any]]) -> None:
+def edited(data: bytes, random: np.random.Generator) -> bytes:
+    """An entry of a JSON file is one that a person makes of it: of the same type, or nearly."""
+    table = json.loads(data)
+    places: list[tuple[Any, Any]] = []
+    _collect(table, places, most=40)
+    for _ in range(random.choice(3, p=[0.8, 0.15, 0.05]) + 1):
+        holder, key = places[random.integers(len(places))]
+        if key in holder if isinstance(holder, dict) else key < len(holder):
+            _edit(holder, key, places, random)
+    return json.dumps(table, indent=1).encode()
+
+
+def _edit(holder: Any, key: Any, places: list[tuple[Any, Any]], random: np.random.Generator) -> None:
+    """Removed, doubled, exchanged with another entry, or another value in its place."""
+    value, kind = holder[key], random.integers(6)
+    if kind == 0:
+        del holder[key]
+    elif kind == 1 and isinstance(holder, list):
+        holder.insert(key, copy.deepcopy(value))
+    elif kind == 2:
+        other, place = places[random.integers(len(places))]
+        if place in other if isinstance(other, dict) else place < len(other):
+            holder[key] = copy.deepcopy(other[place])
+    elif isinstance(value, list) and value:
+        holder[key] = value[: random.integers(len(value))] if kind < 5 else value[::-1]
+    elif isinstance(value, bool | str | dict | list) or value is None:
+        holder[key] = ODD[random.integers(len(ODD))]
+    else:
+        numbers = (*AMOUNTS, -value, str(value), float(value) + 0.5, 1e6 * value, 1e-6 * value, [value])
+        holder[key] = numbers[random.integers(len(numbers))]
+
+
+def scaled(data: bytes, random: np.random.Generator) -> bytes:
+    """A fit that is still one: a base parameter or gain with another value, and much more or less sure."""
+    table = json.loads(data)
+    with contextlib.suppress(TypeError, LookupError, ValueError):  # it is none any more
+        _scale(table, random)
+    return json.dumps(table).encode()
+
+
+def _scale(table: Any, random: np.random.Generator) -> None:
+    rows, covariance = table["base_parameters"], table["covariance"]
+    for _ in range(random.integers(1, 5)):
+        place, factor = random.integers(len(covariance)), FACTORS[random.integers(len(FACTORS))]
+        covariance[place] = [factor * value for value in covariance[place]]
+        for row in covariance:
+            row[place] *= factor
+        rows[random.integers(len(rows))]["value"] *= FACTORS[random.integers(len(FACTORS))]
+        gain = random.integers(len(table["drive_gain"]))
+        table["drive_gain"][gain] *= FACTORS[random.integers(1, len(FACTORS))]
+
+
+def big_double(data: bytes, random: np.random.Generator) -> bytes:
+    """Eight bytes anywhere become a number that no controller sends."""
+    if len(data) < 8:
+        return data
+    place = int(random.integers(0, len(data) - 7))
+    packed = struct.pack(">d", (*DOUBLES, 1e30, -1e30, 1e5)[random.integers(len(DOUBLES) + 3)])
+    return data[:place] + packed + data[place + 8 :]
+
+
+def _collect(node: Any, places: list[tuple[Any, Any]], most: int = 5) -> None:
     """All pairs of a table or list and a key or place in it; of long lists the first few items."""
-    items = node.items() if isinstance(node, dict) else enumerate(node[:5]) if isinstance(node, list) else ()
-    for key, inner in items:
+    listed = enumerate(node[:most]) if isinstance(node, list) else ()
+    for key, inner in node.items() if isinstance(node, dict) else listed:
         places.append((node, key))
-        _collect(inner, places)
+        _collect(inner, places, most)
 
 
 def _replaced(
@@ -186,4 +269,7 @@ TEXT: tuple[Mutation, ...] = (
     word,
     deep,
 )
+PACKETS: tuple[Mutation, ...] = (flip, cut, big_double, big_double, big_double, big_double, insert)
+EDITED: tuple[Mutation, ...] = (edited, edited, edited, edited, tree)
+"""Of files that remain JSON."""
 JSON: tuple[Mutation, ...] = (*TEXT, tree, tree, tree, tree, tree, tree)

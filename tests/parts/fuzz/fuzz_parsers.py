@@ -24,7 +24,8 @@ from exidyn.trajectories.plans.plan_file import read_plan
 from ..runs import parser_files
 from ..runs.parser_files import Files
 from ..small import two_joints
-from .fuzz_mutations import BINARY, JSON, TEXT, Mutation, double, number, tree, value
+from . import fuzz_uses
+from .fuzz_mutations import BINARY, EDITED, JSON, PACKETS, TEXT, Mutation, double, number, scaled, tree, value
 
 
 class Damage(NamedTuple):
@@ -49,10 +50,12 @@ class Parser(NamedTuple):
     Attributes:
         damages: Which files are damaged and how, in turns.
         read: Given the folder and the damaged file's name.
+        slow: By how many times fewer inputs are tried, because each takes a process or makes pages.
     """
 
     damages: Callable[[], list[Damage]]
     read: Callable[[Path, str], object]
+    slow: int = 1
 
 
 def _one(
@@ -127,6 +130,29 @@ def _diagnosis() -> list[Damage]:
     ]
 
 
+def _fit_by_hand() -> list[Damage]:
+    return [
+        Damage({"fit.json": content()}, "fit.json", (*EDITED, *[scaled] * 5))
+        for content in (parser_files.fit_bytes, parser_files.currents_fit_bytes)
+    ]
+
+
+def _diagnosis_by_hand() -> list[Damage]:
+    files = parser_files.diagnosis_files()
+    alone = {"diagnosis.json": files["diagnosis.json"]}
+    return [Damage(one, "diagnosis.json", EDITED) for one in (alone, files)]
+
+
+def _preset() -> list[Damage]:
+    """As text, and by its values."""
+    name, table = "preset.toml", json.dumps(parser_files.PRESET).encode()
+    run = {"run.csv": parser_files.table()}
+    return [
+        Damage({**run, name: parser_files.toml_of(table)}, name, TEXT),
+        *[Damage({**run, name: table}, name, EDITED, parser_files.toml_of)] * 3,
+    ]
+
+
 def _controllers() -> list[Damage]:
     texts = [
         f'driver = "{name}"\n[settings]\n{settings}' for name, settings in parser_files.CONTROLLERS.items()
@@ -178,6 +204,26 @@ PARSERS: dict[str, Parser] = {
     ),
     "diagnosis": Parser(_diagnosis, _read_diagnosis),
     "diagnosis view": Parser(_diagnosis, _view_diagnosis),
+    "fit, exported": Parser(_fit_by_hand, lambda folder, name: fuzz_uses.export(folder / name)),
+    "fit, reported": Parser(_fit_by_hand, lambda folder, name: fuzz_uses.report(folder / name)),
+    "diagnosis, reported": Parser(
+        _diagnosis_by_hand, lambda folder, name: fuzz_uses.report(folder / "diagnosis.json")
+    ),
+    "preset": Parser(
+        _preset, lambda folder, name: import_source(folder / "run.csv", MODEL, preset=folder / name)
+    ),
+    "MATLAB": Parser(
+        _one("run.mat", parser_files.matlab, BINARY),
+        lambda folder, name: import_source(folder / name, MODEL),
+        4,
+    ),
+    "HDF5": Parser(
+        _one("run.h5", parser_files.hdf5, BINARY), lambda folder, name: import_source(folder / name, MODEL), 4
+    ),
+    "RTDE": Parser(
+        _one("packages", parser_files.rtde_packages, PACKETS),
+        lambda folder, name: fuzz_uses.hear(folder / name),
+    ),
     "answers": Parser(
         _one("answers.json", parser_files.answers, JSON), lambda folder, name: read_answers(folder / name)
     ),

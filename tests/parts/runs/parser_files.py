@@ -12,10 +12,15 @@ from tempfile import TemporaryDirectory
 from types import MappingProxyType
 from typing import Any
 
+import h5py
 import numpy as np
+import scipy.io
 from mcap.writer import CompressionType, Writer
 
 from exidyn.acquire.files.diagnosis_files import write_diagnosis
+from exidyn.drivers.ur_rtde.modes import FIELDS
+from exidyn.drivers.ur_rtde.rtde_packets import DATA, OUTPUTS, Recipe, package
+from exidyn.drivers.ur_rtde.session import MEASURED
 from exidyn.identify.fit.fit_file import fit_text
 from exidyn.identify.recordings.mcap.mcap_file import write_recording
 from exidyn.identify.recordings.mcap.mcap_records import Contents, read_contents
@@ -174,6 +179,71 @@ def table() -> bytes:
     return "\n".join(["t,q1,q2,i1,i2", *rows, ""]).encode()
 
 
+PRESET: Mapping[str, Any] = {
+    "time": {"column": "t", "unit": "s"},
+    "position": {"column": ["q1", "q2"], "unit": "rad", "sign": [1, -1]},
+    "current": {"column": "i{number}", "unit": "A", "sign": 1},
+}
+
+
+def toml_of(table: bytes) -> bytes:
+    """JSON of at most one table in a table, as TOML."""
+    try:
+        content = json.loads(table)
+    except ValueError:
+        return table
+    plain = content if isinstance(content, dict) else {"value": content}
+    lines = [f"{key} = {json.dumps(value)}" for key, value in plain.items() if not isinstance(value, dict)]
+    for name, value in plain.items():
+        if isinstance(value, dict):
+            lines += [f"[{name}]", *(f"{key} = {json.dumps(one)}" for key, one in value.items())]
+    return "\n".join(lines).replace("NaN", "nan").replace("Infinity", "inf").encode()
+
+
+@cache
+def matlab() -> bytes:
+    """A run as MATLAB's version 5, which is not compressed."""
+    made = BytesIO()
+    scipy.io.savemat(made, _arrays() | {"note": "free", "log": {"t": np.arange(3.0), "name": "a"}})
+    return made.getvalue()
+
+
+@cache
+def hdf5() -> bytes:
+    """A run as HDF5, with a group, chunks and an attribute."""
+    made = BytesIO()
+    with h5py.File(made, "w") as file:
+        for name, values in _arrays().items():
+            file.create_dataset(name, data=values, chunks=values.shape)
+        file["arm/temperature"] = np.full(SAMPLES, 30.0)
+        file.attrs["robot"] = "small"
+    return made.getvalue()
+
+
+def _arrays() -> dict[str, np.ndarray]:
+    signals = short_run().signals
+    position = signals["position"]
+    return {"t": position.time, "q": position.values, "i": signals["current"].values}
+
+
+RTDE_TYPES = (
+    "DOUBLE,VECTOR6D,VECTOR6D,VECTOR6D,VECTOR6D,VECTOR6D,VECTOR6INT32,INT32,INT32,UINT32,DOUBLE,DOUBLE"
+)
+
+
+@cache
+def rtde_packages() -> bytes:
+    """The answer to a recipe, and ten packages of an arm that moves."""
+    names, answer = [*MEASURED, *FIELDS.values()], b"\x01" + RTDE_TYPES.encode()
+    recipe, packages = Recipe(names, answer), [package(OUTPUTS, answer)]
+    for place in range(10):
+        values = {"timestamp": 100.0 + 0.002 * place, "actual_q": np.full(6, 0.1 * place), "robot_mode": 7,
+                  "safety_mode": 1, "runtime_state": 2, "target_speed_fraction": 1.0,
+                  "speed_scaling": 1.0}  # fmt: skip
+        packages.append(package(DATA, recipe.written(values)))
+    return b"".join(packages)
+
+
 def robots() -> dict[str, Files]:
     """Robot files: spelled out, by modified DH, by a URDF beside them."""
     robots = resources.files("exidyn.identify.robot_files").joinpath("robots")
@@ -292,6 +362,12 @@ def trace() -> Files:
 def fit_bytes() -> bytes:
     """A fit."""
     return fit_text(small_fit.fit()).encode()
+
+
+@cache
+def currents_fit_bytes() -> bytes:
+    """A fit of one run without payload, whose gains nothing shows."""
+    return fit_text(small_fit.plain_fit()).encode()
 
 
 @cache

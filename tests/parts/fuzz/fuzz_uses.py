@@ -1,0 +1,50 @@
+"""What is done with files that were read: a fit exported, results reported, packages made samples."""
+
+from pathlib import Path
+
+from exidyn.acquire.files.arm_file import read_arm
+from exidyn.acquire.files.report_files import found_files
+from exidyn.acquire.files.report_material import material
+from exidyn.drivers.errors import LinkLost
+from exidyn.drivers.ur_rtde.modes import FIELDS, obstacle, slowed
+from exidyn.drivers.ur_rtde.rtde_packets import DATA, OUTPUTS, Recipe, Unpacked
+from exidyn.drivers.ur_rtde.samples import Samples
+from exidyn.drivers.ur_rtde.session import MEASURED
+from exidyn.drivers.values import checked
+from exidyn.identify.export import FORMATS, Portable
+from exidyn.identify.fit.fit_file import read_fit
+from exidyn.identify.pages.combined import joined_html
+from exidyn.identify.pages.fit.fit_summary import summary
+
+JOINTS, CYCLE = 6, 0.002
+
+
+def export(path: Path) -> None:
+    """As `exidyn export` does, to every format."""
+    portable = Portable.of(read_arm(str(path)), "")
+    for one in FORMATS.values():
+        one.leaves_out(portable)
+        one.text(portable)
+
+
+def report(path: Path) -> None:
+    """As `exidyn report` does; of a fit the text page too."""
+    joined_html(material(found_files([path]), [], None, lambda _: None))
+    if path.name == "fit.json":
+        summary(read_fit(path))
+
+
+def hear(path: Path) -> None:
+    """As the driver ur_rtde and the loop do with what comes from the controller."""
+    recipe, samples, arrival = None, Samples(JOINTS, CYCLE), 0
+    try:
+        for kind, body in Unpacked().add(path.read_bytes()):
+            if kind == OUTPUTS:
+                recipe = Recipe([*MEASURED, *FIELDS.values()], body)
+            if kind != DATA or recipe is None or not recipe.accepted:
+                continue
+            record, arrival = recipe.read(body), arrival + round(1e9 * CYCLE)
+            words = obstacle(record), slowed(record)
+            checked(samples.of(record, arrival, words, words[0], False))
+    except ValueError as error:  # which the driver tells as this
+        raise LinkLost(f"driver ur_rtde: {error}") from error
