@@ -3,11 +3,11 @@
 import os
 import signal
 from collections.abc import Iterator
-from concurrent.futures import Executor, ProcessPoolExecutor
+from concurrent.futures import Executor
 from contextlib import contextmanager
-from multiprocessing import get_context
 from typing import Any
 
+from exidyn.identify.child_processes import process_pool
 from exidyn.identify.notebook import optional
 
 LOCAL = "local"
@@ -34,7 +34,7 @@ def executor_of(cluster: str | None, workers: int | None) -> Iterator[Executor]:
     os.environ.update({name: os.environ.get(name, one) for name, one in THREADS.items()})
     count = workers or os.cpu_count() or 1
     if cluster is None:
-        with ProcessPoolExecutor(count, get_context("spawn")) as pool:
+        with process_pool(count) as pool:
             yield pool
         return
     if cluster == LOCAL:
@@ -62,6 +62,5 @@ def local_cluster(count: int) -> Iterator[Any]:
 @contextmanager
 def process_apart() -> Iterator[Executor]:
     """One process beside this one, which Ctrl-C does not end before it."""
-    ignored = (signal.SIGINT, signal.SIG_IGN)
-    with ProcessPoolExecutor(1, get_context("spawn"), signal.signal, ignored) as pool:
+    with process_pool(1, signal.signal, (signal.SIGINT, signal.SIG_IGN)) as pool:
         yield pool

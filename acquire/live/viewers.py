@@ -9,9 +9,13 @@ import sys
 import tempfile
 import time
 from collections.abc import Sequence
+from pathlib import Path
 from typing import IO, NamedTuple
 
 import rerun as rr
+import rerun_cli
+
+from exidyn.identify.child_processes import start_program
 
 from .targets import LOCAL, Address, CannotShow, Targets
 
@@ -76,7 +80,7 @@ def open_window() -> str:
 
 
 def serve(address: Address) -> "subprocess.Popen[bytes]":
-    """Serve pages that show the data sent to `address.data`, until this process' group or that one ends.
+    """Serve pages that show the data sent to `address.data`, until this process or that one ends.
 
     Rerun can also do this within a process, but then its page listens on every address of the machine.
 
@@ -128,14 +132,7 @@ def _start(
 ) -> "subprocess.Popen[bytes]":
     """Start one of Rerun's programs and wait until it listens."""
     with tempfile.TemporaryFile() as output:
-        process = subprocess.Popen(
-            [sys.executable, "-m", "rerun_cli", *options],
-            stdin=subprocess.DEVNULL,
-            stdout=output,
-            stderr=output,
-            start_new_session=lives_on,
-            preexec_fn=_default_signals,
-        )
+        process = start_program([str(rerun_program()), *options], output, lives_on)
         deadline = time.monotonic() + START
         while not all(_listening(host, port) for host, port in listens):
             if process.poll() is not None or time.monotonic() > deadline:
@@ -146,18 +143,21 @@ def _start(
     return process
 
 
+def rerun_program() -> Path:
+    """Rerun's program, which `python -m rerun_cli` starts as a child that would not end with this process."""
+    if named := os.environ.get("RERUN_CLI_PATH"):
+        return Path(named)
+    folder = Path(rerun_cli.__file__).parent
+    bundled = folder / "Rerun.app" / "Contents" / "MacOS" / "Rerun"
+    return bundled if bundled.exists() else folder / ("rerun.exe" if sys.platform == "win32" else "rerun")
+
+
 def _ends_within(process: "subprocess.Popen[bytes]", patience: float) -> bool:
     try:
         process.wait(patience)
     except subprocess.TimeoutExpired:
         return False
     return True
-
-
-def _default_signals() -> None:
-    """Undo for a viewer that this process ignores signals."""
-    for ignored in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-        signal.signal(ignored, signal.SIG_DFL)
 
 
 def _listening(host: str, port: int) -> bool:

@@ -1,7 +1,5 @@
 """Screen: where a view is shown; in a window, in browsers, or as a file for later."""
 
-import signal
-import subprocess
 import sys
 from collections.abc import Callable
 from typing import NamedTuple
@@ -48,7 +46,8 @@ def show(view: View, targets: Targets) -> None:
         pass  # that is how it ends
     finally:
         if opened.server is not None:
-            _end(opened.server)
+            opened.server.terminate()
+            opened.server.wait()
 
 
 def _log(view: View, opened: viewers.Opened) -> None:
@@ -63,9 +62,3 @@ def _log(view: View, opened: viewers.Opened) -> None:
             "On a busy machine, or one without a screen, try --save FILE"
         ) from error
     recording.disconnect()  # writes the footer of a file, without which readers complain
-
-
-def _end(server: "subprocess.Popen[bytes]") -> None:
-    """End a server: a Python program that starts another, and that ends it too when it is interrupted."""
-    server.send_signal(signal.SIGINT)
-    server.wait()

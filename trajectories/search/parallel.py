@@ -4,13 +4,15 @@ import os
 import signal
 import time
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Executor, Future, ProcessPoolExecutor, wait
+from concurrent.futures import Executor, Future, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from math import inf
 from multiprocessing import get_context
 from threading import current_thread, main_thread
 from typing import Any
+
+from exidyn.identify.child_processes import process_pool
 
 from ..errors import TrajectoryError
 
@@ -83,7 +85,7 @@ def _in_processes(
         while not reports.empty():
             receive(reports.get())
 
-    with _one_thread_each(), ProcessPoolExecutor(workers, context, _begin, (event, begun, reports)) as pool:
+    with _one_thread_each(), process_pool(workers, _begin, (event, begun, reports)) as pool:
         try:
             with _deaf_to_interrupts():  # else it would kill a process that still imports
                 futures = [pool.submit(_call, work, task, seconds) for task in tasks]

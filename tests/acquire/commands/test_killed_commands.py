@@ -1,0 +1,78 @@
+"""A command that is killed leaves no process behind: no server, no worker."""
+
+import signal
+import socket
+import sys
+from collections.abc import Callable
+
+import pytest
+
+from exidyn.identify.robot_files.robot_file import model_text
+
+from ...parts.descendants import started, within
+from ...parts.small import fleet_runs, two_joints
+from ...parts.small.two_joint_files import run, write
+
+pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="looks for processes in /proc")
+
+EXIDYN = ["-m", "exidyn.acquire.command_line"]
+PATIENCE = 120.0
+"""Of a busy machine, until processes have started or ended [s]."""
+
+
+def free_ports() -> int:
+    """A port that is free, and so is the next."""
+    while True:
+        with socket.create_server(("127.0.0.1", 0)) as probe:
+            port = probe.getsockname()[1]
+            try:
+                socket.create_server(("127.0.0.1", port + 1)).close()
+            except OSError:
+                continue
+        return port
+
+
+def listening(port: int) -> bool:
+    try:
+        socket.create_connection(("127.0.0.1", port), 1.0).close()
+    except OSError:
+        return False
+    return True
+
+
+@pytest.mark.parametrize("how", [signal.SIGTERM, signal.SIGKILL, signal.SIGHUP])
+def test_the_server_of_a_view_ends_with_it(tmp_path, how):
+    [path] = write(tmp_path, run("run"))
+    port = free_ports()
+    with started([*EXIDYN, "view", path, "--serve", f"127.0.0.1:{port}"]) as view:
+        assert b"view: http" in view.process.stderr.readline()
+        assert listening(port)
+        assert len(view.alive()) == 2
+        view.process.send_signal(how)
+        view.process.wait()
+        assert within(PATIENCE, lambda: not view.alive())
+        assert within(PATIENCE, lambda: not listening(port) and not listening(port + 1))
+
+
+def killed_while_workers_work(command: list[str], working: Callable[[], bool]) -> None:
+    with started([*EXIDYN, *command], OMP_NUM_THREADS="1") as killed:
+        # two workers, the command itself, and Python's process that tracks resources
+        assert within(PATIENCE, lambda: len(killed.alive()) >= 4 and working()), killed.alive()
+        killed.process.kill()
+        killed.process.wait()
+        assert within(PATIENCE, lambda: not killed.alive())
+
+
+@pytest.mark.parametrize("more", [[], ["--cluster", "local"]])
+def test_the_workers_of_a_fleet_end_with_it(tmp_path, more):
+    if more:
+        pytest.importorskip("distributed")
+    fleet_runs.write_season(tmp_path / "runs", 2, 8)
+    command = ["fleet", str(tmp_path / "runs"), "-o", str(tmp_path / "out"), "--workers", "2", *more]
+    killed_while_workers_work(command, lambda: any(tmp_path.glob("out/runs/*/*/*.parquet")))
+
+
+def test_the_workers_of_a_search_end_with_it(tmp_path):
+    (tmp_path / "robot.toml").write_text(model_text(two_joints.model()))
+    output = ["-o", str(tmp_path / "trajectory.toml"), "--seconds", "600", "--starts", "2"]
+    killed_while_workers_work(["excite", str(tmp_path / "robot.toml"), *output], lambda: True)
