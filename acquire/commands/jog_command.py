@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from exidyn.drivers import Driver, Info
+from exidyn.drivers.values import checked
 from exidyn.identify.arm.robot import Robot
 from exidyn.identify.errors import UnknownJoint
 from exidyn.identify.model import Model
@@ -217,7 +218,7 @@ def _standing(driver: Driver, info: Info) -> np.ndarray:
     if held is not None:
         return held
     count = max(round(LISTEN / info.cycle), FEWEST)
-    seen = np.array([driver.exchange(None).position for _ in range(count)])
+    seen = np.array([checked(driver.exchange(None)).position for _ in range(count)])
     known = np.isfinite(seen).any(axis=0)
     position = np.full(seen.shape[1], np.nan)
     position[known] = np.nanmedian(seen[:, known], axis=0)

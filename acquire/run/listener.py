@@ -9,6 +9,7 @@ import numpy as np
 
 from exidyn.drivers import Driver, Sample
 from exidyn.drivers.driver import SIGNALS
+from exidyn.drivers.values import checked
 
 ASK_STATES = 1.0
 """Time between questions for the drives' states [s]: on a serial line one costs a few cycles."""
@@ -92,7 +93,7 @@ class Listener:
     def _listen(self) -> None:
         try:
             while not self._enough.is_set():
-                sample = self._driver.exchange(None)
+                sample = checked(self._driver.exchange(None))
                 if time.monotonic() - self._asked >= ASK_STATES:
                     self._asked, self._states = time.monotonic(), self._driver.states()
                 with self._lock:

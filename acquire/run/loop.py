@@ -12,7 +12,7 @@ from traceback import extract_tb, format_exception
 import numpy as np
 
 from exidyn.drivers import Command, Driver, DriverError, Sample, StopLevel
-from exidyn.drivers.values import checked
+from exidyn.drivers.values import any_of, checked
 from exidyn.trajectories.trajectory import Trajectory
 
 from .pipe.frames import STAGES, Event, event_frame, sample_frame
@@ -58,7 +58,7 @@ class Counts:
         """Count one sample."""
         self.cycles += 1
         self.skipped += sample.skipped
-        self.stale += bool(sample.stale.any())
+        self.stale += any_of(sample.stale)
         self.lateness.append(sample.lateness)
 
 

@@ -142,7 +142,7 @@ def _signs(job: Job, info: Info, watch: Watch) -> Signs:
         info.cycle,
         robot.unit,
         watch.tracking_error,
-        partial(flange_position, robot.kinematics, robot.flange),
+        partial(flange_position, robot.kinematics, robot.flange, data=robot.kinematics.createData()),
     )
 
 

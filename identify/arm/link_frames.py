@@ -55,15 +55,18 @@ def link_poses(kinematics: pin.Model, position: np.ndarray) -> np.ndarray:
     return poses
 
 
-def flange_position(kinematics: pin.Model, flange: pin.SE3, position: np.ndarray) -> np.ndarray:
+def flange_position(
+    kinematics: pin.Model, flange: pin.SE3, position: np.ndarray, data: pin.Data | None = None
+) -> np.ndarray:
     """Where the flange is in the base frame, shape (3,) [m].
 
     Args:
         kinematics: Of the arm.
         flange: Its frame in that of the last joint.
         position: Shape (n,) [rad] or [m].
+        data: To compute in, for who calls it often.
     """
-    data = kinematics.createData()
+    data = data or kinematics.createData()
     pin.forwardKinematics(kinematics, data, position)
     place: np.ndarray = (data.oMi[kinematics.njoints - 1] * flange).translation
     return place.copy()

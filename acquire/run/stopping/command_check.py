@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from exidyn.drivers import Command, StopLevel
+from exidyn.drivers.values import any_of
 from exidyn.identify.arm.robot import Limits
 
 from .stop import Stop, UnitOf, turning
@@ -67,16 +68,16 @@ class CommandCheck:
 
     def _beyond(self, position: np.ndarray, step: np.ndarray) -> Stop | None:
         beyond = (position < self._lower) | (position > self._upper)
-        if beyond.any():
+        if any_of(beyond):
             j = int(np.argmax(beyond))
             limit = self._lower[j] if position[j] < self._lower[j] else self._upper[j]
             return self._stop("command position", j, position[j], limit, "rad", "is beyond the limit of")
-        if (np.abs(step) > self._step).any():
+        if any_of(np.abs(step) > self._step):
             j = int(np.argmax(np.abs(step) - self._step))
             value, limit = step[j] / self._cycle, self._step[j] / self._cycle
             return self._stop("command velocity", j, value, limit, "rad/s", "is beyond the limit of")
         change = step - self._step_before
-        if (np.abs(change) > self._change).any():
+        if any_of(np.abs(change) > self._change):
             j = int(np.argmax(np.abs(change) - self._change))
             value, limit = change[j] / self._cycle**2, self._change[j] / self._cycle**2
             return self._stop("command acceleration", j, value, limit, "rad/s^2", "is beyond the limit of")

@@ -8,6 +8,8 @@ from collections.abc import Callable
 
 import numpy as np
 
+from exidyn.drivers.values import any_of
+
 MEAN = 0.05
 """Time over which a position is a mean [s]."""
 PIECE = 0.25
@@ -40,7 +42,7 @@ class Drift:
         kept = max(PIECES * self._piece + self._mean, self._end)
         self._time, self._position = np.zeros(2 * kept), np.zeros((2 * kept, joints))
         self._kept, self._count, self._next = kept, 0, 0
-        self._silent = np.zeros(joints)
+        self._silent, self._heard = np.zeros(joints), True
         self._known = np.full(joints, np.nan)
 
     def add(self, time: float, position: np.ndarray) -> None:
@@ -51,11 +53,11 @@ class Drift:
             position: Shape (n,) [rad] or [m]; NaN where silent.
         """
         unheard = np.isnan(position)
-        if unheard.any():
+        if any_of(unheard):
             position = np.where(unheard, self._known, position)
-            self._silent = np.where(unheard, self._silent + 1, 0)
-        elif self._silent.any():
-            self._silent = np.zeros(len(position))
+            self._silent, self._heard = np.where(unheard, self._silent + 1, 0), False
+        elif not self._heard:
+            self._silent, self._heard = np.zeros(len(position)), True
         self._known = position
         # Every row stands twice, so that the last ones always lie one behind another.
         for row in (self._next, self._next + self._kept):

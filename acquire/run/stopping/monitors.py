@@ -10,6 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from exidyn.drivers import Command, Sample, StopLevel
+from exidyn.drivers.values import any_of
 
 from .stop import FAULT, SILENT, Stop, UnitOf, turning
 
@@ -57,7 +58,7 @@ class JointMonitor(Monitor):
     def look(self, sample: Sample, sent: Command | None) -> Stop | None:
         value = self.value(sample, sent)
         beyond = value > self._limit
-        if not self._counting and not beyond.any():  # as in nearly all cycles
+        if not self._counting and not any_of(beyond):  # as in nearly all cycles
             return None
         self._count = np.where(beyond, self._count + 1, np.where(np.isnan(value), self._count, 0))
         self._counting = bool(self._count.any())
@@ -235,7 +236,7 @@ class Silence(Monitor):
 
     def look(self, sample: Sample, sent: Command | None) -> Stop | None:
         silent = sample.stale | np.isnan(sample.position)
-        if not self._counting and not silent.any():
+        if not self._counting and not any_of(silent):
             return None
         self._count = np.where(silent, self._count + 1, 0)
         self._counting = bool(self._count.any())
@@ -303,7 +304,7 @@ class ControllerClock(Monitor):
         self._count = 0
 
     def look(self, sample: Sample, sent: Command | None) -> Stop | None:
-        if sample.stale.size and sample.stale.all():  # nothing came, so no time either
+        if sample.stale.size and not any_of(~sample.stale):  # nothing came, so no time either
             return None
         self._times.append((sample.host_time, sample.controller_time))
         if len(self._times) < (self._times.maxlen or 0):

@@ -9,6 +9,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from exidyn.drivers import Command, Sample
+from exidyn.drivers.values import any_of
 from exidyn.identify.arm.robot import Limits
 
 from .drift import RESTING, Drift
@@ -78,7 +79,9 @@ class Signs:
         self._drift = Drift(n, cycle, flange)
         self._unknown = np.full(n, np.nan)
         self._velocity = self._error = self._first = self._rest = self._before = self._unknown
+        self._nowhere = self._way = np.zeros(n)
         self._stood: np.ndarray | None = None
+        self._place: np.ndarray | None = None
         self._state, self._entered = State.LISTENING, 0.0
         self._since = {sign: _Lasting(n) for sign in watched(self._state)}
         self._limits = {
@@ -111,6 +114,7 @@ class Signs:
         if not signs:
             return {}
         self._settle(state, time)
+        self._creep(sample)
         seen = {sign: self._seen_for(sign, sample, time) for sign in signs}
         return {sign: sight for sign, sight in seen.items() if sight is not None}
 
@@ -208,24 +212,26 @@ class Signs:
         driven = (speed > left) & ~self._limp(sample)
         return np.where(np.isnan(speed), np.nan, np.where(driven, way, 0.0))
 
-    def _creeping(self, sample: Sample) -> np.ndarray:
-        """Where the joints are that go on in one direction, and where the others should stand, shape (n,)."""
-        assert self._stood is not None
-        return np.where(self._drift.directed() & ~self._limp(sample), self._drift.mean(), self._stood)
+    def _creep(self, sample: Sample) -> None:
+        """Find the way of joints that go on in one direction since they should have come to rest."""
+        self._way, self._place = self._nowhere, self._stood
+        if self._stood is None:
+            return
+        creeping = self._drift.directed() & ~self._limp(sample)
+        if any_of(creeping):
+            self._place = np.where(creeping, self._drift.mean(), self._stood)
+            self._way = np.nan_to_num(np.abs(self._place - self._stood))
 
     def _creeps(self, sample: Sample) -> np.ndarray:
         """Way of each joint since it should have come to rest, however slow."""
-        if self._stood is None:
-            return np.zeros(len(self._joints))
-        return np.nan_to_num(np.abs(self._creeping(sample) - self._stood))
+        return self._way
 
     def _flange_creeps(self, sample: Sample) -> np.ndarray:
         """Way of the flange since the arm should have come to rest, of the joint that has gone furthest."""
+        if self._way is self._nowhere or self._stood is None or self._place is None:
+            return self._nowhere
         value = np.zeros(len(self._joints))
-        if self._stood is not None:
-            place = self._creeping(sample)
-            furthest = int(np.argmax(np.nan_to_num(np.abs(place - self._stood))))
-            value[furthest] = self._drift.flange_way(self._stood, place)
+        value[int(np.argmax(self._way))] = self._drift.flange_way(self._stood, self._place)
         return value
 
     def _limp(self, sample: Sample) -> np.ndarray:
@@ -250,13 +256,15 @@ class _Lasting:
     def __init__(self, joints: int) -> None:
         self.count = np.zeros(joints, int)
         self._began = np.zeros(joints)
+        self._counting = False
 
     def add(self, time: float, value: np.ndarray, limit: np.ndarray) -> np.ndarray | None:
         """Seconds, shape (n,); -1 where it is not, or in fewer samples than count; None for no joint."""
         beyond = value > limit
-        if not beyond.any() and not self.count.any():
+        if not self._counting and not any_of(beyond):
             return None
         known = ~np.isnan(value)
         self._began = np.where(beyond & (self.count == 0), time, self._began)
         self.count = np.where(beyond, self.count + 1, np.where(known, 0, self.count))
+        self._counting = bool(self.count.any())
         return np.where(self.count >= FEWEST, time - self._began, -1.0)
