@@ -61,6 +61,7 @@ class KukaRsi(Driver):
         self._axes = axes_of(settings)
         self._cycle = settings.cycle
         self._lower, self._upper = settings.window
+        self._limits = np.asarray(self._lower).tolist(), np.asarray(self._upper).tolist()
         self._samples = Samples(self._layout, self._axes, settings)
         self._talk: Conversation | None = None
         self._keeper: Keeper | None = None
@@ -194,17 +195,18 @@ class KukaRsi(Driver):
             )
         if self._fault:
             return
-        corrections = self._axes.degrees(command.position) - self._start
-        beyond = ~((corrections >= self._lower) & (corrections <= self._upper))  # not a number is beyond too
-        if beyond.any():
-            place = int(beyond.argmax())
+        corrections = (self._axes.degrees(command.position) - self._start).tolist()
+        limits = zip(self._limits[0], corrections, self._limits[1], strict=True)
+        inside = [low <= correction <= high for low, correction, high in limits]  # what is no number is not
+        if not all(inside):
+            place = inside.index(False)
             self._fault = (
                 f"{self._layout.axes[place]} is commanded {corrections[place]:.4g} degrees from its start; "
                 f"the controller takes {self._lower[place]:g} to {self._upper[place]:g} (AXISCORR and "
                 "AXISCORRMON)"
             )
             return
-        talk.correct(corrections.tolist())
+        talk.correct(corrections)
 
     def _sample(self, talk: Conversation, fresh: Fresh) -> Sample:
         self._fault = self._fault or talk.session.restarted

@@ -23,7 +23,7 @@ class Remarks:
 
     def __init__(self, layout: Layout, beginning: Beginning, controller: str, commanding: bool) -> None:
         self._delay = beginning.delay
-        self._start = beginning.start
+        self._start = np.asarray(beginning.start, float).tolist()
         # The pose that the program holds must stand still; without corrections it is what moves.
         self._programmed = layout.columns(PROGRAMMED) if commanding else None
         self._controller = controller
@@ -54,7 +54,8 @@ class Remarks:
     def _moved(self, fresh: Fresh) -> list[str]:
         if self._programmed is None:
             return []
-        moved = np.abs(np.subtract(fresh.telegram.numbers[self._programmed], self._start)).max()
+        pose = fresh.telegram.numbers[self._programmed]
+        moved = max(abs(now - start) for now, start in zip(pose, self._start, strict=True))
         if moved <= FOLLOWS:
             return []
         self._programmed = None

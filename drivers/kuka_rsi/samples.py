@@ -22,7 +22,8 @@ class Samples(ControllerSamples):
 
     def __init__(self, layout: Layout, axes: Axes, settings: RsiSettings) -> None:
         super().__init__(len(layout.axes), len(layout.external))
-        self._layout, self._axes, self._settings = layout, axes, settings
+        self._axes, self._actual, self._external = axes, layout.columns(ACTUAL), layout.external_columns
+        self._current, self._torque = map(layout.columns, (settings.current_tag, settings.torque_tag))
 
     def of(self, fresh: Fresh, elapsed: float, events: tuple[str, ...], fault: str, sent: bool) -> Sample:
         """Of a telegram, so long after the first [ms]."""
@@ -31,10 +32,10 @@ class Samples(ControllerSamples):
         return Sample(
             host_time=self._host_time,
             controller_time=self._time,
-            position=self._axes.joints(numbers[self._layout.columns(ACTUAL)]),
+            position=self._axes.joints(numbers[self._actual]),
             velocity=self.unknown,
-            current=self._scaled(numbers, self._settings.current_tag, self._axes.ampere),
-            torque=self._scaled(numbers, self._settings.torque_tag, self._axes.sign),
+            current=self._scaled(numbers, self._current, self._axes.ampere),
+            torque=self._scaled(numbers, self._torque, self._axes.sign),
             temperature=self.unknown,
             lateness=lateness(fresh),
             skipped=skipped,
@@ -42,9 +43,8 @@ class Samples(ControllerSamples):
             events=events,
             fault=fault,
             sent=sent,
-            state=numbers[self._layout.external_columns],
+            state=numbers[self._external],
         )
 
-    def _scaled(self, numbers: np.ndarray, element: str, scale: np.ndarray) -> np.ndarray:
-        columns = self._layout.columns(element)
+    def _scaled(self, numbers: np.ndarray, columns: slice | None, scale: np.ndarray) -> np.ndarray:
         return self.unknown if columns is None else numbers[columns] * scale

@@ -159,7 +159,8 @@ class UrRtde(Driver):
         self._fault = self._fault or self._found(record)
         sent = self._commanded(command) or command is None
         try:
-            sample = self._samples.of(record, arrival, self._events(record), self._fault, sent)
+            state = state_of(record)
+            sample = self._samples.of(record, state, arrival, self._events(state), self._fault, sent)
         except Unreadable as error:
             return self._silent((str(error),), sent)
         self._quiet, self._heard = 0.0, time.monotonic()
@@ -227,9 +228,9 @@ class UrRtde(Driver):
         gone = int(self._quiet / self.settings.cycle)
         return self._samples.of_silence(gone, (*why, *self._events(None)), self._fault, sent)
 
-    def _events(self, record: np.void | None) -> tuple[str, ...]:
+    def _events(self, state: np.ndarray | None) -> tuple[str, ...]:
         link, _ = self._opened()
-        return self._remarks.on(None if record is None else state_of(record), link.texts)
+        return self._remarks.on(state, link.texts)
 
     def _opened(self) -> tuple[RtdeLink, Session]:
         if self._link is None or self._session is None:

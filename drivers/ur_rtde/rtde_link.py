@@ -39,6 +39,7 @@ class RtdeLink:
             ) from error
         self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self._socket.setblocking(False)
+        self._waited_for = [self._socket.fileno()]
         self._unpacked = Unpacked()
         self._waiting: deque[tuple[bytes, bytes]] = deque()
         self.texts: deque[str] = deque(maxlen=100)
@@ -95,7 +96,7 @@ class RtdeLink:
     def _receive(self, patience: float) -> None:
         """Take in what is there, or what comes first."""
         try:
-            if not select.select([self._socket], [], [], patience)[0]:
+            if not select.select(self._waited_for, [], [], patience)[0]:
                 return
             data = self._socket.recv(READ)
             if not data:

@@ -5,7 +5,7 @@ import numpy as np
 from ..driver import Sample
 from ..samples import ControllerSamples
 from ..values import nanoseconds
-from .modes import STATE, state_of
+from .modes import STATE
 
 
 class Samples(ControllerSamples):
@@ -25,8 +25,16 @@ class Samples(ControllerSamples):
         """No cycle is missed between the last package and the next: none was asked for."""
         self._continued = False
 
-    def of(self, record: np.void, arrival: int, events: tuple[str, ...], fault: str, sent: bool) -> Sample:
-        """Of a package that came at a time of the host [ns].
+    def of(
+        self,
+        record: np.void,
+        state: np.ndarray,
+        arrival: int,
+        events: tuple[str, ...],
+        fault: str,
+        sent: bool,
+    ) -> Sample:
+        """Of a package with the controller's state (k,), which came at a time of the host [ns].
 
         Raises:
             Unreadable: Its time is none.
@@ -50,5 +58,5 @@ class Samples(ControllerSamples):
             events=events,
             fault=fault,
             sent=sent,
-            state=state_of(record),
+            state=state,
         )

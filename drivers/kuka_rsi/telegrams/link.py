@@ -65,6 +65,7 @@ class Link:
             self._socket.close()
             raise
         self._socket.setblocking(False)
+        self._waited_for = [self._socket.fileno()]
         if sys.platform == "linux":  # elsewhere the times of arrival are those of reading
             self._socket.setsockopt(socket.SOL_SOCKET, _STAMPED, 1)
 
@@ -86,7 +87,7 @@ class Link:
         deadline = time.monotonic() + seconds
         while True:
             left = max(deadline - time.monotonic(), 0.0)
-            ready, _, _ = select.select([self._socket], [], [], left)
+            ready, _, _ = select.select(self._waited_for, [], [], left)
             found = self._waiting() if ready else []
             if found or not left:
                 return found
