@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from exidyn.acquire.arguments.exit_codes import INTERRUPTED, REFUSED, STOPPED
+from exidyn.acquire.arguments.exit_codes import INTERRUPTED, REFUSED, STOPPED, UNSAFE
 from exidyn.acquire.command_line import main
 from exidyn.acquire.study.rounds import rounds
 from exidyn.identify.effects import JointSpring, Prior
@@ -72,11 +72,20 @@ def when(there, process: subprocess.Popen, seconds: float = 600.0) -> None:
         time.sleep(0.02)
 
 
+@pytest.mark.slow
+def test_an_arm_that_cannot_be_stopped_is_told_of_by_the_notebook_too(folder):
+    study = begun(folder, "--set", "faults=runaway elbow 2 at 1; deaf at start; stop fails 3 at start")
+    _, words = study.communicate(timeout=600)
+    assert study.returncode == UNSAFE, words
+    assert "elbow STILL MOVES at 2 rad/s" in words.splitlines()[-1]
+    assert "PRESS THE EMERGENCY STOP" in (folder / "exidyn-study" / "notebook.html").read_text()
+
+
 @pytest.mark.clocked
 @pytest.mark.slow
 def test_a_study_that_is_faulted_interrupted_and_killed_goes_on_with_nothing_repeated(folder):
     first = folder / "exidyn-study" / "round-01"
-    faulted = begun(folder, "--set", "faults=drop at 2 for 5")
+    faulted = begun(folder, "--set", "faults=drop at 2 for 0.5")
     _, words = faulted.communicate(timeout=600)
     assert faulted.returncode == STOPPED, words
     assert "was stopped before its end" in words
