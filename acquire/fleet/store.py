@@ -16,13 +16,17 @@ from urllib.parse import quote, unquote
 from uuid import uuid4
 
 import numpy as np
+from msgspec import Struct
 
+from exidyn.identify.fit.fit_schema import Measures
+from exidyn.identify.fit.json_file import read_json
 from exidyn.identify.fleet.kind import Kind
 from exidyn.identify.fleet.runs import Run
 from exidyn.identify.fleet.summary import Summary
 from exidyn.identify.notebook import optional
 from exidyn.identify.preparation.prepare import Filtering
 from exidyn.identify.robot_files.robot_file import model_text, parse_model
+from exidyn.identify.schema import checked
 
 from .source import Found
 
@@ -31,6 +35,14 @@ CHANGES = "changes.parquet"
 """Table of all changes, in the store's folder."""
 MERGED = "month"
 """How the name of a file begins that holds all runs of a month."""
+
+
+class KindFile(Struct, frozen=True):
+    """Schema of a file in `kinds/`."""
+
+    robot: str
+    filtering: Filtering
+    measures: Measures
 
 
 @dataclass(frozen=True)
@@ -75,9 +87,15 @@ class Store:
         _whole(self.folder / "kinds" / f"{key}.json", json.dumps(text, indent=1).encode())
 
     def kind(self, key: str) -> Kind:
-        """A type of arm that is known."""
-        text = json.loads((self.folder / "kinds" / f"{key}.json").read_text())
-        return Kind(parse_model(text["robot"]), Filtering(**text["filtering"]), text["measures"])
+        """A type of arm that is known.
+
+        Raises:
+            NotAFile: Its file is damaged.
+            RobotError: The robot in it is wrong.
+        """
+        path = self.folder / "kinds" / f"{key}.json"
+        file = checked(read_json(path), KindFile, str(path))
+        return Kind(parse_model(file.robot, where=str(path)), file.filtering, file.measures)
 
     def kinds(self) -> list[str]:
         """All that are known."""
