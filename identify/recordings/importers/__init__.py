@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ...errors import NotAFile, RecordingError, UnknownKey
-from ...model import Model
-from ..recording import Recording
 
-if TYPE_CHECKING:
+if TYPE_CHECKING:  # a process that reads a file needs neither, and this package is imported first
+    from ...model import Model
+    from ..recording import Recording
     from .tables.table import Table
 
 
@@ -25,6 +25,8 @@ class Entry(NamedTuple):
         endings: Of the names of such files.
         inside: What lies in such a folder.
         table: Whether it is read as a table, whose columns `import_table` turns into signals.
+        library: Of tables, what reads them in native code, which a damaged file may end: so in a process
+            apart. Empty where nothing of that kind is used.
     """
 
     place: str
@@ -32,6 +34,7 @@ class Entry(NamedTuple):
     endings: tuple[str, ...] = ()
     inside: str = ""
     table: bool = False
+    library: str = ""
 
 
 IMPORTERS: dict[str, Entry] = {
@@ -46,24 +49,28 @@ IMPORTERS: dict[str, Entry] = {
         "MATLAB: arrays, structures too; version 7.3 needs the extra hdf5",
         (".mat",),
         table=True,
+        library="scipy.io.loadmat or h5py",
     ),
     "hdf5": Entry(
         "hdf5_file:read_hdf5",
         "HDF5: data sets, in groups too; needs the extra hdf5",
         (".h5", ".hdf5", ".hdf"),
         table=True,
+        library="h5py",
     ),
     "parquet": Entry(
         "parquet_file:read_parquet",
         "Parquet: columns of numbers or lists; needs the extra parquet",
         (".parquet", ".pq"),
         table=True,
+        library="pyarrow",
     ),
     "lerobot": Entry(
         "lerobot:read_lerobot",
         "LeRobot data set: a run an episode; needs the extra parquet",
         inside="meta/info.json",
         table=True,
+        library="pyarrow",
     ),
     "npz": Entry("npz_file:read_npz", "NumPy: named arrays", (".npz",), table=True),
     "ros2_bag": Entry(
@@ -87,8 +94,8 @@ IMPORTERS: dict[str, Entry] = {
 
 
 def import_source(
-    source: Path | str, model: Model | None = None, kind: str | None = None, **options: Any
-) -> list[Recording]:
+    source: Path | str, model: "Model | None" = None, kind: str | None = None, **options: Any
+) -> list["Recording"]:
     """Import whatever a path is.
 
     Args:
@@ -142,7 +149,12 @@ def _kind_given(source: Path, kind: str | None) -> str:
 
 
 def _function(kind: str) -> Callable[..., Any]:
-    module, name = IMPORTERS[kind].place.split(":")
+    entry = IMPORTERS[kind]
+    if entry.library:
+        from .read_apart import read_apart
+
+        return partial(read_apart, entry.place, entry.library)
+    module, name = entry.place.split(":")
     return getattr(import_module(f"{__name__}.{module}"), name)
 
 

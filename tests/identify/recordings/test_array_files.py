@@ -1,6 +1,5 @@
 """Files of arrays, written by the libraries that define them: MATLAB, HDF5, Parquet and NumPy."""
 
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -162,7 +161,10 @@ def test_a_file_without_arrays_is_refused(tmp_path):
 )
 def test_a_library_that_is_missing_is_named_with_its_extra(tmp_path, monkeypatch, name, package, extra):
     WRITERS[name](tmp_path / name, ARRAYS)
-    monkeypatch.setitem(sys.modules, package, None)
+    stub = tmp_path / "stubs" / f"{package}.py"  # of the process that reads
+    stub.parent.mkdir()
+    stub.write_text(f"raise ModuleNotFoundError('No module named {package}')")
+    monkeypatch.syspath_prepend(stub.parent)
     with pytest.raises(MissingPackage, match=rf'needs {package}, .*: pip install "\.\[{extra}\]"'):
         import_source(tmp_path / name, model())
 

@@ -1,0 +1,107 @@
+"""Libraries in native code read in a process apart: what kills them is one line, and kills nothing else."""
+
+import os
+import signal
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from exidyn.acquire.command_line import REFUSED, main
+from exidyn.identify.errors import NotAFile
+from exidyn.identify.recordings.importers import read_apart, read_tables
+
+from ...parts.descendants import started, within
+
+HOSTILE = Path(os.environ.get("EXIDYN_INPUTS", Path(__file__).parents[3] / "../shared/inputs")) / "hostile"
+PATIENCE = 60.0
+"""Of a busy machine, until processes have started or ended [s]."""
+
+
+@pytest.fixture
+def library(tmp_path, monkeypatch):
+    """Puts code in place of the library that reads HDF5; returns the path of a file for it to read."""
+
+    def made_of(code):
+        (tmp_path / "stubs").mkdir()
+        (tmp_path / "stubs" / "h5py.py").write_text(code)
+        monkeypatch.syspath_prepend(tmp_path / "stubs")
+        (tmp_path / "run.h5").write_bytes(b"\x89HDF")
+        return tmp_path / "run.h5"
+
+    return made_of
+
+
+@pytest.mark.parametrize(
+    ("code", "how"),
+    [
+        ("import ctypes; ctypes.string_at(0)", r"crashed \(SIGSEGV\)"),
+        ("import os; os.abort()", r"crashed \(SIGABRT\)"),
+        ("import os; os._exit(3)", r"ended with code 3"),
+        ("import os; os.write(1, b'garbage'); os.abort()", r"crashed \(SIGABRT\)"),
+        ("raise RuntimeError('no such thing')", r"ended with code 1 \(RuntimeError: no such thing\)"),
+    ],
+)
+@pytest.mark.skipif(sys.platform == "win32", reason="has no signals")
+def test_a_library_that_dies_is_one_line_with_file_and_library(library, code, how):
+    with pytest.raises(NotAFile, match=rf"run\.h5: h5py, which reads it, {how}.*: the file is damaged"):
+        read_tables(library(code))
+
+
+def test_a_library_that_does_not_come_to_an_end_is_ended(library, monkeypatch):
+    monkeypatch.setattr(read_apart, "START", 1.0)
+    with pytest.raises(NotAFile, match="h5py, which reads it, took more than 1 s"):
+        read_tables(library("import time; time.sleep(600.0)"))
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="limits memory on Linux")
+def test_memory_beyond_the_limit_is_refused(library, monkeypatch, capsys):
+    monkeypatch.setattr(read_apart, "memory", lambda: 1_000_000_000)
+    path = library("held = bytearray(2_000_000_000)")
+    with pytest.raises(MemoryError):
+        read_tables(path)
+    assert main(["import", str(path), "--robot", "kr270"]) == REFUSED
+    [line] = capsys.readouterr().err.splitlines()
+    assert line.startswith("exidyn: not enough memory")
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="looks for processes in /proc")
+def test_the_reader_ends_with_the_command(library, tmp_path):
+    path = library("import os, pathlib, time; pathlib.Path(os.environ['BEGUN']).touch(); time.sleep(600.0)")
+    begun = tmp_path / "begun"
+    code = f"from exidyn.identify.recordings.importers import read_tables; read_tables({str(path)!r})"
+    with started(["-c", code], PYTHONPATH=str(path.parent / "stubs"), BEGUN=str(begun)) as command:
+        assert within(PATIENCE, begun.exists)
+        assert len(command.alive()) == 2
+        command.process.send_signal(signal.SIGKILL)
+        command.process.wait()
+        assert within(PATIENCE, lambda: not command.alive())
+
+
+def test_an_error_of_the_system_stays_what_it_is(tmp_path):
+    (tmp_path / "run.mat").mkdir()
+    with pytest.raises(IsADirectoryError) as caught:
+        read_tables(tmp_path / "run.mat", "matlab")
+    assert caught.value.filename == str(tmp_path / "run.mat")
+
+
+def test_a_library_of_the_working_folder_is_not_imported(tmp_path, monkeypatch):
+    scipy_io = pytest.importorskip("scipy.io")
+    values = np.random.default_rng(0).normal(size=(50, 3))
+    scipy_io.savemat(tmp_path / "run.mat", {"q": values})
+    (tmp_path / "scipy.py").write_text("raise SystemExit(9)")
+    monkeypatch.chdir(tmp_path)
+    [table] = read_tables("run.mat")
+    assert table.names == ["q1", "q2", "q3"]
+    np.testing.assert_array_equal(table.values, values)
+
+
+@pytest.mark.skipif(not HOSTILE.is_dir(), reason="no hostile inputs; set EXIDYN_INPUTS to their folder")
+def test_a_matlab_file_that_kills_its_reader_is_refused(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(HOSTILE / "mat_segfault")
+    for _ in range(5):  # it dies in more than one way
+        assert main(["import", "log.mat", "--robot", "robot.toml", "-o", str(tmp_path / "x.mcap")]) == REFUSED
+        [line] = capsys.readouterr().err.splitlines()
+        assert line.startswith("exidyn: log.mat")
+    assert not list(tmp_path.iterdir())
