@@ -117,9 +117,10 @@ def unpack(ranges: Ranges, family: Family, data: bytes) -> State | None:
     if len(data) != 8 and (family is DAMIAO or len(data) != 6):
         return None
     number = int.from_bytes(data[1:6], "big")
-    position = real(number >> 24, -ranges.position, ranges.position, 16)
-    velocity = real(number >> 12 & 0xFFF, -ranges.velocity, ranges.velocity, 12)
-    torque = real(number & 0xFFF, -ranges.torque, ranges.torque, 12)
+    most, fast, strong = ranges
+    position = (number >> 24) * (2.0 * most) / 0xFFFF - most
+    velocity = (number >> 12 & 0xFFF) * (2.0 * fast) / 0xFFF - fast
+    torque = (number & 0xFFF) * (2.0 * strong) / 0xFFF - strong
     if family is DAMIAO:
         return State(data[0] >> 4, position, velocity, torque, float(data[7]))
     if len(data) == 6:

@@ -89,10 +89,10 @@ class MotorRound(CanRound):
         self.watching = False
         self._others = [_others(motor) for motor in motors]
         self._gains = [gains(motor.commanded, motor.kp, motor.kd) for motor in motors]
-        self._answering = [answering(m.family, bytes([m.number & 0xFF])) for m in motors]
-        self._answers: dict[int, list[int]] = {}
-        for joint, motor in enumerate(motors):
-            self._answers.setdefault(motor.master, []).append(joint)
+        self._answers: dict[Family, dict[tuple[int, int], int]] = {}
+        for joint, m in enumerate(motors):
+            answers = self._answers.setdefault(m.family, {})
+            answers[m.master, answering(m.family, bytes([m.number & 0xFF]))] = joint
 
     def cycle(self, patience: float) -> int:
         """As in `CanRound`; a motor measures when it is reached by its question."""
@@ -113,10 +113,10 @@ class MotorRound(CanRound):
         return motor.number, with_motion(motor.commanded, *motion, self._gains[joint])
 
     def _understand(self, identifier: int, data: bytes) -> bool:
-        for joint in self._answers.get(identifier, ()):
-            motor = self._motors[joint]
-            if data and answering(motor.family, data) == self._answering[joint]:
-                state = unpack(motor.answered, motor.family, data)
+        for family, answers in self._answers.items():
+            joint = answers.get((identifier, answering(family, data))) if data else None
+            if joint is not None:
+                state = unpack(self._motors[joint].answered, family, data)
                 if state is not None:
                     self._take(joint, state)
                     return True

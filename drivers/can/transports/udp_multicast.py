@@ -17,8 +17,9 @@ DATA = b"\xa4data\xc4"
 """What stands before the data in a datagram: the name, the mark of bytes; next is their number."""
 KINDS = ("is_extended_id", "is_remote_frame", "is_error_frame", "is_fd")
 """Names of what is not a frame of data with an 11-bit identifier."""
-ECHOES = 1000
-"""Datagrams that are remembered because they have not come back; more of them are lost."""
+REMEMBERED = 1000
+"""Datagrams that are remembered because they have not come back, and beginnings of those received. Where
+there are more, some were lost, or a sender stamps its frames."""
 
 
 class UdpMulticastTransport(SocketTransport):
@@ -34,6 +35,7 @@ class UdpMulticastTransport(SocketTransport):
         super().__init__(socket.socket(fileno=os.dup(descriptor)))
         self._address = group, port or PORT
         self._sent = set[bytes]()
+        self._received: dict[bytes, tuple[int, bytes]] = {}
         self._around: dict[tuple[int, int], tuple[bytes, bytes]] = {}
 
     def _encode(self, identifier: int, data: bytes) -> bytes:
@@ -53,6 +55,26 @@ class UdpMulticastTransport(SocketTransport):
         if datagram in self._sent:
             self._sent.discard(datagram)
             return None
+        begin = datagram.find(DATA) + len(DATA) + 1
+        known = self._received.get(datagram[:begin])
+        if known is not None:
+            identifier, rest = known
+            end = begin + datagram[begin - 1]
+            if datagram[end:] == rest:
+                return identifier, datagram[begin:end]
+        return self._learned(datagram, begin)
+
+    def _learned(self, datagram: bytes, begin: int) -> Frame:
+        """The frame in a datagram, whose like will be known by what stands around its data."""
+        identifier, data = self._unpacked(datagram)
+        end = begin + len(data)
+        if identifier <= STANDARD and datagram[begin:end] == data:
+            if len(self._received) > REMEMBERED:
+                self._received.clear()
+            self._received[datagram[:begin]] = identifier, datagram[end:]
+        return identifier, data
+
+    def _unpacked(self, datagram: bytes) -> Frame:
         fields: dict[str, Any] = msgpack.unpackb(datagram)
         identifier, data = fields["arbitration_id"], fields["data"]
         if any(map(fields.__getitem__, KINDS)):
@@ -62,7 +84,7 @@ class UdpMulticastTransport(SocketTransport):
         return identifier, data
 
     def _hand_over(self, datagram: bytes) -> None:
-        if len(self._sent) > ECHOES:
+        if len(self._sent) > REMEMBERED:
             self._sent.clear()
         self._sent.add(datagram)
         self._socket.sendto(datagram, socket.MSG_DONTWAIT, self._address)

@@ -6,6 +6,7 @@ import tty
 
 import can
 import pytest
+from can.interfaces.udp_multicast.utils import pack_message
 
 from exidyn.drivers.can.transports.choice import transport_of
 from exidyn.drivers.can.transports.slcan import SlcanTransport
@@ -206,3 +207,22 @@ def test_an_slcan_port_without_a_descriptor_goes_through_python_can():
 
 def test_slcan_on_a_port_with_a_descriptor_reads_it_directly(serial):
     assert isinstance(serial[0], SlcanTransport)
+
+
+def test_a_known_frame_of_another_length_is_no_frame(multicast):
+    transport, other = multicast
+    whole = pack_message(can.Message(arbitration_id=0x181, data=b"12345678", is_extended_id=False))
+    for datagram in (whole, whole[:-1], whole + b"\x00", whole.replace(b"345", b"")):
+        other._multicast.send(datagram)
+    assert transport.receive(1.0) == (0x181, b"12345678")
+    for _ in range(3):
+        with pytest.raises(Exception):  # noqa: B017, PT011 - of several kinds
+            transport.receive(1.0)
+
+
+def test_known_frames_differ_in_their_data_only(multicast):
+    transport, other = multicast
+    for flags in ({"is_extended_id": False}, {"is_extended_id": True}) * 2:
+        for data in (b"12345678", b"\xa4data\xc4\x01x", b""):
+            other.send(can.Message(arbitration_id=0x181, data=data, **flags))
+            assert transport.receive(1.0) == (0x181 | EXTENDED * flags["is_extended_id"], data)
