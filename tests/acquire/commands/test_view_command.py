@@ -248,7 +248,7 @@ def test_traces_are_those_of_the_evidence(files):
         (["list.json"], "neither a fit nor a diagnosis"),
         (["other.json"], "neither a fit nor a diagnosis of format 1"),
         (["half.json"], "is not JSON, or was cut off"),
-        (["bare.json"], "key 'findings' is missing"),
+        (["bare.json"], "key 'name' is missing"),
         (["run.mcap", "--browser", "nowhere"], "--serve nowhere"),
         (["run.mcap", "-o", "no/folder.rrd"], "there is no folder"),
     ],
