@@ -7,7 +7,7 @@ there. An answer has the instruction 55, and an error before its parameters.
 """
 
 from collections.abc import Mapping, Sequence
-from functools import partial
+from functools import cache, partial
 
 from ..servo.servo_packet import Parsed, Reading, Status
 
@@ -122,23 +122,31 @@ def parse_fast(data: bytes, length: int, count: int) -> Parsed:
 
     Every servo puts the checksum of all that was sent so far behind its part. Nothing is stuffed.
     """
-    begin = HEADER + bytes([EVERYBODY, *(1 + count * (4 + length)).to_bytes(2, "little"), STATUS])
+    begin, check = _begin_of_joined(length, count)
     start = data.find(begin)
     if start < 0:
         return Parsed([], count if len(data) >= len(begin) + count * (4 + length) else 0)
     statuses: list[Status] = []
-    place, check = start + len(begin), crc(begin)
+    place = checked = start + len(begin)
     for _ in range(count):
-        part, mark = data[place : place + 2 + length], data[place + 2 + length : place + 4 + length]
+        end = place + 2 + length
+        part, mark = data[place:end], data[end : end + 2]
         if len(mark) < 2:
             return Parsed(statuses, 0)
-        check = crc(part, check)
+        check, checked = crc(data[checked:end], check), end
         if check.to_bytes(2, "little") != mark:
             rest = count - len(statuses)
             return Parsed(statuses, rest if len(data) >= place + rest * (4 + length) else 0)
         statuses.append(Status(part[1], part[0], part[2:]))
-        place, check = place + 4 + length, crc(mark, check)
+        place = end + 2
     return Parsed(statuses, 0)
+
+
+@cache
+def _begin_of_joined(length: int, count: int) -> tuple[bytes, int]:
+    """What stands before the parts of joined answers, and its checksum."""
+    begin = HEADER + bytes([EVERYBODY, *(1 + count * (4 + length)).to_bytes(2, "little"), STATUS])
+    return begin, crc(begin)
 
 
 def _registers(address: int, length: int) -> bytes:
