@@ -6,7 +6,7 @@ from exidyn.acquire.files.arm_file import read_arm
 from exidyn.acquire.files.report_files import found_files
 from exidyn.acquire.files.report_material import material
 from exidyn.drivers.errors import LinkLost
-from exidyn.drivers.ur_rtde.modes import FIELDS, obstacle, slowed
+from exidyn.drivers.ur_rtde.modes import FIELDS, obstacle, slowed, state_of
 from exidyn.drivers.ur_rtde.rtde_packets import DATA, OUTPUTS, Recipe, Unpacked
 from exidyn.drivers.ur_rtde.samples import Samples
 from exidyn.drivers.ur_rtde.session import MEASURED
@@ -45,6 +45,6 @@ def hear(path: Path) -> None:
                 continue
             record, arrival = recipe.read(body), arrival + round(1e9 * CYCLE)
             words = obstacle(record), slowed(record)
-            checked(samples.of(record, arrival, words, words[0], False))
+            checked(samples.of(record, state_of(record), arrival, words, words[0], sent=False))
     except ValueError as error:  # which the driver tells as this
         raise LinkLost(f"driver ur_rtde: {error}") from error
