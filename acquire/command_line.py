@@ -10,6 +10,7 @@ from exidyn.identify.errors import ExidynError
 
 from .arguments.common import CommandParser, complaint, name_lines
 from .arguments.exit_codes import INTERRUPTED, MEANINGS, READER_LEFT, REFUSED, STOPPED, UNSAFE
+from .arguments.robot_warnings import warnings_as_lines
 from .commands import COMMANDS, command_module
 
 
@@ -42,7 +43,8 @@ def _answered(arguments: Sequence[str] | None) -> int:
         return 0
     given = top.parse_args(arguments)
     try:
-        return command_module(given.command).main(given.rest)
+        with warnings_as_lines():
+            return command_module(given.command).main(given.rest)
     except BrokenPipeError:
         raise
     except OSError as error:

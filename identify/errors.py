@@ -65,6 +65,10 @@ class RobotError(ExidynError, ValueError):
     """The description of the robot is wrong."""
 
 
+class RobotWarning(UserWarning):
+    """Something in the description of a robot that no arm has, and with which one can go on all the same."""
+
+
 class UnknownKey(RobotError):
     """A key that is not known; the message lists the valid ones."""
 

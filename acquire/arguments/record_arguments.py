@@ -46,6 +46,7 @@ def _motion(group: argparse._ArgumentGroup) -> None:
     group.add_argument(
         "--speed", type=percent, default=1.0, metavar="PERCENT", help="of the planned one; default: 100"
     )
+    group.add_argument("--long", action="store_true", help="a run of more than an hour is meant")
     group.add_argument(
         "--approach",
         action="store_true",

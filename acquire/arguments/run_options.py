@@ -20,6 +20,20 @@ BODY = "L"
 PLANT_HELP = "what the mock's arm really is; default: ROBOT, in record each value off by up to its tolerance"
 
 
+HOTTEST_WINDING = 180.0
+"""What the insulation of a motor's winding bears, class H of IEC 60085 [degC]; few have a higher one."""
+
+
+def motor_temperature(text: str) -> float:
+    """A temperature at which a motor can still be stopped in time [degC]."""
+    value = positive(text)
+    if value > HOTTEST_WINDING:
+        raise argparse.ArgumentTypeError(
+            f"{text} degC: no winding bears more than {HOTTEST_WINDING:g} (insulation class H)"
+        )
+    return value
+
+
 def add_stops(group: argparse._ArgumentGroup) -> None:
     """Add --tracking, --current and --temperature."""
     group.add_argument(
@@ -32,7 +46,9 @@ def add_stops(group: argparse._ArgumentGroup) -> None:
         metavar="A",
         help="one, or one a joint; default: by the torque limits",
     )
-    group.add_argument("--temperature", type=positive, default=85.0, metavar="DEGC", help="default: 85")
+    group.add_argument(
+        "--temperature", type=motor_temperature, default=85.0, metavar="DEGC", help="default: 85"
+    )
 
 
 def add_driving(group: argparse._ArgumentGroup) -> None:

@@ -22,6 +22,7 @@ from exidyn.trajectories.plans.plan_summary import run_cost
 from ..arguments.controllers import read_controller
 from ..arguments.outputs import require_json
 from ..arguments.record_arguments import parser as parser
+from ..arguments.run_length import check_length
 from ..arguments.run_options import body_of, facts_of, require_mock, stops_of
 from ..files.recorded_run import alarm, code_of, free_path, print_where, run_head, run_recorded, warn
 from ..live.live_view import Targets, require_showable, start_view
@@ -42,7 +43,9 @@ def main(arguments: Sequence[str]) -> int:
     """Check, rehearse, ask, run, record; 0 if the run came to its end."""
     given = parser().parse_args(arguments)
     payload = body_of(given)
-    ready = checked(read_plan(given.plan), read_model(given.robot), given.speed, payload)
+    plan = read_plan(given.plan)
+    check_length(plan.trajectory.duration, given.speed, given.long)
+    ready = checked(plan, read_model(given.robot), given.speed, payload)
     name, settings = read_controller(given.controller, given.driver, given.set)
     if not given.dry_run:
         require_mock(given, name)

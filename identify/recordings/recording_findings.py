@@ -28,6 +28,10 @@ the fastest small arms' wrists."""
 BEYOND_LIMIT = 1.5
 """Over the limit of the robot file: what moves faster does not exceed its limit, it is in another unit."""
 
+FAR_BEYOND_TORQUE = 20.0
+"""Over the torque limit of the robot file, in a twentieth of the samples: a drive gives a few times its limit
+for moments. In mA, a joint that uses a fiftieth of its limit is above."""
+
 HOTTEST = 200.0
 """Temperature that no motor survives [degC]; in kelvin every motor is above."""
 
@@ -68,6 +72,7 @@ def findings(recording: Recording) -> Iterator[Finding]:
     if len(recording.signals["position"]):
         yield from _turns(recording)
         yield from _speed(recording)
+    yield from _torque(recording)
     yield from _temperature(recording)
 
 
@@ -163,6 +168,38 @@ def _speed(recording: Recording) -> Iterator[Finding]:
                 "Positions in degrees (degrees=True, --degrees), or time in another unit than seconds "
                 "(time_scale, --time-scale)? Or state how fast it may turn: [limits] velocity",
             )
+
+
+def _torque(recording: Recording) -> Iterator[Finding]:
+    """Torques measured, or by currents where the robot file states a drive gain."""
+    robot = recording.robot
+    for name in EFFORT:
+        signal = recording.signals.get(name)
+        if signal is None:
+            continue
+        gain = np.ones(robot.dof) if name == "torque" else np.abs(robot.drive_gain)
+        stated = (gain != 1.0) | (name == "torque")  # 1 stands for a gain that is not known
+        for joint in np.flatnonzero(stated & np.isfinite(robot.limits.torque)):
+            known = np.abs(finite(signal.values[:, joint]))
+            usual = gain[joint] * np.percentile(known, 95) if len(known) else 0.0
+            limit = robot.limits.torque[joint]
+            if usual > FAR_BEYOND_TORQUE * limit > 0.0:
+                unit = robot.unit(int(joint), "N m")
+                yield Finding(
+                    BadUnit,
+                    f"{robot.joints[joint]}: {usual:.2g} {unit} in a twentieth of the samples, its limit is "
+                    f"{limit:g}",
+                    _smaller_unit(name, unit),
+                )
+
+
+def _smaller_unit(name: str, unit: str) -> str:
+    if name == "torque":
+        return f"Is the torque in another unit than {unit}, or the limit ([limits] torque) too low?"
+    return (
+        'It looks like mA: in a preset.toml beside the log, give [current] column and unit = "mA". Or is '
+        "[drive] gain or [limits] torque wrong?"
+    )
 
 
 def _temperature(recording: Recording) -> Iterator[Finding]:

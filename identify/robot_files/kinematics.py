@@ -9,6 +9,7 @@ import pinocchio as pin
 
 from ..arm.robot import Limits
 from ..errors import BrokenTree, RobotError, UnknownJoint
+from .plausible import check_center, inertia_doubt
 from .toml_fields import check_keys, matrix, number, numbers, string
 
 PLACEMENT_KEYS = ("origin", "rotation", "rpy")
@@ -27,12 +28,14 @@ class Kinematics:
         limits: Joint limits, where the description has them.
         flange: Placement of the flange in the last link's frame.
         rotor_inertia: Rotor inertia seen from the joint, joint name -> [kg m^2].
+        doubts: What no arm has in it, a sentence each.
     """
 
     model: pin.Model
     limits: Limits | None = None
     flange: pin.SE3 = field(default_factory=pin.SE3.Identity)
     rotor_inertia: Mapping[str, float] = field(default_factory=dict)
+    doubts: tuple[str, ...] = ()
 
 
 def rigid_inertia(mass: float, center_of_mass: np.ndarray, inertia: np.ndarray, where: str) -> pin.Inertia:
@@ -40,7 +43,9 @@ def rigid_inertia(mass: float, center_of_mass: np.ndarray, inertia: np.ndarray, 
 
     Raises:
         BrokenTree: No body can have them.
+        RobotError: The centre of mass is farther away than an arm is long.
     """
+    check_center(mass, center_of_mass, where)
     if mass < 0 or not np.all(np.isfinite([mass, *center_of_mass, *inertia])):
         raise BrokenTree(f"{where}: mass {mass:g} kg; a mass is a number of at least 0")
     about_center = np.empty((3, 3))
@@ -121,7 +126,14 @@ def link_kinematics(rows: Sequence[Mapping[str, Any]], name: str) -> Kinematics:
         )
         # not appendBodyToJoint: it adds and rotates, which costs the last digits
         model.inertias[index] = _body(row, where)
-    return Kinematics(model)
+    return Kinematics(model, doubts=body_doubts(model))
+
+
+def body_doubts(model: pin.Model) -> tuple[str, ...]:
+    """Why no body has the inertia that a joint moves, joint by joint."""
+    bodies = zip(list(model.names)[1:], list(model.inertias)[1:], strict=True)
+    doubts = (inertia_doubt(body.inertia, f"body moved by joint '{joint}'") for joint, body in bodies)
+    return tuple(doubt for doubt in doubts if doubt)
 
 
 def _joint_model(kind: str, axis: np.ndarray) -> pin.JointModel:

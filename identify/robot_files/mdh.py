@@ -16,7 +16,7 @@ import pinocchio as pin
 
 from ..arm.rigid_regressor import INERTIAL
 from ..errors import BrokenTree, RobotError
-from .kinematics import INERTIA_PLACES, Kinematics, add_joint, rigid_inertia
+from .kinematics import INERTIA_PLACES, Kinematics, add_joint, body_doubts, rigid_inertia
 from .toml_fields import boolean, check_keys, number, parse_toml, string, tables
 
 GEOMETRY = ("alpha", "d", "theta_offset", "r")
@@ -79,7 +79,8 @@ def mdh_kinematics(rows: Sequence[Mapping[str, Any]], name: str) -> Kinematics:
             model.appendBodyToJoint(frame.joint, _body(row, where), frame.placement)
         frames[label] = frame
     last = [frame.placement for frame in fixed if frame.joint == model.njoints - 1]
-    return Kinematics(model, None, last[-1] if last else pin.SE3.Identity(), rotors)
+    flange = last[-1] if last else pin.SE3.Identity()
+    return Kinematics(model, None, flange, rotors, body_doubts(model))
 
 
 def _label(row: Mapping[str, Any], place: int, frames: Mapping[str, _Frame]) -> str:

@@ -19,6 +19,7 @@ from .effect_rows import read_effects, read_priors
 from .held_joints import read_choice
 from .kinematics import PLACEMENT_KEYS, Kinematics, link_kinematics, read_placement
 from .mdh import mdh_kinematics, parse_mdh
+from .plausible import read_gravity, value_doubts, warn_of
 from .robot_text import FORMAT, RIGID_BODY, model_text
 from .toml_fields import (
     boolean,
@@ -77,6 +78,9 @@ def read_model(
         joints: Of a .urdf or .xacro, the joints that move; the others are held. None: all but `held`.
         held: Of a .urdf or .xacro, joints that are held elsewhere than at zero, and where [rad, m].
 
+    Warns:
+        RobotWarning: No body has a link's inertia, or physics allows no nominal value as low as one.
+
     Raises:
         RobotError: There is no such robot or file, or it is wrong.
     """
@@ -91,8 +95,11 @@ def read_model(
             f"{', '.join(builtin_names())}; or give the path of a robot.toml, a .urdf or a .xacro"
         )
     if path.suffix.lower() not in ENDINGS:
-        return parse_model(read_text(path), path.parent, str(path))
+        model, doubts = _parse(read_text(path), path.parent, str(path))
+        warn_of((*doubts, *value_doubts(model, str(path))))
+        return model
     kinematics = parse_urdf(read_urdf(path), str(path), joints, held)
+    warn_of(kinematics.doubts)
     limits = kinematics.limits or Limits.none(kinematics.model.nv)
     robot = Robot(path.stem, kinematics.model, limits, flange=kinematics.flange, inertias_stated=False)
     return Model(robot, tuple(EFFECTS[name]() for name in (RIGID_BODY, *USUAL_EFFECTS)))
@@ -104,6 +111,11 @@ def parse_model(text: str, folder: Path | None = None, where: str = "robot file"
     Raises:
         RobotError: The text is wrong; the message names the key, what was found and what is valid.
     """
+    return _parse(text, folder, where)[0]
+
+
+def _parse(text: str, folder: Path | None, where: str) -> tuple[Model, tuple[str, ...]]:
+    """The model, and what no arm has in its geometry and bodies."""
     table = parse_toml(text, where)
     if "belief" in table:  # as older files call the table [prior]
         table["prior"] = table.pop("belief")
@@ -114,7 +126,7 @@ def parse_model(text: str, folder: Path | None = None, where: str = "robot file"
     robot = _robot(table, kinematics)
     effects, stated = read_effects(_effect_rows(table, kinematics, robot), robot)
     stated |= read_priors(table.get("prior", {}), Model(robot, effects).names)
-    return Model(robot, effects, stated)
+    return Model(robot, effects, stated), kinematics.doubts
 
 
 def _kinematics(table: Mapping[str, Any], folder: Path, where: str) -> Kinematics:
@@ -143,7 +155,7 @@ def _robot(table: Mapping[str, Any], kinematics: Kinematics) -> Robot:
     model = kinematics.model
     model.name = string(table.get("name", model.name), "name")
     if "gravity" in table:
-        model.gravity = pin.Motion(numbers(table["gravity"], 3, "gravity"), np.zeros(3))
+        model.gravity = pin.Motion(read_gravity(table["gravity"]), np.zeros(3))
     flange = kinematics.flange
     if "flange" in table:
         check_keys(table["flange"], PLACEMENT_KEYS, "[flange]")

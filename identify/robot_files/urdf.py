@@ -13,6 +13,7 @@ from ..arm.robot import Limits
 from ..errors import BrokenTree, listed
 from .held_joints import MOVING, axis_of, hold
 from .kinematics import INERTIA_PLACES, Kinematics, rigid_inertia
+from .plausible import check_urdf_centers, urdf_doubts
 from .toml_fields import LARGEST
 
 FLANGES = ("flange", "tool0", "tool_flange", "ee_link", "end_effector", "tcp", "link_ee")
@@ -53,6 +54,7 @@ def parse_urdf(
     _check_tree(root, where)
     for element in root.iter():
         _check_numbers(element, where)
+    check_urdf_centers(root, where)
     hold(joints, moving, held, where)
     for name, joint in joints.items():
         _check_joint(joint, f"{where}: joint '{name}'")
@@ -63,7 +65,8 @@ def parse_urdf(
         for shape in (*link.findall("visual"), *link.findall("collision")):
             link.remove(shape)  # for `read_geometry`; urdfdom prints complaints of shapes it does not know
     model = _load(ElementTree.tostring(root, encoding="unicode"), where)
-    return Kinematics(model, _gather(limits, tuple(model.names)[1:]), _flange(model, root))
+    described = _gather(limits, tuple(model.names)[1:])
+    return Kinematics(model, described, _flange(model, root), doubts=tuple(urdf_doubts(root, where)))
 
 
 def movable_joints(text: str, where: str = "URDF") -> tuple[list[str], list[str]]:

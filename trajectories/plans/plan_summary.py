@@ -74,10 +74,15 @@ def run_cost(plan: Plan, cycle: float) -> str:
         cycle: Between commands [s].
     """
     seconds = plan.trajectory.duration
-    minutes = f" ({int(seconds) // 60} min {int(seconds) % 60} s)" if seconds >= LONG else ""
     by_joint = (BYTES / cycle + POSE_BYTES) * (seconds + AT_REST)
     size = 1e-6 * (HEAD_BYTES + len(plan.joints) * by_joint)
-    return f"{seconds:.0f} s{minutes}, a recording of about {size:.2g} MB"
+    return f"{duration_words(seconds)}, a recording of about {size:.2g} MB"
+
+
+def duration_words(seconds: float) -> str:
+    """A duration [s], in minutes too where it is long."""
+    minutes = f" ({int(seconds) // 60} min {int(seconds) % 60} s)" if seconds >= LONG else ""
+    return f"{seconds:.0f} s{minutes}"
 
 
 def use_table(plan: Plan, uses: Sequence[Use]) -> list[str]:

@@ -8,7 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from exidyn.acquire.arguments.run_length import check_length
 from exidyn.acquire.command_line import REFUSED, STOPPED, UNSAFE, main
+from exidyn.acquire.run.errors import NotAllowed
 from exidyn.acquire.terminal.confirm import UNATTENDED
 from exidyn.identify.recordings.mcap.mcap_file import read_recording
 from exidyn.identify.robot_files.robot_file import model_text
@@ -44,6 +46,7 @@ SERVOS = ["--driver", "feetech", "--set", "port=/dev/nowhere", "--set", "ids=[1,
         (["--current", "1", "2"], "--current has 2 values"),
         (["--tracking", "3600"], "with more than 59 degrees no stop of joint1 could act in time"),
         (["--com", "0", "0", "1"], "com given without --mass"),
+        (["--speed", "0.01"], "confirm a run of more than 1 h by --long"),
     ],
 )
 def test_what_cannot_be_is_refused_in_a_line_before_anything_else(arguments, more, words, capsys, tmp_path):
@@ -62,6 +65,33 @@ def test_a_speed_that_is_none_is_reported_without_a_page_of_usage(arguments, val
     printed = capsys.readouterr().err.splitlines()
     assert len(printed) == 1
     assert value in printed[-1]
+
+
+@pytest.mark.parametrize("degrees", ["1e9", "180.1", "inf"])
+def test_a_temperature_that_no_winding_bears_is_refused(arguments, degrees, capsys):
+    with pytest.raises(SystemExit) as ended:
+        main([*arguments, "--temperature", degrees])
+    assert ended.value.code == REFUSED
+    [line] = capsys.readouterr().err.splitlines()
+    assert "no winding bears more than 180" in line or degrees == "inf"
+
+
+@pytest.mark.parametrize(
+    ("planned", "speed", "long", "stated"),
+    [(20.0, 1.0, False, ""), (20.0, 0.1, False, "200 s (3 min 20 s) at 10 %"), (400.0, 0.1, True, "4000 s")],
+)
+def test_the_length_of_a_run_is_stated_before_it_is_checked(planned, speed, long, stated, capsys):
+    check_length(planned, speed, long)
+    printed = capsys.readouterr().err
+    assert stated in printed
+    assert len(printed.splitlines()) == bool(stated)
+
+
+@pytest.mark.parametrize("speed", [1.0, 0.1])
+def test_a_run_of_more_than_an_hour_has_to_be_meant(speed):
+    check_length(3600.0 * speed, speed, False)
+    with pytest.raises(NotAllowed, match=r"takes 3601 s \(60 min 1 s\)"):
+        check_length(3601.0 * speed, speed, False)
 
 
 def test_a_run_prints_where_it_is_and_what_to_do_with_it(arguments, capsys):

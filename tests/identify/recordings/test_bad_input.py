@@ -12,6 +12,7 @@ from exidyn.identify.recordings.recording import KnownPayload, Recording, Signal
 from exidyn.identify.robot_files.robot_file import model_text
 
 from ...parts.runs.parser_files import write_case
+from ...parts.runs.runs import HOSTILE, needs_hostile
 from ...parts.small.two_joint_files import loaded, of_another_arm, run, write
 
 RUN = run("run")
@@ -278,3 +279,11 @@ def test_several_runs_in_one_file_are_refused(folder, capsys):
     )
     assert text.endswith("Name a folder: --output one")
     assert not (folder / "one.mcap").exists()
+
+
+@needs_hostile
+@pytest.mark.parametrize("command", ["import", "identify"])
+def test_currents_in_milliamperes_are_refused(folder, capsys, command):
+    log, robot = HOSTILE / "ma_log" / "log.csv", HOSTILE / "ma_log" / "robot.toml"
+    line = refused([command, str(log), "--robot", str(robot), "-o", "out"], capsys)
+    assert "shoulder: 6.2e+04 N m in a twentieth of the samples, its limit is 200. It looks like mA" in line

@@ -1,9 +1,7 @@
 """Libraries in native code read in a process apart: what kills them is one line, and kills nothing else."""
 
-import os
 import signal
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,8 +11,8 @@ from exidyn.identify.errors import NotAFile
 from exidyn.identify.recordings.importers import read_apart, read_tables
 
 from ...parts.descendants import started, within
+from ...parts.runs.runs import HOSTILE, needs_hostile
 
-HOSTILE = Path(os.environ.get("EXIDYN_INPUTS", Path(__file__).parents[3] / "../shared/inputs")) / "hostile"
 PATIENCE = 60.0
 """Of a busy machine, until processes have started or ended [s]."""
 
@@ -97,7 +95,7 @@ def test_a_library_of_the_working_folder_is_not_imported(tmp_path, monkeypatch):
     np.testing.assert_array_equal(table.values, values)
 
 
-@pytest.mark.skipif(not HOSTILE.is_dir(), reason="no hostile inputs; set EXIDYN_INPUTS to their folder")
+@needs_hostile
 def test_a_matlab_file_that_kills_its_reader_is_refused(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(HOSTILE / "mat_segfault")
     for _ in range(5):  # it dies in more than one way

@@ -12,7 +12,7 @@ from exidyn.identify.errors import BadTime, BadUnit, NotFinite, RecordingError, 
 from exidyn.identify.model import Model
 from exidyn.identify.recordings.importers import import_source
 from exidyn.identify.recordings.recording import KnownPayload, Recording, Signal
-from exidyn.identify.recordings.recording_checks import check
+from exidyn.identify.recordings.recording_checks import check, check_recorded
 from exidyn.identify.recordings.units import joint_side
 
 TIME = np.arange(1000) * 0.002
@@ -235,6 +235,37 @@ def test_positions_beyond_the_limits_give_a_warning():
 def test_temperature_in_kelvin_is_recognised():
     with pytest.raises(BadUnit, match="looks like kelvin: subtract 273.15"):
         check(recording(temperature=np.full((len(TIME), 3), 310.0)))
+
+
+def with_drives(gain, limit):
+    robot = model(3, drive_gain=np.array(gain))
+    limits = replace(robot.robot.limits, torque=np.full(3, limit))
+    return replace(robot, robot=replace(robot.robot, limits=limits))
+
+
+def test_currents_in_milliamperes_are_recognised_by_the_torque_they_would_make():
+    driven = with_drives([-40.0, 40.0, 40.0], 200.0)
+    current = 2.0 * noise() * [1.0, 0.05, 1.0]
+    assert not check(replace(recording(current=current), model=driven)).warnings
+    with pytest.raises(BadUnit, match=r"joint1: 1\..e\+05 N m .* its limit is 200.*looks like mA"):
+        check(replace(recording(current=1e3 * current), model=driven))
+
+
+def test_a_torque_far_beyond_its_limit_is_recognised_and_a_peak_or_an_unknown_gain_is_not():
+    current = 300.0 * noise()
+    run = replace(recording(current=current), model=with_drives([2.0] * 3, 2.0))
+    torque = {"position": run.signals["position"], "torque": run.signals["current"]}
+    with pytest.raises(BadUnit, match="its limit is 2. Is the torque in another unit than N m"):
+        check(replace(run, signals=torque))
+    check(replace(recording(current=current), model=with_drives([1.0] * 3, 2.0)))  # 1: not known
+    peak = noise()
+    peak[50:55] = 1e4
+    check(replace(recording(current=peak), model=with_drives([2.0] * 3, 2.0)))
+
+
+def test_what_exidyn_recorded_itself_is_warned_of():
+    run = replace(recording(current=1e3 * noise()), model=with_drives([40.0] * 3, 200.0))
+    assert any("its limit is 200" in warning for warning in check_recorded(run).warnings)
 
 
 def test_clipped_currents_give_a_warning_joint_by_joint():

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from exidyn.drivers.errors import DriverError
-from exidyn.identify.errors import ExidynError
+from exidyn.identify.errors import ExidynError, RobotWarning
 
 from ..runs.parser_files import write
 from .fuzz_mutations import mutated
@@ -86,6 +86,7 @@ def _try(name: str, seed: int, folder: Path, outcome: Outcome) -> None:
     try:
         with bounded_time(), warnings.catch_warnings():
             warnings.simplefilter("error")
+            warnings.simplefilter("ignore", RobotWarning)  # a line for the user, as an error is
             PARSERS[name].read(folder, file)
         outcome.read += 1
     except (ExidynError, DriverError) as error:
