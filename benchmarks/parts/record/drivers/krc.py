@@ -3,9 +3,12 @@
 import json
 import re
 import socket
+import tempfile
 import time
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from exidyn.acquire.run.realtime import realtime
 
@@ -28,12 +31,23 @@ def timeouts(report: dict[str, Any]) -> int:
     return int("RSITimeout" in report["stopped"])
 
 
-def echo(folder: Path, seconds: float) -> dict[str, Any]:
-    """What the controller counts when each telegram is answered by the fewest lines of Python.
+def latencies(report: dict[str, Any]) -> np.ndarray:
+    """Time from each telegram to its answer as the controller measures it, shape (t,) [s]."""
+    return 1e-6 * np.array(report["latencies_us"])
+
+
+def echo(seconds: float) -> tuple[np.ndarray, int]:
+    """Latencies where the fewest lines of Python answer each telegram, and answers that came too late.
 
     In real time and on the processor of our loop, with the arm held where it stands.
     """
-    config = rsi_config(folder)
+    with tempfile.TemporaryDirectory() as folder:
+        counted = _session(rsi_config(Path(folder)), seconds)
+    return latencies(counted), counted["late"]
+
+
+def _session(config: Path, seconds: float) -> dict[str, Any]:
+    """What the controller counts."""
     address = "127.0.0.1", int(re.findall(r"<PORT>(\d+)", config.read_text())[0])
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as link, krc(config) as peer:
         link.bind(address)

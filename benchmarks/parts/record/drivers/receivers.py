@@ -18,6 +18,7 @@ import numpy as np
 from common import imports_as_here
 
 from exidyn.acquire.run.realtime import realtime
+from exidyn.drivers.franka.fci_limits import CYCLE
 
 from ..controllers import controller
 from .processors import move_away, on_the_loops
@@ -31,8 +32,8 @@ FIRST = 5
 """One part in so many of a session is the first."""
 
 
-def rtde(seconds: float) -> np.ndarray:
-    """Lateness of each package of a Universal Robots controller, at a receiver in Python, shape (t,) [s]."""
+def rtde(seconds: float) -> tuple[np.ndarray, int]:
+    """Lateness of each package of a Universal Robots controller, shape (t,) [s]; how many missed a cycle."""
     with (
         tempfile.TemporaryDirectory() as folder,
         controller("ur_rtde", Path(folder)) as (driver, peer),
@@ -49,7 +50,7 @@ def rtde(seconds: float) -> np.ndarray:
             ):
                 link.sendall(HEAD.pack(HEAD.size + len(body), kind) + body)
                 link.recv(4096)
-            return late(_packages(link, time.monotonic() + seconds))
+            return late(_packages(link, time.monotonic() + seconds), given.cycle)
 
 
 def _packages(link: socket.socket, end: float) -> list[float]:
@@ -62,8 +63,8 @@ def _packages(link: socket.socket, end: float) -> list[float]:
     return behind
 
 
-def fci(seconds: float) -> np.ndarray:
-    """Lateness of each state of a Franka controller, at a receiver in Python, shape (t,) [s]."""
+def fci(seconds: float) -> tuple[np.ndarray, int]:
+    """Lateness of each state of a Franka controller, shape (t,) [s], and how many missed a cycle."""
     with (
         tempfile.TemporaryDirectory() as folder,
         controller("franka", Path(folder)) as (driver, peer),
@@ -72,7 +73,7 @@ def fci(seconds: float) -> np.ndarray:
         move_away(peer.process.pid)
         command = [sys.executable, "-P", "-m", __name__, driver.settings.address, str(seconds)]
         done = subprocess.run(command, stdout=subprocess.PIPE, env=imports_as_here(), check=True)
-        return late(np.frombuffer(done.stdout).tolist())
+        return late(np.frombuffer(done.stdout).tolist(), CYCLE)
 
 
 def _states(address: str, seconds: float) -> None:
@@ -89,13 +90,14 @@ def _states(address: str, seconds: float) -> None:
     sys.stdout.buffer.write(np.array(behind).tobytes())
 
 
-def late(behind: list[float]) -> np.ndarray:
-    """By how much each came later after its time stamp than the quickest, shape (t,) [s].
+def late(behind: list[float], cycle: float) -> tuple[np.ndarray, int]:
+    """By how much each came later after its stamp than the quickest, shape (t,) [s]; how many by a cycle.
 
     The first are left out: a peer stands still for a while when a client connects, clock and all.
     """
     settled = np.array(behind[len(behind) // FIRST :])
-    return settled - settled.min()
+    settled -= settled.min()
+    return settled, int(np.sum(settled > cycle))
 
 
 if __name__ == "__main__":

@@ -2,7 +2,7 @@
 
 import tempfile
 import time
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -18,12 +18,15 @@ from ..controllers import ARMS, CONTROLLERS, NoBus, controller
 from ..motion import COBOT, job
 from ..run import Ran, cpu_time, run
 from .floor import Floor, floor
-from .krc import echo, report, timeouts
+from .krc import echo, latencies, report, timeouts
 from .processors import APART, move_away, on_the_loops
 from .receivers import fci, rtde
 
-RECEIVERS = {"ur_rtde": rtde, "franka": fci}
-"""Floors of drivers whose controller has the clock; that of kuka_rsi answers, too."""
+SESSIONS = {"kuka_rsi": echo, "ur_rtde": rtde, "franka": fci}
+"""Floors of drivers whose controller has the clock."""
+STAMPED = ("ur_rtde", "franka")
+"""Those whose lateness is counted from the controller's time stamps. A peer's clock stands still where the
+peer does, after which all is late by as much: the quickest is looked for anew in each block."""
 
 HEADER = [
     "driver", "cycle ms", "cycles", "missed", "floor's", "late p50 us", "p99 us", "max us", "floor p50 us",
@@ -45,13 +48,14 @@ MEANING = f"""\
             stopped by them; here it is not, so that they can be counted
   late      from the deadline of a cycle until the loop runs; for the mock, that includes its own arithmetic
   kuka_rsi  from a telegram until the controller has the answer, as the controller measures it
-  ur_rtde   from a package's time stamp until the loop runs, over the quickest; the controller's own lateness
-            and the network are in it. So are those of franka, whose states wait while the loop is late
+  ur_rtde   from a package's time stamp until the loop runs, over the quickest of the same part of the run;
+            the controller's own lateness and the network are in it. So are those of franka, whose states pass
+            through a process of the driver's on the same processor, and wait while the loop is late
   floor     the same for a loop in {{}} that does nothing, at the same time and cycle, on the loop's processor
             and one priority above, so that it shows the machine and never waits for the loop. Where the
-            controller has the clock, a session before with another such controller, in real time on the same
-            processor: for kuka_rsi six lines of Python that answer, for ur_rtde and franka as many that take
-            in what comes
+            controller has the clock, sessions with other such controllers, one before and one after, in real
+            time on the same processor: for kuka_rsi six lines of Python that answer, for ur_rtde and franka
+            as many that take in what comes
   p99       of lateness: the median of the p99 of {BLOCKS} parts of the run, likewise for the floor: one burst
             of a machine that others use too does not decide. p50 and max are of the whole run
   work      of the loop's thread in a cycle, driver and loop together, without waiting; p99 of the whole run
@@ -113,26 +117,32 @@ def measure(name: str, seconds: float, folder: Path) -> Measured:
     Raises:
         NoBus: This machine has no such bus.
     """
-    if name in RECEIVERS:
-        bare_late = RECEIVERS[name](seconds)
-    bare_krc = echo(folder, seconds) if name == "kuka_rsi" else {}
     watch, settings = patient(name)
     work = job(seconds, ARMS.get(name, COBOT), watch=watch)
+    session = SESSIONS.get(name)
+    sessions = [session(0.5 * seconds)] if session else []
     with controller(name, folder, **settings) as (driver, peer), on_the_loops():
         if peer:
             move_away(peer.process.pid)
-        beside = nullcontext(Floor("")) if bare_krc or name in RECEIVERS else floor(cycle_of(driver))
+        beside = nullcontext(Floor("Python")) if session else floor(cycle_of(driver))
         during = _times(driver)
-        before = cpu_time(peer.process.pid) if peer else 0.0
+        used = cpu_time(peer.process.pid) if peer else 0.0
         with beside as bare:
             ran = run(driver, work, folder / f"{name}.mcap", started=move_away)
-        used = cpu_time(peer.process.pid) - before if peer else 0.0
-        krc = report(peer) if bare_krc and peer else {}
-    if bare_krc:
-        return Measured(ran, _of_krc(krc), _of_krc(bare_krc), bare_krc["late"], used, krc, "Python")
-    what, bare_late = ("Python", bare_late) if name in RECEIVERS else (bare.what, bare.lateness(*during))
-    missed = int(np.sum(bare_late // cycle_of(driver)))
-    return Measured(ran, _of(ran.outcome.counts.lateness), _of(bare_late), missed, used, {}, what)
+        used = cpu_time(peer.process.pid) - used if peer else 0.0
+        krc = report(peer) if name == "kuka_rsi" and peer else {}
+    late = latencies(krc) if krc else ran.outcome.counts.lateness
+    sessions += [session(0.5 * seconds)] if session else [slept(bare, during, cycle_of(driver))]
+    floors = np.concatenate([one for one, _ in sessions])
+    missed = sum(count for _, count in sessions)
+    stamped = name in STAMPED
+    return Measured(ran, _of(late, stamped), _of(floors, stamped), missed, used, krc, bare.what)
+
+
+def slept(bare: Floor, during: Sequence[float], cycle: float) -> tuple[np.ndarray, int]:
+    """Lateness of a floor's ticks between two times, shape (t,) [s], and how many cycles it slept through."""
+    lateness = bare.lateness(*during)
+    return lateness, int(np.sum(lateness // cycle))
 
 
 def _times(driver: Driver) -> list[float]:
@@ -157,15 +167,13 @@ def cycle_of(driver: Driver) -> float:
     return float(getattr(driver.settings, "cycle", 0.001))
 
 
-def _of(lateness: Any) -> tuple[float, float, float]:
-    """Median, 99th percentile by blocks, and largest [us]."""
-    every = 1e6 * np.asarray(lateness)
-    p99 = np.median([np.percentile(block, 99) for block in np.array_split(every, BLOCKS)])
+def _of(lateness: Any, stamped: bool) -> tuple[float, float, float]:
+    """Median, 99th percentile by blocks, and largest [us]; if stamped, over the quickest of each block."""
+    blocks = np.array_split(1e6 * np.asarray(lateness), BLOCKS)
+    blocks = [block - block.min() for block in blocks] if stamped else blocks
+    p99 = np.median([np.percentile(block, 99) for block in blocks])
+    every = np.concatenate(blocks)
     return float(np.median(every)), float(p99), float(every.max())
-
-
-def _of_krc(report: dict[str, Any]) -> tuple[float, float, float]:
-    return _of(1e-6 * np.array(report["latencies_us"]))
 
 
 def measure_all(seconds: float, folder: Path, drivers: Collection[str]) -> dict[str, Measured]:
