@@ -2,6 +2,7 @@ import os
 import subprocess
 import sys
 import threading
+import time
 import tty
 
 import pytest
@@ -110,3 +111,48 @@ def test_the_latency_of_an_adapter_is_found(tmp_path):
     (tmp_path / "ttyUSB7" / "latency_timer").write_text("16\n")
     assert adapter_latency("/dev/ttyUSB7", tmp_path) == pytest.approx(0.016)
     assert adapter_latency("/dev/ttyACM0", tmp_path) == 0.0
+
+
+def come(master, port, data):
+    """Send to a port, and wait until it has all."""
+    os.write(master, data)
+    while port.waiting < len(data):
+        time.sleep(0.001)
+
+
+@pytest.mark.parametrize("direct", [True, False])
+def test_a_port_reports_whether_a_read_had_to_wait(line, direct):
+    master, name = line
+    port = SerialPort(name, 1_000_000, 5.0)
+    port._direct = direct  # not so on Windows
+    come(master, port, b"abcdef")
+    assert port.read(3) == b"abc"
+    assert not port.waited
+    later = threading.Timer(0.02, os.write, (master, b"gh"))
+    later.start()
+    assert port.read(5) == b"defgh"
+    assert port.waited
+    later.join()
+    port.be_patient(0.01)
+    assert port.read(1) == b""
+    come(master, port, b"ijk")
+    assert port.drain() == 3
+    port.write(b"question")
+    assert os.read(master, 100) == b"question"
+    port.close()
+
+
+@pytest.mark.parametrize("direct", [True, False])
+def test_all_bytes_of_a_long_packet_are_sent(line, direct):
+    master, name = line
+    port = SerialPort(name, 1_000_000, 5.0)
+    port._direct = direct
+    packet = bytes(range(256)) * 256  # more than a terminal takes at once
+    sender = threading.Thread(target=port.write, args=(packet,))
+    sender.start()
+    came = b""
+    while len(came) < len(packet):
+        came += os.read(master, 65536)
+    sender.join()
+    assert came == packet
+    port.close()
