@@ -282,9 +282,9 @@ class Lateness(Monitor):
         return Stop(StopLevel.BRAKE, "lateness", text, "", float(missed), self._share, "")
 
 
-CLOCK_WINDOW = 0.1
-"""Time over which the controller's clock is held against the host's [s]: twice the longest stall that a run
-goes on after."""
+CLOCK_WINDOW = 2.0
+"""Time over which the controller's clock is held against the host's, over the longest stall that a run goes on
+after [-]."""
 CLOCK_RATE = 0.5
 """Of the host's rate, below which the controller's clock does not keep time [-]: clocks differ by 1e-4, and a
 sample that is late by the longest stall makes two thirds of the window."""
@@ -297,10 +297,12 @@ class ControllerClock(Monitor):
 
     Args:
         cycle: Time between exchanges [s].
+        stall: Longest time without one [s].
     """
 
-    def __init__(self, cycle: float) -> None:
-        self._times = deque[tuple[int, int]](maxlen=max(round(CLOCK_WINDOW / cycle), CLOCK_CYCLES) + 1)
+    def __init__(self, cycle: float, stall: float) -> None:
+        window = max(round(CLOCK_WINDOW * stall / cycle), CLOCK_CYCLES)
+        self._times = deque[tuple[int, int]](maxlen=window + 1)
         self._count = 0
 
     def look(self, sample: Sample, sent: Command | None) -> Stop | None:

@@ -94,7 +94,7 @@ def _monitors(
     return (
         monitors.DriveFault(),
         monitors.Silence(joints, watch.silent_cycles(cycle)),
-        monitors.ControllerClock(cycle),
+        monitors.ControllerClock(cycle, watch.stall),
         monitors.Tracking(joints, far, long, tracking_error, unit),
         monitors.Outside(joints, limits.position_lower, limits.position_upper, outside, long, unit),
         monitors.Speed(joints, speed, max(round(0.02 / cycle), 2), cycle, unit),

@@ -136,7 +136,7 @@ def clocks(rate, cycle=0.008, late=(), seconds=5.0):
 @pytest.mark.parametrize("cycle", [0.001, 0.002, 0.008, 0.012])
 @pytest.mark.parametrize("rate", [0.0, -1.0, 0.3])
 def test_a_controllers_clock_that_does_not_go_on_is_a_quick_stop(rate, cycle):
-    number, stop = first_stop(ControllerClock(cycle), clocks(rate, cycle))
+    number, stop = first_stop(ControllerClock(cycle, 0.05), clocks(rate, cycle))
     assert (stop.kind, stop.level.name) == ("controller clock", "QUICK")
     assert number * cycle < 0.2
 
@@ -145,9 +145,9 @@ def test_a_controllers_clock_that_does_not_go_on_is_a_quick_stop(rate, cycle):
 def test_samples_that_are_late_are_no_fault_of_the_clock(cycle):
     late = [0.05, *[0.0] * 10, 0.02, *[0.0] * 5]
     for rate in (0.9999, 1.0001):
-        assert first_stop(ControllerClock(cycle), clocks(rate, cycle, late)) is None
+        assert first_stop(ControllerClock(cycle, 0.05), clocks(rate, cycle, late)) is None
 
 
 def test_cycles_in_which_nothing_came_say_nothing_of_the_clock():
     silent = [(seen(stale=np.ones(2, bool), host_time=k * 8_000_000), None) for k in range(200)]
-    assert first_stop(ControllerClock(0.008), silent) is None
+    assert first_stop(ControllerClock(0.008, 0.05), silent) is None
