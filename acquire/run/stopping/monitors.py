@@ -283,8 +283,8 @@ class Lateness(Monitor):
 
 
 CLOCK_WINDOW = 2.0
-"""Time over which the controller's clock is held against the host's, over the longest stall that a run goes on
-after [-]."""
+"""Time over which the controller's clock is held against the host's, over the longest stall that is borne
+[-]."""
 CLOCK_RATE = 0.5
 """Of the host's rate, below which the controller's clock does not keep time [-]: clocks differ by 1e-4, and a
 sample that is late by the longest stall makes two thirds of the window."""
