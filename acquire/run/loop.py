@@ -16,7 +16,7 @@ from exidyn.drivers.values import any_of, checked
 from exidyn.trajectories.trajectory import Trajectory
 
 from .pipe.frames import STAGES, Event, event_frame, sample_frame
-from .pipe.pipe_sink import Sink
+from .pipe.pipe_sink import Nobody, Sink
 from .player import BRAKING, LISTENING, Player
 from .stopping.command_check import CommandCheck
 from .stopping.escalation import escalate, state_of
@@ -263,24 +263,7 @@ class Loop:
             try:
                 sink.put(frame)
             except Exception as error:  # none should; the arm is watched on without it
-                self._sinks[place] = _Broken(of_failure(error))
-
-
-class _Broken:
-    """In place of a sink that has failed.
-
-    Args:
-        failure: Why.
-    """
-
-    def __init__(self, failure: str) -> None:
-        self.failure = failure
-
-    def put(self, frame: bytes) -> None:
-        """Nobody takes it."""
-
-    def close(self) -> None:
-        """Nothing waits."""
+                self._sinks[place] = Nobody(of_failure(error))
 
 
 def of_failure(error: BaseException) -> str:

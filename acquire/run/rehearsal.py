@@ -11,19 +11,7 @@ from .arms import make_driver, simulated_arm
 from .errors import NotAllowed
 from .perform import Job, Outcome, perform
 from .pipe.frames import END, text_frame
-from .pipe.pipe_sink import Sink
-
-
-class Unrecorded:
-    """In place of the recorder."""
-
-    failure = ""
-
-    def put(self, frame: bytes) -> None:
-        """Nobody takes it."""
-
-    def close(self) -> None:
-        """Nothing waits."""
+from .pipe.pipe_sink import Nobody, Sink
 
 
 def rehearse(job: Job, model: Model, cycle: float, payload: str = "", shown: Sequence[Sink] = ()) -> Outcome:
@@ -45,7 +33,7 @@ def rehearse(job: Job, model: Model, cycle: float, payload: str = "", shown: Seq
     driver = make_driver("mock", settings, model.robot, plant)
     watch = replace(job.watch, temperature=float("inf"))  # the temperature of the real arm is unknown
     with ExitStack() as stack:
-        sinks = [stack.enter_context(closing(sink)) for sink in (Unrecorded(), *shown)]
+        sinks = [stack.enter_context(closing(sink)) for sink in (Nobody(), *shown)]
         outcome = perform(driver, replace(job, settle=cycle, watch=watch), sinks)
         for sink in sinks:
             sink.put(text_frame(END, {}))

@@ -48,6 +48,23 @@ class Sink(Protocol):
         """Wait until all is written or shown."""
 
 
+class Nobody:
+    """A sink without a process: in place of a recorder that is not wanted, or of a sink that has failed.
+
+    Args:
+        failure: Why; empty where none is wanted.
+    """
+
+    def __init__(self, failure: str = "") -> None:
+        self.failure = failure
+
+    def put(self, frame: bytes) -> None:
+        """Drop the frame."""
+
+    def close(self) -> None:
+        """Nothing waits."""
+
+
 class PipeSink:
     """Hands frames to a process of its own; see `Sink`. A context manager that closes it.
 

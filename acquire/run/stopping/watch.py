@@ -8,6 +8,7 @@ from exidyn.drivers import Command, Info, Sample
 from exidyn.identify.arm.robot import Robot
 
 from . import monitors
+from .controller_clock import ControllerClock
 from .stop import Stop, harder
 
 
@@ -94,7 +95,7 @@ def _monitors(
     return (
         monitors.DriveFault(),
         monitors.Silence(joints, watch.silent_cycles(cycle)),
-        monitors.ControllerClock(cycle, watch.stall),
+        ControllerClock(cycle, watch.stall),
         monitors.Tracking(joints, far, long, tracking_error, unit),
         monitors.Outside(joints, limits.position_lower, limits.position_upper, outside, long, unit),
         monitors.Speed(joints, speed, max(round(0.02 / cycle), 2), cycle, unit),

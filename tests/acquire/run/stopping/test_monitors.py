@@ -3,8 +3,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from exidyn.acquire.run.stopping.controller_clock import ControllerClock
 from exidyn.acquire.run.stopping.monitors import (
-    ControllerClock,
     Lateness,
     Outside,
     Silence,
