@@ -28,6 +28,8 @@ TICK = 0.04
 """Of the motion [s]: a whole number of all controllers' cycles."""
 ALONG = 1.0
 """Time from where a controller takes commands until it misbehaves [s]: in the middle of the motion."""
+REAL_TIME = ("--fifo", 70)
+"""Of peers, where it is allowed: a controller has a computer of its own."""
 ATTEMPTS = 3
 """At a case."""
 PATIENCE = 120.0
@@ -88,7 +90,7 @@ def ur(folder):
 
 @contextmanager
 def _ur(folder):
-    with Peer("ur_controller.py", "--series", "cb3") as peer:
+    with Peer("ur_controller.py", "--series", "cb3", *REAL_TIME) as peer:
         given = ur_settings(peer.address) | {"cycle": 0.008, "dead_man": 2.0}
         yield peer, controller_file(folder, "ur_rtde", given), "program started"
 
@@ -100,7 +102,7 @@ def krc(*faults):
         start = ",".join(map(str, POSE))
         given = {"controller": "127.0.0.1", "config": str(config), "wait": 20.0, "timeout": 500}
         given |= {"window_lower": -360.0, "window_upper": 360.0, "overall": 360.0, "probe": False}
-        wide = ("--axiscorr", 360, "--axiscorrmon", 360, "--timeout", 500, "--seconds", 90)
+        wide = ("--axiscorr", 360, "--axiscorrmon", 360, "--timeout", 500, "--seconds", 90, *REAL_TIME)
         with rsi_controller.running(config, *wide, "--start", start, *faults) as peer:
             yield peer, controller_file(folder, "kuka_rsi", given), ""
 
@@ -110,7 +112,7 @@ def krc(*faults):
 def can(fault):
     @contextmanager
     def cell(folder):
-        with can_peer("can_nodes.py", "--robot", "cobot", "--lockstep", "--fault", fault) as peer:
+        with can_peer("can_nodes.py", "--robot", "cobot", "--lockstep", "--fifo", "--fault", fault) as peer:
             given = canopen_settings(peer.address) | {"cycle": 0.01, "dead_man": 2.0, "heartbeat": 0.2}
             yield peer, controller_file(folder, "canopen_402", given), ""
 
