@@ -84,11 +84,11 @@ def after(outcome: Outcome) -> str:
             f"largest {1e3 * late['lateness_max']:.3f} ms"
         )
     if work:
-        by_driver = percentiles("work", counts.driver_work)
-        lines.append(
-            f"work per cycle median {1e3 * work['work_p50']:.3f}, 99 % {1e3 * work['work_p99']:.3f}, largest "
-            f"{1e3 * work['work_max']:.3f} ms of processor time; the driver's median "
-            f"{1e3 * by_driver['work_p50']:.3f} ms"
+        median, most = 1e3 * work["work_p50"], 1e3 * work["work_max"]
+        by_driver = 1e3 * percentiles("work", counts.driver_work)["work_p50"]
+        lines += paragraph(
+            f"processor time per cycle: median {median:.3f} ({by_driver:.3f} in the driver), "
+            f"99 % {1e3 * work['work_p99']:.3f}, largest {most:.3f} ms"
         )
     if outcome.unsafe:
         lines += paragraph(outcome.unsafe)
