@@ -8,7 +8,7 @@ each is off from it by a factor of its own.
 from collections.abc import Sequence
 
 import numpy as np
-from scipy import stats
+from scipy import fft, stats
 
 FREEDOM = 4.0
 """Degrees of freedom of a block's variance about the common one: it is within a factor of three, mostly."""
@@ -80,9 +80,10 @@ def independent_share(
         effect: Likewise; as slow as the residual where it is zero everywhere, or not given.
     """
     own = autocorrelation(residual, runs, rate)
-    other = (
-        own if effect is None else np.where(np.any(effect, axis=0), autocorrelation(effect, runs, rate), own)
-    )
+    other = own.copy()
+    if effect is not None:
+        acting = np.any(effect, axis=0)
+        other[:, acting] = autocorrelation(effect[:, acting], runs, rate)
     found = np.ones(residual.shape[1])
     for joint, (one, two) in enumerate(zip(own.T, other.T, strict=True)):
         below = np.flatnonzero(one < FORGOTTEN)
@@ -98,8 +99,9 @@ def autocorrelation(values: np.ndarray, runs: Sequence[slice], rate: float) -> n
     products = np.zeros((count, values.shape[1]))
     for rows in runs:
         own = values[rows]
-        power = np.abs(np.fft.rfft(own, 2 * len(own), axis=0)) ** 2
-        lags = np.fft.irfft(power, axis=0)[: min(count, len(own))]
+        size = fft.next_fast_len(2 * len(own), real=True)  # twice a prime takes several times as long
+        power = np.abs(fft.rfft(own, size, axis=0)) ** 2
+        lags = fft.irfft(power, size, axis=0)[: min(count, len(own))]
         products[: len(lags)] += lags
     return products / np.maximum(products[0], 1e-300)
 

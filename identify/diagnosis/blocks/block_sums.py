@@ -61,6 +61,18 @@ class BlockSums:
             right[:, acting] += own * self.right[joint]
         return gram, right
 
+    def left(self, values: np.ndarray) -> np.ndarray:
+        """What unknowns (b,) leave of the torque, zero where a row does not count, shape (r, n) [N m]."""
+        every = zip(self.columns, self.torque, self.acting, strict=True)
+        return np.stack([y - own @ values[acting] for own, y, acting in every], axis=1)
+
+    def mixed(self, torque: np.ndarray, count: int) -> np.ndarray:
+        """Products of the columns of all unknowns with another torque (r, n), shape (b,)."""
+        found = np.zeros(count)
+        for own, acting, y in zip(self.columns, self.acting, torque.T, strict=True):
+            found[acting] += own.T @ y
+        return found
+
     def errors(self, values: np.ndarray) -> np.ndarray:
         """Sums of squares that values (k, b), one set for each block, leave of it, shape (k, n)."""
         found = np.zeros(self.counts.shape)

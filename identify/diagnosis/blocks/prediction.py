@@ -78,7 +78,7 @@ class Prediction:
             variance = np.sum(now.errors * weighting.trust, axis=0) / total + 1e-30
             settled = np.all(np.abs(np.log(variance / weighting.variance)) < SETTLED)
             # Runs that are only predicted do not show what others are worth.
-            independent = now._independent(now.residual * fitted[blocks.number])
+            independent = now._independent(sums.left(now.values) * fitted[blocks.number])
             trusted = trust(independent * now.errors * fitted, independent * counts * fitted) * fitted
             first = turn == 0 and near is None
             weighting = Weighting(variance, weighting.trust if first else trusted, independent)
@@ -201,22 +201,18 @@ class Prediction:
         """Of predicted errors (..., k, n), where so many of the rows are independent (n,)."""
         return common_variance(independent * errors, independent * self.sums.counts)
 
-    def leaving(self, torque: np.ndarray) -> np.ndarray:
+    def _leaving(self, torque: np.ndarray) -> np.ndarray:
         """Residual with further torque (r, n) that is explained, all unknowns solved anew, shape (r, n)."""
-        weight = self.weighting.weight[self.blocks.number] * self.rows.weight
-        mixed = np.zeros(len(self.rows.std))
-        for joint, acting in enumerate(self.rows.acting):
-            mixed[acting] += self.rows.columns[:, joint, acting].T @ (weight[:, joint] * torque[:, joint])
-        return self.residual - torque + self.rows.columns @ solve(self.factor, mixed)
+        mixed = self.sums.mixed(self.weighting.weight[self.blocks.number] * torque, len(self.rows.std))
+        return self.sums.left(self.values - solve(self.factor, mixed)) - torque
 
     def _independent(self, residual: np.ndarray, effect: np.ndarray | None = None) -> np.ndarray:
-        weight = self.rows.weight
-        effect = None if effect is None else effect * weight
-        return independent_share(residual * weight, self.rows.runs, self.rate, effect)
+        return independent_share(residual, self.rows.runs, self.rate, effect)
 
     def independent_of(self, torque: np.ndarray) -> np.ndarray:
         """Independent rows over all rows for further torque (r, n) that is explained, shape (n,)."""
-        return self._independent(self.leaving(torque), torque)
+        counting = torque * self.rows.weight
+        return self._independent(self._leaving(counting), counting)
 
 
 def rms_torque(columns: np.ndarray) -> np.ndarray:
