@@ -11,7 +11,6 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-import pinocchio as pin
 
 from ...effects import Effect, KinematicCoupling, Shape
 from ...model import Model
@@ -19,6 +18,7 @@ from ..findings.finding import Finding
 from ..findings.kind import Kind
 from ..questions.candidate import UNNAMED, Candidate
 from ..runs.driven import Driven
+from ..runs.tangent import link_torque
 from .parts.motors import on_motors
 from .parts.of_effect import of_effect
 
@@ -63,7 +63,7 @@ def _elsewhere(model: Model, motor: int, other: int, ratio: float) -> Candidate:
     back[motor, other] = -ratio
 
     def columns(run: Driven) -> np.ndarray:
-        more = links(run, back) @ back - links(run, np.eye(len(back)))
+        more = links(run, back) @ back - run.of_links
         return on_motors(model.robot, more[:, :, None])
 
     def reshaped(given: Mapping[str, float]) -> Candidate:
@@ -79,9 +79,9 @@ def _elsewhere(model: Model, motor: int, other: int, ratio: float) -> Candidate:
 
 def links(run: Driven, back: np.ndarray) -> np.ndarray:
     """Torque of the nominal bodies, shape (t, n) [N m], where joints are the motors' angles times (n, n)."""
-    data, motion = run.bodies.createData(), run.motion
+    motion = run.motion
     states = (one @ back.T for one in (motion.position, motion.velocity, motion.acceleration))
-    return np.array([pin.rnea(run.bodies, data, *state) for state in zip(*states, strict=True)])
+    return link_torque(run.bodies, *states)
 
 
 def _derived(finding: Finding, known: Mapping[str, Any]) -> dict[str, Any]:

@@ -12,7 +12,7 @@ from ...model import Model
 from ...preparation.prepare import Filtering, Prepared, prepare
 from ...recordings.recording import Recording
 from ...simulation.plant.bodies_apart import bodies_apart
-from .tangent import Tangent, tangent
+from .tangent import Tangent, link_torque, tangent
 
 SMOOTH = 4.0
 """Samples a period of that cut-off which hold products of motions: twice what their band needs."""
@@ -83,6 +83,11 @@ class Driven:
     def most(self) -> np.ndarray:
         """Largest torque of each joint, shape (n,) [N m]."""
         return np.max(np.abs(self.torque), axis=0) if self.peak is None else self.peak
+
+    @cached_property
+    def of_links(self) -> np.ndarray:
+        """Torque of its links, moving as was recorded, shape (t, n) [N m]."""
+        return link_torque(self.bodies, self.motion.position, self.motion.velocity, self.motion.acceleration)
 
     @cached_property
     def tangent(self) -> Tangent:

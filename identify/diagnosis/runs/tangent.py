@@ -49,3 +49,12 @@ def tangent(kinematics: pin.Model, motion: Motion) -> Tangent:
         found[place] = pin.computeRNEADerivatives(kinematics, data, *state)
     every = interpolate.CubicSpline(knots, found)(np.arange(len(motion)))
     return Tangent(*np.ascontiguousarray(np.moveaxis(every, (1, 3), (0, 1))))
+
+
+def link_torque(
+    kinematics: pin.Model, position: np.ndarray, velocity: np.ndarray, acceleration: np.ndarray
+) -> np.ndarray:
+    """Torque (t, n) [N m] of the bodies of a Pinocchio model, moving so, each (t, n)."""
+    data = kinematics.createData()
+    states = zip(position, velocity, acceleration, strict=True)
+    return np.array([pin.rnea(kinematics, data, *state) for state in states])
