@@ -1,7 +1,7 @@
 """Sums of products of columns and torques over each block and joint, from which blocks can be left out."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -47,6 +47,24 @@ class BlockSums:
             np.array([rows.weight[piece].sum(axis=0) for piece in blocks.rows]),
         )
 
+    def plus(self, rows: Rows, count: int) -> "BlockSums":
+        """Of rows with more unknowns behind the first `count`, whose products are known."""
+        acting = rows.acting
+        more = [
+            rows.columns[:, j, own[own >= count]] * rows.weight[:, j, None] for j, own in enumerate(acting)
+        ]
+        every = list(zip(self.columns, more, self.torque, self.gram, self.right, strict=True))
+        return replace(
+            self,
+            acting=acting,
+            columns=[np.concatenate([own, new], axis=1) for own, new, *_ in every],
+            gram=[_bordered(self.pieces, own, new, gram) for own, new, _, gram, _ in every],
+            right=[
+                np.concatenate([right, by_block(self.pieces, new, y)], axis=1)
+                for _, new, y, _, right in every
+            ],
+        )
+
     @property
     def square(self) -> np.ndarray:
         """Sum of squares of the torque of each block and joint, shape (k, n) [(N m)^2]."""
@@ -86,3 +104,11 @@ class BlockSums:
 def by_block(pieces: Sequence[slice], one: np.ndarray, other: np.ndarray) -> np.ndarray:
     """Products one' other over the rows of each block: (r, a) and (r, ...) give (k, a, ...)."""
     return np.stack([one[piece].T @ other[piece] for piece in pieces])
+
+
+def _bordered(pieces: Sequence[slice], own: np.ndarray, new: np.ndarray, gram: np.ndarray) -> np.ndarray:
+    """Products of columns with themselves (k, a, a), from those (k, b, b) of the first of them."""
+    mixed = by_block(pieces, own, new)
+    above = np.concatenate([gram, mixed], axis=2)
+    below = np.concatenate([mixed.transpose(0, 2, 1), by_block(pieces, new, new)], axis=2)
+    return np.concatenate([above, below], axis=1)

@@ -63,9 +63,19 @@ class Prediction:
     weighting: Weighting
 
     @classmethod
-    def of(cls, rows: Rows, blocks: Blocks, rate: float, near: Weighting | None = None) -> "Prediction":
-        """With noise and trust as estimated from the rows, searched from those of a like model on."""
-        sums = BlockSums.of(rows, blocks)
+    def of(
+        cls,
+        rows: Rows,
+        blocks: Blocks,
+        rate: float,
+        near: Weighting | None = None,
+        sums: BlockSums | None = None,
+    ) -> "Prediction":
+        """With noise and trust as estimated from the rows, searched from those of a like model on.
+
+        Products over the blocks are formed where they are not given.
+        """
+        sums = sums or BlockSums.of(rows, blocks)
         fitted, counts = blocks.fitted[:, None].astype(float), sums.counts
         total = np.maximum((counts * fitted).sum(axis=0), 1.0)
         weighting = near or Weighting(

@@ -3,11 +3,13 @@
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
 from ...model import Model
 from ...positive_definite import solve
+from ..blocks.block_sums import BlockSums
 from ..blocks.blocks import Blocks
 from ..blocks.prediction import CERTAIN, Prediction, factored
 from ..candidates import candidates
@@ -86,7 +88,14 @@ class Problem:
 
     def prediction(self, found: Sequence[Answer], near: Prediction | None = None) -> Prediction:
         """With the columns of what was found, its noise searched from that of a like prediction on."""
-        return _predicted(with_found(self.rows, found), self.blocks, self.runs, near)
+        rows = with_found(self.rows, found)
+        sums = self._sums.plus(rows, len(self.rows.std)) if found else self._sums
+        return _predicted(rows, self.blocks, self.runs, near, sums)
+
+    @cached_property
+    def _sums(self) -> BlockSums:
+        """Products that stay the same whatever is found."""
+        return BlockSums.of(self.rows, self.blocks)
 
     @property
     def stated(self) -> np.ndarray:
@@ -149,7 +158,11 @@ def with_found(rows: Rows, found: Sequence[Answer]) -> Rows:
 
 
 def _predicted(
-    rows: Rows, blocks: Blocks, runs: Sequence[Driven], near: Prediction | None = None
+    rows: Rows,
+    blocks: Blocks,
+    runs: Sequence[Driven],
+    near: Prediction | None = None,
+    sums: BlockSums | None = None,
 ) -> Prediction:
     rate, weighting = runs[0].prepared.decimation.output_rate, near.weighting if near else None
-    return Prediction.of(rows, blocks, rate, weighting)
+    return Prediction.of(rows, blocks, rate, weighting, sums)
