@@ -33,37 +33,31 @@ class BlockSums:
 
     @classmethod
     def of(cls, rows: Rows, blocks: Blocks) -> "BlockSums":
-        """Of all rows."""
-        joints = range(rows.difference.shape[1])
-        columns = [rows.columns[:, j, rows.acting[j]] * rows.weight[:, j, None] for j in joints]
-        torque = [rows.difference[:, j] * rows.weight[:, j] for j in joints]
-        return cls(
-            blocks.rows,
-            rows.acting,
-            columns,
-            torque,
-            [by_block(blocks.rows, own, own) for own in columns],
-            [by_block(blocks.rows, own, y) for own, y in zip(columns, torque, strict=True)],
-            np.array([rows.weight[piece].sum(axis=0) for piece in blocks.rows]),
+        """Of all rows and unknowns."""
+        joints, pieces = range(rows.difference.shape[1]), blocks.rows
+        nothing = cls(
+            pieces,
+            [np.zeros(0, int) for _ in joints],
+            [np.zeros((len(rows.difference), 0)) for _ in joints],
+            [rows.difference[:, j] * rows.weight[:, j] for j in joints],
+            [np.zeros((len(pieces), 0, 0)) for _ in joints],
+            [np.zeros((len(pieces), 0)) for _ in joints],
+            np.array([rows.weight[piece].sum(axis=0) for piece in pieces]),
         )
+        return nothing.plus(rows, 0)
 
     def plus(self, rows: Rows, count: int) -> "BlockSums":
         """Of rows with more unknowns behind the first `count`, whose products are known."""
-        acting = rows.acting
-        more = [
-            rows.columns[:, j, own[own >= count]] * rows.weight[:, j, None] for j, own in enumerate(acting)
-        ]
-        every = list(zip(self.columns, more, self.torque, self.gram, self.right, strict=True))
-        return replace(
-            self,
-            acting=acting,
-            columns=[np.concatenate([own, new], axis=1) for own, new, *_ in every],
-            gram=[_bordered(self.pieces, own, new, gram) for own, new, _, gram, _ in every],
-            right=[
-                np.concatenate([right, by_block(self.pieces, new, y)], axis=1)
-                for _, new, y, _, right in every
-            ],
-        )
+        acting, columns, gram, right = [], [], [], []
+        for joint, own in enumerate(self.columns):
+            places = count + np.flatnonzero(np.any(rows.columns[:, joint, count:], axis=0))
+            new = rows.columns[:, joint, places] * rows.weight[:, joint, None]
+            explained = by_block(self.pieces, new, self.torque[joint])
+            acting.append(np.append(self.acting[joint], places))
+            columns.append(np.concatenate([own, new], axis=1))
+            gram.append(_bordered(self.pieces, own, new, self.gram[joint]))
+            right.append(np.concatenate([self.right[joint], explained], axis=1))
+        return replace(self, acting=acting, columns=columns, gram=gram, right=right)
 
     @property
     def square(self) -> np.ndarray:

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 
@@ -39,11 +38,6 @@ class Rows:
     lower: np.ndarray | None = None
     bounds: np.ndarray | None = None
 
-    @cached_property
-    def acting(self) -> list[np.ndarray]:
-        """Unknowns that give torque to each joint, (a,); most give none to most."""
-        return _acting(self.columns)
-
     @property
     def limited(self) -> np.ndarray:
         """Places of the unknowns that physics limits."""
@@ -72,7 +66,7 @@ class Rows:
 
         Deviations may be those of bounds.
         """
-        more = replace(
+        return replace(
             self,
             columns=np.concatenate([self.columns, columns], axis=2),
             names=(*self.names, *names),
@@ -81,17 +75,6 @@ class Rows:
             lower=np.append(self.least, np.full(len(std), -np.inf) if lower is None else lower),
             bounds=np.append(self.bounded, np.full(len(std), bounded)),
         )
-        # Looking through all columns again takes longer than anything else here.
-        first, acting = len(self.std), _acting(columns)
-        more.__dict__["acting"] = [
-            np.append(own, first + new) for own, new in zip(self.acting, acting, strict=True)
-        ]
-        return more
-
-
-def _acting(columns: np.ndarray) -> list[np.ndarray]:
-    """Which of columns (r, n, b) give torque to each joint, [n] of (a,)."""
-    return [np.flatnonzero(np.any(own, axis=0)) for own in columns.transpose(1, 0, 2)]
 
 
 def model_rows(model: Model, runs: Sequence[Driven], values: np.ndarray | None = None) -> Rows:

@@ -127,7 +127,7 @@ def _as_gear(problem: Problem, prediction: Prediction, answer: Answer) -> Answer
 def _left_out(prediction: Prediction, answer: Answer) -> Iterator[float]:
     """The compliance without each block."""
     [joint] = answer.columns.joints
-    own = prediction.rows.columns[:, joint][:, prediction.rows.acting[joint]]
+    own = prediction.rows.columns[:, joint][:, prediction.sums.acting[joint]]
     columns = np.column_stack([own, answer.columns.values[:, 0]])
     for rows in prediction.blocks.rows:
         kept = prediction.rows.weight[:, joint] > 0

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from exidyn.identify.diagnosis.blocks.block_likelihood import (
+    autocorrelation,
     common_variance,
     independent_share,
     log_probability,
@@ -52,6 +53,14 @@ def test_what_is_fast_is_seen_through_what_is_slow():
     assert share(residual, fast)[0] > 0.6
     assert share(residual, slow)[0] < 0.1
     assert share(residual, np.zeros((LONG, 1)))[0] == share(residual)[0]
+
+
+def test_autocorrelation_is_the_sum_of_products_at_each_lag():
+    values = np.random.default_rng(3).normal(size=(101, 2))  # a prime, padded to a length that is fast
+    found = autocorrelation(values, (slice(0, 101),), RATE)
+    for lag in range(len(found)):
+        product = np.sum(values[: 101 - lag] * values[lag:], axis=0)
+        assert found[lag] == pytest.approx(product / np.sum(values**2, axis=0))
 
 
 def test_runs_are_not_remembered_by_the_next():
