@@ -1,6 +1,7 @@
 """All processes that a command has started, by a mark in their environment: orphans, too."""
 
 import os
+import signal
 import subprocess
 import sys
 import time
@@ -45,6 +46,8 @@ def started(command: list[str], **environment: str) -> Iterator[Started]:
         stdout=subprocess.DEVNULL,
         stderr=subprocess.PIPE,
         start_new_session=True,
+        # Whoever runs the tests under nohup ignores it, and a child would do so as well.
+        preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_DFL),
     )
     run = Started(process, mark)
     try:

@@ -49,7 +49,7 @@ def test_the_server_of_a_view_ends_with_it(tmp_path, how):
         assert listening(port)
         assert len(view.alive()) == 2
         view.process.send_signal(how)
-        view.process.wait()
+        view.process.wait(PATIENCE)
         assert within(PATIENCE, lambda: not view.alive())
         assert within(PATIENCE, lambda: not listening(port) and not listening(port + 1))
 
@@ -59,7 +59,7 @@ def killed_while_workers_work(command: list[str], working: Callable[[], bool]) -
         # two workers, the command itself, and Python's process that tracks resources
         assert within(PATIENCE, lambda: len(killed.alive()) >= 4 and working()), killed.alive()
         killed.process.kill()
-        killed.process.wait()
+        killed.process.wait(PATIENCE)
         assert within(PATIENCE, lambda: not killed.alive())
 
 
