@@ -1,21 +1,23 @@
 """One diagnosis of a real arm, and how its names compare with what is known of that arm."""
 
+import json
 import time
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from exidyn.identify.diagnosis.diagnose import diagnose
 from exidyn.identify.diagnosis.findings.finding import Diagnosis, Finding
-from exidyn.identify.diagnosis.improved.improved import Arm, with_finding
-from exidyn.identify.model import Model
-from exidyn.identify.simulation.plant import Transmission
 
 from ..proof.open_loop import open_loop
-from .known import TURN, Known, numbers
+from .again import again
+from .known import Known
+from .plain_fit import shown
 from .sets import CASES, FOLDER, Case
+from .sizes import joints_words, size
 
 STATES = 256
 """Places in one turn of the motor over which ripple is drawn: seven of a period of the 36th harmonic."""
@@ -44,7 +46,21 @@ class Named:
     instead: float = 0.0
 
 
-def answer(key: str, again: bool = True) -> dict[str, Any]:
+def kept(key: str, folder: Path | None, twice: bool) -> dict[str, Any]:
+    """The answer that a folder has, or a new one, which it has then."""
+    file = folder / f"{key}.json" if folder else None
+    if file and file.exists():
+        found: dict[str, Any] = json.loads(file.read_text())
+        if found["again"] or not twice:
+            return found
+    found = answer(key, twice)
+    if file:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(json.dumps(found) + "\n")
+    return found
+
+
+def answer(key: str, twice: bool = True) -> dict[str, Any]:
     """Diagnose a set; with its own findings put into the model, once more.
 
     Returns:
@@ -55,13 +71,12 @@ def answer(key: str, again: bool = True) -> dict[str, Any]:
     clock, used = time.monotonic(), time.process_time()
     found = diagnose(model, runs, key, case.filtering)
     clock, used = time.monotonic() - clock, time.process_time() - used
-    more = repeated(case, model, runs, found) if again and found.findings else None
     return {
         "case": key,
-        "known": [compared(known, found) for known in case.known],
-        "named": [asdict(named(case, one)) for one in found.findings],
+        "known": [compared(known, found) | {"shown": shown(known, model, runs)} for known in case.known],
+        "named": [asdict(named(case, one, found.findings)) for one in found.findings],
         "undecided": [asdict(undecided(one)) for one in found.undecided],
-        "again": more,
+        "again": again(case, runs, found) if twice else None,
         "left": [
             f"J{one.joint + 1} {one.over_noise:.1f} x noise, depends on {one.depends_on}"
             for one in found.remainders
@@ -84,7 +99,7 @@ def answer(key: str, again: bool = True) -> dict[str, Any]:
 
 def compared(known: Known, found: Diagnosis) -> dict[str, Any]:
     """A known effect and the finding that is it, or how near one came."""
-    fields = {name: getattr(known, name) for name in ("effect", "how", "size", "counted")}
+    fields = {name: getattr(known, name) for name in ("effect", "how", "size", "expected")}
     one, fields = known.is_in(found.findings), fields | {"joints": joints_words(known.joints)}
     if one is None:
         return fields | {"named": False, "near": near(known, found)}
@@ -96,13 +111,13 @@ def compared(known: Known, found: Diagnosis) -> dict[str, Any]:
     }
 
 
-def named(case: Case, one: Finding) -> Named:
-    """A finding and whether it is known to be there, known not to be, or neither."""
+def named(case: Case, one: Finding, every: Sequence[Finding]) -> Named:
+    """A finding of several, and whether it is known to be there, known not to be, or neither."""
     verdict, why = "unverified", ""
-    if any(known.is_in([one]) for known in case.known):
-        verdict = "known"
-    elif case.control:
+    if case.control:
         verdict, why = "false", "nothing is missing on this set"
+    elif any(known.is_in(every) is one for known in case.known):  # a second one of it is not known
+        verdict = "known"
     elif one.effect in case.absent:
         verdict, why = "false", case.absent[one.effect]
     return Named(one.effect, joints_words(one.joints), one.probability, size(one), verdict, why)
@@ -127,62 +142,6 @@ def near(known: Known, found: Diagnosis) -> str:
             change = f"power {100 * one.change:+.0f} ± {100 * one.std:.0f} % at J{one.joint + 1}"
             return f"alone, {change}, gain {one.gain:.1f}"
     return "not among what alone would change most"
-
-
-def size(one: Finding) -> str:
-    """Coefficients and shape of a finding with one standard deviation."""
-    units = {name: q.unit for name, q in one.parameters.items()} | DERIVED
-    return ", ".join(
-        f"{name} {value:.4g}"
-        + (f" ± {std:.2g}" if np.isfinite(std) else "")
-        + (f" {units[name]}" if units[name] != "1" else "")
-        for name, (value, std) in numbers(one).items()
-        if name in units
-    )
-
-
-DERIVED = {"amplitude": "N m", "gear stiffness": "N m/rad", "harmonic": "1"}
-"""Units of numbers that follow from others."""
-
-
-def joints_words(joints: Sequence[int]) -> str:
-    """J2 J3; a dash for the whole arm."""
-    return " ".join(f"J{joint + 1}" for joint in joints) or "-"
-
-
-def repeated(case: Case, model: Model, runs: Any, found: Diagnosis) -> dict[str, Any]:
-    """What is named with the findings in the model, and which of that was in it already."""
-    arm = Arm(
-        model, np.zeros(len(model.names)), np.ones(model.robot.dof), Transmission.rigid(model.robot.dof)
-    )
-    held, kept = arm, []
-    for one in found.findings:
-        more = with_finding(held, one) if one.candidate.instance is not None else None
-        held, kept = (held, kept) if more is None else (more, [*kept, one])
-    if not kept:
-        return {"held": [], "same": [], "named": []}
-    second = diagnose(held.model, runs, case.title, case.filtering)
-    same = [one for one in second.findings if any(alike(one, before) for before in kept)]
-    return {
-        "held": [words(one) for one in kept],
-        "same": [words(one) for one in same],
-        "named": [words(one) for one in second.findings],
-    }
-
-
-def words(one: Finding) -> str:
-    """A finding in one line."""
-    return f"{one.effect} {joints_words(one.joints)}, {one.probability:.3f}: {size(one)}"
-
-
-def alike(one: Finding, other: Finding) -> bool:
-    """Whether two findings are the same thing."""
-    if (one.effect, one.joints) != (other.effect, other.joints):
-        return False
-    if one.effect != "torque_ripple":
-        return True
-    orders = [numbers(ripple)["harmonic"][0] for ripple in (one, other)]
-    return abs(orders[0] - orders[1]) < TURN
 
 
 def improvement(found: Diagnosis) -> dict[str, Any] | None:

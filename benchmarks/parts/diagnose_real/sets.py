@@ -5,6 +5,8 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
 
+import numpy as np
+
 from exidyn.identify.diagnosis.runs.usable import HELD_OUT
 from exidyn.identify.effects import known_parameters
 from exidyn.identify.fit.identification import identify
@@ -16,7 +18,7 @@ from exidyn.identify.recordings.recording import KnownPayload, Recording
 from exidyn.identify.robot_files.robot_file import read_model
 
 from ..real.data import FOLDER, KR300, LOADED, PANDA, UR10E, DataSet
-from .known import ABSENT, KNOWN, Known, uncounted
+from .known import ABSENT, KNOWN, Known
 
 Runs = list[tuple[str, Recording]]
 Ask = Callable[[], tuple[Model, Runs]]
@@ -40,7 +42,6 @@ class Case:
         known: What is known to be there.
         absent: Effect -> why it cannot be there.
         control: Whether nothing at all is there, so that every name is wrong.
-        counted: Whether its names and residuals are counted.
         quick: Whether it is asked with --quick.
         filtering: Given cut-offs; chosen from the data by default.
     """
@@ -52,7 +53,6 @@ class Case:
     known: tuple[Known, ...] = ()
     absent: Mapping[str, str] = field(default_factory=dict)
     control: bool = False
-    counted: bool = True
     quick: bool = False
     filtering: Filtering = Filtering()  # noqa: RUF009
 
@@ -117,6 +117,19 @@ def on_flange(run: Recording) -> Recording:
     return replace(run, payload=KnownPayload(body, known_parameters(MASSES[body], (0.0, 0.0, 0.0))))
 
 
+def bam() -> tuple[Model, Runs]:
+    """The servo with one weighed mass and four position gains, the stiffest held out."""
+    names = [[f"kp{kp}_{motion}" for kp in some for motion in SWINGS] for some in ((100, 200, 400), (800,))]
+    model, runs = read("bam_xl330", "robot.toml", *names)
+    weighed = {"inertias_stated": True, "inertial_tolerance": WEIGHED}
+    robot = replace(model.robot, **weighed, drive_gain_tolerance=GUESSED)
+    return replace(model, robot=robot), runs
+
+
+SWINGS = ("sin_sin", "sin_time_square", "up_and_down", "lift_and_drop")
+GUESSED = np.array([0.5])
+"""Relative standard deviation of that servo's torque per duty, of which two methods differ by two [-]."""
+
 BARE = "bare URDF, inertias not stated"
 STATES = [(state, current) for state in ("nocomp", "comp") for current in ("measured", "setpoint")]
 """The motor's compensation off and on, and which current is taken for its torque."""
@@ -127,19 +140,15 @@ def odrive(state: str, current: str, filtering: Filtering | None = None) -> Case
     numbers = {"nocomp": (4, 5, 6), "comp": (3, 7, 8)}[state]
     *fitted, held_out = (f"{state}_{number}_{current}" for number in numbers)
     control = (state, current) == ("comp", "setpoint")
-    counted = filtering is None and (control or (state, current) == ("nocomp", "measured"))
-    known = () if control else KNOWN["odrive"] if counted else uncounted(*KNOWN["odrive"])
     words = "off" if state == "nocomp" else "on", "measured" if current == "measured" else "set"
     return Case(
         f"motor, compensation {words[0]}, {words[1]} current{', cut-offs given' if filtering else ''}",
         "odrive_spin_slow",
         "robot.toml, inertia not stated",
         partial(read, "odrive_spin_slow", "robot.toml", fitted, [held_out], motor_side=["position"]),
-        known,
+        () if control else KNOWN["odrive"],
         ABSENT["odrive"],
         control,
-        counted,
-        quick=counted,
         filtering=filtering or Filtering(),
     )
 
@@ -170,6 +179,12 @@ def cases() -> Iterator[tuple[str, Case]]:
             f"{BARE}, links of 1 kg",
             partial(of_set, PANDA, PANDA.train, PANDA.held_out),
         ),
+        "dvrk_psm": (
+            "dVRK PSM",
+            "dvrk_psm",
+            f"{BARE}, masses that are placeholders",
+            partial(read, "dvrk_psm", "robot.toml", PSM_RUNS, ["fourier_test6"]),
+        ),
         "kr300": ("KR300", "kuka_kr300_weigand", BARE, partial(of_set, KR300, *KR300_RUNS)),
         "kr300_drawn": (
             "KR300, links as drawn",
@@ -195,17 +210,25 @@ def cases() -> Iterator[tuple[str, Case]]:
             "robot.toml, masses stated to 2 %, three as payloads",
             kscale,
         ),
+        "bam_xl330": (
+            "XL330",
+            "bam_xl330",
+            "robot.toml, mass stated to 2 %, torque per duty guessed to 50 %",
+            bam,
+        ),
     }
     yield "odrive_off", odrive("nocomp", "measured")
     yield "odrive_on", odrive("comp", "setpoint")
     for key, fields in arms.items():
-        yield key, case(key, *fields, control=key == "panda", quick=key in QUICK)
+        yield key, case(key, *fields, control=key in CONTROLS, quick=key in QUICK)
     yield "odrive_off_set", odrive("nocomp", "setpoint")
     yield "odrive_on_measured", odrive("comp", "measured")
     for state, current in STATES:
         yield f"odrive_{state}_{current}_given", odrive(state, current, GIVEN)
 
 
-QUICK = ("emps", "tx40", "panda")
+CONTROLS = ("panda", "dvrk_psm")
+QUICK = ("kscale", "tx40", "panda")
+PSM_RUNS = ("fourier_test", *(f"fourier_test{number}" for number in range(2, 6)))
 CASES = dict(cases())
 """Key -> diagnosis."""

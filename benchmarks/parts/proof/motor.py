@@ -11,14 +11,14 @@ from .texts import MOTOR_WORDS
 from .words import Answer, gains, percent, table, title
 
 MOTOR = ("odrive_off", "odrive_on")
-"""The motor's rows that count, which come first."""
+"""Its row with the ripple inside default filters, and the control."""
 
 SWITCHED = ("odrive_nocomp_setpoint_given", "odrive_comp_setpoint_given")
 """Its rows that differ in the compensation alone, and in whose band the ripple lies."""
 
 
 def motor_section(given: dict[str, Answer], picture: Callable[[str, str, str], str]) -> str:
-    """The motor in its states: alike but for the compensation first, then the rows that count."""
+    """The motor in its states: alike but for the compensation first, then all rows."""
     rows = [motor_row(one) for one in given.values() if one["case"].startswith("odrive")]
     drawn = {CASES[key].title: given[key] for key in (MOTOR[0], *SWITCHED) if key in given}
     alike = [given[key] for key in SWITCHED if key in given]
@@ -62,7 +62,7 @@ def band_words(one: Answer) -> str:
     """Whether the control could have shown the ripple at all."""
     seen, band = one["over_a_turn"]["seen"], one["band"]
     inside = f"harmonic 7 is inside that band in {100 * seen:.0f} % of its samples"
-    count = f"The first two rows count: default filters. Those of the second end at {band:.0f} Hz; {inside}."
+    count = f"Default filters of the second row end at {band:.0f} Hz; {inside}."
     weak = (
         "So that nothing is named there is no proof that the ripple is gone: the third row has it, with the "
         "same current and default filters. "
@@ -70,8 +70,7 @@ def band_words(one: Answer) -> str:
     return (
         f"{count} {weak if seen < 0.5 else ''}The two rows that differ in the compensation alone, with "
         "the same current in the same band, are those of the set current with cut-offs given. What is named "
-        "there and cannot be, on a motor without a gear, is false; it is not counted, for the filters are "
-        "not the default ones."
+        "there and cannot be, on a motor without a gear, is false."
     )
 
 

@@ -18,6 +18,16 @@ PUBLISHED = {"M1": 95.1089, "Fv1": 203.5034, "Fc1": 20.3935, "Off1": -3.1648}
 """The EMPS's parameters by its authors [kg, N s/m, N, N]."""
 
 
+GIVEN, WITH_NAMES = "identified, as given", "identified with what was named"
+
+
+def worse_position(errors: dict[str, dict[str, float]]) -> str:
+    """Whether what was named makes the position of the run held out better or worse."""
+    before, after = (list(errors[model].values())[-1] for model in (GIVEN, WITH_NAMES))
+    words = "**worse**" if after > before else "better"
+    return f"identified as given and with what was named: {before:.2f} → {after:.2f} mm, {words}"
+
+
 def open_loop(found: Diagnosis, runs: Any) -> dict[str, dict[str, float]]:
     """Error of the position that recorded force gives, model -> run -> root mean square [mm]."""
     assert found.evidence is not None
@@ -28,9 +38,9 @@ def open_loop(found: Diagnosis, runs: Any) -> dict[str, dict[str, float]]:
     fitted = [run for role, run in runs if role != HELD_OUT]
     arms = {
         "published": replace(plain, values=values),
-        "identified, as given": identified_arm(plain, fitted),
+        GIVEN: identified_arm(plain, fitted),
         "diagnosed, with findings": with_it,
-        "identified with what was named": identified_arm(as_found(found.evidence, found.findings), fitted),
+        WITH_NAMES: identified_arm(as_found(found.evidence, found.findings), fitted),
     }
     return {name: {run.name: simulated(arm, run) for _, run in runs} for name, arm in arms.items()}
 

@@ -6,8 +6,10 @@ from typing import Any
 
 from exidyn.identify.diagnosis.search.selected import NAMED
 
+from ..diagnose_real.score import fixed
 from ..diagnose_real.sets import CASES
 from .motor import MOTOR, motor_section
+from .open_loop import worse_position
 from .pictures import budget_picture
 from .simulated import simulated_section
 from .texts import ABOUT, INTRODUCTION, OPEN_LOOP
@@ -27,42 +29,75 @@ def write_pages(
         return f"![{title}](pictures/proof-{name}.svg)\n"
 
     parts = [INTRODUCTION, summary(figures, answers)]
+    parts += [section(given[key], picture) for key in ABOUT if key in given]
     if all(key in given for key in MOTOR):
         parts.append(motor_section(given, picture))
-    parts += [section(given[key], picture) for key in ABOUT if key in given]
-    parts += [simulated_section(simulated)]
+    parts += [known_section(answers), simulated_section(simulated)]
     path.write_text("\n".join(parts), encoding="utf-8")
     print(f"\npage in {path}")
 
 
 def summary(figures: dict[str, Any], answers: Sequence[Answer]) -> str:
-    """The figures, and each known effect in a line."""
+    """The figures of all rows, and what of each set is behind them."""
     rows = [
         ["known effects named", f"{figures['known_named']} of {figures['known']}"],
-        [
-            "of these, size off",
-            str(figures["sizes_off"]),
-        ],
-        ["false names", str(figures["false_names"])],
-        ["unverified names", str(figures["unverified"])],
+        ["of all that are named, size off", str(figures["sizes_off"])],
+        ["false names", f"{figures['false_names']} of {figures['names']}"],
+        ["unverified names", f"{figures['unverified']} of {figures['names']}"],
         ["not named, though another name for it has 90 % or more", str(figures["named_otherwise"])],
-        [
-            "joints with a larger residual held out than before, by more than 2 %",
-            str(figures["worse_held_out"]),
-        ],
+        ["diagnosed again, nothing named", fixed_words(figures)],
+        ["joints worse held out than before, by more than 2 %", str(figures["worse_held_out"])],
+        *[["EMPS, position", worse_position(one["open_loop"])] for one in answers if one["open_loop"]],
         ["longest diagnosis", longest(answers)],
     ]
-    known = [(one, known) for one in answers for known in one["known"] if known["counted"]]
+    if figures["cpu_seconds_per_minute_set"]:
+        arm = CASES[figures["cpu_seconds_per_minute_set"]].title
+        rows.append(
+            [
+                "most for six joints",
+                f"{figures['cpu_seconds_per_minute']:.1f} s of one core a minute of data ({arm})",
+            ]
+        )
+    each = [row_of(one) for one in answers]
+    header = ["set", "known, named", "size off", "false", "unverified", "again, nothing named"]
+    return f"{table(['all sets', ''], rows)}\n{table(header, each)}"
+
+
+def fixed_words(figures: dict[str, Any]) -> str:
+    """On how many sets nothing is named again."""
+    total, spared = figures["asked_again"], figures["at_fixed_point_but_for_what_no_model_holds"]
+    return f"on {figures['at_fixed_point']} of {total} sets; on {spared} but for what no model holds"
+
+
+def row_of(one: Answer) -> list[str]:
+    """A set in numbers."""
+    verdicts = [name["verdict"] for name in one["named"]]
+    asked = [known["named"] for known in one["known"] if known["expected"]]
+    off = sum(known.get("right") is False for known in one["known"])
+    again = "not asked" if not one["again"] else "yes" if fixed(one) else "no"
+    numbers = [off, verdicts.count("false"), verdicts.count("unverified")]
+    return [CASES[one["case"]].title, f"{sum(asked)} of {len(asked)}", *map(str, numbers), again]
+
+
+def known_section(answers: Sequence[Answer]) -> str:
+    """Each known effect in a line."""
     lines = [
-        [CASES[one["case"]].title, title(known), known["how"], known["size"], verdict(known)]
-        for one, known in known
+        [CASES[one["case"]].title, title(known), evidence(known), known["size"], verdict(known)]
+        for one in answers
+        for known in one["known"]
+        if known["expected"] or known["named"]
     ]
-    return f"{table(['', ''], rows)}\n{table(['set', 'effect', 'known by', 'known size', ''], lines)}"
+    return f"## All known effects\n\n{table(['set', 'effect', 'known by', 'known size', ''], lines)}"
+
+
+def evidence(known: dict[str, Any]) -> str:
+    """How an effect is known, with the figures of the fit that shows it."""
+    return "; ".join(part for part in (known["how"], known["shown"]) if part)
 
 
 def longest(answers: Sequence[Answer]) -> str:
     """The set that took longest, with the length of its recordings."""
-    one = max((one for one in answers if CASES[one["case"]].counted), key=lambda one: one["seconds"])
+    one = max(answers, key=lambda one: one["seconds"])
     return (
         f"{one['seconds']:.0f} s for {one['data_seconds']:.0f} s of {one['joints']} joints "
         f"({CASES[one['case']].title}; {one['process_seconds']:.0f} s of one core)"
@@ -73,17 +108,17 @@ def section(one: Answer, picture: Callable[[str, str, str], str]) -> str:
     """One set: what is known, what was given, named, left and missed."""
     about, case = ABOUT[one["case"]], CASES[one["case"]]
     known = [
-        [title(k), k["how"], k["size"], verdict(k), k.get("found", k.get("near", ""))]
+        [title(k), evidence(k), k["size"], verdict(k), k.get("found", k.get("near", ""))]
         for k in one["known"]
-        if k["counted"] or k["named"]
+        if k["expected"] or k["named"]
     ]
-    parts = [f"## {about.heading}\n", f"{about.what} Given: {case.prior}.\n"]
+    shown = picture(one["case"], f"Budget of the misfit, {case.title}", budget_picture(one, about.unit))
+    parts = [f"## {about.heading}\n", shown, f"{about.what} Given: {case.prior}.\n"]
     if known:
         parts.append(table(["known effect", "known by", "known size", "", "found, or how near"], known))
     parts += [
         named_words(one),
         budget_words(one, about.unit),
-        picture(one["case"], f"Budget of the misfit, {case.title}", budget_picture(one, about.unit)),
     ]
     if one["open_loop"]:
         parts.append(open_loop_words(one["open_loop"]))
@@ -118,27 +153,27 @@ def budget_words(one: Answer, unit: str) -> str:
 def open_loop_words(found: dict[str, dict[str, float]]) -> str:
     """Simulation from recorded force alone."""
     rows = [[model, *(f"{error:.2f}" for error in errors.values())] for model, errors in found.items()]
-    return f"{OPEN_LOOP}\n\n{table(['model', 'fitted run', 'held out'], rows)}"
+    words = f"Position held out, {worse_position(found)}.\n"
+    return f"{OPEN_LOOP}\n\n{table(['model', 'fitted run', 'held out'], rows)}\n{words}"
 
 
 def again_words(one: Answer) -> str:
-    """What a second diagnosis finds with the findings in the model."""
-    if not one["again"]:
+    """What a second diagnosis names with the first one's model."""
+    again = one["again"]
+    if not again:
         return ""
-    held, total, more = len(one["again"]["held"]), len(one["named"]), one["again"]["named"]
-    if not held:
-        return "Not diagnosed again: what was named is nothing that a model's columns can hold.\n"
-    rest = "" if held == total else "; the others are nothing that a model's columns can hold"
-    text = f"Diagnosed again with {held} of the {total} named in the model{rest}"
-    return f"{text}: {'; '.join(more) if more else 'nothing'} named.\n"
+    if not again["held"] and not again["lost"]:
+        return "Not diagnosed again, as nothing is in the fit.\n"
+    lost = ", ".join(effect.replace("_", " ") for effect in again["lost"])
+    text = f"Diagnosed again with what was found ({again['held']} in the model"
+    text += f"; no model holds {lost})" if lost else ")"
+    return f"{text}: {'; '.join(again['named']) or 'nothing'} named.\n"
 
 
 def missed_words(one: Answer) -> str:
     """What is still missed, plainly."""
     missed = [
-        f"{title(k)} ({k['how']}) is not named" for k in one["known"] if k["counted"] and not k["named"]
+        f"{title(k)} ({k['how']}) is not named" for k in one["known"] if k["expected"] and not k["named"]
     ]
-    again = one["again"]["same"] if one["again"] else []
-    missed += [f"with it in the model, {name} is named once more" for name in again]
     missed += [f"left on {text}" for text in one["left"]]
     return "Still missed: " + ("; ".join(missed) if missed else "nothing that is known") + ".\n"
