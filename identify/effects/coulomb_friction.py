@@ -15,13 +15,20 @@ class CoulombFriction(JointEffect):
     r"""Torque :math:`F_c \tanh(\dot q / v_r)`, the paper's :math:`Fc_j`.
 
     Attributes:
-        reversal: Velocity :math:`v_r` over which the sign changes [rad/s].
+        reversal: Velocity :math:`v_r` over which the sign changes [rad/s]; grease that drags like a fluid
+            until it shears needs some tenths.
+        gradual: Whether it is that part of a joint's dry friction, :math:`Fg_j`, which changes its sign over
+            another velocity than the rest, so that one model can have both.
     """
 
-    reversal: float = shape(0.003, "rad/s", 1e-4, 0.1)
+    reversal: float = shape(0.003, "rad/s", 1e-4, 0.3)
+    gradual: bool = False
 
     def parameters(self, robot: Robot) -> list[Parameter]:
-        return [Parameter(f"Fc{joint + 1}", robot.unit(joint, "N m"), 0.0) for joint in self.columns(robot)]
+        name = "Fg" if self.gradual else "Fc"
+        return [
+            Parameter(f"{name}{joint + 1}", robot.unit(joint, "N m"), 0.0) for joint in self.columns(robot)
+        ]
 
     def regressor(self, robot: Robot, motion: Motion) -> np.ndarray:
         return self.on_joints(robot, smooth_sign(motion.velocity, self.reversal))

@@ -153,8 +153,10 @@ def _to(name: str) -> "Word":
 
 
 def _dry(joints: Joints, robot: Robot, effect: CoulombFriction, own: np.ndarray) -> None:
-    columns = effect.columns(robot)
-    joints.dry[columns], joints.reversal[columns] = own, effect.reversal
+    # Simulators know one velocity at which it changes its sign: that of the larger part.
+    columns = np.array(effect.columns(robot), dtype=int)
+    joints.reversal[columns[own >= joints.dry[columns]]] = effect.reversal
+    joints.dry[columns] += own
 
 
 def _spring(joints: Joints, robot: Robot, effect: JointSpring, own: np.ndarray) -> None:

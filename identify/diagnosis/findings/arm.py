@@ -1,11 +1,12 @@
 """Arm: a model with values, gains and gears, that can be simulated."""
 
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
 from ...arm.robot import Robot
-from ...effects import RotorInertia
+from ...effects import Effect, RotorInertia
 from ...model import Model
 from ...simulation.plant import Transmission
 from ...simulation.plant.typical import typical_size
@@ -38,7 +39,18 @@ class Arm:
         """Values of the parameters."""
         return dict(zip(self.model.names, map(float, self.values), strict=True))
 
-    def with_values(self, more: dict[str, float]) -> "Arm":
+    def with_effect(self, effect: Effect, more: Mapping[str, float]) -> "Arm | None":
+        """With one more effect, or with more of one that is there already, its parameters by name.
+
+        None where the model has it with another shape: it cannot hold both.
+        """
+        present = {parameter.name for parameter in effect.parameters(self.model.robot)} & set(self.by_name)
+        if present and not any(_same_shape(one, effect) for one in self.model.effects):
+            return None
+        model = self.model if present else self.model + effect
+        return replace(self, model=model).with_values(more)
+
+    def with_values(self, more: Mapping[str, float]) -> "Arm":
         """With some parameters larger than they were, and what the model has newly at these values."""
         names = self.model.names
         before = dict(zip(names, self.values, strict=False))  # new effects' names are the last
@@ -77,3 +89,8 @@ class Arm:
         model = self.model if name in self.by_name else self.model + effect
         light = LIGHT * float(typical_size(self.model)[0][joint])
         return replace(self, model=model).with_values({name: light})
+
+
+def _same_shape(one: Effect, other: Effect) -> bool:
+    constants = [one.name for one in fields(other) if one.name != "joints"]
+    return type(one) is type(other) and all(getattr(one, name) == getattr(other, name) for name in constants)

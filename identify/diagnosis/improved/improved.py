@@ -1,7 +1,7 @@
 """Improved: the arm with what was found in it, as far as a model can hold it."""
 
 from collections.abc import Sequence
-from dataclasses import fields, replace
+from dataclasses import replace
 
 from ...effects import Effect
 from ...simulation.plant import Transmission
@@ -40,17 +40,6 @@ def with_finding(arm: Arm, finding: Finding) -> Arm | None:
 def _plus(arm: Arm, effect: Effect, finding: Finding) -> Arm | None:
     """With one more effect, or with more of one that is there already."""
     names = [parameter.name for parameter in effect.parameters(arm.model.robot)]
-    alike = [one for one in arm.model.effects if _same_shape(one, effect)]
-    present = [name for name in names if name in arm.by_name]
-    if present and not alike:
-        return None  # the same names with another shape: a model cannot hold both
-    model = arm.model if present else arm.model + effect
     determined_as = kind_of(finding.effect).determined_as  # of a finding that is in words already
     reported = {name: name if name in finding.parameters else determined_as[name][0] for name in names}
-    more = {name: finding.parameters[reported[name]].value for name in names}
-    return replace(arm, model=model).with_values(more)
-
-
-def _same_shape(one: Effect, other: Effect) -> bool:
-    constants = [one.name for one in fields(other) if one.name != "joints"]
-    return type(one) is type(other) and all(getattr(one, name) == getattr(other, name) for name in constants)
+    return arm.with_effect(effect, {name: finding.parameters[reported[name]].value for name in names})

@@ -40,8 +40,11 @@ def with_nuisances(rows: Rows, model: Model, runs: Sequence[Driven], values: np.
 def dry(model: Model, values: np.ndarray) -> dict[int, float]:
     """Coulomb friction among parameters (p,), joint -> [N m]."""
     friction, robot = dict(zip(model.names, values, strict=True)), model.robot
-    joints = {j for e in model.effects if isinstance(e, CoulombFriction) for j in e.columns(robot)}
-    return {joint: abs(float(friction[f"Fc{joint + 1}"])) for joint in sorted(joints)}
+    found: dict[int, float] = {}
+    for effect in [one for one in model.effects if isinstance(one, CoulombFriction)]:
+        for joint, parameter in zip(effect.columns(robot), effect.parameters(robot), strict=True):
+            found[joint] = found.get(joint, 0.0) + abs(float(friction[parameter.name]))
+    return dict(sorted(found.items()))
 
 
 def reversals(

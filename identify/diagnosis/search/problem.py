@@ -24,7 +24,7 @@ from .reloading import Known, alike, anew
 from .shapes import Shaped, asked_again
 
 Asked = list[tuple[Candidate, Thinned]]
-FREE = ("Fv", "Fc", "Off", "reversal", CLOCK)
+FREE = ("Fv", "Fc", "Fg", "Off", "reversal", CLOCK)
 """Unknowns that are fitted even where the model is taken as nominal: friction and offsets are guesses."""
 
 

@@ -1,0 +1,54 @@
+"""Dry friction that changes its sign over a wide range of velocity is named as that, and nothing else is."""
+
+import pytest
+
+from exidyn.identify.diagnosis import diagnose
+from exidyn.identify.diagnosis.refit import model_to_fit
+from exidyn.identify.diagnosis.words.sentences import sentence
+from exidyn.identify.effects import CoulombFriction, Hysteresis, StribeckFriction
+from exidyn.identify.robot_files.robot_file import parse_model
+from exidyn.identify.robot_files.robot_text import model_text
+
+from ...parts.small.small_diagnosis import nominal_model
+from ...parts.small.small_search import names, record, searched
+
+GRADUAL = "coulomb_friction", (1,)
+
+
+def gradual(velocity, share=1.0):
+    """Runs of an arm in which so much of the elbow's dry friction, 2 N m, changes its sign gradually."""
+    effect = CoulombFriction(("elbow",), velocity, gradual=True)
+    return record([effect], {"Fc2": 2.0 * (1.0 - share), "Fg2": 2.0 * share})
+
+
+@pytest.mark.parametrize("velocity", [0.05, 0.15, 0.28])
+def test_dry_friction_that_turns_over_a_wide_velocity_is_named_with_it(velocity):
+    [finding] = diagnose(nominal_model(), gradual(velocity), "gradual").findings
+    assert (finding.effect, finding.joints) == GRADUAL
+    size, reversal = finding.parameters["Fg2"], finding.parameters["reversal"]
+    # The narrower, the more of it may be how dry friction changes its sign on any joint.
+    assert abs(size.value - 2.0) < 3.0 * size.std < 1.0
+    assert reversal.value == pytest.approx(velocity, rel=0.15)
+    assert 0.0 < reversal.std < 0.2 * velocity
+    assert "changes its sign gradually, over" in sentence(finding, ("shoulder", "elbow"))
+
+
+@pytest.mark.parametrize("share", [1.0, 0.6])
+def test_with_it_in_the_robots_file_nothing_is_named_again(share):
+    runs = gradual(0.1, share)
+    found = model_to_fit(diagnose(nominal_model(), runs, "gradual"))
+    again = parse_model(model_text(found))
+    assert "Fg2" in again.names
+    assert diagnose(again, runs, "again").findings == ()
+
+
+OTHERS = {
+    "hysteresis": (Hysteresis(("elbow",), presliding=8e-3), {"Fh2": 2.0, "Fc2": 0.0}),
+    "stribeck_friction": (StribeckFriction(("elbow",), fade=0.1), {"Fs2": 1.0}),
+}
+
+
+@pytest.mark.parametrize("name", OTHERS)
+def test_other_friction_that_is_unusual_after_a_reversal_is_still_named_as_itself(name):
+    effect, values = OTHERS[name]
+    assert names(searched(record([effect], values))) == [(name, (1,))]
