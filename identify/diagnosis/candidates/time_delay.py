@@ -1,4 +1,4 @@
-"""Time delay: currents that are recorded later than positions, or earlier, of all drives."""
+"""Time delay: currents that are recorded later than positions, or earlier, of all drives or of one."""
 
 from collections.abc import Iterator, Mapping
 
@@ -25,25 +25,28 @@ OWN_CLOCK = ((0.0, 5e-3),)
 
 
 def delays(model: Model) -> Iterator[Candidate]:
-    """Little delay is in proportion to how fast torque changes; much is another torque.
+    """Of all drives, which one controller reads, and of each: one may have a filter or a bus of its own."""
+    drives = range(model.robot.dof)
+    for joints in [(), *((joint,) for joint in drives)] if len(drives) > 1 else [()]:
+        yield _little(joints)
+        for delay in DELAYS:
+            yield _whole(joints, delay)
 
-    One controller reads all drives, so that a delay of one alone is no delay; by how much their clocks
-    differ is a nuisance.
-    """
 
-    def all_drives(run: Driven) -> np.ndarray:
-        return -torque_rate(run)[:, :, None]
+def _little(joints: tuple[int, ...]) -> Candidate:
+    """A delay that is in proportion to how fast torque changes; more is another torque."""
 
-    yield Candidate(
-        "time_delay", (), all_drives, ("delay",), ("s",), (-np.inf,), expected=OWN_CLOCK, everywhere=True,
-        most=LINEAR, loaded=True, reloads=True,
+    def columns(run: Driven) -> np.ndarray:
+        return _of_drives(joints, -torque_rate(run))
+
+    return Candidate(
+        "time_delay", joints, columns, ("delay",), ("s",), (-np.inf,), expected=OWN_CLOCK, most=LINEAR,
+        everywhere=not joints, rows=joints or None, loaded=True, reloads=True,
     )  # fmt: skip
-    for delay in DELAYS:
-        yield _delay(delay)
 
 
-def _delay(delay: float) -> Candidate:
-    """All drives' torque as it was recorded, less what is recorded later by the delay.
+def _whole(joints: tuple[int, ...], delay: float) -> Candidate:
+    """Torque of some drives as it was recorded, less what is recorded later by the delay.
 
     To take that away moves the recording to where it belongs, its noise with it. Nothing but the whole of it
     does so: of a part of it, the part would count that takes away noise.
@@ -53,17 +56,23 @@ def _delay(delay: float) -> Candidate:
         time, recorded = run.motion.time, run.prepared.gain * run.prepared.current
         # Between samples a straight line would take noise away, which favours any delay but whole samples.
         later = CubicSpline(time, recorded)(np.clip(time + delay, time[0], time[-1]))
-        return (recorded - later)[:, :, None]
+        return _of_drives(joints, recorded - later)
 
     def reshaped(given: Mapping[str, float]) -> Candidate:
-        return _delay(given["delay"])
+        return _whole(joints, given["delay"])
 
     nearer, farther = sorted((delay / APART, delay * APART))
     return Candidate(
-        "time_delay", (), columns, (UNNAMED,), ("1",), (0.0,), {"delay": delay},
+        "time_delay", joints, columns, (UNNAMED,), ("1",), (0.0,), {"delay": delay},
         {"delay": Shape("s", nearer, farther)}, reshaped, expected=((1.0, WHOLE),),
-        everywhere=True, loaded=True, reloads=True,
+        everywhere=not joints, rows=joints or None, loaded=True, reloads=True,
     )  # fmt: skip
+
+
+def _of_drives(joints: tuple[int, ...], torque: np.ndarray) -> np.ndarray:
+    """A column (t, n, 1) of the torque (t, n) [N m] of some drives; of all where none is given."""
+    own = np.isin(np.arange(torque.shape[1]), joints) if joints else True
+    return np.where(own, torque, 0.0)[:, :, None]
 
 
 KIND = Kind(

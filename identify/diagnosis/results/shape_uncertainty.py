@@ -65,7 +65,8 @@ def _more(found: SearchResult, place: int, name: str) -> np.ndarray:
     answer, rows = found.selected[place].answer, found.prediction.rows
     if np.all(answer.columns.whole):
         # A delay moves noise too, which shows nothing of it: what does shows how late a clock is.
-        return rows.columns[:, :, rows.names.index(CLOCK)]
+        late = np.isin(np.arange(rows.difference.shape[1]), answer.columns.joints)
+        return rows.columns[:, :, rows.names.index(CLOCK)] * late
     candidate, values = answer.candidate, found.prediction.values[places_of(found, place)]
     at, bounds = candidate.shape[name], candidate.bounds[name]
     step = STEP * min(abs(at) or np.inf, bounds.high - bounds.low)

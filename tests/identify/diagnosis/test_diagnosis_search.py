@@ -143,7 +143,7 @@ def late(seconds, joints):
 
 
 def test_a_delay_is_that_of_all_drives_only_where_every_joint_has_it():
-    assert "time_delay" not in dict(names(searched(record(change=late(0.006, (1,))))))
+    assert names(searched(record(change=late(0.006, (1,))))) == [("time_delay", (1,))]
     found = searched(record(change=late(0.006, (0, 1))))
     assert names(found) == [("time_delay", ())]
 
@@ -157,16 +157,15 @@ def test_clocks_and_delays_have_the_sign_of_what_comes_late():
     assert values[CLOCK] + values[f"{CLOCK}1"] == pytest.approx(0.004, rel=0.2)
     run = at.runs[0]
     for candidate in hypotheses("time_delay", at.model):
+        column, acting = candidate.columns(run)[:, :, 0], list(candidate.rows or (0, 1))
         if not candidate.shape:
-            column = candidate.columns(run)[:, :, 0]
-            acting = list(candidate.rows or (0, 1))
             np.testing.assert_allclose(column[:, acting], -torque_rate(run)[:, acting])
         elif abs(candidate.shape["delay"]) < 0.005:
-            column, tick = candidate.columns(run)[:, :, 0], round(candidate.shape["delay"] / 0.004)
+            tick = round(candidate.shape["delay"] / 0.004)
             torque = run.prepared.gain * run.prepared.current
+            later = torque - np.roll(torque, -tick, axis=0)
             # Beyond the ends of a run nothing was recorded.
-            inner = slice(5, -5)
-            np.testing.assert_allclose(column[inner], (torque - np.roll(torque, -tick, axis=0))[inner])
+            np.testing.assert_allclose(column[5:-5, acting], later[5:-5, acting])
 
 
 def test_a_torque_that_was_recorded_has_no_gain():
@@ -215,10 +214,11 @@ def test_a_drive_gain_beyond_its_tolerance_is_named_and_one_within_is_not():
     assert names(searched(stronger(0.02))) == []
 
 
-@pytest.mark.parametrize("seconds", [0.012, -0.008])
-def test_a_delay_is_as_long_as_it_is(seconds):
-    found = searched(record(change=late(seconds, (0, 1))))
-    assert names(found) == [("time_delay", ())]
+@pytest.mark.parametrize("drives", [(), (0,), (1,)])
+@pytest.mark.parametrize("seconds", [0.012, -0.008, 0.03])
+def test_a_delay_is_as_long_as_it_is(seconds, drives):
+    found = searched(record(change=late(seconds, drives or (0, 1))))
+    assert names(found) == [("time_delay", drives)]
     assert found.selected[0].answer.candidate.shape["delay"] == pytest.approx(seconds, abs=2.5e-4)
 
 
