@@ -7,6 +7,9 @@ import numpy as np
 from exidyn.identify.arm.robot import Limits
 from exidyn.identify.model import Model
 
+WIDEST = 0.1
+"""Velocity over which friction reverses in a design at most [rad/s]: beyond, viscous friction is like it."""
+
 
 def design_model(model: Model, limits: Limits, spacing: float) -> Model:
     """The model with every reversal as wide as what a velocity changes between two samples.
@@ -25,7 +28,8 @@ def design_model(model: Model, limits: Limits, spacing: float) -> Model:
     for effect in model.effects:
         shapes = effect.shapes()
         if "reversal" in shapes:
-            width = float(np.clip(change, getattr(effect, "reversal"), shapes["reversal"].high))  # noqa: B009
+            stated = float(getattr(effect, "reversal"))  # noqa: B009
+            width = max(stated, min(change, WIDEST, shapes["reversal"].high))
             effect = replace(effect, reversal=width)  # type: ignore[call-arg]
         effects.append(effect)
     return replace(model, effects=tuple(effects))
