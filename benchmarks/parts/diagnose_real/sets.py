@@ -228,7 +228,7 @@ def cases() -> Iterator[tuple[str, Case]]:
 
 
 CONTROLS = ("panda", "dvrk_psm")
-QUICK = ("kscale", "tx40", "panda")
+QUICK = ("emps", "kscale", "panda")
 PSM_RUNS = ("fourier_test", *(f"fourier_test{number}" for number in range(2, 6)))
 CASES = dict(cases())
 """Key -> diagnosis."""
