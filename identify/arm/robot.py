@@ -83,6 +83,7 @@ class Robot:
         inertial_tolerance: Relative standard deviation of the nominal inertias [-].
         inertias_stated: Whether the robot file states how well they are known; a bare URDF does not.
         gear_ratio: Motor turns per joint turn, shape (n,) [-].
+        direct_drive: Joints whose motor has no gear that could bend or have play.
         coupling: Motor velocity over gear ratio = coupling @ joint velocity, the paper's (22) with
             unit diagonal, shape (n, n) [-].
         flange: Placement of the flange in the last link's frame; payloads are given in it.
@@ -97,6 +98,7 @@ class Robot:
     inertial_tolerance: float = 0.1
     inertias_stated: bool = True
     gear_ratio: np.ndarray = field(default_factory=_not_given)
+    direct_drive: tuple[str, ...] = ()
     coupling: np.ndarray = field(default_factory=_not_given)
     flange: pin.SE3 = field(default_factory=pin.SE3.Identity)
 
@@ -121,6 +123,8 @@ class Robot:
         object.__setattr__(self, "drive_gain_tolerance", np.zeros(n) + self.drive_gain_tolerance)
         if self.limits.velocity.size == 0:
             object.__setattr__(self, "limits", Limits.none(n))
+        for joint in self.direct_drive:
+            self.index(joint)
 
     @property
     def dof(self) -> int:
@@ -136,6 +140,11 @@ class Robot:
     def revolute(self) -> np.ndarray:
         """Which joints are revolute; the others are prismatic. Shape (n,), bool."""
         return np.array([joint.revolute for joint in joints_of(self.kinematics)])
+
+    @property
+    def geared(self) -> np.ndarray:
+        """Which joints have a gear, shape (n,), bool."""
+        return ~np.isin(self.joints, self.direct_drive)
 
     def units(self, turning: str) -> tuple[str, ...]:
         """A unit for each joint, given that of revolute joints."""

@@ -30,6 +30,7 @@ from .toml_fields import (
     parse_toml,
     read_text,
     string,
+    strings,
     tables,
 )
 from .urdf import parse_urdf
@@ -55,7 +56,7 @@ KEYS = (
 LIMIT_KEYS = tuple(f.name for f in fields(Limits))
 BACKWARD_KEYS = ("velocity_lower", "acceleration_lower")
 """Limits that are those forward with a minus, unless they are given."""
-DRIVE_KEYS = ("gain", "gain_tolerance", "gear_ratio", "coupling")
+DRIVE_KEYS = ("gain", "gain_tolerance", "gear_ratio", "direct_drive", "coupling")
 USUAL_EFFECTS = ("rotor_inertia", "viscous_friction", "coulomb_friction", "current_offset")
 """What nearly every geared arm has, and so what a URDF or MDH table is taken to mean that names no effect."""
 
@@ -181,6 +182,8 @@ def _drive(table: Mapping[str, Any], n: int) -> dict[str, Any]:
         known[name] = numbers(table[key], n, f"[drive] {key}")
         if not np.all(known[name]):
             raise RobotError(f"[drive] {key}: {known[name].tolist()} has a zero; give 1 where it is unknown")
+    if "direct_drive" in table:
+        known["direct_drive"] = tuple(strings(table["direct_drive"], "[drive] direct_drive"))
     if "coupling" in table:
         known["coupling"] = matrix(table["coupling"], n, "[drive] coupling")
     return known

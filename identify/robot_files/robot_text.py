@@ -62,6 +62,7 @@ def _drive(robot: Robot) -> dict[str, Any]:
         "gain": robot.drive_gain,
         "gain_tolerance": tolerance[0] if np.all(tolerance == tolerance[0]) else tolerance,
         "gear_ratio": robot.gear_ratio,
+        **({"direct_drive": robot.direct_drive} if robot.direct_drive else {}),
         "coupling": robot.coupling,
     }
 

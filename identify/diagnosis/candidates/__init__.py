@@ -15,6 +15,7 @@ from ..questions.candidate import Candidate
 from .parts.of_effect import on_each_joint, on_single_joints
 
 FILES = (
+    "axis_misalignment",
     "backlash",
     "base_tilt",
     "contact_event",

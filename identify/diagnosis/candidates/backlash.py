@@ -67,7 +67,7 @@ def plays(model: Model) -> Iterator[Candidate]:
     """Every joint's gear with little and with much play."""
     for joint, (inertia, load) in enumerate(zip(*link_size(model), strict=True)):
         gear = _gear(model, joint, inertia, SHIFT * load)
-        for width in PLAYS if inertia > 0.0 else ():
+        for width in PLAYS if inertia > 0.0 and model.robot.geared[joint] else ():
             yield _play(gear, Play(width))
 
 

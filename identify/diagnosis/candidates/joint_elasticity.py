@@ -40,7 +40,7 @@ def gears(model: Model) -> Iterator[Candidate]:
     """Every joint's gear, from soft to stiff."""
     for joint, inertia in enumerate(link_size(model)[0]):
         # A joint that moves nothing has nothing to bend.
-        for resonance in RESONANCES if inertia > 0.0 else ():
+        for resonance in RESONANCES if inertia > 0.0 and model.robot.geared[joint] else ():
             yield _gear(model, joint, inertia, resonance, RATIO)
 
 

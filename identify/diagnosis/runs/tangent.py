@@ -39,16 +39,26 @@ class Tangent(NamedTuple):
 
 def tangent(kinematics: pin.Model, motion: Motion) -> Tangent:
     """Along a motion, of the bodies of a Pinocchio model."""
-    spacing = float(np.median(np.diff(motion.time)))
-    knots = np.arange(0, len(motion) - 1, max(1, int(1.0 / (RATE * spacing))))
-    knots = np.append(knots, len(motion) - 1)
+    rows = knots(motion)
     data, n = kinematics.createData(), kinematics.nv
-    found = np.empty((len(knots), 3, n, n))
-    for place, row in enumerate(knots):
+    slopes = np.empty((len(rows), 3, n, n))
+    for place, row in enumerate(rows):
         state = motion.position[row], motion.velocity[row], motion.acceleration[row]
-        found[place] = pin.computeRNEADerivatives(kinematics, data, *state)
-    every = interpolate.CubicSpline(knots, found)(np.arange(len(motion)))
+        slopes[place] = pin.computeRNEADerivatives(kinematics, data, *state)
+    every = over_knots(motion, slopes)
     return Tangent(*np.ascontiguousarray(np.moveaxis(every, (1, 3), (0, 1))))
+
+
+def knots(motion: Motion) -> np.ndarray:
+    """Samples of a motion between which derivatives are interpolated, shape (k,)."""
+    spacing = float(np.median(np.diff(motion.time)))
+    rows = np.arange(0, len(motion) - 1, max(1, int(1.0 / (RATE * spacing))))
+    return np.append(rows, len(motion) - 1)
+
+
+def over_knots(motion: Motion, values: np.ndarray) -> np.ndarray:
+    """What is known at the knots (k, ...) at every sample, shape (t, ...)."""
+    return np.asarray(interpolate.CubicSpline(knots(motion), values)(np.arange(len(motion))))
 
 
 def link_torque(

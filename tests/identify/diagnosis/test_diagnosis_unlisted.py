@@ -3,16 +3,24 @@
 from types import SimpleNamespace
 
 import numpy as np
+import pinocchio as pin
 import pytest
 
+from exidyn.identify.arm.motion import Motion
+from exidyn.identify.arm.newton_euler import joints_of
 from exidyn.identify.diagnosis.candidates import candidates, hypotheses
+from exidyn.identify.diagnosis.candidates.axis_misalignment import across
 from exidyn.identify.diagnosis.candidates.hose_spring import flange_places
 from exidyn.identify.diagnosis.runs.driven import Driven
+from exidyn.identify.diagnosis.runs.tangent import link_torque
+from exidyn.identify.effects import RigidBody
+from exidyn.identify.model import Model
 from exidyn.identify.simulation.plant.bodies_apart import bodies_apart
 
+from ...parts.runs.robots import six_axis
 from ...parts.small import two_joints
 
-OUTSIDE = ("hose_spring", "supply_sag", "current_crosstalk", "neighbour_friction")
+OUTSIDE = ("hose_spring", "supply_sag", "current_crosstalk", "neighbour_friction", "axis_misalignment")
 MODEL = two_joints.model()
 VALUES = two_joints.true_values(MODEL)
 
@@ -65,6 +73,31 @@ def test_friction_by_another_joints_place_turns_with_its_own_speed():
     turned = torque * np.sign(run.motion.velocity[:, 0])
     expected = 0.6 * np.cos(run.motion.position[:, 1]) + 0.8 * np.sin(run.motion.position[:, 1])
     np.testing.assert_allclose(turned[fast], expected[fast], rtol=1e-4, atol=1e-6)
+
+
+@pytest.mark.parametrize("joint", range(1, 6))
+def test_bodies_beyond_a_misaligned_axis_take_the_torque_of_an_arm_that_was_built_so(joint):
+    robot = six_axis()
+    model = Model(robot, (RigidBody(),))
+    time = np.arange(0.0, 2.0, 0.002)
+    phase = np.arange(6.0)
+    states = tuple(rate * wave(3.0 * time[:, None] + phase) for rate, wave in ((1, np.sin), (3, np.cos)))
+    states = (*states, -9.0 * states[0])
+    still = np.zeros_like(states[0])
+    motion = Motion(time, *states, load=still, temperature=still)
+    bodies = robot.kinematics
+    run = Driven("", SimpleNamespace(), motion, still, bodies)
+    [candidate] = [each for each in hypotheses("axis_misalignment", model) if each.joints == (joint,)]
+    columns = candidate.columns(run)
+    for place, direction in enumerate(across(joints_of(bodies)[joint].axis)):
+        sides = []
+        for sign in (1.0, -1.0):
+            built = bodies.copy()
+            turned = pin.SE3(pin.exp3(sign * 1e-4 * direction), np.zeros(3))
+            built.jointPlacements[joint + 1] = built.jointPlacements[joint + 1] * turned
+            sides.append(link_torque(built, *states))
+        expected = (sides[0] - sides[1]) / 2e-4 @ robot.to_motors.T
+        np.testing.assert_allclose(columns[:, :, place], expected, atol=2e-3 * np.abs(expected).max())
 
 
 @pytest.mark.parametrize("name", OUTSIDE)

@@ -72,6 +72,7 @@ velocity = 2.5
 gain = [-12.3, 4.56]
 gain_tolerance = [0.03, 0.04]
 gear_ratio = [101.0, 33.3]
+direct_drive = ["shoulder"]
 coupling = [[1.0, 0.01], [0.0, 1.0]]
 [flange]
 origin = [0.0, 0.1, 0.2]
@@ -121,7 +122,7 @@ def assert_equal(found: Model, expected: Model) -> None:
     one, other = motion(found, payload), motion(expected, payload)
     np.testing.assert_array_equal(found.regressor(one), expected.regressor(other))
     np.testing.assert_array_equal(found.known_torque(one), expected.known_torque(other))
-    for name in ("name", "joints", "flange", "inertial_tolerance"):
+    for name in ("name", "joints", "flange", "inertial_tolerance", "direct_drive"):
         assert getattr(found.robot, name) == getattr(expected.robot, name), name
     for name in ("drive_gain", "drive_gain_tolerance", "gear_ratio", "coupling", "gravity"):
         np.testing.assert_array_equal(getattr(found.robot, name), getattr(expected.robot, name), name)
@@ -312,6 +313,7 @@ WRONG = [
     (TWO + "[limits]\nposition_lower = 1\nposition_upper = 1", RobotError, "joint 1.*1 is not below"),
     (TWO + "[drive]\ngains = [1, 2]", UnknownKey, "'gains'.*gain"),
     (TWO + "[drive]\ngain = [0, 2]", RobotError, "gain.*zero"),
+    (TWO + '[drive]\ndirect_drive = ["knee"]', UnknownJoint, "knee"),
     (TWO + "[drive]\ncoupling = [[1, 0]]", RobotError, "2 rows"),
     (
         TWO + "[flange]\nrpy = [0, 0, 0]\nrotation = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]",

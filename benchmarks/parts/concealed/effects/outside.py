@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from ..plant.body import weld
 from ..recordings.motion import REST
@@ -110,10 +111,21 @@ def dragging_brake(robot: Robot, joint: int, strength: float, rng: np.random.Gen
     return Concealed(slow, robot, (joint,), parameters, span=(0.0, REST + drag[1]))
 
 
+def axis_misalignment(robot: Robot, joint: int, strength: float, rng: np.random.Generator) -> Concealed:
+    """A joint's axis is tenths of a degree from where its drawing has it."""
+    joint, body = max(joint, 1), robot.machine.body
+    angle, heading = min(0.001 * strength, 0.01), rng.uniform(0.0, 2.0 * np.pi)
+    lean = Rotation.from_rotvec([angle * np.cos(heading), angle * np.sin(heading), 0.0]).as_matrix()
+    rotation = changed(body.rotation, joint, body.rotation[joint] @ lean)
+    leaning = robot.with_machine(body=body._replace(rotation=rotation))
+    return Concealed(leaning, robot, (joint,), {"radians": angle, "heading": heading})
+
+
 OUTSIDE: dict[str, Conceal] = {
     effect.__name__: effect
     for effect in (
         floor_vibration, current_crosstalk, hose_spring, neighbour_friction, supply_sag, supply_pulse,
         wandering_friction, uneven_encoder, swinging_tool, spinning_tool, dragging_brake,
+        axis_misalignment,
     )
 }  # fmt: skip
