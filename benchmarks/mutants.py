@@ -31,7 +31,7 @@ class Mutant(NamedTuple):
 MUTANTS = (
     Mutant(
         "Occam factor of shapes halved",
-        "search/search.py",
+        "search/ranking.py",
         "- np.log(len(group))",
         "- 0.5 * np.log(len(group))",
     ),

@@ -6,8 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from exidyn.identify.diagnosis.blocks.prediction import factored
-from exidyn.identify.diagnosis.questions.comparison import LINEAR
+from exidyn.identify.diagnosis.blocks.prediction import LINEAR, factored
 from exidyn.identify.diagnosis.search.selected import EXCLUDED
 from exidyn.identify.positive_definite import solve
 

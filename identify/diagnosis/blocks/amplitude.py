@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 import numpy as np
-from scipy import special, stats
+from scipy import special
 
 SHARES = 40
 """Variances of the formula's error that are weighed against each other, from none to all there is."""
@@ -96,12 +96,17 @@ def amplitude(along: np.ndarray, size: np.ndarray) -> Amplitude:
     if shares is None:
         return NOTHING
     weight, mean, left, total = shares.weight, shares.mean, shares.left, shares.total
+    # Weighted means of known relative weights are distributed so, whatever the weights.
     freedom = len(shares.own) - 1.0
     likelihood = 0.5 * (np.log(weight).sum(axis=1) - np.log(total) - freedom * np.log(left))
     share = np.exp(likelihood - special.logsumexp(likelihood))
     t = mean / np.sqrt(left / freedom / total)
     effective = total**2 / np.sum(weight**2, axis=1)
-    free = np.maximum(effective - 1.0, 1.0)
-    above, below = (special.logsumexp(tail(t, free), b=share) for tail in (stats.t.logcdf, stats.t.logsf))
+    above, below = (special.logsumexp(_log_tail(x, freedom), b=share) for x in (t, -t))
     best = int(np.argmax(share))
     return Amplitude(float(mean[best]), float(t[best]), float(share @ effective), float(above - below))
+
+
+def _log_tail(t: np.ndarray, freedom: float) -> np.ndarray:
+    """Logarithm of the probability that Student's t is below some, shape of t."""
+    return np.log(np.maximum(special.stdtr(freedom, t), np.finfo(float).tiny))

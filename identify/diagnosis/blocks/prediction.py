@@ -20,6 +20,8 @@ ROUNDING = 1e-9
 """Share of a column's square that keeps unknowns that no row determines at zero."""
 CERTAIN = 1e-12
 """Standard deviation of an unknown that is held at its prior; a number for the computer."""
+LINEAR = 0.03
+"""Share by which a torque may be wrong all over [-]: current sensors are linear to a few per cent."""
 UNKNOWN = 1e3
 """Standard deviations of a prior over its own in place of none; a number for the computer."""
 
@@ -54,6 +56,7 @@ class Prediction:
         rate: Of the rows [Hz].
         sums: Products over the blocks.
         weighting: Of blocks and joints.
+        nominal: Errors without any finding, shape (k, n) [(N m)^2]; its own where it has none.
     """
 
     rows: Rows
@@ -61,6 +64,7 @@ class Prediction:
     rate: float
     sums: BlockSums
     weighting: Weighting
+    nominal: np.ndarray | None = None
 
     @classmethod
     def of(
@@ -70,6 +74,7 @@ class Prediction:
         rate: float,
         near: Weighting | None = None,
         sums: BlockSums | None = None,
+        nominal: np.ndarray | None = None,
     ) -> "Prediction":
         """With noise and trust as estimated from the rows, searched from those of a like model on.
 
@@ -94,7 +99,7 @@ class Prediction:
             weighting = Weighting(variance, weighting.trust if first else trusted, independent)
             if settled and not first:
                 break
-        return cls(rows, blocks, rate, sums, weighting)
+        return cls(rows, blocks, rate, sums, weighting, nominal)
 
     @property
     def joints(self) -> int:
@@ -204,8 +209,14 @@ class Prediction:
         return errors[..., chosen, :].sum(axis=-2) / np.maximum(self.sums.counts[chosen].sum(axis=0), 1.0)
 
     def log_probability(self, errors: np.ndarray, independent: np.ndarray) -> np.ndarray:
-        """Of predicted errors (..., k, n), where so many of the rows are independent (n,)."""
-        return log_probability(independent * errors, independent * self.sums.counts)
+        """Of predicted errors (..., k, n), where so many of the rows are independent (n,).
+
+        What is explained is right to the linearity of the sensors: effects are as good as each other of which
+        one leaves less than that more than the other.
+        """
+        nominal = self.errors if self.nominal is None else self.nominal
+        wrong = LINEAR**2 * np.maximum(nominal - errors, 0.0)
+        return log_probability(independent * (errors + wrong), independent * self.sums.counts)
 
     def common_variance(self, errors: np.ndarray, independent: np.ndarray) -> np.ndarray:
         """Of predicted errors (..., k, n), where so many of the rows are independent (n,)."""

@@ -11,6 +11,7 @@ from ..findings.kind import Kind
 from ..questions.candidate import UNNAMED, Candidate
 from ..runs.driven import Driven
 from ..runs.nuisances import torque_rate
+from .parts.rare import RARE
 
 APART = 1.5
 """From one delay that is tried to the next [-]."""
@@ -25,7 +26,7 @@ OWN_CLOCK = ((0.0, 5e-3),)
 
 
 def delays(model: Model) -> Iterator[Candidate]:
-    """Of all drives, which one controller reads, and of each: one may have a filter or a bus of its own."""
+    """Of all drives, which one controller reads, and of each: seldom has one a filter or a bus of its own."""
     drives = range(model.robot.dof)
     for joints in [(), *((joint,) for joint in drives)] if len(drives) > 1 else [()]:
         yield _little(joints)
@@ -41,7 +42,7 @@ def _little(joints: tuple[int, ...]) -> Candidate:
 
     return Candidate(
         "time_delay", joints, columns, ("delay",), ("s",), (-np.inf,), expected=OWN_CLOCK, most=LINEAR,
-        everywhere=not joints, rows=joints or None, loaded=True, reloads=True,
+        everywhere=not joints, rows=joints or None, loaded=True, reloads=True, prior=RARE if joints else 1.0,
     )  # fmt: skip
 
 
@@ -65,7 +66,7 @@ def _whole(joints: tuple[int, ...], delay: float) -> Candidate:
     return Candidate(
         "time_delay", joints, columns, (UNNAMED,), ("1",), (0.0,), {"delay": delay},
         {"delay": Shape("s", nearer, farther)}, reshaped, expected=((1.0, WHOLE),),
-        everywhere=not joints, rows=joints or None, loaded=True, reloads=True,
+        everywhere=not joints, rows=joints or None, loaded=True, reloads=True, prior=RARE if joints else 1.0,
     )  # fmt: skip
 
 

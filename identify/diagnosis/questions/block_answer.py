@@ -18,6 +18,11 @@ STRANGE = 4.0
 """Standard deviations from what physics expects at which something is not that effect: one in 16 000."""
 
 
+def against_all(*odds: float) -> float:
+    """Logarithm of the odds against several alternatives together, by those against each."""
+    return -float(np.logaddexp.reduce([-one for one in odds]))
+
+
 def prior_std(candidate: Candidate, columns: Thinned) -> np.ndarray:
     """How far each coefficient may be from its mean, shape (p,): flat where physics does not give one."""
     if candidate.expected is not None:
@@ -72,23 +77,21 @@ class Answer:
 
     @cached_property
     def gain(self) -> float:
-        """Logarithm of how much more probable blocks are, each predicted by the others, and priors."""
-        return float(self.gains.sum()) + self.relief - self.cost
+        """Logarithm of how much more probable fitted blocks are, each predicted by the others, and priors.
+
+        Runs held out have no part in it: they judge what was chosen.
+        """
+        return float(self.by_joint.sum()) + self.relief - self.cost
 
     @cached_property
     def by_joint(self) -> np.ndarray:
         """The same of each joint, shape (n,)."""
-        return self.gains.sum(axis=0)
-
-    @cached_property
-    def by_block(self) -> np.ndarray:
-        """The same of each block, shape (k,)."""
-        return self.gains.sum(axis=1)
+        return np.asarray((self.gains if self.fitted is None else self.gains[self.fitted]).sum(axis=0))
 
     @cached_property
     def held_out(self) -> float:
         """The same of blocks that are only predicted; zero without any."""
-        return 0.0 if self.fitted is None else float(self.by_block[~self.fitted].sum())
+        return 0.0 if self.fitted is None else float(self.gains[~self.fitted].sum())
 
     @property
     def scatter_held_out(self) -> float:
@@ -100,10 +103,15 @@ class Answer:
             return 0.0
         return 0.5 * float(self.free.sum()) * float((~self.fitted).sum() / max(self.fitted.sum(), 1))
 
+    @property
+    def _fitted_blocks(self) -> tuple[np.ndarray, np.ndarray]:
+        which = slice(None) if self.fitted is None else self.fitted
+        return self.along[which], self.size[which]
+
     @cached_property
     def amplitude(self) -> Amplitude:
         """How much of the predicted effect the blocks have."""
-        return amplitude(self.along, self.size)
+        return amplitude(*self._fitted_blocks)
 
     @cached_property
     def log_odds(self) -> float:
@@ -112,13 +120,22 @@ class Answer:
         One whose size physics gives is there as predicted or not at all; of any other, some is.
         """
         if np.any(self.columns.mean != 0.0):
-            return all_or_nothing(self.along, self.size)
+            return all_or_nothing(*self._fitted_blocks)
         return self.amplitude.log_odds
 
     @property
-    def odds(self) -> float:
-        """The same, by priors too."""
+    def scatter_odds(self) -> float:
+        """The same, by priors too, and at the cost of the choice of a shape."""
         return self.log_odds + self.relief - self.choice
+
+    @cached_property
+    def odds(self) -> float:
+        """Logarithm of the odds that it is there, before the prior of its hypothesis.
+
+        Against two alternatives that share the prior of nothing: nothing is there, or a misfit that differs
+        from block to block and has something of its direction by chance.
+        """
+        return against_all(self.gain, self.scatter_odds) + float(np.log(2.0))
 
     def chosen_as(self, other: "Answer") -> "Answer":
         """The same at the cost of another choice of shape."""

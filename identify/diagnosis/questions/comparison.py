@@ -8,11 +8,9 @@ import numpy as np
 from ..blocks.amplitude import all_or_nothing
 from ..blocks.block_likelihood import trusted
 from ..blocks.prediction import Prediction
-from .block_answer import Answer
+from .block_answer import Answer, against_all
 from .question import predicted_change
 
-LINEAR = 0.03
-"""Share by which a torque may be wrong all over [-]: current sensors are linear to a few per cent."""
 SEEN = 1.0
 """Logarithm of the probability gained from which on a joint counts as seeing an effect."""
 
@@ -51,7 +49,7 @@ def levelled(prediction: Prediction, answers: Sequence[Answer]) -> list[Answer]:
     return [weighed(prediction, one, independent) for one in answers]
 
 
-def _seeing(one: Answer) -> np.ndarray:
+def seeing(one: Answer) -> np.ndarray:
     """Which joints see an answer, shape (n,); where only priors support it, those that it gives torque to."""
     seen = one.by_joint > SEEN
     return seen if np.any(seen) else np.isin(np.arange(len(seen)), one.columns.joints)
@@ -59,18 +57,7 @@ def _seeing(one: Answer) -> np.ndarray:
 
 def competing(one: Answer, other: Answer) -> bool:
     """Whether one joint sees both, so that they may explain the same."""
-    return bool(np.any(_seeing(one) & _seeing(other)))
-
-
-def _as_good(one: Answer, other: Answer) -> bool:
-    """Whether what two answers leave differs by less than the sensors' error of what is explained.
-
-    So it has to be on every joint that sees either of them.
-    """
-    seen = (one.by_joint > SEEN) | (other.by_joint > SEEN)
-    left = np.array([answer.errors.sum(axis=0) for answer in (one, other)])
-    explained = one.predicted.sum(axis=0) - left.min(axis=0)
-    return bool(np.all(np.abs(left[0] - left[1])[seen] < LINEAR**2 * explained[seen]))
+    return bool(np.any(seeing(one) & seeing(other)))
 
 
 def by_blocks(prediction: Prediction, one: Answer, other: Answer) -> float:
@@ -89,22 +76,22 @@ def by_blocks(prediction: Prediction, one: Answer, other: Answer) -> float:
     left = prediction.left_out_residual - second
     noise, share = 1.0 / prediction.weighting.variance, prediction.weighting.independent
     errors = share * noise * 0.5 * (one.errors + other.errors)
-    seen = _seeing(one) | _seeing(other)
+    seen = seeing(one) | seeing(other)
     sound = seen * share * noise * trusted(errors, share * prediction.sums.counts)
     starts = [rows.start for rows in prediction.blocks.rows]
     along, size = (
         np.sum(np.add.reduceat(product, starts, axis=0) * sound, axis=1)
         for product in (left * apart, apart**2)
     )
-    return all_or_nothing(along, size)
+    fitted = prediction.blocks.fitted
+    return all_or_nothing(along[fitted], size[fitted])
 
 
 def better(one: Answer, other: Answer, blocks: float, prior: float = 0.0) -> float:
     """Logarithm of the odds that one predicts better than another.
 
-    The log ratio of the probabilities of all blocks, as far as the odds by their scatter agree, both as means
-    over all shapes. Where the two differ by less than torque may be wrong, only what shapes cost counts. What
-    priors say is known without blocks.
+    Blocks speak for the one that makes them more probable, against the other and against a misfit that is
+    neither and differs from block to block. What shapes cost and what priors say is known without blocks.
 
     Args:
         one: The one.
@@ -112,9 +99,7 @@ def better(one: Answer, other: Answer, blocks: float, prior: float = 0.0) -> flo
         blocks: Logarithm of the odds by how blocks scatter, as of `by_blocks`.
         prior: Logarithm of the odds before.
     """
-    evidence = other.cost - one.cost
-    if not _as_good(one, other):
-        evidence += float(one.by_block.sum() - other.by_block.sum())
-        blocks += other.choice - one.choice
-        evidence = min(evidence, max(blocks, 0.0)) if evidence > 0.0 else max(evidence, min(blocks, 0.0))
-    return evidence + one.relief - other.relief + prior
+    gain = float(one.by_joint.sum() - other.by_joint.sum())
+    sign = 1.0 if gain > 0.0 else -1.0
+    evidence = sign * max(against_all(sign * gain, sign * blocks), 0.0)
+    return evidence + other.cost - one.cost + one.relief - other.relief + prior

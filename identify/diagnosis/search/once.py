@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from ..blocks.prediction import Prediction
-from ..candidates.contact_event import Contact, candidate, contacts
+from ..blocks.prediction import LINEAR, Prediction
+from ..candidates.contact_event import Contact, candidate, contacts, share
 from ..findings.finding import Moment
 from ..questions.block_answer import Answer
 from ..questions.candidate import Thinned
@@ -34,10 +34,11 @@ def only_once(problem: Problem, found: list[Selected]) -> tuple[Problem, list[Se
 def _contact(problem: Problem, prediction: Prediction) -> tuple[Problem, Selected] | None:
     """The most credible contact, and the problem without the time that it takes; None without any.
 
-    At least two joints feel it: what one joint alone feels is its own affair.
+    At least two joints feel it: what one joint alone feels is its own affair. What they feel is more than
+    the sensors' error of their usual torque.
     """
     best = next(iter(contacts(problem.model, prediction, problem.runs, problem.reaches)), None)
-    if best is None:
+    if best is None or np.count_nonzero(_torque(problem, best) > LINEAR * _usual(problem)) < 2:
         return None
     prior = np.log(len(problem.tried))
     odds = min(best.gain, best.without_one) - prior
@@ -46,6 +47,20 @@ def _contact(problem: Problem, prediction: Prediction) -> tuple[Problem, Selecte
     return problem.without(_during(problem, prediction, best)), Selected(
         _answer(problem, prediction, best), odds, (), True
     )
+
+
+def _torque(problem: Problem, one: Contact) -> np.ndarray:
+    """Root mean square of the torque of a contact while it lasts, shape (n,) [N m]."""
+    reach = problem.reaches[one.run]
+    during = (reach.time >= one.start) & (reach.time <= one.start + one.duration)
+    size = share(reach.time[during], one.start, one.duration)
+    torque = reach.torque[during] @ one.force * size[:, None]
+    return np.asarray(np.sqrt(np.mean(torque**2, axis=0)))
+
+
+def _usual(problem: Problem) -> np.ndarray:
+    """Root mean square of the torque of each joint in all runs, shape (n,) [N m]."""
+    return np.asarray(np.sqrt(np.mean(np.concatenate([run.torque for run in problem.runs]) ** 2, axis=0)))
 
 
 def moments(problem: Problem, prediction: Prediction) -> list[Moment]:

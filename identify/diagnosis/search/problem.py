@@ -88,9 +88,16 @@ class Problem:
 
     def prediction(self, found: Sequence[Answer], near: Prediction | None = None) -> Prediction:
         """With the columns of what was found, its noise searched from that of a like prediction on."""
+        if not found:
+            return self.without_findings
         rows = with_found(self.rows, found)
-        sums = self._sums.plus(rows, len(self.rows.std)) if found else self._sums
-        return _predicted(rows, self.blocks, self.runs, near, sums)
+        sums = self._sums.plus(rows, len(self.rows.std))
+        return _predicted(rows, self.blocks, self.runs, near, sums, self.without_findings.errors)
+
+    @cached_property
+    def without_findings(self) -> Prediction:
+        """With the model's own unknowns alone."""
+        return _predicted(self.rows, self.blocks, self.runs, None, self._sums)
 
     @cached_property
     def _sums(self) -> BlockSums:
@@ -163,6 +170,7 @@ def _predicted(
     runs: Sequence[Driven],
     near: Prediction | None = None,
     sums: BlockSums | None = None,
+    nominal: np.ndarray | None = None,
 ) -> Prediction:
     rate, weighting = runs[0].prepared.decimation.output_rate, near.weighting if near else None
-    return Prediction.of(rows, blocks, rate, weighting, sums)
+    return Prediction.of(rows, blocks, rate, weighting, sums, nominal)

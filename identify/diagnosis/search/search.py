@@ -1,4 +1,4 @@
-"""Search: one effect at a time is added, everything solved anew, until nothing more is credible."""
+"""Search: effects are added, and each is chosen anew given all others, until a pass changes nothing."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -6,32 +6,23 @@ from functools import partial
 
 import numpy as np
 
-from ..blocks.prediction import Prediction
-from ..candidates import kinds
+from ..blocks.prediction import LINEAR, Prediction
 from ..questions.block_answer import Answer
-from ..questions.candidate import Thinned
 from ..questions.candidate_fit import FORMULA
-from ..questions.comparison import by_blocks, colouring, levelled
+from ..questions.comparison import by_blocks, colouring, competing, seeing
 from ..questions.question import ask
-from ..questions.shape import refined
-from .checks import checked, nominal_where_better
+from .checks import in_shape, judged_by_held_out, nominal_where_better
 from .link_encoders import measured_gears
 from .mounting import mounted_otherwise
 from .once import only_once
 from .problem import Problem
+from .ranking import Shapes, ranked, total_prior
 from .selected import CERTAIN_ODDS, Selected, answers_of, judged, keys_of, log_prior
 
 TURNS = 16
-"""Times that something is added, at most: what came in may go out again for something better."""
-COLOURED = 14
-"""Hypotheses whose answers are weighed with the colour of what they leave."""
-REFINE = 3
-"""Hypotheses whose shape is refined before the best is chosen, and as many that only their shape excludes."""
-MATERIAL = FORMULA**2
-"""Share of what the nominal model misses on a joint that an effect explains there at least [-]: as much as
-the formula of the greatest effect may leave."""
-NEAR = 0.5
-"""Share of the foremost gain below which no finer shape makes a hypothesis the foremost [-]."""
+"""Times that something is added in one pass, at most."""
+PASSES = 4
+"""Passes, at most: of real arms and simulated ones the second or third changes nothing."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,40 +57,96 @@ class SearchResult:
 
 def search(problem: Problem) -> SearchResult:
     """Find what the model leaves out."""
-    found = list(measured_gears(problem))
+    selected = list(measured_gears(problem))
     problem = replace(problem, asked=[*problem.asked, *mounted_otherwise(problem)])
-    without_findings, single, best = problem.prediction([]), list[Answer](), list[Answer]()
-    out: set[object] = set()
-    total = 1.0
-    for _ in range(TURNS):
-        problem, found = only_once(problem, found)
-        prediction = problem.prediction(answers_of(found))
-        best = ranked(problem, prediction, found)
-        single, total = single or best, total_prior(best, problem)
-        open_ = [one for one in best if one.candidate.key not in out and _material(one, without_findings)]
-        one = judged(open_, total, partial(by_blocks, prediction))
-        if one is None:
+    without_findings = problem.without_findings
+    shapes: Shapes = {}
+    single = ranked(problem, without_findings, [], shapes)
+    total, before, visited = total_prior(single, problem), list[Selected](), list[set[object]]()
+    for _ in range(PASSES):
+        at, added, left = _added(problem, selected, total, shapes)
+        problem, added = _bearing(at, added)
+        changed = _changed(before, added, without_findings.joints) | (problem is not at)
+        before = selected = _chosen_anew(problem, added, total, changed, shapes)
+        keys = keys_of(selected)
+        if (problem is at and keys == keys_of(added)) or keys in visited:  # at rest, or some come and go
             break
-        settled, stay = _settled(problem, [*found, one])
-        gone = keys_of([*found, one]) - keys_of(stay)
-        if gone and _less_probable(settled, stay, found):
-            out.add(one.answer.candidate.key)  # it takes out what explains more
-            continue
-        problem, found = settled, stay
-        # What went out once is not asked for again: it would come and go.
-        out |= gone
-    found = checked(problem, found, without_findings, total)
-    problem = nominal_where_better(problem, found, without_findings)
-    taken = keys_of(found)
+        visited.append(keys)
+    kept = judged_by_held_out(problem, selected, without_findings)
+    problem = nominal_where_better(problem, kept, without_findings)
+    taken = keys_of(kept)
     return SearchResult(
         problem,
-        tuple(found),
-        problem.prediction(answers_of(found)),
+        tuple(kept),
+        problem.prediction(answers_of(kept)),
         without_findings,
         tuple(single),
-        tuple(one for one in best if one.candidate.key not in taken),
+        tuple(one for one in left if one.candidate.key not in taken),
         total,
     )
+
+
+def _added(
+    problem: Problem, selected: list[Selected], total: float, shapes: Shapes
+) -> tuple[Problem, list[Selected], list[Answer]]:
+    """Findings with all that is credible beside them, the problem at their load, and what was not taken.
+
+    What the joints of the latest see is asked for until nothing is credible there, then everything is.
+    """
+    out: set[object] = set()
+    best, joints = list[Answer](), None
+    for _ in range(TURNS):
+        problem, selected = only_once(problem, selected)
+        prediction = problem.prediction(answers_of(selected))
+        best = ranked(problem, prediction, selected, shapes, joints)
+        open_ = [one for one in best if one.candidate.key not in out and _material(one, prediction)]
+        one = judged(open_, total, partial(by_blocks, prediction))
+        if one is None and (joints is None or len(joints) == prediction.joints):
+            break
+        joints = np.flatnonzero(seeing(one.answer)) if one else None
+        if one is None:
+            continue
+        settled, stay = _settled(problem, [*selected, one], total)
+        gone = keys_of([*selected, one]) - keys_of(stay)
+        if gone and _less_probable(settled, stay, selected):
+            out.add(one.answer.candidate.key)  # it takes out what explains more
+            continue
+        problem, selected = settled, stay
+        out |= gone  # in this pass: it would come and go
+    return problem, selected, best
+
+
+def _chosen_anew(
+    problem: Problem, selected: list[Selected], total: float, changed: np.ndarray, shapes: Shapes
+) -> list[Selected]:
+    """Findings, each the most probable given all others of what its joints see; one not credible goes.
+
+    Those on whose joints nothing has changed since they were chosen stay.
+    """
+    whole = problem.prediction(answers_of(selected))
+    for one in list(selected):
+        settled = not np.any(seeing(one.answer) & changed)
+        if settled or one.once or not (one.others or one.answer.candidate.bounds):
+            continue
+        place, others = selected.index(one), [other for other in selected if other is not one]
+        prediction = problem.prediction(answers_of(others), whole)
+        again = in_shape(problem, prediction, one.answer)
+        shapes[again.candidate.key] = again
+        best = ranked(problem, prediction, others, shapes, np.flatnonzero(seeing(again)))
+        best = [rival for rival in best if _material(rival, prediction)]
+        chosen = judged(best, total, partial(by_blocks, prediction))
+        selected = [*selected[:place], *([chosen] if chosen else []), *selected[place + 1 :]]
+    return selected
+
+
+def _changed(before: Sequence[Selected], after: Sequence[Selected], joints: int) -> np.ndarray:
+    """Joints that see what only one of two lists of findings has, shape (n,)."""
+    apart = keys_of(before) ^ keys_of(after)
+    changed = np.zeros(joints, bool)
+    for one in (*before, *after):
+        if one.answer.candidate.key in apart:
+            changed |= seeing(one.answer)
+    return changed
 
 
 def _less_probable(problem: Problem, some: Sequence[Selected], others: Sequence[Selected]) -> bool:
@@ -110,86 +157,34 @@ def _less_probable(problem: Problem, some: Sequence[Selected], others: Sequence[
     return float(gain.sum()) < 0.0
 
 
-def _material(one: Answer, without_findings: Prediction) -> bool:
-    """Whether an effect matters beside what the nominal model misses on the joint that shows it best.
+def _material(one: Answer, prediction: Prediction) -> bool:
+    """Whether an effect explains more of what is left than the formulas of others may be wrong by.
 
-    By the variance that blocks share: one that goes where no other goes is predicted badly by any effect.
+    On the joint that shows it best, by the variance that blocks share: one that goes where no other goes is
+    predicted badly by any effect. A smooth torque is more than the sensors' error of the usual one, too.
     """
     assert one.independent is not None
-    errors = np.stack([one.predicted, one.errors, without_findings.errors])
-    variance = without_findings.common_variance(errors, one.independent)
-    before, after, nominal = variance[:, np.argmax(one.by_joint)]
-    return bool(before - after > MATERIAL * nominal) or one.relief > CERTAIN_ODDS
+    joint = int(np.argmax(one.by_joint))
+    variance = prediction.common_variance(np.stack([one.predicted, one.errors]), one.independent)
+    before, after = variance[:, joint]
+    least, usual = FORMULA**2 * before, one.columns.usual
+    if one.candidate.smooth and usual is not None and joint in one.columns.joints:
+        least = max(least, (LINEAR * usual[one.columns.joints == joint][0]) ** 2)
+    return bool(before - after > least) or one.relief > CERTAIN_ODDS
 
 
-def total_prior(best: Sequence[Answer], problem: Problem) -> float:
-    """Sum of the prior weights of all hypotheses."""
-    by_key = {candidate.key: candidate.prior for candidate, _ in problem.asked}
-    return float(sum((by_key | {one.candidate.key: one.candidate.prior for one in best}).values()))
-
-
-def ranked(problem: Problem, prediction: Prediction, found: Sequence[Selected]) -> list[Answer]:
-    """One answer for each hypothesis beside what was found, the most probable first."""
-    taken = {one.answer.candidate.key for one in found}
-    asked = [pair for pair in problem.asked if pair[0].key not in taken]
-    for kind in kinds().values():
-        rest = kind.ask_of_rest(problem.model, prediction, problem.runs) if kind.ask_of_rest else ()
-        asked += [(one, Thinned.of(one, problem.runs)) for one in rest if one.key not in taken]
-    answers = ask(prediction, asked, strange=True)
-    strange = [one for one in _by_hypothesis(answers) if one.strange]
-    best = [*_by_hypothesis([one for one in answers if not one.strange]), *strange]
-    best.sort(key=lambda one: -one.gain)
-    foremost = levelled(prediction, best[:COLOURED])
-    foremost.sort(key=lambda one: -one.gain)
-    for place in _worth_refining(foremost):
-        one = foremost[place]
-        grid = [pair for pair in asked if pair[0].key == one.candidate.key]
-        foremost[place] = refined(prediction, one, problem.runs, grid if one.candidate.among == 1 else ())
-    every = sorted([*foremost, *best[COLOURED:]], key=lambda one: -one.gain)
-    first = {one.candidate.key: one for one in reversed(every) if not one.strange}
-    return [one for one in every if first.get(one.candidate.key) is one]
-
-
-def _worth_refining(foremost: Sequence[Answer]) -> list[int]:
-    """Places of those whose finer shape may be the foremost, and of those that only this shape excludes.
-
-    Each so many at most; the second where they would be credible.
-    """
-    near = [k for k, one in enumerate(foremost) if one.gain > NEAR * foremost[0].gain > 0.0][:REFINE]
-    strange = [k for k, one in enumerate(foremost) if one.strange and one.gain > CERTAIN_ODDS]
-    places = [*near, *[k for k in strange if k not in near][:REFINE]]
-    return [k for k in places if foremost[k].candidate.bounds]
-
-
-def _by_hypothesis(answers: Sequence[Answer]) -> list[Answer]:
-    """The best shape of each, at the cost of having chosen it, the most probable first."""
-    groups: dict[object, list[Answer]] = {}
-    for one in answers:
-        groups.setdefault(one.candidate.key, []).append(one)
-    found = []
-    for group in groups.values():
-        best = max(group, key=lambda one: one.gain)
-        gain, odds = (float(np.logaddexp.reduce(own) - np.log(len(group))) for own in _measures(group))
-        choice = best.choice + max(best.odds - odds, 0.0)
-        found.append(replace(best, cost=best.cost + best.gain - gain, choice=choice))
-    return sorted(found, key=lambda one: -one.gain)
-
-
-def _measures(group: Sequence[Answer]) -> tuple[list[float], list[float]]:
-    return [one.gain for one in group], [one.odds for one in group]
-
-
-def _settled(problem: Problem, found: list[Selected]) -> tuple[Problem, list[Selected]]:
+def _settled(problem: Problem, selected: list[Selected], total: float) -> tuple[Problem, list[Selected]]:
     """Findings that are each still needed beside the one that came last, at the load they leave."""
-    problem, answers = problem.bearing(answers_of(found))
-    found = [one._replace(answer=answer) for one, answer in zip(found, answers, strict=True)]
-    whole = problem.prediction(answers_of(found))
-    for one in [one for one in found[:-1] if not one.once]:
-        others = [other for other in found if other is not one]
+    latest = selected[-1].answer
+    if latest.candidate.carried or latest.candidate.reloads:
+        problem, selected = _bearing(problem, selected)
+    whole = problem.prediction(answers_of(selected))
+    for one in [one for one in selected[:-1] if not one.once and competing(one.answer, latest)]:
+        others = [other for other in selected if other is not one]
         again = again_beside(problem, one.answer, answers_of(others), whole)
         again = again or _in_allowed_shape(problem, one.answer, answers_of(others), whole)
-        if again is None or again.gain + log_prior(again, len(problem.tried)) < CERTAIN_ODDS:
-            found = others
+        if again is None or again.odds + log_prior(again, total) < CERTAIN_ODDS:
+            selected = others
             continue
         # Beside others a coefficient may have come to a limit of physics, or left it.
         bounded = replace(
@@ -199,8 +194,14 @@ def _settled(problem: Problem, found: list[Selected]) -> tuple[Problem, list[Sel
             values=again.values,
             free=again.free,
         )
-        found = [other._replace(answer=bounded) if other is one else other for other in found]
-    return problem, found
+        selected = [other._replace(answer=bounded) if other is one else other for other in selected]
+    return problem, selected
+
+
+def _bearing(problem: Problem, selected: Sequence[Selected]) -> tuple[Problem, list[Selected]]:
+    """The problem and the findings at the load that they leave."""
+    problem, answers = problem.bearing(answers_of(selected))
+    return problem, [one._replace(answer=answer) for one, answer in zip(selected, answers, strict=True)]
 
 
 def again_beside(

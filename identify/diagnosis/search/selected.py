@@ -95,28 +95,30 @@ def log_prior(answer: Answer, total: float) -> float:
 
 
 def odds_of(answer: Answer, total: float) -> float:
-    """Logarithm of the odds that something is there: by probability, and by scatter over blocks.
+    """Logarithm of the odds that left-out blocks have an effect against that they have the opposite or none.
 
-    What acts on the whole arm has to be seen without the joint that sees most of it, too. Nothing is there
-    that the runs held out exclude, be it seen in many more blocks of the runs fitted.
+    By how the blocks of the fitted runs scatter, with priors. What acts on the whole arm is not there unless
+    it is seen without the joint that sees most of it, too.
     """
-    if excluded(answer):
-        return -np.inf
-    odds = _odds(answer, total)
+    return _odds(answer, total) if _beyond_one_joint(answer) else -np.inf
+
+
+def contradicted(answer: Answer) -> bool:
+    """Whether runs held out are less probable with it, beyond what scatter of its coefficients makes."""
+    return answer.held_out < -answer.scatter_held_out
+
+
+def _beyond_one_joint(answer: Answer) -> bool:
+    """Whether other joints show it as well, of what acts on the whole arm."""
     if answer.candidate.joints or len(answer.by_joint) == 1:
-        return odds
-    return min(odds, answer.gain - max(float(answer.by_joint.max()), 0.0))
-
-
-def excluded(answer: Answer) -> bool:
-    """Whether runs held out exclude something: beyond what they lose by scatter of its coefficients."""
-    return answer.held_out < -CERTAIN_ODDS - answer.scatter_held_out
+        return True
+    return answer.gain - max(float(answer.by_joint.max()), 0.0) > CERTAIN_ODDS
 
 
 def _odds(answer: Answer, total: float) -> float:
-    """The same, whatever runs held out or other joints say alone: what explains the same needs neither."""
-    odds = min(answer.gain, answer.odds) + log_prior(answer, total)
-    return -np.inf if answer.candidate.everywhere and not _everywhere(answer) else odds
+    """The same, whatever other joints say alone: what explains the same does not need them."""
+    everywhere = not answer.candidate.everywhere or _everywhere(answer)
+    return answer.odds + log_prior(answer, total) if everywhere and answer.gain > 0.0 else -np.inf
 
 
 def _everywhere(answer: Answer) -> bool:
@@ -158,7 +160,7 @@ def judged(best: Sequence[Answer], total: float, blocks: ByBlocks) -> Selected |
         return found
     likelier = found.others[0][0]
     odds = _odds(likelier, total)
-    if excluded(likelier) or odds < CERTAIN_ODDS:
+    if odds < CERTAIN_ODDS:
         return found
     again = _beside_others(likelier, odds, best, total, against)
     return again._replace(alone=odds_of(likelier, total) < CERTAIN_ODDS)
@@ -171,8 +173,7 @@ def _beside_others(
     others = []
     for one in best:
         if one is not first and competing(one, first) and one.gain > 0.0:
-            # Whether runs held out exclude it alone does not matter beside what they say of both; nor
-            # does it matter whether a second joint shows it, as a base tilt may be seen on one alone.
+            # It does not matter whether a second joint shows it, as a base tilt may be seen on one alone.
             less = odds - _odds(one, total)
             others.append((one, less if less > EXCLUDED_ODDS else max(against(first, one), less)))
     return Selected(first, odds, tuple(sorted(others, key=lambda pair: pair[1])))

@@ -155,8 +155,7 @@ def test_asymmetric_drag_of_the_emps():
 
 
 @needs_recordings
-def test_coupled_wrist_of_the_tx40(monkeypatch):
-    monkeypatch.setattr("exidyn.identify.diagnosis.search.search.TURNS", 3)  # its other three take longer
+def test_coupled_wrist_of_the_tx40():
     case, found = diagnosed("tx40")
     coupling = next(known for known in case.known if known.effect == "kinematic_coupling")
     assert coupling.is_in(found.findings) is not None

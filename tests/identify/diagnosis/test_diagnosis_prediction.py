@@ -11,6 +11,7 @@ from exidyn.identify.diagnosis.blocks.block_sums import BlockSums
 from exidyn.identify.diagnosis.blocks.blocks import FEWEST, MOST, SHORTEST, Blocks
 from exidyn.identify.diagnosis.questions.block_answer import prior_std
 from exidyn.identify.diagnosis.questions.question import ask
+from exidyn.identify.diagnosis.search.selected import contradicted
 
 from ...parts.small.small_rows import asked, blocks, predicted, rows
 
@@ -189,7 +190,7 @@ def test_a_coefficient_of_one_sign_is_twice_as_probable():
         rows(torque, random.normal(size=(1600, 1, 1)), np.array([np.inf])), blocks((100,) * 16)
     )
     either, above = ask(prediction, [asked(column, (0,)), asked(column, (0,), lower=(0.0,))])
-    np.testing.assert_allclose(above.by_block, either.by_block)
+    np.testing.assert_allclose(above.gains, either.gains)
     assert above.gain - either.gain == pytest.approx(np.log(2.0))
 
 
@@ -204,19 +205,35 @@ def test_runs_held_out_are_predicted_and_not_fitted():
     assert np.all(after.errors[HELD_OUT[0]] > 100 * before.errors[HELD_OUT[0]])
 
 
-def test_a_gain_is_of_blocks_held_out_too():
+def test_a_gain_is_of_fitted_blocks_and_those_held_out_judge_it():
     given, pieces, random = system(6)
     given, pair = question("one joint", given, random)
-    prediction = predicted(given, pieces)
-    [answer] = ask(prediction, [pair])
-    assert answer.gains[HELD_OUT[0]].sum() > 1.0
-    assert answer.gain == pytest.approx(float(answer.gains.sum()) + answer.relief)
-    # Where the runs held out have less of it than none, they contradict it, by all their rows.
+    [answer] = ask(predicted(given, pieces), [pair])
+    assert answer.held_out > 1.0
+    assert answer.gain == pytest.approx(float(answer.gains[pieces.fitted].sum()) + answer.relief)
+    assert not contradicted(answer)
+    # Where the runs held out have less of it than none, they contradict it.
     own = pieces.rows[HELD_OUT[0]]
     contrary = given.difference.copy()
     contrary[own, 1] -= 3.0 * pair[1].values[own, 0, 0]
     [against] = ask(predicted(replace(given, difference=contrary), pieces), [pair])
-    assert against.gains[HELD_OUT[0]].sum() < -1.0
+    assert against.held_out < -1.0
+    assert against.odds == pytest.approx(answer.odds, rel=0.2)
+    assert contradicted(against)
+
+
+def test_what_is_explained_is_right_to_the_linearity_of_the_sensors():
+    given, pieces, _ = system(6)
+    prediction = predicted(given, pieces)
+    share = np.ones(prediction.joints)
+    found = replace(prediction, nominal=1e5 * prediction.errors)
+
+    def gained(one, share_of_errors):
+        less = one.log_probability(share_of_errors * one.errors, share)
+        return float((less - one.log_probability(one.errors, share)).sum())
+
+    # A quarter of the error remains: beside a hundred times as much of linearity, that is little.
+    assert gained(prediction, 0.25) > 10.0 * gained(found, 0.25) > 0.0
 
 
 def test_noise_of_each_joint_weighs_its_rows():

@@ -8,7 +8,7 @@ from scipy.stats import norm
 
 from exidyn.identify.diagnosis.candidates import contact_event, hypotheses
 from exidyn.identify.diagnosis.diagnose import diagnose
-from exidyn.identify.diagnosis.questions.block_answer import Answer
+from exidyn.identify.diagnosis.questions.block_answer import Answer, against_all
 from exidyn.identify.diagnosis.questions.candidate import Candidate, Thinned
 from exidyn.identify.diagnosis.questions.comparison import better, by_blocks, competing
 from exidyn.identify.diagnosis.questions.question import ask
@@ -16,10 +16,10 @@ from exidyn.identify.diagnosis.questions.shape import refined, with_shape
 from exidyn.identify.diagnosis.results.evidence import places_of
 from exidyn.identify.diagnosis.results.shape_uncertainty import deviations
 from exidyn.identify.diagnosis.runs.nuisances import CLOCK, torque_rate
-from exidyn.identify.diagnosis.search import checks, search, selected
+from exidyn.identify.diagnosis.search import once, search, selected
 from exidyn.identify.diagnosis.search.once import moments
-from exidyn.identify.diagnosis.search.search import _by_hypothesis
-from exidyn.identify.diagnosis.search.selected import CREDIBLE, Selected, log_prior, odds_of
+from exidyn.identify.diagnosis.search.ranking import _by_hypothesis
+from exidyn.identify.diagnosis.search.selected import CREDIBLE, Selected, contradicted, log_prior, odds_of
 from exidyn.identify.effects import JointSpring, LoadDependentFriction, NonlinearViscousFriction
 from exidyn.identify.recordings.recording import Signal
 
@@ -132,6 +132,16 @@ def test_a_push_in_the_run_held_out_is_a_contact_and_a_moment():
     assert moment.direction @ FORCE / np.linalg.norm(FORCE) > 0.98
 
 
+def test_a_push_of_less_than_the_sensors_error_of_the_usual_torque_is_no_contact(monkeypatch):
+    at = problem(record(change=pushed))
+    selected = once.only_once(at, [])[1]
+    assert [one.answer.candidate.effect for one in selected] == ["contact_event"]
+    monkeypatch.setattr(
+        once, "LINEAR", 1.0
+    )  # sensors that are wrong by as much as their joints usually carry
+    assert once.only_once(at, []) == (at, [])
+
+
 def late(seconds, joints):
     """Currents of some drives that are recorded later."""
 
@@ -241,7 +251,7 @@ def test_what_acts_on_the_whole_arm_is_seen_by_more_than_one_joint():
         answer([60.0, 1.0, 0.5], joints=(), rows=(0, 1, 2)),
         answer([30.0, 30.0, 1.0], joints=(), rows=(0, 1, 2)),
     )
-    assert odds_of(alone, 10.0) == pytest.approx(1.5)
+    assert odds_of(alone, 10.0) == -np.inf
     assert judged([alone], 10.0) is None
     assert judged([both], 10.0) is not None
     assert judged([answer([60.0, 1.0, 0.5], joints=(0,))], 10.0) is not None
@@ -253,24 +263,31 @@ def test_what_acts_on_every_joint_may_be_lacking_on_none():
     assert judged([answer([30.0, 30.0, -3.0], **common)], 10.0) is None
 
 
-def test_runs_held_out_exclude_what_they_contradict():
+def test_runs_held_out_judge_and_have_no_part_in_the_odds():
     one = answer([60.0], held_out=4)
-    assert judged([one], 10.0) is not None
-    gains = one.gains.copy()
-    gains[-4:] = -1.0
-    against = replace(one, gains=gains)
-    assert against.gain > 40.0
+    against = replace(one, gains=np.where(one.fitted[:, None], one.gains, -1.0))
     assert against.held_out == pytest.approx(-4.0)
-    assert judged([against], 10.0) is None
+    assert odds_of(against, 10.0) == pytest.approx(odds_of(one, 10.0))
+    assert contradicted(against)
+    assert not contradicted(one)
 
 
-def test_scatter_of_many_coefficients_excludes_nothing():
+def test_scatter_of_many_coefficients_contradicts_nothing():
     one = answer([60.0], held_out=BLOCKS // 4)
-    shares = np.where(one.fitted, 60.0, -4.0 / (BLOCKS // 4))[:, None]
+    shares = np.where(one.fitted, 60.0, -1.0 / (BLOCKS // 4))[:, None]
     one = replace(one, gains=shares)
     many = replace(one, free=np.ones(12, bool))  # twelve lose two nats, one loses a sixth
-    assert odds_of(one, 2.0) == -np.inf
-    assert odds_of(many, 2.0) > selected.CERTAIN_ODDS
+    assert contradicted(one)
+    assert not contradicted(many)
+
+
+def test_odds_are_against_nothing_and_against_a_misfit_that_differs_from_block_to_block():
+    one = answer([20.0])
+    assert one.odds == pytest.approx(20.0 + np.log(2.0), abs=1e-3)  # scatter alone says far more
+    scattered = replace(one, along=np.where(np.arange(BLOCKS) % 2, 300.0, -100.0))
+    assert scattered.scatter_odds < 5.0
+    assert scattered.odds == pytest.approx(scattered.scatter_odds + np.log(2.0), abs=1e-3)
+    assert against_all(3.0, 3.0) == pytest.approx(3.0 - np.log(2.0))
 
 
 def test_what_a_few_blocks_show_alone_is_not_credible():
@@ -318,21 +335,21 @@ def test_what_predicts_alike_is_distinguished_by_what_its_shape_cost():
     assert better(dear, cheap, -5.0, prior=1.0) == pytest.approx(-2.0)
 
 
-def test_blocks_count_as_far_as_their_odds_agree_with_their_probability():
+def test_blocks_count_as_far_as_their_scatter_agrees_with_their_probability():
     more, less = answer([40.0]), answer([33.0], "something_else")
     assert better(more, less, 100.0) == pytest.approx(7.0)
-    assert better(more, less, 2.0) == pytest.approx(2.0)
+    assert better(more, less, 7.0) == pytest.approx(7.0 - np.log(2.0))
+    assert better(more, less, 2.0) == pytest.approx(2.0, abs=0.01)
     assert better(more, less, -4.0) == 0.0
     for blocks in (100.0, 2.0, -4.0):
         assert better(less, more, -blocks) == -better(more, less, blocks)
 
 
-def test_what_shapes_cost_counts_as_far_as_blocks_agree_too():
-    dear = replace(answer([40.0]), cost=10.0, choice=2.0)
-    cheap = answer([33.0], "something_else")
-    assert better(dear, cheap, 4.0) == 0.0
-    assert better(dear, cheap, -4.0) == pytest.approx(-3.0)
-    assert better(cheap, dear, -1.0) == pytest.approx(1.0)
+def test_what_shapes_cost_is_known_without_blocks():
+    dear, cheap = replace(answer([40.0]), cost=10.0), answer([33.0], "something_else")
+    assert better(dear, cheap, 100.0) == pytest.approx(-3.0)
+    assert better(dear, cheap, -4.0) == pytest.approx(-10.0)
+    assert better(cheap, dear, -100.0) == pytest.approx(3.0)
 
 
 def test_blocks_have_what_the_arm_has_and_not_what_looks_like_it():
@@ -386,47 +403,33 @@ def test_a_finding_whose_shape_physics_excludes_stays_in_one_that_it_allows(monk
         asked=[pair for pair in found.problem.asked if pair[0].key != spring.answer.candidate.key],
     )
     monkeypatch.setattr(search, "again_beside", lambda *_: None)
-    _, stay = search._settled(problem, [drag, spring])
+    _, stay = search._settled(problem, [drag, spring], found.total)
     assert [one.answer.candidate.effect for one in stay] == ["nonlinear_viscous_friction", "joint_spring"]
     grid = [one.shape["exponent"] for one, _ in problem.asked if one.key == drag.answer.candidate.key]
     assert stay[0].answer.candidate.shape["exponent"] in grid
     assert abs(stay[0].answer.candidate.shape["exponent"] - 1.7) < 0.5
     # One that has no other shape goes.
-    _, stay = search._settled(problem, [spring, drag])
+    _, stay = search._settled(problem, [spring, drag], found.total)
     assert [one.answer.candidate.effect for one in stay] == ["nonlinear_viscous_friction"]
 
 
-def test_odds_are_those_beside_what_is_left_after_every_check(monkeypatch):
-    found = searched(record([DRAG, SPRING], {"Fn2": 1.5} | SOFT))
-    beside, real = [], checks._beside_all
-
-    def seen(problem, some, total):
-        beside.append([one.answer.candidate.effect for one in some])
-        return real(problem, some, total)
-
-    monkeypatch.setattr(checks, "_beside_all", seen)
-    monkeypatch.setattr(
-        checks,
-        "_never_worse",
-        lambda problem, some, *_: [one for one in some if one.answer.candidate.effect != "joint_spring"],
-    )
-    left = checks.checked(found.problem, list(found.selected), found.without_findings, found.total)
-    assert [sorted(names) for names in beside] == [
-        ["joint_spring", "nonlinear_viscous_friction"],
-        ["nonlinear_viscous_friction"],
-    ]
-    assert [one.answer.candidate.effect for one in left] == ["nonlinear_viscous_friction"]
+EVERYWHERE = np.ones(2, bool)
 
 
-def test_what_is_not_credible_beside_all_others_goes(monkeypatch):
+def test_what_is_not_credible_beside_all_others_goes():
     found = searched(record([DRAG], {"Fn2": 1.5}))
     assert names(found) == [("nonlinear_viscous_friction", (1,))]
-    assert len(checks._beside_all(found.problem, list(found.selected), found.total)) == 1
+
+    def stay(total, changed=EVERYWHERE):
+        return search._chosen_anew(found.problem, list(found.selected), total, changed, {})
+
+    assert len(stay(found.total)) == 1
     # All is as improbable as one of very many.
-    assert checks._beside_all(found.problem, list(found.selected), found.total * 1e300) == []
+    assert stay(found.total * 1e300) == []
+    assert stay(found.total * 1e300, ~EVERYWHERE) == list(found.selected)  # nothing changed about it
 
 
-def test_a_finding_is_compared_at_the_end_with_what_was_excluded_before_others_were_found():
+def test_each_finding_is_chosen_anew_of_all_hypotheses_given_all_others():
     found = searched(record([DRAG, SPRING], {"Fn2": 1.5} | SOFT))
     [spring] = [one for one in found.selected if one.answer.candidate.effect == "joint_spring"]
     [wrong] = [
@@ -435,20 +438,35 @@ def test_a_finding_is_compared_at_the_end_with_what_was_excluded_before_others_w
         if one.candidate.effect == "current_offset" and one.candidate.joints == (1,)
     ]
     others = [one for one in found.selected if one is not spring]
-    mistaken = Selected(wrong, 50.0, ((spring.answer, 30.0),))
-    left = checks._beside_all(found.problem, [*others, mistaken], found.total)
+    mistaken = Selected(wrong, 50.0, ((wrong, 30.0),))
+    left = search._chosen_anew(found.problem, [*others, mistaken], found.total, EVERYWHERE, {})
     assert {one.answer.candidate.effect for one in left} == {"joint_spring", "nonlinear_viscous_friction"}
 
 
-@pytest.mark.parametrize("size", [0.0, 1.0])
-def test_an_effect_of_given_size_is_there_whole_or_not_at_all(size):
-    """Three blocks of many that have all of it are enough; to have some of it, they are not."""
+def test_a_search_goes_on_until_a_pass_changes_nothing(monkeypatch):
+    at, real, passes = problem(record([SPRING], SOFT)), search._chosen_anew, []
+
+    def mistaken(problem, selected, *more):
+        """The first pass drops everything."""
+        passes.append([one.answer.candidate.effect for one in selected])
+        return [] if len(passes) == 1 else real(problem, selected, *more)
+
+    monkeypatch.setattr(search, "_chosen_anew", mistaken)
+    found = search.search(at)
+    assert passes[:2] == [["joint_spring"], ["joint_spring"]]
+    assert names(found) == [("joint_spring", (1,))]
+
+
+def test_an_effect_of_given_size_is_there_whole_or_not_at_all():
+    """Three blocks of many that have all of it, whose size is known, say more than if some of it would do."""
     one = answer([50.0])
     shown = np.where(np.arange(BLOCKS) < 3, 400.0, 0.01)
     along = np.where(np.arange(BLOCKS) < 3, 1.0, 0.0) * shown + np.sin(np.arange(BLOCKS)) * np.sqrt(shown)
-    one = replace(one, columns=replace(one.columns, mean=np.full(1, size)), along=along, size=shown)
-    # What it takes against 160 hypotheses and 19 to 1.
-    assert (one.odds > np.log(160 * 19)) == (size > 0.0)
+    some, whole = (
+        replace(one, columns=replace(one.columns, mean=np.full(1, size)), along=along, size=shown).odds
+        for size in (0.0, 1.0)
+    )
+    assert whole > some + 1.0
 
 
 def test_load_dependent_friction_is_found_with_the_preload_of_its_teeth():

@@ -2,11 +2,14 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from exidyn.identify.diagnosis.questions.candidate import Thinned
 from exidyn.identify.diagnosis.questions.question import ask
-from exidyn.identify.diagnosis.search.search import ranked
+from exidyn.identify.diagnosis.questions.shape import reshaped
+from exidyn.identify.diagnosis.search import ranking
+from exidyn.identify.diagnosis.search.ranking import ranked
 
 from ...parts.small.small_search import problem, record
 
@@ -36,7 +39,7 @@ def test_a_strange_shape_is_no_answer_until_another_is_found_near_it(clean):
     assert ask(prediction, soft.asked) == []
     [strange] = ask(prediction, soft.asked, strange=True)
     assert strange.strange
-    best = ranked(soft, prediction, [])[0]
+    best = ranked(soft, prediction, [], {})[0]
     assert best.candidate.key == strange.candidate.key
     assert not best.strange
     assert best.gain > strange.gain
@@ -46,5 +49,32 @@ def test_a_strange_shape_is_no_answer_until_another_is_found_near_it(clean):
 def test_a_strange_shape_without_a_finer_one_is_no_answer(clean):
     asked = with_gear(clean, 3.75)
     only = [(replace(candidate, bounds={}), columns) for candidate, columns in asked.asked]
-    best = ranked(replace(asked, asked=only), asked.prediction([]), [])
+    best = ranked(replace(asked, asked=only), asked.prediction([]), [], {})
     assert "joint_elasticity" not in {one.candidate.effect for one in best}
+
+
+def test_a_shape_that_was_searched_is_asked_again_and_not_searched_anew(clean, monkeypatch):
+    soft, shapes, searched = with_gear(clean, 3.75), {}, []
+    prediction = soft.prediction([])
+    once = ranked(soft, prediction, [], shapes)[0]
+    assert list(shapes) == [once.candidate.key]
+
+    def fails(prediction, answer, *more):
+        searched.append(answer.candidate.key)
+        return answer
+
+    monkeypatch.setattr(ranking, "refined", fails)
+    again = ranked(soft, prediction, [], shapes)[0]
+    assert searched == []
+    assert again.candidate.shape == once.candidate.shape
+    np.testing.assert_allclose(again.errors, once.errors, rtol=1e-6)
+
+
+def test_a_shape_of_the_grid_that_fits_better_than_the_one_known_is_refined(clean):
+    soft, shapes = with_gear(clean, 3.75), {}
+    ranked(soft, soft.prediction([]), [], shapes)
+    [(key, known)] = shapes.items()
+    far = reshaped(known.candidate, {"resonance": 9.0})
+    shapes = {key: replace(known, candidate=far, columns=Thinned.of(far, soft.runs))}
+    best = ranked(soft, soft.prediction([]), [], shapes)[0]
+    assert best.candidate.shape["resonance"] == pytest.approx(3.75, rel=0.05)

@@ -5,9 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from exidyn.identify.diagnosis.blocks.prediction import CERTAIN
+from exidyn.identify.diagnosis.blocks.prediction import CERTAIN, LINEAR
 from exidyn.identify.diagnosis.questions.block_answer import prior_std
-from exidyn.identify.diagnosis.questions.comparison import LINEAR
 from exidyn.identify.diagnosis.search.search import SearchResult
 
 from ..columns import RunColumns

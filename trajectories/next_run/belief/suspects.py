@@ -6,7 +6,7 @@ from scipy.special import expit
 
 from exidyn.identify.diagnosis.questions.block_answer import Answer
 from exidyn.identify.diagnosis.search.search import SearchResult
-from exidyn.identify.diagnosis.search.selected import EXCLUDED, excluded, log_prior
+from exidyn.identify.diagnosis.search.selected import EXCLUDED, contradicted, log_prior
 
 from .belief import Place
 from .rivals import rivals
@@ -51,10 +51,8 @@ def suspects_of(search: SearchResult) -> Suspects:
 
 
 def unseen_probability(one: Answer, total: float) -> float:
-    """That an effect which was not found is there; zero where runs held out exclude it."""
-    if excluded(one):
-        return 0.0
-    return float(expit(min(one.gain, one.odds, 0.0) + log_prior(one, total)))
+    """That an effect which was not found is there; zero where runs held out contradict it."""
+    return 0.0 if contradicted(one) else float(expit(one.odds + log_prior(one, total)))
 
 
 def place_of(one: Answer) -> Place:
