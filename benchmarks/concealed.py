@@ -45,6 +45,9 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--seed", type=int, default=1, help="another set of cases")
     parser.add_argument("--only", nargs="+", metavar="EFFECT", help="only cases of these effects")
     parser.add_argument("--make", action="store_true", help="make the cases, and answer none")
+    parser.add_argument(
+        "--resume", action="store_true", help="with --keep: make and answer only cases that are not answered"
+    )
     parser.add_argument("--made", action="store_true", help="answer the cases that FOLDER already has")
     parser.add_argument(
         "--sweep", type=int, nargs="?", const=8, metavar="TRIALS", help="sensitivity of every effect"
@@ -73,11 +76,20 @@ def make_all(cases: Sequence[Draw], folder: Path, pool: Executor) -> None:
     list(pool.map(partial(make, cases=folder / "cases", truths=folder / "truth"), cases))
 
 
-def answered(who: str, file: str, folder: Path, pool: Executor, only: set[str] | None) -> list[Pair]:
+def before(folder: Path, file: str, resume: bool) -> dict[str, Any]:
+    """Answers of an earlier run, by case; none without `resume`."""
+    there = resume and (folder / file).exists()
+    return dict(json.loads((folder / file).read_text())) if there else {}
+
+
+def answered(
+    who: str, file: str, folder: Path, pool: Executor, only: set[str] | None, resume: bool
+) -> list[Pair]:
     """All cases of a folder with the answers of `who`, written to a file beside them as they come."""
-    places = sorted(place for place in (folder / "cases").iterdir() if only is None or place.name in only)
+    given = before(folder, file, resume)
+    asked = [place for place in (folder / "cases").iterdir() if only is None or place.name in only]
+    places = sorted(place for place in asked if place.name not in given)
     answer = partial(timed, answer=answerer(who, folder / "truth"))
-    given = {}
     for place, one in zip(
         places, tqdm(pool.map(answer, places), total=len(places), unit="case"), strict=True
     ):
@@ -101,14 +113,17 @@ def main(options: argparse.Namespace) -> dict[str, Any]:
         cases = [case for case in cases if not options.only or set(case.effects) & set(options.only)]
         if not options.made:
             warm_up()
-            make_all(cases, folder, pool)
+            done = before(folder, "answers.json", options.resume)
+            make_all([case for case in cases if case.name not in done], folder, pool)
         if options.make:
             return {"cases": len(cases)}
         only = None if options.made else {case.name for case in cases}
         files = {options.answer: "answers.json"}
         if options.bare:
             files.setdefault("bare", "answers-bare.json")
-        return print_scores({who: answered(who, file, folder, pool, only) for who, file in files.items()})
+        return print_scores(
+            {who: answered(who, file, folder, pool, only, options.resume) for who, file in files.items()}
+        )
 
 
 if __name__ == "__main__":

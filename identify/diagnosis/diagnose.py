@@ -19,7 +19,7 @@ from .questions.block_answer import Answer
 from .results.budget import budget
 from .results.changes import changes
 from .results.evidence import Residuals, evidence, places_of
-from .results.remainder import MAIN, MATERIAL, discrepancies, remainders, rms
+from .results.remainder import MAIN, MATERIAL, beside_unnamed, discrepancies, remainders, rms
 from .results.shape_uncertainty import deviations
 from .runs.driven import Driven
 from .runs.usable import HELD_OUT, usable
@@ -98,8 +98,10 @@ def _diagnosed(
     progress("form the columns of all candidates")
     problem = Problem.of(model, runs, before)
     progress(f"search among {sum(problem.tried.values())} candidates")
-    found = search(problem).ordered()
+    found = search(problem)
     progress("weigh what was found")
+    left = discrepancies(found.problem, found.prediction)
+    found = beside_unnamed(found, left)
     fitted, apart = found.problem.fitted, found.problem.held_out
     noise, rested = noise_floor(found.problem.runs)
     material = MATERIAL
@@ -109,7 +111,6 @@ def _diagnosed(
         rested, material = False, MAIN
         warnings = [*warnings, SMOOTH.format(found.problem.runs[0].prepared.decimation.cutoff)]
     residuals = Residuals.of(found)
-    left = discrepancies(found.problem, found.prediction)
     every, named = _findings(found), sum(one.named for one in found.selected)
     diagnosis = Diagnosis(
         name=name or model.robot.name,
@@ -165,6 +166,7 @@ def _finding(found: SearchResult, place: int, spread: tuple[np.ndarray, dict[str
         2.0 * float(held_out.sum()) if len(held_out) else float("nan"),
         candidate,
         one.alone,
+        one.unnamed >= 1.0,
     )
 
 

@@ -135,6 +135,12 @@ STATES = [(state, current) for state in ("nocomp", "comp") for current in ("meas
 """The motor's compensation off and on, and which current is taken for its torque."""
 
 
+def motor(fitted: Sequence[str], held_out: str) -> tuple[Model, Runs]:
+    """The motor, which has no gear."""
+    model, runs = read("odrive_spin_slow", "robot.toml", fitted, [held_out], motor_side=["position"])
+    return replace(model, robot=replace(model.robot, direct_drive=model.robot.joints)), runs
+
+
 def odrive(state: str, current: str, filtering: Filtering | None = None) -> Case:
     """The motor in one state, with default filters or given ones."""
     numbers = {"nocomp": (4, 5, 6), "comp": (3, 7, 8)}[state]
@@ -144,8 +150,8 @@ def odrive(state: str, current: str, filtering: Filtering | None = None) -> Case
     return Case(
         f"motor, compensation {words[0]}, {words[1]} current{', cut-offs given' if filtering else ''}",
         "odrive_spin_slow",
-        "robot.toml, inertia not stated",
-        partial(read, "odrive_spin_slow", "robot.toml", fitted, [held_out], motor_side=["position"]),
+        "robot.toml, inertia not stated, direct drive",
+        partial(motor, fitted, held_out),
         () if control else KNOWN["odrive"],
         ABSENT["odrive"],
         control,

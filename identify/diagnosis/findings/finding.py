@@ -56,6 +56,7 @@ class Finding:
             without such runs.
         candidate: What was asked, for columns over other runs.
         alone: Whether one joint alone shows it, though it acts on the whole arm.
+        unnamed: Whether as much is left on its joint that depends on something and has no name.
     """
 
     effect: str
@@ -67,6 +68,7 @@ class Finding:
     held_out: float
     candidate: Candidate
     alone: bool = False
+    unnamed: bool = False
 
     @property
     def listed(self) -> bool:

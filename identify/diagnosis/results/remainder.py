@@ -1,6 +1,7 @@
 """Remainder: whether anything is left that depends on the motion, whatever it may be."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 from scipy import ndimage
@@ -9,10 +10,11 @@ from ..blocks.prediction import Prediction
 from ..findings.finding import UNCERTAIN, Remainder
 from ..questions.block_answer import Answer
 from ..questions.candidate import Thinned
-from ..questions.comparison import colouring
+from ..questions.comparison import colouring, seeing
 from ..questions.question import ask
 from ..search.problem import Problem
-from ..search.selected import odds_of
+from ..search.search import SearchResult
+from ..search.selected import CERTAIN_ODDS, odds_of
 from .discrepancy import KINDS, features
 
 CREDIBLE = 0.99
@@ -70,6 +72,32 @@ def remainders(
         elif over > BEYOND and rested:
             found.append(Remainder(joint, over, CREDIBLE, UNCERTAIN))
     return found
+
+
+def beside_unnamed(found: SearchResult, every: list[Answer]) -> SearchResult:
+    """The result with how large, for each finding, what is left on its joint without a name is beside it.
+
+    Args:
+        found: With all findings.
+        every: Answers of features on each joint.
+    """
+    prediction, joints = found.prediction, found.prediction.joints
+    left = np.zeros(joints)
+    for feature in every:
+        if odds_of(feature, joints * len(KINDS)) > CERTAIN_ODDS:
+            [joint] = feature.candidate.joints
+            left[joint] = max(left[joint], _explained(prediction, feature, joint) ** 2)
+    selected = list(found.selected)
+    for place, finding in enumerate(selected):
+        if finding.once or not np.any(left[seeing(finding.answer)]):
+            continue
+        others = [other.answer for other in selected if other is not finding]
+        without = found.problem.prediction(others, prediction)
+        for answer in ask(without, [(finding.answer.candidate, finding.answer.columns)]):
+            joint = int(np.argmax(answer.by_joint))
+            explained = _explained(without, colouring(without, answer), joint) ** 2
+            selected[place] = finding._replace(unnamed=float(left[joint] / max(explained, 1e-300)))
+    return replace(found, selected=tuple(selected)).ordered()
 
 
 def _explained(prediction: Prediction, answer: Answer, joint: int) -> float:

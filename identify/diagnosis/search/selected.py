@@ -35,6 +35,7 @@ class Selected(NamedTuple):
             effect against each.
         once: Whether it happened once, so that no other block predicts it.
         alone: Whether one joint alone shows it though it acts on the whole arm: then it is not named.
+        unnamed: What depends on something recorded and is none of the hypotheses, over what it explains [-].
     """
 
     answer: Answer
@@ -42,6 +43,7 @@ class Selected(NamedTuple):
     others: tuple[tuple[Answer, float], ...] = ()
     once: bool = False
     alone: bool = False
+    unnamed: float = 0.0
 
     @property
     def _weights(self) -> np.ndarray:
@@ -58,7 +60,12 @@ class Selected(NamedTuple):
         """The same of its effect on its joints, of whatever shape or frequency."""
         here = self.answer.candidate
         alike = [p for one, p in self.not_excluded if _place(one.candidate) == _place(here)]
-        return self.probability + sum(alike)
+        return (self.probability + sum(alike)) * self._share
+
+    @property
+    def _share(self) -> float:
+        """Of what is not noise: where physics without a name does as much, this may be a part of that."""
+        return 1.0 / (1.0 + self.unnamed) if self.unnamed >= 1.0 else 1.0
 
     @property
     def named(self) -> bool:

@@ -18,6 +18,7 @@ def undecided_sentence(finding: Finding, joints: Sequence[str], settled: str = "
     every = [_possible(one, finding, joints) for one in possible(finding)]
     text = f"{where}: something is missing that is {joined(every, 'or')}"
     text += ", but only one joint shows that" if finding.alone else ""
+    text += ", or acts like it: as much is left there that has no name" if finding.unnamed else ""
     return f"{text}; what would settle it: {settled}." if settled else f"{text}."
 
 

@@ -1,5 +1,6 @@
 """What is left: lines in spectra that two runs have."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -8,7 +9,10 @@ import pytest
 from exidyn.identify.diagnosis.blocks.block_likelihood import common_variance
 from exidyn.identify.diagnosis.questions.block_answer import Answer
 from exidyn.identify.diagnosis.questions.candidate import Candidate
-from exidyn.identify.diagnosis.results.remainder import line, remainders
+from exidyn.identify.diagnosis.results.remainder import beside_unnamed, line, remainders
+from exidyn.identify.effects import JointSpring
+
+from ...parts.small.small_search import record, searched
 
 
 def left(amplitude, rng, lined=(0, 1)):
@@ -59,3 +63,18 @@ def test_what_is_left_is_the_main_part_by_what_it_explains_and_not_by_its_torque
         independent=np.ones(1),
     )
     assert len(remainders(prediction, [answer], np.ones(1), False, 0.7)) == found
+
+
+@pytest.mark.parametrize(("share", "named"), [(0.1, 1), (3.0, 0)])
+def test_a_finding_is_not_named_where_as_much_is_left_without_a_name(share, named):
+    found = searched(record([JointSpring(("elbow",))], {"Ks2": 4.0}))
+    [spring] = found.selected
+    explained = spring.answer.predicted - spring.answer.errors
+    feature = Candidate("velocity", (1,), lambda run: run, ("a",), ("N m",), (-np.inf,))
+    left = replace(
+        spring.answer, candidate=feature, predicted=spring.answer.errors + share * np.maximum(explained, 0.0)
+    )
+    [beside] = beside_unnamed(found, [left]).selected
+    assert beside.named == named
+    assert spring.certainty > 0.99
+    assert beside.certainty == pytest.approx(spring.certainty) if named else beside.certainty < 0.5

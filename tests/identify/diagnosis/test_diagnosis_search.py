@@ -136,9 +136,7 @@ def test_a_push_of_less_than_the_sensors_error_of_the_usual_torque_is_no_contact
     at = problem(record(change=pushed))
     selected = once.only_once(at, [])[1]
     assert [one.answer.candidate.effect for one in selected] == ["contact_event"]
-    monkeypatch.setattr(
-        once, "LINEAR", 1.0
-    )  # sensors that are wrong by as much as their joints usually carry
+    monkeypatch.setattr(once, "LINEAR", 1.0)  # sensors as wrong as their joints' usual torque
     assert once.only_once(at, []) == (at, [])
 
 

@@ -275,6 +275,8 @@ def test_what_has_no_certain_name_is_one_sentence_with_what_it_may_be():
         "The arm: something is missing that is base tilt (95 %), but only one joint shows that"
         in verdict(leaning)[0]
     )
+    beside = diagnosis(undecided=(finding(probability=0.4, unnamed=True),))
+    assert "or acts like it: as much is left there that has no name" in verdict(beside)[0]
     [table] = plain(one)["undecided"]
     assert (table["effect"], table["probability"], table["joints"]) == ("joint_spring", 0.65, [3])
     assert plain(one)["findings"] == []
