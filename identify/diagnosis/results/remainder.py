@@ -10,7 +10,7 @@ from ..blocks.prediction import Prediction
 from ..findings.finding import UNCERTAIN, Remainder
 from ..questions.block_answer import Answer
 from ..questions.candidate import Thinned
-from ..questions.comparison import colouring, seeing
+from ..questions.comparison import colouring
 from ..questions.question import ask
 from ..search.problem import Problem
 from ..search.search import SearchResult
@@ -89,14 +89,10 @@ def beside_unnamed(found: SearchResult, every: list[Answer]) -> SearchResult:
             left[joint] = max(left[joint], _explained(prediction, feature, joint) ** 2)
     selected = list(found.selected)
     for place, finding in enumerate(selected):
-        if finding.once or not np.any(left[seeing(finding.answer)]):
-            continue
-        others = [other.answer for other in selected if other is not finding]
-        without = found.problem.prediction(others, prediction)
-        for answer in ask(without, [(finding.answer.candidate, finding.answer.columns)]):
-            joint = int(np.argmax(answer.by_joint))
-            explained = _explained(without, colouring(without, answer), joint) ** 2
-            selected[place] = finding._replace(unnamed=float(left[joint] / max(explained, 1e-300)))
+        joint = int(np.argmax(finding.answer.by_joint))
+        explained = 0.0 if finding.once else _explained(prediction, finding.answer, joint) ** 2
+        if explained > 0.0:  # it was not measured otherwise, as a gear between two encoders
+            selected[place] = finding._replace(unnamed=float(left[joint] / explained))
     return replace(found, selected=tuple(selected)).ordered()
 
 

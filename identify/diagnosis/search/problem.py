@@ -1,6 +1,7 @@
 """Problem: what a search looks at: the runs, their rows and blocks, and all that is asked of them."""
 
-from collections import Counter
+import operator
+from collections import Counter, deque
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -24,6 +25,8 @@ from .reloading import Known, alike, anew
 from .shapes import Shaped, asked_again
 
 Asked = list[tuple[Candidate, Thinned]]
+RECENT = 4
+"""Predictions that are kept, of tens of megabytes each."""
 FREE = ("Fv", "Fc", "Fg", "Off", "reversal", CLOCK)
 """Unknowns that are fitted even where the model is taken as nominal: friction and offsets are guesses."""
 
@@ -90,9 +93,19 @@ class Problem:
         """With the columns of what was found, its noise searched from that of a like prediction on."""
         if not found:
             return self.without_findings
+        for answers, prediction in self._recent:
+            if len(answers) == len(found) and all(map(operator.is_, answers, found)):
+                return prediction
         rows = with_found(self.rows, found)
         sums = self._sums.plus(rows, len(self.rows.std))
-        return _predicted(rows, self.blocks, self.runs, near, sums, self.without_findings.errors)
+        prediction = _predicted(rows, self.blocks, self.runs, near, sums, self.without_findings.errors)
+        self._recent.appendleft((tuple(found), prediction))
+        return prediction
+
+    @cached_property
+    def _recent(self) -> deque[tuple[tuple[Answer, ...], Prediction]]:
+        """The latest predictions, with their findings: a search asks for most of them again at once."""
+        return deque(maxlen=RECENT)
 
     @cached_property
     def without_findings(self) -> Prediction:

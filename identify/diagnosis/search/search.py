@@ -178,7 +178,7 @@ def _settled(problem: Problem, selected: list[Selected], total: float) -> tuple[
     latest = selected[-1].answer
     if latest.candidate.carried or latest.candidate.reloads:
         problem, selected = _bearing(problem, selected)
-    whole = problem.prediction(answers_of(selected))
+    whole = problem.prediction(answers_of(selected), problem.prediction(answers_of(selected[:-1])))
     for one in [one for one in selected[:-1] if not one.once and competing(one.answer, latest)]:
         others = [other for other in selected if other is not one]
         again = again_beside(problem, one.answer, answers_of(others), whole)
