@@ -21,20 +21,24 @@ STEP = 0.02
 
 def deviations(found: SearchResult) -> list[tuple[np.ndarray, dict[str, float]]]:
     """Standard deviations of each finding: of its coefficients (p,), and of its shape by name."""
+    ranges = [one.answer.candidate.bounds for one in found.selected]
     every = [
-        (place, name) for place, one in enumerate(found.selected) for name in one.answer.candidate.bounds
+        (place, name)
+        for place, shape in enumerate(ranges)
+        for name, (_, low, high) in shape.items()
+        if high > low  # a preload of a joint that bears no load is none
     ]
     prediction = found.prediction
     count, rows = len(prediction.rows.names), prediction.rows
     if every:
         columns = np.stack([_more(found, place, name) for place, name in every], axis=2)
-        bounds = [found.selected[place].answer.candidate.bounds[name] for place, name in every]
         # Anywhere within its bounds is as likely beforehand.
+        bounds = [ranges[place][name] for place, name in every]
         spread = np.array([(one.high - one.low) / np.sqrt(12.0) for one in bounds])
         rows = rows.plus([name for _, name in every], columns, spread)
         prediction = Prediction.of(rows, prediction.blocks, prediction.rate)
     std = np.sqrt(np.diag(prediction.covariance))
-    shapes: list[dict[str, float]] = [{} for _ in found.selected]
+    shapes = [dict.fromkeys(shape, 0.0) for shape in ranges]
     for (place, name), deviation in zip(every, std[count:], strict=True):
         shapes[place][name] = float(deviation)
     return [

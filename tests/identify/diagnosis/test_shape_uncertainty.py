@@ -1,6 +1,7 @@
 """Deviations of a finding's numbers, its shape's among them, against those of a nonlinear fit."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -74,3 +75,13 @@ def test_without_a_shape_the_uncertainty_is_that_of_a_straight_fit():
     assert not spread[0][1]
     expected = NOISE / np.sqrt(SPEED @ SPEED)
     assert np.mean([own[0] for own, _ in spread]) == pytest.approx(expected, rel=0.2)
+
+
+def test_a_number_without_a_range_has_no_uncertainty():
+    """As the preload of friction on a joint that bears no load."""
+    torque = 2.0 * np.exp(-SPEED / 0.3) + noise(1)
+    fixed = replace(fading(0.3), bounds={"speed": Shape("rad/s", 0.3, 0.3)})
+    [(coefficients, shape)] = deviations(searched(fixed, torque))
+    assert shape["speed"] == 0.0
+    expected = 1.0 / np.sqrt(np.sum(np.exp(-2 * SPEED / 0.3))) * NOISE
+    assert coefficients[0] == pytest.approx(expected, rel=0.35)
