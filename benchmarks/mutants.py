@@ -55,6 +55,52 @@ MUTANTS = (
         "return 0.0 * answer.held_out <",
     ),
     Mutant(
+        "Student's tail without its degrees of freedom",
+        "blocks/block_likelihood.py",
+        "tail = 0.5 * (rows + FREEDOM) *",
+        "tail = 0.5 * rows *",
+    ),
+    Mutant(
+        "amplitude with as many degrees of freedom as blocks",
+        "blocks/amplitude.py",
+        "freedom = len(shares.own) - 1.0",
+        "freedom = len(shares.own) + 0.0",
+    ),
+    Mutant(
+        "weights ignore that rows are alike",
+        "blocks/prediction.py",
+        "return self.independent * self.trust / self.variance",
+        "return self.trust / self.variance",
+    ),
+    Mutant(
+        "sensors' linearity not squared", "blocks/prediction.py", "wrong = LINEAR**2 *", "wrong = LINEAR *"
+    ),
+    Mutant(
+        "one joint shows what acts everywhere",
+        "search/selected.py",
+        "np.median(answer.by_joint)",
+        "np.max(answer.by_joint)",
+    ),
+    Mutant(
+        "a term that was left out is as likely as any other",
+        "candidates/parts/of_effect.py",
+        "FORGOTTEN = 5.0",
+        "FORGOTTEN = 1.0",
+    ),
+    Mutant("four times the noise is nothing", "results/remainder.py", "BEYOND = 2.0", "BEYOND = 4.0"),
+    Mutant(
+        "what is immaterial is added",
+        "search/search.py",
+        "not in out and _material(one, prediction)]",
+        "not in out]",
+    ),
+    Mutant(
+        "a name beside as much without one",
+        "search/selected.py",
+        "if self.unnamed >= 1.0 else",
+        "if self.unnamed >= 1e9 else",
+    ),
+    Mutant(
         "runs held out are fitted too",
         "search/problem.py",
         "Blocks.of(runs, HELD_OUT)",

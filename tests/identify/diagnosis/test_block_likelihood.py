@@ -4,8 +4,10 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy import stats
 
 from exidyn.identify.diagnosis.blocks.block_likelihood import (
+    FREEDOM,
     autocorrelation,
     common_variance,
     independent_share,
@@ -188,3 +190,14 @@ def test_a_bound_is_exceeded_less_easily_than_a_prior():
     assert strain(apart, np.array([True, True])) == pytest.approx(18.5)
     assert strain(apart, np.array([True, False])) == pytest.approx(0.5 + strain(6.0))
     assert strain(6.0) < 6.0
+
+
+def test_a_blocks_error_has_the_multivariate_students_distribution():
+    """By how much more probable one error of a block is than another, beside many of the same variance."""
+    count, scale = 6, 2.0
+    density = stats.multivariate_t(np.zeros(count), scale * np.eye(count), df=FREEDOM)
+    others = np.sum(density.rvs(20000, random_state=5) ** 2, axis=1)
+    rows, small, large = np.full((20001, 1), float(count)), count * scale, 20.0 * count
+    one, other = (log_probability(np.append(others, error)[:, None], rows)[-1, 0] for error in (small, large))
+    expected = [density.logpdf(np.sqrt(error / count) * np.ones(count)) for error in (small, large)]
+    assert one - other == pytest.approx(expected[0] - expected[1], rel=0.03)

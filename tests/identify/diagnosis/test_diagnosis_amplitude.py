@@ -73,3 +73,13 @@ def test_all_of_an_effect_is_as_much_more_probable_than_nothing_as_it_is_more_fr
     along = blocks(0, 1.0, 0.2, size)
     assert all_or_nothing(size - along, size) == pytest.approx(-all_or_nothing(along, size))
     assert all_or_nothing(along[:1], size[:1]) == 0.0
+
+
+@pytest.mark.parametrize("count", [4, 8, 24])
+def test_blocks_that_see_alike_are_a_students_test_of_their_mean(count):
+    own = 0.8 + np.random.default_rng(count).normal(size=count)
+    size = np.full(count, 5.0)
+    chance = stats.ttest_1samp(own, 0.0, alternative="greater").pvalue
+    found = amplitude(own * size, size)
+    assert found.log_odds == pytest.approx(np.log((1.0 - chance) / chance), rel=1e-6)
+    assert found.effective == pytest.approx(count)

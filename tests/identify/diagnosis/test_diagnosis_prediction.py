@@ -234,6 +234,8 @@ def test_what_is_explained_is_right_to_the_linearity_of_the_sensors():
 
     # A quarter of the error remains: beside a hundred times as much of linearity, that is little.
     assert gained(prediction, 0.25) > 10.0 * gained(found, 0.25) > 0.0
+    # What is explained is a hundred times the error; an error of a tenth of it is beyond linearity.
+    assert gained(replace(prediction, nominal=1e2 * prediction.errors), 0.25) > 0.8 * gained(prediction, 0.25)
 
 
 def test_noise_of_each_joint_weighs_its_rows():
@@ -322,3 +324,16 @@ def test_sums_with_further_unknowns_are_those_of_the_dense_columns():
     values = random.normal(size=UNKNOWNS + 2)
     assert sums.left(values) == pytest.approx(torque - columns @ values)
     assert sums.mixed(torque, UNKNOWNS + 2) == pytest.approx(np.einsum("rnb,rn->b", columns, torque))
+
+
+def test_rows_that_repeat_the_same_count_once_beside_a_prior():
+    random = np.random.default_rng(12)
+    column, noise = np.repeat(random.normal(size=(2, 1600, 1)), 8, axis=1)
+    alone, repeated = (
+        predicted(
+            rows(one * 0.3 + 2.0 * some, one[:, :, None], np.array([0.05])), blocks((len(one) // 20,) * 20)
+        )
+        for one, some in ((column[::8], noise[::8]), (column, noise))
+    )
+    assert alone.values[0] < 0.2  # between the prior's 0 and the data's 0.3
+    assert repeated.values[0] == pytest.approx(alone.values[0], abs=0.03)

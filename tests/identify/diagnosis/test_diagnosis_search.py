@@ -387,6 +387,19 @@ def test_a_shape_costs_how_many_are_distinguished_within_its_bounds():
     assert best.cost > np.log(20.0)
 
 
+@pytest.mark.parametrize(("share", "there"), [(0.01, False), (0.3, True)])
+def test_a_spring_within_the_sensors_error_of_the_usual_torque_is_none(share, there):
+    """However quiet the joint is: a sensor that is not linear has torque by position, too."""
+    at = problem(record(roles=("identify", "identify")))
+    (_, columns), *_ = [pair for pair in at.asked if pair[0].key == ("joint_spring", (1,), "")]
+    spring = columns.everywhere(2)[:, :, 0]
+    spring *= share * columns.usual[0] / np.std(spring[:, 1])
+    quiet = at.rows.difference - 0.98 * at.without_findings.residual + spring
+    base, rows = (replace(of, difference=quiet) for of in (at.base, at.rows))
+    found = search.search(replace(at, base=base, rows=rows))
+    assert (("joint_spring", (1,)) in names(found)) == there
+
+
 # What becomes of a finding beside others.
 
 DRAG = NonlinearViscousFriction(("elbow",), 1.7)

@@ -3,6 +3,7 @@
 from types import SimpleNamespace
 
 import numpy as np
+import pytest
 
 from exidyn.identify.diagnosis.search import selected
 from exidyn.identify.diagnosis.search.selected import CERTAIN_ODDS, judged, odds_of
@@ -34,3 +35,13 @@ def test_a_base_tilt_that_one_joint_alone_shows_comes_first_and_has_no_name(monk
     [(other, odds)] = found.others
     assert other is spring
     assert odds > 3.0
+
+
+@pytest.mark.parametrize(
+    ("by_joint", "there"),
+    [([9.0, 9.0, 0.1, 0.1], True), ([50.0, 0.1, 0.1, 0.1], False), ([50.0, 50.0, 50.0, -1.0], False)],
+)
+def test_what_acts_everywhere_shows_on_every_joint_and_clearly_on_half_of_them(by_joint, there):
+    delay = answer("time_delay", (), sum(by_joint), by_joint)
+    delay.candidate.everywhere, delay.relief = True, 0.0
+    assert (selected._odds(delay, 1.0) > 0.0) == there

@@ -1,5 +1,6 @@
 """What has no name in the vocabulary: its torque is that of the physics it is called after."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -13,7 +14,7 @@ from exidyn.identify.diagnosis.candidates.axis_misalignment import across
 from exidyn.identify.diagnosis.candidates.hose_spring import flange_places
 from exidyn.identify.diagnosis.runs.driven import Driven
 from exidyn.identify.diagnosis.runs.tangent import link_torque
-from exidyn.identify.effects import RigidBody
+from exidyn.identify.effects import RigidBody, ViscousFriction
 from exidyn.identify.model import Model
 from exidyn.identify.simulation.plant.bodies_apart import bodies_apart
 
@@ -104,3 +105,11 @@ def test_bodies_beyond_a_misaligned_axis_take_the_torque_of_an_arm_that_was_buil
 def test_the_search_asks_for_it_and_holds_it_less_likely_than_what_has_a_name(name):
     assert name in {candidate.effect for candidate in candidates(MODEL)}
     assert one(name).prior < 1.0
+
+
+def test_a_term_that_the_model_has_on_other_joints_is_what_is_missing_most_often():
+    """Five times as likely as any other hypothesis, before the data."""
+    elbow = replace(MODEL, effects=(RigidBody(), ViscousFriction(("shoulder",))))
+    prior = {one.key: one.prior for one in candidates(elbow)}
+    assert prior["viscous_friction", (1,), ""] == 5.0 * prior["joint_spring", (1,), ""]
+    assert prior["viscous_friction", (0,), ""] == prior["joint_spring", (0,), ""]

@@ -162,6 +162,19 @@ def test_sandwich_is_the_sum_over_lags_of_the_known_colour():
     assert np.median(found / np.sqrt(np.diag(np.linalg.inv(rows.T @ rows)))) > 1.5
 
 
+def test_stated_deviations_of_a_short_run_are_those_of_estimates_from_other_noise():
+    """Its slow columns follow coloured noise, so that the residual has less of it than there was."""
+    exact, truth = equations(rows=240)
+    estimates = []
+    for seed in range(150):
+        random = np.random.default_rng(seed)
+        noise = np.concatenate([coloured(run.stop - run.start, random) for run in exact.runs])
+        estimates.append(weighted(replace(exact, current=exact.current + noise)))
+    spread = np.sqrt(np.mean([(one.values - truth) ** 2 for one in estimates], axis=0))
+    stated = np.sqrt(np.mean([one.std**2 for one in estimates], axis=0))
+    assert np.median(stated / spread) == pytest.approx(1.0, abs=0.07)
+
+
 def test_each_run_counts_with_its_own_noise():
     """The second run, which alone shows the payload, is four times as noisy as the first."""
     system, truth = equations(rows=6000, payload=True)

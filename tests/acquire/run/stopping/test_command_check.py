@@ -60,3 +60,15 @@ def test_a_command_of_a_sliding_joint_is_refused_in_metres(start, unit):
     found = check(unit_of=lambda joint, turning: SLIDING[turning]).look(command(start))
     assert found.unit == unit
     assert f" {unit} is beyond" in found.text
+
+
+@pytest.mark.parametrize(("share", "kind"), [(1.04, None), (1.06, "command velocity")])
+def test_a_velocity_may_exceed_its_limit_by_a_twentieth(share, kind):
+    looking, position, step = check(), START, np.zeros(6)
+    for speed in np.linspace(0.0, share, 800):
+        step = speed * STEP * np.eye(6)[0]
+        position = position + step
+        found = looking.look(command(position))
+        if found is not None:
+            break
+    assert (found.kind if found else None) == kind
