@@ -89,10 +89,10 @@ MUTANTS = (
     ),
     Mutant("four times the noise is nothing", "results/remainder.py", "BEYOND = 2.0", "BEYOND = 4.0"),
     Mutant(
-        "what is immaterial is added",
+        "what is immaterial is chosen",
         "search/search.py",
-        "not in out and _material(one, prediction)]",
-        "not in out]",
+        "[rival for rival in best if _material(rival, prediction)]",
+        "list(best)",
     ),
     Mutant(
         "a name beside as much without one",
