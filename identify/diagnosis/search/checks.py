@@ -10,7 +10,7 @@ from ..questions.comparison import colouring
 from ..questions.question import ask
 from ..questions.shape import refined
 from .problem import Problem
-from .selected import Selected, answers_of, contradicted
+from .selected import CERTAIN_ODDS, Selected, answers_of, contradicted, log_prior
 
 WORSE = 1.02
 """Residual of a joint held out, over that without any finding, which is no harm yet: noise does that [-]."""
@@ -28,12 +28,12 @@ def in_shape(problem: Problem, prediction: Prediction, answer: Answer) -> Answer
 
 
 def judged_by_held_out(
-    problem: Problem, selected: list[Selected], without_findings: Prediction
+    problem: Problem, selected: list[Selected], without_findings: Prediction, total: float
 ) -> list[Selected]:
-    """Findings that runs held out do not contradict; nothing else is chosen in place of one that goes.
+    """Findings that runs held out do not contradict; no other name is chosen in place of one that goes.
 
     One goes that makes them less probable beside all others, or with which the joint that is predicted worst
-    gains by its absence more than any other loses.
+    gains by its absence more than any other loses, and in every other shape of it that fitted blocks show.
     """
     whole = problem.prediction(answers_of(selected))
     for one in sorted((one for one in selected if not one.once), key=lambda one: one.certainty):
@@ -42,12 +42,35 @@ def judged_by_held_out(
         again = ask(prediction, [(one.answer.candidate, one.answer.columns)])
         if again and contradicted(colouring(prediction, again[0])):
             selected = others
+    reshaped = list[Selected]()
     while np.max(now := _held_out(problem, selected, without_findings), initial=0.0) > WORSE**2:
         gone = _makes_worse(problem, selected, now, without_findings)
         if gone is None:
             break
-        selected = [other for other in selected if other is not gone]
+        others = [other for other in selected if other is not gone]
+        shaped = (
+            None if gone in reshaped else _in_another_shape(problem, others, gone, without_findings, total)
+        )
+        reshaped += [shaped] if shaped else []
+        selected = [*others, *([shaped] if shaped else [])]
     return selected
+
+
+def _in_another_shape(
+    problem: Problem, others: list[Selected], gone: Selected, without_findings: Prediction, total: float
+) -> Selected | None:
+    """A finding in its most probable shape that predicts runs held out no worse than they are without it."""
+    prediction = problem.prediction(answers_of(others))
+    shapes = [pair for pair in problem.asked if pair[0].key == gone.answer.candidate.key]
+    least = max(float(np.max(_held_out(problem, others, without_findings))), WORSE**2)
+    for answer in sorted(ask(prediction, shapes), key=lambda one: -one.gain):
+        again = colouring(prediction, answer).chosen_as(gone.answer)
+        shaped = gone._replace(answer=again, odds=again.odds + log_prior(again, total))
+        if shaped.odds < CERTAIN_ODDS:
+            break
+        if np.max(_held_out(problem, [*others, shaped], without_findings)) <= least:
+            return shaped
+    return None
 
 
 def _makes_worse(

@@ -72,7 +72,7 @@ def search(problem: Problem) -> SearchResult:
         if (problem is at and keys == keys_of(added)) or keys in visited:  # at rest, or some come and go
             break
         visited.append(keys)
-    kept = judged_by_held_out(problem, selected, without_findings)
+    kept = judged_by_held_out(problem, selected, without_findings, total)
     problem = nominal_where_better(problem, kept, without_findings)
     taken = keys_of(kept)
     return SearchResult(

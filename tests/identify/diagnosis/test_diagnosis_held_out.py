@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from exidyn.identify.diagnosis.search import checks
-from exidyn.identify.effects import JointSpring
+from exidyn.identify.diagnosis.search.selected import CERTAIN_ODDS
+from exidyn.identify.effects import JointSpring, NonlinearViscousFriction
 
 from ...parts.small import two_joints
 from ...parts.small.small_search import names, problem, record, searched
@@ -48,7 +49,7 @@ def test_a_finding_that_predicts_a_joint_held_out_worse_goes(monkeypatch):
     def judged(with_it, without):
         ratios = {True: np.array(with_it), False: np.array(without)}
         monkeypatch.setattr(checks, "_held_out", lambda _, some, __: ratios[bool(some)])
-        return checks.judged_by_held_out(found.problem, [spring], found.without_findings)
+        return checks.judged_by_held_out(found.problem, [spring], found.without_findings, found.total)
 
     assert judged([0.5, 0.5], [1.0, 1.0]) == [spring]
     assert judged([1.0, 1.5], [1.0, 1.0]) == []
@@ -63,3 +64,18 @@ def test_a_finding_that_runs_held_out_contradict_goes():
         return current + sign * np.outer(6.0 * motion.position[:, 1], [0.0, 1.0]) / two_joints.GAIN
 
     assert names(searched(record(change=elsewhere))) == []
+
+
+def test_a_finding_that_predicts_a_joint_worse_in_one_shape_stays_in_another(monkeypatch):
+    found = searched(record([NonlinearViscousFriction(("elbow",), 1.7)], {"Fn2": 1.5}))
+    [drag] = found.selected
+    best = drag.answer.candidate
+
+    def held_out(problem, some, without_findings):
+        return np.array([1.0, 1.5 if any(one.answer.candidate is best for one in some) else 1.0])
+
+    monkeypatch.setattr(checks, "_held_out", held_out)
+    [kept] = checks.judged_by_held_out(found.problem, [drag], found.without_findings, found.total)
+    assert kept.answer.candidate.key == best.key
+    assert kept.answer.candidate.shape != best.shape
+    assert CERTAIN_ODDS < kept.odds < drag.odds
