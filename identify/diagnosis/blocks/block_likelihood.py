@@ -8,7 +8,7 @@ each is off from it by a factor of its own.
 from collections.abc import Sequence
 
 import numpy as np
-from scipy import fft, stats
+from scipy import fft
 
 FREEDOM = 4.0
 """Degrees of freedom of a block's variance about the common one: it is within a factor of three, mostly."""
@@ -104,11 +104,6 @@ def autocorrelation(values: np.ndarray, runs: Sequence[slice], rate: float) -> n
         lags = fft.irfft(power, size, axis=0)[: min(count, len(own))]
         products[: len(lags)] += lags
     return products / np.maximum(products[0], 1e-300)
-
-
-def log_odds(t: float, freedom: float) -> float:
-    """Logarithm of the odds that a mean is above zero, by its t over so many degrees of freedom."""
-    return float(stats.t.logcdf(t, freedom) - stats.t.logsf(t, freedom))
 
 
 def strain(apart: np.ndarray | float, bounded: np.ndarray | bool = False) -> float:

@@ -22,7 +22,7 @@ from .selected import CERTAIN_ODDS, Selected, answers_of, judged, keys_of, log_p
 TURNS = 16
 """Times that something is added in one pass, at most."""
 PASSES = 4
-"""Passes, at most: of real arms and simulated ones the second or third changes nothing."""
+"""Passes, at most: most searches are at rest after two or three; in some, findings come and go to the end."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -53,14 +53,14 @@ class Selected(NamedTuple):
     @property
     def probability(self) -> float:
         """That it is there, and that it is this and nothing else that explains the same."""
-        return float(1.0 / self._weights.sum())
+        return float(self._share / self._weights.sum())
 
     @property
     def certainty(self) -> float:
         """The same of its effect on its joints, of whatever shape or frequency."""
         here = self.answer.candidate
         alike = [p for one, p in self.not_excluded if _place(one.candidate) == _place(here)]
-        return (self.probability + sum(alike)) * self._share
+        return self.probability + sum(alike)
 
     @property
     def _share(self) -> float:
@@ -83,7 +83,7 @@ class Selected(NamedTuple):
     def not_excluded(self) -> list[tuple[Answer, float]]:
         """Others that are credible enough to be reported, with their probability."""
         weights = self._weights
-        every = zip(self.others, weights[2:] / weights.sum(), strict=True)
+        every = zip(self.others, weights[2:] * self._share / weights.sum(), strict=True)
         return [(one, float(p)) for (one, _), p in every if p > EXCLUDED]
 
 

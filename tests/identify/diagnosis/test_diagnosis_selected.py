@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from exidyn.identify.diagnosis.search import selected
-from exidyn.identify.diagnosis.search.selected import CERTAIN_ODDS, judged, odds_of
+from exidyn.identify.diagnosis.search.selected import CERTAIN_ODDS, Selected, judged, odds_of
 
 
 def answer(effect, joints, gain, by_joint):
@@ -45,3 +45,12 @@ def test_what_acts_everywhere_shows_on_every_joint_and_clearly_on_half_of_them(b
     delay = answer("time_delay", (), sum(by_joint), by_joint)
     delay.candidate.everywhere, delay.relief = True, 0.0
     assert (selected._odds(delay, 1.0) > 0.0) == there
+
+
+def test_what_has_no_name_takes_its_share_of_a_finding_and_of_its_alternatives_alike():
+    spring, hose = answer("joint_spring", (0,), 40.0, [40.0]), answer("hose_spring", (), 38.0, [38.0])
+    alone = Selected(spring, 40.0, ((hose, 1.0),))
+    beside = alone._replace(unnamed=3.0)
+    assert beside.certainty == 0.25 * alone.certainty
+    [(_, before)], [(_, after)] = alone.elsewhere, beside.elsewhere
+    assert after == 0.25 * before
