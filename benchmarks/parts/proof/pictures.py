@@ -26,11 +26,22 @@ LEAST = 0.005
 """Largest share of a part on any joint below which it is not drawn [-]."""
 
 
+LETTER = 6.2
+"""Width of a letter, on average [px]."""
+
+
 def budget_picture(one: dict[str, Any], unit: str) -> str:
-    """The misfit of each joint as a bar of 100 %: named, undecided, what it depends on, noise."""
+    """The misfit of each joint as a bar of 100 %: named, undecided, what it depends on, noise.
+
+    Args:
+        one: Answer of a set.
+        unit: Of all joints, or of each, with commas between.
+    """
     found, joints = one["budget"], one["joints"]
     parts = coloured([share for share in found["shares"] if max(share["shares"]) >= LEAST])
     wide, left, high = 400.0, 32.0, 22.0
+    units = unit.split(", ")
+    column = max(290.0, 30.0 + LETTER * max((len(words(share)) for share, _ in parts), default=0))
     drawn = [
         text(
             left,
@@ -49,13 +60,20 @@ def budget_picture(one: dict[str, Any], unit: str) -> str:
             )
             start += width
         before, after = found["before"][joint], found["after"][joint]
-        drawn.append(text(left + wide + 8, top + 13, f"{before:.3g} → {after:.3g} {unit}", ""))
+        drawn.append(
+            text(left + wide + 8, top + 13, f"{before:.3g} → {after:.3g} {units[joint % len(units)]}", "")
+        )
     below = 24 + high * joints + 6
     for place, (share, colour) in enumerate(parts):
-        x, y = left + 290 * (place % 2), below + 16 * (place // 2)
+        x, y = left + column * (place % 2), below + 16 * (place // 2)
         drawn.append(f'<rect x="{x:.1f}" y="{y:.1f}" width="11" height="11" fill="{colour}"/>')
         drawn.append(text(x + 16, y + 10, words(share), ""))
-    return whole(620, below + 16 * ((len(parts) + 1) // 2) + 6, f"budget of {one['case']}", "".join(drawn))
+    return whole(
+        40.0 + 2.0 * column,
+        below + 16 * ((len(parts) + 1) // 2) + 6,
+        f"budget of {one['case']}",
+        "".join(drawn),
+    )
 
 
 def coloured(shares: list[dict[str, Any]]) -> list[tuple[dict[str, Any], str]]:

@@ -56,7 +56,7 @@ ABOUT = {
         "Three joints driven by cables, one of them sliding, 200 Hz (radiang), effort: five runs of 30 s "
         "fitted, one held out. No term alone lowers its held-out residual by more than some per cent, so "
         "that every name counts as wrong.",
-        "N m, N",
+        "N m, N m, N",
     ),
     "emps": About(
         "EMPS: a sliding axis with a ball screw",
