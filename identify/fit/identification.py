@@ -8,7 +8,7 @@ import numpy as np
 from ..effects import Payload
 from ..errors import DifferentRobot, NotExcited, RecordingError
 from ..model import Model
-from ..preparation.choose import choose, recorded_up_to
+from ..preparation.even import torque_off_warnings
 from ..preparation.prepare import (
     ABOVE,
     REST,
@@ -16,9 +16,10 @@ from ..preparation.prepare import (
     SMOOTHED_REST,
     Filtering,
     Prepared,
+    choose,
     prepare,
+    recorded_up_to,
 )
-from ..preparation.torque_off import torque_off_warnings
 from ..recordings.recording import Recording
 from ..recordings.recording_checks import check, check_alive
 from .base_parameters import BaseParameters, base_parameters

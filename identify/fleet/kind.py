@@ -10,8 +10,7 @@ from ..effects import LoadDependentFriction, Payload, TemperatureDependentFricti
 from ..file_names import file_stem
 from ..fit.base_parameters import BaseParameters, base_parameters
 from ..model import Model
-from ..preparation.choose import choose
-from ..preparation.filtering import Filtering
+from ..preparation.prepare import Filtering, choose
 from ..recordings.recording import Recording
 
 

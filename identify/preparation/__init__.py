@@ -1,5 +1,1 @@
-"""From a recording to what can be fitted.
-
-In: `Recording`.
-Out: filtered `Motion`, decimated current, cut-off frequencies, noise.
-"""
+"""From a `Recording` to what can be fitted: filtered `Motion`, decimated current, cut-offs, noise."""

@@ -3,19 +3,37 @@
 Positions are low-passed where they are below encoder noise. Torque and regressor are compared up to the
 frequency at which the encoder's noise, twice differentiated and times inertia, would exceed the noise of
 the current: beyond it, samples depend more on the encoder than on the arm.
+
+A torque may also have been low-passed before it was recorded, by a controller or by whoever published it, and
+positions were not. Dry friction steps at every reversal, and a step has power at all frequencies: a recording
+that has none of it beyond some frequency was filtered there. What is compared beyond would look like friction
+that reverses slowly: hysteresis.
 """
 
 import numpy as np
-from scipy import signal
+from scipy import linalg, signal
 
 from ..arm.motion import Motion
 from ..model import Model
 from .filters import differentiate
+from .noise import smoothed
 
 LOWEST = 5.0
 """Lowest cut-off [Hz]: a few times the base frequency of the motions arms are identified with."""
 QUIET = 0.35
 """Share of the sample rate above which no arm follows; the spectrum there is noise."""
+SMOOTHED_RATE = 50.0
+"""Sample rate at which a torque and its fit are compared [Hz]: drives' slowest filters are below 10 Hz."""
+WINDOW = 8.0
+"""Length of a window of a spectrum [s], or a quarter of a shorter run."""
+LOBES = ("kaiser", 12.0)
+"""Window of the spectra: its side lobes are 90 dB down, its main lobe is half a hertz wide."""
+ABSENT = 1e-3
+"""Share of the power beyond a frequency that is nothing: 3 % of the amplitude. No presliding takes away so
+much on all joints."""
+TENTH = 0.1
+"""Share of the power beyond a frequency that is left at nine tenths of a steep filter's cut-off, as the power
+of steps falls by frequency squared."""
 
 
 def spectra(values: np.ndarray, rate: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -49,7 +67,9 @@ def position_cutoff(position: np.ndarray, rate: float) -> float:
     """
     frequency, density, noise = accelerations(position, rate)
     above = np.any(density > 4.0 * noise, axis=1) & (frequency < QUIET * rate)
-    return max(min(_end(frequency, above), 2.0 * _valley(frequency, density, rate)), 1.5 * LOWEST)
+    below = np.flatnonzero(~above[1:])  # the first unbroken stretch ends here, the lowest bin aside
+    end = float(frequency[below[0] + 1] if len(below) else frequency[-1])
+    return max(min(end, 2.0 * _valley(frequency, density, rate)), 1.5 * LOWEST)
 
 
 def _valley(frequency: np.ndarray, density: np.ndarray, rate: float) -> float:
@@ -118,7 +138,36 @@ def nominal_inertia(model: Model, posture: np.ndarray) -> np.ndarray:
     return (torque[1:] - torque[0]).T
 
 
-def _end(frequency: np.ndarray, above: np.ndarray) -> float:
-    """Last frequency of the first unbroken stretch, the lowest bin aside."""
-    below = np.flatnonzero(~above[1:])
-    return float(frequency[below[0] + 1] if len(below) else frequency[-1])
+def recorded_band(model: Model, motion: Motion, current: np.ndarray, rate: float) -> float:
+    """Frequency up to which currents or torques (t, n) were recorded [Hz]; infinite if not smoothed before.
+
+    `model` is nominal, `motion` the whole run at `rate` [Hz], `current` as measured.
+    """
+    if not smoothed(current, rate):
+        return np.inf
+    stride = max(int(rate / SMOOTHED_RATE), 1)
+    fitted = _fitted(model, motion[::stride], current[::stride])
+    length = int(min(WINDOW * rate / stride, len(fitted) / 4))
+    frequency, measured = _beyond(current[::stride], rate / stride, length)
+    share = measured / np.maximum(_beyond(fitted, rate / stride, length)[1], 1e-300)
+    if np.min(np.max(share, axis=1)) >= ABSENT:  # some joint has power everywhere
+        return np.inf
+    return float(frequency[np.argmax(np.median(share, axis=1) < TENTH)] / (1.0 - TENTH))
+
+
+def _fitted(model: Model, motion: Motion, current: np.ndarray) -> np.ndarray:
+    """Currents (t, n) by least squares of each joint, with friction of its own."""
+    columns = model.regressor(model.loaded(motion))
+    found = []
+    for joint, measured in enumerate(current.T):
+        velocity = motion.velocity[:, joint]
+        own = np.column_stack([columns[:, joint], np.sign(velocity), velocity, np.ones(len(velocity))])
+        own = own / np.maximum(np.linalg.norm(own, axis=0), 1e-300)
+        found.append(own @ linalg.lstsq(own, measured, cond=1e-8)[0])
+    return np.column_stack(found)
+
+
+def _beyond(values: np.ndarray, rate: float, length: int) -> tuple[np.ndarray, np.ndarray]:
+    """Frequencies (f,) [Hz], and power of columns (t, n) beyond each of them (f, n)."""
+    frequency, density = signal.welch(values, rate, LOBES, length, axis=0, detrend="linear")
+    return frequency, np.cumsum(density[::-1], axis=0)[::-1]

@@ -1,6 +1,8 @@
-"""A recording on an even time axis, and its filtered motion."""
+"""A recording on an even time axis: its motion, its effort, and where a drive was off."""
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -9,13 +11,28 @@ from ..errors import NotRecorded, RecordingError
 from ..recordings.recording import EFFORT, Recording
 from .filters import differentiate, low_pass, uniform
 
+if TYPE_CHECKING:
+    from .prepare import Prepared
+
 FEWEST = 64
 """Samples below which there is no spectrum to choose filters from; no filter fits such a run anyway."""
+OFF = 0.2
+"""Length [s] of a stretch of currents that are zero to the last digit: a drive that moves passes through."""
+MOVED = 0.02
+"""Share of a joint's range in a run that it moves in such a stretch; at rest, nothing need flow."""
 
 
 @dataclass(frozen=True)
 class Even:
-    """A recording on an even time axis, not yet filtered."""
+    """A recording on an even time axis, not yet filtered.
+
+    Attributes:
+        recording: One run.
+        time: Shape (t,) [s].
+        position: Shape (t, n) [rad].
+        rate: Samples per second [Hz].
+        measures: "current" or "torque".
+    """
 
     recording: Recording
     time: np.ndarray
@@ -25,13 +42,19 @@ class Even:
 
     @classmethod
     def of(cls, recording: Recording, rate: float | None) -> "Even":
+        """Resample where position and effort were both recorded; by default at the median rate [Hz].
+
+        Raises:
+            NotRecorded: Neither currents nor torques.
+            RecordingError: Too few samples.
+        """
         signal = recording.signals["position"]
         if len(signal) < FEWEST:
             raise RecordingError(
                 f"{recording.name}: only {len(signal)} samples; record at least some seconds"
             )
         # Stamps are whole nanoseconds: they give a rate to mHz only.
-        rate = rate or round(1.0 / float(np.median(np.diff(signal.time))), 3)
+        rate = rate or round(1.0 / signal.period, 3)
         time, position = uniform(signal.time, signal.values, rate)
         measures = next((name for name in EFFORT if len(recording.signals.get(name, ()))), "")
         if not measures:
@@ -55,12 +78,8 @@ class Even:
         known = self.measures == "torque"
         return np.ones(self.position.shape[1]) if known else self.recording.robot.drive_gain
 
-    @property
-    def current(self) -> np.ndarray:
-        return self.signal(self.measures)
-
     def signal(self, name: str) -> np.ndarray:
-        """A signal of its own rate, on the even time axis."""
+        """A signal of its own rate, on the even time axis, shape (t, n)."""
         signal = self.recording.signals[name]
         if (
             signal.time.shape == self.time.shape
@@ -69,37 +88,62 @@ class Even:
             return np.array(signal.values)
         return np.stack([np.interp(self.time, signal.time, column) for column in signal.values.T], axis=1)
 
+    def motion(self, cutoff: float) -> Motion:
+        """Motion low-passed at a cut-off [Hz], its ends included."""
+        smooth = low_pass(self.position, self.rate, cutoff)
+        velocity, acceleration = self._derivatives(smooth, cutoff)
+        temperature = self.signal("temperature") if "temperature" in self.recording.signals else None
+        payload = self.recording.payload.name if self.recording.payload else ""
+        return Motion.of(self.time, smooth, velocity, acceleration, None, temperature, payload)
 
-def whole_motion(even: Even, cutoff: float) -> Motion:
-    """Motion low-passed at a cut-off [Hz], its ends included."""
-    smooth = low_pass(even.position, even.rate, cutoff)
-    velocity, acceleration = _derivatives(even, smooth, cutoff)
-    temperature = even.signal("temperature") if "temperature" in even.recording.signals else None
-    payload = even.recording.payload.name if even.recording.payload else ""
-    return Motion.of(even.time, smooth, velocity, acceleration, None, temperature, payload)
+    def _derivatives(self, smooth: np.ndarray, cutoff: float) -> tuple[np.ndarray, np.ndarray]:
+        """Velocity and acceleration; from the controller's own velocity where it can be trusted.
+
+        A controller counts encoder ticks on its own clock, so its velocity knows nothing of the jitter of
+        time stamps. But it comes later than the position, by half the time over which they are counted and
+        by what its filter takes: a millisecond or two, of which inertia would look like damping. So each
+        joint's is brought to the position's time first, to first order in that time. It is trusted if it
+        then differs from the differentiated position by less than a twentieth on every joint: a velocity of
+        another quantity, unit or filter differs by more.
+        """
+        velocity, acceleration = differentiate(smooth, self.rate)
+        if "velocity" not in self.recording.signals:
+            return velocity, acceleration
+        recorded = low_pass(self.signal("velocity"), self.rate, cutoff)
+        slope = differentiate(recorded, self.rate)[0]
+        delay = np.sum(slope * (velocity - recorded), axis=0) / np.maximum(np.sum(slope**2, axis=0), 1e-12)
+        recorded = recorded + delay * slope
+        size = np.maximum(np.linalg.norm(velocity, axis=0), 1e-12)
+        if not np.all(np.linalg.norm(recorded - velocity, axis=0) < 0.05 * size):
+            return velocity, acceleration
+        return recorded, differentiate(recorded, self.rate)[0]
 
 
-def _derivatives(even: Even, smooth: np.ndarray, cutoff: float) -> tuple[np.ndarray, np.ndarray]:
-    """Velocity and acceleration; from the controller's own velocity where it can be trusted.
+def torque_off(current: np.ndarray, position: np.ndarray, rate: float) -> np.ndarray:
+    """Whether a drive gave nothing though its joint moved, as of a pendulum let go, bool of shape (t, n).
 
-    A controller counts encoder ticks on its own clock, so its velocity knows nothing of the jitter of
-    time stamps. But it comes later than the position, by half the time over which they are counted and by
-    what its filter takes: a millisecond or two, of which inertia would look like damping. So it is brought
-    to the position's time first. It is trusted if it then differs from the differentiated position by less
-    than a twentieth on every joint: a velocity of another quantity, unit or filter differs by more.
+    Args:
+        current: Or torque, shape (t, n), unfiltered.
+        position: Shape (t, n) [rad].
+        rate: Samples a second [Hz].
     """
-    velocity, acceleration = differentiate(smooth, even.rate)
-    if "velocity" not in even.recording.signals:
-        return velocity, acceleration
-    recorded = _in_time(low_pass(even.signal("velocity"), even.rate, cutoff), velocity, even.rate)
-    apart = np.linalg.norm(recorded - velocity, axis=0) / np.maximum(np.linalg.norm(velocity, axis=0), 1e-12)
-    if not np.all(apart < 0.05):
-        return velocity, acceleration
-    return recorded, differentiate(recorded, even.rate)[0]
+    off = np.zeros(current.shape, bool)
+    reach = np.ptp(position, axis=0)
+    for joint in range(current.shape[1]):
+        zero = (current[:, joint] == 0.0).astype(int)
+        edges = np.flatnonzero(np.diff(zero, prepend=0, append=0))
+        for start, stop in zip(edges[::2], edges[1::2], strict=True):
+            moved = np.ptp(position[start:stop, joint])
+            off[start:stop, joint] = stop - start >= OFF * rate and moved > MOVED * reach[joint]
+    return off
 
 
-def _in_time(recorded: np.ndarray, velocity: np.ndarray, rate: float) -> np.ndarray:
-    """A velocity that comes too late, each joint by its own time, to first order in that time."""
-    slope = differentiate(recorded, rate)[0]
-    delay = np.sum(slope * (velocity - recorded), axis=0) / np.maximum(np.sum(slope**2, axis=0), 1e-12)
-    return recorded + delay * slope
+def torque_off_warnings(joints: Sequence[str], runs: Sequence["Prepared"]) -> Iterator[str]:
+    """What was left out of runs because a drive was off, in sentences."""
+    for run in runs:
+        for joint, seconds in zip(joints, run.off, strict=True):
+            if seconds > 0.0:
+                yield (
+                    f"{run.name}: the {run.measures} of {joint} is exactly zero in {seconds:.1f} s in which "
+                    "it moves: its drive was off, or measures none that small; those samples are left out"
+                )

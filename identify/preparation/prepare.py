@@ -9,16 +9,59 @@ from ..arm.motion import Motion
 from ..errors import NotExcited, RecordingError
 from ..recordings.recording import Recording
 from . import cutoffs
-from .choose import choose
-from .even import Even, whole_motion
-from .filtering import Filtering as Filtering
+from .even import Even, torque_off
 from .filters import Decimation, differentiate, low_pass
 from .noise import noise_above, noise_at_rest, quantisation, smoothed
-from .torque_off import torque_off
 
 REST, ABOVE = "rest", "high frequencies"
 SMOOTHED_REST, SMOOTHED = SMOOTHED_SOURCES = "rest, smoothed", "smoothed"
 """Where a noise floor is from. Of a recording that was smoothed before, even that at rest is none."""
+SHORTEST = 30.0
+"""Periods of the torque's cut-off in a run, at least: three times the length of its filter."""
+FROM_DATA = "leave it out to have it chosen from the data"
+
+
+@dataclass(frozen=True)
+class Filtering:
+    """How to filter; what is None is chosen from the data.
+
+    Attributes:
+        rate: Sample rate of the even time axis [Hz]; the recording's median rate by default.
+        position_cutoff: Low-pass of positions before differentiation [Hz].
+        torque_cutoff: Parallel decimation of torque and regressor [Hz].
+        standstill: Speed below which a joint sticks rather than slides [rad/s], one for all joints.
+
+    Raises:
+        RecordingError: One that is not above zero.
+    """
+
+    rate: float | None = None
+    position_cutoff: float | None = None
+    torque_cutoff: float | None = None
+    standstill: float | None = None
+
+    def __post_init__(self) -> None:
+        for option, value in (*self._cutoffs, ("--standstill", self.standstill)):
+            unit = "rad/s" if option == "--standstill" else "Hz"
+            if value is not None and not value > 0.0:
+                raise RecordingError(f"{option} is {value:g} {unit}; it must be above 0; {FROM_DATA}")
+
+    @property
+    def _cutoffs(self) -> tuple[tuple[str, float | None], ...]:
+        return ("--position-cutoff", self.position_cutoff), ("--torque-cutoff", self.torque_cutoff)
+
+    def check_cutoffs(self, rate: float, run: str) -> None:
+        """Refuse a cut-off that no filter of a run at this rate [Hz] can have.
+
+        Raises:
+            RecordingError: Not below half the sample rate.
+        """
+        for option, cutoff in self._cutoffs:
+            if cutoff is not None and not cutoff < 0.5 * rate:
+                raise RecordingError(
+                    f"{option} is {cutoff:g} Hz; it must lie below {0.5 * rate:g} Hz, half the sample "
+                    f"rate of {run}; {FROM_DATA}"
+                )
 
 
 @dataclass(frozen=True)
@@ -82,28 +125,72 @@ class Prepared:
         return (sticking == 0).astype(float)
 
 
+def choose(recording: Recording, filtering: Filtering) -> Filtering:
+    """The filtering, with what it leaves open chosen from a recording.
+
+    Raises:
+        RecordingError: Too short to have a spectrum, or a cut-off that no filter can have.
+    """
+    return _chosen(Even.of(recording, filtering.rate), filtering)
+
+
+def _chosen(even: Even, filtering: Filtering) -> Filtering:
+    filtering.check_cutoffs(even.rate, even.recording.name)
+    position_cutoff = filtering.position_cutoff or cutoffs.position_cutoff(even.position, even.rate)
+    torque_cutoff = filtering.torque_cutoff
+    if torque_cutoff is None:
+        model, current = even.recording.model, even.signal(even.measures)
+        comparable = cutoffs.torque_cutoff(model, even.position, current, even.gain, even.rate)
+        torque_cutoff = min(comparable, _recorded_up_to(even, position_cutoff))
+    # Positions are low-passed first: beyond 0.7 of that cut-off accelerations are short.
+    torque_cutoff = min(torque_cutoff, 0.7 * position_cutoff)
+    return replace(filtering, rate=even.rate, position_cutoff=position_cutoff, torque_cutoff=torque_cutoff)
+
+
+def recorded_up_to(recording: Recording, filtering: Filtering) -> float:
+    """Frequency up to which torque or current was recorded [Hz], as far as the run is long enough for it.
+
+    Args:
+        recording: One run.
+        filtering: As chosen for it.
+    """
+    return _recorded_up_to(Even.of(recording, filtering.rate), float(filtering.position_cutoff or 0.0))
+
+
+def _recorded_up_to(even: Even, position_cutoff: float) -> float:
+    motion, current = even.motion(position_cutoff), even.signal(even.measures)
+    band = cutoffs.recorded_band(even.recording.model, motion, current, even.rate)
+    return max(band, SHORTEST * even.rate / len(even.time))
+
+
 def prepare(recording: Recording, filtering: Filtering = Filtering()) -> Prepared:  # noqa: B008
-    """Resample, filter, differentiate, find standstill and noise.
+    """Resample, filter and differentiate; find standstill and noise.
 
     Raises:
         RecordingError: Too short for its filters, or a standstill above all speeds.
         NotExcited: No joint moves.
     """
-    if None in (filtering.rate, filtering.position_cutoff, filtering.torque_cutoff):
-        filtering = choose(recording, filtering)
     even = Even.of(recording, filtering.rate)
+    if None in (filtering.rate, filtering.position_cutoff, filtering.torque_cutoff):
+        filtering = _chosen(even, filtering)
     cutoff = float(filtering.position_cutoff or 0.0)
     decimation = Decimation.at(even.rate, float(filtering.torque_cutoff or 0.0))
     inside = _inside(even, cutoff, decimation)
-    motion, current = whole_motion(even, cutoff), even.current
-    filtering.check_standstill(motion.velocity, recording.name)
+    motion, current = even.motion(cutoff), even.signal(even.measures)
     off = torque_off(current, motion.position, even.rate)
-    near = ndimage.binary_dilation(
-        off, np.ones((len(decimation.taps), 1))
-    )  # all that the filter takes of them
-    sliding = (np.abs(motion.velocity) >= _standstill(motion, filtering)) & ~near
-    noise, source = _noise(current, motion, decimation)
-    if smoothed(recording.signals[even.measures].values, even.rate):
+    # All samples that the decimation filter takes from where a drive was off.
+    near = ndimage.binary_dilation(off, np.ones((len(decimation.taps), 1)))
+    # Never zero: what each joint exceeds in a twentieth of the run, shape (n,) [rad/s].
+    usual_speed = np.maximum(np.percentile(np.abs(motion.velocity), 95, axis=0), 1e-6)
+    sliding = (np.abs(motion.velocity) >= _standstill(motion, filtering, usual_speed, recording.name)) & ~near
+    measured = recording.signals[even.measures].values
+    # Below a tenth of the speed at which a joint counts as standing still: creeping, it would still reverse
+    # its friction.
+    still = np.all(np.abs(motion.velocity) < 1e-3 * usual_speed, axis=1)
+    noise, source = noise_at_rest(current, still, decimation), REST
+    if not np.all(np.isfinite(noise)):
+        noise, source = noise_above(current, decimation), ABOVE
+    if smoothed(measured, even.rate):
         source = SMOOTHED_REST if source == REST else SMOOTHED
     if not np.any(sliding):
         raise NotExcited(f"{recording.name}: no joint moves; record an exciting trajectory")
@@ -116,7 +203,7 @@ def prepare(recording: Recording, filtering: Filtering = Filtering()) -> Prepare
         sliding=sliding[inside],
         decimation=decimation,
         position_cutoff=cutoff,
-        noise=np.maximum(noise, quantisation(recording.signals[even.measures].values, decimation)),
+        noise=np.maximum(noise, quantisation(measured, decimation)),
         noise_source=source,
         encoder_noise=np.sqrt(0.5 * even.rate * cutoffs.spectra(even.position, even.rate)[2]),
         commanded=_commanded(even, cutoff, motion, inside),
@@ -139,7 +226,7 @@ def filtered(recording: Recording, filtering: Filtering) -> tuple[Motion, np.nda
     """
     even = Even.of(recording, filtering.rate)
     cutoff = filtering.position_cutoff or cutoffs.position_cutoff(even.position, even.rate)
-    return whole_motion(even, cutoff), even.current
+    return even.motion(cutoff), even.signal(even.measures)
 
 
 def _inside(even: Even, cutoff: float, decimation: Decimation) -> slice:
@@ -170,30 +257,18 @@ def _commanded(even: Even, cutoff: float, measured: Motion, inside: slice) -> Mo
     return replace(measured, position=smooth, velocity=velocity, acceleration=acceleration)[inside]
 
 
-def _standstill(motion: Motion, filtering: Filtering) -> np.ndarray:
+def _standstill(motion: Motion, filtering: Filtering, usual_speed: np.ndarray, run: str) -> np.ndarray:
     """Speed below which each joint counts as standing still, shape (n,) [rad/s].
 
     Friction of a stuck joint is whatever holds it. One per cent of the joint's usual speed is where a
     sliding joint passes through within milliseconds, so little is lost.
     """
-    if filtering.standstill is not None:
-        return np.full(motion.position.shape[1], filtering.standstill)
-    return 0.01 * _usual_speed(motion)
-
-
-def _usual_speed(motion: Motion) -> np.ndarray:
-    """What each joint exceeds in a twentieth of the run, shape (n,) [rad/s]; never zero."""
-    return np.maximum(np.percentile(np.abs(motion.velocity), 95, axis=0), 1e-6)
-
-
-def _noise(current: np.ndarray, motion: Motion, decimation: Decimation) -> tuple[np.ndarray, str]:
-    """Noise floor of each current behind the filter, shape (n,), and where it was measured.
-
-    A joint rests below a tenth of the speed at which it counts as standing still: creeping, it would
-    still reverse its friction.
-    """
-    still = np.all(np.abs(motion.velocity) < 1e-3 * _usual_speed(motion), axis=1)
-    noise = noise_at_rest(current, still, decimation)
-    if np.all(np.isfinite(noise)):
-        return noise, REST
-    return noise_above(current, decimation), ABOVE
+    if filtering.standstill is None:
+        return 0.01 * usual_speed
+    fastest = float(np.max(np.abs(motion.velocity)))
+    if not filtering.standstill <= fastest:
+        raise RecordingError(
+            f"--standstill is {filtering.standstill:g} rad/s; it must lie below {fastest:.3g} rad/s, the "
+            f"highest speed of any joint in {run}; {FROM_DATA}"
+        )
+    return np.full(len(usual_speed), filtering.standstill)

@@ -7,8 +7,7 @@ from scipy.interpolate import CubicSpline
 
 from ..errors import DifferentRobot, RecordingError
 from ..fit.fit import Fit
-from ..preparation.choose import choose
-from ..preparation.prepare import Filtering, Prepared, prepare
+from ..preparation.prepare import Filtering, Prepared, choose, prepare
 from ..recordings.recording import EFFORT, Recording
 
 

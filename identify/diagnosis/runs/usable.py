@@ -10,8 +10,8 @@ from ...fit.identification import common_filtering, of_these_joints
 from ...fit.warnings.excitation_warnings import excitation_warnings
 from ...fit.warnings.repeated_motion import repeated_motions
 from ...model import Model
+from ...preparation.even import torque_off_warnings
 from ...preparation.prepare import Filtering
-from ...preparation.torque_off import torque_off_warnings
 from ...recordings.recording import Recording
 from ...recordings.recording_checks import check, check_alive
 from .driven import Driven

@@ -17,8 +17,7 @@ from exidyn.identify.fit.warnings.verdict import UNTESTED, joint_verdicts, verdi
 from exidyn.identify.pages.fit.fit_summary import summary
 from exidyn.identify.pages.fit.report import report_html
 from exidyn.identify.pages.views.view_text import parameters_markdown
-from exidyn.identify.preparation.choose import choose
-from exidyn.identify.preparation.filtering import Filtering
+from exidyn.identify.preparation.prepare import Filtering, choose
 from exidyn.identify.recordings.recording import KnownPayload, Recording, Signal
 
 from ...parts.small import two_joints

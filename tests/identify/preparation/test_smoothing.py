@@ -6,8 +6,8 @@ from scipy import signal
 
 from exidyn.identify.effects import Hysteresis
 from exidyn.identify.fit.identification import common_filtering
-from exidyn.identify.preparation.filtering import Filtering
-from exidyn.identify.preparation.smoothing import recorded_band
+from exidyn.identify.preparation.cutoffs import recorded_band
+from exidyn.identify.preparation.prepare import Filtering
 from exidyn.identify.recordings.recording import Recording, Signal
 
 from ...parts.small.two_joints import model, motion, true_values

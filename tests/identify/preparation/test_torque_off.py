@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from exidyn.identify.fit.identification import identify
-from exidyn.identify.preparation.torque_off import torque_off
+from exidyn.identify.preparation.even import torque_off
 from exidyn.identify.recordings.recording import KnownPayload, Recording, Signal
 
 from ...parts.small import two_joints
