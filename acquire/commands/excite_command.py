@@ -37,7 +37,7 @@ from ..arguments.excite_arguments import OPTIMISED, excite_options
 from ..arguments.excite_arguments import parser as parser
 from ..arguments.outputs import require_file, require_json
 from ..terminal.json_output import hand_over, json_text
-from ..terminal.plan_table import plan_table
+from ..terminal.run_summary import plan_table
 from ..terminal.stopwatch import Progress, Stopwatch
 
 

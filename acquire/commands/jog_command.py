@@ -45,9 +45,9 @@ from ..run.perform import FEWEST, LISTEN, Job, Outcome
 from ..run.recording.recorder import require_free
 from ..run.start import StartRules
 from ..terminal import run_summary
-from ..terminal.confirm import confirm, require_attended
 from ..terminal.json_output import hand_over, json_text
 from ..terminal.progress import start_progress
+from ..terminal.run_summary import confirm, require_attended
 
 EXAMPLES = (
     "exidyn jog --robot cobot --joint 3                         # a simulated arm",

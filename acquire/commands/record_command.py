@@ -34,9 +34,9 @@ from ..run.recording.recorder import require_free
 from ..run.rehearsal import rehearse
 from ..run.start import StartRules
 from ..terminal import run_summary
-from ..terminal.confirm import confirm, require_attended
 from ..terminal.json_output import hand_over, json_text
 from ..terminal.progress import start_progress
+from ..terminal.run_summary import confirm, require_attended
 
 
 def main(arguments: Sequence[str]) -> int:

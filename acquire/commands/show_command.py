@@ -19,7 +19,7 @@ from exidyn.trajectories.plans.plan_use import limit_use
 from ..arguments.common import add_plan, add_robot, command_parser, complaint, positive, table_help
 from ..arguments.outputs import add_json, require_file, require_json
 from ..terminal.json_output import hand_over, json_text, print_written
-from ..terminal.plan_table import plan_table
+from ..terminal.run_summary import plan_table
 
 EXAMPLES = (
     "exidyn show trajectory.toml",

@@ -24,9 +24,9 @@ from ..arguments.outputs import add_json, require_json
 from ..run.arms import make_driver, standing_arm
 from ..run.listener import Listener, Reading
 from ..run.stopping.stop_requests import StopRequests
-from ..terminal.confirm import confirm_reading
 from ..terminal.joint_units import JointUnits
 from ..terminal.json_output import SCREEN
+from ..terminal.run_summary import confirm_reading
 from ..terminal.watch_text import Redraw, json_line, line, table_lines
 
 if TYPE_CHECKING:

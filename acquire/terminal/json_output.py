@@ -1,24 +1,33 @@
-"""What a command found: as a page for a person, as JSON for scripts."""
+"""What a command found: as a page for a person, in colour in a terminal, and as JSON for scripts."""
 
 import json
 import os
+import re
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from datetime import datetime
 from pathlib import Path
-from typing import Any
+from typing import Any, TextIO
 
 import numpy as np
 
 from exidyn.identify.text_table import WIDTH
 
-from .colour import coloured
-
 HEAD = "written: "
 SCREEN = Path("-")
 """In place of a file: standard output."""
+BOLD, RED, GREEN, YELLOW = "1", "31", "32", "33"
+"""Of a terminal's attributes."""
+HEADING = re.compile(r"^.+(?=\n[-=]{20,}$)", re.MULTILINE)
+COLOURED = (
+    (RED, r"[Pp]hysics is missing(?: on \w+)?|STOPPED[^:\n]*|BEYOND|WRONG|do not run it|\bwrong$"),
+    (RED, r"[^\n]*STILL MOVES[^\n]*|WHETHER THE ARM[^\n]*|PRESS THE[^\n]*"),
+    (YELLOW, r"A little is missing|WARNING|(?<=  )warning(?=: )|diverged"),
+    (GREEN, r"Nothing is missing|No joint's \w+ differs by more than noise|\bright$|^finished$"),
+)
+"""Colour and what has it."""
 _told = ContextVar("told", default=True)
 """Whether it is printed which files were written."""
 
@@ -29,6 +38,24 @@ def hand_over(page: str, text: str, path: Path | None) -> None:
     if path is not None and path != SCREEN:
         write_whole(path, text)
         print_written(path)
+
+
+def coloured(page: str, terminal: TextIO | None = None) -> str:
+    """The page with colour where standard output, or another stream, is a terminal that shows it.
+
+    `NO_COLOR` in the environment, unless it is empty, and a terminal that is called dumb have none.
+    """
+    stream = terminal or sys.stdout
+    if not stream.isatty() or os.environ.get("NO_COLOR") or os.environ.get("TERM") == "dumb":
+        return page
+    page = HEADING.sub(_in(BOLD, r"\g<0>"), page)
+    for colour, words in COLOURED:
+        page = re.sub(words, _in(colour, r"\g<0>"), page, flags=re.MULTILINE)
+    return page
+
+
+def _in(attribute: str, text: str) -> str:
+    return f"\x1b[{attribute}m{text}\x1b[0m"
 
 
 @contextmanager

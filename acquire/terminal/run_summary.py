@@ -1,16 +1,25 @@
-"""What a person reads before the arm moves, and after."""
+"""What a person reads and is asked before an arm moves, and reads after; motion and run as plain tables."""
 
-from collections.abc import Mapping
+import os
+import sys
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 from exidyn.drivers import StopLevel
 from exidyn.identify.text_table import paragraph
+from exidyn.trajectories.plans.plan import Plan
 from exidyn.trajectories.plans.plan_summary import use_table
-from exidyn.trajectories.plans.plan_use import limit_use
+from exidyn.trajectories.plans.plan_use import Use, limit_use
+from exidyn.trajectories.trajectory import unit_of
 
 from ..run.before import Checked
+from ..run.errors import NotAllowed, NotConfirmed
 from ..run.loop import percentiles
 from ..run.perform import Outcome
+from .json_output import plain
 
+UNATTENDED = "EXIDYN_UNATTENDED"
+"""Environment variable that, by the value yes, lets arms move unconfirmed: for test stands."""
 NOT_RATED = (
     "This is software and not safety-rated. Clear the cell, know where the emergency stop is and keep a hand "
     "on it"
@@ -28,6 +37,66 @@ def before(checked: Checked, facts: Mapping[str, str]) -> str:
     return "\n".join(
         [*lines, "", *(f"  {line}" for line in use_table(plan, [*limit_use(plan), checked.torque.use]))]
     )
+
+
+def require_attended(simulated: bool, yes: bool) -> None:
+    """Raise where no one would be asked though something real moves.
+
+    Raises:
+        NotAllowed: --yes alone, which a script that is reused might have by oversight.
+    """
+    if yes and not simulated and os.environ.get(UNATTENDED) != "yes":
+        raise NotAllowed(
+            f"--yes moves a real arm unasked only where {UNATTENDED}=yes is in the environment. Leave it out "
+            "to be asked"
+        )
+
+
+def confirm_reading(risk: str) -> None:
+    """Return if reading the controller can do nothing to the arm, or it was confirmed.
+
+    Args:
+        risk: What it may do; empty for nothing.
+
+    Raises:
+        NotConfirmed: As `confirm`.
+    """
+    if risk:
+        print("\n" + "\n".join(paragraph(risk)) + "\n", file=sys.stderr)
+        _ask("Support the arm. Type yes to read it: ", "nothing was sent")
+
+
+def confirm(simulated: bool, yes: bool, advice: str = BEGIN_SLOWLY) -> None:
+    """Return if it was confirmed, or if nothing real moves.
+
+    Args:
+        simulated: Whether nothing real moves.
+        yes: Whether --yes was given.
+        advice: How to begin, behind "keep a hand on it".
+
+    Raises:
+        NotAllowed: As `require_attended`.
+        NotConfirmed: Anything but "yes" was answered, or there is no terminal to answer.
+    """
+    require_attended(simulated, yes)
+    if simulated:
+        return
+    print("\n" + "\n".join(paragraph(NOT_RATED + advice)) + "\n", file=sys.stderr)
+    if yes:
+        return
+    _ask("Type yes to move the arm: ", "nothing was moved")
+
+
+def _ask(question: str, nothing: str) -> None:
+    """Return if the answer is yes."""
+    print(question, end="", file=sys.stderr, flush=True)
+    try:
+        answer = input()
+    except EOFError:
+        print(file=sys.stderr)
+        raise NotConfirmed(f"there is no terminal to type yes in,  {nothing}. Run it in a terminal") from None
+    if answer.strip() != "yes":
+        raise NotConfirmed(f"not confirmed, {nothing}; it takes the word yes")
 
 
 def end(outcome: Outcome) -> dict[str, object]:
@@ -93,3 +162,36 @@ def after(outcome: Outcome) -> str:
     if outcome.unsafe:
         lines += paragraph(outcome.unsafe)
     return "\n".join(lines)
+
+
+def plan_table(plan: Plan, uses: Sequence[Use], beyond: Sequence[str]) -> dict[str, Any]:
+    """What was planned, how much of each limit it uses, and what is beyond; what is no number is None."""
+    return plain(
+        {
+            "robot": plan.robot,
+            "joints": list(plan.joints),
+            "duration": plan.trajectory.duration,
+            "tick": plan.tick,
+            "payload_pair": plan.payload_pair,
+            "criterion": plan.criterion or None,
+            "reached": plan.reached,
+            "details": dict(plan.details),
+            "margins": dict(plan.margins),
+            "seed": plan.seed,
+            "robot_hash": plan.robot_hash,
+            "model_hash": plan.model_hash,
+            "use": {use.name: _use(use, plan.units) for use in uses},
+            "beyond": list(beyond),
+            "assumed": list(plan.assumed),
+        }
+    )
+
+
+def _use(use: Use, units: Sequence[str]) -> dict[str, Any]:
+    """Of each joint: what is reached, and the share of the limit, 1 at it, None where it has none."""
+    return {
+        "units": [unit_of(use.name, unit) for unit in units],
+        "lower": use.reached.lower,
+        "upper": use.reached.upper,
+        "share": abs(use.share),
+    }

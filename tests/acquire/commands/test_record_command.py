@@ -11,7 +11,7 @@ import pytest
 from exidyn.acquire.arguments.run_length import check_length
 from exidyn.acquire.command_line import REFUSED, STOPPED, UNSAFE, main
 from exidyn.acquire.run.errors import NotAllowed
-from exidyn.acquire.terminal.confirm import UNATTENDED
+from exidyn.acquire.terminal.run_summary import UNATTENDED
 from exidyn.identify.recordings.mcap.mcap_file import read_recording
 from exidyn.identify.robot_files.robot_file import model_text
 from exidyn.trajectories.plans.plan import Plan

@@ -16,7 +16,7 @@ from exidyn.acquire.command_line import REFUSED, STOPPED, main
 from exidyn.acquire.commands import jog_command
 from exidyn.acquire.jog.nominal_arm import flange_way
 from exidyn.acquire.jog.there_and_back import SHARE, TURN, Way, run_limits, there_and_back
-from exidyn.acquire.terminal.confirm import UNATTENDED
+from exidyn.acquire.terminal.run_summary import UNATTENDED
 from exidyn.identify.effects import CoulombFriction, RigidBody
 from exidyn.identify.model import Model
 from exidyn.identify.recordings.mcap.mcap_file import read_recording

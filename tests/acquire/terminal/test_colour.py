@@ -5,7 +5,7 @@ import re
 
 import pytest
 
-from exidyn.acquire.terminal.colour import coloured
+from exidyn.acquire.terminal.json_output import coloured
 
 PAGE = "\n".join(
     [

@@ -3,7 +3,7 @@ import io
 import pytest
 
 from exidyn.acquire.run.errors import NotAllowed, NotConfirmed
-from exidyn.acquire.terminal.confirm import UNATTENDED, confirm
+from exidyn.acquire.terminal.run_summary import UNATTENDED, confirm
 
 
 def test_nobody_is_asked_for_a_simulation(monkeypatch):

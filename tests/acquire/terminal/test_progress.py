@@ -9,8 +9,7 @@ from exidyn.acquire.run.lines import CLEAR
 from exidyn.acquire.run.pipe.frames import END, SAMPLE, text_frame
 from exidyn.acquire.run.player import APPROACHING, HOLDING, RUNNING
 from exidyn.acquire.terminal import progress
-from exidyn.acquire.terminal.progress import Progress, start_progress
-from exidyn.acquire.terminal.progress_process import Line
+from exidyn.acquire.terminal.progress import Line, Progress, start_progress
 
 from ...parts.runs.recorded import cycle, end, head
 

@@ -9,7 +9,7 @@ import time
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 
-from exidyn.acquire.terminal.confirm import UNATTENDED
+from exidyn.acquire.terminal.run_summary import UNATTENDED
 from exidyn.identify.recordings.mcap.mcap_file import read_recording
 from exidyn.trajectories.limits.moves import move
 from exidyn.trajectories.plans.plan import Plan
