@@ -12,9 +12,9 @@ from exidyn.identify.errors import ExidynError
 from exidyn.identify.fit.fit import Fit
 from exidyn.identify.model import Model
 from exidyn.identify.recordings.recording import KnownPayload
-from exidyn.trajectories.next_run.offer import Offer
 from exidyn.trajectories.next_run.offers import (
     WARM_UP,
+    Offer,
     Planned,
     distinguishing,
     excitation,

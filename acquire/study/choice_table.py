@@ -4,13 +4,12 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 from exidyn.identify.diagnosis import Diagnosis
+from exidyn.identify.diagnosis.belief.belief import Belief
+from exidyn.identify.diagnosis.belief.open_items import UNSEEN, hidden, open_torque, remaining, unseen_words
 from exidyn.identify.diagnosis.search.shapes import Shaped
 from exidyn.identify.diagnosis.words.naming import joint_words, lower
 from exidyn.identify.diagnosis.words.words import left_on, verdict
-from exidyn.trajectories.next_run.belief.belief import Belief
 from exidyn.trajectories.next_run.choice import Choice
-from exidyn.trajectories.next_run.forecast import UNSEEN, hidden, open_torque
-from exidyn.trajectories.next_run.remains import remaining, unseen_words
 
 from .rounds import FORMAT
 

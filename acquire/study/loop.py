@@ -6,18 +6,17 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from exidyn.identify.diagnosis.belief.questions import belief_of, nameless_torque
+from exidyn.identify.diagnosis.belief.run_columns import RunColumns, run_columns
+from exidyn.identify.diagnosis.belief.suspects import suspects_of
 from exidyn.identify.diagnosis.diagnose import Diagnosed
 from exidyn.identify.diagnosis.search.shapes import shapes_of
 from exidyn.identify.errors import ExidynError
 from exidyn.identify.fit.fit import Fit
 from exidyn.identify.fit.fit_file import read_fit
 from exidyn.identify.model import Model
-from exidyn.trajectories.next_run.belief.after_search import belief_of
-from exidyn.trajectories.next_run.belief.refused import nameless
-from exidyn.trajectories.next_run.belief.suspects import suspects_of
 from exidyn.trajectories.next_run.choice import RUN, choose
-from exidyn.trajectories.next_run.columns import RunColumns, run_columns
-from exidyn.trajectories.next_run.offer import Offer
+from exidyn.trajectories.next_run.offers import Offer
 
 from ..files.diagnosis_case import Case
 from ..files.payload_runs import distinct_bodies
@@ -121,7 +120,7 @@ class Study:
                 usable.append(offer)
             except ExidynError as error:
                 tell(f"{offer.name} is not on offer: {error}")
-        belief = belief_of(search, suspects, columns, nameless(diagnosis, search))
+        belief = belief_of(search, suspects, columns, nameless_torque(diagnosis, search))
         moved = sum(one.duration for one in recordings)
         repeated = last is not None and last["believed_findings"] == believed_findings(diagnosis)
         choice = choose(belief, usable, columns, self.seconds - moved, repeated, bool(diagnosis.remainders))

@@ -13,7 +13,7 @@ from exidyn.identify.model import Model
 from exidyn.identify.recordings.importers import import_source, kind_of
 from exidyn.identify.recordings.mcap.mcap_file import write_recording
 from exidyn.identify.recordings.recording import Recording
-from exidyn.trajectories.next_run.offer import Offer
+from exidyn.trajectories.next_run.offers import Offer
 
 from ..files.payload_runs import distinct_bodies
 from .asking import tell

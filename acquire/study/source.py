@@ -6,7 +6,7 @@ from typing import Any, Protocol
 
 from exidyn.identify.diagnosis import Diagnosis
 from exidyn.identify.fit.fit import Fit
-from exidyn.trajectories.next_run.offer import Offer
+from exidyn.trajectories.next_run.offers import Offer
 
 from .rounds import Round
 

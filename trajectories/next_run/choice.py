@@ -3,16 +3,56 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from .belief.belief import Belief
-from .columns import RunColumns
-from .forecast import Forecast, Item, forecasts, items
-from .offer import Offer
+import numpy as np
+
+from exidyn.identify.diagnosis.belief.belief import Belief
+from exidyn.identify.diagnosis.belief.open_items import Item, compared, expected_left, information, items
+from exidyn.identify.diagnosis.belief.run_columns import RunColumns
+
+from ..discrimination.distinction import HOUR
+from .offers import Offer
 
 WORTH = 0.05
 """Share of an item's entropy that a run has to take off to be worthwhile, or an hour of it so that the item
 counts as decidable."""
 RUN, DECIDED, UNDECIDABLE, OUT_OF_TIME = "run", "decided", "undecidable", "out of time"
 """What comes next."""
+
+
+@dataclass(frozen=True, eq=False)
+class Forecast:
+    """What is expected of a run.
+
+    Attributes:
+        offer: The run.
+        left: Entropy of each item behind it, expected, shape (i,) [nat].
+        left_hour: The same behind an hour of it.
+        gained: By how much less what is open is behind it [nat].
+    """
+
+    offer: Offer
+    left: np.ndarray
+    left_hour: np.ndarray
+    gained: float
+
+    @property
+    def rate(self) -> float:
+        """Information that is gained in a second [nat/s]."""
+        return self.gained / self.offer.seconds
+
+
+def forecasts(belief: Belief, offers: Sequence[Offer], runs: Sequence[RunColumns]) -> list[Forecast]:
+    """What is expected of every offer, the one that gains most per second first."""
+    questions, before = compared(belief), items(belief)
+    found = []
+    for offer, run in zip(offers, runs, strict=True):
+        seen = information(belief, run)
+        left = expected_left(belief, questions, seen)
+        gained = sum(one.entropy - after for one, after in zip(before, left, strict=True) if one.open)
+        # No less than its first run, however alike torques come to be beside all that an hour shows.
+        hour = np.minimum(left, expected_left(belief, questions, HOUR / offer.motion * seen))
+        found.append(Forecast(offer, left, hour, float(gained)))
+    return sorted(found, key=lambda one: -one.rate)
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,7 +1,7 @@
-"""Offers: the runs that an arm could make next, planned."""
+"""Offers: the runs that an arm could make next, planned, and what each asks of a person."""
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -23,7 +23,6 @@ from ..planning.planner import plan
 from ..planning.two_models import two_models
 from ..planning.wishes import Wishes, rows_of
 from ..plans.plan import Plan
-from .offer import Offer
 
 HANDLING = 60.0
 """What a person takes to hang a body on a flange, or to take it off [s]."""
@@ -32,10 +31,46 @@ TEMPERATURE, WARM = 25.0, 45.0
 has worked for some time."""
 WARMING = 1800.0
 """What an arm takes to warm up, as long as its gears remember [s]."""
+WARM_UP = "Let the arm work until it is warm, for half an hour or so"
+"""The request of a run with a warm arm."""
 
 Watched = Callable[[Sequence[Any]], Iterable[Any]]
 """Hands on what is to be done one by one."""
 Planned = tuple[str, Plan]
+
+
+@dataclass(frozen=True, eq=False)
+class Offer:
+    """A run on offer.
+
+    Attributes:
+        name: What people call it, as "a swept sine" is.
+        recording: Of the planned motion as the arm so far known would make it, or one that exists.
+        plan: The motion; None for a recording that exists.
+        request: What a person has to do before, in a sentence; empty for nothing.
+        setup: Time that this takes [s].
+    """
+
+    name: str
+    recording: Recording
+    plan: Plan | None = None
+    request: str = ""
+    setup: float = 0.0
+
+    @property
+    def payload(self) -> KnownPayload | None:
+        """What hangs on the flange."""
+        return self.recording.payload
+
+    @property
+    def motion(self) -> float:
+        """How long the arm moves [s]."""
+        return float(self.recording.duration if self.plan is None else self.plan.trajectory.duration)
+
+    @property
+    def seconds(self) -> float:
+        """How long it takes, a person's part included [s]."""
+        return self.motion + self.setup
 
 
 def kinds_of_run(model: Model, wishes: Wishes, said: Callable[[str], None]) -> Iterator[Planned]:
@@ -120,10 +155,6 @@ def offered(
     if temperature == WARM:
         request, setup, words = WARM_UP, WARMING, f"{words}, with a warm arm"
     return Offer(words, _foreseen(model, motion, carried, rate, temperature), motion, request, setup)
-
-
-WARM_UP = "Let the arm work until it is warm, for half an hour or so"
-"""The request of a run with a warm arm."""
 
 
 def _request(carried: KnownPayload | None) -> str:

@@ -5,9 +5,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from exidyn.identify.diagnosis.belief.open_items import Item
 from exidyn.trajectories.next_run import choice
-from exidyn.trajectories.next_run.choice import DECIDED, OUT_OF_TIME, RUN, UNDECIDABLE, choose
-from exidyn.trajectories.next_run.forecast import Forecast, Item
+from exidyn.trajectories.next_run.choice import DECIDED, OUT_OF_TIME, RUN, UNDECIDABLE, Forecast, choose
 
 OPEN, SETTLED = Item("spring or weight", 0.6, True), Item("friction", 0.1, False)
 

@@ -6,13 +6,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from exidyn.identify.diagnosis.belief.questions import belief_of, nameless_odds, nameless_torque, refused
+from exidyn.identify.diagnosis.belief.suspects import suspects_of
 from exidyn.identify.diagnosis.findings.finding import UNCERTAIN, Remainder
 from exidyn.identify.effects import JointSpring
-from exidyn.trajectories.next_run.belief.after_search import belief_of
-from exidyn.trajectories.next_run.belief.refused import nameless, nameless_odds, refused
-from exidyn.trajectories.next_run.belief.suspects import suspects_of
 
-from ...parts.small import small_diagnosis, small_search, two_joints
+from ....parts.small import small_diagnosis, small_search, two_joints
 
 
 def found(share, std=0.1, mean=1.0):
@@ -53,7 +52,7 @@ def diagnosis(depends_on):
 
 
 def test_what_is_left_and_depends_on_something_may_be_what_a_finding_is_part_of():
-    few, many = (nameless(diagnosis("time, at 1.0 Hz"), searched(also)) for also in (0.0, 4.0))
+    few, many = (nameless_torque(diagnosis("time, at 1.0 Hz"), searched(also)) for also in (0.0, 4.0))
     assert many[0] == few[0] == 0.0
     assert many[1] == pytest.approx(8.0, rel=0.5)
     assert few[1] < 0.05 * many[1]
@@ -61,7 +60,7 @@ def test_what_is_left_and_depends_on_something_may_be_what_a_finding_is_part_of(
 
 
 def test_what_depends_on_nothing_is_noise():
-    assert not np.any(nameless(diagnosis(UNCERTAIN), searched(4.0)))
+    assert not np.any(nameless_torque(diagnosis(UNCERTAIN), searched(4.0)))
 
 
 def nothing_by(search, left):

@@ -1,19 +1,27 @@
-"""Rivals: what else would give the torque of a finding, whatever its blocks say."""
+"""Suspects: what is not in the model after a search and may be there, such as what explains a finding too."""
 
 from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
+from scipy.special import expit
 
-from exidyn.identify.diagnosis.blocks.prediction import CERTAIN, factored
-from exidyn.identify.diagnosis.questions.block_answer import Answer, prior_std
-from exidyn.identify.diagnosis.questions.candidate import Candidate, Thinned
-from exidyn.identify.diagnosis.questions.candidate_fit import FORMULA
-from exidyn.identify.diagnosis.questions.question import ask
-from exidyn.identify.diagnosis.results.evidence import places_of
-from exidyn.identify.diagnosis.search.search import SearchResult
-from exidyn.identify.diagnosis.search.selected import EXCLUDED
-from exidyn.identify.positive_definite import solve
+from ...positive_definite import solve
+from ..blocks.prediction import CERTAIN, factored
+from ..questions.block_answer import Answer, prior_std
+from ..questions.candidate import Candidate, Thinned
+from ..questions.candidate_fit import FORMULA
+from ..questions.question import ask
+from ..results.evidence import places_of
+from ..search.search import SearchResult
+from ..search.selected import EXCLUDED, contradicted, log_prior
+
+NEGLIGIBLE = EXCLUDED / 100.0
+"""Probability below which an effect that nothing suggests is not asked about; a hundred of them are still
+excluded together."""
+
+Place = tuple[str, tuple[int, ...]]
+"""An effect and its joints."""
 
 
 class Rival(NamedTuple):
@@ -28,7 +36,51 @@ class Rival(NamedTuple):
     odds: float
 
 
-def rivals(search: SearchResult, place: int) -> list[Rival]:
+class Suspects(NamedTuple):
+    """What is not in the model and may be there.
+
+    Attributes:
+        rivals: Of what was found.
+        left: What else may be there without being seen, each in its best shape.
+        against: Logarithm of the odds of each finding, by its number, against effects on joints.
+    """
+
+    rivals: tuple[Answer, ...]
+    left: tuple[Answer, ...]
+    against: dict[int, dict[Place, float]]
+
+    @property
+    def every(self) -> tuple[Answer, ...]:
+        """In the order of their columns."""
+        return self.rivals + self.left
+
+
+def suspects_of(search: SearchResult) -> Suspects:
+    """Alternatives of the findings, and what else gives their torque; then all that was not found."""
+    others = {place: _rivals(search, place) for place in range(len(search.selected))}
+    found = [answer for one in search.selected for answer, _ in one.elsewhere]
+    found += [rival.answer for own in others.values() for rival in own]
+    by_key = {one.candidate.key: one for one in reversed(found)}
+    left = [
+        one
+        for one in search.left
+        if one.candidate.key not in by_key and unseen_probability(one, search.total) >= NEGLIGIBLE
+    ]
+    against = {place: {place_of(rival.answer): rival.odds for rival in own} for place, own in others.items()}
+    return Suspects(tuple(by_key.values()), tuple(left), against)
+
+
+def unseen_probability(one: Answer, total: float) -> float:
+    """That an effect which was not found is there; zero where runs held out contradict it."""
+    return 0.0 if contradicted(one) else float(expit(one.odds + log_prior(one, total)))
+
+
+def place_of(one: Answer) -> Place:
+    """Effect and joints of an answer."""
+    return one.candidate.effect, one.candidate.joints
+
+
+def _rivals(search: SearchResult, place: int) -> list[Rival]:
     """What physics allows beside the other findings, and what by its torque alone is not excluded.
 
     Each hypothesis once. What the model's own unknowns make up for without it speaks for none of them.

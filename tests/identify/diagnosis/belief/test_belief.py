@@ -5,18 +5,15 @@ from functools import cache
 
 import numpy as np
 
+from exidyn.identify.diagnosis.belief.belief import Believed, Question, separations
+from exidyn.identify.diagnosis.belief.open_items import information, items, parameter_entropy, remaining
+from exidyn.identify.diagnosis.belief.questions import belief_of, confirmed
+from exidyn.identify.diagnosis.belief.run_columns import run_columns
+from exidyn.identify.diagnosis.belief.suspects import suspects_of
 from exidyn.identify.effects import JointSpring, known_parameters
 from exidyn.identify.recordings.recording import KnownPayload
-from exidyn.trajectories.next_run.belief.after_search import belief_of
-from exidyn.trajectories.next_run.belief.belief import Believed, Question
-from exidyn.trajectories.next_run.belief.confirmation import confirmed
-from exidyn.trajectories.next_run.belief.separations import separations
-from exidyn.trajectories.next_run.belief.suspects import suspects_of
-from exidyn.trajectories.next_run.columns import run_columns
-from exidyn.trajectories.next_run.forecast import information, items, parameter_entropy
-from exidyn.trajectories.next_run.remains import remaining
 
-from ...parts.small import small_diagnosis, small_search
+from ....parts.small import small_diagnosis, small_search
 
 BODY = KnownPayload("L", known_parameters(3.0, (0.1, 0.0, 0.05), (0.02, 0.0, 0.0, 0.02, 0.0, 0.02)))
 
@@ -45,7 +42,7 @@ def question(belief, *effects):
 
 def apart(belief, asked, run):
     """Separations over the power of what is to be separated."""
-    stances, gram = [belief.stance(asked, one) for one in asked.answers], information(belief, run).gram
+    stances, gram = [belief.stance(asked, one) for one in asked.answers], information(belief, run)
     power = [np.sum(one.ways * (gram @ one.ways)) for one in stances]
     return separations(stances, gram) / np.array(power)[:, None]
 

@@ -5,14 +5,18 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from exidyn.identify.diagnosis.questions.block_answer import Answer
-from exidyn.identify.diagnosis.questions.candidate import Thinned
-from exidyn.identify.diagnosis.runs.driven import Driven
-from exidyn.identify.diagnosis.runs.nuisances import with_nuisances
-from exidyn.identify.diagnosis.runs.rows import Rows, model_rows
-from exidyn.identify.diagnosis.search.problem import Problem, with_found
-from exidyn.identify.fit.identification import with_payloads
-from exidyn.identify.recordings.recording import Recording
+from ...fit.identification import with_payloads
+from ...recordings.recording import Recording
+from ..blocks.prediction import CERTAIN
+from ..questions.block_answer import Answer
+from ..questions.candidate import Thinned
+from ..runs.driven import Driven
+from ..runs.nuisances import with_nuisances
+from ..runs.rows import Rows, model_rows
+from ..search.problem import Problem, with_found
+
+ENOUGH = 2.5
+"""Samples a period of the highest frequency that a motion without noise needs: two, and a filter's edge."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,9 +33,18 @@ class RunColumns:
     suspects: tuple[Thinned, ...]
     torque: np.ndarray
 
+    def split(self, names: Sequence[str]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Columns, and what the run brings of its own: unknowns of a body that no run has carried so far.
 
-ENOUGH = 2.5
-"""Samples a period of the highest frequency that a motion without noise needs: two, and a filter's edge."""
+        Returns:
+            Columns of named unknowns and all suspects (r, n, c), of the others (r, n, e); precision of these
+            (e,).
+        """
+        place = {name: k for k, name in enumerate(self.rows.names)}
+        known = self.rows.columns[:, :, [place[name] for name in names]]
+        shared = np.concatenate([known, *(one.everywhere(known.shape[1]) for one in self.suspects)], axis=2)
+        own = [k for name, k in place.items() if name not in set(names)]
+        return shared, self.rows.columns[:, :, own], np.maximum(self.rows.std[own], CERTAIN) ** -2.0
 
 
 def run_columns(
@@ -67,6 +80,12 @@ def run_columns(
     rows = with_nuisances(model_rows(model, [run], values), model, [run], values)
     rows = with_found(rows, [_over(one, run) for one in found])
     return RunColumns(rows, tuple(_over(one, run).columns for one in suspects), run.thinned(run.torque))
+
+
+def products(columns: np.ndarray, weight: np.ndarray) -> np.ndarray:
+    """Products of columns (r, n, c) over rows and joints with a weight (r, n), shape (c, c)."""
+    flat = (columns * np.sqrt(weight)[:, :, None]).reshape(-1, columns.shape[2])
+    return flat.T @ flat
 
 
 def _over(answer: Answer, run: Driven) -> Answer:
