@@ -4,9 +4,10 @@ from collections.abc import Mapping
 from importlib import import_module
 from typing import Any, NamedTuple
 
-from .driver import Arm, Command, Driver, Info, Sample, StopLevel
+from .driver import Arm, Driver, Info, StopLevel
 from .errors import DriverError, MissingPackage, UnknownDriver
 from .settings import read_settings, template
+from .values import Command, Sample
 
 __all__ = [
     "DRIVERS", "Arm", "Command", "Driver", "DriverError", "Info", "MissingPackage", "Sample", "StopLevel",

@@ -1,4 +1,4 @@
-"""The host's clock: ticks at absolute deadlines, and what time it is."""
+"""The host's clock: ticks at absolute deadlines, what time it is, and how long answers usually take."""
 
 import time
 from typing import NamedTuple
@@ -56,3 +56,26 @@ class HostClock:
     def left(self) -> float:
         """Time until the next deadline [s]; negative when it is over."""
         return (self._deadline + self._cycle - time.monotonic_ns()) * 1e-9
+
+
+LONGER, SHORTER = 20e-6, 2e-6
+"""By how much the next sleep is longer where an answer had to be waited for after it, and shorter where none
+had to [s]: in balance, one cycle in eleven waits again."""
+SHORTEST = 50e-6
+"""Below this a sleep is left out: it would take longer than it was asked for [s]."""
+
+
+class AnswerTime:
+    """The usual time between a question and the last of its answers."""
+
+    def __init__(self) -> None:
+        self._usual = 0.0
+
+    def sleep(self) -> None:
+        """Right after the question: sleep until its answers have usually come."""
+        if self._usual >= SHORTEST:
+            time.sleep(self._usual)
+
+    def adjust(self, waited: bool) -> None:
+        """All answers have come; whether they had to be waited for after the sleep."""
+        self._usual = max(self._usual + (LONGER if waited else -SHORTER), 0.0)

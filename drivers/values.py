@@ -1,11 +1,65 @@
-"""Values: what a telegram may hold; checked before anything is computed with it."""
+"""Values: what goes to an arm and comes from it in a cycle, checked before anything is computed with it."""
 
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from .driver import SIGNALS, Sample
 from .errors import Unreadable
+
+
+@dataclass(frozen=True, slots=True)
+class Command:
+    """What the arm should do at the next cycle.
+
+    Attributes:
+        position: Shape (n,) [rad].
+        velocity: Shape (n,) [rad/s]; for controllers that take it ahead.
+    """
+
+    position: np.ndarray
+    velocity: np.ndarray
+
+
+SIGNALS = ("position", "velocity", "current", "torque", "temperature")
+"""What a sample may hold of each joint."""
+
+
+@dataclass(frozen=True, slots=True)
+class Sample:
+    """What was measured in one cycle, in joint coordinates; NaN where the controller is silent.
+
+    Attributes:
+        host_time: Host's clock when the measurement came in [ns since 1970]; it never goes back.
+        controller_time: Controller's clock, from its own zero; the host's where it has none [ns].
+        position: Shape (n,) [rad].
+        velocity: Shape (n,) [rad/s].
+        current: Shape (n,) [A].
+        torque: Shape (n,) [N m].
+        temperature: Shape (n,) [degC].
+        lateness: By how much the cycle began, or was answered, too late [s].
+        skipped: Cycles that went by without an exchange since the last sample.
+        stale: Whether no fresh measurement came from a joint in this cycle, shape (n,); its values are NaN.
+        events: Messages of the device or the driver in this cycle, a sentence each.
+        fault: Why the arm can no longer be commanded; empty while it can.
+        sent: Whether the command went out; where the controller asks and did not, it has not.
+        state: The controller's own state, shape (k,), a number a name of `Info.state`; NaN where unknown.
+    """
+
+    host_time: int
+    controller_time: int
+    position: np.ndarray
+    velocity: np.ndarray
+    current: np.ndarray
+    torque: np.ndarray
+    temperature: np.ndarray
+    lateness: float = 0.0
+    skipped: int = 0
+    stale: np.ndarray = field(default_factory=lambda: np.zeros(0, bool))
+    events: tuple[str, ...] = ()
+    fault: str = ""
+    sent: bool = True
+    state: np.ndarray = field(default_factory=lambda: np.zeros(0))
+
 
 RANGES = {
     "position": (-1e5, 1e5, "rad"),

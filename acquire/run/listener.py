@@ -8,8 +8,7 @@ from threading import Event, Lock, Thread
 import numpy as np
 
 from exidyn.drivers import Driver, Sample
-from exidyn.drivers.driver import SIGNALS
-from exidyn.drivers.values import checked
+from exidyn.drivers.values import SIGNALS, checked
 
 ASK_STATES = 1.0
 """Time between questions for the drives' states [s]: on a serial line one costs a few cycles."""

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple, TextIO
 import numpy as np
 
 from exidyn.drivers import Info
-from exidyn.drivers.driver import SIGNALS
+from exidyn.drivers.values import SIGNALS
 from exidyn.identify.text_table import fixed, table
 
 from ..run.listener import Reading

@@ -10,14 +10,14 @@ import time
 import numpy as np
 
 from ..can.can_driver import CanDriver
-from ..driver import Arm, Command, Info, Sample, StopLevel
+from ..driver import Arm, Info, StopLevel
 from ..errors import LinkLost, NotReady
 from ..host_clock import Tick
-from .about import info_of
-from .damiao_setup import Found, leave, set_up
+from ..values import Command, Sample
+from .damiao import Found, leave, set_up
 from .mit_frame import DAMIAO, ON, T_MOTOR, Family, error_text
 from .mit_motors import MotorRound, Request
-from .mit_settings import MitSettings, require_sound
+from .settings import MitSettings, info_of, require_sound
 
 ENABLING = 2.0
 """How long motors may take to be switched on [s]."""

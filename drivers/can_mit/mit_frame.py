@@ -59,6 +59,30 @@ MODELS: dict[str, tuple[Family, Ranges]] = {
 """Model -> maker, and ranges as delivered."""
 
 
+class Motor(NamedTuple):
+    """One motor.
+
+    Attributes:
+        name: For messages.
+        number: Identifier of its commands.
+        master: Identifier of its answers.
+        family: Its maker.
+        commanded: Ranges of its commands.
+        answered: Ranges of its answers.
+        kp: Gain [N m/rad].
+        kd: Gain [N m s/rad].
+    """
+
+    name: str
+    number: int
+    master: int
+    family: Family
+    commanded: Ranges
+    answered: Ranges
+    kp: float
+    kd: float
+
+
 class State(NamedTuple):
     """What a motor answers, at its output.
 

@@ -2,20 +2,19 @@
 
 import time
 from enum import Enum
-from typing import NamedTuple
 
 from ..can.can_bus import CanBus
-from ..can.can_round import CanRound
-from ..can.transports.transport import Frame
+from ..can.can_driver import CanRound
+from ..can.transports import Frame
 from ..host_clock import host_time
-from .damiao_registers import TO_ALL, refresh
+from .damiao import TO_ALL, refresh
 from .mit_frame import (
     CLEAR,
     DAMIAO,
     DISABLE,
     ENABLE,
     Family,
-    Ranges,
+    Motor,
     State,
     answering,
     error_text,
@@ -35,30 +34,6 @@ class Request(Enum):
     ENABLE = "switch on"
     COMMAND = "follow"
     DISABLE = "switch off"
-
-
-class Motor(NamedTuple):
-    """One motor.
-
-    Attributes:
-        name: For messages.
-        number: Identifier of its commands.
-        master: Identifier of its answers.
-        family: Its maker.
-        commanded: Ranges of its commands.
-        answered: Ranges of its answers.
-        kp: Gain [N m/rad].
-        kd: Gain [N m s/rad].
-    """
-
-    name: str
-    number: int
-    master: int
-    family: Family
-    commanded: Ranges
-    answered: Ranges
-    kp: float
-    kd: float
 
 
 UNKNOWN = State(0, *[float("nan")] * 4)

@@ -1,11 +1,15 @@
-"""One drive's object dictionary over SDO, with our errors."""
+"""One drive's object dictionary over SDO, with our errors, and which object measures its motor's effort."""
 
 import struct
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import canopen
 from canopen.sdo.exceptions import SdoAbortedError
 
-from ..errors import LinkLost, NotReady
+from ..errors import BadSettings, LinkLost, NotReady
+from . import cia402 as c
 from .cia402 import DEVICE_NAME, Entry
 
 TRIES = 3
@@ -135,3 +139,162 @@ class Drive:
             f"{self.name} does not answer when asked for {what}: {error}. Check its power, node number and "
             "bitrate, and the termination of the bus"
         )
+
+
+TYPES = {
+    "int8": "<b",
+    "int16": "<h",
+    "int32": "<i",
+    "uint8": "<B",
+    "uint16": "<H",
+    "uint32": "<I",
+    "float32": "<f",
+}
+"""Types of an object that can be mapped -> as `struct` writes them."""
+FIRST, LAST = 0x2000, 0x9FFF
+"""Index of the objects of makers and of profiles; those before them are of communication."""
+STEP = 1e-3
+"""Step of 0x6075 [A] and of 0x6076 [N m]."""
+ADVICE = "Set current_object to what its maker has, such as '0x30D1:2 int32', and current_scale [A per count]"
+
+
+@dataclass(frozen=True)
+class EffortWish:
+    """What a user sets of one drive's current and torque; 0 for what the drive has.
+
+    Attributes:
+        current: Object of the current.
+        scale: Of that object [A per count].
+        rated_current: What a thousand counts of it mean where there is no scale [A].
+        rated_torque: What a thousand counts of 0x6077 mean, at the motor [N m].
+    """
+
+    current: c.Entry
+    scale: float
+    rated_current: float
+    rated_torque: float
+
+
+class Effort(NamedTuple):
+    """Measure of a motor's effort.
+
+    Attributes:
+        entry: The object.
+        unit: What a count of it means [A] or, at the motor, [N m].
+        fact: What explains that later.
+        warnings: Warnings, a sentence each.
+    """
+
+    entry: c.Entry
+    unit: float
+    fact: str
+    warnings: tuple[str, ...] = ()
+
+
+class Words(NamedTuple):
+    """How messages call a quantity, its unit, the setting of its rated value, and what may be set instead."""
+
+    name: str
+    unit: str
+    setting: str
+    instead: str
+
+
+CURRENT_WORDS = Words("current", "A", "rated_current", "rated_current [A], or current_scale [A per count]")
+TORQUE_WORDS = Words("torque", "N m", "rated_torque", "rated_torque [N m, of the motor]")
+
+
+def read_object(text: str, name: str) -> c.Entry:
+    """The object that "index:sub type" names, such as "0x30D1:2 int32".
+
+    Args:
+        text: What was set.
+        name: What the object measures.
+
+    Raises:
+        BadSettings: The text is not of that form, or the object is none that can be in a PDO.
+    """
+    place, _, kind = text.strip().partition(" ")
+    index, _, sub = place.partition(":")
+    try:
+        entry = c.Entry(int(index, 16), int(sub or "0", 0), TYPES[kind.strip()], name)
+    except (ValueError, KeyError):
+        raise BadSettings(
+            f"current_object is '{text}'; expected 'index:sub type', such as '0x30D1:2 int32', of type "
+            f"{', '.join(TYPES)}"
+        ) from None
+    if not (FIRST <= entry.index <= LAST and 0 <= entry.sub <= 255):
+        raise BadSettings(
+            f"current_object is '{text}'; valid are index 0x{FIRST:04X} to 0x{LAST:04X} and sub 0 to 255"
+        )
+    return entry
+
+
+def kind_of_all(drives: Sequence[Drive], wishes: Sequence[EffortWish], kind: str) -> tuple[str, list[str]]:
+    """What is measured of all drives, "current" or "torque", and the facts about it.
+
+    Args:
+        drives: Of the arm.
+        wishes: For each.
+        kind: "current", "torque", or "auto": torque is used where a drive has no current object.
+
+    Raises:
+        NotReady: There is neither; the message names what to set.
+    """
+    if kind != "auto":
+        return kind, []
+    poor = [(d, wish.current) for d, wish in zip(drives, wishes, strict=True) if d.size(wish.current) is None]
+    if not poor:
+        return "current", []
+    drive, current = poor[0]
+    poorer = next((other for other in drives if other.size(c.TORQUE) is None), None)
+    if poorer is None:
+        return "torque", [f"{drive.name} has no {current}: {c.TORQUE} is recorded of all joints instead"]
+    if poorer is drive:
+        raise NotReady(f"{drive.name} has neither {current} nor {c.TORQUE}. {ADVICE}")
+    raise NotReady(f"{drive.name} has no {current}, {poorer.name} no {c.TORQUE} in its stead. {ADVICE}")
+
+
+def find_effort(drive: Drive, wish: EffortWish, kind: str) -> Effort:
+    """The object of a drive that measures "current" or "torque", and its unit.
+
+    Raises:
+        NotReady: There is none, it has another size, or its meaning is unknown; the message names what to
+            set.
+        LinkLost: The drive does not answer.
+    """
+    if kind == "torque":
+        _require_object(drive, c.TORQUE, 'Set effort = "current"')
+        return _in_thousandths(drive, c.TORQUE, c.RATED_TORQUE, wish.rated_torque, TORQUE_WORDS)
+    _require_object(drive, wish.current, f'{ADVICE}, or effort = "torque"')
+    if wish.scale:
+        return Effort(wish.current, wish.scale, f"{wish.current}, {wish.scale:g} A per count")
+    return _in_thousandths(drive, wish.current, c.RATED_CURRENT, wish.rated_current, CURRENT_WORDS)
+
+
+def _require_object(drive: Drive, entry: c.Entry, advice: str) -> None:
+    size, expected = drive.size(entry), struct.calcsize(entry.form)
+    if size is None:
+        raise NotReady(f"{drive.name} has no {entry}. {advice}")
+    if size not in (0, expected):
+        raise NotReady(
+            f"{drive.name} answers {size} bytes for {entry}, its type here has {expected}. Set the type in "
+            "current_object that the drive's manual names"
+        )
+
+
+def _in_thousandths(drive: Drive, entry: c.Entry, rating: c.Entry, own: float, words: Words) -> Effort:
+    """An object in thousandths of a rated value, which is set, or read from the drive."""
+    value = drive.look_up(rating)
+    stated = STEP * (value or 0)
+    if not own and not stated:
+        lacking = f"has no {rating}" if value is None else f"has {rating} = 0"
+        raise NotReady(
+            f"{drive.name} {lacking}, in thousandths of which its {words.name} is. Set {words.instead}, "
+            "or commission the drive with its maker's tool"
+        )
+    rated, source = (own, words.setting) if own else (stated, f"0x{rating.index:04X}")
+    differs = own and stated and abs(own - stated) > STEP
+    warning = f"{drive.name} has {stated:g} {words.unit} in {rating}; {words.setting} = {own:g} is used"
+    fact = f"{entry}, in thousandths of {rated:g} {words.unit} ({source})"
+    return Effort(entry, 1e-3 * rated, fact, (warning,) if differs else ())

@@ -10,9 +10,10 @@ import time
 import numpy as np
 
 from ..can.can_driver import CanDriver
-from ..driver import Arm, Command, Info, Sample, StopLevel
+from ..driver import Arm, Info, StopLevel
 from ..errors import NotReady
 from ..host_clock import Tick
+from ..values import Command, Sample
 from . import cia402 as c
 from .frames import Frames
 from .network import DriveNetwork, SetUp

@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable, Sequence
 
 from ..can.can_bus import CanBus
-from ..can.can_round import CanRound
+from ..can.can_driver import CanRound
 from ..host_clock import host_time
 from . import cia402 as c
 

@@ -12,8 +12,7 @@ from ..can.can_bus import CanBus
 from ..driver import Arm
 from ..errors import DriverError, LinkLost, NotReady
 from . import cia402 as c
-from .drive import Drive
-from .effort import Effort, find_effort, kind_of_all
+from .drive import Drive, Effort, find_effort, kind_of_all
 from .settings import CanopenSettings
 from .setup import Found, Wish, inspect, require_not_enabled, set_up
 

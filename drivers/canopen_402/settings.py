@@ -5,13 +5,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..can.can_bus import read_options, require_interface
-from ..can.can_load import bus_load, require_room
+from ..can.can_bus import bus_load, read_options, require_interface, require_room
 from ..driver import Arm
 from ..errors import BadSettings
 from ..settings import joint_setting, setting
 from . import cia402 as c
-from .effort import EffortWish, read_object
+from .drive import EffortWish, read_object
 from .frames import COMMANDED, measured_sizes
 
 BEATS = 8

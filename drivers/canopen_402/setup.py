@@ -6,8 +6,7 @@ from typing import NamedTuple
 
 from ..errors import NotReady
 from . import cia402 as c
-from .drive import Drive, Refused
-from .effort import Effort
+from .drive import Drive, Effort, Refused
 from .frames import beside
 from .settings import CanopenSettings
 

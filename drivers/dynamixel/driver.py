@@ -13,19 +13,23 @@ import numpy as np
 from ..driver import Arm, Info, StopLevel
 from ..errors import NotReady
 from ..host_clock import host_time
-from ..servo.servo_bus import TRIES, ServoBus
+from ..servo.servo_bus import LENGTHS, TRIES, ServoBus
 from ..servo.servo_driver import ServoDriver
-from ..servo.servo_packet import Codec, Reading, Status
-from ..servo.servo_settings import ServoSettings
-from ..servo.servo_talk import LENGTHS
-from ..servo.servo_units import Goals, Measured
+from ..servo.servo_line import Codec, Reading, Status
+from ..servo.servo_units import Goals, Measured, ServoSettings
 from ..settings import joint_setting, setting
 from . import packet as packets
 from . import registers
-from .health import DynamixelHealth
-from .models import joins_answers, model_name, stops_in_silence
-from .registers import MEASURED, TRIPPED, WARM
-from .setup import Found, current_units, find, require_healthy, require_mode, set_return_delay
+from .health import (
+    DynamixelHealth,
+    Found,
+    current_units,
+    find,
+    require_healthy,
+    require_mode,
+    set_return_delay,
+)
+from .registers import MEASURED, TRIPPED, WARM, joins_answers, model_name, stops_in_silence
 
 WARM_EVERY = 100
 """Temperatures are read in every so many cycles."""

@@ -9,7 +9,7 @@ there. An answer has the instruction 55, and an error before its parameters.
 from collections.abc import Mapping, Sequence
 from functools import cache, partial
 
-from ..servo.servo_packet import Parsed, Reading, Status
+from ..servo.servo_line import Parsed, Reading, Status
 
 HEADER = b"\xff\xff\xfd\x00"
 EVERYBODY = 0xFE

@@ -12,12 +12,10 @@ import numpy as np
 
 from ..driver import Info
 from ..errors import NotReady
-from ..servo.servo_bus import ServoBus
+from ..servo.servo_bus import LENGTHS, ServoBus
 from ..servo.servo_driver import ServoDriver
-from ..servo.servo_packet import Codec, Reading, Register, Status
-from ..servo.servo_settings import ServoSettings
-from ..servo.servo_talk import LENGTHS
-from ..servo.servo_units import Goals, Measured
+from ..servo.servo_line import Codec, Reading, Register, Status
+from ..servo.servo_units import Goals, Measured, ServoSettings
 from ..settings import joint_setting, setting
 from . import packet as packets
 

@@ -9,7 +9,7 @@ answer has its error where the instruction would be. Nothing is stuffed: FF FF c
 from collections.abc import Mapping, Sequence
 from functools import partial
 
-from ..servo.servo_packet import Parsed, Reading, Status
+from ..servo.servo_line import Parsed, Reading, Status
 
 HEADER = b"\xff\xff"
 EVERYBODY = 0xFE

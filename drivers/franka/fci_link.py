@@ -14,10 +14,9 @@ from contextlib import suppress
 import numpy as np
 
 from ..errors import LinkLost, MissingPackage, NotReady
-from .fci_limits import CYCLE
-from .fci_messages import ASK, FATAL, FAULT, READY, SEEN, read_record
-from .franka_settings import FrankaSettings
-from .modes import error_names, explained
+from .fci_messages import ASK, FATAL, FAULT, READY, SEEN, error_names, explained, read_record
+from .settings import FrankaSettings
+from .target_stream import CYCLE
 
 READ = 1 << 12
 """Bytes of the longest message."""

@@ -1,11 +1,122 @@
-"""Messages between the driver and its process: a byte for the kind, then a record or a text."""
+"""Messages between driver and process: a byte for the kind, then a record or a text.
 
+What the controller of an FR3 reports of itself, in words, and why it cannot be commanded.
+"""
+
+import re
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
-from .fci_limits import JOINTS
-from .modes import STATE
+from .target_stream import JOINTS
+
+ROBOT_MODE = {
+    0: "other", 1: "idle", 2: "move", 3: "guiding", 4: "reflex", 5: "user stopped", 6: "error recovery",
+}  # fmt: skip
+READY_MODES, REFLEX = (1, 2), 4
+"""In which the arm can be moved."""
+TRY = {
+    0: "unlock the joints and activate FCI in Desk",
+    3: "let go of the guiding button, and choose Execution",
+    4: "look why it came, then recover it in Desk, or by `recover = true`",
+    5: "release the user stop (external activation device)",
+    6: "wait, and begin again",
+}
+"""What to do, by robot mode."""
+
+ERRORS = (
+    "joint_position_limits_violation", "cartesian_position_limits_violation",
+    "self_collision_avoidance_violation", "joint_velocity_violation", "cartesian_velocity_violation",
+    "force_control_safety_violation", "joint_reflex", "cartesian_reflex",
+    "max_goal_pose_deviation_violation", "max_path_pose_deviation_violation",
+    "cartesian_velocity_profile_safety_violation", "joint_position_motion_generator_start_pose_invalid",
+    "joint_motion_generator_position_limits_violation", "joint_motion_generator_velocity_limits_violation",
+    "joint_motion_generator_velocity_discontinuity", "joint_motion_generator_acceleration_discontinuity",
+    "cartesian_position_motion_generator_start_pose_invalid",
+    "cartesian_motion_generator_elbow_limit_violation",
+    "cartesian_motion_generator_velocity_limits_violation",
+    "cartesian_motion_generator_velocity_discontinuity",
+    "cartesian_motion_generator_acceleration_discontinuity",
+    "cartesian_motion_generator_elbow_sign_inconsistent", "cartesian_motion_generator_start_elbow_invalid",
+    "force_controller_desired_force_tolerance_violation", "start_elbow_sign_inconsistent",
+    "communication_constraints_violation", "power_limit_violation",
+    "cartesian_motion_generator_joint_position_limits_violation",
+    "cartesian_motion_generator_joint_velocity_limits_violation",
+    "cartesian_motion_generator_joint_velocity_discontinuity",
+    "cartesian_motion_generator_joint_acceleration_discontinuity",
+    "cartesian_position_motion_generator_invalid_frame_flag", "controller_torque_discontinuity",
+    "joint_p2p_insufficient_torque_for_planning", "tau_J_range_violation", "instability_detected",
+    "joint_move_in_wrong_direction", "cartesian_spline_motion_generator_violation",
+    "joint_via_motion_generator_planning_joint_limit_violation", "base_acceleration_initialization_timeout",
+    "base_acceleration_invalid_reading",
+)  # fmt: skip
+"""Names of libfranka's, in its order; a state has the number of the first that is so, counted from one."""
+HELP = {
+    "joint_reflex": "a torque is beyond the collision threshold: free the arm, or plan a slower motion, or "
+    "raise `collision_torque`",
+    "cartesian_reflex": "a force at the hand is beyond the collision threshold: free the arm, or raise "
+    "`collision_force`",
+    "communication_constraints_violation": "20 commands in a row came too late: a cable of its own, no power "
+    "saving, a real-time kernel",
+    "joint_position_limits_violation": "guide it back by hand, and plan within the limits",
+    "joint_velocity_violation": "plan a slower motion, or `--speed`",
+    "power_limit_violation": "plan a slower motion, or `--speed`",
+    "self_collision_avoidance_violation": "plan with the arm's geometry, see docs/trajectories.md",
+    "instability_detected": "is the load that is set in Desk what hangs on the flange?",
+    "tau_J_range_violation": "is the load that is set in Desk what hangs on the flange?",
+    "joint_move_in_wrong_direction": "the joint was left beyond its limit: guide it back by hand",
+}
+"""What an error means and what to try, where that is known."""
+BY_COMMANDS = "the commands were not smooth enough for the controller: plan with less jerk"
+"""Of errors of the motion generator."""
+
+MODE, ERROR = 0, 1
+"""Where these two stand in the state."""
+STATE: Mapping[str, Mapping[int, str]] = {
+    "robot_mode": ROBOT_MODE,
+    "error": {0: "none", **{number: name for number, name in enumerate(ERRORS, 1)}},
+    "success_rate": {},
+    **{f"{name}{joint}": {} for name in ("tau_J_d", "theta", "dtheta") for joint in range(1, JOINTS + 1)},
+}
+"""What is recorded of the controller's state, and what its codes mean."""
+
+
+def word(names: Mapping[int, str], code: int) -> str:
+    """Of a code, or the code."""
+    return names.get(code, f"code {code}")
+
+
+def error_names(text: str) -> list[str]:
+    """Names in what libfranka prints of errors, whatever else it says."""
+    return [name for name in re.findall(r"\w+", text) if name in ERRORS]
+
+
+def error_code(text: str) -> int:
+    """Number of the first error in such a text; 0 for none."""
+    names = error_names(text)
+    return ERRORS.index(names[0]) + 1 if names else 0
+
+
+def explained(names: list[str]) -> str:
+    """Errors, and what to try against the first."""
+    advice = HELP.get(names[0], BY_COMMANDS if "motion_generator" in names[0] else "see Desk")
+    return f"{', '.join(names)}: {advice}"
+
+
+def mode_of(record: np.void) -> int:
+    """The robot mode in a record."""
+    return int(record["state"][MODE])
+
+
+def obstacle(record: np.void) -> str:
+    """Why the arm cannot be moved, with what to try; empty if it can be."""
+    mode, code = mode_of(record), int(record["state"][ERROR])
+    if mode in READY_MODES and not code:
+        return ""
+    reason = explained([ERRORS[code - 1]]) if code else TRY.get(mode, "see Desk")
+    return f"robot mode is {word(ROBOT_MODE, mode)} ({mode}): {reason}"
+
 
 ASK, FLOW, TARGET, STOP, OFF = b"A", b"F", b"C", b"Q", b"O"
 """To the process: send one state; send all from now on; a command, seven float64 [rad]; stop the arm; end the

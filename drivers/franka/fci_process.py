@@ -17,7 +17,6 @@ from typing import Any
 import numpy as np
 import pylibfranka as fci
 
-from .fci_limits import CYCLE, JOINTS
 from .fci_messages import (
     ASK,
     ENDED,
@@ -32,11 +31,11 @@ from .fci_messages import (
     STOPPING,
     TARGET,
     VECTORS,
+    error_code,
     read_target,
     record,
 )
-from .modes import error_code
-from .target_stream import TargetStream
+from .target_stream import CYCLE, JOINTS, TargetStream
 
 READ = 1 << 12
 """Bytes of the longest message."""

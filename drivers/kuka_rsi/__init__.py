@@ -1,5 +1,1 @@
-"""KUKA's Robot Sensor Interface.
-
-In: settings, the configuration of the controller.
-Out: the driver.
-"""
+"""KUKA's Robot Sensor Interface."""

@@ -12,23 +12,18 @@ from typing import Any
 
 import numpy as np
 
-from ..driver import Arm, Command, Driver, Info, Sample, StopLevel
+from ..driver import Arm, Driver, Info, StopLevel
 from ..errors import BadSettings, LinkLost
-from .about import info_of, simulated
-from .axes import axes_of
+from ..values import Command, Sample
 from .config import config_text, standard_config
-from .layout import ACTUAL, layout_of
-from .remarks import Remarks
-from .rsi_settings import RsiSettings, config_of
-from .samples import Samples
-from .start.beginning import look_at
-from .start.probe import Probe
-from .start.simulator import cycle_of
-from .start.waiting import first_telegrams
-from .telegrams.conversation import Conversation, Keeper
-from .telegrams.link import Link
-from .telegrams.session import Fresh, Session
-from .telegrams.telegram import Answer, TelegramReader
+from .conversation import Conversation, Keeper, Link
+from .layout import ACTUAL, axes_of, layout_of
+from .probe import Probe
+from .samples import Remarks, Samples, info_of, simulated
+from .session import Fresh, Session
+from .settings import RsiSettings, config_of
+from .start import cycle_of, first_telegrams, look_at
+from .telegram import Answer, TelegramReader
 
 SILENCE = 5
 """Cycles without a telegram after which a sample is marked; fewer are a busy network."""

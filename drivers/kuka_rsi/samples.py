@@ -1,14 +1,140 @@
-"""Samples: a telegram in our units."""
+"""What is reported of a session: metadata at its beginning, then samples and remarks."""
+
+from dataclasses import replace
 
 import numpy as np
 
-from ..driver import Sample
-from ..samples import ControllerSamples
-from .axes import Axes
-from .layout import ACTUAL, Layout
-from .rsi_settings import RsiSettings
-from .telegrams.conversation import lateness
-from .telegrams.session import Fresh
+from ..controller_samples import ControllerSamples
+from ..driver import Info
+from ..values import Sample
+from .config import RsiConfig
+from .conversation import Conversation, lateness
+from .layout import ACTUAL, DELAY, PROGRAMMED, Axes, Layout
+from .session import Fresh
+from .settings import RsiSettings
+from .start import Beginning, warning
+
+MARGIN = 0.05
+"""By how much the reported window is narrower than the controller's [deg]: whoever uses it counts from
+where the arm was measured, which is not exactly where the controller counts from."""
+SHORT = 10
+"""Late answers in a row that a busy computer gives now and then [cycles]; it is KUKA's default Timeout."""
+
+
+def simulated(info: Info, cycle: float) -> Info:
+    """The same of a simulator that has no clock and no timeout."""
+    return replace(
+        info,
+        cycle=cycle,
+        clock="host",
+        dead_man="",
+        settings={**info.settings, "stamps": "a simulator's count of answers; times are this computer's"},
+        warnings=(warning(cycle), *info.warnings),
+    )
+
+
+def info_of(
+    settings: RsiSettings, config: RsiConfig, layout: Layout, axes: Axes, beginning: Beginning
+) -> Info:
+    """All that explains the measurement later, and what to warn about now."""
+    signals = ["position"]
+    signals += ["current"] if layout.columns(settings.current_tag) else []
+    signals += ["torque"] if layout.columns(settings.torque_tag) else []
+    explained = _explained(settings, config, layout, beginning)
+    warnings = [*beginning.warnings(), *_warnings(settings, config, signals)]
+    state: dict[str, dict[int, str]] = {name: {} for name in layout.external}
+    if config.only_send:
+        warnings.append("this computer only listens: start the motion at the controller within a minute")
+        return Info(
+            settings.cycle,
+            "controller",
+            tuple(signals),
+            settings=explained,
+            warnings=tuple(warnings),
+            listens=True,
+            state=state,
+        )
+    lower, upper = settings.window
+    window = axes.window(np.minimum(lower + MARGIN, 0.0), np.maximum(upper - MARGIN, 0.0))
+    return Info(
+        cycle=settings.cycle,
+        clock="controller",
+        signals=tuple(signals),
+        dead_man=f"the controller stops after {settings.timeout} cycles "
+        f"({settings.timeout * settings.cycle:g} s) without an answer, if that is the Timeout in its RSI "
+        "context, which cannot be asked for",
+        window_lower=window[0],
+        window_upper=window[1],
+        settings=explained | _commanded(settings, config, layout),
+        warnings=(*warnings, *_risks(settings, layout)),
+        state=state,
+    )
+
+
+def _explained(
+    settings: RsiSettings, config: RsiConfig, layout: Layout, beginning: Beginning
+) -> dict[str, str]:
+    return {
+        "controller": settings.controller,
+        "listens_on": f"{settings.bind or config.address}:{settings.port or config.port}",
+        "generation": settings.generation,
+        "config": settings.config or "none",
+        "mode": "log only" if config.only_send else "absolute corrections",
+        "axes": " ".join(layout.axes),
+        "sign": _listed(settings.sign),
+        "zero": f"{_listed(settings.zero)} rad",
+        "start": f"{_listed(beginning.start)} deg",
+        "start_reference": beginning.reference,
+        "position_decimals": str(beginning.decimals),
+        "late_answers_at_start": "not sent" if beginning.delay is None else str(beginning.delay),
+        "current_unit": " ".join(np.atleast_1d(settings.current_unit)),
+        "i_max": f"{_listed(settings.i_max)} A",
+    }
+
+
+def _commanded(settings: RsiSettings, config: RsiConfig, layout: Layout) -> dict[str, str]:
+    lower, upper = settings.window
+    return {
+        "sentype": config.sentype,
+        "corrections": " ".join(layout.corrections),
+        "stop_channel": layout.switch or "none",
+        "window": f"{_listed(lower)} to {_listed(upper)} deg",
+        "timeout": f"{settings.timeout} cycles",
+        "probe": str(settings.probe),
+    }
+
+
+def _warnings(settings: RsiSettings, config: RsiConfig, signals: list[str]) -> list[str]:
+    warnings = []
+    if len(signals) == 1:
+        warnings.append("neither currents nor torques are sent: add DEF_MACur to SEND, or import a trace too")
+    if (settings.bind or config.address) == "0.0.0.0":
+        warnings.append("the driver listens on every network of this computer; set bind to one address of it")
+    return warnings
+
+
+def _risks(settings: RsiSettings, layout: Layout) -> list[str]:
+    risks = []
+    if settings.timeout <= SHORT:
+        risks.append(
+            f"the controller stops after {settings.timeout} late answers in a row, which a busy computer "
+            "gives now and then: set Timeout of the ETHERNET object, and timeout here, to 100"
+        )
+    if not settings.probe:
+        risks.append(
+            "what corrections do is not seen before the motion (probe is false): with RSI_ON(#RELATIVE) the "
+            "arm runs away"
+        )
+    if not layout.switch:
+        risks.append(
+            "no Stop channel: a quick stop takes until the controller's timeout, and so does the end of a "
+            "run, with an error on the pendant"
+        )
+    return risks
+
+
+def _listed(values: object) -> str:
+    return " ".join(f"{value:.6g}" for value in np.atleast_1d(np.asarray(values, float)))
 
 
 class Samples(ControllerSamples):
@@ -48,3 +174,61 @@ class Samples(ControllerSamples):
 
     def _scaled(self, numbers: np.ndarray, columns: slice | None, scale: np.ndarray) -> np.ndarray:
         return self.unknown if columns is None else numbers[columns] * scale
+
+
+FOLLOWS = 0.1
+"""Motion of the programmed pose from which on it is reported [deg]."""
+
+
+class Remarks:
+    """Remembers what was reported already.
+
+    Args:
+        layout: Contents of telegrams.
+        beginning: Of the session.
+        controller: Its address.
+        commanding: Whether the arm is moved by corrections.
+    """
+
+    def __init__(self, layout: Layout, beginning: Beginning, controller: str, commanding: bool) -> None:
+        self._delay = beginning.delay
+        self._start = np.asarray(beginning.start, float).tolist()
+        # The pose that the program holds must stand still; without corrections it is what moves.
+        self._programmed = layout.columns(PROGRAMMED) if commanding else None
+        self._controller = controller
+        self._strange = False
+
+    def on(self, conversation: Conversation, fresh: Fresh | None) -> tuple[str, ...]:
+        """What happened since the last cycle; nothing but that if no telegram came."""
+        events = list(conversation.session.events())
+        if fresh is not None:
+            events += self._late(fresh) + self._moved(fresh)
+        if conversation.refused:
+            events.append("the network did not take an answer")
+        stranger = conversation.link.stranger
+        if stranger and not self._strange:
+            self._strange = True
+            events.append(f"something from {stranger} was ignored: only {self._controller} is accepted")
+        return tuple(events)
+
+    def _late(self, fresh: Fresh) -> list[str]:
+        if self._delay is None:
+            return []
+        before, self._delay = self._delay, int(fresh.telegram.numbers[-1])
+        if self._delay <= before:
+            return []
+        answers = "answer" if self._delay == 1 else "answers"
+        return [f"the controller counts {self._delay} late {answers}, {before} before ({DELAY})"]
+
+    def _moved(self, fresh: Fresh) -> list[str]:
+        if self._programmed is None:
+            return []
+        pose = fresh.telegram.numbers[self._programmed]
+        moved = max(abs(now - start) for now, start in zip(pose, self._start, strict=True))
+        if moved <= FOLLOWS:
+            return []
+        self._programmed = None
+        return [
+            f"the programmed pose ({PROGRAMMED}) moved by {moved:.3g} degrees: the program moves the arm "
+            "too, or this controller counts corrections into it"
+        ]

@@ -4,18 +4,66 @@ Its arm follows each command one cycle later, as drives on a bus do. What happen
 before its deadline is waited for, so that a sample comes back as quickly as from hardware.
 """
 
+import time
 from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 
-from ..driver import Arm, Command, Driver, Info, Measured, Sample, StopLevel
+from ..driver import Arm, Driver, Info, Measured, StopLevel
 from ..errors import BadSettings, LinkLost, NotReady
+from ..host_clock import HostClock, Tick, host_time
 from ..settings import joint_setting, setting
-from .clock import RealClock, SteppedClock
+from ..values import Command, Sample
 from .drives import MockDrives
-from .fault import START, Reply
-from .faults import read_faults
+from .faults import START, Reply, read_faults
+
+EPOCH = 1_767_225_600_000_000_000
+"""Where it begins: the year 2026 [ns since 1970]."""
+
+
+class SteppedClock:
+    """A clock like `HostClock` without waiting: as much time goes by as is given.
+
+    Args:
+        cycle: Time between ticks [s].
+    """
+
+    def __init__(self, cycle: float) -> None:
+        self._cycle = round(cycle * 1e9)
+        self._now, self._number = 0, -1
+
+    def wait(self) -> Tick:
+        """The next deadline; those that have gone by are skipped."""
+        due = (self._number + 1) * self._cycle
+        late = max(self._now - due, 0)
+        skipped = late // self._cycle
+        self._number += 1 + skipped
+        self._now = max(self._now, due)
+        return Tick(self._number, (late - skipped * self._cycle) * 1e-9, skipped)
+
+    def sleep(self, seconds: float) -> None:
+        """Let time go by."""
+        self._now += round(seconds * 1e9)
+
+    @property
+    def host_time(self) -> int:
+        """Now [ns since 1970]."""
+        return EPOCH + self._now
+
+
+class RealClock(HostClock):
+    """The host's clock, for a mock that keeps to the time on the wall."""
+
+    def sleep(self, seconds: float) -> None:
+        """Let time go by."""
+        time.sleep(seconds)
+
+    @property
+    def host_time(self) -> int:
+        """Now [ns since 1970]."""
+        return host_time()
+
 
 SIGNALS = ("position", "velocity", "current", "temperature")
 """What it can measure."""

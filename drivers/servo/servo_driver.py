@@ -10,16 +10,14 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ..driver import Arm, Command, Driver, Info, Sample, StopLevel
+from ..driver import Arm, Driver, Info, StopLevel
 from ..errors import BadSettings, DriverError, LinkLost
 from ..host_clock import HostClock, host_time
+from ..values import Command, Sample
 from .serial_port import SerialPort, adapter_latency, latency_warnings
-from .serial_rate import Traffic, require_rate, shortest_cycle
-from .servo_bus import ServoBus
-from .servo_packet import Codec, Reading, Register, Status
-from .servo_settings import explained
-from .servo_talk import ServoTalk
-from .servo_units import Goals, Measured, ServoUnits
+from .servo_bus import ServoBus, ServoTalk
+from .servo_line import Codec, Reading, Register, Status, Traffic, require_rate, shortest_cycle
+from .servo_units import Goals, Measured, ServoUnits, explained
 
 BEFORE_RUN = 0.1
 """How long an answer is waited for before the run [s]."""

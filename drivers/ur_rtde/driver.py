@@ -12,18 +12,25 @@ from typing import Any
 
 import numpy as np
 
-from ..driver import Arm, Command, Driver, Info, Sample, StopLevel
+from ..controller_samples import Remarks
+from ..driver import Arm, Driver, Info, StopLevel
 from ..errors import BadSettings, DriverError, LinkLost, NotReady, Unreadable
-from ..remarks import Remarks
-from .about import info_of
-from .dashboard import Dashboard, program_sent
-from .modes import JOINT_MODE, PLAYING, REPORTED, STATE, obstacle, slowed, state_of, word
-from .program import ASKED, FOLLOW, JOINTS, SILENT, STOP, Registers, program_text
-from .rtde_link import RtdeLink
-from .rtde_packets import DATA, package
-from .samples import Samples
-from .session import Session, agree, pause, start
-from .ur_settings import UrSettings
+from ..values import Command, Sample
+from .program import (
+    ASKED,
+    FOLLOW,
+    JOINTS,
+    SILENT,
+    STOP,
+    Dashboard,
+    Registers,
+    UrSettings,
+    program_sent,
+    program_text,
+)
+from .rtde import DATA, RtdeLink, package
+from .session import Session, agree, info_of, pause, start
+from .state import JOINT_MODE, PLAYING, REPORTED, STATE, Samples, obstacle, slowed, state_of, word
 
 SILENCE = 5
 """Cycles without a package after which a sample is marked; fewer are a busy network."""

@@ -1,6 +1,57 @@
-"""The program that the controller runs: it follows RTDE's registers by `servoj`, and stops by itself."""
+"""Settings, the program that the controller runs by them, and the servers that take programs and texts.
 
-from .ur_settings import UrSettings
+The program follows RTDE's registers by `servoj`, and stops by itself.
+"""
+
+import socket
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+from ..errors import BadSettings, LinkLost
+from ..settings import setting
+
+
+@dataclass(frozen=True)
+class UrSettings:
+    """Settings of a Universal Robots controller."""
+
+    address: str = setting(..., "of the controller, such as 192.168.56.101", kind=str)
+    cycle: float = setting(
+        0.002, "time between commands; at least 0.002, of a CB3 0.008", unit="s", low=0.002, high=0.1
+    )
+    lookahead: float = setting(
+        0.03, "over which servoj smooths; most of its latency", unit="s", low=0.03, high=0.2
+    )
+    gain: float = setting(300.0, "of servoj", low=100.0, high=2000.0)
+    deceleration: float = setting(
+        10.0, "with which the program stops by itself (stopj)", unit="rad/s^2", low=0.1, high=100.0
+    )
+    dead_man: float = setting(
+        0.2, "time without a command after which it does", unit="s", low=0.01, high=10.0
+    )
+    first_register: int = setting(
+        24, "first of the registers that are used: 0 where a fieldbus has those from 24 on", choices=(0, 24)
+    )
+    wait: float = setting(5.0, "for an answer, and for the program to begin", unit="s", low=0.1, high=60.0)
+    rtde_port: int = setting(30004, "of RTDE", low=1, high=65535)
+    program_port: int = setting(30002, "that programs are sent to", low=1, high=65535)
+    dashboard_port: int = setting(29999, "of the dashboard server", low=1, high=65535)
+
+
+def require_cycle(cycle: float, major: int) -> None:
+    """See that a controller keeps such cycles, by the first number of its version.
+
+    Raises:
+        BadSettings: It does not.
+    """
+    series, own = ("CB3", 0.008) if major <= 3 else ("e-Series or later", 0.002)
+    if cycle < own - 1e-9 or abs(cycle / own - round(cycle / own)) > 1e-6:
+        raise BadSettings(
+            f"driver ur_rtde: cycle is {cycle:g} s, but the controller has version {major} ({series}), whose "
+            f"cycle is {own:g} s. Try cycle = {own:g}, or a multiple"
+        )
+
 
 FOLLOW, STOP = 1, 2
 """What the second integer register asks for."""
@@ -77,3 +128,78 @@ def program_text(settings: UrSettings, session: int) -> str:
         gain=settings.gain,
         deceleration=settings.deceleration,
     )
+
+
+LONGEST = 4096
+"""Bytes of an answer."""
+
+
+class Dashboard:
+    """A connection to the dashboard server, where there is one; PolyScope X has none.
+
+    Args:
+        address: Of the controller.
+        port: Of the server.
+        patience: How long each answer may take [s].
+    """
+
+    def __init__(self, address: str, port: int, patience: float) -> None:
+        self._socket: socket.socket | None = None
+        try:
+            self._socket = socket.create_connection((address, port), patience)
+            self._line()  # it greets
+        except OSError:
+            self.close()
+
+    @property
+    def there(self) -> bool:
+        """Whether it answers."""
+        return self._socket is not None
+
+    def ask(self, question: str) -> str:
+        """Its answer; empty where there is none."""
+        if self._socket is None:
+            return ""
+        try:
+            self._socket.sendall(f"{question}\n".encode())
+            return self._line()
+        except OSError:
+            self.close()
+            return ""
+
+    def _line(self) -> str:
+        assert self._socket is not None
+        line = b""
+        while not line.endswith(b"\n") and len(line) < LONGEST:
+            more = self._socket.recv(LONGEST)
+            if not more:
+                raise ConnectionResetError
+            line += more
+        return line.decode("utf-8", "replace").strip()
+
+    def close(self) -> None:
+        """Let go."""
+        if self._socket is not None:
+            self._socket.close()
+            self._socket = None
+
+
+@contextmanager
+def program_sent(address: str, port: int, text: str, patience: float) -> Iterator[None]:
+    """Hand the controller a program, which it begins at once where it takes programs from here.
+
+    The connection is kept for the block: what is closed at once may be lost.
+
+    Raises:
+        LinkLost: No connection.
+    """
+    try:
+        link = socket.create_connection((address, port), patience)
+        link.sendall(text.encode())
+    except OSError as error:
+        raise LinkLost(
+            f"driver ur_rtde: no program could be sent to {address}:{port}: {error.strerror or error}. Try, "
+            "on the pendant, Settings, Security, Services: Secondary Client must be enabled"
+        ) from error
+    with link:
+        yield

@@ -5,7 +5,7 @@ import time
 import numpy as np
 import pytest
 
-from exidyn.drivers.answer_time import AnswerTime
+from exidyn.drivers.host_clock import AnswerTime
 
 
 def sleeps(monkeypatch, taken):

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from exidyn.drivers import Sample
-from exidyn.drivers.driver import SIGNALS
 from exidyn.drivers.errors import Unreadable
-from exidyn.drivers.values import LATEST, RANGES, checked, nanoseconds
+from exidyn.drivers.values import LATEST, RANGES, SIGNALS, checked, nanoseconds
 
 
 def sample(host_time=10**18, controller_time=0, **signals):

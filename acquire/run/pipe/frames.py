@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from exidyn.drivers import Command, Sample
-from exidyn.drivers.driver import SIGNALS
+from exidyn.drivers.values import SIGNALS
 
 HEAD, SAMPLE, EVENT, END = b"H", b"S", b"E", b"Z"
 """Kinds: once at the start, every cycle, what happened, once at the end."""

@@ -5,7 +5,7 @@ import pytest
 
 from exidyn.acquire.run.perform import perform
 from exidyn.drivers import StopLevel
-from exidyn.drivers.kuka_rsi.start.probe import BOUND
+from exidyn.drivers.kuka_rsi.probe import BOUND
 
 from ...parts.controllers.rsi_controller import (
     START,

@@ -10,10 +10,9 @@ import pytest
 
 from exidyn.drivers import create
 from exidyn.drivers.can import can_bus
-from exidyn.drivers.can.can_bus import CanBus, read_options
-from exidyn.drivers.can.can_load import bus_load, frame_bits, require_room
+from exidyn.drivers.can.can_bus import CanBus, bus_load, frame_bits, read_options, require_room
 from exidyn.drivers.can_mit.mit_motors import MotorRound, Request
-from exidyn.drivers.can_mit.mit_settings import MitSettings
+from exidyn.drivers.can_mit.settings import MitSettings
 from exidyn.drivers.canopen_402.cia402 import Entry
 from exidyn.drivers.canopen_402.frames import Frames
 from exidyn.drivers.errors import BadSettings, LinkLost

@@ -8,10 +8,16 @@ import can
 import pytest
 from can.interfaces.udp_multicast.utils import pack_message
 
-from exidyn.drivers.can.transports.choice import transport_of
-from exidyn.drivers.can.transports.slcan import SlcanTransport
-from exidyn.drivers.can.transports.socketcan import SocketcanTransport
-from exidyn.drivers.can.transports.transport import ERROR, EXTENDED, FD, REMOTE, PythonCanTransport
+from exidyn.drivers.can.transports import (
+    ERROR,
+    EXTENDED,
+    FD,
+    REMOTE,
+    PythonCanTransport,
+    SlcanTransport,
+    SocketcanTransport,
+    transport_of,
+)
 
 from ...peers.can_ends import CHANNEL, free_port
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from exidyn.drivers.franka.fci_limits import (
+from exidyn.drivers.franka.target_stream import (
     ACCELERATION,
     CYCLE,
     JERK,
@@ -12,10 +12,10 @@ from exidyn.drivers.franka.fci_limits import (
     UPPER,
     VELOCITY,
     LimitCheck,
+    TargetStream,
     fastest,
+    stopping,
 )
-from exidyn.drivers.franka.stop_profile import stopping
-from exidyn.drivers.franka.target_stream import TargetStream
 
 MIDDLE = 0.5 * (LOWER + UPPER)
 HELD_BACK = 5

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from exidyn.drivers.kuka_rsi.config import AXES, standard_config
-from exidyn.drivers.kuka_rsi.telegrams.telegram import Answer
+from exidyn.drivers.kuka_rsi.telegram import Answer
 
 from ...peers.krc_context import Context
 

@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 
-from exidyn.drivers.kuka_rsi.start.probe import BOUND, SIZES, Probe
-from exidyn.drivers.kuka_rsi.telegrams.link import Datagram
-from exidyn.drivers.kuka_rsi.telegrams.session import Fresh
-from exidyn.drivers.kuka_rsi.telegrams.telegram import TelegramReader
+from exidyn.drivers.kuka_rsi.probe import BOUND, SIZES, Probe
+from exidyn.drivers.kuka_rsi.session import Datagram, Fresh
+from exidyn.drivers.kuka_rsi.telegram import TelegramReader
 
 from ...parts.controllers.rsi_controller import START, telegram
 

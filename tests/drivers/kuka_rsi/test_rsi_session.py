@@ -2,9 +2,8 @@
 
 import pytest
 
-from exidyn.drivers.kuka_rsi.telegrams.link import Datagram
-from exidyn.drivers.kuka_rsi.telegrams.session import JUMP, Session
-from exidyn.drivers.kuka_rsi.telegrams.telegram import TelegramReader
+from exidyn.drivers.kuka_rsi.session import JUMP, Datagram, Session
+from exidyn.drivers.kuka_rsi.telegram import TelegramReader
 
 from ...parts.controllers.rsi_controller import telegram
 

@@ -6,7 +6,7 @@ import xml.etree.ElementTree as ElementTree
 import pytest
 
 from exidyn.drivers.kuka_rsi.config import AXES, Element, standard_config
-from exidyn.drivers.kuka_rsi.telegrams.telegram import LEARN, LONGEST, Answer, TelegramReader, decimals
+from exidyn.drivers.kuka_rsi.telegram import LEARN, LONGEST, Answer, TelegramReader, decimals
 
 from ...parts.controllers.rsi_controller import START, telegram
 

@@ -6,7 +6,7 @@ import pytest
 
 from exidyn.drivers import Command, StopLevel, create
 from exidyn.drivers.errors import BadSettings, NotReady
-from exidyn.drivers.mock.clock import EPOCH, SteppedClock
+from exidyn.drivers.mock.driver import EPOCH, SteppedClock
 from exidyn.identify.fit.identification import identify
 from exidyn.identify.recordings.recording import Recording, Signal
 from exidyn.identify.simulation.plant import Plant

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from exidyn.drivers import Command, StopLevel, create
-from exidyn.drivers.dynamixel.models import MODELS, joins_answers
-from exidyn.drivers.dynamixel.registers import RETURN_DELAY
+from exidyn.drivers.dynamixel.registers import MODELS, RETURN_DELAY, joins_answers
 from exidyn.drivers.errors import BadSettings, LinkLost, NotReady
 
 from ...parts.controllers.servo_parts import (

@@ -3,7 +3,7 @@ import random
 import pytest
 
 from exidyn.drivers.dynamixel import packet as packets
-from exidyn.drivers.servo.servo_packet import Status
+from exidyn.drivers.servo.servo_line import Status
 
 # Published by the manufacturer beside the description of each instruction.
 PING = "FF FF FD 00 01 03 00 01 19 4E"

@@ -1,7 +1,7 @@
 import pytest
 
 from exidyn.drivers.errors import BadSettings
-from exidyn.drivers.servo.serial_rate import Traffic, require_rate, shortest_cycle
+from exidyn.drivers.servo.servo_line import Traffic, require_rate, shortest_cycle
 
 SIX = Traffic(64, 126, 6)
 

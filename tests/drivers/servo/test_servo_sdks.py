@@ -10,10 +10,10 @@ from dynamixel_easy_sdk.control_table import ControlTable
 
 from exidyn.drivers.dynamixel import packet as dynamixel_packet
 from exidyn.drivers.dynamixel import registers as dynamixel_registers
-from exidyn.drivers.dynamixel.models import MODELS
+from exidyn.drivers.dynamixel.registers import MODELS
 from exidyn.drivers.feetech import driver as feetech
 from exidyn.drivers.feetech import packet as feetech_packet
-from exidyn.drivers.servo.servo_talk import LENGTHS
+from exidyn.drivers.servo.servo_bus import LENGTHS
 
 from ...parts.controllers.servo_parts import JOINTS, peer, servo
 

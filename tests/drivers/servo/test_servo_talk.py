@@ -6,8 +6,7 @@ import pytest
 
 from exidyn.drivers.errors import LinkLost
 from exidyn.drivers.feetech import packet as packets
-from exidyn.drivers.servo.servo_bus import ServoBus
-from exidyn.drivers.servo.servo_talk import LENGTHS, LOST, ServoTalk
+from exidyn.drivers.servo.servo_bus import LENGTHS, LOST, ServoBus, ServoTalk
 
 READINGS = [packets.sync_read(56 - more, 2 + more, (1, 2, 3)) for more in range(LENGTHS)]
 GOALS = b"goals"

@@ -5,7 +5,7 @@ import struct
 import numpy as np
 import pytest
 
-from exidyn.drivers.ur_rtde.rtde_packets import DATA, IN_USE, NOT_FOUND, Recipe, Unpacked, package, text_of
+from exidyn.drivers.ur_rtde.rtde import DATA, IN_USE, NOT_FOUND, Recipe, Unpacked, package, text_of
 
 NAMES = ["timestamp", "actual_q", "robot_mode", "runtime_state", "joint_mode"]
 TYPES = b"DOUBLE,VECTOR6D,INT32,UINT32,VECTOR6INT32"

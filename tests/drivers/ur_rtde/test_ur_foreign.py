@@ -6,9 +6,7 @@ It is not on PyPI: pip install git+https://github.com/UniversalRobots/RTDE_Pytho
 import numpy as np
 import pytest
 
-from exidyn.drivers.ur_rtde.dashboard import program_sent
-from exidyn.drivers.ur_rtde.program import Registers, program_text
-from exidyn.drivers.ur_rtde.ur_settings import UrSettings
+from exidyn.drivers.ur_rtde.program import Registers, UrSettings, program_sent, program_text
 
 from ...peers.peer_process import Peer
 from ...peers.ur_settings import ur_settings

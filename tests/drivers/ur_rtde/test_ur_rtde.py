@@ -9,9 +9,8 @@ import pytest
 
 from exidyn.drivers import Arm, Command, StopLevel, create
 from exidyn.drivers.errors import BadSettings, LinkLost, NotReady
-from exidyn.drivers.ur_rtde.modes import STATE
-from exidyn.drivers.ur_rtde.program import program_text
-from exidyn.drivers.ur_rtde.ur_settings import UrSettings
+from exidyn.drivers.ur_rtde.program import UrSettings, program_text
+from exidyn.drivers.ur_rtde.state import STATE
 from exidyn.identify.recordings.following import follows_by
 from exidyn.identify.recordings.recording import Signal
 

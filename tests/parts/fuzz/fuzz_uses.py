@@ -6,10 +6,9 @@ from exidyn.acquire.files.arm_file import read_arm
 from exidyn.acquire.files.report_files import found_files
 from exidyn.acquire.files.report_material import material
 from exidyn.drivers.errors import LinkLost
-from exidyn.drivers.ur_rtde.modes import FIELDS, obstacle, slowed, state_of
-from exidyn.drivers.ur_rtde.rtde_packets import DATA, OUTPUTS, Recipe, Unpacked
-from exidyn.drivers.ur_rtde.samples import Samples
+from exidyn.drivers.ur_rtde.rtde import DATA, OUTPUTS, Recipe, Unpacked
 from exidyn.drivers.ur_rtde.session import MEASURED
+from exidyn.drivers.ur_rtde.state import FIELDS, Samples, obstacle, slowed, state_of
 from exidyn.drivers.values import checked
 from exidyn.identify.export import FORMATS, Portable
 from exidyn.identify.fit.fit_file import read_fit

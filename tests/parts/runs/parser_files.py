@@ -18,9 +18,9 @@ import scipy.io
 from mcap.writer import CompressionType, Writer
 
 from exidyn.acquire.files.diagnosis_files import write_diagnosis
-from exidyn.drivers.ur_rtde.modes import FIELDS
-from exidyn.drivers.ur_rtde.rtde_packets import DATA, OUTPUTS, Recipe, package
+from exidyn.drivers.ur_rtde.rtde import DATA, OUTPUTS, Recipe, package
 from exidyn.drivers.ur_rtde.session import MEASURED
+from exidyn.drivers.ur_rtde.state import FIELDS
 from exidyn.identify.fit.fit_file import fit_text
 from exidyn.identify.recordings.mcap.mcap_file import write_recording
 from exidyn.identify.recordings.mcap.mcap_records import Contents, read_contents

@@ -18,7 +18,7 @@ import numpy as np
 from common import imports_as_here
 
 from exidyn.acquire.run.realtime import realtime
-from exidyn.drivers.franka.fci_limits import CYCLE
+from exidyn.drivers.franka.target_stream import CYCLE
 
 from ..controllers import controller
 from .processors import move_away, on_the_loops

@@ -11,7 +11,7 @@ from collections import Counter
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from ..config import OWN, Element
+from .config import OWN, Element
 
 STAMP = "IPOC"
 """The controller's clock in a telegram [ms]; answers give it back unchanged."""

@@ -13,9 +13,9 @@ from collections.abc import Generator, Sequence
 
 import numpy as np
 
-from ..layout import ACTUAL
-from ..telegrams.session import Fresh
-from ..telegrams.telegram import decimals
+from .layout import ACTUAL
+from .session import Fresh
+from .telegram import decimals
 
 BOUND = 0.05
 """No axis moves further in a probe [deg], which is 2 mm at the end of an arm of 2 m, even if the controller

@@ -9,7 +9,6 @@ from collections import Counter
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from .link import Datagram
 from .telegram import Telegram, TelegramReader
 
 JUMP = 1000
@@ -21,6 +20,20 @@ AWHILE = 50_000_000
 """Time within which it does [ns]: four of the slowest cycles, in which a controller has sent others."""
 _TURN = 1 << 32
 """The clock may count in 32 bits, which is 50 days."""
+
+
+class Datagram(NamedTuple):
+    """What came in.
+
+    Attributes:
+        data: Bytes.
+        port: The sender's, which a controller chooses anew for every session.
+        arrival: When the network card's driver had it [ns since 1970], on the clock of `host_time`.
+    """
+
+    data: bytes
+    port: int
+    arrival: int
 
 
 class Fresh(NamedTuple):

@@ -1,8 +1,11 @@
-"""What a Universal Robots controller reports of itself, in words, and why it cannot be commanded."""
+"""What a Universal Robots controller reports of itself, and the samples made of it."""
 
 from collections.abc import Mapping
 
 import numpy as np
+
+from ..controller_samples import ControllerSamples
+from ..values import Sample, nanoseconds
 
 ROBOT_MODE = {
     -1: "no controller", 0: "disconnected", 1: "confirm safety", 2: "booting", 3: "power off", 4: "power on",
@@ -80,3 +83,57 @@ def slowed(record: np.void) -> str:
     if slider >= FULL:
         return ""
     return f"the speed slider is at {100 * slider:.3g} %, where servoj falls behind: set it to 100 %"
+
+
+class Samples(ControllerSamples):
+    """Makes the samples of one session.
+
+    Args:
+        joints: Number n.
+        cycle: Time between packages [s].
+    """
+
+    def __init__(self, joints: int, cycle: float) -> None:
+        super().__init__(joints, len(STATE))
+        self._cycle = cycle
+        self.restart()
+
+    def restart(self) -> None:
+        """No cycle is missed between the last package and the next: none was asked for."""
+        self._continued = False
+
+    def of(
+        self,
+        record: np.void,
+        state: np.ndarray,
+        arrival: int,
+        events: tuple[str, ...],
+        fault: str,
+        sent: bool,
+    ) -> Sample:
+        """Of a package with the controller's state (k,), which came at a time of the host [ns].
+
+        Raises:
+            Unreadable: Its time is none.
+        """
+        time = nanoseconds("timestamp", float(record["timestamp"]))
+        lateness = self._lateness(arrival, time)
+        cycles = round(1e-9 * (time - self._time) / self._cycle) if self._continued else 1
+        skipped = self._skipped(time, arrival, cycles)
+        self._continued = True
+        return Sample(
+            host_time=self._host_time,
+            controller_time=time,
+            position=record["actual_q"].astype(float),
+            velocity=record["actual_qd"].astype(float),
+            current=record["actual_current"].astype(float),
+            torque=self.unknown,
+            temperature=record["joint_temperatures"].astype(float),
+            lateness=lateness,
+            skipped=skipped,
+            stale=self.fresh,
+            events=events,
+            fault=fault,
+            sent=sent,
+            state=state,
+        )

@@ -8,8 +8,7 @@ import can
 import msgpack  # type: ignore[import-untyped]
 from can.interfaces.udp_multicast.utils import pack_message
 
-from .socket_transport import SocketTransport
-from .transport import STANDARD, Frame, flagged, message
+from .transports import STANDARD, Frame, SocketTransport, flagged, message
 
 PORT = 43113
 """Of the bus where the options give none, as in python-can."""

@@ -1,0 +1,287 @@
+"""Transports: hand frames to a CAN adapter and take frames from it.
+
+python-can makes an object of every frame, checks, filters and logs it. For the frames of six joints this
+takes longer than all other work of a cycle. Where python-can has a socket or a serial port, it is used
+directly; all other interfaces go through python-can, by `PythonCanTransport`.
+"""
+
+import os
+import select
+import socket
+import struct
+import time
+from abc import ABC, abstractmethod
+from collections import deque
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, Protocol
+
+import can
+
+Frame = tuple[int, bytes]
+"""Identifier and data. Flags above the identifier's bits mark all that is not a classic frame of data with an
+11-bit identifier."""
+
+EXTENDED, REMOTE, ERROR = 1 << 31, 1 << 30, 1 << 29
+"""Flags in an identifier: of 29 bits, a remote frame, an error frame (as in Linux, can.h)."""
+FD = 1 << 32
+"""Flag in an identifier: a frame of CAN FD."""
+STANDARD = 0x7FF
+"""Largest identifier of 11 bits; with a flag the number is larger."""
+IDENTIFIER = 0x1FFFFFFF
+"""Bits of an identifier, without flags."""
+
+
+class Transport(Protocol):
+    """Frames to an adapter and from it; what the adapter or the system raises is raised."""
+
+    def send(self, frames: Sequence[Frame], timeout: float) -> None:
+        """Hand frames over, each within a time-out [s]; after one that fails the others are tried."""
+
+    def receive(self, timeout: float) -> Frame | None:
+        """The next frame, waited for at most so long [s]; None if there is none.
+
+        Raises:
+            ValueError: What came is not a frame. Also other errors, by interface.
+        """
+
+    def close(self) -> None:
+        """Let go of what is its own; the bus is closed by python-can."""
+
+
+class PythonCanTransport:
+    """Any interface, by the methods that python-can gives all of them.
+
+    Args:
+        bus: Open.
+    """
+
+    def __init__(self, bus: can.BusABC) -> None:
+        self._bus = bus
+
+    def send(self, frames: Sequence[Frame], timeout: float) -> None:
+        """As in `Transport`."""
+        send_each(frames, lambda identifier, data: self._bus.send(message(identifier, data), timeout))
+
+    def receive(self, timeout: float) -> Frame | None:
+        """As in `Transport`."""
+        received = self._bus.recv(timeout)
+        return None if received is None else (flagged(received), bytes(received.data))
+
+    def close(self) -> None:
+        """As in `Transport`."""
+
+
+def send_each(frames: Sequence[Frame], send: Callable[[int, bytes], None]) -> None:
+    """Send every frame, also after one that fails; the first failure is raised at the end."""
+    failure: Exception | None = None
+    for identifier, data in frames:
+        try:
+            send(identifier, data)
+        except Exception as error:  # each of python-can's interfaces has errors of its own
+            failure = failure or error
+    if failure is not None:
+        raise failure
+
+
+def message(identifier: int, data: bytes) -> can.Message:
+    """A frame as python-can's object; the identifier with its flags."""
+    return can.Message(
+        arbitration_id=identifier & IDENTIFIER,
+        is_extended_id=bool(identifier & EXTENDED),
+        is_remote_frame=bool(identifier & REMOTE),
+        is_error_frame=bool(identifier & ERROR),
+        is_fd=bool(identifier & FD),
+        data=data,
+    )
+
+
+def flagged(received: can.Message) -> int:
+    """Identifier of python-can's object, with its flags."""
+    return (
+        received.arbitration_id
+        | EXTENDED * received.is_extended_id
+        | REMOTE * received.is_remote_frame
+        | ERROR * received.is_error_frame
+        | FD * received.is_fd
+    )
+
+
+READ = 4096
+"""Bytes that are read at once."""
+LONGEST_LINE = 1 << 16
+"""Bytes without the end of a line after which they are thrown away: no adapter sends such a line."""
+KINDS = {
+    "t": (3, 0), "T": (8, EXTENDED), "x": (8, EXTENDED), "r": (3, REMOTE), "R": (8, EXTENDED | REMOTE),
+    "d": (3, FD), "b": (3, FD), "D": (8, EXTENDED | FD), "B": (8, EXTENDED | FD),
+}  # fmt: skip
+"""First letter of a line -> digits of the identifier, and its flags; other lines answer what was sent."""
+
+
+class SlcanTransport:
+    """An adapter on a serial port.
+
+    Args:
+        port: Of python-can's bus, with the file descriptor that POSIX systems have.
+    """
+
+    def __init__(self, port: Any) -> None:
+        self._port, self._waited_for = port, [port.fd]
+        self._text, self._lines = b"", deque[bytes]()
+
+    def send(self, frames: Sequence[Frame], timeout: float) -> None:
+        """As in `Transport`, in one writing; the time-out is that of the port."""
+        lines = [f"t{identifier:03X}{len(data)}{data.hex().upper()}\r" for identifier, data in frames]
+        self._port.write("".join(lines).encode())
+
+    def receive(self, timeout: float) -> Frame | None:
+        """As in `Transport`."""
+        end = time.monotonic() + timeout
+        while True:
+            while self._lines:
+                frame = _frame(self._lines.popleft().decode("ascii"))
+                if frame is not None:
+                    return frame
+            if not select.select(self._waited_for, [], [], max(end - time.monotonic(), 0.0))[0]:
+                return None
+            self._read()
+
+    def close(self) -> None:
+        """As in `Transport`."""
+
+    def _read(self) -> None:
+        data = os.read(self._waited_for[0], READ)
+        if not data:
+            raise OSError("the adapter is gone")
+        *lines, self._text = (self._text + data.replace(b"\a", b"\r")).split(b"\r")
+        self._lines.extend(lines)
+        if len(self._text) > LONGEST_LINE:
+            self._text = b""
+
+
+def _frame(line: str) -> Frame | None:
+    """The frame in a line; None for a line that has none.
+
+    Raises:
+        ValueError: A line that is broken.
+    """
+    if line[:1] not in KINDS:
+        return None
+    digits, flags = KINDS[line[0]]
+    identifier, length = int(line[1 : 1 + digits], 16), int(line[1 + digits : 2 + digits])
+    data = bytes.fromhex(line[2 + digits : 2 + digits + 2 * length])
+    if flags:
+        return identifier | flags, data
+    if length > 8 or len(data) != length or identifier > STANDARD:
+        raise ValueError(f"a frame of {len(data)} bytes instead of {length}")
+    return identifier, data
+
+
+LONGEST = 400
+"""Bytes of a datagram that are read: more than any has. Python has objects of up to 512 bytes quickly."""
+
+
+class SocketTransport(ABC):
+    """Frames over a socket; the socket stays python-can's, and is not closed here.
+
+    Args:
+        link: Open. Whether it blocks does not matter.
+    """
+
+    def __init__(self, link: socket.socket) -> None:
+        self._socket, self._waited_for = link, [link.fileno()]
+
+    @abstractmethod
+    def _encode(self, identifier: int, data: bytes) -> bytes:
+        """The datagram of a frame of data with an 11-bit identifier."""
+
+    @abstractmethod
+    def _decode(self, datagram: bytes) -> Frame | None:
+        """The frame in a datagram; None for one to be passed over.
+
+        Raises:
+            ValueError: It has none. Also KeyError and TypeError.
+        """
+
+    @abstractmethod
+    def _hand_over(self, datagram: bytes) -> None:
+        """Give a datagram to the socket without waiting.
+
+        Raises:
+            BlockingIOError: The socket does not take it now.
+        """
+
+    def send(self, frames: Sequence[Frame], timeout: float) -> None:
+        """As in `Transport`."""
+
+        def send(identifier: int, data: bytes) -> None:
+            datagram = self._encode(identifier, data)
+            try:
+                self._hand_over(datagram)
+            except BlockingIOError:
+                select.select([], self._waited_for, [], timeout)
+                self._hand_over(datagram)
+
+        send_each(frames, send)
+
+    def receive(self, timeout: float) -> Frame | None:
+        """As in `Transport`."""
+        if timeout > 0.0 and not select.select(self._waited_for, [], [], timeout)[0]:
+            return None
+        frame = None
+        while frame is None:
+            try:
+                datagram = self._socket.recv(LONGEST, socket.MSG_DONTWAIT)
+            except BlockingIOError:
+                return None
+            frame = self._decode(datagram)
+        return frame
+
+    def close(self) -> None:  # noqa: B027 - a socket of python-can's is closed by python-can
+        """As in `Transport`."""
+
+
+FRAME = struct.Struct("=IB2xB8s")
+"""`can_frame` of Linux: identifier with flags, number of bytes, the same as its code, eight bytes of data."""
+HEAD = struct.Struct("=I")
+"""What a frame of CAN FD begins with, likewise."""
+LARGEST_FD = 72
+"""Size of `canfd_frame` [bytes]."""
+
+
+class SocketcanTransport(SocketTransport):
+    """A SocketCAN interface; its flags of identifiers are those of `transport`."""
+
+    def _encode(self, identifier: int, data: bytes) -> bytes:
+        return FRAME.pack(identifier, len(data), len(data), data)
+
+    def _decode(self, datagram: bytes) -> Frame:
+        if len(datagram) == LARGEST_FD:
+            return (HEAD.unpack_from(datagram)[0] & IDENTIFIER) | FD, b""
+        if len(datagram) != FRAME.size:
+            raise ValueError(f"a frame of {len(datagram)} bytes")
+        identifier, length, _, data = FRAME.unpack(datagram)
+        return identifier, data[:length]
+
+    def _hand_over(self, datagram: bytes) -> None:
+        self._socket.send(datagram, socket.MSG_DONTWAIT)
+
+
+def transport_of(bus: can.BusABC, interface: str, channel: str, options: Mapping[str, Any]) -> Transport:
+    """The quickest transport that an open bus allows.
+
+    Args:
+        bus: Of python-can.
+        interface: As python-can names it.
+        channel: As that interface names it.
+        options: With which the bus was opened.
+    """
+    link = getattr(bus, "socket", None)
+    if interface == "socketcan" and channel and isinstance(link, socket.socket):
+        return SocketcanTransport(link)
+    if interface == "slcan" and hasattr(port := getattr(bus, "serialPortOrig", None), "fd"):
+        return SlcanTransport(port)
+    if interface == "udp_multicast" and os.name == "posix":
+        from .udp_multicast import UdpMulticastTransport
+
+        return UdpMulticastTransport(bus.fileno(), channel, options.get("port"))
+    return PythonCanTransport(bus)

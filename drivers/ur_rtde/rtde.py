@@ -1,0 +1,249 @@
+"""RTDE, version 2 of the protocol, and a connection to the controller's server of it.
+
+A package is a size, a kind and a body, in big-endian numbers. A recipe is a list of names that client and
+controller agree on; a data package is its number and the values.
+"""
+
+import select
+import socket
+import struct
+import time
+from collections import deque
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from ..errors import LinkLost
+from ..host_clock import host_time
+
+PROTOCOL = 2
+"""Version of the protocol; the first has no frequency and no numbers of recipes."""
+VERSION, CONTROLLER, TEXT, DATA = b"V", b"v", b"M", b"U"
+OUTPUTS, INPUTS, START, PAUSE = b"O", b"I", b"S", b"P"
+"""Kinds of packages."""
+
+_HEAD = struct.Struct(">Hc")
+_TYPES: Mapping[str, Any] = {
+    "BOOL": "?",
+    "UINT8": "u1",
+    "UINT32": ">u4",
+    "UINT64": ">u8",
+    "INT32": ">i4",
+    "DOUBLE": ">f8",
+    "VECTOR3D": (">f8", 3),
+    "VECTOR6D": (">f8", 6),
+    "VECTOR6INT32": (">i4", 6),
+    "VECTOR6UINT32": (">u4", 6),
+}
+_SCALARS: Mapping[str, str] = {
+    "BOOL": "?", "UINT8": "B", "UINT32": "I", "UINT64": "Q", "INT32": "i", "DOUBLE": "d",
+}  # fmt: skip
+NOT_FOUND, IN_USE = "NOT_FOUND", "IN_USE"
+"""Instead of a type: the controller has no such name, or another client writes it."""
+
+
+def package(kind: bytes, body: bytes = b"") -> bytes:
+    """The bytes of a package."""
+    return _HEAD.pack(_HEAD.size + len(body), kind) + body
+
+
+class Unpacked:
+    """Packages out of bytes that come in any pieces."""
+
+    def __init__(self) -> None:
+        self._waiting = b""
+
+    def add(self, data: bytes) -> Iterator[tuple[bytes, bytes]]:
+        """Kind and body of each package that is whole by now.
+
+        Raises:
+            ValueError: What comes cannot be packages.
+        """
+        self._waiting += data
+        while len(self._waiting) >= _HEAD.size:
+            size, kind = _HEAD.unpack_from(self._waiting)
+            if size < _HEAD.size:
+                raise ValueError(f"a package of {size} bytes")
+            if len(self._waiting) < size:
+                return
+            body, self._waiting = self._waiting[_HEAD.size : size], self._waiting[size:]
+            yield kind, body
+
+
+class Recipe:
+    """What the controller made of a list of names.
+
+    Args:
+        names: As they were asked for.
+        answer: Body of the controller's answer.
+
+    Attributes:
+        number: Of the recipe; 0 where it was refused.
+        types: Of the values.
+
+    Raises:
+        ValueError: It is no answer to these names.
+    """
+
+    def __init__(self, names: Sequence[str], answer: bytes) -> None:
+        self.number, self.types = (answer[0] if answer else 0), answer[1:].decode("ascii").split(",")
+        if len(self.types) != len(names):
+            raise ValueError(f"{len(self.types)} types for {len(names)} names")
+        self._refused = {
+            name: kind for name, kind in zip(names, self.types, strict=True) if kind not in _TYPES
+        }
+        if not self._refused:
+            fields = [(name, _TYPES[kind]) for name, kind in zip(names, self.types, strict=True)]
+            self._dtype = np.dtype([("recipe", "u1"), *fields])
+            self._names, scalars = names, [_SCALARS.get(kind, "") for kind in self.types]
+            # A record of numpy's takes five times as long to fill.
+            self._scalars = struct.Struct(">B" + "".join(scalars)) if all(scalars) else None
+
+    def refused(self, why: str) -> list[str]:
+        """Names that the controller refused for a reason: `NOT_FOUND` or `IN_USE`."""
+        return [name for name, kind in self._refused.items() if kind == why]
+
+    @property
+    def accepted(self) -> bool:
+        """Whether all names were taken."""
+        return not self._refused and self.number > 0
+
+    def read(self, body: bytes) -> np.void:
+        """The record of a data package, a field a name.
+
+        Raises:
+            ValueError: It is of another recipe or length.
+        """
+        if len(body) != self._dtype.itemsize or body[0] != self.number:
+            raise ValueError(f"{len(body)} bytes; expected {self._dtype.itemsize} of recipe {self.number}")
+        record: np.void = np.frombuffer(body, self._dtype)[0]
+        return record
+
+    def written(self, values: Mapping[str, Any]) -> bytes:
+        """Body of a data package; zeros for names without a value."""
+        if self._scalars is not None:
+            return self._scalars.pack(self.number, *(values.get(name, 0) for name in self._names))
+        record = np.zeros(1, self._dtype)
+        record["recipe"] = self.number
+        for name, value in values.items():
+            record[name] = value
+        return record.tobytes()
+
+
+def text_of(body: bytes) -> str:
+    """The sentence in a text package; empty for one that is broken."""
+    length = body[0] if body else 0
+    return body[1 : 1 + length].decode("utf-8", "replace").strip()
+
+
+READ = 1 << 16
+"""Bytes that are taken at once: 200 packages."""
+
+
+class RtdeLink:
+    """A connection.
+
+    Args:
+        address: Of the controller.
+        port: Of its server.
+        patience: How long it may take to connect and to answer [s].
+
+    Attributes:
+        texts: Messages of the controller that were not looked at yet.
+
+    Raises:
+        LinkLost: No connection.
+    """
+
+    def __init__(self, address: str, port: int, patience: float) -> None:
+        self._where, self._patience = f"{address}:{port}", patience
+        try:
+            self._socket = socket.create_connection((address, port), patience)
+        except OSError as error:
+            raise LinkLost(
+                f"driver ur_rtde: no connection to {self._where}: {error.strerror or error}. Try ping, and "
+                "on the pendant Settings, Security, Services: RTDE must be enabled"
+            ) from error
+        self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        self._socket.setblocking(False)
+        self._waited_for = [self._socket.fileno()]
+        self._unpacked = Unpacked()
+        self._waiting: deque[tuple[bytes, bytes]] = deque()
+        self.texts: deque[str] = deque(maxlen=100)
+
+    def ask(self, kind: bytes, body: bytes = b"") -> bytes:
+        """The answer to a question; data that come before it are thrown away.
+
+        Raises:
+            LinkLost: None comes.
+        """
+        self.send(package(kind, body))
+        end = time.monotonic() + self._patience
+        while time.monotonic() < end:
+            self._receive(end - time.monotonic())
+            while self._waiting:
+                which, answer = self._waiting.popleft()
+                if which == kind:
+                    return answer
+        raise LinkLost(
+            f"driver ur_rtde: {self._where} does not answer question {kind.decode()} in {self._patience:g} "
+            "s. Is this a controller's RTDE server (port 30004)?"
+        )
+
+    def newest(self, patience: float) -> tuple[bytes, int] | None:
+        """Body of the newest data package and when it came [ns since 1970]; None if none comes in time [s].
+
+        Raises:
+            LinkLost: The connection has ended.
+        """
+        end = time.monotonic() + patience
+        while True:
+            self._receive(max(end - time.monotonic(), 0.0))
+            now = host_time()
+            bodies = [body for kind, body in self._waiting if kind == DATA]
+            self._waiting.clear()
+            if bodies:
+                return bodies[-1], now
+            if time.monotonic() >= end:
+                return None
+
+    def send(self, data: bytes) -> bool:
+        """Whether the network took it all.
+
+        Raises:
+            LinkLost: The connection has ended.
+        """
+        try:
+            return self._socket.send(data) == len(data)
+        except BlockingIOError:
+            return False
+        except OSError as error:
+            raise LinkLost(f"driver ur_rtde: {self._where}: {error.strerror or error}") from error
+
+    def _receive(self, patience: float) -> None:
+        """Take in what is there, or what comes first."""
+        try:
+            if not select.select(self._waited_for, [], [], patience)[0]:
+                return
+            data = self._socket.recv(READ)
+            if not data:
+                raise LinkLost(
+                    f"driver ur_rtde: {self._where} has ended the connection: the controller was shut down "
+                    "or its server restarted"
+                )
+            for kind, body in self._unpacked.add(data):
+                if kind == TEXT:
+                    self.texts.append(text_of(body))
+                else:
+                    self._waiting.append((kind, body))
+        except BlockingIOError:
+            return
+        except OSError as error:
+            raise LinkLost(f"driver ur_rtde: {self._where}: {error.strerror or error}") from error
+        except ValueError as error:
+            raise LinkLost(f"driver ur_rtde: {self._where} sends what is not RTDE: {error}") from error
+
+    def close(self) -> None:
+        """Let go."""
+        self._socket.close()
