@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from pathlib import Path
 
+from exidyn.identify.diagnosis.candidates import kind_of
 from exidyn.identify.diagnosis.findings.trace import Trace
 from exidyn.identify.diagnosis.runs.usable import HELD_OUT
 from exidyn.identify.errors import DifferentRobot, NotAFile
@@ -54,9 +55,9 @@ def material(
         ]
     )
     beside = {path.with_name("fit.json").resolve() for path in paths[DIAGNOSIS]}
-    # Where the improved fit was made of runs put earlier by a delay, it predicts none.
-    delayed = diagnosis is not None and any(finding.effect == "time_delay" for finding in diagnosis.findings)
-    known = () if delayed else recordings
+    # Where the improved fit was made of runs whose faults were taken back, it predicts none as it is.
+    altered = diagnosis is not None and any(kind_of(one.effect).undo for one in diagnosis.findings)
+    known = () if altered else recordings
     fits = [_fitted(*one, recordings, progress) for one in read if one[0].resolve() not in beside]
     added = diagnosis is not None and bool(diagnosis.findings)
     improved = [_improved(*one, known, progress) for one in read if added and one[0].resolve() in beside]

@@ -3,13 +3,11 @@
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
-import numpy as np
-
 from ..fit.fit import Fit
 from ..fit.identification import identify
 from ..model import Model
 from ..preparation.prepare import Filtering
-from ..recordings.recording import EFFORT, Recording, Signal
+from ..recordings.recording import Recording
 from .candidates import kind_of
 from .findings.finding import Diagnosis, Finding
 from .improved.improved import as_found
@@ -40,8 +38,8 @@ def refit(
     if diagnosis.evidence is None:
         return None
     left_out = as_found(diagnosis.evidence, diagnosis.findings).left_out
-    delays = [one for one in diagnosis.findings if one.effect == "time_delay"]
-    used = [(role, earlier(run, delays)) for role, run in recordings if _kept(run, diagnosis)]
+    asked = {trace.name for trace in diagnosis.evidence.traces}
+    used = [(role, undone(run, diagnosis.findings)) for role, run in recordings if run.name in asked]
     fit = identify(
         [run for role, run in used if role != HELD_OUT],
         [run for role, run in used if role == HELD_OUT],
@@ -52,7 +50,7 @@ def refit(
     warnings = [
         f"{sentence(finding, diagnosis.joints, slides(diagnosis, finding))}: {_why(finding)}"
         for place, finding in enumerate(by_kind(diagnosis).findings)
-        if kind_of(finding.effect).gear or finding in delays or place in left_out
+        if kind_of(finding.effect).gear or kind_of(finding.effect).undo or place in left_out
     ]
     return replace(fit, warnings=(*warnings, *fit.warnings))
 
@@ -66,33 +64,18 @@ def model_to_fit(diagnosis: Diagnosis) -> Model:
     return replace(arm.model, robot=replace(arm.model.robot, drive_gain=arm.model.robot.drive_gain * share))
 
 
-def _kept(run: Recording, diagnosis: Diagnosis) -> bool:
-    """Whether the diagnosis could ask the run."""
-    assert diagnosis.evidence is not None
-    return run.name in [trace.name for trace in diagnosis.evidence.traces]
-
-
-def earlier(recording: Recording, delays: Sequence[Finding]) -> Recording:
-    """The recording with currents, or torques, moved to where they were earlier by some delays."""
-    signals = dict(recording.signals)
-    for delay in delays:
-        seconds = delay.parameters["delay"].value
-        joints = list(delay.joints) or list(range(recording.robot.dof))
-        for name in set(EFFORT) & set(signals):
-            signals[name] = _moved(signals[name], joints, seconds)
-    return replace(recording, signals=signals)
-
-
-def _moved(signal: Signal, joints: Sequence[int], seconds: float) -> Signal:
-    values = np.array(signal.values)
-    for joint in joints:
-        values[:, joint] = np.interp(signal.time + seconds, signal.time, signal.values[:, joint])
-    return Signal(signal.time, values)
+def undone(recording: Recording, findings: Sequence[Finding]) -> Recording:
+    """The recording without those faults that can be taken back before a fit."""
+    for finding in findings:
+        if (undo := kind_of(finding.effect).undo) is not None:
+            recording = undo.undone(recording, finding)
+    return recording
 
 
 def _why(finding: Finding) -> str:
-    if finding.effect == "time_delay":
-        return "currents were moved back by that before they were fitted"
-    if kind_of(finding.effect).gear:
+    kind = kind_of(finding.effect)
+    if kind.undo is not None:
+        return kind.undo.words
+    if kind.gear:
         return "a fit has rigid gears, so that this is no part of it"
     return "no part of this fit, which is of the arm and not of how it was measured"

@@ -1,6 +1,7 @@
 """Dry friction: constant torque against the motion."""
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -23,6 +24,9 @@ class CoulombFriction(JointEffect):
 
     reversal: float = shape(0.003, "rad/s", 1e-4, 0.3)
     gradual: bool = False
+
+    guessed: ClassVar[bool] = True
+    dry: ClassVar[bool] = True
 
     def parameters(self, robot: Robot) -> list[Parameter]:
         name = "Fg" if self.gradual else "Fc"

@@ -16,6 +16,7 @@ class CurrentOffset(JointEffect):
 
     smooth: ClassVar[bool] = True
     linear: ClassVar[bool] = True
+    guessed: ClassVar[bool] = True
 
     def parameters(self, robot: Robot) -> list[Parameter]:
         return [Parameter(f"Off{joint + 1}", robot.unit(joint, "N m")) for joint in self.columns(robot)]

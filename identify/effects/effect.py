@@ -93,6 +93,8 @@ class Effect(ABC):
         linear: Whether its columns are a constant, plus multiples of velocity and acceleration, and nothing
             else: who simulates asks only once.
         massless: Whether acceleration does not change its torque: who simulates asks for no inertia.
+        guessed: Whether nominal values are guesses at best, as of friction and offsets: they are fitted where
+            all else is taken as nominal.
     """
 
     transmitted: ClassVar[bool] = False
@@ -101,6 +103,7 @@ class Effect(ABC):
     pointwise: ClassVar[bool] = True
     linear: ClassVar[bool] = False
     massless: ClassVar[bool] = False
+    guessed: ClassVar[bool] = False
 
     @abstractmethod
     def parameters(self, robot: Robot) -> list[Parameter]:
@@ -209,11 +212,13 @@ class JointEffect(Effect):
 
     Attributes:
         joints: Names of the joints it acts on; None for all.
+        dry: Whether each parameter is the dry friction of a joint [N m], which changes its sign at rest.
     """
 
     joints: tuple[str, ...] | None = None
 
     massless: ClassVar[bool] = True
+    dry: ClassVar[bool] = False
 
     def columns(self, robot: Robot) -> list[int]:
         """Indices of the joints it acts on.

@@ -1,6 +1,7 @@
 """Friction that differs between the two directions."""
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -25,6 +26,8 @@ class FrictionAsymmetry(JointEffect):
 
     reversal: float = shape(0.003, "rad/s", 1e-4, 0.1)
     viscous: bool = False
+
+    guessed: ClassVar[bool] = True
 
     def parameters(self, robot: Robot) -> list[Parameter]:
         own = [("Fa", "N m"), ("Fva", "N m s/rad")][: 1 + self.viscous]

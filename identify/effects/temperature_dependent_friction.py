@@ -1,6 +1,7 @@
 """Friction that changes as the grease warms up."""
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -26,6 +27,8 @@ class TemperatureDependentFriction(JointEffect):
 
     reference: float = 25.0
     reversal: float = shape(0.003, "rad/s", 1e-4, 0.1)
+
+    guessed: ClassVar[bool] = True
 
     def parameters(self, robot: Robot) -> list[Parameter]:
         return [

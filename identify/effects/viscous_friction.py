@@ -16,6 +16,7 @@ class ViscousFriction(JointEffect):
 
     smooth: ClassVar[bool] = True
     linear: ClassVar[bool] = True
+    guessed: ClassVar[bool] = True
 
     def parameters(self, robot: Robot) -> list[Parameter]:
         return [

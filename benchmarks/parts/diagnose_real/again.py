@@ -2,10 +2,11 @@
 
 from typing import Any
 
+from exidyn.identify.diagnosis.candidates import kind_of
 from exidyn.identify.diagnosis.diagnose import diagnose
 from exidyn.identify.diagnosis.findings.finding import Diagnosis, Finding
 from exidyn.identify.diagnosis.improved.rivals import found_model, left_out
-from exidyn.identify.diagnosis.refit import earlier
+from exidyn.identify.diagnosis.refit import undone
 
 from .sets import Case, Runs
 from .sizes import joints_words, size
@@ -20,9 +21,8 @@ def again(case: Case, runs: Runs, found: Diagnosis) -> dict[str, Any]:
     model = found_model(found)
     if model is None or not (found.findings or found.undecided):
         return {"held": 0, "lost": [], "named": [], "repeated": []}
-    delays = [one for one in found.findings if one.effect == "time_delay"]
-    moved = [(role, earlier(run, delays)) for role, run in runs]
-    lost = [effect for effect in left_out(found) if effect != "time_delay"]
+    moved = [(role, undone(run, found.findings)) for role, run in runs]
+    lost = [effect for effect in left_out(found) if kind_of(effect).undo is None]
     second = diagnose(model, moved, case.title, case.filtering)
     return {
         "held": len(found.findings) + len(found.undecided) - len(lost),

@@ -9,7 +9,8 @@ from scipy.special import entr
 from ...positive_definite import solve
 from ..blocks.prediction import LINEAR, factored
 from ..candidates import kind_of
-from ..search.selected import CREDIBLE, EXCLUDED
+from ..questions.block_answer import CREDIBLE
+from ..search.selected import EXCLUDED
 from ..words.naming import joined, lower, named
 from .belief import Belief, Believed, Question, Stance, separations
 from .questions import material

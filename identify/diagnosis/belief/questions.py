@@ -10,12 +10,12 @@ from ...positive_definite import solve
 from ..blocks.block_likelihood import log_probability
 from ..blocks.prediction import CERTAIN, LINEAR, Prediction, factored
 from ..findings.finding import Diagnosis
-from ..questions.block_answer import prior_std
+from ..questions.block_answer import CERTAIN_ODDS, prior_std
 from ..questions.candidate_fit import FORMULA, STRANGE
 from ..results.evidence import explained, places_of
 from ..results.remainder import rms
 from ..search.search import SearchResult
-from ..search.selected import CERTAIN_ODDS, EXCLUDED, NAMED
+from ..search.selected import EXCLUDED, NAMED
 from .belief import Belief, Believed, Question
 from .run_columns import RunColumns, products
 from .suspects import NEGLIGIBLE, Suspects, place_of, unseen_probability

@@ -46,8 +46,8 @@ def _gradual(model: Model, joint: int, velocity: float) -> Candidate:
             candidate,
             columns=columns,
             kind=GRADUAL,
+            shape={"reversal": effect.reversal},
             bounds={"reversal": Shape("rad/s", REVERSALS[-1], WIDEST)},  # less is a nuisance
-            reported={"reversal": (effect.reversal, "rad/s")},
         )
 
     effect = CoulombFriction((robot.joints[joint],), velocity, gradual=True)

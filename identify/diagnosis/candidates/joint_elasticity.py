@@ -1,24 +1,35 @@
 """Joint elasticity: a gear that gives way, on which its link lags behind the motor, and swings.
 
-With motors where their encoders measure, every link but one follows its motor, and that one leads or lags
-by a twist whose equation is row j of the arm's: M_jj twist'' + d twist' + (K + dtau_j/dq_j) twist = load_j.
-What all motors give for it more than for a rigid gear is minus the links' torque for a twist. The stiffness
-shapes it: little matters below the resonance but the load over the stiffness, and near it the link's own
-swing.
+How motors feel that is in `parts/gears.py`. The stiffness shapes it: little matters below the resonance but
+the load over the stiffness, and near it the link's own swing.
+
+Where encoders behind the gears were recorded, the twist is measured: it is the load over the stiffness,
+beside a zero in each run, what the gear's own friction holds back, and the time by which one encoder is read
+later than the other. At a millisecond that is most of what is measured, and torque, which friction makes
+depend on velocity, would be taken for its cause. Whether load and stiffness are in the twist is asked of
+blocks that are left out, as of any other effect. Motors are modelled where their own encoders measure, so
+that a stiff gear adds nothing to the torque that is fitted.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from ...effects import Shape
+from ...effects.smooth_sign import smooth_sign
 from ...model import Model
+from ..blocks.prediction import Prediction
 from ..findings.arm import Arm
 from ..findings.finding import Finding
 from ..findings.kind import Kind
-from ..questions.candidate import Candidate
-from ..questions.candidate_fit import FORMULA, STRANGE
+from ..questions.block_answer import STRANGE, Answer
+from ..questions.candidate import Candidate, Thinned
+from ..questions.candidate_fit import FORMULA
+from ..questions.comparison import colouring
+from ..questions.question import ask
 from ..runs.driven import Driven
+from ..runs.rows import Rows
 from .parts.gears import bending, link_size
 
 STEP = 1.3
@@ -34,6 +45,8 @@ SCATTER = 0.1
 inertia and damping are wrong."""
 LEAST = 0.5
 """Coefficient below which what fits is something else that swings [-]."""
+SIGN = 0.003
+"""Speed within which a gear's friction reverses [rad/s]."""
 
 
 def gears(model: Model) -> Iterator[Candidate]:
@@ -86,6 +99,91 @@ def of_stiffness(model: Model, joint: int, stiffness: float, std: float) -> Cand
     return _gear(model, joint, inertia, float(resonance), RATIO, Shape("Hz", float(least), float(most)))
 
 
+def measured(model: Model, prediction: Prediction, runs: Sequence[Driven]) -> Iterator[tuple[Answer, Answer]]:
+    """Gears between two encoders: how the twist answers for the load, and the gear of that stiffness."""
+    if all(run.prepared.link_position is None for run in runs):
+        return
+    # Every run has a zero of its own, so that there is none to be predicted only.
+    blocks = replace(prediction.blocks, fitted=np.ones(len(prediction.blocks), bool))
+    twists = Prediction.of(_twist_rows(prediction, runs), blocks, prediction.rate)
+    for answer in ask(twists, _loads(twists, runs)):
+        evidence = colouring(twists, answer)
+        yield evidence, _as_gear(model, twists, evidence)
+
+
+def _twist_rows(prediction: Prediction, runs: Sequence[Driven]) -> Rows:
+    """Twist of each gear (r, n) [rad], with friction's hold, time and the zero in each run as unknowns."""
+    twist = np.concatenate([_twist(run) for run in runs])
+    velocity = np.concatenate([run.thinned(run.motion.velocity) for run in runs])
+    sign = np.concatenate([run.thinned(smooth_sign(run.motion.velocity, SIGN)) for run in runs])
+    joints, each = twist.shape[1], len(runs) + 2
+    columns = np.zeros((*twist.shape, joints * each))
+    for joint in range(joints):
+        columns[:, joint, joint * each] = sign[:, joint]
+        columns[:, joint, joint * each + 1] = velocity[:, joint]
+        for number, rows in enumerate(prediction.rows.runs):
+            columns[rows, joint, joint * each + number + 2] = 1.0
+    known, count = np.isfinite(twist), joints * each
+    return Rows(
+        prediction.rows.runs,
+        np.where(known, twist, 0.0),
+        prediction.rows.weight * known,
+        columns,
+        tuple(f"twist{place}" for place in range(count)),
+        np.full(count, np.inf),
+        np.zeros(count),
+    )
+
+
+def _twist(run: Driven) -> np.ndarray:
+    """How far motors lead their links, shape (r, n) [rad]; NaN where it was not measured."""
+    behind = run.prepared.link_position
+    if behind is None:
+        return np.full((run.rows, run.motion.position.shape[1]), np.nan)
+    return run.thinned(run.motion.position - behind)
+
+
+def _loads(twists: Prediction, runs: Sequence[Driven]) -> Iterator[tuple[Candidate, Thinned]]:
+    """The load of every gear whose twist was measured, per unit of compliance."""
+    load = np.concatenate([run.thinned(run.motion.load) for run in runs])
+    for joint in np.flatnonzero(twists.rows.weight.any(axis=0)):
+        candidate = Candidate(
+            "joint_elasticity", (int(joint),), _not_of_torque, ("compliance",), ("rad/(N m)",), (0.0,)
+        )
+        usual = float(np.sqrt(np.mean(load[:, joint] ** 2)))
+        twist = float(np.sqrt(np.mean(twists.rows.difference[:, joint] ** 2)))
+        std = np.array([twist / max(usual, 1e-12)])
+        yield candidate, Thinned(np.array([joint]), load[:, [joint], None], std, np.zeros(1))
+
+
+def _not_of_torque(run: Driven) -> np.ndarray:
+    raise NotImplementedError("a compliance gives twist, not torque")
+
+
+def _as_gear(model: Model, twists: Prediction, answer: Answer) -> Answer:
+    """The gear of that stiffness among the columns of torque, there whole and without any torque."""
+    [joint], [compliance] = answer.candidate.joints, answer.values
+    left = list(_left_out(twists, answer))
+    spread = float(np.sqrt((len(left) - 1) * np.var(left)))
+    std = spread / float(compliance) ** 2
+    gear = of_stiffness(model, joint, 1.0 / float(compliance), std)
+    gear = replace(gear, bounds={}, known={"stiffness": std})
+    still = np.zeros((len(twists.rows.difference), 1, 1))
+    columns = replace(answer.columns, values=still, mean=np.ones(1))
+    return replace(answer, candidate=gear, columns=columns, values=np.ones(1), free=np.zeros(1, bool))
+
+
+def _left_out(twists: Prediction, answer: Answer) -> Iterator[float]:
+    """The compliance without each block."""
+    [joint] = answer.columns.joints
+    own = twists.rows.columns[:, joint][:, twists.sums.acting[joint]]
+    columns = np.column_stack([own, answer.columns.values[:, 0]])
+    for rows in twists.blocks.rows:
+        kept = twists.rows.weight[:, joint] > 0
+        kept[rows] = False
+        yield float(np.linalg.lstsq(columns[kept], twists.rows.difference[kept, joint], rcond=None)[0][-1])
+
+
 def _held(arm: Arm, finding: Finding) -> Arm:
     """A gear that gives way; the more of the effect was found, the softer it is."""
     known = {name: quantity.value for name, quantity in finding.parameters.items()}
@@ -98,6 +196,7 @@ KIND = Kind(
     sentence="{joint} has an elastic gear[: {stiffness}][, resonant at {resonance}]",
     drawn_against=("acceleration", "load"),
     ask=gears,
+    measured=measured,
     held=_held,
     gear=True,
     mistaken_for=("backlash", "time_delay", "rotor_inertia"),

@@ -1,13 +1,16 @@
 """Time delay: currents that are recorded later than positions, or earlier, of all drives or of one."""
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 
 from ...effects import Shape
 from ...model import Model
-from ..findings.kind import Kind
+from ...recordings.recording import EFFORT, Recording, Signal
+from ..findings.finding import Finding
+from ..findings.kind import Kind, Undo
 from ..questions.candidate import UNNAMED, Candidate
 from ..runs.driven import Driven
 from ..runs.nuisances import torque_rate
@@ -76,11 +79,23 @@ def _of_drives(joints: tuple[int, ...], torque: np.ndarray) -> np.ndarray:
     return np.where(own, torque, 0.0)[:, :, None]
 
 
+def earlier(recording: Recording, finding: Finding) -> Recording:
+    """The recording with currents, or torques, moved to where they were earlier by the delay."""
+    signals, seconds = dict(recording.signals), finding.parameters["delay"].value
+    for name in set(EFFORT) & set(signals):
+        time, values = signals[name].time, np.array(signals[name].values)
+        for joint in finding.joints or range(recording.robot.dof):
+            values[:, joint] = np.interp(time + seconds, time, signals[name].values[:, joint])
+        signals[name] = Signal(time, values)
+    return replace(recording, signals=signals)
+
+
 KIND = Kind(
     sentence="{late} {delay:size ms} {delay:later|earlier} than the positions recorded with it",
     drawn_against=("acceleration", "velocity"),
     ask=delays,
     sensor=True,
+    undo=Undo(earlier, "currents were moved back by that before they were fitted"),
     mistaken_for=("joint_elasticity", "viscous_friction"),
     settled_by="a swept sine (exidyn excite --kind chirp)",
 )

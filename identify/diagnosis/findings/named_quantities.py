@@ -40,7 +40,6 @@ def quantities(
         | {
             name: Quantity(value, shape.get(name, float("nan")), units.get(name, "1"))
             for name, value in candidate.shape.items()
-            if name != "reversal"
         }
         | {
             name: Quantity(value, shape.get(name, float("nan")), unit)

@@ -14,6 +14,10 @@ USUAL = 10.0
 WIDE = 1000.0
 """The same where coefficients cancel, as those of a spring and its pretension do."""
 
+CREDIBLE = 0.95
+"""Probability from which on something is taken to be there, and below which it is taken out again."""
+CERTAIN_ODDS = float(np.log(CREDIBLE / (1 - CREDIBLE)))
+"""Logarithm of the odds at that probability."""
 STRANGE = 4.0
 """Standard deviations from what physics expects at which something is not that effect: one in 16 000."""
 

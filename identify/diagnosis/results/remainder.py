@@ -8,13 +8,13 @@ from scipy import ndimage
 
 from ..blocks.prediction import Prediction
 from ..findings.finding import UNCERTAIN, Remainder
-from ..questions.block_answer import Answer
+from ..questions.block_answer import CERTAIN_ODDS, Answer
 from ..questions.candidate import Thinned
 from ..questions.comparison import colouring
 from ..questions.question import ask
 from ..search.problem import Problem
 from ..search.search import SearchResult
-from ..search.selected import CERTAIN_ODDS, odds_of
+from ..search.selected import odds_of
 from .discrepancy import KINDS, features
 
 CREDIBLE = 0.99

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from ...effects.coulomb_friction import CoulombFriction
+from ...effects import JointEffect
 from ...effects.hysteresis import Hysteresis
 from ...effects.smooth_sign import smooth_sign
 from ...model import Model
@@ -22,6 +22,8 @@ PRESLIDING = (5e-5, 2e-4, 6e-4)
 thousandths of a gear's radius. What takes longer is a property of the gear and has a name."""
 UNKNOWN_GAIN = 1.0
 """Share by which an unstated drive gain may be another, beside those of the other drives [-]."""
+REVERSAL = "reversal"
+"""How the unknowns begin by which dry friction turns otherwise; the number of the joint is behind."""
 CLOCK = "clock"
 """How the unknown is called by which all drives' clocks are wrong; each drive's own has its number behind."""
 CLOCKS = 2.5e-4
@@ -38,10 +40,10 @@ def with_nuisances(rows: Rows, model: Model, runs: Sequence[Driven], values: np.
 
 
 def dry(model: Model, values: np.ndarray) -> dict[int, float]:
-    """Coulomb friction among parameters (p,), joint -> [N m]."""
+    """Dry friction among parameters (p,), joint -> [N m]."""
     friction, robot = dict(zip(model.names, values, strict=True)), model.robot
     found: dict[int, float] = {}
-    for effect in [one for one in model.effects if isinstance(one, CoulombFriction)]:
+    for effect in [one for one in model.effects if isinstance(one, JointEffect) and one.dry]:
         for joint, parameter in zip(effect.columns(robot), effect.parameters(robot), strict=True):
             found[joint] = found.get(joint, 0.0) + abs(float(friction[parameter.name]))
     return dict(sorted(found.items()))
@@ -52,7 +54,7 @@ def reversals(
 ) -> tuple[list[str], np.ndarray, np.ndarray]:
     """Differences between one way of turning the sign of dry friction, joint -> [N m], and the next."""
     robot, count = model.robot, len(REVERSALS) - 1 + len(PRESLIDING)
-    names = [f"reversal{joint + 1}_{k + 1}" for joint in friction for k in range(count)]
+    names = [f"{REVERSAL}{joint + 1}_{k + 1}" for joint in friction for k in range(count)]
     parts = []
     for run in runs:
         columns = np.zeros((run.rows, robot.dof, len(names)))

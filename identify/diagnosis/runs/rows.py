@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...effects import JointEffect, Prior, RotorInertia
+from ...effects import JointEffect, Prior
 from ...fit.base_parameters import BaseParameters
 from ...fit.equations import decimated_regressor
 from ...model import Model
@@ -117,6 +117,6 @@ def _limits(model: Model) -> np.ndarray:
     """Smallest value of each parameter, shape (p,); none of bodies and rotors, which share their inertia."""
     found: list[float] = []
     for effect in model.effects:
-        own = isinstance(effect, JointEffect) and not isinstance(effect, RotorInertia)
+        own = isinstance(effect, JointEffect) and effect.massless
         found += [one.minimum if own else -np.inf for one in effect.parameters(model.robot)]
     return np.array(found)

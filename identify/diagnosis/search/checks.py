@@ -5,12 +5,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..blocks.prediction import Prediction
-from ..questions.block_answer import Answer
+from ..questions.block_answer import CERTAIN_ODDS, Answer
 from ..questions.comparison import colouring
 from ..questions.question import ask
 from ..questions.shape import refined
 from .problem import Problem
-from .selected import CERTAIN_ODDS, Selected, answers_of, contradicted, log_prior
+from .selected import Selected, answers_of, contradicted, log_prior
 
 WORSE = 1.02
 """Residual of a joint held out, over that without any finding, which is no harm yet: noise does that [-]."""

@@ -5,10 +5,10 @@ import numpy as np
 from ..blocks.prediction import LINEAR, Prediction
 from ..candidates.contact_event import Contact, candidate, contacts, share
 from ..findings.finding import Moment
-from ..questions.block_answer import Answer
+from ..questions.block_answer import CERTAIN_ODDS, Answer
 from ..questions.candidate import Thinned
 from .problem import Problem
-from .selected import CERTAIN_ODDS, Selected
+from .selected import Selected
 
 FEW = 3
 """Contacts of one search: what happens more often is no contact, but something that comes again."""

@@ -2,7 +2,7 @@
 
 import operator
 from collections import Counter, deque
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -18,7 +18,7 @@ from ..candidates.contact_event import Reach
 from ..questions.block_answer import Answer
 from ..questions.candidate import Candidate, Thinned
 from ..runs.driven import Driven
-from ..runs.nuisances import CLOCK, with_nuisances
+from ..runs.nuisances import CLOCK, REVERSAL, with_nuisances
 from ..runs.rows import Rows, model_rows
 from ..runs.usable import HELD_OUT
 from .reloading import Known, alike, anew
@@ -27,8 +27,8 @@ from .shapes import Shaped, asked_again
 Asked = list[tuple[Candidate, Thinned]]
 RECENT = 4
 """Predictions that are kept, of tens of megabytes each."""
-FREE = ("Fv", "Fc", "Fg", "Off", "reversal", CLOCK)
-"""Unknowns that are fitted even where the model is taken as nominal: friction and offsets are guesses."""
+FREE = (REVERSAL, CLOCK)
+"""How nuisances begin that are fitted even where the model is taken as nominal."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,6 +73,11 @@ class Problem:
         rows = with_nuisances(base, model, loaded, values)
         reaches = tuple(Reach.of(model, run) for run in loaded)
         return cls(model, loaded, blocks, base, rows, asked, known, reaches)
+
+    def asking(self, more: Iterable[Candidate]) -> "Problem":
+        """The same with further candidates."""
+        asked = [(candidate, Thinned.of(candidate, self.runs)) for candidate in more]
+        return replace(self, asked=[*self.asked, *asked]) if asked else self
 
     @property
     def fitted(self) -> tuple[Driven, ...]:
@@ -120,7 +125,9 @@ class Problem:
     @property
     def stated(self) -> np.ndarray:
         """Which unknowns of its rows the model states a value of, shape (b,)."""
-        free = np.array([name.startswith(FREE) for name in self.rows.names])
+        guesses = [effect for effect in self.model.effects if effect.guessed]
+        guessed = {one.name for effect in guesses for one in effect.parameters(self.model.robot)}
+        free = np.array([name in guessed or name.startswith(FREE) for name in self.rows.names])
         if not self.model.robot.inertias_stated:
             free[: len(self.model.names)] = True
         return ~free & np.isfinite(self.rows.std)

@@ -1,23 +1,24 @@
 """Search: effects are added, and each is chosen anew given all others, until a pass changes nothing."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 
 from ..blocks.prediction import LINEAR, Prediction
-from ..questions.block_answer import Answer
+from ..candidates import kinds
+from ..questions.block_answer import CERTAIN_ODDS, Answer
+from ..questions.candidate import Candidate, Thinned
 from ..questions.candidate_fit import FORMULA
 from ..questions.comparison import by_blocks, colouring, competing, seeing
 from ..questions.question import ask
+from ..questions.shape import refined
 from .checks import in_shape, judged_by_held_out, nominal_where_better
-from .link_encoders import measured_gears
-from .mounting import mounted_otherwise
 from .once import only_once
 from .problem import Problem
 from .ranking import Shapes, ranked, total_prior
-from .selected import CERTAIN_ODDS, Selected, answers_of, judged, keys_of, log_prior
+from .selected import Selected, answers_of, judged, keys_of, log_prior, odds_of
 
 TURNS = 16
 """Times that something is added in one pass, at most."""
@@ -57,9 +58,9 @@ class SearchResult:
 
 def search(problem: Problem) -> SearchResult:
     """Find what the model leaves out."""
-    selected = list(measured_gears(problem))
-    problem = replace(problem, asked=[*problem.asked, *mounted_otherwise(problem)])
     without_findings = problem.without_findings
+    selected = _measured(problem, without_findings)
+    problem = problem.asking(_asked_first(problem, without_findings))
     shapes: Shapes = {}
     single = ranked(problem, without_findings, [], shapes)
     total, before, visited = total_prior(single, problem), list[Selected](), list[set[object]]()
@@ -84,6 +85,43 @@ def search(problem: Problem) -> SearchResult:
         tuple(one for one in left if one.candidate.key not in taken),
         total,
     )
+
+
+def _asked_first(problem: Problem, prediction: Prediction) -> Iterator[Candidate]:
+    """Hypotheses by what the model leaves without any finding."""
+    for kind in kinds().values():
+        if kind.ask_first is not None:
+            yield from kind.ask_first(problem.model, prediction, problem.runs)
+
+
+def _measured(problem: Problem, prediction: Prediction) -> list[Selected]:
+    """Effects that were measured otherwise than by torque, the most certain first.
+
+    Where blocks show the torque of one as well, that is taken.
+    """
+    found = []
+    for measured in (kind.measured for kind in kinds().values() if kind.measured):
+        for evidence, answer in measured(problem.model, prediction, problem.runs):
+            odds = odds_of(evidence, prediction.joints)
+            if odds > CERTAIN_ODDS:
+                found.append(Selected(answer, odds, (), once=True))
+    found.sort(key=lambda one: -one.odds)
+    for place, one in enumerate(found):
+        before = problem.prediction(answers_of(found[:place]))
+        found[place] = _with_torque(problem, before, one.answer.candidate) or one
+    return found
+
+
+def _with_torque(problem: Problem, prediction: Prediction, measured: Candidate) -> Selected | None:
+    """What was measured otherwise, with its torque; None where blocks do not show that."""
+    assert measured.reshaped is not None
+    candidate = measured.reshaped(measured.shape)
+    for answer in ask(prediction, [(candidate, Thinned.of(candidate, problem.runs))]):
+        best = refined(prediction, answer, problem.runs)
+        odds = odds_of(best, prediction.joints)
+        if odds > CERTAIN_ODDS:
+            return Selected(best, odds)
+    return None
 
 
 def _added(

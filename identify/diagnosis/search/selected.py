@@ -5,22 +5,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..questions.block_answer import Answer
+from ..questions.block_answer import CERTAIN_ODDS, Answer
 from ..questions.candidate import Candidate
 from ..questions.comparison import SEEN, better, competing
 
-CREDIBLE = 0.95
-"""Probability from which on something is taken to be there, and below which it is taken out again."""
 NAMED = 0.9
 """Probability from which on something is named: it is nine times as likely as all else together."""
 EXCLUDED = 0.01
 """Probability below which something is no alternative any more, and is not listed."""
 EXCLUDED_ODDS = float(-np.log(EXCLUDED))
 """Logarithm of the odds against something from which on it is not compared any further."""
-CERTAIN_ODDS = float(np.log(CREDIBLE / (1 - CREDIBLE)))
-"""Logarithm of the odds at that probability."""
-
-
 ByBlocks = Callable[[Answer, Answer], float]
 """Logarithm of the odds of one answer against another, by how blocks left out scatter."""
 

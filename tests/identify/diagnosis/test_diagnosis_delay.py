@@ -1,28 +1,21 @@
 """Currents that are recorded cycles later than positions are named a delay, and by how much."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import pytest
 
-from exidyn.identify.diagnosis import diagnose
-from exidyn.identify.diagnosis.refit import earlier
+from exidyn.identify.diagnosis import Quantity, diagnose
+from exidyn.identify.diagnosis.candidates.time_delay import earlier
 from exidyn.identify.diagnosis.runs.nuisances import CLOCKS
 from exidyn.identify.recordings.recording import Recording
 
 from ...parts.small.small_diagnosis import nominal_model, recordings
 
 
-class Late:
-    """A finding that all drives are late."""
-
-    joints = ()
-
-    def __init__(self, seconds: float) -> None:
-        self.parameters = {"delay": type("Seconds", (), {"value": seconds})}
-
-
 def later(run: Recording, seconds: float) -> tuple[str, Recording]:
-    moved = earlier(run, [Late(-seconds)])  # type: ignore[list-item]
+    late = SimpleNamespace(joints=(), parameters={"delay": Quantity(-seconds, 0.0, "s")})
+    moved = earlier(run, late)  # type: ignore[arg-type]
     return run.settings["role"], replace(moved, settings=run.settings)
 
 

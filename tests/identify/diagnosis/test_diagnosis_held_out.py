@@ -5,8 +5,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from exidyn.identify.diagnosis.questions.block_answer import CERTAIN_ODDS
 from exidyn.identify.diagnosis.search import checks
-from exidyn.identify.diagnosis.search.selected import CERTAIN_ODDS
 from exidyn.identify.effects import JointSpring, NonlinearViscousFriction
 
 from ...parts.small import two_joints

@@ -8,7 +8,7 @@ from scipy.stats import norm
 
 from exidyn.identify.diagnosis.candidates import contact_event, hypotheses
 from exidyn.identify.diagnosis.diagnose import diagnose
-from exidyn.identify.diagnosis.questions.block_answer import Answer, against_all
+from exidyn.identify.diagnosis.questions.block_answer import CREDIBLE, Answer, against_all
 from exidyn.identify.diagnosis.questions.candidate import Candidate, Thinned
 from exidyn.identify.diagnosis.questions.comparison import better, by_blocks, competing
 from exidyn.identify.diagnosis.questions.question import ask
@@ -19,7 +19,7 @@ from exidyn.identify.diagnosis.runs.nuisances import CLOCK, torque_rate
 from exidyn.identify.diagnosis.search import once, search, selected
 from exidyn.identify.diagnosis.search.once import moments
 from exidyn.identify.diagnosis.search.ranking import _by_hypothesis
-from exidyn.identify.diagnosis.search.selected import CREDIBLE, Selected, contradicted, log_prior, odds_of
+from exidyn.identify.diagnosis.search.selected import Selected, contradicted, log_prior, odds_of
 from exidyn.identify.effects import JointSpring, LoadDependentFriction, NonlinearViscousFriction
 from exidyn.identify.recordings.recording import Signal
 

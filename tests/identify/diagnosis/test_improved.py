@@ -16,7 +16,7 @@ from exidyn.identify.diagnosis.improved.forward import forward
 from exidyn.identify.diagnosis.improved.improved import as_found, as_nominal
 from exidyn.identify.diagnosis.improved.rivals import found_model, rivals
 from exidyn.identify.diagnosis.questions.candidate import Candidate
-from exidyn.identify.diagnosis.refit import earlier, model_to_fit, refit
+from exidyn.identify.diagnosis.refit import model_to_fit, refit, undone
 from exidyn.identify.diagnosis.runs.driven import Driven
 from exidyn.identify.effects import JointSpring, Payload, Prior, SpringBalancer
 from exidyn.identify.preparation.prepare import Filtering
@@ -165,7 +165,7 @@ def test_late_currents_are_moved_back_and_the_fit_reports_it():
     late = replace(
         whole, signals={**whole.signals, "current": Signal(current.time, np.roll(current.values, 1, axis=0))}
     )
-    back = earlier(late, [delay]).signals["current"].values
+    back = undone(late, [delay]).signals["current"].values
     np.testing.assert_allclose(back[:-1], current.values[:-1], atol=1e-9)
     both = replace(diagnosis(), findings=(*diagnosis().findings, delay))
     fit = refit(both, [(one.settings["role"], one) for one in recordings()])

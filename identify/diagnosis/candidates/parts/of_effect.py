@@ -16,6 +16,8 @@ from .turning import with_turning
 
 FORGOTTEN = 5.0
 """How much likelier a model lacks what it has on other joints than what it has nowhere [-]."""
+NUISANCES = ("reversal",)
+"""Numbers of shapes that `with_nuisances` leaves open on every joint, so that no hypothesis is about them."""
 
 Also = Callable[[Candidate, Effect], Candidate]
 """What else is known of a candidate in any shape, by the effect in that shape."""
@@ -58,7 +60,8 @@ def of_effect(
     robot, parameters = model.robot, effect.parameters(model.robot)
     own = {f.name for f in fields(effect)}
     waves = () if getattr(effect, "count", 1) > 1 else ("harmonic",)
-    shape = {key: float(getattr(effect, key)) for key in (*effect.shapes(), *waves) if key in own}
+    bounds = {key: kind.bounds.get(key, one) for key, one in effect.shapes().items() if key not in NUISANCES}
+    shape = {key: float(getattr(effect, key)) for key in (*bounds, *waves) if key in own}
 
     def columns(run: Driven) -> np.ndarray:
         return on_motors(robot, effect.regressor(robot, run.motion))
@@ -74,9 +77,7 @@ def of_effect(
         units=tuple(parameter.unit for parameter in parameters),
         lower=_lower(model, parameters, kind.reducible),
         shape=shape,
-        bounds={
-            key: kind.bounds.get(key, bounds) for key, bounds in effect.shapes().items() if key != "reversal"
-        },
+        bounds=bounds,
         reshaped=reshaped,
         instance=effect,
         prior=_prior(model, parameters),
