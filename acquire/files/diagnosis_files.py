@@ -6,7 +6,7 @@ from typing import Any
 
 from exidyn.identify.diagnosis import Diagnosis
 from exidyn.identify.diagnosis.improved.forward import Forward
-from exidyn.identify.diagnosis.improved.rivals import FOUND, found_model, left_out, rivals
+from exidyn.identify.diagnosis.improved.improved import FOUND, found_model, left_out, rivals
 from exidyn.identify.diagnosis.words.answer import answer
 from exidyn.identify.diagnosis.words.naming import effect_words
 from exidyn.identify.errors import NotAFile

@@ -14,13 +14,11 @@ from ..preparation.prepare import SMOOTHED_SOURCES, Filtering
 from ..recordings.recording import Recording
 from .candidates import kind_of
 from .findings.finding import Alternative, Diagnosis, Finding, Improvement, Quantity
-from .findings.named_quantities import quantities
+from .findings.quantities import quantities
 from .questions.block_answer import Answer
-from .results.budget import budget
-from .results.changes import changes
-from .results.evidence import Residuals, evidence, places_of
+from .results.budget import budget, changes
+from .results.evidence import Residuals, deviations, evidence, places_of
 from .results.remainder import MAIN, MATERIAL, beside_unnamed, discrepancies, remainders, rms
-from .results.shape_uncertainty import deviations
 from .runs.driven import Driven
 from .runs.usable import HELD_OUT, usable
 from .search.once import moments

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from exidyn.identify.diagnosis import Diagnosis
-from exidyn.identify.diagnosis.improved.rivals import found_model, rivals
+from exidyn.identify.diagnosis.improved.improved import found_model, rivals
 from exidyn.identify.diagnosis.words.naming import effect_words
 from exidyn.identify.effects import Payload
 from exidyn.identify.errors import ExidynError

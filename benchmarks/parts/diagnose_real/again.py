@@ -5,7 +5,7 @@ from typing import Any
 from exidyn.identify.diagnosis.candidates import kind_of
 from exidyn.identify.diagnosis.diagnose import diagnose
 from exidyn.identify.diagnosis.findings.finding import Diagnosis, Finding
-from exidyn.identify.diagnosis.improved.rivals import found_model, left_out
+from exidyn.identify.diagnosis.improved.improved import found_model, left_out
 from exidyn.identify.diagnosis.refit import undone
 
 from .sets import Case, Runs

@@ -11,8 +11,7 @@ from ..blocks.prediction import CERTAIN
 from ..questions.block_answer import Answer
 from ..questions.candidate import Thinned
 from ..runs.driven import Driven
-from ..runs.nuisances import with_nuisances
-from ..runs.rows import Rows, model_rows
+from ..runs.rows import Rows, model_rows, with_nuisances
 from ..search.problem import Problem, with_found
 
 ENOUGH = 2.5

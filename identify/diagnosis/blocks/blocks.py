@@ -1,11 +1,12 @@
-"""Blocks: the runs cut into pieces of some seconds, each of which can be left out and predicted."""
+"""Blocks: pieces of runs, each of which can be left out and predicted, and sums of products over them."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ..runs.driven import Driven, slices
+from ..runs.rows import Rows
 
 SECONDS = 2.0
 """Length of a block [s]: several times as long as what is left of a model remembers, a second at most."""
@@ -55,3 +56,102 @@ class Blocks:
 def period(run: Driven) -> float:
     """Time between rows [s]."""
     return 1.0 / run.prepared.decimation.output_rate
+
+
+@dataclass(frozen=True, eq=False)
+class BlockSums:
+    """Products over the rows that count; lists have an entry for each joint.
+
+    Attributes:
+        pieces: Rows of each block.
+        acting: Unknowns that give torque to the joint, (a,).
+        columns: Columns of those unknowns, (r, a).
+        torque: What they are to explain, (r,).
+        gram: Products of columns of each block, (k, a, a).
+        right: Products of columns and torque of each block, (k, a).
+        counts: Rows that count, shape (k, n).
+    """
+
+    pieces: tuple[slice, ...]
+    acting: list[np.ndarray]
+    columns: list[np.ndarray]
+    torque: list[np.ndarray]
+    gram: list[np.ndarray]
+    right: list[np.ndarray]
+    counts: np.ndarray
+
+    @classmethod
+    def of(cls, rows: Rows, blocks: Blocks) -> "BlockSums":
+        """Of all rows and unknowns."""
+        joints, pieces = range(rows.difference.shape[1]), blocks.rows
+        nothing = cls(
+            pieces,
+            [np.zeros(0, int) for _ in joints],
+            [np.zeros((len(rows.difference), 0)) for _ in joints],
+            [rows.difference[:, j] * rows.weight[:, j] for j in joints],
+            [np.zeros((len(pieces), 0, 0)) for _ in joints],
+            [np.zeros((len(pieces), 0)) for _ in joints],
+            np.array([rows.weight[piece].sum(axis=0) for piece in pieces]),
+        )
+        return nothing.plus(rows, 0)
+
+    def plus(self, rows: Rows, count: int) -> "BlockSums":
+        """Of rows with more unknowns behind the first `count`, whose products are known."""
+        acting, columns, gram, right = [], [], [], []
+        for joint, own in enumerate(self.columns):
+            places = count + np.flatnonzero(np.any(rows.columns[:, joint, count:], axis=0))
+            new = rows.columns[:, joint, places] * rows.weight[:, joint, None]
+            explained = by_block(self.pieces, new, self.torque[joint])
+            acting.append(np.append(self.acting[joint], places))
+            columns.append(np.concatenate([own, new], axis=1))
+            gram.append(_bordered(self.pieces, own, new, self.gram[joint]))
+            right.append(np.concatenate([self.right[joint], explained], axis=1))
+        return replace(self, acting=acting, columns=columns, gram=gram, right=right)
+
+    @property
+    def square(self) -> np.ndarray:
+        """Sum of squares of the torque of each block and joint, shape (k, n) [(N m)^2]."""
+        return np.array([[float(y[piece] @ y[piece]) for y in self.torque] for piece in self.pieces])
+
+    def whole(self, weight: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
+        """Products over all joints for each block, (k, b, b) and (k, b), by a weight (k, n)."""
+        gram, right = np.zeros((len(weight), count, count)), np.zeros((len(weight), count))
+        for joint, acting in enumerate(self.acting):
+            own = weight[:, joint, None]
+            gram[:, acting[:, None], acting] += own[:, :, None] * self.gram[joint]
+            right[:, acting] += own * self.right[joint]
+        return gram, right
+
+    def left(self, values: np.ndarray) -> np.ndarray:
+        """What unknowns (b,) leave of the torque, zero where a row does not count, shape (r, n) [N m]."""
+        every = zip(self.columns, self.torque, self.acting, strict=True)
+        return np.stack([y - own @ values[acting] for own, y, acting in every], axis=1)
+
+    def mixed(self, torque: np.ndarray, count: int) -> np.ndarray:
+        """Products of the columns of all unknowns with another torque (r, n), shape (b,)."""
+        found = np.zeros(count)
+        for own, acting, y in zip(self.columns, self.acting, torque.T, strict=True):
+            found[acting] += own.T @ y
+        return found
+
+    def errors(self, values: np.ndarray) -> np.ndarray:
+        """Sums of squares that values (k, b), one set for each block, leave of it, shape (k, n)."""
+        found = np.zeros(self.counts.shape)
+        for joint, (own, y, acting) in enumerate(zip(self.columns, self.torque, self.acting, strict=True)):
+            for block, piece in enumerate(self.pieces):
+                left = y[piece] - own[piece] @ values[block, acting]
+                found[block, joint] = left @ left
+        return found
+
+
+def by_block(pieces: Sequence[slice], one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """Products one' other over the rows of each block: (r, a) and (r, ...) give (k, a, ...)."""
+    return np.stack([one[piece].T @ other[piece] for piece in pieces])
+
+
+def _bordered(pieces: Sequence[slice], own: np.ndarray, new: np.ndarray, gram: np.ndarray) -> np.ndarray:
+    """Products of columns with themselves (k, a, a), from those (k, b, b) of the first of them."""
+    mixed = by_block(pieces, own, new)
+    above = np.concatenate([gram, mixed], axis=2)
+    below = np.concatenate([mixed.transpose(0, 2, 1), by_block(pieces, new, new)], axis=2)
+    return np.concatenate([above, below], axis=1)

@@ -9,8 +9,7 @@ from ... import positive_definite
 from ...positive_definite import Factor, solve
 from ..runs.rows import Rows
 from .block_likelihood import common_variance, independent_share, log_probability, trust
-from .block_sums import BlockSums
-from .blocks import Blocks
+from .blocks import Blocks, BlockSums
 
 TURNS = 6
 """Times that unknowns, noise and trust are found in turn, at most."""

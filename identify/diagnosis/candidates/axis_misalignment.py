@@ -19,8 +19,7 @@ from ..findings.finding import Finding
 from ..findings.kind import Kind
 from ..findings.quantities import length
 from ..questions.candidate import Candidate
-from ..runs.driven import Driven
-from ..runs.tangent import knots, over_knots
+from ..runs.driven import Driven, knots, over_knots
 from .parts.motors import on_motors
 from .parts.rare import RARE
 

@@ -12,7 +12,7 @@ from ..findings.finding import Finding
 from ..findings.kind import Kind
 from ..questions.candidate import Candidate
 from ..runs.driven import Driven
-from ..runs.nuisances import REVERSALS
+from ..runs.rows import REVERSALS
 from .parts.motors import on_motors
 from .parts.of_effect import of_effect, on_each_joint
 

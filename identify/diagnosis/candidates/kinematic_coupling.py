@@ -17,8 +17,7 @@ from ...model import Model
 from ..findings.finding import Finding
 from ..findings.kind import Kind
 from ..questions.candidate import UNNAMED, Candidate
-from ..runs.driven import Driven
-from ..runs.tangent import link_torque
+from ..runs.driven import Driven, link_torque
 from .parts.motors import on_motors
 from .parts.of_effect import of_effect
 

@@ -13,7 +13,7 @@ from ..findings.finding import Finding
 from ..findings.kind import Kind, Undo
 from ..questions.candidate import UNNAMED, Candidate
 from ..runs.driven import Driven
-from ..runs.nuisances import torque_rate
+from ..runs.rows import torque_rate
 from .parts.rare import RARE
 
 APART = 1.5

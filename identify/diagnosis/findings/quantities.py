@@ -1,4 +1,4 @@
-"""Numbers in sentences: as many digits as their intervals deserve, in the unit that people use."""
+"""Quantities of a finding: by name with deviations and units, and as they are written in sentences."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from ...fit.warnings.verdict import NORMAL_95
+from ..questions.candidate import UNNAMED, Candidate
 from .finding import Finding, Quantity
 
 TURNING, SLIDING = "N m", "N"
@@ -86,3 +87,44 @@ def _plain(name: str) -> str:
     """Rcos2_3 -> Rcos: the letters, up to the first digit, of a name that has any."""
     cut = next((place for place, letter in enumerate(name) if letter.isdigit()), len(name))
     return name[:cut].rstrip("_") or name
+
+
+ROUNDING = 1e-6
+"""Of a solution, over its standard deviation [-]."""
+
+
+def quantities(
+    candidate: Candidate, values: np.ndarray, std: np.ndarray, shape: Mapping[str, float]
+) -> dict[str, Quantity]:
+    """What people are given of a finding.
+
+    Args:
+        candidate: In the shape that was found.
+        values: Its coefficients, shape (p,).
+        std: Their standard deviations, shape (p,).
+        shape: Those of the numbers of its shape, and of what follows from it, by name.
+    """
+    # What is held at a limit is there to the rounding of the solution.
+    within = np.where(
+        np.abs(values - candidate.lower) < ROUNDING * std.max(initial=0.0), candidate.lower, values
+    )
+    numbers = {
+        name: Quantity(float(value), float(deviation), unit)
+        for name, value, deviation, unit in zip(
+            candidate.names, *candidate.reported_as(within, std), candidate.units, strict=True
+        )
+        if not name.startswith(UNNAMED)
+    }
+    shape = {**shape, **candidate.known}
+    units = {name: bounds.unit for name, bounds in candidate.bounds.items()}
+    return (
+        numbers
+        | {
+            name: Quantity(value, shape.get(name, float("nan")), units.get(name, "1"))
+            for name, value in candidate.shape.items()
+        }
+        | {
+            name: Quantity(value, shape.get(name, float("nan")), unit)
+            for name, (value, unit) in candidate.reported.items()
+        }
+    )

@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..blocks.amplitude import Amplitude, all_or_nothing, amplitude
+from ..blocks.block_likelihood import Amplitude, all_or_nothing, amplitude
 from ..blocks.prediction import CERTAIN
 from .candidate import SIZE, Candidate, Thinned
 

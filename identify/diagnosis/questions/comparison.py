@@ -5,8 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..blocks.amplitude import all_or_nothing
-from ..blocks.block_likelihood import trusted
+from ..blocks.block_likelihood import all_or_nothing, trusted
 from ..blocks.prediction import Prediction
 from .block_answer import Answer, against_all
 from .question import predicted_change

@@ -9,8 +9,7 @@ from ..blocks.block_likelihood import strain, trusted
 from ..blocks.prediction import Prediction
 from .block_answer import Answer, prior_std
 from .candidate import Candidate, Thinned
-from .candidate_fit import Fitted, beside_limits, fitted, solved
-from .products import Products
+from .candidate_fit import Fitted, Products, beside_limits, fitted, solved
 
 TOGETHER = 48
 """Candidates that are asked for at once: some tens of megabytes of products."""

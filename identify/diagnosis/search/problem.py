@@ -10,16 +10,14 @@ import numpy as np
 
 from ...model import Model
 from ...positive_definite import solve
-from ..blocks.block_sums import BlockSums
-from ..blocks.blocks import Blocks
+from ..blocks.blocks import Blocks, BlockSums
 from ..blocks.prediction import CERTAIN, Prediction, factored
 from ..candidates import candidates
 from ..candidates.contact_event import Reach
 from ..questions.block_answer import Answer
 from ..questions.candidate import Candidate, Thinned
 from ..runs.driven import Driven
-from ..runs.nuisances import CLOCK, REVERSAL, with_nuisances
-from ..runs.rows import Rows, model_rows
+from ..runs.rows import CLOCK, REVERSAL, Rows, model_rows, with_nuisances
 from ..runs.usable import HELD_OUT
 from .reloading import Known, alike, anew
 from .shapes import Shaped, asked_again

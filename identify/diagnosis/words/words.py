@@ -7,7 +7,7 @@ import numpy as np
 from ...fit.warnings.verdict import TO_NOISE
 from ..candidates import kind_of, kinds
 from ..findings.finding import Alternative, Diagnosis, Finding, Remainder
-from ..improved.rivals import FOUND, Rival, rivals
+from ..improved.improved import FOUND, Rival, rivals
 from ..results.remainder import MATERIAL
 from ..search.selected import EXCLUDED
 from .measures import by_kind, noise_measured, slides, torque_units

@@ -15,7 +15,7 @@ from exidyn.acquire.files.report_files import read_page_data
 from exidyn.identify.diagnosis import Quantity, Remainder
 from exidyn.identify.diagnosis.diagnose import Diagnosed
 from exidyn.identify.diagnosis.findings.finding import Moment
-from exidyn.identify.diagnosis.improved.rivals import as_finding
+from exidyn.identify.diagnosis.improved.improved import as_finding
 from exidyn.identify.diagnosis.runs.usable import usable
 from exidyn.identify.errors import RobotWarning
 from exidyn.identify.fit.fit_file import read_fit

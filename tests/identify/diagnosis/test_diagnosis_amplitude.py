@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from exidyn.identify.diagnosis.blocks.amplitude import all_or_nothing, amplitude
+from exidyn.identify.diagnosis.blocks.block_likelihood import all_or_nothing, amplitude
 
 BLOCKS = 24
 REPEATS = 400

@@ -8,8 +8,7 @@ import pytest
 
 from exidyn.identify.diagnosis.diagnose import diagnose, noise_floor
 from exidyn.identify.diagnosis.questions.question import ask
-from exidyn.identify.diagnosis.results.budget import NOISE, OTHER, budget
-from exidyn.identify.diagnosis.results.changes import changes
+from exidyn.identify.diagnosis.results.budget import NOISE, OTHER, budget, changes
 from exidyn.identify.diagnosis.results.remainder import discrepancies
 from exidyn.identify.diagnosis.runs.usable import usable
 from exidyn.identify.diagnosis.search.selected import Selected

@@ -7,7 +7,7 @@ import pytest
 
 from exidyn.identify.diagnosis import Quantity, diagnose
 from exidyn.identify.diagnosis.candidates.time_delay import earlier
-from exidyn.identify.diagnosis.runs.nuisances import CLOCKS
+from exidyn.identify.diagnosis.runs.rows import CLOCKS
 from exidyn.identify.recordings.recording import Recording
 
 from ...parts.small.small_diagnosis import nominal_model, recordings

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from exidyn.identify.diagnosis.blocks.block_likelihood import trusted
-from exidyn.identify.diagnosis.blocks.block_sums import BlockSums
-from exidyn.identify.diagnosis.blocks.blocks import FEWEST, MOST, SHORTEST, Blocks
+from exidyn.identify.diagnosis.blocks.blocks import FEWEST, MOST, SHORTEST, Blocks, BlockSums
 from exidyn.identify.diagnosis.questions.block_answer import prior_std
 from exidyn.identify.diagnosis.questions.question import ask
 from exidyn.identify.diagnosis.search.selected import contradicted

@@ -13,9 +13,8 @@ from exidyn.identify.diagnosis.questions.candidate import Candidate, Thinned
 from exidyn.identify.diagnosis.questions.comparison import better, by_blocks, competing
 from exidyn.identify.diagnosis.questions.question import ask
 from exidyn.identify.diagnosis.questions.shape import refined, with_shape
-from exidyn.identify.diagnosis.results.evidence import places_of
-from exidyn.identify.diagnosis.results.shape_uncertainty import deviations
-from exidyn.identify.diagnosis.runs.nuisances import CLOCK, torque_rate
+from exidyn.identify.diagnosis.results.evidence import deviations, places_of
+from exidyn.identify.diagnosis.runs.rows import CLOCK, torque_rate
 from exidyn.identify.diagnosis.search import once, search, selected
 from exidyn.identify.diagnosis.search.once import moments
 from exidyn.identify.diagnosis.search.ranking import _by_hypothesis

@@ -12,8 +12,7 @@ from exidyn.identify.arm.newton_euler import joints_of
 from exidyn.identify.diagnosis.candidates import candidates, hypotheses
 from exidyn.identify.diagnosis.candidates.axis_misalignment import across
 from exidyn.identify.diagnosis.candidates.hose_spring import flange_places
-from exidyn.identify.diagnosis.runs.driven import Driven
-from exidyn.identify.diagnosis.runs.tangent import link_torque
+from exidyn.identify.diagnosis.runs.driven import Driven, link_torque
 from exidyn.identify.effects import RigidBody, ViscousFriction
 from exidyn.identify.model import Model
 from exidyn.identify.simulation.plant.bodies_apart import bodies_apart

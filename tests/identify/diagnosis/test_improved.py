@@ -13,8 +13,7 @@ from exidyn.identify.diagnosis.candidates.joint_elasticity import gears
 from exidyn.identify.diagnosis.findings.arm_bodies import inertial_values, pseudo_inertia
 from exidyn.identify.diagnosis.findings.trace import Evidence
 from exidyn.identify.diagnosis.improved.forward import forward
-from exidyn.identify.diagnosis.improved.improved import as_found, as_nominal
-from exidyn.identify.diagnosis.improved.rivals import found_model, rivals
+from exidyn.identify.diagnosis.improved.improved import as_found, as_nominal, found_model, rivals
 from exidyn.identify.diagnosis.questions.candidate import Candidate
 from exidyn.identify.diagnosis.refit import model_to_fit, refit, undone
 from exidyn.identify.diagnosis.runs.driven import Driven

@@ -10,7 +10,7 @@ from scipy import optimize
 
 from exidyn.identify.diagnosis.questions.block_answer import Answer
 from exidyn.identify.diagnosis.questions.candidate import Candidate, Thinned
-from exidyn.identify.diagnosis.results.shape_uncertainty import deviations
+from exidyn.identify.diagnosis.results.evidence import deviations
 from exidyn.identify.diagnosis.search.selected import Selected
 from exidyn.identify.effects import Shape
 

@@ -8,7 +8,7 @@ import numpy as np
 from ....model import Model
 from ...questions.candidate import UNNAMED, Candidate
 from ...runs.driven import Driven
-from ...runs.nuisances import PRESLIDING, REVERSAL_STD, REVERSALS, dry, turning
+from ...runs.rows import PRESLIDING, REVERSAL_STD, REVERSALS, dry, turning
 from .motors import on_motors
 
 COUNT = len(REVERSALS) - 1 + len(PRESLIDING)
