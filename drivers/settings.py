@@ -1,9 +1,11 @@
 """Settings of a driver: a frozen dataclass whose fields state their meaning, read from a TOML table."""
 
 from collections.abc import Mapping
-from dataclasses import MISSING, dataclass, field, fields
+from dataclasses import MISSING, Field, dataclass, field, fields
 from textwrap import wrap
-from typing import Any
+from typing import Any, get_args, get_origin, get_type_hints
+
+import msgspec
 
 from .errors import BadSettings, listed
 
@@ -11,6 +13,7 @@ FARTHEST = 1e9
 """Size of a number where no closer limit is given: radians, counts, baud and nanoseconds stay below it."""
 WIDTH = 80
 """Columns of a comment: what every terminal shows."""
+_NAMES = {int: "a whole number", float: "a number", str: "a text", bool: "true or false"}
 
 
 @dataclass(frozen=True)
@@ -23,7 +26,6 @@ class About:
         low: Smallest valid number.
         high: Largest valid number.
         choices: Valid values.
-        per_joint: Whether there is one for each joint; a single value is then taken for all.
     """
 
     text: str
@@ -31,22 +33,15 @@ class About:
     low: float = -FARTHEST
     high: float = FARTHEST
     choices: tuple[Any, ...] = ()
-    per_joint: bool = False
 
 
 def setting(default: Any, text: str, **about: Any) -> Any:
     """Declare a field of a driver's settings; `...` as default makes it required. `about` as in `About`.
 
-    The type of the value is the type of the default, or for a required one that of `kind`.
+    A field of type `tuple[T, ...]` has a value for each joint; a single one is then taken for all.
     """
-    kind = about.pop("kind", type(default))
-    metadata = {"about": About(text, **about), "kind": kind}
+    metadata = {"about": About(text, **about)}
     return field(metadata=metadata) if default is ... else field(default=default, metadata=metadata)
-
-
-def joint_setting(default: Any, text: str, **about: Any) -> Any:
-    """As `setting`, one for each joint."""
-    return setting(default, text, per_joint=True, **about)
 
 
 def read_settings(cls: type[Any], table: Mapping[str, Any], joints: int, where: str) -> Any:
@@ -55,48 +50,57 @@ def read_settings(cls: type[Any], table: Mapping[str, Any], joints: int, where: 
     Args:
         cls: The driver's `Settings`.
         table: Name -> value.
-        joints: Number of joints n; settings that are `per_joint` become tuples of that length.
+        joints: Number of joints n.
         where: What to call the table in messages.
 
     Raises:
         BadSettings: An unknown name, a value that cannot be, or one that is missing.
     """
-    known = {f.name: f for f in fields(cls)}
-    unknown = [name for name in table if name not in known]
-    if unknown:
+    known, kinds = {f.name: f for f in fields(cls)}, get_type_hints(cls)
+    unknown = next((name for name in table if name not in known), None)
+    if unknown is not None:
         raise BadSettings(
-            f"{where}: unknown setting '{unknown[0]}'. Valid: {listed(known, unknown[0])}; see exidyn drivers"
+            f"{where}: unknown setting '{unknown}'. Valid: {listed(known, unknown)}; see exidyn drivers"
         )
-    missing = [n for n, f in known.items() if f.default is MISSING and n not in table]
+    missing = [f"{n} ({_about(f).text})" for n, f in known.items() if f.default is MISSING and n not in table]
     if missing:
-        texts = ", ".join(f"{name} ({known[name].metadata['about'].text})" for name in missing)
-        raise BadSettings(f"{where}: missing {texts}")
-    values = {n: table[n] if n in table else f.default for n, f in known.items()}
-    return cls(**{n: _value(known[n].metadata, v, joints, f"{where}: {n}") for n, v in values.items()})
+        raise BadSettings(f"{where}: missing {', '.join(missing)}")
+    values = {}
+    for name, f in known.items():
+        value, kind, place = table.get(name, f.default), kinds[name], f"{where}: {name}"
+        if _is_per_joint(kind):
+            many = list(value) if isinstance(value, list | tuple) else [value] * joints
+            if len(many) != joints:
+                raise BadSettings(f"{place} has {len(many)} entries, the arm {joints} joints")
+            checked = (
+                _checked(_about(f), get_args(kind)[0], one, f"{place}[{k}]") for k, one in enumerate(many)
+            )
+            values[name] = tuple(checked)
+        else:
+            values[name] = _checked(_about(f), kind, value, place)
+    return cls(**values)
 
 
 def listed_joints(cls: type[Any], table: Mapping[str, Any]) -> int:
     """Length of the first setting that is given as a list with one entry a joint; 0 if none is."""
-    lists = (table.get(f.name) for f in fields(cls) if f.metadata["about"].per_joint)
+    lists = (table.get(name) for name, kind in get_type_hints(cls).items() if _is_per_joint(kind))
     return next((len(one) for one in lists if isinstance(one, list | tuple)), 0)
 
 
-def _value(metadata: Mapping[str, Any], value: Any, joints: int, where: str) -> Any:
-    about: About = metadata["about"]
-    if not about.per_joint:
-        return _one(metadata, value, where)
-    many = list(value) if isinstance(value, list | tuple) else [value] * joints
-    if len(many) != joints:
-        raise BadSettings(f"{where} has {len(many)} entries, the arm {joints} joints")
-    return tuple(_one(metadata, one, f"{where}[{place}]") for place, one in enumerate(many))
+def _about(f: Field[Any]) -> About:
+    about: About = f.metadata["about"]
+    return about
 
 
-def _one(metadata: Mapping[str, Any], value: Any, where: str) -> Any:
-    about, kind = metadata["about"], metadata["kind"]
-    if kind is float and isinstance(value, int) and not isinstance(value, bool):
-        value = float(value)
-    if not isinstance(value, kind) or (kind is not bool and isinstance(value, bool)):
-        raise BadSettings(f"{where} is {value!r}; expected {_NAMES[kind]}: {about.text}")
+def _is_per_joint(kind: Any) -> bool:
+    return get_origin(kind) is tuple
+
+
+def _checked(about: About, kind: type[Any], value: Any, where: str) -> Any:
+    try:
+        value = msgspec.convert(value, kind)
+    except msgspec.ValidationError:
+        raise BadSettings(f"{where} is {value!r}; expected {_NAMES[kind]}: {about.text}") from None
     if kind in (int, float) and not about.low <= value <= about.high:
         unit = f" {about.unit}" if about.unit else ""
         raise BadSettings(f"{where} is {value:g}{unit}; valid are {about.low:g} to {about.high:g}")
@@ -105,22 +109,17 @@ def _one(metadata: Mapping[str, Any], value: Any, where: str) -> Any:
     return value
 
 
-_NAMES = {int: "a whole number", float: "a number", str: "a text", bool: "true or false"}
-
-
 def template(cls: type[Any]) -> str:
     """The settings as a TOML table with their defaults, each explained; required ones are left empty."""
-    lines = []
+    lines, kinds = [], get_type_hints(cls)
     for f in fields(cls):
-        about: About = f.metadata["about"]
-        facts = [
-            about.text,
-            f"[{about.unit}]" if about.unit else "",
-            "a value, or a list with one a joint" * about.per_joint,
-        ]
+        about, required = _about(f), f.default is MISSING
+        facts = [about.text]
+        facts += [f"[{about.unit}]"] if about.unit else []
+        facts += ["a value, or a list with one a joint"] if _is_per_joint(kinds[f.name]) else []
         facts += [f"one of {', '.join(map(str, about.choices))}"] if about.choices else []
-        required = f.default is MISSING
-        words = "; ".join(filter(None, [*facts, "required" * required]))
+        facts += ["required"] if required else []
+        words = "; ".join(facts)
         lines += wrap(words, WIDTH, initial_indent="# ", subsequent_indent="# ", break_on_hyphens=False)
         lines.append(f"# {f.name} =" if required else f"{f.name} = {_toml(f.default)}")
     return "\n".join(lines) + "\n"

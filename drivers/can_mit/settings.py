@@ -8,7 +8,7 @@ import numpy as np
 from ..can.can_bus import bus_load, read_options, require_interface, require_room
 from ..driver import Arm, Info
 from ..errors import BadSettings
-from ..settings import joint_setting, setting
+from ..settings import setting
 from .damiao import TIMEOUT_UNIT, Found
 from .mit_frame import DAMIAO, KD, KP, MODELS, T_MOTOR, Motor, Ranges, State, error_text
 
@@ -20,30 +20,26 @@ OWN = {"Damiao": DAMIAO, "T-Motor": T_MOTOR}
 class MitSettings:
     """How the motors are reached, how stiff they are, and what their numbers mean."""
 
-    model: tuple[str, ...] = joint_setting(..., "of the motor", kind=str, choices=(*MODELS, *OWN))
-    ids: tuple[int, ...] = joint_setting(
-        ..., "identifier of its commands (ESC_ID)", kind=int, low=1, high=0x7FE
-    )
-    kp: tuple[float, ...] = joint_setting(..., "stiffness", kind=float, unit="N m/rad", low=0.0, high=KP)
-    kd: tuple[float, ...] = joint_setting(..., "damping", kind=float, unit="N m s/rad", low=0.0, high=KD)
-    masters: tuple[int, ...] = joint_setting(0, "identifier of its answers (MST_ID)", low=0, high=0x7FE)
-    sign: tuple[int, ...] = joint_setting(
-        1, "1, or -1 where the motor counts against the joint", low=-1, high=1
-    )
-    zero: tuple[float, ...] = joint_setting(0.0, "position of the joint at motor zero", unit="rad")
-    position_range: tuple[float, ...] = joint_setting(
+    model: tuple[str, ...] = setting(..., "of the motor", choices=(*MODELS, *OWN))
+    ids: tuple[int, ...] = setting(..., "identifier of its commands (ESC_ID)", low=1, high=0x7FE)
+    kp: tuple[float, ...] = setting(..., "stiffness", unit="N m/rad", low=0.0, high=KP)
+    kd: tuple[float, ...] = setting(..., "damping", unit="N m s/rad", low=0.0, high=KD)
+    masters: tuple[int, ...] = setting(0, "identifier of its answers (MST_ID)", low=0, high=0x7FE)
+    sign: tuple[int, ...] = setting(1, "-1 where the motor counts against the joint", choices=(1, -1))
+    zero: tuple[float, ...] = setting(0.0, "position of the joint at motor zero", unit="rad")
+    position_range: tuple[float, ...] = setting(
         0.0, "largest position in a frame, PMAX; 0 is the model's", unit="rad", low=0.0, high=1e3
     )
-    velocity_range: tuple[float, ...] = joint_setting(
+    velocity_range: tuple[float, ...] = setting(
         0.0, "largest velocity, VMAX; 0 is the model's", unit="rad/s", low=0.0, high=1e3
     )
-    torque_range: tuple[float, ...] = joint_setting(
+    torque_range: tuple[float, ...] = setting(
         0.0, "largest torque, TMAX; 0 is the model's", unit="N m", low=0.0, high=1e3
     )
-    current_range: tuple[float, ...] = joint_setting(
+    current_range: tuple[float, ...] = setting(
         0.0, "T-Motor: largest current in an answer; 0 reads torque", unit="A", low=0.0, high=1e3
     )
-    torque_constant: tuple[float, ...] = joint_setting(
+    torque_constant: tuple[float, ...] = setting(
         0.0, "at the output; 0 is unknown", unit="N m/A", low=0.0, high=1e3
     )
     interface: str = setting("socketcan", "interface of python-can")
@@ -104,8 +100,6 @@ def require_sound(s: MitSettings, arm: Arm) -> None:
     require_interface(s.interface)
     read_options(s.options)
     _require_distinct(s)
-    if 0 in s.sign:
-        raise BadSettings(f"sign is 0 for {arm.joints[s.sign.index(0)]}; valid are 1 and -1")
     for joint, motor in enumerate(s.motors(arm.joints)):
         if 0.0 in motor.commanded:
             raise BadSettings(

@@ -8,7 +8,7 @@ import numpy as np
 from ..can.can_bus import bus_load, read_options, require_interface, require_room
 from ..driver import Arm
 from ..errors import BadSettings
-from ..settings import joint_setting, setting
+from ..settings import setting
 from . import cia402 as c
 from .drive import EffortWish, read_object
 from .frames import COMMANDED, measured_sizes
@@ -23,36 +23,32 @@ RANGE = 2**31
 class CanopenSettings:
     """How the drives are reached, and what their units mean."""
 
-    nodes: tuple[int, ...] = joint_setting(..., "node number", kind=int, low=1, high=126)
-    counts: tuple[float, ...] = joint_setting(
-        ..., "counts of 0x6064 per revolution of the motor", kind=float, low=1, high=RANGE
+    nodes: tuple[int, ...] = setting(..., "node number", low=1, high=126)
+    counts: tuple[float, ...] = setting(
+        ..., "counts of 0x6064 per revolution of the motor", low=1, high=RANGE
     )
-    gear: tuple[float, ...] = joint_setting(
+    gear: tuple[float, ...] = setting(
         1.0, "revolutions of the motor per revolution of the joint", low=1e-3, high=1e5
     )
-    sign: tuple[int, ...] = joint_setting(
-        1, "1, or -1 where the drive counts against the joint", low=-1, high=1
-    )
-    zero: tuple[float, ...] = joint_setting(0.0, "position of the joint at count zero", unit="rad")
+    sign: tuple[int, ...] = setting(1, "-1 where the drive counts against the joint", choices=(1, -1))
+    zero: tuple[float, ...] = setting(0.0, "position of the joint at count zero", unit="rad")
     effort: str = setting(
         "auto",
         "what is measured besides position; auto is current, or torque 0x6077 where a drive has no current",
         choices=("auto", "current", "torque"),
     )
-    current_object: tuple[str, ...] = joint_setting(
-        "0x6078:0 int16", "object of the current, as 'index:sub type'"
-    )
-    current_scale: tuple[float, ...] = joint_setting(
+    current_object: tuple[str, ...] = setting("0x6078:0 int16", "object of the current, as 'index:sub type'")
+    current_scale: tuple[float, ...] = setting(
         0.0,
         "what a count of that object means; 0 for a thousandth of rated current",
         unit="A per count",
         low=0.0,
         high=1e3,
     )
-    rated_current: tuple[float, ...] = joint_setting(
+    rated_current: tuple[float, ...] = setting(
         0.0, "rated current of the motor; 0 for what 0x6075 has", unit="A", low=0.0, high=1e4
     )
-    rated_torque: tuple[float, ...] = joint_setting(
+    rated_torque: tuple[float, ...] = setting(
         0.0, "rated torque of the motor; 0 for what 0x6076 has", unit="N m", low=0.0, high=1e5
     )
     ampere: str = setting("rms", "what the drive's maker means by amperes", choices=("rms", "peak", "dc"))
@@ -78,7 +74,7 @@ class CanopenSettings:
     abort_connection: int = setting(
         3, "0x6007, when the host is silent: 3 quick stop, 2 switch off, 1 fault", low=1, high=3
     )
-    following_error: tuple[float, ...] = joint_setting(
+    following_error: tuple[float, ...] = setting(
         0.0, "window 0x6065; 0 leaves the drive's", unit="rad", low=0.0, high=10.0
     )
     following_time: float = setting(0.02, "how long it may be exceeded", unit="s", low=0.0, high=10.0)
@@ -141,8 +137,6 @@ def require_sound(s: CanopenSettings, arm: Arm) -> None:
     twice = {number for number in numbers if numbers.count(number) > 1}
     if twice:
         raise BadSettings(f"node number {min(twice)} is used twice, among nodes and host_node")
-    if 0 in s.sign:
-        raise BadSettings(f"sign is 0 for {arm.joints[s.sign.index(0)]}; valid are 1 and -1")
     for name, wish in zip(arm.joints, s.efforts, strict=True):
         if wish.scale and wish.rated_current:
             raise BadSettings(

@@ -17,7 +17,7 @@ from ..servo.servo_bus import LENGTHS, TRIES, ServoBus
 from ..servo.servo_driver import ServoDriver
 from ..servo.servo_line import Codec, Reading, Status
 from ..servo.servo_units import Goals, Measured, ServoSettings
-from ..settings import joint_setting, setting
+from ..settings import setting
 from . import packet as packets
 from . import registers
 from .health import (
@@ -40,7 +40,7 @@ class DynamixelSettings(ServoSettings):
     """Settings of an arm of Dynamixel servos."""
 
     operating_mode: str = setting("position", "in which the servos are", choices=tuple(registers.MODES))
-    current_unit: tuple[float, ...] = joint_setting(
+    current_unit: tuple[float, ...] = setting(
         0.0, "current of a count; 0 looks it up by model", unit="A", low=0.0, high=1.0
     )
     fast_sync_read: str = setting(

@@ -16,7 +16,7 @@ from ..servo.servo_bus import LENGTHS, ServoBus
 from ..servo.servo_driver import ServoDriver
 from ..servo.servo_line import Codec, Reading, Register, Status
 from ..servo.servo_units import Goals, Measured, ServoSettings
-from ..settings import joint_setting, setting
+from ..settings import setting
 from . import packet as packets
 
 BAUDRATES = (38_400, 57_600, 115_200, 250_000, 500_000, 1_000_000)
@@ -69,9 +69,7 @@ ALARMS = ("voltage", "encoder", "overheating", "overcurrent", "", "overload")
 class FeetechSettings(ServoSettings):
     """Settings of an arm of Feetech servos."""
 
-    current_unit: tuple[float, ...] = joint_setting(
-        6.5e-3, "current of a count", unit="A", low=1e-6, high=1.0
-    )
+    current_unit: tuple[float, ...] = setting(6.5e-3, "current of a count", unit="A", low=1e-6, high=1.0)
     acceleration: int = setting(
         254, "with which servos follow their goals", unit="100 counts/s^2", low=0, high=254
     )

@@ -14,7 +14,7 @@ from .target_stream import CYCLE, LOWER, UPPER, VELOCITY
 class FrankaSettings:
     """Settings of a Franka controller."""
 
-    address: str = setting(..., "of the controller's shop floor network, such as 172.16.0.2", kind=str)
+    address: str = setting(..., "of the controller's shop floor network, such as 172.16.0.2")
     buffer: float = setting(
         0.02,
         "by which commands are held back: what this computer may be late by without a stop",

@@ -6,7 +6,7 @@ from ipaddress import ip_address
 import numpy as np
 
 from ..errors import BadSettings
-from ..settings import joint_setting, setting
+from ..settings import setting
 from .config import RsiConfig, read_config, standard_config
 
 FAST, SLOW = 0.004, 0.012
@@ -17,7 +17,7 @@ FAST, SLOW = 0.004, 0.012
 class RsiSettings:
     """Settings of the KUKA driver."""
 
-    controller: str = setting(..., "address of the controller; telegrams of others are ignored", kind=str)
+    controller: str = setting(..., "address of the controller; telegrams of others are ignored")
     config: str = setting("", "copy of the controller's RSI_EthernetConfig.xml; without it, the values below")
     bind: str = setting("", "address of this computer to listen on; by default IP_NUMBER of the config")
     port: int = setting(0, "port to listen on; by default the config's, or 49152", low=0, high=65535)
@@ -30,28 +30,24 @@ class RsiSettings:
     mode: str = setting("absolute", "the argument of RSI_ON", choices=("absolute", "relative"))
     probe: bool = setting(True, "see what corrections do by at most 0.05 degrees before a motion")
     axes: str = setting("", "axis of each joint with spaces between; by default A1 A2 ...")
-    sign: tuple[float, ...] = joint_setting(
-        1.0, "-1 where an axis turns the other way than its joint", low=-1, high=1
+    sign: tuple[float, ...] = setting(
+        1.0, "-1 where an axis turns the other way than its joint", choices=(1.0, -1.0)
     )
-    zero: tuple[float, ...] = joint_setting(
-        0.0, "position of the joint where the axis shows zero", unit="rad"
-    )
-    window_lower: tuple[float, ...] = joint_setting(
+    zero: tuple[float, ...] = setting(0.0, "position of the joint where the axis shows zero", unit="rad")
+    window_lower: tuple[float, ...] = setting(
         -5.0, "LowerLim of the AXISCORR object", unit="deg", low=-720.0, high=0.0
     )
-    window_upper: tuple[float, ...] = joint_setting(
+    window_upper: tuple[float, ...] = setting(
         5.0, "UpperLim of the AXISCORR object", unit="deg", low=0.0, high=720.0
     )
-    overall: tuple[float, ...] = joint_setting(
+    overall: tuple[float, ...] = setting(
         6.0, "Max of the AXISCORRMON object; 6 also where there is none", unit="deg", low=0.0, high=720.0
     )  # fmt: skip
     timeout: int = setting(
         100, "Timeout of the ETHERNET object; KUKA's default is 10", unit="cycles", low=5, high=10000
     )
-    current_unit: tuple[str, ...] = joint_setting(
-        "A", "unit of MACur on this controller", choices=("A", "percent")
-    )
-    i_max: tuple[float, ...] = joint_setting(
+    current_unit: tuple[str, ...] = setting("A", "unit of MACur on this controller", choices=("A", "percent"))
+    i_max: tuple[float, ...] = setting(
         0.0, "current that is 100 percent; for current_unit percent", unit="A", low=0.0
     )
     current_tag: str = setting("MACur", "element with the motors' currents")
@@ -119,6 +115,3 @@ def _look_over(settings: RsiSettings) -> None:
             f"driver kuka_rsi: cycle is {settings.cycle:g} s; a {settings.generation} has "
             f"{SLOW:g}{'' if slow_only else f' or {FAST:g}'}"
         )
-    for place, sign in enumerate(settings.sign):
-        if abs(sign) != 1.0:
-            raise BadSettings(f"driver kuka_rsi: sign[{place}] is {sign:g}; valid are 1 and -1")

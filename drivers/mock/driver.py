@@ -13,7 +13,7 @@ import numpy as np
 from ..driver import Arm, Driver, Info, Measured, StopLevel
 from ..errors import BadSettings, LinkLost, NotReady
 from ..host_clock import HostClock, Tick, host_time
-from ..settings import joint_setting, setting
+from ..settings import setting
 from ..values import Command, Sample
 from .drives import MockDrives
 from .faults import START, Reply, read_faults
@@ -80,10 +80,10 @@ class MockSettings:
         choices=("stepped", "real"),
     )
     silent: str = setting("", f"signals that are not measured, of {', '.join(SIGNALS[1:])}; commas between")
-    window: tuple[float, ...] = joint_setting(
+    window: tuple[float, ...] = setting(
         0.0, "largest way from where it stands; 0 for any", unit="rad", low=0.0, high=100.0
     )
-    deceleration: tuple[float, ...] = joint_setting(
+    deceleration: tuple[float, ...] = setting(
         10.0, "with which drives stop by themselves", unit="rad/s^2", low=0.1, high=1e3
     )
     dead_man: float = setting(

@@ -5,25 +5,21 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..settings import joint_setting, setting
+from ..settings import setting
 
 
 @dataclass(frozen=True)
 class ServoSettings:
     """Settings that all servo drivers share."""
 
-    port: str = setting(..., 'serial port of the adapter, such as "/dev/ttyUSB0"', kind=str)
-    ids: tuple[int, ...] = joint_setting(..., "id of each joint's servo", kind=int, low=0, high=252)
+    port: str = setting(..., 'serial port of the adapter, such as "/dev/ttyUSB0"')
+    ids: tuple[int, ...] = setting(..., "id of each joint's servo", low=0, high=252)
     baudrate: int = setting(1_000_000, "as set in the servos", unit="bit/s", low=9600, high=10_000_000)
     cycle: float = setting(0.002, "time between exchanges", unit="s", low=0.001, high=0.1)
-    counts_per_turn: tuple[int, ...] = joint_setting(
-        4096, "counts in a turn of the servo", low=1, high=1 << 24
-    )
-    gear: tuple[float, ...] = joint_setting(
-        1.0, "turns of the servo in a turn of the joint", low=1e-3, high=1e4
-    )
-    sign: tuple[int, ...] = joint_setting(1, "-1 where the servo turns against the joint", choices=(1, -1))
-    zero: tuple[int, ...] = joint_setting(
+    counts_per_turn: tuple[int, ...] = setting(4096, "counts in a turn of the servo", low=1, high=1 << 24)
+    gear: tuple[float, ...] = setting(1.0, "turns of the servo in a turn of the joint", low=1e-3, high=1e4)
+    sign: tuple[int, ...] = setting(1, "-1 where the servo turns against the joint", choices=(1, -1))
+    zero: tuple[int, ...] = setting(
         2048, "count of the servo where the joint's position is zero", low=-(1 << 24), high=1 << 24
     )
     at_end: str = setting(

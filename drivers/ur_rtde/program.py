@@ -16,7 +16,7 @@ from ..settings import setting
 class UrSettings:
     """Settings of a Universal Robots controller."""
 
-    address: str = setting(..., "of the controller, such as 192.168.56.101", kind=str)
+    address: str = setting(..., "of the controller, such as 192.168.56.101")
     cycle: float = setting(
         0.002, "time between commands; at least 0.002, of a CB3 0.008", unit="s", low=0.002, high=0.1
     )

@@ -12,9 +12,9 @@ from exidyn.drivers.settings import read_settings, setting, template
 
 @dataclass(frozen=True)
 class Settings:
-    port: str = setting(..., "serial port", kind=str)
+    port: str = setting(..., "serial port")
     cycle: float = setting(0.002, "time between exchanges", unit="s", low=0.001, high=1.0)
-    sign: int = setting(1, "direction", choices=(1, -1), per_joint=True)
+    sign: tuple[int, ...] = setting(1, "direction", choices=(1, -1))
     fast: bool = setting(False, "in a hurry")
 
 
@@ -39,6 +39,9 @@ def test_one_value_is_taken_for_all_joints():
         ({"sign": [1, 1]}, "sign has 2 entries, the arm 3 joints"),
         ({"sign": 2}, "sign[0] is 2. Valid: 1, -1"),
         ({"port": 3}, "port is 3; expected a text"),
+        ({"cycle": float("nan")}, "cycle is nan s; valid are 0.001 to 1"),
+        ({"cycle": 10**400}, "expected a number: time between exchanges"),
+        ({"sign": [1, True, 1]}, "sign[1] is True; expected a whole number"),
     ],
 )
 def test_what_cannot_be_is_named(table, words):

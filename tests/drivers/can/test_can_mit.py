@@ -211,7 +211,7 @@ def test_noise_changes_nothing():
         ({"model": "T-Motor", "position_range": 0.0}, ["position_range", "AK80-9"]),
         ({"current_range": 10.0}, ["current_range", "T-Motor"]),
         ({"kp": 600.0}, ["kp", "600", "500"]),
-        ({"sign": 0}, ["sign", "joint1"]),
+        ({"sign": [1, 1, 0, 1, 1, 1]}, ["sign[2] is 0", "Valid: 1, -1"]),
         ({"velocity_range": 2.0}, ["joint1", "velocity limit is 3", "2"]),
         ({"zero": 10.0}, ["joint1", "position limits are up to 13 rad", "12.5"]),
         ({"cycle": 0.001}, ["12 frames", "1000 Hz", "cycle = 0.002"]),

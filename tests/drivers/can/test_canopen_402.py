@@ -284,7 +284,7 @@ def test_drives_on_a_serial_adapter():
         ({"interface": "carrier-pigeon"}, ["carrier-pigeon", "socketcan", "slcan"]),
         ({"nodes": [1, 2, 3, 3, 5, 6]}, ["node number 3", "twice"]),
         ({"nodes": [1, 2, 3, 4, 5, 127]}, ["nodes[5]", "127", "1 to 126"]),
-        ({"sign": 0}, ["sign", "joint1"]),
+        ({"sign": [1, 1, 0, 1, 1, 1]}, ["sign[2] is 0", "Valid: 1, -1"]),
         ({"cycle": 0.00215789}, ["0.00215789", "0x60C2"]),
         ({"gear": 1e5}, ["joint1", "counts", "gear"]),
         ({"options": "port 1"}, ["'port 1'", "name=value"]),
