@@ -44,7 +44,7 @@ MUTANTS = (
     Mutant("tilt axes swapped", "candidates/base_tilt.py", "run, (0, 1))", "run, (1, 0))"),
     Mutant(
         "sign of the clock",
-        "runs/nuisances.py",
+        "runs/rows.py",
         "names, -np.concatenate([rate",
         "names, np.concatenate([rate",
     ),
@@ -62,7 +62,7 @@ MUTANTS = (
     ),
     Mutant(
         "amplitude with as many degrees of freedom as blocks",
-        "blocks/amplitude.py",
+        "blocks/block_likelihood.py",
         "freedom = len(shares.own) - 1.0",
         "freedom = len(shares.own) + 0.0",
     ),
@@ -83,7 +83,7 @@ MUTANTS = (
     ),
     Mutant(
         "a term that was left out is as likely as any other",
-        "candidates/parts/of_effect.py",
+        "candidates/parts.py",
         "FORGOTTEN = 5.0",
         "FORGOTTEN = 1.0",
     ),

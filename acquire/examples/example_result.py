@@ -9,7 +9,7 @@ import numpy as np
 
 from exidyn.identify.arm.motion import Motion
 from exidyn.identify.arm.robot import Robot
-from exidyn.identify.diagnosis.candidates.spring_balancer import LEVERS, PRELOAD, STIFFNESS
+from exidyn.identify.diagnosis.candidates.springs import LEVERS, PRELOAD, STIFFNESS
 from exidyn.identify.effects import SpringBalancer
 from exidyn.identify.model import Model
 from exidyn.identify.robot_files.robot_file import read_model

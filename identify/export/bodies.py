@@ -6,7 +6,7 @@ so positive definite; that is the triangle inequality of the principal moments o
 
 import numpy as np
 
-from ..fit.estimators.consistent import pseudo_inertia
+from ..fit.estimators.consistent import of_pseudo_inertia, pseudo_inertia
 
 NOTHING = 1e-6
 """Least mass over the largest parameter of the arm's bodies: a link that is hardly there."""
@@ -39,11 +39,4 @@ def possible(values: np.ndarray, largest: float) -> np.ndarray:
     if values[9] >= ENOUGH * nothing and moments[0] >= ENOUGH * least:
         return values
     pseudo[:3, :3] = (axes * np.maximum(moments, least)) @ axes.T + around
-    return parameters(pseudo)
-
-
-def parameters(pseudo: np.ndarray) -> np.ndarray:
-    """Ten parameters (10,) of a pseudo-inertia (4, 4); the inverse of `pseudo_inertia`."""
-    inertia = np.trace(pseudo[:3, :3]) * np.eye(3) - pseudo[:3, :3]
-    rows, columns = np.triu_indices(3)
-    return np.concatenate([inertia[rows, columns], pseudo[:3, 3], pseudo[3:, 3]])
+    return of_pseudo_inertia(pseudo)

@@ -1,8 +1,8 @@
-"""The vocabulary: what may be missing, one file each.
+"""The vocabulary: what may be missing.
 
-A file NAME.py holds everything about the effect of that name: hypotheses, shapes, priors, its sentence, what
-it is mistaken for and which run settles it. An effect without a file is asked for on each joint, if it acts
-on single joints: whatever is in `EFFECTS`.
+`KINDS` of a file holds everything about the effects in it: hypotheses, shapes, priors, sentence, what each is
+mistaken for and which run settles it. An effect of `EFFECTS` that is in no file is asked for on each joint,
+if it acts on single joints.
 """
 
 from collections.abc import Iterator
@@ -12,49 +12,32 @@ from ...effects import EFFECTS, load_installed
 from ...model import Model
 from ..findings.kind import Kind
 from ..questions.candidate import Candidate
-from .parts.of_effect import on_each_joint, on_single_joints
+from .parts import on_each_joint, on_single_joints
 
 FILES = (
-    "axis_misalignment",
     "backlash",
     "base_tilt",
+    "bodies",
     "contact_event",
-    "coulomb_friction",
-    "current_clipping",
-    "current_crosstalk",
-    "current_offset",
-    "drive_gain",
-    "drive_gain_saturation",
-    "encoder_offset",
-    "friction_asymmetry",
-    "hose_spring",
-    "hysteresis",
+    "drives",
+    "friction",
     "joint_elasticity",
-    "joint_spring",
     "kinematic_coupling",
-    "link_inertia",
-    "load_dependent_friction",
-    "neighbour_friction",
-    "nonlinear_viscous_friction",
-    "payload",
-    "position_dependent_friction",
-    "rotor_inertia",
-    "spring_balancer",
-    "stribeck_friction",
-    "supply_sag",
-    "temperature_dependent_friction",
+    "kinematics",
+    "springs",
     "time_delay",
     "torque_ripple",
-    "viscous_friction",
 )
-"""One each, in this folder."""
+"""Files in this folder, each with `KINDS`."""
 
-KINDS: dict[str, Kind] = {name: import_module(f".{name}", __name__).KIND for name in FILES}
+KINDS: dict[str, Kind] = {
+    name: kind for file in FILES for name, kind in import_module(f".{file}", __name__).KINDS.items()
+}
 """Name -> what is known of it; also of what has no name in the vocabulary."""
 
 
 def kind_of(effect: str) -> Kind:
-    """What is known of an effect; nothing in particular of one without a file."""
+    """What is known of an effect; nothing in particular of one in no file."""
     return KINDS.get(effect, Kind())
 
 

@@ -14,8 +14,7 @@ from ..findings.finding import Finding
 from ..findings.kind import Kind
 from ..questions.candidate import Candidate
 from ..runs.driven import Driven
-from ..runs.gear_twist import loose
-from .parts.gears import bending, link_size
+from .gears import bending, link_size, loose
 
 STEP = 1.5
 """From one width to the next that is tried [-]."""
@@ -122,12 +121,14 @@ def _held(arm: Arm, finding: Finding) -> Arm:
     return arm.with_gear(joint, inertia * angular**2, damping, known["gap"].value)
 
 
-KIND = Kind(
-    sentence="{joint} has backlash in its gear[: {gap:mrad}]",
-    drawn_against=("load", "acceleration"),
-    ask=plays,
-    held=_held,
-    gear=True,
-    mistaken_for=("joint_elasticity", "hysteresis"),
-    settled_by="a swept sine (exidyn excite --kind chirp)",
-)
+KINDS = {
+    "backlash": Kind(
+        sentence="{joint} has backlash in its gear[: {gap:mrad}]",
+        drawn_against=("load", "acceleration"),
+        ask=plays,
+        held=_held,
+        gear=True,
+        mistaken_for=("joint_elasticity", "hysteresis"),
+        settled_by="a swept sine (exidyn excite --kind chirp)",
+    )
+}

@@ -28,7 +28,7 @@ from ..questions.comparison import colouring
 from ..questions.question import ask
 from ..runs.driven import Driven, gear_torque
 from ..runs.rows import model_rows
-from .parts.motors import on_motors
+from .parts import on_motors
 
 LEANING = 0.02
 """How far a base that was set up level may lean [rad]: a degree."""
@@ -216,16 +216,18 @@ def _held(arm: Arm, finding: Finding) -> Arm:
     return replace(arm, model=_under(arm.model, turned))
 
 
-KIND = Kind(
-    sentence="The base is not level: it leans by {lean:deg}[ (gravity has {tilt_x:deg} along x and "
-    "{tilt_y:deg} along y)][ (gravity points along {gravity_x:bare}, {gravity_y:bare}, "
-    "{gravity_z:bare} of the base frame)]",
-    drawn_against=("position", "load"),
-    ask=tilts,
-    ask_first=mounted_otherwise,
-    derived=_derived,
-    held=_held,
-    of_body=True,
-    mistaken_for=("encoder_offset", "link_inertia"),
-    settled_by="the base levelled, or turned by a right angle",
-)
+KINDS = {
+    "base_tilt": Kind(
+        sentence="The base is not level: it leans by {lean:deg}[ (gravity has {tilt_x:deg} along x and "
+        "{tilt_y:deg} along y)][ (gravity points along {gravity_x:bare}, {gravity_y:bare}, "
+        "{gravity_z:bare} of the base frame)]",
+        drawn_against=("position", "load"),
+        ask=tilts,
+        ask_first=mounted_otherwise,
+        derived=_derived,
+        held=_held,
+        of_body=True,
+        mistaken_for=("encoder_offset", "link_inertia"),
+        settled_by="the base levelled, or turned by a right angle",
+    )
+}

@@ -230,9 +230,11 @@ def _searched_for(model: Model) -> Iterator[Candidate]:
     return iter(())
 
 
-KIND = Kind(
-    sentence="The arm was in contact with something[ at {start}][ for {duration}]",
-    drawn_against=("time", "position"),
-    ask=_searched_for,
-    of_body=True,
-)
+KINDS = {
+    "contact_event": Kind(
+        sentence="The arm was in contact with something[ at {start}][ for {duration}]",
+        drawn_against=("time", "position"),
+        ask=_searched_for,
+        of_body=True,
+    )
+}

@@ -30,7 +30,7 @@ from ..questions.comparison import colouring
 from ..questions.question import ask
 from ..runs.driven import Driven
 from ..runs.rows import Rows
-from .parts.gears import bending, link_size
+from .gears import bending, link_size
 
 STEP = 1.3
 """From one resonance to the next that is tried [-]."""
@@ -192,13 +192,15 @@ def _held(arm: Arm, finding: Finding) -> Arm:
     return arm.with_gear(finding.joints[0], stiffness, damping, 0.0)
 
 
-KIND = Kind(
-    sentence="{joint} has an elastic gear[: {stiffness}][, resonant at {resonance}]",
-    drawn_against=("acceleration", "load"),
-    ask=gears,
-    measured=measured,
-    held=_held,
-    gear=True,
-    mistaken_for=("backlash", "time_delay", "rotor_inertia"),
-    settled_by="a swept sine (exidyn excite --kind chirp)",
-)
+KINDS = {
+    "joint_elasticity": Kind(
+        sentence="{joint} has an elastic gear[: {stiffness}][, resonant at {resonance}]",
+        drawn_against=("acceleration", "load"),
+        ask=gears,
+        measured=measured,
+        held=_held,
+        gear=True,
+        mistaken_for=("backlash", "time_delay", "rotor_inertia"),
+        settled_by="a swept sine (exidyn excite --kind chirp)",
+    )
+}

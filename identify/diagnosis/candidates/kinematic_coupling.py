@@ -18,9 +18,9 @@ from ..findings.finding import Finding
 from ..findings.kind import Kind
 from ..questions.candidate import UNNAMED, Candidate
 from ..runs.driven import Driven, link_torque
-from .parts.motors import on_motors
-from .parts.of_effect import of_effect
+from .parts import of_effect, on_motors
 
+NAME = "kinematic_coupling"
 RATIOS = (-2.0, -1.0, -0.5, 0.5, 1.0, 2.0)
 """Turns of a motor with its neighbour for one with its own joint that are tried [-]."""
 MOVED = (-1.0, -0.5, 0.5, 1.0)
@@ -37,7 +37,14 @@ def couplings(model: Model) -> Iterator[Candidate]:
             names = (model.robot.joints[motor], model.robot.joints[other])
             for ratio in RATIOS:
                 effect = KinematicCoupling(*names, ratio=ratio)
-                yield of_effect(model, "kinematic_coupling", effect, KIND, (first, second), _one_motor)
+                yield of_effect(
+                    model,
+                    NAME,
+                    effect,
+                    KINDS[NAME],
+                    (first, second),
+                    _one_motor,
+                )
             for ratio in MOVED:
                 yield _elsewhere(model, motor, other, ratio)
 
@@ -70,7 +77,7 @@ def _elsewhere(model: Model, motor: int, other: int, ratio: float) -> Candidate:
 
     bounds = {"ratio": Shape("1", ratio - 0.5, ratio + 0.5)}
     return Candidate(
-        "kinematic_coupling", (min(motor, other), max(motor, other)), columns, (UNNAMED,), ("1",), (0.0,),
+        NAME, (min(motor, other), max(motor, other)), columns, (UNNAMED,), ("1",), (0.0,),
         {"ratio": ratio, "moved": motor + 1.0}, bounds, reshaped, smooth=True, expected=((1.0, SCATTER),),
         carried=True,
     )  # fmt: skip
@@ -88,12 +95,14 @@ def _derived(finding: Finding, known: Mapping[str, Any]) -> dict[str, Any]:
     return {"link": f"{known['moved'].value:.0f}"} if "moved" in known else {}
 
 
-KIND = Kind(
-    sentence="{joint} and {other} are kinematically coupled: the motor of either also turns with the "
-    "other[, {ratio:bare} times as far][; the recorded position of joint {link} is that of its motor, and "
-    "the link stands elsewhere]",
-    drawn_against=("velocity", "acceleration"),
-    ask=couplings,
-    derived=_derived,
-    mistaken_for=("rotor_inertia", "viscous_friction"),
-)
+KINDS = {
+    NAME: Kind(
+        sentence="{joint} and {other} are kinematically coupled: the motor of either also turns with the "
+        "other[, {ratio:bare} times as far][; the recorded position of joint {link} is that of its motor, "
+        "and the link stands elsewhere]",
+        drawn_against=("velocity", "acceleration"),
+        ask=couplings,
+        derived=_derived,
+        mistaken_for=("rotor_inertia", "viscous_friction"),
+    )
+}

@@ -14,7 +14,7 @@ from ..findings.kind import Kind, Undo
 from ..questions.candidate import UNNAMED, Candidate
 from ..runs.driven import Driven
 from ..runs.rows import torque_rate
-from .parts.rare import RARE
+from .parts import RARE
 
 APART = 1.5
 """From one delay that is tried to the next [-]."""
@@ -90,12 +90,14 @@ def earlier(recording: Recording, finding: Finding) -> Recording:
     return replace(recording, signals=signals)
 
 
-KIND = Kind(
-    sentence="{late} {delay:size ms} {delay:later|earlier} than the positions recorded with it",
-    drawn_against=("acceleration", "velocity"),
-    ask=delays,
-    sensor=True,
-    undo=Undo(earlier, "currents were moved back by that before they were fitted"),
-    mistaken_for=("joint_elasticity", "viscous_friction"),
-    settled_by="a swept sine (exidyn excite --kind chirp)",
-)
+KINDS = {
+    "time_delay": Kind(
+        sentence="{late} {delay:size ms} {delay:later|earlier} than the positions recorded with it",
+        drawn_against=("acceleration", "velocity"),
+        ask=delays,
+        sensor=True,
+        undo=Undo(earlier, "currents were moved back by that before they were fitted"),
+        mistaken_for=("joint_elasticity", "viscous_friction"),
+        settled_by="a swept sine (exidyn excite --kind chirp)",
+    )
+}

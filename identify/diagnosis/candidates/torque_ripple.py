@@ -11,10 +11,10 @@ from ...model import Model
 from ..blocks.prediction import Prediction
 from ..findings.finding import Finding
 from ..findings.kind import Kind
+from ..findings.quantities import length
 from ..questions.candidate import Candidate
 from ..runs.driven import Driven
-from .parts.of_effect import of_effect, on_each_joint
-from .parts.waves import MULTIPLES, amplitude
+from .parts import of_effect, on_each_joint
 
 NAME = "torque_ripple"
 LOWEST = 1.5
@@ -25,6 +25,10 @@ PEAKS = 3
 """Frequencies of each joint that are asked for in a turn of the search."""
 FINE = 4
 """Frequencies on the grid for each that the range of a joint can distinguish."""
+MULTIPLES = 6
+"""Of a wave along a turn that are asked for together; what is sharper has little torque in those beyond."""
+WAVES = ("Rcos", "Rsin", "Fcos", "Fsin")
+"""Beginnings of the names of their coefficients."""
 LONGEST = 2_000_000
 """Steps of position that a joint's range is cut into, at most; some megabytes."""
 
@@ -38,7 +42,7 @@ def low(model: Model) -> Iterator[Candidate]:
         waves = effect.harmonic * abs(model.robot.gear_ratio[joint]) / (2 * np.pi)
         return replace(candidate, span=LOWEST / waves)
 
-    return on_each_joint(model, NAME, KIND, waving)
+    return on_each_joint(model, NAME, KINDS[NAME], waving)
 
 
 def ripples(model: Model, prediction: Prediction, runs: Sequence[Driven]) -> Iterator[Candidate]:
@@ -58,7 +62,7 @@ def ripples(model: Model, prediction: Prediction, runs: Sequence[Driven]) -> Ite
             bounds = {"harmonic": Shape("1", harmonic - step, harmonic + step)}
             kind = f"wave {round(harmonic / step)}"
             yield replace(
-                of_effect(model, NAME, effect, KIND, (joint,)), among=among, bounds=bounds, kind=kind
+                of_effect(model, NAME, effect, KINDS[NAME], (joint,)), among=among, bounds=bounds, kind=kind
             )
 
 
@@ -110,18 +114,26 @@ def _at_rows(runs: Sequence[Driven], name: str) -> np.ndarray:
     return np.concatenate(pieces)
 
 
+def amplitude(finding: Finding, known: Mapping[str, Any]) -> dict[str, Any]:
+    """Root of the sum of squares of all waves."""
+    waves = [name for name in finding.parameters if name.startswith(WAVES)]
+    return {"wave": length(finding.parameters, *waves)} if waves else {}
+
+
 def _derived(finding: Finding, known: Mapping[str, Any]) -> dict[str, Any]:
     """Its amplitude; and what turns so often, which is the joint where no gear ratio is given."""
     turning = "its motor" if finding.candidate.gear_ratio != 1.0 else "the joint"
     return {**amplitude(finding, known), "turning": turning}
 
 
-KIND = Kind(
-    sentence="{joint} has torque ripple[, {harmonic:bare} times per turn of {turning}]: {wave}",
-    drawn_against=("motor angle", "position"),
-    ask=low,
-    ask_of_rest=ripples,
-    shapes=(*({"harmonic": float(k)} for k in (1, 2, 3, 4, 6)), {"count": MULTIPLES}),
-    derived=_derived,
-    mistaken_for=("position_dependent_friction", "joint_elasticity"),
-)
+KINDS = {
+    "torque_ripple": Kind(
+        sentence="{joint} has torque ripple[, {harmonic:bare} times per turn of {turning}]: {wave}",
+        drawn_against=("motor angle", "position"),
+        ask=low,
+        ask_of_rest=ripples,
+        shapes=(*({"harmonic": float(k)} for k in (1, 2, 3, 4, 6)), {"count": MULTIPLES}),
+        derived=_derived,
+        mistaken_for=("position_dependent_friction", "joint_elasticity"),
+    )
+}

@@ -197,7 +197,10 @@ def triangle(matrix: np.ndarray) -> np.ndarray:
 
 
 def pseudo_inertia(parameters: np.ndarray) -> np.ndarray:
-    """Pseudo-inertia (4, 4) of ten parameters in `INERTIAL` order."""
+    """Pseudo-inertia (4, 4) of ten parameters in `INERTIAL` order.
+
+    Unlike an inertia about the centre of mass it is linear, and moves from frame to frame for any numbers.
+    """
     xx, xy, xz, yy, yz, zz, mx, my, mz, m = parameters
     inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
     pseudo = np.empty((4, 4))
@@ -205,6 +208,13 @@ def pseudo_inertia(parameters: np.ndarray) -> np.ndarray:
     pseudo[:3, 3] = pseudo[3, :3] = mx, my, mz
     pseudo[3, 3] = m
     return pseudo
+
+
+def of_pseudo_inertia(pseudo: np.ndarray) -> np.ndarray:
+    """Ten parameters (10,) of a pseudo-inertia (4, 4); the inverse of `pseudo_inertia`."""
+    inertia = np.trace(pseudo[:3, :3]) * np.eye(3) - pseudo[:3, :3]
+    rows, columns = np.triu_indices(3)
+    return np.concatenate([inertia[rows, columns], pseudo[:3, 3], pseudo[3:, 3]])
 
 
 def pseudo_inertia_vectors() -> np.ndarray:

@@ -8,7 +8,7 @@ import pytest
 
 from exidyn.identify.arm.motion import Motion
 from exidyn.identify.diagnosis import Quantity
-from exidyn.identify.diagnosis.candidates.spring_balancer import LEVERS, PRELOAD, STIFFNESS, balancers
+from exidyn.identify.diagnosis.candidates.springs import LEVERS, PRELOAD, STIFFNESS, balancers
 from exidyn.identify.diagnosis.diagnose import _range
 from exidyn.identify.diagnosis.findings.arm import Arm
 from exidyn.identify.diagnosis.improved.improved import with_finding

@@ -5,9 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from exidyn.identify.diagnosis.candidates.gears import bent, link_size
 from exidyn.identify.diagnosis.candidates.joint_elasticity import of_stiffness
-from exidyn.identify.diagnosis.candidates.parts.gears import link_size
-from exidyn.identify.diagnosis.runs.gear_twist import bent
 from exidyn.identify.diagnosis.search.problem import Problem
 from exidyn.identify.diagnosis.search.search import search
 from exidyn.identify.effects import JointSpring

@@ -8,9 +8,9 @@ import pytest
 from scipy import signal
 
 from exidyn.identify.diagnosis.candidates import backlash, contact_event, joint_elasticity
+from exidyn.identify.diagnosis.candidates.gears import bent, loose
 from exidyn.identify.diagnosis.questions.block_answer import CERTAIN_ODDS
 from exidyn.identify.diagnosis.runs.driven import Driven, tangent
-from exidyn.identify.diagnosis.runs.gear_twist import bent, loose
 from exidyn.identify.preparation.filters import Decimation
 from exidyn.identify.simulation.plant import Plant, Transmission
 from exidyn.identify.simulation.plant.bodies_apart import bodies_apart

@@ -10,8 +10,8 @@ import pytest
 from exidyn.identify.arm.motion import Motion
 from exidyn.identify.arm.newton_euler import joints_of
 from exidyn.identify.diagnosis.candidates import candidates, hypotheses
-from exidyn.identify.diagnosis.candidates.axis_misalignment import across
-from exidyn.identify.diagnosis.candidates.hose_spring import flange_places
+from exidyn.identify.diagnosis.candidates.kinematics import across
+from exidyn.identify.diagnosis.candidates.springs import flange_places
 from exidyn.identify.diagnosis.runs.driven import Driven, link_torque
 from exidyn.identify.effects import RigidBody, ViscousFriction
 from exidyn.identify.model import Model

@@ -10,7 +10,6 @@ from exidyn.identify.diagnosis import Finding, Quantity
 from exidyn.identify.diagnosis.candidates import KINDS, hypotheses
 from exidyn.identify.diagnosis.candidates.backlash import plays
 from exidyn.identify.diagnosis.candidates.joint_elasticity import gears
-from exidyn.identify.diagnosis.findings.arm_bodies import inertial_values, pseudo_inertia
 from exidyn.identify.diagnosis.findings.trace import Evidence
 from exidyn.identify.diagnosis.improved.forward import forward
 from exidyn.identify.diagnosis.improved.improved import as_found, as_nominal, found_model, rivals
@@ -124,12 +123,6 @@ def test_more_of_an_effect_that_the_model_has_adds_to_it():
 def test_a_balancer_beside_another_is_left_out():
     [first, *_, last] = hypotheses("spring_balancer", nominal_model())
     assert as_found(evidence(), [found(first), found(last)]).left_out == (1,)
-
-
-def test_pseudo_inertias_keep_all_ten_numbers():
-    names = ("XX", "XY", "XZ", "YY", "YZ", "ZZ", "MX", "MY", "MZ", "M")
-    values = dict(zip(names, np.random.default_rng(0).normal(size=10), strict=True))
-    assert inertial_values(pseudo_inertia(values)) == pytest.approx(values)
 
 
 def test_an_unknown_body_is_carried_beside_a_known_one():

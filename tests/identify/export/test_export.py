@@ -23,9 +23,9 @@ from exidyn.identify.effects import (
 )
 from exidyn.identify.errors import FitError, RobotError
 from exidyn.identify.export import FORMATS, Portable
-from exidyn.identify.export.bodies import parameters, possible
+from exidyn.identify.export.bodies import possible
 from exidyn.identify.export.left_out import left_out
-from exidyn.identify.fit.estimators.consistent import pseudo_inertia
+from exidyn.identify.fit.estimators.consistent import of_pseudo_inertia, pseudo_inertia
 from exidyn.identify.fit.fit import agreement
 from exidyn.identify.fit.identified import identified
 from exidyn.identify.model import Model
@@ -263,7 +263,7 @@ def test_bodies_that_cannot_be_are_moved_and_reported():
 def test_possible_bodies_are_left_alone():
     values = values_of(Model(six_axis(), (RigidBody(),)))[:10]
     assert possible(values, 10.0) is values
-    np.testing.assert_allclose(parameters(pseudo_inertia(values)), values)
+    np.testing.assert_allclose(of_pseudo_inertia(pseudo_inertia(values)), values)
     moved = possible(values - np.array([5.0, 0, 0, 5.0, 0, 5.0, 0, 0, 0, 0]), 10.0)
     assert np.linalg.eigvalsh(pseudo_inertia(moved))[0] > 0
 

@@ -1,0 +1,222 @@
+"""Friction of all kinds."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from ...effects import CoulombFriction, Effect, LoadDependentFriction, Shape
+from ...effects.smooth_sign import smooth_sign
+from ...model import Model
+from ..findings.arm import Arm
+from ..findings.finding import Finding
+from ..findings.kind import Kind
+from ..findings.quantities import TURNING, together
+from ..questions.candidate import Candidate
+from ..runs.driven import Driven
+from ..runs.rows import REVERSALS
+from .gears import link_size
+from .parts import by_another, of_effect, on_each_joint, on_motors
+from .torque_ripple import MULTIPLES, amplitude
+
+WIDE = (0.04, 0.1, 0.25)
+"""Velocities over which dry friction may change its sign that are tried [rad/s]: film lubrication."""
+WIDEST = 0.3
+"""The largest [rad/s]: what needs more is viscous friction that becomes less."""
+GRADUAL = "gradual"
+PRELOADED = 1.0
+"""Preload of teeth and bearings that is tried, over a joint's usual load [-]; none is tried too."""
+MOST_PRELOAD = 3.0
+"""Largest preload, over that load [-]: friction beyond it grows with the square of any load that comes."""
+VARYING = 0.3
+"""By how much dry friction depends on position at most, share of the joint's usual torque [-]: it brakes
+everywhere, so that it varies by less than its mean. Nothing else holds the waves where a joint did not go."""
+SIGN = 0.003
+"""Speed within which dry friction reverses [rad/s]."""
+
+
+def _coulomb(model: Model) -> Iterator[Candidate]:
+    """On each joint, more or less than in the model, and what changes its sign gradually."""
+    yield from on_each_joint(model, "coulomb_friction", KINDS["coulomb_friction"])
+    for joint in range(model.robot.dof):
+        for velocity in WIDE:
+            yield _gradual(model, joint, velocity)
+
+
+def _gradual(model: Model, joint: int, velocity: float) -> Candidate:
+    """Friction that changes its sign gradually, in the place of as much that does so at once in the model."""
+    robot = model.robot
+    dry = [one for one in model.effects if isinstance(one, CoulombFriction) and not one.gradual]
+    sudden = [one for one in dry if joint in one.columns(robot)]
+
+    def also(candidate: Candidate, effect: Effect) -> Candidate:
+        assert isinstance(effect, CoulombFriction)
+
+        def columns(run: Driven) -> np.ndarray:
+            instead = (replace(one, joints=effect.joints).regressor(robot, run.motion) for one in sudden)
+            return candidate.columns(run) - sum(on_motors(robot, one) for one in instead)
+
+        return replace(
+            candidate,
+            columns=columns,
+            kind=GRADUAL,
+            shape={"reversal": effect.reversal},
+            bounds={"reversal": Shape("rad/s", REVERSALS[-1], WIDEST)},  # less is a nuisance
+        )
+
+    effect = CoulombFriction((robot.joints[joint],), velocity, gradual=True)
+    return of_effect(model, "coulomb_friction", effect, KINDS["coulomb_friction"], (joint,), also)
+
+
+def _with_coulomb(arm: Arm, finding: Finding) -> Arm | None:
+    """With more of it; what changes its sign gradually is not there as what does so at once."""
+    effect, joint = finding.candidate.instance, finding.joints[0]
+    assert effect is not None
+    more = {name: q.value for name, q in finding.parameters.items() if name.startswith(("Fc", "Fg"))}
+    held = arm.with_effect(effect, more)
+    sudden = f"Fc{joint + 1}"
+    if held is None or finding.candidate.kind != GRADUAL or sudden not in held.by_name:
+        return held
+    return held.with_values({sudden: -more[f"Fg{joint + 1}"]})
+
+
+def _asymmetric(finding: Finding, known: Mapping[str, Any]) -> dict[str, Any]:
+    """By how much one direction is above the mean; where that depends on speed, at 1 rad/s."""
+    if "Fa" not in known:
+        return {}
+    unit = "rad" if known["Fa"].unit == TURNING else "m"
+    return {
+        "more": together(known, "Fa", "Fva"),
+        "speed": f" at 1 {unit}/s" if "Fva" in known else "",
+    }
+
+
+def _warming(finding: Finding, known: Mapping[str, Any]) -> dict[str, Any]:
+    """Whether friction rises, dry and viscous together at 1 rad/s."""
+    return {"warm": together(known, "Fvt", "Fct")} if "Fvt" in known else {}
+
+
+def _load_dependent(model: Model) -> Iterator[Candidate]:
+    """On each joint, teeth and bearings that are preloaded and such that are not."""
+    robot, loads = model.robot, np.maximum(link_size(model)[1], 0.0)
+
+    def with_preload(candidate: Candidate, effect: Effect) -> Candidate:
+        assert isinstance(effect, LoadDependentFriction)
+        place = candidate.joints[0]
+        bounds = {"preload": Shape(robot.unit(place, "N m"), 0.0, MOST_PRELOAD * float(loads[place]))}
+        return replace(candidate, shape={**candidate.shape, "preload": effect.preload}, bounds=bounds)
+
+    name = "load_dependent_friction"
+    for one in on_each_joint(model, name, KINDS[name], with_preload):
+        yield one
+        assert one.reshaped is not None
+        if loads[one.joints[0]] > 0.0:
+            yield one.reshaped({"preload": PRELOADED * float(loads[one.joints[0]])})
+
+
+def _position_dependent(model: Model) -> Iterator[Candidate]:
+    """On each joint, one wave or a bump of any form, whose multiples become smaller as those of a jump do."""
+
+    def smaller(candidate: Candidate, effect: Effect) -> Candidate:
+        several = range(1, getattr(effect, "count", 1) + 1)
+        each = tuple(1.0 / multiple for multiple in several for _ in range(2))
+        return replace(candidate, size=VARYING, proportion=each)
+
+    name = "position_dependent_friction"
+    return on_each_joint(model, name, KINDS[name], smaller)
+
+
+def _neighbours(model: Model) -> Iterator[Candidate]:
+    """Dry friction of each joint that depends on the position of each other one, which bends its bearing."""
+
+    def torque(run: Driven, joint: int, other: int) -> np.ndarray:
+        sign, q = smooth_sign(run.motion.velocity[:, joint], SIGN), run.motion.position[:, other]
+        return np.stack([sign * np.cos(q), sign * np.sin(q)], axis=1)
+
+    return by_another(model, "neighbour_friction", torque, ("Ncos", "Nsin"))
+
+
+KINDS = {
+    "viscous_friction": Kind(
+        sentence="{joint} has a viscous friction {Fv:size} {Fv:higher|lower} than in the model",
+        drawn_against=("velocity", "speed"),
+        reducible=True,
+        mistaken_for=("nonlinear_viscous_friction", "temperature_dependent_friction"),
+    ),
+    "coulomb_friction": Kind(
+        sentence="{joint} has a Coulomb friction[ {Fc:size} {Fc:higher|lower} than in the model][ of which "
+        "{Fg} changes its sign][ gradually, over {reversal}]",
+        drawn_against=("velocity", "speed"),
+        ask=_coulomb,
+        reducible=True,
+        dry=True,
+        held=_with_coulomb,
+        mistaken_for=("stribeck_friction", "load_dependent_friction", "hysteresis"),
+    ),
+    "friction_asymmetry": Kind(
+        sentence="{joint} has asymmetric friction: {more:forwards|backwards} it is {more:size} above the "
+        "mean of both directions{speed}",
+        drawn_against=("velocity", "position"),
+        shapes=({}, {"viscous": True}),
+        derived=_asymmetric,
+        mistaken_for=("current_offset", "joint_spring"),
+        settled_by="constant speeds both ways (exidyn excite --kind sweeps)",
+    ),
+    "stribeck_friction": Kind(
+        sentence="{joint} has Stribeck friction: friction rises by {Fs} towards standstill[, most of which "
+        "is gone at {fade}]",
+        drawn_against=("speed", "velocity"),
+        shapes=tuple({"fade": speed} for speed in (0.02, 0.05, 0.12, 0.3)),
+        dry=True,
+        mistaken_for=("hysteresis", "nonlinear_viscous_friction", "backlash"),
+        settled_by="constant low speeds (exidyn excite --kind sweeps)",
+    ),
+    "hysteresis": Kind(
+        sentence="{joint} has friction with hysteresis: {Fh} of it builds up[ over about {presliding:mrad}] "
+        "after each reversal",
+        drawn_against=("velocity", "position"),
+        shapes=tuple({"presliding": way} for way in (1.5e-3, 4e-3, 1e-2, 2.5e-2)),
+        bounds={"presliding": Shape("rad", 1e-3, 5e-2)},  # less is a nuisance
+        mistaken_for=("stribeck_friction", "backlash", "joint_elasticity"),
+        settled_by="constant low speeds (exidyn excite --kind sweeps)",
+    ),
+    "nonlinear_viscous_friction": Kind(
+        sentence="{joint} has nonlinear viscous friction: {Fn} at {one}[, growing with speed to the power "
+        "{exponent:bare}]",
+        drawn_against=("speed", "velocity"),
+        shapes=tuple({"exponent": power} for power in (0.5, 0.8, 1.5, 2.0, 3.0)),
+        mistaken_for=("stribeck_friction", "drive_gain_saturation", "viscous_friction"),
+        settled_by="constant speeds up to the limit (exidyn excite --kind sweeps)",
+    ),
+    "load_dependent_friction": Kind(
+        sentence="{joint} has load-dependent friction: Coulomb friction grows by {mu} {effort} per {effort} "
+        "that the gear transmits[, where that is far above a preload of {preload}]",
+        drawn_against=("size of the load", "velocity"),
+        ask=_load_dependent,
+        mistaken_for=("torque_ripple", "nonlinear_viscous_friction", "drive_gain_saturation"),
+        settled_by="a run with a body of known mass on the flange",
+    ),
+    "temperature_dependent_friction": Kind(
+        sentence="{joint} has friction that {warm:rises|falls} with temperature: viscous friction changes by "
+        "{Fvt}[ and Coulomb friction by {Fct}]",
+        drawn_against=("temperature", "time"),
+        derived=_warming,
+        mistaken_for=("viscous_friction", "nonlinear_viscous_friction"),
+        settled_by="the same run again once the arm is warm",
+    ),
+    "position_dependent_friction": Kind(
+        sentence="{joint} has position-dependent friction: it varies by {wave}[, {pace}]",
+        drawn_against=("where it brakes", "velocity"),
+        ask=_position_dependent,
+        shapes=(*({"harmonic": float(k)} for k in (1, 2, 3)), {"count": MULTIPLES}),
+        derived=amplitude,
+        mistaken_for=("load_dependent_friction", "torque_ripple"),
+    ),
+    "neighbour_friction": Kind(
+        sentence="{joint} has friction that depends on the position of joint {other_joint:bare}",
+        drawn_against=("time", "velocity"),
+        ask=_neighbours,
+    ),
+}
+"""Name -> what is known of each."""

@@ -1,1 +1,0 @@
-"""Parts: what several candidates are made of."""

@@ -1,0 +1,156 @@
+"""Springs: a balancer along a link, a cable or hose along a joint, and a hose that pulls the flange."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+
+from ...effects import Effect, SpringBalancer
+from ...fit.warnings.verdict import NORMAL_95
+from ...model import Model
+from ...text_table import digits
+from ..findings.finding import Finding
+from ..findings.kind import Kind
+from ..findings.quantities import Formatted
+from ..questions.candidate import Candidate
+from ..runs.driven import Driven
+from .contact_event import jacobian
+from .gears import link_size
+from .parts import RARE, of_effect, on_each_joint, on_motors
+
+BALANCED = 0.05
+"""Weight that a joint carries over the most that one does, from which on it may have a balancer [-]."""
+RATIOS = (0.15, 0.3, 0.6)
+"""Shorter of the two lengths over the longer that are tried [-]."""
+ANGLES = np.arange(-5, 7) * np.pi / 6
+"""Angles between them that are tried [rad]: the mean over coarser ones is nats below that over all angles."""
+ENDS = ("torque_least", "torque_most")
+"""Over the range that was recorded."""
+STIFFNESS, PRELOAD, LEVERS = "Kr*d21^2", "K0*d21", "d22/d21"
+"""What torque shows of a spring, whose lengths are in proportion to `d21`: products, and a ratio."""
+CABLE = 0.1
+"""Torque of a hose or a cable, share of a joint's usual one [-]; what carries weight is a balancer."""
+TURN = 2 * np.pi
+"""Interval from which on a joint's angle may be any [rad]."""
+REACH = 1.5
+"""How far from the base a hose is fixed, about [m]; evidence depends on its logarithm only."""
+
+
+def balancers(model: Model) -> Iterator[Candidate]:
+    """Springs along a link; only the ratio of the lengths and the angle shape their torque.
+
+    Its probability increases with the weight that a joint carries. A joint without any has none: what depends
+    on the position of a wrist's roll is something else.
+    """
+    inertia, load = link_size(model)
+    weight = load - inertia
+    share = weight / max(float(np.max(weight)), 1e-9)
+    for joint in np.flatnonzero(share > BALANCED):
+
+        def also(candidate: Candidate, effect: Effect, likely: float = float(share[joint])) -> Candidate:
+            # Lengths are in proportion to the longer one, which torque does not show.
+            bounds = {name: candidate.bounds[name] for name in ("d22", "phi")}
+            return replace(candidate, bounds=bounds, prior=candidate.prior * likely, cancels=True)
+
+        for ratio in RATIOS:
+            for angle in ANGLES:
+                effect = SpringBalancer(model.robot.joints[joint], d21=1.0, d22=ratio, phi=float(angle))
+                kind = KINDS["spring_balancer"]
+                yield of_effect(model, "spring_balancer", effect, kind, (int(joint),), also)
+
+
+def _balancing(finding: Finding, known: Mapping[str, Any]) -> dict[str, Any]:
+    ends = {name: digits(finding.parameters[name].value) for name in ENDS if name in finding.parameters}
+    return {"rms": f"{np.max(finding.torque, initial=0.0):.3g}", **ends}
+
+
+def _cables(model: Model) -> Iterator[Candidate]:
+    """On each joint, with constant stiffness or stiffening as it stretches."""
+
+    def weak(candidate: Candidate, effect: Effect) -> Candidate:
+        return replace(candidate, cancels=True, size=CABLE)
+
+    return on_each_joint(model, "joint_spring", KINDS["joint_spring"], weak)
+
+
+def _pulling(finding: Finding, known: Mapping[str, Any]) -> dict[str, Any]:
+    """Its stiffness and where it is relaxed; its torque where it has no one stiffness."""
+    if "Kc" in known:
+        return {"stiffer": f"{np.max(finding.torque, initial=0.0):.3g}"}
+    found = {"spring": known["Ks"]} if "Ks" in known else {}
+    if "Ts" in known and "Ks" in known and known["Ks"].value > 0:
+        stiffness, torque = known["Ks"].value, known["Ts"]
+        ease = Formatted(-torque.value / stiffness, torque.std / stiffness, "rad")
+        # Beside an offset that is free too the runs may know nothing of it.
+        found |= {"ease": ease} if NORMAL_95 * ease.std < TURN else {}
+    return found
+
+
+def _hoses(model: Model) -> Iterator[Candidate]:
+    """A hose or dress pack fixed anywhere, which pulls the flange in proportion to how far that is."""
+    robot = model.robot
+
+    def columns(run: Driven) -> np.ndarray:
+        pushed = jacobian(model, run.motion)
+        stretched = np.einsum("tnk,tk->tn", pushed, flange_places(model, run.motion.position))
+        return on_motors(robot, np.concatenate([stretched[:, :, None], -pushed], axis=2))
+
+    names, lower = ("stiffness", "pull_x", "pull_y", "pull_z"), (0.0, *(-np.inf,) * 3)
+    yield Candidate(
+        "hose_spring", (), columns, names, ("N/m", "N", "N", "N"), lower, smooth=True,
+        proportion=(1.0, REACH, REACH, REACH), led=1, prior=RARE, listed=False,
+    )  # fmt: skip
+
+
+def flange_places(model: Model, positions: np.ndarray) -> np.ndarray:
+    """Where the flange is at joint positions (t, n), shape (t, 3) [m] in the base."""
+    robot, data = model.robot, model.robot.kinematics.createData()
+    last, found = robot.kinematics.njoints - 1, np.empty((len(positions), 3))
+    for row, position in enumerate(positions):
+        pin.forwardKinematics(robot.kinematics, data, position)
+        found[row] = data.oMi[last].act(robot.flange.translation)
+    return found
+
+
+KINDS = {
+    "spring_balancer": Kind(
+        sentence="{joint} has a spring balancer along the arm that the model does not have[: it gives "
+        "{rms} {effort}, root mean square][, from {torque_least} to {torque_most} {effort} over the recorded "
+        "range]",
+        drawn_against=("position", "load"),
+        ask=balancers,
+        derived=_balancing,
+        of_body=True,
+        determined_as={
+            "Kr": (STIFFNESS, "N m"),
+            "K0": (PRELOAD, "N m"),
+            "d22": (LEVERS, "1"),
+            "d21": ("", ""),
+        },
+        remark="Torque shows a spring's lengths up to scale. With d21 from the drawing, the distance of its "
+        f"fixed end from the axis, K_r is {STIFFNESS} over d21 squared [N/m], K_0 is {PRELOAD} over d21 [N], "
+        f"and d22 is {LEVERS} times d21 [m]",
+        mistaken_for=("link_inertia", "joint_spring"),
+        settled_by="the base at another tilt: no motion of the joints distinguishes a spring from a weight "
+        "well",
+    ),
+    "joint_spring": Kind(
+        sentence="{joint} has a spring that the model does not have, as cables and hoses make[: {spring}][, "
+        "relaxed at {ease}][: it gives {stiffer} {effort}, root mean square, and stiffens as it "
+        "stretches]",
+        drawn_against=("position", "load"),
+        ask=_cables,
+        shapes=({}, {"stiffening": True}),
+        derived=_pulling,
+        mistaken_for=("friction_asymmetry", "spring_balancer"),
+    ),
+    "hose_spring": Kind(
+        sentence="A spring pulls the flange towards one point, as hoses and dress packs do[: {stiffness}]",
+        drawn_against=("position", "load"),
+        ask=_hoses,
+        of_body=True,
+    ),
+}
+"""Name -> what is known of each."""
