@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from exidyn.identify.diagnosis.search.shapes import Shaped
+from exidyn.identify.diagnosis.questions.shape import Shaped
 from exidyn.identify.errors import RecordingError
 from exidyn.identify.fit.identification import same_robot
 from exidyn.identify.model import Model

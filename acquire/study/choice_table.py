@@ -6,7 +6,7 @@ from typing import Any
 from exidyn.identify.diagnosis import Diagnosis
 from exidyn.identify.diagnosis.belief.belief import Belief
 from exidyn.identify.diagnosis.belief.open_items import UNSEEN, hidden, open_torque, remaining, unseen_words
-from exidyn.identify.diagnosis.search.shapes import Shaped
+from exidyn.identify.diagnosis.questions.shape import Shaped
 from exidyn.identify.diagnosis.words.naming import joint_words, lower
 from exidyn.identify.diagnosis.words.words import left_on, verdict
 from exidyn.trajectories.next_run.choice import Choice

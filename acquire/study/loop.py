@@ -10,7 +10,7 @@ from exidyn.identify.diagnosis.belief.questions import belief_of, nameless_torqu
 from exidyn.identify.diagnosis.belief.run_columns import RunColumns, run_columns
 from exidyn.identify.diagnosis.belief.suspects import suspects_of
 from exidyn.identify.diagnosis.diagnose import Diagnosed
-from exidyn.identify.diagnosis.search.shapes import shapes_of
+from exidyn.identify.diagnosis.search.selected import shapes_of
 from exidyn.identify.errors import ExidynError
 from exidyn.identify.fit.fit import Fit
 from exidyn.identify.fit.fit_file import read_fit

@@ -16,6 +16,7 @@ from .candidates import kind_of
 from .findings.finding import Alternative, Diagnosis, Finding, Improvement, Quantity
 from .findings.quantities import quantities
 from .questions.block_answer import Answer
+from .questions.shape import Shaped
 from .results.budget import budget, changes
 from .results.evidence import Residuals, deviations, evidence, places_of
 from .results.remainder import MAIN, MATERIAL, beside_unnamed, discrepancies, remainders, rms
@@ -25,7 +26,6 @@ from .search.once import moments
 from .search.problem import Problem
 from .search.search import SearchResult, search
 from .search.selected import Selected
-from .search.shapes import Shaped
 
 SMOOTH = (
     "The recordings were smoothed before they were recorded: the noise of the motion is not known, and what "

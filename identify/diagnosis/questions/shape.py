@@ -1,7 +1,8 @@
 """Shape: the nonlinear numbers of an effect, searched for what predicts the blocks best."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 from scipy import optimize
@@ -144,3 +145,37 @@ def reshaped(candidate: Candidate, shape: dict[str, float]) -> Candidate:
     assert candidate.reshaped is not None
     own = {name: candidate.shape[name] for name in candidate.bounds}
     return replace(candidate.reshaped(own | shape), among=candidate.among)
+
+
+class Shaped(NamedTuple):
+    """A hypothesis in the shape that was found.
+
+    Attributes:
+        effect: Name in the vocabulary.
+        joints: From 0.
+        kind: As of the candidate.
+        shape: Numbers that were searched.
+    """
+
+    effect: str
+    joints: tuple[int, ...]
+    kind: str
+    shape: dict[str, float]
+
+    @classmethod
+    def of(cls, candidate: Candidate) -> "Shaped":
+        """Of a candidate, in its shape."""
+        return cls(*candidate.key, {name: float(candidate.shape[name]) for name in candidate.bounds})
+
+
+def asked_again(every: Sequence[Candidate], before: Sequence[Shaped]) -> Iterator[Candidate]:
+    """Candidates in shapes that an earlier search has found, those that can be asked for in this model.
+
+    The grid is too coarse for a resonance that is hardly damped: between its places none comes near.
+    """
+    by_key = {one.key: one for one in every if one.bounds and one.reshaped is not None}
+    for one in before:
+        alike = by_key.get((one.effect, one.joints, one.kind))
+        if alike is not None and set(one.shape) == set(alike.bounds):
+            assert alike.reshaped is not None
+            yield alike.reshaped(one.shape)

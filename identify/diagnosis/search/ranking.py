@@ -12,8 +12,7 @@ from ..questions.candidate import Candidate, Thinned
 from ..questions.comparison import competing, levelled
 from ..questions.question import ask
 from ..questions.shape import refined
-from .problem import Problem
-from .reloading import anew
+from .problem import Problem, anew
 from .selected import Selected, keys_of
 
 COLOURED = 14

@@ -8,6 +8,7 @@ import numpy as np
 from ..questions.block_answer import CERTAIN_ODDS, Answer
 from ..questions.candidate import Candidate
 from ..questions.comparison import SEEN, better, competing
+from ..questions.shape import Shaped
 
 NAMED = 0.9
 """Probability from which on something is named: it is nine times as likely as all else together."""
@@ -188,3 +189,8 @@ def answers_of(found: Sequence[Selected]) -> list[Answer]:
 def keys_of(found: Sequence[Selected]) -> set[object]:
     """Hypotheses of findings."""
     return {one.answer.candidate.key for one in found}
+
+
+def shapes_of(found: Sequence[Selected]) -> list[Shaped]:
+    """Shapes of findings, to be asked for again."""
+    return [Shaped.of(one.answer.candidate) for one in found if one.answer.candidate.bounds]

@@ -3,8 +3,8 @@
 import pytest
 
 from exidyn.identify.diagnosis.candidates import candidates
+from exidyn.identify.diagnosis.questions.shape import Shaped, asked_again
 from exidyn.identify.diagnosis.search.problem import Problem
-from exidyn.identify.diagnosis.search.shapes import Shaped, asked_again
 
 from ...parts.small import small_diagnosis, small_search
 
