@@ -74,6 +74,15 @@ class Model:
         counts = (len(effect.parameters(self.robot)) for effect in self.effects)
         return [slice(*ends) for ends in pairwise(accumulate(counts, initial=0))]
 
+    @property
+    def payloads(self) -> dict[str, Effect]:
+        """Bodies that runs may carry on the flange, by name."""
+        return {effect.payload: effect for effect in self.effects if effect.payload}
+
+    def shares(self, values: np.ndarray) -> list[tuple[Effect, np.ndarray]]:
+        """Each effect with its own of the parameters (p,)."""
+        return [(effect, values[own]) for effect, own in zip(self.effects, self.columns, strict=True)]
+
     def regressor(self, motion: Motion, remembered: Mapping[int, np.ndarray] | None = None) -> np.ndarray:
         """Torque per unit of each parameter, shape (t, n, p) [N m / unit].
 

@@ -101,7 +101,7 @@ def _plant(given: argparse.Namespace, ready: Checked, payload: KnownPayload | No
         model = ready.model
         if given.plant:
             model = read_model(given.plant)
-            if payload is not None and not any(isinstance(effect, Payload) for effect in model.effects):
+            if payload is not None and not model.payloads:
                 model = model + Payload(payload.name, payload.known)
         elif not given.dry_run:
             model = as_built(model)

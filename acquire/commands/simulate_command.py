@@ -76,7 +76,7 @@ def _carrying(given: argparse.Namespace, arm: Model) -> tuple[Model, KnownPayloa
         raise NeedsPayload(
             "what hangs on the flange: give --mass [kg], or the --payload of the model, not both"
         )
-    names = {effect.name: effect for effect in arm.effects if isinstance(effect, Payload)}
+    names = arm.payloads
     if numbers:
         body = Payload(BODY, known_parameters(**numbers))
         others = tuple(effect for effect in arm.effects if effect is not names.get(BODY))

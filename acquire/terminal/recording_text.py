@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from exidyn.identify.effects import EFFECTS
+from exidyn.identify.effects import name_of
 from exidyn.identify.recordings.following import follows_by
 from exidyn.identify.recordings.recording import SIGNALS, Recording, Signal
 from exidyn.identify.recordings.run_log import ControllerState, Event, Timing
@@ -211,5 +211,4 @@ def _cycle_table(timing: Timing) -> dict[str, Any]:
 
 def _effects(recording: Recording) -> list[str]:
     """Names of the model's effects, each once."""
-    names = {kind: name for name, kind in EFFECTS.items()}
-    return list(dict.fromkeys(names[type(effect)] for effect in recording.model.effects))
+    return list(dict.fromkeys(name_of(effect) for effect in recording.model.effects))

@@ -42,8 +42,8 @@ EFFECTS: dict[str, type[Effect]] = {
 
 
 def name_of(effect: Effect) -> str:
-    """Key of an effect in `EFFECTS`."""
-    return next(name for name, kind in EFFECTS.items() if kind is type(effect))
+    """Key of an effect in `EFFECTS`; the class's name where it is not in there."""
+    return next((name for name, kind in EFFECTS.items() if kind is type(effect)), type(effect).__name__)
 
 
 def load_installed() -> None:

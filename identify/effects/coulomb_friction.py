@@ -8,6 +8,7 @@ import numpy as np
 from ..arm.motion import Motion
 from ..arm.robot import Robot
 from .effect import JointEffect, Parameter, shape
+from .simulator_terms import JointTerms
 from .smooth_sign import smooth_sign, smooth_sign_by_reversal
 
 
@@ -27,6 +28,7 @@ class CoulombFriction(JointEffect):
 
     guessed: ClassVar[bool] = True
     dry: ClassVar[bool] = True
+    greased: ClassVar[bool] = True
 
     def parameters(self, robot: Robot) -> list[Parameter]:
         name = "Fg" if self.gradual else "Fc"
@@ -40,3 +42,6 @@ class CoulombFriction(JointEffect):
     def shape_derivatives(self, robot: Robot, motion: Motion) -> dict[str, np.ndarray]:
         slope = smooth_sign_by_reversal(motion.velocity, self.reversal)
         return {"reversal": self.on_joints(robot, slope)}
+
+    def portable(self, robot: Robot, values: np.ndarray) -> JointTerms:
+        return self.terms(robot, dry=values, reversal=np.full(len(values), self.reversal))

@@ -8,6 +8,7 @@ import numpy as np
 from ..arm.motion import Motion
 from ..arm.robot import Robot
 from .effect import JointEffect, Parameter
+from .simulator_terms import JointTerms
 
 
 @dataclass(frozen=True)
@@ -23,3 +24,6 @@ class CurrentOffset(JointEffect):
 
     def regressor(self, robot: Robot, motion: Motion) -> np.ndarray:
         return self.on_joints(robot, np.ones_like(motion.velocity))
+
+    def portable(self, robot: Robot, values: np.ndarray) -> JointTerms:
+        return self.terms(robot, constant=values)

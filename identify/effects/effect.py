@@ -17,6 +17,7 @@ import pinocchio as pin
 
 from ..arm.motion import Motion
 from ..arm.robot import Robot
+from .simulator_terms import JointTerms, Spring
 
 STEP = 1e-6
 """Of a central difference by position [rad] or velocity [rad/s]; its error is 1e-9 of what friction that
@@ -87,6 +88,7 @@ class Effect(ABC):
         transmitted: Whether the torque passes through the gear (inertia, gravity, springs on the
             link), and so loads its friction; friction itself and the rotor do not.
         needs_load: Whether its columns depend on `Motion.load`.
+        needs_temperature: Whether its columns depend on `Motion.temperature`.
         smooth: Whether its torque is a product of sines and powers of the motion, and so no more abrupt than
             it; friction that reverses within milliseconds is not.
         pointwise: Whether a sample's torque depends on that sample alone.
@@ -95,15 +97,38 @@ class Effect(ABC):
         massless: Whether acceleration does not change its torque: who simulates asks for no inertia.
         guessed: Whether nominal values are guesses at best, as of friction and offsets: they are fitted where
             all else is taken as nominal.
+        inertial: Whether it is the inertia of bodies or of a rotor, which does not wear.
+        of_links: Whether its parameters are those of the robot's links, `INERTIAL` of each, which the robot's
+            description has.
+        greased: Whether it is friction of grease, which changes with temperature.
+        together: Name of what changes when all its parameters change by one share, such as the force of a
+            spring whose gas leaks; empty where there is no such thing.
+        plausible: Size of a parameter, at most with 68 %, of which nothing is stated [its unit].
     """
 
     transmitted: ClassVar[bool] = False
     needs_load: ClassVar[bool] = False
+    needs_temperature: ClassVar[bool] = False
     smooth: ClassVar[bool] = False
     pointwise: ClassVar[bool] = True
     linear: ClassVar[bool] = False
     massless: ClassVar[bool] = False
     guessed: ClassVar[bool] = False
+    inertial: ClassVar[bool] = False
+    of_links: ClassVar[bool] = False
+    greased: ClassVar[bool] = False
+    together: ClassVar[str] = ""
+    plausible: ClassVar[float] = np.inf
+
+    @property
+    def payload(self) -> str:
+        """Name of the body on the flange whose torque it is, in runs that carry it; empty for none."""
+        return ""
+
+    @property
+    def known(self) -> tuple[tuple[str, float], ...]:
+        """What is known of that body: pairs of a name in `INERTIAL` and its value in SI units."""
+        return ()
 
     @abstractmethod
     def parameters(self, robot: Robot) -> list[Parameter]:
@@ -150,6 +175,14 @@ class Effect(ABC):
         sample to the next is left out: hysteresis reverses within milliradians.
         """
         return differences(self.regressor, robot, motion, weights, self.needs_load)
+
+    def parameter_joints(self, robot: Robot) -> list[int | None]:
+        """Joint at which each parameter acts, or whose link it is of; None where there is not one."""
+        return [None] * len(self.parameters(robot))
+
+    def portable(self, robot: Robot, values: np.ndarray) -> JointTerms | Spring | None:
+        """Its torque for parameters (p,) in terms that simulators share; None where it is something else."""
+        return None
 
     def shape_derivatives(self, robot: Robot, motion: Motion) -> dict[str, np.ndarray]:
         """Derivative of the regressor by each shape, shape name -> (t, n, p)."""
@@ -234,6 +267,19 @@ class JointEffect(Effect):
         self, robot: Robot, motion: Motion, weights: np.ndarray, known: np.ndarray
     ) -> MotionGradient:
         return differences(self.regressor, robot, motion, weights, self.needs_load, [self.columns(robot)])
+
+    def parameter_joints(self, robot: Robot) -> list[int | None]:
+        columns = self.columns(robot)
+        each = len(self.parameters(robot)) // max(len(columns), 1)
+        return [joint for joint in columns for _ in range(each)]
+
+    def terms(self, robot: Robot, **values: np.ndarray) -> JointTerms:
+        """Terms of `portable` from the values (j,) of each on its joints."""
+        columns = self.columns(robot)
+        every = {name: np.zeros(robot.dof) for name in values}
+        for name, own in values.items():
+            every[name][columns] = own
+        return JointTerms.of(robot.dof, **every)
 
     def apart(self, robot: Robot) -> list[Effect]:
         return [replace(self, joints=(robot.joints[joint],)) for joint in self.columns(robot)]

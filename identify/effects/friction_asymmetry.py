@@ -28,6 +28,7 @@ class FrictionAsymmetry(JointEffect):
     viscous: bool = False
 
     guessed: ClassVar[bool] = True
+    greased: ClassVar[bool] = True
 
     def parameters(self, robot: Robot) -> list[Parameter]:
         own = [("Fa", "N m"), ("Fva", "N m s/rad")][: 1 + self.viscous]

@@ -8,6 +8,7 @@ import numpy as np
 from ..arm.motion import Motion
 from ..arm.robot import Robot
 from .effect import JointEffect, Parameter
+from .simulator_terms import JointTerms
 
 
 @dataclass(frozen=True)
@@ -47,3 +48,6 @@ class JointSpring(JointEffect):
         position = motion.position
         powers = [position, np.ones_like(position)]
         return self.on_joints(robot, *powers, *([position**2, position**3] if self.stiffening else []))
+
+    def portable(self, robot: Robot, values: np.ndarray) -> JointTerms | None:
+        return None if self.stiffening else self.terms(robot, stiffness=values[::2], constant=values[1::2])

@@ -68,6 +68,9 @@ class KinematicCoupling(Effect):
         regressor[:, :, 2] = self._dry(robot, motion, smooth_sign)
         return regressor
 
+    def parameter_joints(self, robot: Robot) -> list[int | None]:
+        return [self._pair(robot)[0]] * 3
+
     def shape_derivatives(self, robot: Robot, motion: Motion) -> dict[str, np.ndarray]:
         j, o = self._pair(robot)
         by_ratio = np.zeros((*motion.position.shape, 3))

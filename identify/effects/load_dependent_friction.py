@@ -30,6 +30,10 @@ class LoadDependentFriction(JointEffect):
     preload: float = 0.0
 
     needs_load: ClassVar[bool] = True
+    greased: ClassVar[bool] = True
+    plausible: ClassVar[float] = 0.3
+    """Of a screw that holds itself it is one half, of toothed gears less; on a joint that bears next to none,
+    nothing else says so."""
 
     def parameters(self, robot: Robot) -> list[Parameter]:
         return [Parameter(f"mu{joint + 1}", "1", 0.0) for joint in self.columns(robot)]

@@ -1,6 +1,7 @@
 """Friction that grows faster or slower than velocity: churning grease, or a shear-thinning one."""
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -24,6 +25,8 @@ class NonlinearViscousFriction(JointEffect):
     """
 
     exponent: float = shape(2.0, "1", 0.3, 3.0)
+
+    greased: ClassVar[bool] = True
 
     def parameters(self, robot: Robot) -> list[Parameter]:
         return [Parameter(f"Fn{joint + 1}", robot.unit(joint, "N m"), 0.0) for joint in self.columns(robot)]

@@ -33,6 +33,7 @@ class Payload(Effect):
 
     transmitted: ClassVar[bool] = True
     smooth: ClassVar[bool] = True
+    inertial: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         names = [name for name, _ in self.known]
@@ -42,6 +43,10 @@ class Payload(Effect):
         twice = sorted({name for name in names if names.count(name) > 1})
         if twice:
             raise RobotError(f"payload {self.name}: known twice: {', '.join(twice)}")
+
+    @property
+    def payload(self) -> str:
+        return self.name
 
     def parameters(self, robot: Robot) -> list[Parameter]:
         return [

@@ -1,7 +1,7 @@
 """Inertia, gravity, centrifugal and Coriolis torque of the links."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
@@ -22,6 +22,8 @@ class RigidBody(Effect):
 
     transmitted: ClassVar[bool] = True
     smooth: ClassVar[bool] = True
+    inertial: ClassVar[bool] = True
+    of_links: ClassVar[bool] = True
 
     def parameters(self, robot: Robot) -> list[Parameter]:
         return [
@@ -55,6 +57,9 @@ class RigidBody(Effect):
                 priors[f"{name}{link + 1}"] = prior
         return priors
 
+    def parameter_joints(self, robot: Robot) -> list[int | None]:
+        return [link for link in range(robot.dof) for _ in INERTIAL]
+
     def inertias(self, robot: Robot) -> list[slice]:
         return [slice(10 * link, 10 * link + 10) for link in range(robot.dof)]
 
@@ -82,6 +87,14 @@ def body_inertia(values: np.ndarray) -> pin.Inertia:
         return pin.Inertia.Zero()
     xx, xy, xz, yy, yz, zz, mx, my, mz, m = values
     return pin.Inertia.FromDynamicParameters(np.array([m, mx, my, mz, xx, xy, yy, xz, yz, zz]))
+
+
+def with_bodies(robot: Robot, bodies: np.ndarray) -> Robot:
+    """The robot with other links, ten parameters each in `INERTIAL` order, shape (n, 10)."""
+    kinematics = robot.kinematics.copy()
+    for link, values in enumerate(bodies):
+        kinematics.inertias[link + 1] = body_inertia(values)
+    return replace(robot, kinematics=kinematics)
 
 
 def inertial_priors(inertia: pin.Inertia, tolerance: float) -> dict[str, Prior]:

@@ -8,6 +8,7 @@ import numpy as np
 from ..arm.motion import Motion
 from ..arm.robot import Robot
 from .effect import JointEffect, Parameter
+from .simulator_terms import JointTerms
 
 
 @dataclass(frozen=True)
@@ -17,6 +18,7 @@ class RotorInertia(JointEffect):
     smooth: ClassVar[bool] = True
     linear: ClassVar[bool] = True
     massless: ClassVar[bool] = False
+    inertial: ClassVar[bool] = True
 
     def parameters(self, robot: Robot) -> list[Parameter]:
         return [
@@ -25,3 +27,6 @@ class RotorInertia(JointEffect):
 
     def regressor(self, robot: Robot, motion: Motion) -> np.ndarray:
         return self.on_joints(robot, motion.acceleration)
+
+    def portable(self, robot: Robot, values: np.ndarray) -> JointTerms:
+        return self.terms(robot, armature=values)

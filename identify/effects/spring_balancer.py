@@ -27,6 +27,7 @@ import numpy as np
 from ..arm.motion import Motion
 from ..arm.robot import Robot
 from .effect import Effect, MotionGradient, Parameter, shape
+from .simulator_terms import Spring
 
 SHORTEST = 1e-9
 """Length below which the spring's ends coincide and its direction means nothing [m]."""
@@ -51,6 +52,7 @@ class SpringBalancer(Effect):
     transmitted: ClassVar[bool] = True
     smooth: ClassVar[bool] = True
     massless: ClassVar[bool] = True
+    together: ClassVar[str] = "force"
 
     def parameters(self, robot: Robot) -> list[Parameter]:
         return [Parameter("Kr", "N/m", 0.0), Parameter("K0", "N")]
@@ -82,6 +84,12 @@ class SpringBalancer(Effect):
         turned = self.shape_derivatives(robot, motion)["phi"]  # the joint turns it as a change of phi does
         found.position[:, robot.index(self.joint)] = np.sum(weights * turned, axis=(1, 2))
         return found
+
+    def parameter_joints(self, robot: Robot) -> list[int | None]:
+        return [robot.index(self.joint)] * 2
+
+    def portable(self, robot: Robot, values: np.ndarray) -> Spring:
+        return Spring(self.joint, self.d21, self.d22, self.phi, float(values[0]), float(values[1]))
 
     def length(self, position: np.ndarray) -> np.ndarray:
         """Distance of the spring's ends [m] at positions of the joint [rad]."""

@@ -1,6 +1,7 @@
 """Dry friction that fades as a film of grease builds up."""
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -21,6 +22,8 @@ class StribeckFriction(JointEffect):
 
     fade: float = shape(0.1, "rad/s", 0.01, 1.0)
     reversal: float = shape(0.003, "rad/s", 1e-4, 0.1)
+
+    greased: ClassVar[bool] = True
 
     def parameters(self, robot: Robot) -> list[Parameter]:
         return [Parameter(f"Fs{joint + 1}", robot.unit(joint, "N m"), 0.0) for joint in self.columns(robot)]

@@ -29,6 +29,7 @@ class TemperatureDependentFriction(JointEffect):
     reversal: float = shape(0.003, "rad/s", 1e-4, 0.1)
 
     guessed: ClassVar[bool] = True
+    needs_temperature: ClassVar[bool] = True
 
     def parameters(self, robot: Robot) -> list[Parameter]:
         return [

@@ -10,7 +10,7 @@ import pinocchio as pin
 from ..arm.link_frames import link_frames
 from ..arm.newton_euler import joints_of
 from ..arm.robot import Limits
-from ..effects import Effect, RigidBody, name_of
+from ..effects import Effect, name_of
 from ..model import Model
 from ..robot_files.effect_rows import key_of
 from .left_out import FEATURES as EVERY
@@ -66,7 +66,7 @@ def _effect(model: Model, effect: Effect) -> dict[str, Any]:
     """An effect with its fields and parameters; those of bodies are in the links."""
     row: dict[str, Any] = {"name": name_of(effect)}
     row |= {key_of(f): getattr(effect, f.name) for f in fields(effect)}
-    if isinstance(effect, RigidBody):
+    if effect.of_links:
         return row
     priors = dict(zip(model.names, model.priors, strict=True))
     row["parameters"] = [

@@ -55,9 +55,9 @@ def _gravity(portable: Portable) -> list[str]:
 
 def _balancers(portable: Portable) -> list[str]:
     return [
-        f"spring_balancer of {spring.joint}: {stiffness:.4g} N/m, preload {preload:.4g} N, "
+        f"spring_balancer of {spring.joint}: {spring.stiffness:.4g} N/m, preload {spring.preload:.4g} N, "
         f"d21 {spring.d21:g} m, d22 {spring.d22:g} m, phi {spring.phi:g} rad"
-        for spring, stiffness, preload in portable.balancers
+        for spring in portable.balancers
     ]
 
 

@@ -19,7 +19,7 @@ import pinocchio as pin
 from ..arm.link_frames import link_frames
 from ..arm.newton_euler import Joint, joints_of
 from ..arm.robot import Robot
-from ..effects import SpringBalancer
+from ..effects.simulator_terms import Spring
 from ..positive_definite import inverse
 from ..robot_files.urdf_text import words
 from .portable import Portable
@@ -46,8 +46,8 @@ def mjcf(portable: Portable) -> str:
     bodies = _add_bodies(SubElement(root, "worldbody"), portable)
     if portable.balancers:
         tendons = SubElement(root, "tendon")
-        for number, (spring, stiffness, preload) in enumerate(portable.balancers):
-            _add_balancer(tendons, bodies, robot, spring, (stiffness, preload), f"balancer{number + 1}")
+        for number, spring in enumerate(portable.balancers, start=1):
+            _add_balancer(tendons, bodies, robot, spring, f"balancer{number}")
     actuators = SubElement(root, "actuator")
     for place in range(robot.dof):
         _add_motor(actuators, portable, place)
@@ -115,14 +115,7 @@ def _joint(portable: Portable, place: int, joint: Joint, soft: tuple[float, floa
     return attributes
 
 
-def _add_balancer(
-    tendons: Element,
-    bodies: list[Element],
-    robot: Robot,
-    spring: SpringBalancer,
-    values: tuple[float, float],
-    name: str,
-) -> None:
+def _add_balancer(tendons: Element, bodies: list[Element], robot: Robot, spring: Spring, name: str) -> None:
     """A tendon between a site of each link, longest where the effect's angle is zero.
 
     The effect's force K_r l + K_0 pushes its ends apart; MuJoCo's, -k (l - l_0), does with k = -K_r.
@@ -134,9 +127,8 @@ def _add_balancer(
     turned = np.pi - spring.phi
     fixed = spring.d21 * (np.cos(turned) * across + np.sin(turned) * beside)
     ends = (bodies[joint.parent + 1], joint.placement.act(fixed)), (bodies[place + 1], spring.d22 * across)
-    stiffness, preload = values
-    stiffness = stiffness or SMALLEST * abs(preload)
-    rest = repr(-preload / stiffness if stiffness else 0.0)
+    stiffness = spring.stiffness or SMALLEST * abs(spring.preload)
+    rest = repr(-spring.preload / stiffness if stiffness else 0.0)
     tendon = SubElement(tendons, "spatial", name=name, stiffness=repr(-stiffness), springlength=rest)
     for number, (body, position) in enumerate(ends):
         SubElement(body, "site", name=f"{name}_{number + 1}", pos=words(position))

@@ -127,7 +127,7 @@ def of_residual(fit: Fit) -> Fit:
 
 def payload_warnings(model: Model, used: Sequence[Prepared], held_out: Sequence[Prepared]) -> tuple[str, ...]:
     """Runs that are predicted with a payload of which no run used for the fit shows the unknown part."""
-    open_bodies = {e.name for e in model.effects if isinstance(e, Payload) and e.parameters(model.robot)}
+    open_bodies = {name for name, body in model.payloads.items() if body.parameters(model.robot)}
     strange = open_bodies - {run.motion.payload for run in used}
     return tuple(
         f"{run.name}: carries '{run.motion.payload}', as no run used for the fit does; what is not known "
@@ -196,8 +196,7 @@ def of_these_joints(model: Model, runs: Sequence[Recording]) -> Model:
 def with_payloads(model: Model, runs: Sequence[Recording]) -> Model:
     """The model plus each body that a run carries."""
     carried = {run.payload.name: run.payload for run in runs if run.payload}
-    present = {effect.name for effect in model.effects if isinstance(effect, Payload)}
-    for name in sorted(set(carried) - present):
+    for name in sorted(set(carried) - set(model.payloads)):
         model = model + Payload(name, carried[name].known)
     return model
 

@@ -15,8 +15,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ..arm.robot import Robot
-from ..effects import Effect, JointEffect, Prior, RigidBody
-from ..effects.rigid_body import body_inertia
+from ..effects import Prior
+from ..effects.rigid_body import with_bodies
 from ..errors import FitError
 from ..model import Model
 from ..positive_definite import after_unit_prior
@@ -99,17 +99,9 @@ def _scale(fit: Fit) -> np.ndarray:
     model = fit.model
     if fit.measures != "current" or gains_estimated(fit):
         return np.zeros(len(model.names))
-    return np.concatenate([_scale_of(effect, model.robot) for effect in model.effects])
-
-
-def _scale_of(effect: Effect, robot: Robot) -> np.ndarray:
-    """Tolerance of the gain of the joint of each parameter; the largest for what acts on many."""
-    count, tolerance = len(effect.parameters(robot)), robot.drive_gain_tolerance
-    if isinstance(effect, JointEffect):
-        own = tolerance[effect.columns(robot)]
-        return np.repeat(own, count // max(len(own), 1))
-    joint = getattr(effect, "joint", "")
-    return np.full(count, tolerance[robot.index(joint)] if joint else np.max(tolerance))
+    tolerance = model.robot.drive_gain_tolerance
+    joints = [joint for effect in model.effects for joint in effect.parameter_joints(model.robot)]
+    return np.array([np.max(tolerance) if joint is None else tolerance[joint] for joint in joints])
 
 
 def _structure(
@@ -197,7 +189,7 @@ def _stating(fit: Fit, found: Settled, standard: np.ndarray, deviation: np.ndarr
     """The model with these as its priors: bodies in the robot, where it has them, all else stated."""
     model, stated, robot = fit.model, dict[str, Prior](), _with_gains(fit, found)
     for effect, own in zip(model.effects, model.columns, strict=True):
-        if isinstance(effect, RigidBody):
+        if effect.of_links:
             robot = with_bodies(robot, standard[own].reshape(robot.dof, 10))
             continue
         priors = zip(map(float, standard[own]), map(float, deviation[own]), strict=True)
@@ -213,11 +205,3 @@ def _with_gains(fit: Fit, found: Settled) -> Robot:
         return replace(robot, drive_gain=found.gain)
     tolerance = np.sqrt(np.diag(found.gain_covariance)) / np.abs(found.gain)
     return replace(robot, drive_gain=found.gain, drive_gain_tolerance=tolerance)
-
-
-def with_bodies(robot: Robot, bodies: np.ndarray) -> Robot:
-    """The robot with other links, ten parameters each in `INERTIAL` order, shape (n, 10)."""
-    kinematics = robot.kinematics.copy()
-    for link, values in enumerate(bodies):
-        kinematics.inertias[link + 1] = body_inertia(values)
-    return replace(robot, kinematics=kinematics)

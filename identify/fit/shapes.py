@@ -11,7 +11,7 @@ from functools import partial
 import numpy as np
 from scipy import optimize
 
-from ..effects import EFFECTS, Effect
+from ..effects import Effect, name_of
 from ..errors import RobotError
 from ..model import Model
 from ..preparation.prepare import Prepared
@@ -42,7 +42,7 @@ def fit_shapes(
     base = base_parameters(model, sorted({run.motion.payload for run in runs}))
     equations = assemble(model, base, runs)
     for place, effect in enumerate(model.effects):
-        if not any(isinstance(effect, EFFECTS[name]) for name in effects):
+        if name_of(effect) not in effects:
             continue
         for name, bounds in effect.shapes().items():
             trial = _Trial(model, place, base, runs, equations)
@@ -50,15 +50,15 @@ def fit_shapes(
             effect = replace(effect, **{name: best})
             equations = trial.equations_with(effect)
             model = replace(model, effects=(*model.effects[:place], effect, *model.effects[place + 1 :]))
-            joints = ", ".join(getattr(effect, "joints", None) or ())
-            progress(f"{type(effect).__name__} {joints}: {name} {best:.3g}")
+            joints = dict.fromkeys(effect.parameter_joints(model.robot))
+            where = ", ".join(model.robot.joints[joint] for joint in joints if joint is not None)
+            progress(f"{name_of(effect)} {where}: {name} {best:.3g}")
     return model
 
 
 def _apart(model: Model, names: Sequence[str]) -> Model:
     """The model with the named effects in one piece a joint."""
-    kinds = {type(effect) for effect in model.effects}
-    shaped = [name for name, kind in EFFECTS.items() if kind in kinds and kind.shapes()]
+    shaped = {name_of(effect): None for effect in model.effects if effect.shapes()}
     for name in names:
         if name not in shaped:
             raise RobotError(
@@ -67,8 +67,7 @@ def _apart(model: Model, names: Sequence[str]) -> Model:
             )
     effects: list[Effect] = []
     for effect in model.effects:
-        named = any(isinstance(effect, EFFECTS[name]) for name in names)
-        effects += effect.apart(model.robot) if named else [effect]
+        effects += effect.apart(model.robot) if name_of(effect) in names else [effect]
     return replace(model, effects=tuple(effects))
 
 

@@ -8,18 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ..arm.rigid_regressor import INERTIAL
-from ..effects import Effect, JointEffect, RigidBody, RotorInertia, SpringBalancer, name_of
+from ..effects import Effect, name_of
 from .kind import Kind
-
-FRICTION = (
-    "viscous_friction",
-    "coulomb_friction",
-    "load_dependent_friction",
-    "friction_asymmetry",
-    "stribeck_friction",
-    "nonlinear_viscous_friction",
-)
-"""Effects that depend on temperature: grease."""
 
 
 class Cause(NamedTuple):
@@ -33,6 +23,8 @@ class Cause(NamedTuple):
         direction: Change of the unknowns of `Kind` for an amount of one, shape (m,).
         place: Of the unknown that is the value of which a change is a share; -1 where the amount is a share
             itself, or there is none.
+        thermal: Whether it depends on temperature.
+        plausible: Size of the amount, at most with 68 %, where nothing is stated.
     """
 
     effect: str
@@ -41,11 +33,8 @@ class Cause(NamedTuple):
     unit: str
     direction: np.ndarray
     place: int = -1
-
-    @property
-    def thermal(self) -> bool:
-        """Whether it depends on temperature."""
-        return self.effect in FRICTION
+    thermal: bool = False
+    plausible: float = np.inf
 
     @property
     def scatters(self) -> bool:
@@ -58,7 +47,7 @@ def causes(kind: Kind) -> list[Cause]:
     model, unknowns = kind.model, len(kind.names)
     found: list[Cause] = []
     for effect, own in zip(model.effects, model.columns, strict=True):
-        if not isinstance(effect, RigidBody | RotorInertia):
+        if not effect.inertial:
             found += _of_effect(kind, effect, own)
     if kind.measures == "current":
         directions = np.eye(unknowns)[len(kind.base.kept) :]
@@ -67,9 +56,9 @@ def causes(kind: Kind) -> list[Cause]:
 
 
 def _of_effect(kind: Kind, effect: Effect, own: slice) -> list[Cause]:
-    """One a parameter; a balancer's force as a whole besides, as when its gas leaks."""
+    """One a parameter, joint 0 where it has none; all together besides, as of a spring whose gas leaks."""
     robot, name = kind.model.robot, name_of(effect)
-    parameters, joints = effect.parameters(robot), _joints(kind, effect)
+    parameters, joints = effect.parameters(robot), [joint or 0 for joint in effect.parameter_joints(robot)]
     found = [
         Cause(
             name,
@@ -78,25 +67,17 @@ def _of_effect(kind: Kind, effect: Effect, own: slice) -> list[Cause]:
             parameter.unit,
             _direction(kind, own.start + k),
             _place(kind, own.start + k),
+            effect.greased,
+            effect.plausible,
         )
         for k, (parameter, joint) in enumerate(zip(parameters, joints, strict=True))
         if np.any(kind.base.regrouping[:, own.start + k])
     ]
-    if isinstance(effect, SpringBalancer):
+    if effect.together:
         values = kind.model.nominal_values[own]
         whole = sum(value * _direction(kind, own.start + k) for k, value in enumerate(values))
-        found.append(Cause(name, joints[0], "force", "", np.asarray(whole)))
+        found.append(Cause(name, joints[0], effect.together, "", np.asarray(whole)))
     return found
-
-
-def _joints(kind: Kind, effect: Effect) -> list[int]:
-    """Joint of each parameter of an effect; 0 where it has none."""
-    robot, count = kind.model.robot, len(effect.parameters(kind.model.robot))
-    if isinstance(effect, JointEffect):
-        columns = effect.columns(robot)
-        return [joint for joint in columns for _ in range(count // len(columns))]
-    joint = getattr(effect, "joint", "")
-    return [robot.index(joint) if joint else 0] * count
 
 
 def _tool(kind: Kind) -> list[Cause]:

@@ -6,7 +6,7 @@ from zlib import crc32
 
 import numpy as np
 
-from ..effects import LoadDependentFriction, Payload, TemperatureDependentFriction
+from ..effects import LoadDependentFriction
 from ..file_names import file_stem
 from ..fit.base_parameters import BaseParameters, base_parameters
 from ..model import Model
@@ -74,9 +74,8 @@ def fleet_model(model: Model) -> Model:
     Without a column of its own, friction by load would count as dry friction and change with every payload.
     In 20 s an arm does not warm up: how friction changes with temperature is seen between runs.
     """
-    apart = (TemperatureDependentFriction, Payload)
-    effects = tuple(effect for effect in model.effects if not isinstance(effect, apart))
-    if not any(isinstance(effect, LoadDependentFriction) for effect in effects):
+    effects = tuple(e for e in model.effects if not (e.needs_temperature or e.payload))
+    if not any(effect.needs_load for effect in effects):
         effects += (LoadDependentFriction(),)
     return replace(model, effects=effects)
 

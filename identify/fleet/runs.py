@@ -23,9 +23,6 @@ COLD = 5.0 * WARM_UP
 """Pause after which an arm is cold again [d]: less than a hundredth of the warmth is left."""
 LOOSE = 1e3
 """Deviation of what nobody states, over what a run would leave if all else were known, to begin with."""
-BY_LOAD = 0.3
-"""Friction over the load that a gear transmits, at most with 68 % [-]: of a screw that holds itself it is one
-half, of toothed gears less. On a joint that bears next to none, nothing else says so."""
 LEAST_TOLERANCE = 1e-6
 """Share of the value that what is stated exactly may be off, so that all can be inverted."""
 
@@ -114,8 +111,9 @@ def _before(kind: Kind, found: Sequence[Cause], runs: Sequence[Run]) -> Populati
     alone = 1.0 / np.sqrt(np.maximum(np.diag(normal), np.finfo(float).tiny) / len(runs))
     known = np.isfinite(stated) & (stated > 0.0)
     most = np.full(len(nominal), np.inf)
-    by_load = [one.place for one in found if one.effect == "load_dependent_friction" and one.place >= 0]
-    most[by_load] = BY_LOAD
+    for one in found:
+        if one.place >= 0:
+            most[one.place] = min(most[one.place], one.plausible)
     first = Population(nominal, np.where(known, stated, np.minimum(LOOSE * alone, most)) ** 2)
     scale = np.sqrt(first.variance)
     values = scale * np.linalg.solve(

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..effects import Payload, Prior
+from ..effects import Prior
 from ..fit.equations import Equations, assemble
 from ..fit.estimators.compressed import Compressed
 from ..fit.estimators.maximum_likelihood import linearised
@@ -78,7 +78,7 @@ def summarised(recording: Recording, kind: Kind) -> Summary:
     model = with_payloads(kind.model, [run])
     run = replace(run, model=model)
     prepared = prepare(run, kind.filtering)
-    known = all(not e.parameters(model.robot) for e in model.effects if isinstance(e, Payload))
+    known = all(not body.parameters(model.robot) for body in model.payloads.values())
     equations = held(assemble(model, kind.base, [prepared]), kind, known)
     if not known:
         carrying = _carrying(model, kind, equations)

@@ -9,7 +9,7 @@ import pinocchio as pin
 from ..arm.link_frames import link_frames
 from ..arm.newton_euler import Joint, joints_of
 from ..arm.robot import Robot
-from ..effects import EFFECTS, Effect, name_of
+from ..effects import Effect, name_of
 from ..model import Model
 from .effect_rows import key_of
 from .kinematics import INERTIA_PLACES
@@ -30,7 +30,7 @@ def model_text(model: Model) -> str:
     }
     if robot.inertias_stated:
         head["inertial_tolerance"] = robot.inertial_tolerance
-    if not any(EFFECTS[RIGID_BODY] is type(effect) for effect in model.effects):
+    if not any(effect.of_links for effect in model.effects):
         head["rigid_body"] = False
     blocks = [lines(head), _limits(robot)]
     blocks += [block("[drive]", _drive(robot)), block("[flange]", _placement(robot.flange))]

@@ -118,4 +118,4 @@ def _judges_nothing(fit: Fit, recording: Recording) -> str:
 
 
 def _bodies(fit: Fit) -> dict[str, Known]:
-    return {effect.name: effect.known for effect in fit.model.effects if isinstance(effect, Payload)}
+    return {name: body.known for name, body in fit.model.payloads.items()}

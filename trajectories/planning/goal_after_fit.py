@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.linalg import block_diag
 
-from exidyn.identify.effects import Payload, Prior
+from exidyn.identify.effects import Prior
 from exidyn.identify.errors import DifferentRobot
 from exidyn.identify.fit.base_parameters import BaseParameters, rich_motion
 from exidyn.identify.fit.fit import Fit
@@ -31,8 +31,7 @@ def after_fit(fit: Fit, model: Model, payloads: tuple[str, ...], wishes: Wishes)
             f"the fit is of {fit.model.robot.name} (joints {', '.join(fit.model.robot.joints)}), and the "
             f"robot is {model.robot.name} (joints {', '.join(model.robot.joints)}); give the fit of this one"
         )
-    bodies = {effect.name for effect in fit.model.effects if isinstance(effect, Payload)}
-    if wishes.shapes or not set(payloads) <= {"", *bodies}:
+    if wishes.shapes or not set(payloads) <= {"", *fit.model.payloads}:
         what = "shapes" if wishes.shapes else "a payload"
         raise NothingToIdentify(f"the fit knows nothing of {what}; plan for {what} without a fit")
     noise = np.maximum(fit.estimate.noise, np.finfo(float).tiny)

@@ -6,7 +6,6 @@ from typing import NamedTuple
 import numpy as np
 
 from exidyn.identify.arm.robot import Limits
-from exidyn.identify.effects import Payload
 from exidyn.identify.model import Model
 
 from ..limits.check import Violation, check
@@ -35,8 +34,7 @@ class Torque(NamedTuple):
 
 def nominal_torque(plan: Plan, model: Model) -> Torque:
     """Torque of the motion by the model's priors, of a payload pair with the model's payload too."""
-    loads = [effect.name for effect in model.effects if isinstance(effect, Payload)]
-    payloads = ("", *loads) if plan.payload_pair else ("",)
+    payloads = ("", *model.payloads) if plan.payload_pair else ("",)
     bound = TorqueBound(model, plan.limits.torque, payloads)
     states = plan.trajectory.every(plan.tick)
     peaks = [torque_peaks(plan.trajectory, bound.of(load), plan.tick) for load in payloads]

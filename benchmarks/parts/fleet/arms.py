@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from exidyn.identify.effects import LoadDependentFriction, Prior
-from exidyn.identify.fit.identified import with_bodies
+from exidyn.identify.effects.rigid_body import with_bodies
 from exidyn.identify.model import Model
 from exidyn.identify.robot_files.robot_file import read_model
 

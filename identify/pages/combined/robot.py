@@ -1,17 +1,12 @@
 """The nominal robot of a joined report: as it was described before the runs."""
 
-import re
-from collections.abc import Sequence
-
 import numpy as np
 
 from ...arm.robot import Robot
-from ...effects import Effect, Parameter, Prior, RigidBody, name_of
+from ...effects import Effect, Prior, name_of
 from ...model import Model
 from ..report_html import NAMELESS, number, paragraph, section, table, unit
 
-NUMBERED = re.compile(r"(.*?)(\d+)")
-"""A parameter of one joint: its letters, and the joint from 1."""
 OPEN = "open"
 """Shown for what has no nominal value."""
 
@@ -91,7 +86,7 @@ def _effects(model: Model) -> str:
     priors = dict(zip(model.names, model.priors, strict=True))
     rows = []
     for effect in model.effects:
-        if isinstance(effect, RigidBody):
+        if effect.of_links:
             continue
         first = name_of(effect).replace("_", " ")
         for what, measure, cells in _rows(effect, model.robot, priors):
@@ -105,31 +100,17 @@ def _effects(model: Model) -> str:
 def _rows(effect: Effect, robot: Robot, priors: dict[str, Prior]) -> list[tuple[str, str, list[str]]]:
     """Letters, unit and priors, each below its joint; all that are not stated share a row."""
     rows: dict[str, tuple[str, list[str]]] = {}
-    if known := [f"{name} {value:g}" for name, value in getattr(effect, "known", ())]:
+    if known := [f"{name} {value:g}" for name, value in effect.known]:
         rows[f"known: {', '.join(known)}"] = "", [""] * robot.dof
-    for parameter in effect.parameters(robot):
-        letters, joint = _place(parameter, robot.joints, _home(effect, robot))
+    for parameter, joint in zip(effect.parameters(robot), effect.parameter_joints(robot), strict=True):
+        letters = parameter.name if joint is None else parameter.name.removesuffix(str(joint + 1))
         _, cells = rows.setdefault(letters, (parameter.unit, [""] * robot.dof))
-        cells[joint] = _prior(priors[parameter.name])
+        cells[joint or 0] = _prior(priors[parameter.name])
     nothing = [letters for letters, (_, cells) in rows.items() if any(cells) and set(cells) <= {"", OPEN}]
     found = [
         (letters, measure, cells) for letters, (measure, cells) in rows.items() if letters not in nothing
     ]
     return [*found, (f"{', '.join(nothing)}: {OPEN}", "", [""] * robot.dof)] if nothing else found
-
-
-def _home(effect: Effect, robot: Robot) -> int:
-    """The joint at which an effect is that has one only, else the first."""
-    joint = getattr(effect, "joint", None)
-    return robot.joints.index(joint) if isinstance(joint, str) else 0
-
-
-def _place(parameter: Parameter, joints: Sequence[str], home: int) -> tuple[str, int]:
-    """Letters and joint of a parameter; its whole name and the effect's own joint where it names none."""
-    match = NUMBERED.fullmatch(parameter.name)
-    if match and 1 <= int(match[2]) <= len(joints):
-        return match[1], int(match[2]) - 1
-    return parameter.name, home
 
 
 def _prior(prior: Prior) -> str:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ...effects import Effect, JointEffect, name_of
+from ...effects import Effect, name_of
 from ...fit.base_parameters import BaseParameters
 from ...fit.fit import Agreement, Fit
 from ...fit.warnings.hints import OPEN
@@ -183,10 +183,10 @@ def _shapes(fit: Fit) -> list[str]:
 
 
 def _shape_unit(effect: Effect, model: Model, turning: str) -> str:
-    """Unit of a shape of what acts on joints; of balancers, it is stated as it is."""
+    """Unit of a shape, by the joints on which its effect acts."""
     robot = model.robot
-    columns = effect.columns(robot) if isinstance(effect, JointEffect) else []
-    return ", ".join(dict.fromkeys(robot.unit(joint, turning) for joint in columns)) or turning
+    joints = [joint for joint in effect.parameter_joints(robot) if joint is not None]
+    return ", ".join(dict.fromkeys(robot.unit(joint, turning) for joint in joints)) or turning
 
 
 def _composition(fit: Fit) -> list[str]:

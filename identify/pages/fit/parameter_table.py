@@ -5,7 +5,7 @@ from os.path import commonprefix
 
 import numpy as np
 
-from ...effects import Effect, JointEffect, name_of
+from ...effects import Effect, name_of
 from ...fit.fit import Fit
 from ...fit.payload_centre import payload_centres
 from ...fit.warnings.hints import OPEN
@@ -79,7 +79,7 @@ def _group(fit: Fit, members: Sequence[int], joints: Sequence[str]) -> list[list
 def _places(model: Model) -> dict[str, tuple[str, str]]:
     """Heading and joint of each parameter."""
     return {
-        parameter.name: (f"{name_of(effect)} {getattr(effect, 'name', '')}".strip(), joint)
+        parameter.name: (f"{name_of(effect)} {effect.payload}".strip(), joint)
         for effect in model.effects
         for parameter, joint in zip(effect.parameters(model.robot), joints_of(effect, model), strict=True)
     }
@@ -88,14 +88,8 @@ def _places(model: Model) -> dict[str, tuple[str, str]]:
 def joints_of(effect: Effect, model: Model) -> Iterator[str]:
     """Joint at which each parameter of an effect acts; empty where there is not one."""
     robot = model.robot
-    labels = _labels(robot.joints)
-    count, bodies = len(effect.parameters(robot)), len(effect.inertias(robot))
-    where: Sequence[str] = [labels.get(getattr(effect, "joint", ""), "")]
-    if isinstance(effect, JointEffect):
-        where = [labels[robot.joints[joint]] for joint in effect.columns(robot)]
-    elif bodies == robot.dof:
-        where = list(labels.values())
-    return (where[place * len(where) // count] for place in range(count))
+    labels = list(_labels(robot.joints).values())
+    return ("" if joint is None else labels[joint] for joint in effect.parameter_joints(robot))
 
 
 def _labels(joints: Sequence[str]) -> dict[str, str]:

@@ -25,7 +25,13 @@ def bodies_apart(
         WrongShape: Not a value a parameter.
     """
     kinematics, others = _bodiless(model.robot.kinematics), []
-    for effect, own in _shares(model, values):
+    values = np.asarray(values, float)
+    if values.shape != (len(model.parameters),):
+        raise WrongShape(
+            f"{model.robot.name}: values have shape {values.shape}, expected ({len(model.parameters)},), one "
+            "a parameter of the model"
+        )
+    for effect, own in model.shares(values):
         bodies = effect.bodies(model.robot, own, payload)
         for link, body in bodies.items():
             kinematics.inertias[link + 1] += body
@@ -41,14 +47,3 @@ def _bodiless(kinematics: pin.Model) -> pin.Model:
         bare.inertias[link] = pin.Inertia.Zero()
     bare.armature = np.zeros(bare.nv)
     return bare
-
-
-def _shares(model: Model, values: np.ndarray) -> list[tuple[Effect, np.ndarray]]:
-    """Each effect with its own parameters."""
-    values = np.asarray(values, float)
-    if values.shape != (len(model.parameters),):
-        raise WrongShape(
-            f"{model.robot.name}: values have shape {values.shape}, expected ({len(model.parameters)},), one "
-            "a parameter of the model"
-        )
-    return [(effect, values[own]) for effect, own in zip(model.effects, model.columns, strict=True)]

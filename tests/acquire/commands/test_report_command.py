@@ -16,7 +16,6 @@ from exidyn.acquire.terminal.comparison_text import comparison_table
 from exidyn.acquire.terminal.json_output import json_text
 from exidyn.identify.diagnosis import Remainder
 from exidyn.identify.diagnosis.improved.forward import Forward
-from exidyn.identify.effects import Payload
 from exidyn.identify.fit.fit_file import read_fit, write_fit
 from exidyn.identify.fit.identification import identify
 from exidyn.identify.pages.diagnosis.page_data import page_data
@@ -235,7 +234,7 @@ def test_nominal_values_predict_as_the_nominal_model_does():
 
 def test_bodies_are_known_by_what_is_known_of_them():
     fit = known_fit()
-    [known] = [effect.known for effect in fit.model.effects if isinstance(effect, Payload)]
+    [known] = [body.known for body in fit.model.payloads.values()]
     loaded = replace(recordings()[0], payload=KnownPayload("other name", known))
     assert not any("knows nothing" in warning for warning in predicted(fit, [loaded]).warnings)
     strange = replace(loaded, payload=KnownPayload("tool", (("M", 77.0),)))

@@ -8,6 +8,7 @@ import pytest
 from exidyn.identify.arm.motion import Motion
 from exidyn.identify.arm.rigid_regressor import INERTIAL
 from exidyn.identify.effects import EFFECTS, Effect, JointEffect
+from exidyn.identify.effects.simulator_terms import JointTerms
 from exidyn.identify.errors import UnknownJoint
 from exidyn.identify.model import Model
 
@@ -104,6 +105,31 @@ class TestEveryEffect:
         assert changes == effect.needs_load
         # The load is the sum of the transmitted torques: one that needed it would need itself.
         assert not (effect.needs_load and effect.transmitted)
+
+    def test_states_whether_it_needs_the_temperature(self, key, robot):
+        effect, motion = default(key), known_run(robot)
+        warmer = replace(motion, temperature=motion.temperature + 1.0)
+        changes = np.any(effect.regressor(robot, motion) != effect.regressor(robot, warmer))
+        assert changes == effect.needs_temperature
+
+    def test_parameters_act_at_their_joint(self, key, robot):
+        effect = default(key)
+        columns, joints = effect.regressor(robot, known_run(robot)), effect.parameter_joints(robot)
+        assert len(joints) == columns.shape[2]
+        for column, joint in enumerate(joints):
+            if joint is not None and not effect.of_links:  # gravity may not reach the first links
+                assert np.any(columns[:, joint, column])
+
+    def test_makes_the_torque_of_the_terms_that_simulators_have(self, key, robot):
+        effect, motion = default(key), known_run(robot)
+        values = np.arange(1.0, len(effect.parameters(robot)) + 1.0)
+        terms = effect.portable(robot, values)
+        if isinstance(terms, JointTerms):
+            turned = np.tanh(motion.velocity / np.where(terms.dry > 0.0, terms.reversal, 1.0))
+            torque = terms.armature * motion.acceleration + terms.damping * motion.velocity
+            torque += terms.dry * turned
+            torque += terms.stiffness * motion.position + terms.constant
+            np.testing.assert_allclose(effect.regressor(robot, motion) @ values, torque, rtol=1e-9, atol=1e-9)
 
     def test_states_whether_acceleration_changes_its_torque(self, key, robot):
         effect, motion = default(key), known_run(robot)

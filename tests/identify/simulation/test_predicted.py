@@ -75,7 +75,7 @@ def test_a_loaded_run_of_which_all_is_known_is_judged_with_its_body(read):
     found = predicted(read, [replace(loaded(body), name="new")])
     assert names(found.validation) == ["new"]
     assert np.all(found.validation[0].over_noise < 1.2 * fit().agreement[1].over_noise)
-    assert [effect.name for effect in found.model.effects if hasattr(effect, "known")] == ["L", "tool"]
+    assert list(found.model.payloads) == ["L", "tool"]
 
 
 def test_a_body_of_the_fits_name_and_another_mass_is_another(read):

@@ -1,0 +1,58 @@
+"""Terms in which simulators share a model's torque, beside that of rigid bodies."""
+
+from dataclasses import dataclass, fields
+from typing import NamedTuple
+
+import numpy as np
+
+
+@dataclass(frozen=True, eq=False)
+class JointTerms:
+    """What torque each joint takes beyond that of its bodies, each of shape (n,).
+
+    Attributes:
+        armature: Inertia of rotor and gear [kg m^2].
+        damping: Torque per velocity [N m s/rad].
+        dry: Torque of dry friction [N m].
+        reversal: Velocity over which that reverses, by tanh [rad/s].
+        stiffness: Torque per position [N m/rad].
+        constant: Torque at position zero [N m].
+    """
+
+    armature: np.ndarray
+    damping: np.ndarray
+    dry: np.ndarray
+    reversal: np.ndarray
+    stiffness: np.ndarray
+    constant: np.ndarray
+
+    @classmethod
+    def of(cls, joints: int, **terms: np.ndarray) -> "JointTerms":
+        """The given terms, and zero for the others."""
+        return cls(**{f.name: terms.get(f.name, np.zeros(joints)) for f in fields(cls)})
+
+    def __add__(self, other: "JointTerms") -> "JointTerms":
+        total = {f.name: getattr(self, f.name) + getattr(other, f.name) for f in fields(self)}
+        # Simulators know one velocity at which dry friction changes its sign: that of the larger part.
+        total["reversal"] = np.where(other.dry >= self.dry, other.reversal, self.reversal)
+        return JointTerms(**total)
+
+
+class Spring(NamedTuple):
+    """A spring from a point beside a joint's axis to a point of the link that the joint moves.
+
+    Attributes:
+        joint: Name of the joint.
+        d21: Distance of the fixed end from the axis [m].
+        d22: Distance of the moving end from the axis [m].
+        phi: Angle between the two at joint position zero, zero where the spring is longest [rad].
+        stiffness: [N/m].
+        preload: [N].
+    """
+
+    joint: str
+    d21: float
+    d22: float
+    phi: float
+    stiffness: float
+    preload: float
