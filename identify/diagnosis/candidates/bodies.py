@@ -32,7 +32,7 @@ LIGHTEST = 1e-3
 
 def _links(model: Model) -> Iterator[Candidate]:
     """Each link that is heavier, lighter or elsewhere than its tolerance allows, if the model has bodies."""
-    if not any(isinstance(effect, RigidBody) for effect in model.effects):
+    if not any(effect.of_links for effect in model.effects):
         return
     robot, body = model.robot, RigidBody()
     own = [parameter.name for parameter in body.parameters(robot)]
