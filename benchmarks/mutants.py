@@ -94,6 +94,7 @@ MUTANTS = (
         "[rival for rival in best if _material(rival, prediction)]",
         "list(best)",
     ),
+    Mutant("what went out is taken again", "search/search.py", "out |= gone  # in", "out.copy()  # in"),
     Mutant(
         "a name beside as much without one",
         "search/selected.py",

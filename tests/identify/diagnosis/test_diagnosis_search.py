@@ -1,6 +1,7 @@
 """What a search names on a two-joint arm, and what it takes to be named."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -18,7 +19,7 @@ from exidyn.identify.diagnosis.runs.rows import CLOCK, torque_rate
 from exidyn.identify.diagnosis.search import once, search, selected
 from exidyn.identify.diagnosis.search.once import moments
 from exidyn.identify.diagnosis.search.ranking import _by_hypothesis
-from exidyn.identify.diagnosis.search.selected import Selected, contradicted, log_prior, odds_of
+from exidyn.identify.diagnosis.search.selected import Selected, contradicted, keys_of, log_prior, odds_of
 from exidyn.identify.effects import JointSpring, LoadDependentFriction, NonlinearViscousFriction
 from exidyn.identify.recordings.recording import Signal
 
@@ -465,6 +466,30 @@ def test_a_search_goes_on_until_a_pass_changes_nothing(monkeypatch):
     found = search.search(at)
     assert passes[:2] == [["joint_spring"], ["joint_spring"]]
     assert names(found) == [("joint_spring", (1,))]
+
+
+def test_what_another_effect_took_out_is_not_taken_again_in_the_same_pass(monkeypatch):
+    """Of two effects that each take out the other, one is taken, then the other, and no more."""
+    either, taken = [answer([50.0], "one"), answer([50.0], "other")], []
+    at = SimpleNamespace(prediction=lambda _: SimpleNamespace(joints=1))
+
+    def beside(_, prediction, found, *more):
+        return [one for one in either if one.candidate.key not in keys_of(found)]
+
+    def latest_alone(here, found, total):
+        taken.append(found[-1].answer.candidate.effect)
+        return here, found[-1:]
+
+    monkeypatch.setattr(search, "only_once", lambda here, found: (here, found))
+    monkeypatch.setattr(search, "ranked", beside)
+    monkeypatch.setattr(search, "judged", lambda best, *_: Selected(best[0], 50.0) if best else None)
+    monkeypatch.setattr(search, "_settled", latest_alone)
+    for fixed, name in ((True, "_material"), (False, "_less_probable")):
+        monkeypatch.setattr(search, name, lambda *_, fixed=fixed: fixed)
+    _, found, left = search._added(at, [], 1.0, {})
+    assert taken == ["one", "other"]
+    assert [one.answer for one in found] == either[1:]
+    assert left == either[:1]
 
 
 def test_an_effect_of_given_size_is_there_whole_or_not_at_all():
