@@ -21,11 +21,10 @@ from .results.budget import budget, changes
 from .results.evidence import Residuals, deviations, evidence, places_of
 from .results.remainder import MAIN, MATERIAL, beside_unnamed, discrepancies, remainders, rms
 from .runs.driven import Driven
-from .runs.usable import HELD_OUT, usable
+from .runs.usable import usable
 from .search.once import moments
 from .search.problem import Problem
 from .search.search import SearchResult, search
-from .search.selected import Selected
 
 SMOOTH = (
     "The recordings were smoothed before they were recorded: the noise of the motion is not known, and what "
@@ -37,21 +36,10 @@ UNSTATED = 100.0
 
 
 class Diagnosed(NamedTuple):
-    """A diagnosis, and the search that it reports: the posterior of all unknowns and hypotheses."""
+    """A diagnosis, and the search that it reports."""
 
     diagnosis: Diagnosis
     search: SearchResult
-
-
-def diagnose(
-    model: Model,
-    recordings: Sequence[tuple[str, Recording]],
-    name: str = "",
-    filtering: Filtering = Filtering(),  # noqa: B008
-    progress: Callable[[str], None] = lambda _: None,
-) -> Diagnosis:
-    """Find the physics that a model leaves out; as `diagnosed`, without the search."""
-    return diagnosed(model, recordings, name, filtering, progress).diagnosis
 
 
 def diagnosed(
@@ -62,15 +50,15 @@ def diagnosed(
     progress: Callable[[str], None] = lambda _: None,
     before: Sequence[Shaped] = (),
 ) -> Diagnosed:
-    """Find the physics that a model leaves out.
+    """Find the physics that a model leaves out, with the search that found it.
 
     Args:
         model: Nominal, with its tolerances; what is unstated is fitted freely.
         recordings: Role and recording of each run; those of role "validate" are only predicted.
-        name: Of the case; the robot's by default.
+        name: What is diagnosed; the robot's name by default.
         filtering: Filters; chosen from the data where none is given.
         progress: Called with a sentence at each stage.
-        before: Shapes that a diagnosis of some of these runs has found.
+        before: Shapes that an earlier diagnosis of some of these runs has found.
 
     Raises:
         DifferentRobot: A run of another robot.
@@ -79,6 +67,17 @@ def diagnosed(
     # Thousands of small systems: threads of linear algebra would wait for one another.
     with threadpool_limits(limits=1):
         return _diagnosed(model, recordings, name, filtering, progress, before)
+
+
+def diagnose(
+    model: Model,
+    recordings: Sequence[tuple[str, Recording]],
+    name: str = "",
+    filtering: Filtering = Filtering(),  # noqa: B008
+    progress: Callable[[str], None] = lambda _: None,
+) -> Diagnosis:
+    """Find the physics that a model leaves out; see `diagnosed`."""
+    return diagnosed(model, recordings, name, filtering, progress).diagnosis
 
 
 def _diagnosed(
@@ -109,7 +108,8 @@ def _diagnosed(
         rested, material = False, MAIN
         warnings = [*warnings, SMOOTH.format(found.problem.runs[0].prepared.decimation.cutoff)]
     residuals = Residuals.of(found)
-    every, named = _findings(found), sum(one.named for one in found.selected)
+    spread, named = deviations(found), sum(one.named for one in found.selected)
+    every = [_finding(found, place, spread[place]) for place in range(len(found.selected))]
     diagnosis = Diagnosis(
         name=name or model.robot.name,
         joints=model.robot.joints,
@@ -142,15 +142,9 @@ def noise_floor(runs: Sequence[Driven]) -> tuple[np.ndarray, bool]:
     return first.noise * np.abs(first.gain), first.noise_source == "rest"
 
 
-def _findings(found: SearchResult) -> list[Finding]:
-    spread = deviations(found)
-    return [_finding(found, place, spread[place]) for place in range(len(found.selected))]
-
-
 def _finding(found: SearchResult, place: int, spread: tuple[np.ndarray, dict[str, float]]) -> Finding:
-    one: Selected = found.selected[place]
-    answer, values = one.answer, found.prediction.values[places_of(found, place)]
-    candidate = answer.candidate
+    one, values = found.selected[place], found.prediction.values[places_of(found, place)]
+    answer, candidate = one.answer, one.answer.candidate
     torque = np.zeros(found.prediction.joints)
     torque[answer.columns.joints] = np.sqrt(np.mean((answer.columns.values @ values) ** 2, axis=0))
     held_out = answer.gains[~found.problem.blocks.fitted]
@@ -183,13 +177,9 @@ def _improvement(
 ) -> Improvement | None:
     if not runs:
         return None
-    rows = np.concatenate([np.arange(own.stop - own.start) + own.start for own in _held_out(found)])
+    blocks = found.problem.blocks
+    rows = ~blocks.fitted[blocks.number]
     weight = found.problem.base.weight[rows]
     before, after = (rms(one[rows], weight) for one in (residuals.before, residuals.after))
     band = min(run.prepared.decimation.cutoff for run in runs)
     return Improvement(tuple(run.prepared.name for run in runs), before, after, noise, band)
-
-
-def _held_out(found: SearchResult) -> list[slice]:
-    pairs = zip(found.prediction.rows.runs, found.problem.runs, strict=True)
-    return [rows for rows, run in pairs if run.role == HELD_OUT]

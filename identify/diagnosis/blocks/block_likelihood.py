@@ -24,12 +24,8 @@ MEMORY = 2.0
 def log_probability(errors: np.ndarray, rows: np.ndarray) -> np.ndarray:
     """Logarithm of the probability of each block's squared error, at the likeliest variance of each joint.
 
-    Args:
-        errors: Sums of squares over independent rows, shape (..., k, n) [(N m)^2].
-        rows: Number of independent rows, shape (k, n).
-
-    Returns:
-        Shape (..., k, n), without constants that all models of the same rows have.
+    Of sums of squares (..., k, n) [(N m)^2] over so many independent rows (k, n); shape (..., k, n), without
+    constants that all models of the same rows have.
     """
     scale = common_variance(errors, rows)[..., None, :]
     tail = 0.5 * (rows + FREEDOM) * np.log1p(errors / (FREEDOM * scale))
@@ -39,9 +35,7 @@ def log_probability(errors: np.ndarray, rows: np.ndarray) -> np.ndarray:
 def common_variance(errors: np.ndarray, rows: np.ndarray) -> np.ndarray:
     """Likeliest variance that blocks share, shape (..., n) [(N m)^2]; those of strange errors count for less.
 
-    Args:
-        errors: Sums of squares over independent rows, shape (..., k, n) [(N m)^2].
-        rows: Number of independent rows, shape (k, n).
+    Of sums of squares (..., k, n) [(N m)^2] over so many independent rows (k, n).
     """
     total = np.maximum(rows.sum(axis=0), 1e-12)
     variance = np.sum(errors, axis=-2) / total + 1e-30
@@ -71,14 +65,14 @@ def independent_share(
 ) -> np.ndarray:
     """Independent rows over all rows of each joint, shape (n,), for a sum of products of effect and residual.
 
-    Its variance is that of white noise times one and twice the sum of the products of both autocorrelations
-    (Bartlett's formula): what is fast is seen through what is slow.
+    Its variance is that of white noise times one plus twice the sum of the products of both
+    autocorrelations (Bartlett's formula): what is fast is seen through what is slow.
 
     Args:
         residual: Shape (r, n), zero where a row does not count.
         runs: Rows of each run.
         rate: Of rows [Hz].
-        effect: Likewise; as slow as the residual where it is zero everywhere, or not given.
+        effect: Shape (r, n); as slow as the residual where it is zero everywhere, or not given.
     """
     own = autocorrelation(residual, runs, rate)
     other = own.copy()
@@ -94,7 +88,7 @@ def independent_share(
 
 
 def autocorrelation(values: np.ndarray, runs: Sequence[slice], rate: float) -> np.ndarray:
-    """Of columns (r, n) within runs, for lags from zero on, shape (l, n)."""
+    """Autocorrelation of columns (r, n) within runs, for lags from zero on, shape (l, n)."""
     longest = max(rows.stop - rows.start for rows in runs)
     count = max(min(longest // 4, int(MEMORY * rate)), 1)
     products = np.zeros((count, values.shape[1]))
@@ -108,7 +102,7 @@ def autocorrelation(values: np.ndarray, runs: Sequence[slice], rate: float) -> n
 
 
 def strain(apart: np.ndarray | float, bounded: np.ndarray | bool = False) -> float:
-    """Logarithm of the probability that unknowns lose which are so many standard deviations from priors.
+    """Logarithm of the probability that unknowns lose by being so many standard deviations from their priors.
 
     A prior is one row, and may be wrong as a block may be strange. A bound is no more likely to be exceeded
     than the normal distribution of its variance states.
@@ -122,38 +116,25 @@ SHARES = 40
 
 
 class Amplitude(NamedTuple):
-    """One is all of the effect.
-
-    Attributes:
-        mean: Amplitude.
-        t: Over its standard deviation.
-        effective: Number of blocks that show it.
-        log_odds: Logarithm of the odds that it is above zero.
-    """
+    """How much of a predicted effect blocks have: one is all of it."""
 
     mean: float
-    t: float
-    effective: float
-    log_odds: float
+    t: float  # mean over its standard deviation
+    effective: float  # number of blocks that show it
+    log_odds: float  # logarithm of the odds that it is above zero
 
 
 NOTHING = Amplitude(0.0, 0.0, 1.0, 0.0)
 
 
 class _Shares(NamedTuple):
-    """What each block has of an effect, by each share of the formula's error in the scatter.
+    """Amplitudes of the blocks, by each of s shares of the formula's error in their scatter."""
 
-    Attributes:
-        own: Amplitude of each block, shape (k,).
-        weight: Of each block, shape (s, k).
-        mean: Shape (s,).
-        left: Sum of squares about the mean, weighted, shape (s,).
-    """
-
-    own: np.ndarray
-    weight: np.ndarray
-    mean: np.ndarray
-    left: np.ndarray
+    own: np.ndarray  # amplitude of each block, (k,)
+    weight: np.ndarray  # of each block, (s, k)
+    total: np.ndarray  # of the weights, (s,)
+    mean: np.ndarray  # (s,)
+    left: np.ndarray  # weighted sum of squares about the mean, (s,)
 
     @classmethod
     def of(cls, along: np.ndarray, size: np.ndarray) -> "_Shares | None":
@@ -164,14 +145,10 @@ class _Shares(NamedTuple):
         own, noise = along[sees] / size[sees], 1.0 / size[sees]
         ratio = np.append(0.0, np.geomspace(0.01 * noise.min(), 10.0 * noise.max(), SHARES))
         weight = 1.0 / (noise + ratio[:, None])
-        mean = weight @ own / weight.sum(axis=1)
+        total = weight.sum(axis=1)
+        mean = weight @ own / total
         left = np.sum(weight * (own - mean[:, None]) ** 2, axis=1) + np.finfo(float).tiny
-        return cls(own, weight, mean, left)
-
-    @property
-    def total(self) -> np.ndarray:
-        """Of the weights, shape (s,)."""
-        return np.asarray(self.weight.sum(axis=1))
+        return cls(own, weight, total, mean, left)
 
     def log_probability(self, mean: float) -> float:
         """Of all blocks where the common amplitude is given, but for a constant."""
@@ -181,11 +158,9 @@ class _Shares(NamedTuple):
 
 
 def all_or_nothing(along: np.ndarray, size: np.ndarray) -> float:
-    """Logarithm of how much more probable blocks are if they have all of an effect than if they have nothing.
+    """Logarithm of the odds that blocks have all of an effect against that they have nothing of it.
 
-    Args:
-        along: As of `amplitude`.
-        size: As of `amplitude`.
+    Arguments are those of `amplitude`.
     """
     shares = _Shares.of(along, size)
     return 0.0 if shares is None else shares.log_probability(1.0) - shares.log_probability(0.0)
@@ -207,18 +182,14 @@ def amplitude(along: np.ndarray, size: np.ndarray) -> Amplitude:
     shares = _Shares.of(along, size)
     if shares is None:
         return NOTHING
-    weight, mean, left, total = shares.weight, shares.mean, shares.left, shares.total
+    own, weight, total, mean, left = shares
     # Weighted means of known relative weights are distributed so, whatever the weights.
-    freedom = len(shares.own) - 1.0
+    freedom = len(own) - 1.0
     likelihood = 0.5 * (np.log(weight).sum(axis=1) - np.log(total) - freedom * np.log(left))
     share = np.exp(likelihood - special.logsumexp(likelihood))
     t = mean / np.sqrt(left / freedom / total)
     effective = total**2 / np.sum(weight**2, axis=1)
-    above, below = (special.logsumexp(_log_tail(x, freedom), b=share) for x in (t, -t))
+    tails = (np.log(np.maximum(special.stdtr(freedom, x), np.finfo(float).tiny)) for x in (t, -t))
+    above, below = (special.logsumexp(tail, b=share) for tail in tails)
     best = int(np.argmax(share))
     return Amplitude(float(mean[best]), float(t[best]), float(share @ effective), float(above - below))
-
-
-def _log_tail(t: np.ndarray, freedom: float) -> np.ndarray:
-    """Logarithm of the probability that Student's t is below some, shape of t."""
-    return np.log(np.maximum(special.stdtr(freedom, t), np.finfo(float).tiny))

@@ -19,19 +19,12 @@ SHORTEST = 0.3
 
 @dataclass(frozen=True, eq=False)
 class Blocks:
-    """Pieces of the rows of some runs.
+    """Pieces of the rows of some runs."""
 
-    Attributes:
-        number: Block of each row, shape (r,).
-        rows: Rows of each block.
-        fitted: Whether a block belongs to a run that is fitted, shape (k,); the others are only predicted.
-        seconds: Length of a fitted block [s].
-    """
-
-    number: np.ndarray
-    rows: tuple[slice, ...]
-    fitted: np.ndarray
-    seconds: float
+    number: np.ndarray  # block of each row, shape (r,)
+    rows: tuple[slice, ...]  # rows of each block
+    fitted: np.ndarray  # whether a block is of a fitted run, shape (k,); else it is only predicted
+    seconds: float  # length of a fitted block [s]
 
     @classmethod
     def of(cls, runs: Sequence[Driven], held_out: str) -> "Blocks":
@@ -60,25 +53,15 @@ def period(run: Driven) -> float:
 
 @dataclass(frozen=True, eq=False)
 class BlockSums:
-    """Products over the rows that count; lists have an entry for each joint.
+    """Products over the rows that count; lists have an entry for each joint."""
 
-    Attributes:
-        pieces: Rows of each block.
-        acting: Unknowns that give torque to the joint, (a,).
-        columns: Columns of those unknowns, (r, a).
-        torque: What they are to explain, (r,).
-        gram: Products of columns of each block, (k, a, a).
-        right: Products of columns and torque of each block, (k, a).
-        counts: Rows that count, shape (k, n).
-    """
-
-    pieces: tuple[slice, ...]
-    acting: list[np.ndarray]
-    columns: list[np.ndarray]
-    torque: list[np.ndarray]
-    gram: list[np.ndarray]
-    right: list[np.ndarray]
-    counts: np.ndarray
+    pieces: tuple[slice, ...]  # rows of each block
+    acting: list[np.ndarray]  # unknowns that give torque to the joint, (a,)
+    columns: list[np.ndarray]  # columns of those unknowns, (r, a)
+    torque: list[np.ndarray]  # what they are to explain, (r,)
+    gram: list[np.ndarray]  # products of columns of each block, (k, a, a)
+    right: list[np.ndarray]  # products of columns and torque of each block, (k, a)
+    counts: np.ndarray  # rows that count, shape (k, n)
 
     @classmethod
     def of(cls, rows: Rows, blocks: Blocks) -> "BlockSums":
@@ -114,7 +97,7 @@ class BlockSums:
         return np.array([[float(y[piece] @ y[piece]) for y in self.torque] for piece in self.pieces])
 
     def whole(self, weight: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
-        """Products over all joints for each block, (k, b, b) and (k, b), by a weight (k, n)."""
+        """Products over all joints for each block, weighted (k, n): (k, b, b) and (k, b)."""
         gram, right = np.zeros((len(weight), count, count)), np.zeros((len(weight), count))
         for joint, acting in enumerate(self.acting):
             own = weight[:, joint, None]
@@ -124,8 +107,8 @@ class BlockSums:
 
     def left(self, values: np.ndarray) -> np.ndarray:
         """What unknowns (b,) leave of the torque, zero where a row does not count, shape (r, n) [N m]."""
-        every = zip(self.columns, self.torque, self.acting, strict=True)
-        return np.stack([y - own @ values[acting] for own, y, acting in every], axis=1)
+        joints = zip(self.columns, self.torque, self.acting, strict=True)
+        return np.stack([y - own @ values[acting] for own, y, acting in joints], axis=1)
 
     def mixed(self, torque: np.ndarray, count: int) -> np.ndarray:
         """Products of the columns of all unknowns with another torque (r, n), shape (b,)."""
@@ -144,9 +127,9 @@ class BlockSums:
         return found
 
 
-def by_block(pieces: Sequence[slice], one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """Products one' other over the rows of each block: (r, a) and (r, ...) give (k, a, ...)."""
-    return np.stack([one[piece].T @ other[piece] for piece in pieces])
+def by_block(pieces: Sequence[slice], left: np.ndarray, right: np.ndarray) -> np.ndarray:
+    """Products left' right over the rows of each block: (r, a) and (r, ...) give (k, a, ...)."""
+    return np.stack([left[piece].T @ right[piece] for piece in pieces])
 
 
 def _bordered(pieces: Sequence[slice], own: np.ndarray, new: np.ndarray, gram: np.ndarray) -> np.ndarray:

@@ -27,17 +27,11 @@ UNKNOWN = 1e3
 
 @dataclass(frozen=True, eq=False)
 class Weighting:
-    """What each block and joint counts for.
+    """What each block and joint counts for."""
 
-    Attributes:
-        variance: Squared error of a row of each joint, predicted, shape (n,) [(N m)^2].
-        trust: Weight of each block, shape (k, n); zero where it is only predicted.
-        independent: Independent rows over all rows of each joint, shape (n,).
-    """
-
-    variance: np.ndarray
-    trust: np.ndarray
-    independent: np.ndarray
+    variance: np.ndarray  # squared error of a predicted row of each joint, (n,) [(N m)^2]
+    trust: np.ndarray  # weight of each block, (k, n); zero where it is only predicted
+    independent: np.ndarray  # independent rows over all rows of each joint, (n,)
 
     @property
     def weight(self) -> np.ndarray:
@@ -47,23 +41,14 @@ class Weighting:
 
 @dataclass(frozen=True, eq=False)
 class Prediction:
-    """Least squares of priors and blocks, each block left out in turn.
+    """Least squares of priors and blocks, each block left out in turn."""
 
-    Attributes:
-        rows: What is fitted, runs that are only predicted behind those that are.
-        blocks: Its pieces.
-        rate: Of the rows [Hz].
-        sums: Products over the blocks.
-        weighting: Of blocks and joints.
-        nominal: Errors without any finding, shape (k, n) [(N m)^2]; its own where it has none.
-    """
-
-    rows: Rows
-    blocks: Blocks
-    rate: float
-    sums: BlockSums
-    weighting: Weighting
-    nominal: np.ndarray | None = None
+    rows: Rows  # what is fitted, runs that are only predicted behind those that are
+    blocks: Blocks  # its pieces
+    rate: float  # of the rows [Hz]
+    sums: BlockSums  # products over the blocks
+    weighting: Weighting  # of blocks and joints
+    nominal: np.ndarray | None = None  # errors without findings, (k, n) [(N m)^2]; None for its own
 
     @classmethod
     def of(
@@ -75,10 +60,7 @@ class Prediction:
         sums: BlockSums | None = None,
         nominal: np.ndarray | None = None,
     ) -> "Prediction":
-        """With noise and trust as estimated from the rows, searched from those of a like model on.
-
-        Products over the blocks are formed where they are not given.
-        """
+        """With noise and trust estimated from the rows; that begins with those of a like model, if given."""
         sums = sums or BlockSums.of(rows, blocks)
         fitted, counts = blocks.fitted[:, None].astype(float), sums.counts
         total = np.maximum((counts * fitted).sum(axis=0), 1.0)
@@ -92,7 +74,7 @@ class Prediction:
             variance = np.sum(now.errors * weighting.trust, axis=0) / total + 1e-30
             settled = np.all(np.abs(np.log(variance / weighting.variance)) < SETTLED)
             # Runs that are only predicted do not show what others are worth.
-            independent = now._independent(sums.left(now.values) * fitted[blocks.number])
+            independent = independent_share(sums.left(now.values) * fitted[blocks.number], rows.runs, rate)
             trusted = trust(independent * now.errors * fitted, independent * counts * fitted) * fitted
             first = turn == 0 and near is None
             weighting = Weighting(variance, weighting.trust if first else trusted, independent)
@@ -102,7 +84,7 @@ class Prediction:
 
     @property
     def joints(self) -> int:
-        """Number of joints."""
+        """How many there are."""
         return self.rows.difference.shape[1]
 
     @cached_property
@@ -192,11 +174,7 @@ class Prediction:
 
     @cached_property
     def covariance(self) -> np.ndarray:
-        """Of the unknowns, shape (b, b).
-
-        By how they change when blocks are left out (the jackknife's), and when nominal values are wrong by
-        as much as was stated.
-        """
+        """Of the unknowns, shape (b, b): the jackknife's, and that of nominal values as wrong as stated."""
         own = self.left_out[self.blocks.fitted]
         apart = own - own.mean(axis=0)
         nominal = solve(self.factor, np.diag(np.sqrt(self.precision)))
@@ -210,8 +188,7 @@ class Prediction:
     def log_probability(self, errors: np.ndarray, independent: np.ndarray) -> np.ndarray:
         """Of predicted errors (..., k, n), where so many of the rows are independent (n,).
 
-        What is explained is right to the linearity of the sensors: effects are as good as each other of which
-        one leaves less than that more than the other.
+        What is explained is right to the linearity of the sensors only: less than that decides nothing.
         """
         nominal = self.errors if self.nominal is None else self.nominal
         wrong = LINEAR**2 * np.maximum(nominal - errors, 0.0)
@@ -221,18 +198,12 @@ class Prediction:
         """Of predicted errors (..., k, n), where so many of the rows are independent (n,)."""
         return common_variance(independent * errors, independent * self.sums.counts)
 
-    def _leaving(self, torque: np.ndarray) -> np.ndarray:
-        """Residual with further torque (r, n) that is explained, all unknowns solved anew, shape (r, n)."""
-        mixed = self.sums.mixed(self.weighting.weight[self.blocks.number] * torque, len(self.rows.std))
-        return self.sums.left(self.values - solve(self.factor, mixed)) - torque
-
-    def _independent(self, residual: np.ndarray, effect: np.ndarray | None = None) -> np.ndarray:
-        return independent_share(residual, self.rows.runs, self.rate, effect)
-
     def independent_of(self, torque: np.ndarray) -> np.ndarray:
-        """Independent rows over all rows for further torque (r, n) that is explained, shape (n,)."""
-        counting = torque * self.rows.weight
-        return self._independent(self._leaving(counting), counting)
+        """Independent rows over all rows (n,) for further torque (r, n), all unknowns solved anew."""
+        torque = torque * self.rows.weight
+        mixed = self.sums.mixed(self.weighting.weight[self.blocks.number] * torque, len(self.rows.std))
+        residual = self.sums.left(self.values - solve(self.factor, mixed)) - torque
+        return independent_share(residual, self.rows.runs, self.rate, torque)
 
 
 def rms_torque(columns: np.ndarray) -> np.ndarray:
@@ -241,5 +212,5 @@ def rms_torque(columns: np.ndarray) -> np.ndarray:
 
 
 def factored(matrix: np.ndarray) -> Factor:
-    """Factor of a normal matrix whose columns were scaled to one; what no row determines stays at zero."""
+    """Factor of a normal matrix, its columns scaled to one; what no row determines stays at zero."""
     return positive_definite.factored(matrix, ROUNDING)

@@ -45,21 +45,13 @@ class Play(NamedTuple):
 
 
 class Gear(NamedTuple):
-    """One joint: what is known of it before its play.
+    """One joint: what is known of it before its play."""
 
-    Attributes:
-        model: The arm.
-        joint: Which, from 0.
-        stiffness: Expected of the teeth [N m/rad].
-        load_uncertainty: How wrong its load may be [N m].
-        bent: Torque of the motors in a run for teeth of that stiffness, shape (t, n) [N m].
-    """
-
-    model: Model
-    joint: int
-    stiffness: float
-    load_uncertainty: float
-    bent: Callable[[Driven], np.ndarray]
+    model: Model  # the arm
+    joint: int  # which, from 0
+    stiffness: float  # expected of the teeth [N m/rad]
+    load_uncertainty: float  # how wrong its load may be [N m]
+    bent: Callable[[Driven], np.ndarray]  # motors' torque in a run for teeth of that stiffness, (t, n) [N m]
 
 
 def plays(model: Model) -> Iterator[Candidate]:

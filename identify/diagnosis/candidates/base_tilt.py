@@ -26,7 +26,7 @@ from ..questions.block_answer import CERTAIN_ODDS, STRANGE
 from ..questions.candidate import UNNAMED, Candidate, Thinned
 from ..questions.comparison import colouring
 from ..questions.question import ask
-from ..runs.driven import Driven, gear_torque
+from ..runs.driven import Driven, model_torque
 from ..runs.rows import model_rows
 from .parts import on_motors
 
@@ -107,17 +107,11 @@ def _rough(model: Model, prediction: Prediction, runs: Sequence[Driven]) -> np.n
 
 @dataclass(frozen=True, eq=False)
 class _Fields:
-    """Rows by the direction of gravity.
+    """Rows by the direction of gravity."""
 
-    Attributes:
-        upright: Prediction in the model's own gravity.
-        still: Columns (r, n, p) and difference (r, n) without gravity.
-        along: What gravity along each axis of the base adds to both.
-    """
-
-    upright: Prediction
-    still: tuple[np.ndarray, np.ndarray]
-    along: list[tuple[np.ndarray, np.ndarray]]
+    upright: Prediction  # prediction in the model's own gravity
+    still: tuple[np.ndarray, np.ndarray]  # columns (r, n, p) and difference (r, n) without gravity
+    along: list[tuple[np.ndarray, np.ndarray]]  # what gravity along each axis of the base adds to both
 
     @classmethod
     def of(cls, model: Model, upright: Prediction, runs: Sequence[Driven]) -> "_Fields":
@@ -164,7 +158,9 @@ def _mounted(model: Model, direction: np.ndarray, values: np.ndarray, std: float
     turned = _under(model, float(np.linalg.norm(model.robot.gravity)) * direction)
 
     def columns(run: Driven) -> np.ndarray:
-        more = gear_torque(turned, run.motion, values) - gear_torque(model, run.motion, values)
+        more = np.subtract(
+            *(model_torque(one, run.motion, values, transmitted=True) for one in (turned, model))
+        )
         return on_motors(model.robot, more[:, :, None])
 
     reported = {f"gravity_{axis}": (float(part), "1") for axis, part in zip("xyz", direction, strict=True)}

@@ -38,25 +38,15 @@ APART = 2.0
 
 @dataclass(frozen=True, eq=False)
 class Contact:
-    """A window of a run, and the force that explains most of what is left in it.
+    """A window of a run, and the force that explains most of what is left in it."""
 
-    Attributes:
-        run: Its number among the runs.
-        name: Of the run.
-        start: Of the window, by the run's time [s].
-        duration: [s].
-        force: On the flange, in the base's axes, shape (3,) [N].
-        gains: Logarithm of how much more probable the force makes each joint's rows, shape (n,).
-        among: Number of windows.
-    """
-
-    run: int
-    name: str
-    start: float
-    duration: float
-    force: np.ndarray
-    gains: np.ndarray
-    among: int
+    run: int  # its number among the runs
+    name: str  # of the run
+    start: float  # of the window, by the run's time [s]
+    duration: float  # [s]
+    force: np.ndarray  # on the flange, in the base's axes, shape (3,) [N]
+    gains: np.ndarray  # logarithm of how much more probable the force makes each joint's rows, shape (n,)
+    among: int  # number of windows
 
     @property
     def gain(self) -> float:
@@ -76,15 +66,10 @@ def share(time: np.ndarray, start: float | np.ndarray, duration: float) -> np.nd
 
 
 class Reach(NamedTuple):
-    """What a force on the flange asks of the motors of one run.
+    """What a force on the flange asks of the motors of one run."""
 
-    Attributes:
-        time: Of its rows, shape (r,) [s].
-        torque: Shape (r, n, 3) [N m/N].
-    """
-
-    time: np.ndarray
-    torque: np.ndarray
+    time: np.ndarray  # of its rows, shape (r,) [s]
+    torque: np.ndarray  # shape (r, n, 3) [N m/N]
 
     @classmethod
     def of(cls, model: Model, run: Driven) -> "Reach":

@@ -1,5 +1,1 @@
-"""Findings, and what is known of each kind of effect.
-
-In: answers.
-Out: `Finding`, `Diagnosis`, `Kind`, numbers with units.
-"""
+"""Findings, numbers with units, and what is known of each kind of effect."""

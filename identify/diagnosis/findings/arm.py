@@ -18,21 +18,13 @@ seen in a torque."""
 
 @dataclass(frozen=True, eq=False)
 class Arm:
-    """An arm that can be simulated.
+    """An arm that can be simulated."""
 
-    Attributes:
-        model: Robot and effects.
-        values: Its parameters, shape (p,).
-        gain: Its drive gains, shape (n,) [N m/A].
-        transmission: What is between motors and links.
-        left_out: Findings, by their place, that are no part of it.
-    """
-
-    model: Model
-    values: np.ndarray
-    gain: np.ndarray
-    transmission: Transmission
-    left_out: tuple[int, ...] = ()
+    model: Model  # robot and effects
+    values: np.ndarray  # its parameters, shape (p,)
+    gain: np.ndarray  # its drive gains, shape (n,) [N m/A]
+    transmission: Transmission  # what is between motors and links
+    left_out: tuple[int, ...] = ()  # findings, by their place, that are no part of it
 
     @property
     def by_name(self) -> dict[str, float]:

@@ -1,5 +1,1 @@
-"""The arm with what was found.
-
-In: `Diagnosis`.
-Out: models, and simulations of its runs.
-"""
+"""The arm with what was found: models, and simulations of its runs."""

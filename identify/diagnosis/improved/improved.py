@@ -54,33 +54,20 @@ FOUND = "found.toml"
 
 
 class Rival(NamedTuple):
-    """A model with one finding replaced by what it might be instead.
+    """A model with one finding replaced by what it might be instead."""
 
-    Attributes:
-        finding: Its place, undecided ones behind the others.
-        alternative: Its place among the alternatives of that finding.
-        file: Under which it is written.
-        model: With what it might be, and its values; without either where a model cannot hold it.
-        left_out: What no model holds, by name in the vocabulary.
-    """
-
-    finding: int
-    alternative: int
-    file: str
-    model: Model
-    left_out: tuple[str, ...]
+    finding: int  # its place, undecided ones behind the others
+    alternative: int  # its place among the alternatives of that finding
+    file: str  # under which it is written
+    model: Model  # with what it might be, and its values; without either where a model cannot hold it
+    left_out: tuple[str, ...]  # what no model holds, by name in the vocabulary
 
 
 class Improved(NamedTuple):
-    """A model with findings.
+    """A model with findings."""
 
-    Attributes:
-        model: With the values found.
-        left_out: Places of findings that it does not hold.
-    """
-
-    model: Model
-    left_out: tuple[int, ...]
+    model: Model  # with the values found
+    left_out: tuple[int, ...]  # places of findings that it does not hold
 
 
 def found_model(diagnosis: Diagnosis) -> Model | None:

@@ -1,5 +1,1 @@
-"""What a candidate would add.
-
-In: a prediction, and columns of candidates.
-Out: `Answer`: gain, coefficients, odds by block and joint.
-"""
+"""What a candidate would add to a prediction: gain, coefficients, odds by block and joint."""

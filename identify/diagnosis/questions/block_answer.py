@@ -38,39 +38,22 @@ def prior_std(candidate: Candidate, columns: Thinned) -> np.ndarray:
 
 @dataclass(frozen=True, eq=False)
 class Answer:
-    """What a candidate does for the blocks that are left out.
+    """What a candidate does for the blocks that are left out."""
 
-    Attributes:
-        candidate: In one shape.
-        columns: Its columns.
-        values: Its coefficients by all fitted blocks, shape (p,).
-        free: Which of them are not at a limit of physics, shape (p,).
-        predicted: Sums of squares of the blocks as they are predicted without it, shape (k, n) [(N m)^2].
-        errors: The same with it.
-        along: Of each block, its residual along the predicted effect, over noise, shape (k,).
-        size: Of each block, square of the predicted effect, over noise, shape (k,).
-        gains: Logarithm of how much more probable each block is on each joint, shape (k, n).
-        cost: Logarithm of the number of shapes of which it is the choice, over that of signs it cannot have.
-        independent: Independent rows over all rows by which the gains are weighed, shape (n,).
-        fitted: Whether a block is fitted, shape (k,); the others are only predicted.
-        relief: Logarithm of how much more probable all priors are, beside it.
-        choice: What choosing the shape costs the odds by scatter: its logarithm over the mean of all shapes.
-    """
-
-    candidate: Candidate
-    columns: Thinned
-    values: np.ndarray
-    free: np.ndarray
-    predicted: np.ndarray
-    errors: np.ndarray
-    along: np.ndarray
-    size: np.ndarray
-    gains: np.ndarray
-    cost: float = 0.0
-    independent: np.ndarray | None = None
-    fitted: np.ndarray | None = None
-    relief: float = 0.0
-    choice: float = 0.0
+    candidate: Candidate  # in one shape
+    columns: Thinned  # its columns
+    values: np.ndarray  # its coefficients by all fitted blocks, shape (p,)
+    free: np.ndarray  # which of them are not at a limit of physics, shape (p,)
+    predicted: np.ndarray  # squares of the blocks as predicted without it, shape (k, n) [(N m)^2]
+    errors: np.ndarray  # the same with it
+    along: np.ndarray  # of each block, its residual along the predicted effect, over noise, shape (k,)
+    size: np.ndarray  # of each block, square of the predicted effect, over noise, shape (k,)
+    gains: np.ndarray  # logarithm of how much more probable each block is on each joint, shape (k, n)
+    cost: float = 0.0  # logarithm of the number of shapes it was chosen of, less that of excluded signs
+    independent: np.ndarray | None = None  # independent rows over all rows for the gains, shape (n,)
+    fitted: np.ndarray | None = None  # whether a block is fitted, shape (k,); the others are only predicted
+    relief: float = 0.0  # logarithm of how much more probable all priors are, beside it
+    choice: float = 0.0  # what choosing the shape costs the odds by scatter, on a logarithm
 
     @property
     def strange(self) -> bool:

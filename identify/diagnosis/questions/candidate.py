@@ -31,73 +31,43 @@ def as_fitted(values: np.ndarray, std: np.ndarray) -> tuple[np.ndarray, np.ndarr
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
-    """One effect, on certain joints, of a certain shape.
+    """One effect, on certain joints, of a certain shape."""
 
-    Attributes:
-        effect: Name in the vocabulary.
-        joints: Where it acts, from 0; empty where it has no joint.
-        columns: Its torque in a run.
-        names: Of its coefficients.
-        units: Of its coefficients.
-        lower: Smallest value that physics allows each coefficient, not above 0.
-        shape: Nonlinear parameters.
-        bounds: Their bounds, where they may be refined.
-        reshaped: The same with another shape.
-        instance: What to add to a model, where it is an effect of the model's own kind.
-        rows: Joints whose motors it gives torque to; None where that may be all.
-        smooth: Whether its torque is no more abrupt than the motion.
-        proportion: How large its coefficients are expected to be beside the first, where physics gives it.
-        led: How many of its coefficients are such that it is not there without any of them.
-        cancels: Whether its coefficients may be far larger than what they give together, as a pretension.
-        size: How large its torque is, share of the joint's usual one [-], where its cause gives it.
-        expected: Each coefficient and how far it may be from that, where physics gives their size.
-        among: Number of shapes of which it is the choice of a quick look, where not all of them are weighed.
-        prior: How much likelier it is than others before the data [-].
-        most: Largest coefficient, either way, for which its columns are right.
-        everywhere: Whether every joint has to be predicted better with it.
-        kind: What sets it apart from others of its effect on its joints, as frequencies of ripple.
-        reported: What follows from the shape, in the field's words: name -> value and unit.
-        reported_as: How its coefficients are reported.
-        known: Standard deviations of what was measured otherwise, by name.
-        loaded: Whether its columns depend on the torque of the motors, or on the load of the gears.
-        carried: Whether gears transmit its torque.
-        reloads: Whether the torque of all motors is fitted anew beside it, carried or not.
-        listed: Whether the vocabulary has a name for it.
-        span: Range of its first joint's position that shows it; less cannot distinguish it [rad].
-        gear_ratio: Of its first joint; 1 where none is given [-].
-    """
-
-    effect: str
-    joints: tuple[int, ...]
-    columns: Columns
-    names: tuple[str, ...]
-    units: tuple[str, ...]
-    lower: tuple[float, ...]
-    shape: Mapping[str, float] = field(default_factory=dict)
-    bounds: Mapping[str, Shape] = field(default_factory=dict)
-    reshaped: Callable[[Mapping[str, float]], "Candidate"] | None = None
-    instance: Effect | None = None
-    rows: tuple[int, ...] | None = None
-    smooth: bool = False
+    effect: str  # name in the vocabulary
+    joints: tuple[int, ...]  # where it acts, from 0; empty where it has no joint
+    columns: Columns  # its torque in a run
+    names: tuple[str, ...]  # of its coefficients
+    units: tuple[str, ...]  # of its coefficients
+    lower: tuple[float, ...]  # smallest value that physics allows each coefficient, not above 0
+    shape: Mapping[str, float] = field(default_factory=dict)  # nonlinear parameters
+    bounds: Mapping[str, Shape] = field(default_factory=dict)  # their bounds, where they may be refined
+    reshaped: Callable[[Mapping[str, float]], "Candidate"] | None = None  # the same in another shape
+    instance: Effect | None = None  # what to add to a model, if an effect of its kind
+    rows: tuple[int, ...] | None = None  # joints whose motors it moves; None for all
+    smooth: bool = False  # whether its torque is no more abrupt than the motion
+    # how large its coefficients are expected to be beside the first, where physics gives it
     proportion: tuple[float, ...] | None = None
-    cancels: bool = False
-    size: float = np.inf
-    led: int = 0
+    cancels: bool = False  # whether coefficients may far exceed what they give together
+    size: float = np.inf  # torque over the joint's usual one, if its cause gives it [-]
+    led: int = 0  # leading coefficients without any of which it is not there
+    # mean and deviation of each coefficient, where physics gives its size
     expected: tuple[tuple[float, float], ...] | None = None
-    among: int = 1
-    prior: float = 1.0
-    most: float = np.inf
-    everywhere: bool = False
-    kind: str = ""
+    among: int = 1  # number of shapes of which it is the choice of a quick look
+    prior: float = 1.0  # how much likelier than others before the data [-]
+    most: float = np.inf  # largest coefficient for which its columns are right
+    everywhere: bool = False  # whether every joint must be predicted better
+    kind: str = ""  # what sets it apart from others of its effect, as frequencies of ripple
+    # what follows from the shape, in the field's words: name -> value and unit
     reported: Mapping[str, tuple[float, str]] = field(default_factory=dict)
-    reported_as: Reported = as_fitted
+    reported_as: Reported = as_fitted  # how its coefficients are reported
+    # standard deviations of what was measured otherwise
     known: Mapping[str, float] = field(default_factory=dict)
-    loaded: bool = False
-    carried: bool = False
-    reloads: bool = False
-    listed: bool = True
-    span: float = 0.0
-    gear_ratio: float = 1.0
+    loaded: bool = False  # whether columns depend on motors' torque or gears' load
+    carried: bool = False  # whether gears transmit its torque
+    reloads: bool = False  # whether all motors' torque is fitted anew beside it
+    listed: bool = True  # whether the vocabulary has a name for it
+    span: float = 0.0  # least range of its first joint's position that shows it [rad]
+    gear_ratio: float = 1.0  # of its first joint; 1 if not given [-]
 
     @property
     def key(self) -> tuple[str, tuple[int, ...], str]:
@@ -107,21 +77,13 @@ class Candidate:
 
 @dataclass(frozen=True, eq=False)
 class Thinned:
-    """Columns of a candidate over all runs.
+    """Columns of a candidate over all runs."""
 
-    Attributes:
-        joints: Those it gives torque to, shape (k,).
-        values: Shape (r, k, p).
-        std: How large each coefficient is expected to be, shape (p,).
-        mean: About what, shape (p,); zero where the size of an effect is unknown.
-        usual: Root mean square of the torque of its joints, shape (k,) [N m]; None where it is no torque.
-    """
-
-    joints: np.ndarray
-    values: np.ndarray
-    std: np.ndarray
-    mean: np.ndarray
-    usual: np.ndarray | None = None
+    joints: np.ndarray  # those it gives torque to, shape (k,)
+    values: np.ndarray  # shape (r, k, p)
+    std: np.ndarray  # how large each coefficient is expected to be, shape (p,)
+    mean: np.ndarray  # about what, shape (p,); zero where the size of an effect is unknown
+    usual: np.ndarray | None = None  # RMS torque of its joints, shape (k,) [N m]; None where it is no torque
 
     @classmethod
     def of(cls, candidate: Candidate, runs: Sequence[Driven]) -> "Thinned":

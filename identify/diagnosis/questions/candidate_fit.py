@@ -14,25 +14,15 @@ from .candidate import Candidate, Thinned
 
 @dataclass(frozen=True, eq=False)
 class Products:
-    """Products of i candidates' columns, p each, all of the same joints, over each block.
+    """Products of i candidates' columns, p each, all of the same joints, over each block."""
 
-    Attributes:
-        joints: Those they give torque to, shape (m,).
-        own: Columns of each candidate with each other, shape (k, m, i, p, p).
-        parts: With the prediction's columns, of each joint, [m] of (k, a, i, p).
-        by_torque: With what is to be explained, of each joint, shape (k, m, i, p).
-        mixed: With the prediction's, all joints weighted, shape (k, b, i, p).
-        torque: With what is to be explained, likewise, shape (k, i, p).
-        weighted: `own` over all joints, weighted, shape (k, i, p, p).
-    """
-
-    joints: np.ndarray
-    own: np.ndarray
-    parts: list[np.ndarray]
-    by_torque: np.ndarray
-    mixed: np.ndarray
-    torque: np.ndarray
-    weighted: np.ndarray
+    joints: np.ndarray  # those they give torque to, shape (m,)
+    own: np.ndarray  # columns of each candidate with each other, shape (k, m, i, p, p)
+    parts: list[np.ndarray]  # with the prediction's columns, of each joint, [m] of (k, a, i, p)
+    by_torque: np.ndarray  # with what is to be explained, of each joint, shape (k, m, i, p)
+    mixed: np.ndarray  # with the prediction's, all joints weighted, shape (k, b, i, p)
+    torque: np.ndarray  # with what is to be explained, likewise, shape (k, i, p)
+    weighted: np.ndarray  # `own` over all joints, weighted, shape (k, i, p, p)
 
     @classmethod
     def of(cls, prediction: Prediction, every: Sequence[Thinned]) -> "Products":

@@ -148,19 +148,12 @@ def reshaped(candidate: Candidate, shape: dict[str, float]) -> Candidate:
 
 
 class Shaped(NamedTuple):
-    """A hypothesis in the shape that was found.
+    """A hypothesis in the shape that was found."""
 
-    Attributes:
-        effect: Name in the vocabulary.
-        joints: From 0.
-        kind: As of the candidate.
-        shape: Numbers that were searched.
-    """
-
-    effect: str
-    joints: tuple[int, ...]
-    kind: str
-    shape: dict[str, float]
+    effect: str  # name in the vocabulary
+    joints: tuple[int, ...]  # from 0
+    kind: str  # as of the candidate
+    shape: dict[str, float]  # numbers that were searched
 
     @classmethod
     def of(cls, candidate: Candidate) -> "Shaped":

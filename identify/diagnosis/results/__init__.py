@@ -1,5 +1,1 @@
-"""Results of a search about its runs.
-
-In: `SearchResult`.
-Out: the budget of the misfit, what is left, deviations, evidence.
-"""
+"""Results of a search: the budget of the misfit, what is left, deviations, evidence."""

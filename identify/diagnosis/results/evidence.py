@@ -16,17 +16,11 @@ from ..search.search import SearchResult
 
 @dataclass(frozen=True, eq=False)
 class Residuals:
-    """What is left of the torque of all runs, shape (r, n) each [N m].
+    """What is left of the torque of all runs, shape (r, n) each [N m]."""
 
-    Attributes:
-        before: By the nominal model, friction, offsets and what is unstated fitted.
-        after: With everything that was found.
-        explained: Torque of each finding, shape (f, r, n) [N m].
-    """
-
-    before: np.ndarray
-    after: np.ndarray
-    explained: np.ndarray
+    before: np.ndarray  # by the nominal model, friction, offsets and what is unstated fitted
+    after: np.ndarray  # with everything that was found
+    explained: np.ndarray  # torque of each finding, shape (f, r, n) [N m]
 
     @classmethod
     def of(cls, found: SearchResult) -> "Residuals":

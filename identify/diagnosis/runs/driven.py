@@ -21,17 +21,11 @@ RATE = 125.0
 
 
 class Tangent(NamedTuple):
-    """Derivatives of the links' torque at every sample, each of shape (n, t, n): by which joint, of which.
+    """Derivatives of the links' torque at every sample, each (n, t, n): by which joint, of which joint."""
 
-    Attributes:
-        position: [N m/rad].
-        velocity: [N m s/rad].
-        acceleration: The inertia [kg m^2].
-    """
-
-    position: np.ndarray
-    velocity: np.ndarray
-    acceleration: np.ndarray
+    position: np.ndarray  # [N m/rad]
+    velocity: np.ndarray  # [N m s/rad]
+    acceleration: np.ndarray  # the inertia [kg m^2]
 
     def torque(self, joint: int, twist: np.ndarray, rate: np.ndarray, second: np.ndarray) -> np.ndarray:
         """Torque of all links, shape (t, n) [N m], when one leads by a twist (t,) with its derivatives."""
@@ -85,23 +79,14 @@ CHUNK = 2000
 
 @dataclass(frozen=True, eq=False)
 class Driven:
-    """One run.
+    """One run."""
 
-    Attributes:
-        role: Of the run: "identify", "validate", "slow", "payload", or as its settings state.
-        prepared: Filtered motion and current.
-        motion: The same motion with the load that the gears transmit by the fitted model.
-        torque: What the fitted model asks of the motors, at full rate, shape (t, n) [N m].
-        bodies: The arm with its links and its payload nominal.
-        peak: Largest torque of each joint in all runs, shape (n,) [N m]; None where it is that of this one.
-    """
-
-    role: str
-    prepared: Prepared
-    motion: Motion
-    torque: np.ndarray
-    bodies: pin.Model
-    peak: np.ndarray | None = None
+    role: str  # "identify", "validate", "slow", "payload", or as the run's settings state
+    prepared: Prepared  # filtered motion and current
+    motion: Motion  # the same motion with the load that the gears transmit by the fitted model
+    torque: np.ndarray  # what the fitted model asks of the motors, at full rate, shape (t, n) [N m]
+    bodies: pin.Model  # the arm with its links and its payload nominal
+    peak: np.ndarray | None = None  # largest torque of each joint in all runs, (n,) [N m]; None for its own
 
     @classmethod
     def of(cls, model: Model, recording: Recording, role: str, filtering: Filtering) -> "Driven":
@@ -117,28 +102,23 @@ class Driven:
 
     def after(self, model: Model, values: np.ndarray) -> "Driven":
         """The same with the torque of other parameters (p,), and with the load that gears transmit then."""
-        load = _torque(model, self.motion, values, transmitted=True)
+        load = model_torque(model, self.motion, values, transmitted=True)
         motion = replace(self.motion, load=load)
-        torque = load + _torque(model, motion, values, transmitted=False)
+        torque = load + model_torque(model, motion, values, transmitted=False)
         return replace(self, motion=motion, torque=torque @ model.robot.to_motors.T)
 
     def bearing(self, torque: np.ndarray, on_motors: np.ndarray) -> "Driven":
-        """The same with gears that transmit some torque (t, n) [N m] more, as of a body that was found.
-
-        Args:
-            torque: Seen from the joints.
-            on_motors: The same seen from the motors.
-        """
+        """The same with gears that transmit more torque (t, n) [N m], as joints and as motors feel it."""
         motion = replace(self.motion, load=self.motion.load + torque)
         return replace(self, motion=motion, torque=self.torque + on_motors)
 
     def thinned(self, columns: np.ndarray) -> np.ndarray:
-        """Columns at full rate (t, ...) as they are compared, shape (r, ...)."""
+        """Columns at full rate (t, ...), filtered and decimated to the rows that are compared, (r, ...)."""
         return self.prepared.decimation.apply(columns)[: self.rows]
 
     @property
     def filtering(self) -> Filtering:
-        """Through which it was prepared."""
+        """Filters through which it was prepared."""
         own, cutoff = self.prepared.decimation, self.prepared.position_cutoff
         return Filtering(rate=own.rate, position_cutoff=cutoff, torque_cutoff=own.cutoff)
 
@@ -173,18 +153,13 @@ class Driven:
         return coarse
 
 
-def _torque(model: Model, motion: Motion, values: np.ndarray, transmitted: bool) -> np.ndarray:
-    """Torque of all effects that gears transmit, or of all others, shape (t, n) [N m]."""
+def model_torque(model: Model, motion: Motion, values: np.ndarray, transmitted: bool) -> np.ndarray:
+    """Torque of all effects that gears transmit, or of all others, by parameters (p,), (t, n) [N m]."""
     part = replace(model, effects=tuple(e for e in model.effects if e.transmitted == transmitted))
     known = dict(zip(model.names, values, strict=True))
     own = np.array([known[name] for name in part.names])
-    pieces = [part.torque(motion[start : start + CHUNK], own) for start in range(0, len(motion), CHUNK)]
-    return np.concatenate(pieces)
-
-
-def gear_torque(model: Model, motion: Motion, values: np.ndarray) -> np.ndarray:
-    """Torque that the gears transmit, by parameters (p,), shape (t, n) [N m]."""
-    return _torque(model, motion, values, transmitted=True)
+    starts = range(0, len(motion), CHUNK)
+    return np.concatenate([part.torque(motion[start : start + CHUNK], own) for start in starts])
 
 
 def slices(runs: Sequence[Driven]) -> tuple[slice, ...]:

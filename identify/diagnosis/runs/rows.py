@@ -17,29 +17,17 @@ from .driven import Driven, slices
 
 @dataclass(frozen=True, eq=False)
 class Rows:
-    """Stacked rows of some runs.
+    """Stacked rows of some runs."""
 
-    Attributes:
-        runs: Rows of each run.
-        difference: Measured torque minus that of the nominal model, shape (r, n) [N m].
-        weight: 0 where a joint sticks, else 1, shape (r, n).
-        columns: Torque per unit of each unknown, shape (r, n, b).
-        names: Of the unknowns.
-        std: How far each unknown may be from its mean, infinite without a prior, shape (b,).
-        mean: Prior mean of each, zero but for what was found and is known to be whole, shape (b,).
-        lower: Smallest value that physics allows each, shape (b,); none where it is None.
-        bounds: Whether the deviation of each is that of a bound, shape (b,); of none where it is None.
-    """
-
-    runs: tuple[slice, ...]
-    difference: np.ndarray
-    weight: np.ndarray
-    columns: np.ndarray
-    names: tuple[str, ...]
-    std: np.ndarray
-    mean: np.ndarray
-    lower: np.ndarray | None = None
-    bounds: np.ndarray | None = None
+    runs: tuple[slice, ...]  # rows of each run
+    difference: np.ndarray  # measured torque minus that of the nominal model, shape (r, n) [N m]
+    weight: np.ndarray  # 0 where a joint sticks, else 1, shape (r, n)
+    columns: np.ndarray  # torque per unit of each unknown, shape (r, n, b)
+    names: tuple[str, ...]  # of the unknowns
+    std: np.ndarray  # how far each may be from its mean, (b,); infinite without a prior
+    mean: np.ndarray  # prior mean, (b,); not zero for what was found and has a known size
+    lower: np.ndarray | None = None  # smallest value that physics allows, (b,); None for no limits
+    bounds: np.ndarray | None = None  # whether each deviation is that of a bound, (b,); None for none
 
     @property
     def limited(self) -> np.ndarray:
@@ -88,7 +76,10 @@ def model_rows(model: Model, runs: Sequence[Driven], values: np.ndarray | None =
         runs: Of which rows are made.
         values: Parameters (p,) that give the load for the friction of gears; nominal ones by default.
     """
-    carrying = model if values is None else _with_values(model, values)
+    carrying = model
+    if values is not None:
+        priors = {name: Prior(float(value)) for name, value in zip(model.names, values, strict=True)}
+        carrying = replace(model, stated=priors)
     nominal, every = model.nominal_values, np.arange(len(model.names))
     # Priors make the system regular, so that no base parameters are needed.
     base = BaseParameters(tuple(model.parameters), every, np.eye(len(every)), (1.0, 0.0))
@@ -109,11 +100,6 @@ def model_rows(model: Model, runs: Sequence[Driven], values: np.ndarray | None =
         _limits(model) - nominal,
         np.array([name in model.bounded for name in model.names]),
     )
-
-
-def _with_values(model: Model, values: np.ndarray) -> Model:
-    priors = {name: Prior(float(value)) for name, value in zip(model.names, values, strict=True)}
-    return replace(model, stated=priors)
 
 
 def _limits(model: Model) -> np.ndarray:
@@ -189,13 +175,9 @@ def turning(model: Model, run: Driven, joint: int) -> np.ndarray:
 def _turns(model: Model, run: Driven) -> np.ndarray:
     """One way in which dry friction changes its sign less another, shape (t, n, k) [-]."""
     signs = np.stack([smooth_sign(run.motion.velocity, v) for v in REVERSALS], axis=2)
-    bent = [_on_diagonal(Hysteresis(presliding=x).regressor(model.robot, run.motion)) for x in PRESLIDING]
+    hysteresis = (Hysteresis(presliding=x).regressor(model.robot, run.motion) for x in PRESLIDING)
+    bent = [np.einsum("tjj->tj", columns) for columns in hysteresis]
     return np.concatenate([np.diff(signs, axis=2), np.stack(bent, axis=2) - signs[:, :, 1:2]], axis=2)
-
-
-def _on_diagonal(columns: np.ndarray) -> np.ndarray:
-    """Each joint's own column, (t, n, n) -> (t, n)."""
-    return np.einsum("tjj->tj", columns)
 
 
 def _gains(model: Model, runs: Sequence[Driven]) -> tuple[list[str], np.ndarray, np.ndarray]:

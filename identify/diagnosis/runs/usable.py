@@ -49,7 +49,7 @@ def usable(
             raise
         except RecordingError as error:
             warnings.append(f"{recording.name} is left out: {str(error).removeprefix(f'{recording.name}: ')}")
-    measures = [_measures(recording) for _, recording in sound]
+    measures = ["current" if "current" in recording.signals else "torque" for _, recording in sound]
     for (_, recording), own in zip(sound, measures, strict=True):
         if own != measures[0]:
             warnings.append(
@@ -72,10 +72,6 @@ def usable(
     warnings += torque_off_warnings(model.robot.joints, [run.prepared for run in runs])
     warnings += repeated_motions(fitted, [run.prepared for run in runs if run.role == HELD_OUT])
     return runs, [*warnings, *excitation_warnings(model.robot.joints, fitted, 0.0), *_missing(model, runs)]
-
-
-def _measures(recording: Recording) -> str:
-    return "current" if "current" in recording.signals else "torque"
 
 
 def _missing(model: Model, runs: Sequence[Driven]) -> list[str]:

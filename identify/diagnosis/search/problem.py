@@ -27,21 +27,13 @@ ALIKE = 2e-3
 
 @dataclass(frozen=True, eq=False)
 class Known:
-    """What makes the torque and the load of any run.
+    """What makes the torque and the load of any run."""
 
-    Attributes:
-        model: Nominal.
-        values: Its parameters as fitted, shape (p,).
-        first: Whether nothing was found yet that matters for it.
-        carried: Findings that gears carry, with their coefficients.
-        peak: Largest torque of each joint in the runs fitted, shape (n,) [N m]; None before that is known.
-    """
-
-    model: Model
-    values: np.ndarray
-    first: bool = True
-    carried: tuple[tuple[Candidate, np.ndarray], ...] = ()
-    peak: np.ndarray | None = None
+    model: Model  # nominal
+    values: np.ndarray  # its parameters as fitted, shape (p,)
+    first: bool = True  # whether nothing was found yet that matters for it
+    carried: tuple[tuple[Candidate, np.ndarray], ...] = ()  # findings that gears carry, coefficients
+    peak: np.ndarray | None = None  # largest torque of each joint in the fitted runs, (n,) [N m]
 
     @classmethod
     def after(cls, model: Model, unknowns: np.ndarray, found: Sequence[Answer] = ()) -> "Known":
@@ -96,27 +88,16 @@ FREE = (REVERSAL, CLOCK)
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """What a search looks at.
+    """What a search looks at."""
 
-    Attributes:
-        model: As without_findings.
-        runs: Those that are fitted, then those that are only predicted, with the load that gears transmit.
-        blocks: Pieces of them.
-        base: Rows with the model's own unknowns alone.
-        rows: The same with nuisances.
-        asked: All candidates that do not depend on what is left.
-        known: What makes the torque and the load of any run.
-        reaches: What a force on the flange asks of the motors of each run.
-    """
-
-    model: Model
-    runs: tuple[Driven, ...]
-    blocks: Blocks
-    base: Rows
-    rows: Rows
-    asked: Asked
-    known: Known
-    reaches: tuple[Reach, ...]
+    model: Model  # as without_findings
+    runs: tuple[Driven, ...]  # those that are fitted, then those that are only predicted
+    blocks: Blocks  # pieces of them
+    base: Rows  # rows with the model's own unknowns alone
+    rows: Rows  # the same with nuisances
+    asked: Asked  # all candidates that do not depend on what is left
+    known: Known  # what makes the torque and the load of any run
+    reaches: tuple[Reach, ...]  # what a force on the flange asks of the motors of each run
 
     @classmethod
     def of(cls, model: Model, runs: Sequence[Driven], before: Sequence[Shaped] = ()) -> "Problem":

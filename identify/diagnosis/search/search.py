@@ -28,25 +28,15 @@ PASSES = 4
 
 @dataclass(frozen=True, eq=False)
 class SearchResult:
-    """What a search has come to.
+    """What a search has come to."""
 
-    Attributes:
-        problem: The runs, and what was asked.
-        selected: In the order of their columns, the greatest first.
-        prediction: With columns for everything that was found, at the end of its rows.
-        without_findings: Prediction without any of them.
-        single: Answers of all hypotheses, each beside nothing else, the most probable first.
-        left: Answers of those that were not taken, each beside all that was, the most probable first.
-        total: Sum of the prior weights of all hypotheses.
-    """
-
-    problem: Problem
-    selected: tuple[Selected, ...]
-    prediction: Prediction
-    without_findings: Prediction
-    single: tuple[Answer, ...]
-    left: tuple[Answer, ...] = ()
-    total: float = 1.0
+    problem: Problem  # the runs, and what was asked
+    selected: tuple[Selected, ...]  # in the order of their columns, the greatest first
+    prediction: Prediction  # with columns for everything that was found, at the end of its rows
+    without_findings: Prediction  # prediction without any of them
+    single: tuple[Answer, ...]  # all hypotheses, each beside nothing else, the most probable first
+    left: tuple[Answer, ...] = ()  # the others beside all findings, the most probable first
+    total: float = 1.0  # sum of the prior weights of all hypotheses
 
     def ordered(self) -> "SearchResult":
         """The same with those findings first that are certain enough to be named."""

@@ -21,24 +21,14 @@ ByBlocks = Callable[[Answer, Answer], float]
 
 
 class Selected(NamedTuple):
-    """An effect that was found, and what else it might be.
+    """An effect that was found, and what else it might be."""
 
-    Attributes:
-        answer: The effect.
-        odds: Logarithm of the odds that it is there, after every check.
-        others: What may explain the same, the most credible first, with the logarithm of the odds of the
-            effect against each.
-        once: Whether it happened once, so that no other block predicts it.
-        alone: Whether one joint alone shows it though it acts on the whole arm: then it is not named.
-        unnamed: What depends on something recorded and is none of the hypotheses, over what it explains [-].
-    """
-
-    answer: Answer
-    odds: float
-    others: tuple[tuple[Answer, float], ...] = ()
-    once: bool = False
-    alone: bool = False
-    unnamed: float = 0.0
+    answer: Answer  # the effect
+    odds: float  # logarithm of the odds that it is there, after every check
+    others: tuple[tuple[Answer, float], ...] = ()  # what may explain the same, log odds against each
+    once: bool = False  # whether it happened once, so that no other block predicts it
+    alone: bool = False  # whether one joint alone shows what acts on the whole arm: not named then
+    unnamed: float = 0.0  # what is left beside it without a name, over what it explains [-]
 
     @property
     def _weights(self) -> np.ndarray:
