@@ -1,78 +1,121 @@
 """Robot controllers: one folder a driver, one line in this table. Needs numpy and the bus libraries only."""
 
 from collections.abc import Mapping
-from importlib import import_module
+from importlib import import_module, metadata
 from typing import Any, NamedTuple
 
 from .driver import Arm, Driver, Info, StopLevel
-from .errors import DriverError, MissingPackage, UnknownDriver
+from .errors import BadDriver, DriverError, MissingPackage, UnknownDriver
 from .settings import read_settings, template
 from .values import Command, Sample
 
 __all__ = [
     "DRIVERS", "Arm", "Command", "Driver", "DriverError", "Info", "MissingPackage", "Sample", "StopLevel",
-    "create", "driver_class", "explain",
+    "create", "driver_class", "explain", "known_drivers",
 ]  # fmt: skip
+
+GROUP = "exidyn.drivers"
+"""Entry points of this group are drivers of installed packages: name -> subclass of `Driver`."""
 
 
 class Entry(NamedTuple):
     """A driver.
 
     Attributes:
-        place: "module:Class" in this package, imported when it is asked for.
+        place: "module:Class", imported when it is asked for.
         purpose: What it drives.
-        extra: Extra of the package that brings the libraries that it needs.
+        extra: Extra of exidyn that brings the libraries that it needs.
+        package: Package that it is installed with; empty for exidyn's own.
     """
 
     place: str
     purpose: str
     extra: str = ""
+    package: str = ""
 
 
 DRIVERS: dict[str, Entry] = {
-    "mock": Entry("mock.driver:Mock", "a simulated arm with drives, encoders and noise; nothing moves"),
+    "mock": Entry(".mock.driver:Mock", "a simulated arm with drives, encoders and noise; nothing moves"),
     "kuka_rsi": Entry(
-        "kuka_rsi.driver:KukaRsi", "KUKA KRC2, KRC4, KRC5 by Robot Sensor Interface (UDP), 83 or 250 Hz"
+        ".kuka_rsi.driver:KukaRsi", "KUKA KRC2, KRC4, KRC5 by Robot Sensor Interface (UDP), 83 or 250 Hz"
     ),
     "ur_rtde": Entry(
-        "ur_rtde.driver:UrRtde", "Universal Robots CB3, e-Series and later by RTDE (TCP), 125 or 500 Hz"
+        ".ur_rtde.driver:UrRtde", "Universal Robots CB3, e-Series and later by RTDE (TCP), 125 or 500 Hz"
     ),
-    "franka": Entry("franka.driver:Franka", "Franka Research 3 by the FCI, 1 kHz", "franka"),
+    "franka": Entry(".franka.driver:Franka", "Franka Research 3 by the FCI, 1 kHz", "franka"),
     "canopen_402": Entry(
-        "canopen_402.driver:Canopen402", "CiA 402 drives on CAN, cyclic synchronous position, 500 Hz", "can"
+        ".canopen_402.driver:Canopen402", "CiA 402 drives on CAN, cyclic synchronous position, 500 Hz", "can"
     ),
-    "can_mit": Entry("can_mit.driver:CanMit", "motors with the MIT frame on CAN: Damiao, T-Motor AK", "can"),
+    "can_mit": Entry(".can_mit.driver:CanMit", "motors with the MIT frame on CAN: Damiao, T-Motor AK", "can"),
     "dynamixel": Entry(
-        "dynamixel.driver:Dynamixel", "Dynamixel servos, protocol 2.0, on a serial port", "serial"
+        ".dynamixel.driver:Dynamixel", "Dynamixel servos, protocol 2.0, on a serial port", "serial"
     ),
-    "feetech": Entry("feetech.driver:Feetech", "Feetech STS and SMS servos on a serial port", "serial"),
+    "feetech": Entry(".feetech.driver:Feetech", "Feetech STS and SMS servos on a serial port", "serial"),
 }
+
+
+def known_drivers() -> dict[str, Entry]:
+    """`DRIVERS`, and those of installed packages.
+
+    Raises:
+        BadDriver: A package has a driver of a name that is taken.
+    """
+    known = dict(DRIVERS)
+    for point in metadata.entry_points(group=GROUP):
+        package = point.dist.name if point.dist else "an unknown package"
+        entry = Entry(point.value, f"a driver of the package {package}", package=package)
+        if known.setdefault(point.name, entry).place != entry.place:
+            raise BadDriver(point.name, package, "the name is taken. Give the entry point another name")
+    return known
 
 
 def driver_class(name: str) -> type[Driver]:
     """The class of a driver.
 
     Raises:
-        UnknownDriver: A name that is not in the table.
+        UnknownDriver: A name that is not known.
         MissingPackage: A library that it needs is not installed.
+        BadDriver: An installed package has no such driver, or one that cannot be loaded.
     """
-    if name not in DRIVERS:
-        raise UnknownDriver(name, DRIVERS)
-    place, _, extra = DRIVERS[name]
-    module, which = place.split(":")
+    known = known_drivers()
+    if name not in known:
+        raise UnknownDriver(name, known)
+    entry = known[name]
+    if entry.package:
+        return _installed(name, entry)
     try:
-        return getattr(import_module(f"{__name__}.{module}"), which)
+        return _loaded(entry)
     except ModuleNotFoundError as error:
-        if not extra or (error.name or "").startswith("exidyn"):
+        if not entry.extra or (error.name or "").startswith("exidyn"):
             raise
-        raise MissingPackage(name, error.name, extra) from error
+        raise MissingPackage(name, error.name, entry.extra) from error
+
+
+def _loaded(entry: Entry) -> Any:
+    module, _, which = entry.place.partition(":")
+    return getattr(import_module(module, __name__), which)
+
+
+def _installed(name: str, entry: Entry) -> type[Driver]:
+    try:
+        kind = _loaded(entry)
+    except Exception as error:  # whatever somebody else's module raises
+        reason = f"{type(error).__name__}: {error}".splitlines()[0]
+        raise BadDriver(
+            name,
+            entry.package,
+            f"cannot be loaded from {entry.place}: {reason}. Repair or uninstall the package",
+        ) from error
+    if not (isinstance(kind, type) and issubclass(kind, Driver)):
+        raise BadDriver(name, entry.package, f"{entry.place} is no subclass of exidyn.drivers.Driver")
+    return kind
 
 
 def create(name: str, table: Mapping[str, Any], arm: Arm) -> Driver:
     """A driver that is not open yet, from its settings.
 
     Raises:
-        UnknownDriver: A name that is not in the table.
+        DriverError: As by `driver_class`.
         BadSettings: What the driver cannot be set to.
     """
     cls = driver_class(name)
@@ -83,7 +126,7 @@ def explain(name: str) -> str:
     """A TOML file with all settings of a driver, to be filled in.
 
     Raises:
-        UnknownDriver: A name that is not in the table.
+        DriverError: As by `driver_class`.
     """
     settings = template(driver_class(name).Settings)
-    return f'# {DRIVERS[name].purpose}\ndriver = "{name}"\n\n[settings]\n{settings}'
+    return f'# {known_drivers()[name].purpose}\ndriver = "{name}"\n\n[settings]\n{settings}'

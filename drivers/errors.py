@@ -2,6 +2,7 @@
 
 DriverError
 ├── UnknownDriver     a name that is not in the table
+├── BadDriver         a driver of an installed package that cannot be used
 ├── MissingPackage    a package that only some drivers need is not installed
 ├── BadSettings       settings that are missing, unknown or out of range, or a bus that cannot carry them
 ├── NotReady          the controller is there and refuses to begin
@@ -50,6 +51,13 @@ class UnknownDriver(DriverError, LookupError):
 
     def __init__(self, name: str, valid: Iterable[str]) -> None:
         super().__init__(f"unknown driver '{name}'. Valid: {', '.join(valid)}")
+
+
+class BadDriver(DriverError):
+    """A driver of an installed package that cannot be used; names the package."""
+
+    def __init__(self, driver: str, package: str, why: str) -> None:
+        super().__init__(f"driver '{driver}' of the package {package}: {why}")
 
 
 class MissingPackage(DriverError, ImportError):

@@ -3,7 +3,7 @@
 import argparse
 from pathlib import Path
 
-from exidyn.drivers import DRIVERS
+from exidyn.drivers import known_drivers
 
 from .common import add_body, add_plan, add_robot, command_parser, name_lines, percent
 from .outputs import add_json, add_output
@@ -23,7 +23,7 @@ def parser() -> argparse.ArgumentParser:
         "record",
         "Play a planned motion on a controller and record the run.",
         EXAMPLES,
-        name_lines(settings, {name: entry.purpose for name, entry in DRIVERS.items()}),
+        name_lines(settings, {name: entry.purpose for name, entry in known_drivers().items()}),
         usage="exidyn record [-h] TRAJECTORY --robot ROBOT [option ...]",
     )
     add_plan(found)

@@ -58,12 +58,12 @@ def _complete(action: Any) -> None:
     """Name the values of an option, as shtab asks for it."""
     import shtab
 
-    from exidyn.drivers import DRIVERS
+    from exidyn.drivers import known_drivers
 
     if action.choices is not None:
         action.choices = tuple(action.choices)  # shtab takes tables for subcommands
     elif action.metavar == "DRIVER":
-        action.choices = tuple(DRIVERS)
+        action.choices = tuple(known_drivers())
     elif action.metavar == "FOLDER":
         action.complete = shtab.DIRECTORY
     elif action.metavar in FILES:

@@ -3,7 +3,7 @@
 import argparse
 from collections.abc import Sequence
 
-from exidyn.drivers import DRIVERS, driver_class, explain
+from exidyn.drivers import driver_class, explain, known_drivers
 
 from ..arguments.common import command_parser
 
@@ -18,8 +18,9 @@ def main(arguments: Sequence[str]) -> int:
     """List the drivers, or print a controller file of one to be filled in."""
     given = parser().parse_args(arguments)
     if given.name is None:
-        width = max(map(len, DRIVERS))
-        for name, entry in DRIVERS.items():
+        drivers = known_drivers()
+        width = max(map(len, drivers))
+        for name, entry in drivers.items():
             print(f"{name:<{width}}  {entry.purpose}")
         return 0
     text = driver_class(given.name).controller_file(given.address) if given.address else explain(given.name)
@@ -34,7 +35,7 @@ def parser() -> argparse.ArgumentParser:
         "List the drivers, or print the settings of one as a controller file for exidyn record.",
         EXAMPLES,
     )
-    found.add_argument("name", nargs="?", metavar="DRIVER", help=", ".join(DRIVERS))
+    found.add_argument("name", nargs="?", metavar="DRIVER", help=", ".join(known_drivers()))
     found.add_argument(
         "--for-host",
         dest="address",

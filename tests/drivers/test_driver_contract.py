@@ -1,6 +1,5 @@
 """What must hold of every driver, against its own peer."""
 
-from contextlib import contextmanager
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -9,12 +8,8 @@ import pytest
 from exidyn.drivers import DRIVERS, Arm, Command, DriverError, Sample, StopLevel, create
 from exidyn.identify.simulation.plant import typical_plant
 
-from ..parts.controllers import franka_controller, rsi_controller, servo_parts
-from ..parts.controllers.can_peers import peer as can_peer
 from ..parts.runs.run_parts import MODEL, START
-from ..peers.can_arm import canopen_settings, mit_settings
-from ..peers.peer_process import Peer
-from ..peers.ur_settings import ur_settings
+from ..peers.driver_peers import REAL, peer_of
 
 AMPLITUDE = 0.04
 """Of the motion that every arm is commanded [rad]: within the usual window of KUKA's, five degrees."""
@@ -32,59 +27,7 @@ SEVEN = Arm(tuple(f"joint{k}" for k in range(1, 8)), np.full(7, -7.0), np.full(7
 
 def arm(name):
     """Of a driver: as many joints as its controller has."""
-    return SEVEN if name == "franka" else ARM
-
-
-@contextmanager
-def mock(folder):
-    yield None, {"clock": "real", "cycle": 0.01, "dead_man": 2.0}
-
-
-@contextmanager
-def kuka_rsi(folder):
-    path = rsi_controller.config_file(folder)
-    settings = {"controller": "127.0.0.1", "config": str(path), "wait": 20.0, "timeout": 500}
-    with rsi_controller.running(path, "--timeout", 500) as process:
-        yield process, settings
-
-
-@contextmanager
-def ur_rtde(folder):
-    with Peer("ur_controller.py", "--robot", "obedient", "--series", "cb3") as process:
-        yield process, ur_settings(process.address) | {"cycle": 0.008, "dead_man": 2.0}
-
-
-@contextmanager
-def franka(folder):
-    with franka_controller.running() as (process, settings):
-        yield process, settings
-
-
-@contextmanager
-def canopen_402(folder):
-    with can_peer("can_nodes.py") as process:
-        yield process, canopen_settings(process.address) | {"cycle": 0.01}
-
-
-@contextmanager
-def can_mit(folder):
-    with can_peer("mit_motors.py", "--cycle", 0.01) as process:
-        yield process, mit_settings(process.address) | {"cycle": 0.01}
-
-
-@contextmanager
-def dynamixel(folder):
-    with servo_parts.peer("dynamixel") as process:
-        yield process, servo_parts.SETTINGS["dynamixel"](process.address) | {"watchdog": 2.0, "cycle": 0.01}
-
-
-@contextmanager
-def feetech(folder):
-    with servo_parts.peer("feetech") as process:
-        yield process, servo_parts.SETTINGS["feetech"](process.address) | {"cycle": 0.01}
-
-
-PEERS = {f.__name__: f for f in (mock, kuka_rsi, ur_rtde, franka, canopen_402, can_mit, dynamixel, feetech)}
+    return SEVEN if peer_of(name).joints == 7 else ARM
 
 
 @dataclass
@@ -152,15 +95,11 @@ def listen(driver, count):
 
 @pytest.fixture(scope="module", params=DRIVERS)
 def session(request, tmp_path_factory):
-    with PEERS[request.param](tmp_path_factory.mktemp(request.param)) as (_, settings):
+    with peer_of(request.param).running(tmp_path_factory.mktemp(request.param)) as (_, settings):
         with create(request.param, settings, arm(request.param)) as driver:
             found = play(driver)
         driver.close()
     return found
-
-
-def test_every_driver_has_its_peer_here():
-    assert set(PEERS) == set(DRIVERS)
 
 
 def test_it_reports_what_the_recording_needs_to_know(session):
@@ -215,9 +154,9 @@ def test_a_silent_joint_gives_no_number(session):
         assert np.array_equal(np.isnan(sample.position), sample.stale)
 
 
-@pytest.mark.parametrize("name", [name for name in DRIVERS if name != "mock"])
+@pytest.mark.parametrize("name", REAL)
 def test_a_peer_that_dies_raises_nothing_but_our_errors(name, tmp_path):
-    with PEERS[name](tmp_path) as (process, settings), create(name, settings, arm(name)) as driver:
+    with peer_of(name).running(tmp_path) as (process, settings), create(name, settings, arm(name)) as driver:
         driver.open()
         driver.arm_drives()
         where = listen(driver, 20)[-1].position
@@ -236,13 +175,12 @@ def test_a_peer_that_dies_raises_nothing_but_our_errors(name, tmp_path):
         driver.stop(StopLevel.OFF)
 
 
-@pytest.mark.parametrize("name", [name for name in DRIVERS if name != "mock"])
+@pytest.mark.parametrize("name", REAL)
 def test_without_its_peer_it_reports_it_and_lets_go(name, tmp_path):
-    with PEERS[name](tmp_path) as (process, settings):
+    with peer_of(name).running(tmp_path) as (process, settings):
         process.process.kill()
         process.process.wait()
-        patient = {"wait": 0.2} if name in ("kuka_rsi", "ur_rtde") else {}
-        driver = create(name, settings | patient, arm(name))
+        driver = create(name, settings | peer_of(name).hasty, arm(name))
         with pytest.raises(DriverError):
             driver.open()
         driver.close()

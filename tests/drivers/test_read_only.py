@@ -7,73 +7,40 @@ import pytest
 from exidyn.drivers import DRIVERS, create, driver_class
 from exidyn.drivers.errors import NotReady
 
-from ..parts.controllers import rsi_controller, servo_parts
 from ..parts.controllers.can_peers import drives, motors
 from ..peers.can_arm import bus_settings
-from .test_driver_contract import PEERS, arm
+from ..peers.driver_peers import peer_of
+from .test_driver_contract import arm
 
 COUNT = 30
 """Samples that are read."""
-TORQUE = {"dynamixel": 64, "feetech": 40}
-"""Registers that switch servos on."""
-
-
-def shown(peer, address, size):
-    """A register of all servos, by their own account."""
-    servo_parts.send_only(peer, f"show {address} {size}")
-    return next(line for line in reversed(peer.lines) if line.startswith("shows"))[6:].strip()
-
-
-def off(name, peer):
-    """Whether no drive is powered and nothing was commanded, by the peer's own account."""
-    if name == "kuka_rsi":
-        counts = rsi_controller.counted(peer)
-        return counts["answered"] > COUNT and counts["farthest"] == 0.0
-    if name in TORQUE:
-        return shown(peer, TORQUE[name], 1) == str([0] * 6) and "[0, 0, 0, 0, 0, 0]" in shown(
-            peer, {"dynamixel": 116, "feetech": 42}[name], 2
-        )
-    words = {
-        "canopen_402": (": ready", ": switched on", ": enabled"),
-        "can_mit": (": on,", "ordered to store"),
-        "ur_rtde": ("program",),
-        "franka": ("motion",),
-        "mock": (),
-    }
-    return not any(word in line for word in words[name] for line in (peer.lines if peer else ()))
 
 
 @pytest.mark.parametrize("name", DRIVERS)
 def test_it_is_read_without_power_and_without_a_command(name, tmp_path):
-    with PEERS[name](tmp_path) as (peer, settings):
+    peer = peer_of(name)
+    with peer.running(tmp_path) as (process, settings):
         with create(name, settings, arm(name)) as driver:
             info = driver.open_to_read()
             samples = [driver.exchange(None) for _ in range(COUNT)]
             states = driver.states()
             samples += [driver.exchange(None) for _ in range(COUNT)]
             assert driver.sent_to_read
-        assert off(name, peer)
+        assert peer.off(process, COUNT)
     positions = np.array([sample.position for sample in samples])
     assert np.isfinite(positions).mean() > 0.8
     assert np.nanmax(np.ptp(positions[np.isfinite(positions).all(axis=1)], axis=0)) < 0.005
     assert "position" in info.signals
     assert not any(sample.fault for sample in samples)
     assert len(states) == arm(name).dof
-    words = {
-        "canopen_402": "switch-on disabled",
-        "can_mit": "off",
-        "kuka_rsi": "",
-        "ur_rtde": "running",
-        "franka": "idle",
-        "mock": "simulated",
-    }
-    assert set(states) == {words.get(name, "torque off")}
+    assert set(states) == {peer.states}
 
 
 @pytest.mark.parametrize("name", DRIVERS)
 def test_settings_state_how_many_joints_there_are(name, tmp_path):
-    with PEERS[name](tmp_path) as (_, settings):
-        assert driver_class(name).count_joints(settings) == (0 if name == "mock" else arm(name).dof)
+    kind = driver_class(name)
+    with peer_of(name).running(tmp_path) as (_, settings):
+        assert kind.count_joints(settings) == (0 if kind.simulated else arm(name).dof)
 
 
 def test_axes_are_counted_where_they_are_listed():

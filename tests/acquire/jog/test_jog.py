@@ -24,14 +24,11 @@ from exidyn.identify.robot_files.robot_file import model_text, read_model
 
 from ...parts.controllers import rsi_controller
 from ...parts.runs.commissioning_parts import (
+    CELLS,
     PATIENT,
-    can_mit,
-    canopen_402,
     controller_file,
-    dynamixel,
     jog,
     jog_on,
-    kuka_rsi,
     verdicts,
 )
 from ...parts.runs.full_run import model as sliding_model
@@ -198,7 +195,7 @@ def test_what_cannot_be_is_refused_in_a_line_before_anything_else(arguments, wor
 def test_beyond_the_limits_nothing_is_powered_and_nothing_moved(capsys, tmp_path):
     narrow = replace(ROBOT.limits, position_upper=np.radians([0.0, -125.0, 0.0, 0.0, 0.0, 0.0]))
     (tmp_path / "narrow.toml").write_text(model_text(replace(MODEL, robot=replace(ROBOT, limits=narrow))))
-    with kuka_rsi(tmp_path) as (peer, path):
+    with CELLS["kuka_rsi"](tmp_path) as (peer, path):
         arguments = ["--robot", "narrow.toml", "--controller", str(path), "--yes"]
         assert main(["jog", *arguments, "--joint", "2"]) == REFUSED
         peer.close()
@@ -271,16 +268,16 @@ def test_the_motion_is_slow_and_ends_where_it_began():
 
 
 def test_a_kuka_is_right_and_exchanged_axes_are_not(tmp_path, capsys):
-    code, output, peer = jog_on(kuka_rsi, tmp_path, capsys, "--joint", 2)
+    code, output, peer = jog_on("kuka_rsi", tmp_path, capsys, "--joint", 2)
     assert code == DONE
     assert list(verdicts(output).values())[:4] == ["right"] * 4
     assert json.loads(peer.lines[-1])["farthest"] == pytest.approx(2.0, abs=0.01)
-    code, output, peer = jog_on(kuka_rsi, tmp_path, capsys, "--joint", 2, axes="A1 A3 A2 A4 A5 A6")
+    code, output, peer = jog_on("kuka_rsi", tmp_path, capsys, "--joint", 2, axes="A1 A3 A2 A4 A5 A6")
     assert (code, wrong(output)) == (WRONG, [GRAVITY])
     assert "the order of the joints" in output["judgements"][3]["text"]
 
 
-@pytest.mark.parametrize("cell", [kuka_rsi, canopen_402, can_mit])
+@pytest.mark.parametrize("cell", ["kuka_rsi", "canopen_402", "can_mit"])
 def test_planning_may_take_longer_than_a_controller_waits(cell, tmp_path, capsys, monkeypatch):
     """Their Timeout and dead man are 2 s."""
 
@@ -295,31 +292,31 @@ def test_planning_may_take_longer_than_a_controller_waits(cell, tmp_path, capsys
 
 def test_a_kuka_axis_that_turns_against_its_joint_is_wrong(tmp_path, capsys):
     sign = [1, 1, -1, 1, 1, 1]
-    code, text, _ = jog_on(kuka_rsi, tmp_path, capsys, "--joint", 3, sign=sign)
+    code, text, _ = jog_on("kuka_rsi", tmp_path, capsys, "--joint", 3, sign=sign)
     assert code == WRONG
     assert FRICTION in wrong(text)
 
 
 def test_drives_on_can_are_right_and_a_current_of_the_other_sign_is_not(tmp_path, capsys):
-    code, text, peer = jog_on(canopen_402, tmp_path, capsys, "--joint", 3, "--degrees", 4)
+    code, text, peer = jog_on("canopen_402", tmp_path, capsys, "--joint", 3, "--degrees", 4)
     assert code == DONE
     assert list(verdicts(text).values())[:3] == ["right"] * 3
     assert peer.printed("enabled")
     nominal = robot_with(drive_gain=-ROBOT.drive_gain)
-    code, text, _ = jog_on(canopen_402, tmp_path, capsys, "--joint", 3, "--degrees", 4, "--robot", nominal)
+    code, text, _ = jog_on("canopen_402", tmp_path, capsys, "--joint", 3, "--degrees", 4, "--robot", nominal)
     assert code == WRONG
     assert FRICTION in wrong(text)
 
 
 def test_servos_are_right(tmp_path, capsys):
-    code, text, _ = jog_on(dynamixel, tmp_path, capsys, "--joint", 3, "--degrees", 4)
+    code, text, _ = jog_on("dynamixel", tmp_path, capsys, "--joint", 3, "--degrees", 4)
     assert code == DONE
     assert list(verdicts(text).values())[:3] == ["right"] * 3
 
 
 def test_torque_of_motors_that_is_none_is_seen(tmp_path, capsys):
     """These motors state their currents where the frame has torque."""
-    code, text, _ = jog_on(can_mit, tmp_path, capsys, "--joint", 2, "--degrees", 4)
+    code, text, _ = jog_on("can_mit", tmp_path, capsys, "--joint", 2, "--degrees", 4)
     assert verdicts(text)["way"] == "right"
     assert code == WRONG
     assert wrong(text) == [GRAVITY]

@@ -19,12 +19,12 @@ from exidyn.acquire.terminal.watch_text import Residual, json_line, line, table_
 from exidyn.drivers import Arm, Info
 from exidyn.drivers.errors import LinkLost
 
-from ...drivers.test_read_only import off
 from ...parts.controllers.can_peers import peer as can_peer
-from ...parts.runs.commissioning_parts import CELLS, POSE, controller_file
+from ...parts.runs.commissioning_parts import CELLS, controller_file
 from ...parts.runs.full_run import model as sliding_model
 from ...parts.runs.run_parts import ROBOT, Following
 from ...peers.can_arm import mit_settings
+from ...peers.driver_peers import peer_of
 
 SHORT = ["--seconds", "0.3"]
 
@@ -39,16 +39,13 @@ def test_positions_are_there_and_no_drive_is_on(name, tmp_path, capsys):
         arguments = ["--controller", str(path), "--robot", "cobot", "--json", "-", *SHORT]
         assert main(["watch", *arguments]) == 0
         text = readings(capsys)
-        assert off(name, peer)
-    expected = np.radians(POSE) if name == "kuka_rsi" else [0.0, -np.pi / 2, 0.0, 0.0, 0.0, 0.0]
-    np.testing.assert_allclose(text[-1]["position"], expected, atol=2e-3)
+        assert peer_of(name).off(peer)
+    np.testing.assert_allclose(text[-1]["position"], np.radians(peer_of(name).pose), atol=2e-3)
     assert text[-1]["joints"] == list(ROBOT.joints)
     assert text[-1]["fault"] == ""
     assert text[-1]["beyond_limits"] == []
-    measured = "torque" if name == "can_mit" else "current"
-    assert all(value is not None for value in text[-1][measured])
-    words = {"kuka_rsi": "", "ur_rtde": "running", "canopen_402": "switch-on disabled", "can_mit": "off"}
-    assert text[-1]["states"] == [words.get(name, "torque off")] * 6
+    assert any(None not in text[-1][measured] for measured in ("current", "torque"))
+    assert text[-1]["states"] == [peer_of(name).states] * 6
 
 
 def test_a_controller_that_falls_silent_is_reported_in_a_line(tmp_path, capsys):

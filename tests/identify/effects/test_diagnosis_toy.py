@@ -21,6 +21,7 @@ from exidyn.identify.effects import (
 from exidyn.identify.errors import EffectError
 from exidyn.identify.robot_files.effect_rows import read_effects
 
+from ...parts.installed_package import lay_out
 from ...parts.small import two_joints
 from ...parts.small.small_diagnosis import nominal_model
 from ...parts.small.small_search import names, record, searched
@@ -108,14 +109,10 @@ SOMETHING_ELSE = 3
 
 @pytest.fixture
 def install(tmp_path, monkeypatch):
-    """Lays out a package as an installer does, with one entry point."""
+    """Installs a package with one entry point."""
 
     def done(entry, text=MODULE, module="grease_physics"):
-        (tmp_path / f"{module}.py").write_text(text)
-        info = tmp_path / "grease_physics-1.0.dist-info"
-        info.mkdir()
-        (info / "METADATA").write_text("Metadata-Version: 2.1\nName: grease-physics\nVersion: 1.0\n")
-        (info / "entry_points.txt").write_text(f"[exidyn.effects]\n{entry}\n")
+        lay_out(tmp_path, "exidyn.effects", entry, text, module)
         monkeypatch.syspath_prepend(tmp_path)
 
     known = dict(EFFECTS)

@@ -1,6 +1,7 @@
 """Servo drivers against their peers, which run as processes."""
 
 import sys
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -24,6 +25,23 @@ def arm(joints=JOINTS):
 
 def peer(kind, *arguments):
     return Peer(f"{kind}_bus.py", *arguments)
+
+
+@contextmanager
+def running(kind, folder, *arguments, **settings):
+    """The peer, and settings that reach it."""
+    with peer(kind, *arguments) as process:
+        yield process, SETTINGS[kind](process.address) | {"cycle": 0.01} | settings
+
+
+def is_off(process, samples, torque, goal):
+    """Whether registers of torque and of goals are zero, by the servos' own account."""
+
+    def shown(address, size):
+        send_only(process, f"show {address} {size}")
+        return next(line for line in reversed(process.lines) if line.startswith("shows"))[6:].strip()
+
+    return shown(torque, 1) == str([0] * JOINTS) and str([0] * JOINTS) in shown(goal, 2)
 
 
 def driver(kind, peer, **settings):

@@ -1,0 +1,16 @@
+"""Motors with the MIT frame."""
+
+from contextlib import contextmanager
+
+from ...parts.controllers.can_peers import peer
+from ..can_arm import mit_settings
+from . import DriverPeer
+
+
+@contextmanager
+def running(folder, *arguments):
+    with peer("mit_motors.py", "--cycle", 0.01, *arguments) as process:
+        yield process, mit_settings(process.address) | {"cycle": 0.01}
+
+
+PEER = DriverPeer(running, states="off", powered=(": on,", "ordered to store"), patient={"dead_man": 2.0})
