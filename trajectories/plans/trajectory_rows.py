@@ -1,12 +1,12 @@
-"""A trajectory as a table of a file, by the fields of its dataclass: no family is known by name here.
+"""Dataclasses as tables of a file and back, by their annotations: no family of trajectories is known by name.
 
-What a field may be: a number, a text, true or false, an array of floats, a tuple of one of them, a
-trajectory, or a tuple of trajectories. An array of whole numbers belongs in a tuple.
+What a field of a family may be: a number, a text, true or false, an array of floats, a tuple of one of them,
+a trajectory, or a tuple of trajectories. An array of whole numbers belongs in a tuple.
 """
 
 import re
-from collections.abc import Callable, Mapping
-from dataclasses import MISSING, Field, fields
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import MISSING, fields
 from functools import partial
 from itertools import groupby
 from types import NoneType, UnionType
@@ -23,51 +23,32 @@ from ..trajectory import Trajectory
 
 FAMILY = "family"
 """Key of the family's name."""
-
 AXES = 3
 """Axes of an array, at most: time, joint and coefficient."""
 FEW = 5
 """Parts of a trajectory that are named one by one, at most."""
+_WORDS = {float: "a number", int: "a whole number", str: "a text", bool: "true or false"}
 
 Reader = Callable[[object, str], Any]
 
 
-def family_of(trajectory: Trajectory) -> str:
-    """Name of a trajectory's family.
-
-    Raises:
-        UnknownChoice: It is of none in the table.
-    """
-    for name, kind in FAMILIES.items():
-        if kind is type(trajectory):
-            return name
-    raise UnknownChoice("family of trajectories", type(trajectory).__name__, FAMILIES)
-
-
 def family_words(trajectory: Trajectory) -> str:
     """Name of a trajectory's family, and of those it is made of: how many of one kind in a row."""
-    inner = [family_of(part) for value in _values(trajectory).values() for part in _parts(value)]
+    inner = [_family_of(part) for value in _values(trajectory).values() for part in _parts(value)]
     rows = [(name, len(list(same))) for name, same in groupby(inner)]
     words = [name if count == 1 else f"{count} {name}" for name, count in rows]
     if len(words) > FEW:
         words = [f"{len(words)} parts"]
-    return " of ".join(filter(None, [family_of(trajectory), ", ".join(words)]))
-
-
-def _values(trajectory: Trajectory) -> dict[str, Any]:
-    return {f.name: getattr(trajectory, f.name) for f in fields(trajectory) if f.init}
-
-
-def _parts(value: object) -> tuple[Trajectory, ...]:
-    """Trajectories that a field holds; none if it holds something else."""
-    if isinstance(value, Trajectory):
-        return (value,)
-    return value if isinstance(value, tuple) and value and isinstance(value[0], Trajectory) else ()
+    return " of ".join(filter(None, [_family_of(trajectory), ", ".join(words)]))
 
 
 def trajectory_blocks(trajectory: Trajectory, place: str, heading: str = "[{}]") -> list[str]:
-    """TOML of a trajectory and, behind it, of those it is made of."""
-    flat: dict[str, Any] = {FAMILY: family_of(trajectory)}
+    """TOML of a trajectory and, behind it, of those it is made of.
+
+    Raises:
+        UnknownChoice: It is of no family in the table.
+    """
+    flat: dict[str, Any] = {FAMILY: _family_of(trajectory)}
     inner: list[str] = []
     for name, value in _values(trajectory).items():
         for part in _parts(value):
@@ -85,72 +66,105 @@ def read_trajectory(table: object, where: str) -> Trajectory:
         RobotError: A value is not what its key needs.
         NotATrajectory: A key is missing, or its values make no such trajectory.
     """
-    kind = _family(table, where)
-    declared = {f.name: f for f in fields(kind) if f.init}
+    name = table.get(FAMILY) if isinstance(table, Mapping) else None
+    if not isinstance(table, Mapping) or not isinstance(name, str) or name not in FAMILIES:
+        found = f"family {name!r}" if name is not None else "no key 'family'"
+        raise NotATrajectory(f"{where}: {found}; expected one of: {', '.join(sorted(FAMILIES))}")
+    kind = FAMILIES[name]
+    declared = [f.name for f in fields(kind) if f.init]
     check_keys(table, (FAMILY, *declared), where)
-    assert isinstance(table, Mapping)
-    hints = get_type_hints(kind)
-    for name, declaration in declared.items():
-        if name not in table and needed(declaration):
-            expected = _words(hints[name])
-            raise NotATrajectory(
-                f"{where}: key '{name}' is missing, expected {expected}; was the file cut off?"
-            )
-    given = {name: _reader(hints[name])(table[name], f"{where} {name}") for name in declared if name in table}
+    given = read_fields(kind, table, declared, f"{where} ")
     try:
         return kind(**given)
     except TrajectoryError as error:
         raise NotATrajectory(f"{where}: {error}") from error
     except (ArithmeticError, IndexError, TypeError, ValueError) as error:
-        raise NotATrajectory(f"{where}: these values make no {table[FAMILY]}: {error}") from error
+        raise NotATrajectory(f"{where}: these values make no {name}: {error}") from error
 
 
-def _family(table: object, where: str) -> type[Trajectory]:
-    name = table.get(FAMILY) if isinstance(table, Mapping) else None
-    if not isinstance(name, str) or name not in FAMILIES:
-        found = f"family {name!r}" if name is not None else "no key 'family'"
-        raise NotATrajectory(f"{where}: {found}; expected one of: {', '.join(sorted(FAMILIES))}")
-    return FAMILIES[name]
+def read_fields(kind: type, table: Mapping[str, Any], names: Collection[str], before: str) -> dict[str, Any]:
+    """Some fields of a dataclass from a table; those with a default may be missing.
+
+    Args:
+        kind: The dataclass.
+        table: Of the file.
+        names: Of the fields.
+        before: What stands before a field's name in messages.
+
+    Raises:
+        RobotError: A value is not what its key needs.
+        NotATrajectory: A key is missing.
+    """
+    hints, given = get_type_hints(kind), {}
+    for f in fields(kind):
+        needed = f.default is MISSING and f.default_factory is MISSING
+        if f.name in table and f.name in names:
+            given[f.name] = _reader(hints[f.name], not needed)(table[f.name], before + f.name)
+        elif f.name in names and needed:
+            where = f"{before.strip()}: " if before else ""
+            expected = _words(hints[f.name])
+            raise NotATrajectory(
+                f"{where}key '{f.name}' is missing, expected {expected}; was the file cut off?"
+            )
+    return given
 
 
-def needed(declaration: "Field[Any]") -> bool:
-    """Whether a field has no default, so that a file must give it."""
-    return declaration.default is MISSING and declaration.default_factory is MISSING
+def _family_of(trajectory: Trajectory) -> str:
+    for name, kind in FAMILIES.items():
+        if kind is type(trajectory):
+            return name
+    raise UnknownChoice("family of trajectories", type(trajectory).__name__, FAMILIES)
 
 
-def _reader(kind: Any) -> Reader:
-    """How a field of this type is read."""
+def _values(trajectory: Trajectory) -> dict[str, Any]:
+    return {f.name: getattr(trajectory, f.name) for f in fields(trajectory) if f.init}
+
+
+def _parts(value: object) -> tuple[Trajectory, ...]:
+    """Trajectories that a field holds; none if it holds something else."""
+    if isinstance(value, Trajectory):
+        return (value,)
+    return value if isinstance(value, tuple) and value and isinstance(value[0], Trajectory) else ()
+
+
+def _reader(kind: Any, empty: bool = True) -> Reader:
+    """How a field of this type is read; `empty` as for `string`."""
     if get_origin(kind) in (Union, UnionType):
-        return _reader(next(option for option in get_args(kind) if option is not NoneType))
+        return _reader(next(option for option in get_args(kind) if option is not NoneType), empty)
     if get_origin(kind) is tuple:
-        item = _reader(get_args(kind)[0])
-        return lambda value, where: tuple(item(v, f"{where}[{i}]") for i, v in enumerate(_list(value, where)))
+        return partial(_tuple, kind)
     if isinstance(kind, type) and issubclass(kind, Trajectory):
-        return lambda value, where: _of_kind(read_trajectory(value, where), kind, where)
-    if get_origin(kind) is np.ndarray:
-        return array
-    return READERS[kind]
+        return partial(_inner, kind)
+    readers: dict[Any, Reader] = {
+        float: number,
+        int: integer,
+        bool: boolean,
+        str: partial(string, empty=empty),
+    }
+    return _array if get_origin(kind) is np.ndarray or kind is np.ndarray else readers[kind]
 
 
-def _of_kind(found: Trajectory, kind: type[Trajectory], where: str) -> Trajectory:
+def _tuple(kind: Any, value: object, where: str) -> tuple:
+    if not isinstance(value, list):
+        raise NotATrajectory(f"{where}: expected {_words(kind)}; found {value!r}")
+    read = _reader(get_args(kind)[0], empty=False)
+    return tuple(read(item, f"{where}[{place}]") for place, item in enumerate(value))
+
+
+def _inner(kind: type[Trajectory], value: object, where: str) -> Trajectory:
+    found = read_trajectory(value, where)
     if not isinstance(found, kind):
-        raise NotATrajectory(f"{where}: a {family_of(found)}, expected {_words(kind)}")
+        raise NotATrajectory(f"{where}: a {_family_of(found)}, expected {_words(kind)}")
     return found
 
 
-def _list(value: object, where: str) -> list:
-    if not isinstance(value, list):
-        raise NotATrajectory(f"{where}: expected a list; found {value!r}")
-    return value
-
-
-def array(value: object, where: str, axes: int = AXES) -> np.ndarray:
+def _array(value: object, where: str, axes: int = AXES) -> np.ndarray:
     """Nested lists of finite numbers, of `axes` levels at most, of which all rows are equally long."""
     if not isinstance(value, list):
         return np.asarray(number(value, where))
     if not axes:
         raise NotATrajectory(f"{where}: lists within lists, more than {AXES} deep")
-    parts = [array(item, f"{where}[{place}]", axes - 1) for place, item in enumerate(value)]
+    parts = [_array(item, f"{where}[{place}]", axes - 1) for place, item in enumerate(value)]
     for place, part in enumerate(parts):
         if part.shape != parts[0].shape:
             raise NotATrajectory(
@@ -159,20 +173,10 @@ def array(value: object, where: str, axes: int = AXES) -> np.ndarray:
     return np.array(parts, float)
 
 
-READERS: dict[object, Reader] = {
-    float: number,
-    int: integer,
-    str: partial(string, empty=True),
-    bool: boolean,
-    np.ndarray: array,
-}
-
-
 def _words(kind: Any) -> str:
     """A field's type for people."""
-    known = {float: "a number", int: "a whole number", str: "a text", bool: "true or false"}
-    if kind in known:
-        return known[kind]
+    if kind in _WORDS:
+        return _WORDS[kind]
     if get_origin(kind) is tuple:
         return f"a list, each {_words(get_args(kind)[0])}"
     if isinstance(kind, type) and issubclass(kind, Trajectory):

@@ -27,7 +27,7 @@ from exidyn.identify.recordings.mcap.mcap_records import Contents, read_contents
 from exidyn.identify.recordings.recording import Recording, Signal
 from exidyn.identify.recordings.run_log import Event, Timing
 from exidyn.identify.robot_files.robot_file import builtin_names, model_text
-from exidyn.trajectories.plans.plan_text import plan_text
+from exidyn.trajectories.plans.plan_file import plan_text
 
 from ..plans import plans
 from ..small import small_diagnosis, small_fit

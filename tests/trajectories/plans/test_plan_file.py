@@ -145,7 +145,7 @@ def test_a_file_cut_off_anywhere_is_refused(family):
             'units = ["rad"]',
             "units has 1 entries, and the trajectory moves 2 joints",
         ),
-        ('joints = ["shoulder", "elbow"]', 'joints = "shoulder"', "joints: expected a list of texts"),
+        ('joints = ["shoulder", "elbow"]', 'joints = "shoulder"', "joints: expected a list, each a text"),
         ('["shoulder", "elbow"]', '["a", "b", "c"]', r"\[limits\] position_lower: 2 values, expected 3"),
         ("velocity = 0.02", "velocity = nan", r"\[margins\] velocity: expected a finite number"),
         (
