@@ -1,19 +1,20 @@
 """Schemas: files that exidyn wrote and that a person may have edited are checked before anything uses them.
 
 A schema is a frozen `msgspec.Struct`. Its annotations are the types and ranges of single values; its
-`__post_init__` checks what has to agree between fields, by the `check_` functions here. What is wrong is told
-in one line: the file, the field, what was expected, and the value.
+`__post_init__` checks what has to agree between fields, by the `check_` functions here; with
+`forbid_unknown_fields` a key that it lacks is refused. What is wrong is told in one line: the file, the
+field, what was expected, and the value; of TOML, whose errors are a `RobotError`, in its own words.
 """
 
 import re
 from collections.abc import Collection, Mapping, Sequence, Sized
-from typing import Annotated, Any, Literal, TypeVar
+from typing import Annotated, Any, Literal, TypeVar, get_args
 
 import msgspec
 import numpy as np
 from msgspec import Meta
 
-from .errors import ExidynError, NotAFile
+from .errors import ExidynError, NotAFile, RobotError, UnknownKey
 
 LARGEST = 1e100
 """Size of a number, at most: the product of three is still a number, and nothing of an arm comes near it."""
@@ -45,6 +46,12 @@ T = TypeVar("T")
 PATH = re.compile(r"^(?P<text>.*?)(?: - at `(?P<key>key in )?\$(?P<path>.*)`)?$", re.DOTALL)
 STEP = re.compile(r"\.(?P<name>[^.\[]+)|\[(?P<place>\d+)\]|(?P<any>\[\.\.\.\])")
 MISSING = re.compile(r"^Object missing required field `(.*)`$")
+UNKNOWN = re.compile(r"^Object contains unknown field `(.*)`$")
+OF_TOML = {
+    "str": "text in quotes", "float": "number", "int": "whole number", "bool": "true or false",
+    "object": "table", "array": "list",
+}  # fmt: skip
+"""What msgspec calls a type -> what it is called where people write TOML."""
 
 
 class Disagreement(ValueError):
@@ -62,26 +69,60 @@ def checked(table: object, schema: type[T], where: str, error: type[ExidynError]
 
     Raises:
         ExidynError: Of that type; the message names the field, what is expected, and the value.
+        UnknownKey: In place of a `RobotError`, with the keys that are valid.
     """
     try:
         return msgspec.convert(table, schema)
     except msgspec.ValidationError as problem:
-        raise error(f"{where}: {_told(str(problem), table)}") from None
+        match = PATH.match(str(problem))
+        assert match is not None
+        text, path, toml = match["text"], match["path"] or "", issubclass(error, RobotError)
+        missing, unknown = MISSING.match(text), UNKNOWN.match(text)
+        # What begins in lower case is the text of a `check_` function.
+        of_table = bool(missing or unknown or text[:1].islower())
+        place = f"{where}{_place(path.lstrip('.'), toml, of_table)}"
+        if unknown:
+            kept = UnknownKey(unknown[1], place, _keys(schema, path))
+            raise (kept if toml else error(str(kept))) from None
+        if missing:
+            raise error(f"{place}: key '{missing[1]}' is missing") from None
+        if of_table:
+            raise error(f"{place}{' ' if toml and path else ': '}{text.replace('`', '')}") from None
+        kind = "a key: " if match["key"] else "" if path else "the whole: "
+        if toml:
+            text = re.sub("`[^`]*`", _of_toml, text.partition(", got")[0])
+        text = text.replace("`", "")
+        text = text[:1].lower() + text[1:]
+        found = "" if match["key"] else _shown_at(table, path)
+        raise error(f"{place}: {kind}{text}{found}") from None
 
 
-def _told(problem: str, table: object) -> str:
-    """A message of msgspec with the field first and its value last."""
-    match = PATH.match(problem)
-    assert match is not None
-    text, path = match["text"].replace("`", ""), (match["path"] or "").lstrip(".")
-    if missing := MISSING.match(match["text"]):
-        return f"{path}: key '{missing[1]}' is missing" if path else f"key '{missing[1]}' is missing"
-    if text[:1].islower():  # of a `check_` function, which names field and value
-        return f"{path}: {text}" if path else text
-    text = text[:1].lower() + text[1:]
-    if match["key"]:
-        return f"a key in {path}: {text}"
-    return f"{path or 'the whole'}: {text}{_shown_at(table, match['path'] or '')}"
+def _place(path: str, toml: bool, of_table: bool) -> str:
+    """Where in a file: of JSON as msgspec has it, of TOML the table in brackets and the key behind it."""
+    if not toml or not path:
+        return f": {path}" if path else ""
+    table, _, key = (path, "", "") if of_table else path.rpartition(".")
+    return f": [{table}]{' ' if key else ''}{key}" if table else f": {key}"
+
+
+def _of_toml(kind: re.Match[str]) -> str:
+    words = [OF_TOML.get(word, word) for word in kind[0].strip("`").split(" ") if word != "|"]
+    return " or ".join(words) if " | " in kind[0] else " ".join(words)
+
+
+def _keys(schema: Any, path: str) -> list[str]:
+    """Keys of the struct at a path of msgspec."""
+    for step in STEP.finditer(path):
+        if step["name"]:
+            schema = next(f.type for f in _fields(schema) if f.encode_name == step["name"])
+    return [field.encode_name for field in _fields(schema)]
+
+
+def _fields(kind: Any) -> tuple[msgspec.structs.FieldInfo, ...]:
+    """Fields of a struct, or of the one inside an annotation such as a list of it."""
+    if isinstance(kind, type) and issubclass(kind, msgspec.Struct):
+        return msgspec.structs.fields(kind)
+    return next((found for part in get_args(kind) if (found := _fields(part))), ())
 
 
 def _shown_at(table: object, path: str) -> str:

@@ -19,7 +19,7 @@ class Entry(NamedTuple):
     """A format.
 
     Attributes:
-        place: "module:function" in this package, imported when asked for: `(source) -> list[Table]` of a
+        place: "module:function" from this package, imported when asked for: `(source) -> list[Table]` of a
             table, else `(source, model, **options) -> list[Recording]`.
         content: What it reads: the format, and what it has to hold.
         endings: Of the names of such files.
@@ -39,40 +39,40 @@ class Entry(NamedTuple):
 
 IMPORTERS: dict[str, Entry] = {
     "csv": Entry(
-        "csv_file:read_csv",
+        "tables.table:read_csv",
         "CSV: a line of names, a row a sample; UR's RTDE and libfranka too",
         (".csv", ".csv.gz", ".tsv", ".txt", ".txt.gz"),
         table=True,
     ),
     "matlab": Entry(
-        "matlab_file:read_matlab",
+        "array_files:read_matlab",
         "MATLAB: arrays, structures too; version 7.3 needs the extra hdf5",
         (".mat",),
         table=True,
         library="scipy.io.loadmat or h5py",
     ),
     "hdf5": Entry(
-        "hdf5_file:read_hdf5",
+        "array_files:read_hdf5",
         "HDF5: data sets, in groups too; needs the extra hdf5",
         (".h5", ".hdf5", ".hdf"),
         table=True,
         library="h5py",
     ),
     "parquet": Entry(
-        "parquet_file:read_parquet",
+        "array_files:read_parquet",
         "Parquet: columns of numbers or lists; needs the extra parquet",
         (".parquet", ".pq"),
         table=True,
         library="pyarrow",
     ),
     "lerobot": Entry(
-        "lerobot:read_lerobot",
+        "array_files:read_lerobot",
         "LeRobot data set: a run an episode; needs the extra parquet",
         inside="meta/info.json",
         table=True,
         library="pyarrow",
     ),
-    "npz": Entry("npz_file:read_npz", "NumPy: named arrays", (".npz",), table=True),
+    "npz": Entry("array_files:read_npz", "NumPy: named arrays", (".npz",), table=True),
     "ros2_bag": Entry(
         "ros2_bag:import_ros2_bag",
         "ROS 2 bag: joint states; needs the extra ros2",
@@ -88,7 +88,7 @@ IMPORTERS: dict[str, Entry] = {
     "case_folder": Entry(
         "case_folder:import_case_folder", "case folder: a nominal robot and runs of it", inside="case.toml"
     ),
-    "exidyn": Entry("own_file:import_own_file", "exidyn: its own recordings", (".mcap",)),
+    "exidyn": Entry(".mcap.mcap_file:import_recording", "exidyn: its own recordings", (".mcap",)),
 }
 """Name -> how it is read. MCAP files are those of exidyn or of ROS 2, by what is in them."""
 
@@ -110,8 +110,7 @@ def import_source(
         MissingPackage: A library that the format needs is not installed.
     """
     source = Path(source)
-    kind = _kind_given(source, kind)
-    function = _function(kind)
+    kind, function = _reader(source, kind)
     if IMPORTERS[kind].table:
         from .tables.import_table import import_table
 
@@ -133,29 +132,26 @@ def read_tables(source: Path | str, kind: str | None = None) -> list["Table"]:
         MissingPackage: A library that the format needs is not installed.
     """
     source = Path(source)
-    kind = _kind_given(source, kind)
+    kind, function = _reader(source, kind)
     if not IMPORTERS[kind].table:
         raise RecordingError(f"{source}: {IMPORTERS[kind].content.partition(':')[0]} is no table of columns")
-    return _function(kind)(source)
+    return function(source)
 
 
-def _kind_given(source: Path, kind: str | None) -> str:
+def _reader(source: Path, kind: str | None) -> tuple[str, Callable[..., Any]]:
+    """Kind of what is at a path, and the function that reads it."""
     if not source.exists():
         raise NotAFile(f"{source} does not exist")
     kind = kind or kind_of(source)
     if kind not in IMPORTERS:
         raise UnknownKey(kind, "import: kind of source", tuple(IMPORTERS))
-    return kind
-
-
-def _function(kind: str) -> Callable[..., Any]:
     entry = IMPORTERS[kind]
     if entry.library:
         from .read_apart import read_apart
 
-        return partial(read_apart, entry.place, entry.library)
+        return kind, partial(read_apart, entry.place, entry.library)
     module, name = entry.place.split(":")
-    return getattr(import_module(f"{__name__}.{module}"), name)
+    return kind, getattr(import_module(f".{module}", __name__), name)
 
 
 def kind_of(source: Path) -> str:
@@ -191,9 +187,12 @@ def _below(source: Path) -> str:
 def _kind(source: Path) -> str | None:
     name = source.name.lower()
     if name.endswith(".mcap") and source.is_file():
-        from .own_file import is_own_file
-
-        return "exidyn" if is_own_file(source) else "ros2_bag"
+        # What no known program wrote is ours: then our reader reports what is wrong. Our first record of
+        # metadata begins within 256 bytes; only the format's header stands before it.
+        with open(source, "rb") as file:
+            begin = file.read(256)
+        ours = not begin.startswith(b"\x89MCAP0\r\n") or b"\x06\x00\x00\x00exidyn" in begin
+        return "exidyn" if ours else "ros2_bag"
     for kind, entry in IMPORTERS.items():
         if source.is_dir():
             found = bool(entry.inside) and any(source.glob(entry.inside))

@@ -36,8 +36,8 @@ from ...robot_files.toml_fields import (
 from ...robot_files.urdf import parse_urdf
 from ...robot_files.urdf_file import read_urdf
 from ..recording import KnownPayload, Recording
-from .csv_file import read_csv
 from .tables.import_table import import_table
+from .tables.table import read_csv
 
 FORMAT = 1
 

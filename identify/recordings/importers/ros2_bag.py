@@ -13,8 +13,8 @@ from ...notebook import optional
 from ..mcap.mcap_topics import ARRAY_TOPICS
 from ..recording import EFFORT, KnownPayload, Recording, Signal
 from ..recording_checks import check
-from .damage import refused_as
-from .joint_names import find_joints
+from .tables.columns import find_joints
+from .tables.table import refused_as
 
 STATE, ARRAY = "sensor_msgs/msg/JointState", "std_msgs/msg/Float64MultiArray"
 

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from ...errors import NotAFile, RecordingError
+from ...model import Model
 from ...robot_files.robot_file import parse_model
 from ..recording import EFFORT, KnownPayload, Recording, Signal
 from ..recording_checks import check_recorded
@@ -130,6 +131,11 @@ def read_recording(path: Path | str) -> Recording:
         warnings=head.warnings,
     )
     return check_recorded(without_stale(recording.with_warnings(*_losses(contents, head, signals))))
+
+
+def import_recording(source: Path, model: Model | None = None) -> list[Recording]:
+    """`read_recording` as an importer; the robot inside counts, not `model`."""
+    return [read_recording(source)]
 
 
 def _read_head(contents: Contents, path: Path) -> Head:

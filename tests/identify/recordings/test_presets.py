@@ -161,7 +161,7 @@ def test_a_log_without_time_has_a_rate(tmp_path):
         (('"°"', '["°", "mm"]'), BadUnit, "position: unit 'mm'; valid: rad, deg"),
         (('"°"', '["°"]'), WrongShape, "position: 1 units, but there are 2 joints"),
         (('"ms"', '"min"'), BadUnit, "time: unit 'min'; valid: s, ms, us, ns"),
-        (("[1, -1]", "[1, 2]"), RobotError, r"\[position\] sign: \[1, 2\]; expected 1 or -1"),
+        (("[1, -1]", "[1, 2]"), RobotError, r"\[position\] sign: expected 1 or -1, or .*; found \[1.0, 2"),
         (("[1, -1]", "[1, -1, 1]"), WrongShape, "position: 3 signs, but small has 2 joints"),
         (
             ("T{number}", "Temp{number}"),
@@ -173,7 +173,7 @@ def test_a_log_without_time_has_a_rate(tmp_path):
         (('column = "Zeit"', ""), RobotError, r"preset.toml: \[time\]: key 'column' is missing"),
         (("[time]", "rate = 0.5\n[time]"), RobotError, "give it or .time., not both"),
         (("[time]", "[time"), RobotError, "preset.toml: not TOML"),
-        (('"Zeit"', "3"), RobotError, r"\[time\] column: expected a text in quotes; found 3"),
+        (('"Zeit"', "3"), RobotError, r"\[time\] column: expected text in quotes or list; found 3"),
     ],
 )
 def test_a_wrong_preset_is_refused_in_one_line(log, tmp_path, changed, error, message):

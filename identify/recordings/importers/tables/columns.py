@@ -1,13 +1,11 @@
 """Which columns of a table are which signal: by usual names, by a preset, or as named on the command line."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from types import MappingProxyType
 
 from ....arm.robot import Robot
-from ....errors import WrongShape, listed
+from ....errors import RecordingError, WrongShape, listed
 from ...recording import SIGNALS
-from ..joint_names import filled, find_joints, names_in_log
 from .table import Table
 
 PREFIXES: dict[str, tuple[str, ...]] = {
@@ -25,7 +23,7 @@ PREFIXES: dict[str, tuple[str, ...]] = {
 TIMES = ("t", "time", "timestamp")
 
 Names = str | Sequence[str]
-"""Columns of a signal: one a joint, a pattern for `filled`, or what stands before the joints' numbers."""
+"""Columns of a signal: one a joint, a pattern for `_filled`, or what stands before the joints' numbers."""
 
 
 class Columns:
@@ -35,85 +33,76 @@ class Columns:
         source: What errors call the file.
         table: With all columns.
         robot: Whose signals are looked for.
-        joints: What its joints are called in the table, as `names_in_log` takes it.
-        chosen: Names by signal or "time", as given with the file.
-        preset: Names by signal or "time", as all files of a kind have them.
-        by: Name of that preset.
-        usual: Whether other signals are looked up by usual names; not where numbers count joints that
-            the robot does not have.
+        joints: What its joints are called in the table, as `_names_in_log` takes it.
     """
 
-    def __init__(
-        self,
-        source: Path,
-        table: Table,
-        robot: Robot,
-        joints: Names | None = None,
-        chosen: Mapping[str, Names] = MappingProxyType({}),
-        preset: Mapping[str, Names] = MappingProxyType({}),
-        by: str = "",
-        usual: bool = True,
-    ) -> None:
+    def __init__(self, source: Path, table: Table, robot: Robot, joints: Names | None = None) -> None:
         self.source, self.table, self.robot = source, table, robot
-        self.where = f"{source} (preset {Path(by).name})" if by else str(source)
-        self.chosen, self.given = chosen, {**preset, **chosen}
-        self.usual = usual
-        self.names, self.numbers = names_in_log(robot, joints), list(range(1, robot.dof + 1))
+        self._joints, self._numbers = _names_in_log(robot, joints), list(range(1, robot.dof + 1))
         there = table.joints
-        if there and (joints or len(there) != robot.dof or set(self.names) <= set(there)):
-            self.names = find_joints(robot, there, joints, str(source))
-            self.numbers = [there.index(name) + 1 for name in self.names]
+        if there and (joints or len(there) != robot.dof or set(self._joints) <= set(there)):
+            self._joints = find_joints(robot, there, joints, str(source))
+            self._numbers = [there.index(name) + 1 for name in self._joints]
 
-    def time(self) -> int:
+    def has(self, signal: str, names: Names, joints: int | None = None) -> bool:
+        """Whether columns called so are there, of "time" or of a signal's first joints; of all by default."""
+        choices = [[str(names)]] if signal == "time" else self._choices(signal, {signal: names})[:joints]
+        return all(any(name in self.table.names for name in each) for each in choices)
+
+    def time(self, given: Mapping[str, Names], where: str) -> int:
         """Number of the column of time.
+
+        Args:
+            given: Names by signal or "time"; usual ones for what is not in it.
+            where: What errors call the file.
 
         Raises:
             WrongShape: There is none, or text is in it.
         """
-        times = self._times()
+        times = [str(given["time"])] if "time" in given else list(TIMES)
         place = self._place(times)
         if place < 0:
             raise WrongShape(
-                f"{self.where}: no column of time ({', '.join(times)}) among "
-                f"{listed(self.table.names, 't')}; "
+                f"{where}: no column of time ({', '.join(times)}) among {listed(self.table.names, 't')}; "
                 'name it by --columns time=NAME (columns={"time": NAME})'
             )
         return place
 
-    def signals(self) -> Iterator[tuple[str, list[int]]]:
+    def signals(
+        self, given: Mapping[str, Names], chosen: Mapping[str, Names], usual: bool, where: str
+    ) -> dict[str, list[int]]:
         """Each signal that is there, and its column of each joint; -1 for a joint without one.
+
+        Args:
+            given: Names by signal or "time".
+            chosen: Those of them that were chosen for this file: it may be of a robot with more joints.
+            usual: Whether other signals are looked up by usual names.
+            where: What errors call the file.
 
         Raises:
             WrongShape: A column that is needed or was named is not there, is text, or is of another robot.
         """
-        known = {signal: self._choices(signal) for signal in SIGNALS if self.usual or signal in self.given}
+        known = {signal: self._choices(signal, given) for signal in SIGNALS if usual or signal in given}
         # A column that was named for one signal is no other one, whatever its name is taken for by default.
-        taken = {
-            name for signal in self.given if signal in known for names in known[signal] for name in names
-        }
+        taken = {name for signal in given if signal in known for names in known[signal] for name in names}
+        found = {}
         for signal, choices in known.items():
-            if signal not in self.given:
+            if signal not in given:
                 choices = [[name for name in names if name not in taken] for names in choices]
             places = [self._place(names) for names in choices]
-            if signal in self.given or signal == "position":
+            if signal in given or signal == "position":
                 missing = [names[0] for names, place in zip(choices, places, strict=True) if place < 0]
                 if missing:
                     raise WrongShape(
-                        f"{self.where}: no column {listed(missing)} for {signal}. Columns: "
+                        f"{where}: no column {listed(missing)} for {signal}. Columns: "
                         f"{listed(self.table.names, missing[0])}; "
                         f"name others by --columns {signal}=NAME,NAME,... (columns={{...}})"
                     )
             if max(places) >= 0:
-                self._refuse_more(signal)
-                yield signal, places
-
-    def has(self, signal: str, joints: int | None = None) -> bool:
-        """Whether the columns of a signal, or of "time", are there; those of the first joints will do."""
-        choices = [self._times()] if signal == "time" else self._choices(signal)[:joints]
-        return all(any(name in self.table.names for name in names) for names in choices)
-
-    def _times(self) -> list[str]:
-        return [str(self.given["time"])] if "time" in self.given else list(TIMES)
+                if signal not in chosen and not self.table.joints:
+                    self._refuse_more(signal, given)
+                found[signal] = places
+        return found
 
     def _place(self, names: Sequence[str]) -> int:
         """Number of the first of some columns that is there; -1 if none is."""
@@ -124,9 +113,9 @@ class Columns:
                 return self.table.names.index(name)
         return -1
 
-    def _choices(self, signal: str) -> list[list[str]]:
+    def _choices(self, signal: str, given: Mapping[str, Names]) -> list[list[str]]:
         """Names that the column of each joint may have."""
-        names = self.given.get(signal, "")
+        names = given.get(signal, "")
         if not isinstance(names, str):
             if len(names) != self.robot.dof:
                 raise WrongShape(
@@ -134,20 +123,18 @@ class Columns:
                     f"{self.robot.dof} joints"
                 )
             return [[name] for name in names]
-        patterns = _patterns(signal, self.given)
+        patterns = _patterns(signal, given)
         if self.robot.dof == 1:  # an array of one joint has no number
             patterns += [one.removesuffix("{number}") for one in patterns]
-        filled_in = [filled(self.names, one, self.numbers) for one in patterns]
-        return [list(choices) for choices in zip(*filled_in, strict=True)]
+        filled = [_filled(self._joints, one, self._numbers) for one in patterns]
+        return [list(choices) for choices in zip(*filled, strict=True)]
 
-    def _refuse_more(self, signal: str) -> None:
-        """A table with more joints than the robot is of another robot, unless its columns were chosen."""
-        if signal in self.chosen or self.table.joints:
-            return
+    def _refuse_more(self, signal: str, given: Mapping[str, Names]) -> None:
+        """Refuse a table with more joints than the robot: it is of another one."""
         beyond = range(self.robot.dof + 1, len(self.table.names) + 1)
-        for pattern in _patterns(signal, self.given)[: len(PREFIXES[signal])]:
-            every = filled([""] * len(beyond), pattern, beyond) if "{" in pattern else []
-            more = [column for column in every if column in self.table.names]
+        for pattern in _patterns(signal, given)[: len(PREFIXES[signal])]:
+            numbered = _filled([""] * len(beyond), pattern, beyond) if "{" in pattern else []
+            more = [column for column in numbered if column in self.table.names]
             if more:
                 raise WrongShape(
                     f"{self.source}: column {more[-1]}, but {self.robot.name} has {self.robot.dof} joints: "
@@ -163,3 +150,54 @@ def _patterns(signal: str, given: Mapping[str, Names]) -> list[str]:
     usual = [*PREFIXES[signal], signal]
     by_joint = [f"{one}_{{joint}}" for one in usual] + [f"{{joint}}{between}{signal}" for between in "_./"]
     return [f"{one}{{number}}" for one in usual] + by_joint
+
+
+def _filled(names: Sequence[str], pattern: str, numbers: Sequence[int]) -> list[str]:
+    """A pattern for each joint: {number} counts from 1, {index} from 0, {joint} is its name."""
+    return [
+        pattern.replace("{number}", str(number)).replace("{index}", str(number - 1)).replace("{joint}", name)
+        for number, name in zip(numbers, names, strict=True)
+    ]
+
+
+def _names_in_log(robot: Robot, joints: Names | None) -> list[str]:
+    """A log's name of each joint: the robot's own, or one a joint as given, or by a pattern for `_filled`."""
+    if isinstance(joints, str) and "{" in joints:
+        return _filled(robot.joints, joints, range(1, robot.dof + 1))
+    names = [joints] if isinstance(joints, str) else list(joints or robot.joints)
+    if len(names) != robot.dof:
+        raise WrongShape(f"joints (--joints): {len(names)} names, but {robot.name} has {robot.dof} joints")
+    return names
+
+
+def find_joints(robot: Robot, there: Sequence[str], joints: Names | None, where: str) -> list[str]:
+    """A log's name of each joint, out of all names in it; of one arm of several all may begin the same.
+
+    Args:
+        robot: Whose joints are looked for.
+        there: Names in the log.
+        joints: One name a joint, in the robot's order; or a pattern with {joint} or {number} in it.
+        where: What errors call the place where the names are.
+
+    Raises:
+        WrongShape: Not one name a joint.
+        RecordingError: A joint is not there, or those of several arms are.
+    """
+    wanted = _names_in_log(robot, joints)
+    missing = [name for name in wanted if name not in there]
+    if not missing:
+        return wanted
+    if joints is None:
+        first = robot.joints[0]
+        begins = [name.removesuffix(first) for name in sorted(there) if name.endswith(first)]
+        arms = {begin: [begin + joint for joint in robot.joints] for begin in begins}
+        arms = {begin: arm for begin, arm in arms.items() if set(arm) <= set(there)}
+        if len(arms) == 1:
+            return next(iter(arms.values()))
+        if arms:
+            choices = listed(f"--joints '{begin}{{joint}}'" for begin in arms)
+            raise RecordingError(f"{where} has the joints of {len(arms)} arms; choose one by {choices}")
+    raise RecordingError(
+        f"{where} has no joint '{missing[0]}'. Valid joints: {listed(there, missing[0])}; name the robot's "
+        "joints there by --joints NAME,NAME,... or a pattern with {joint}"
+    )

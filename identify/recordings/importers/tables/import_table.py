@@ -1,7 +1,6 @@
 """From a table of named columns to a recording: which column is which signal, and in what unit."""
 
 from collections.abc import Callable, Mapping, Sequence
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +12,7 @@ from ...recording import EFFORT, SIGNALS, KnownPayload, Recording, Signal
 from ...recording_checks import check
 from ...units import ANGLES, factors, joint_side, to_axes_of_robot
 from .columns import Columns, Names
-from .preset import Preset, Reading, preset_beside, preset_like, preset_names, read_preset
+from .preset import Preset, Reading, preset_for, read_preset
 from .table import Table
 
 
@@ -65,7 +64,7 @@ def import_table(
         raise RecordingError(f"{source}: a table does not name its robot; give the robot too (--robot FILE)")
     if effort not in EFFORT:
         raise RecordingError(f"effort (--effort) '{effort}': valid are {', '.join(EFFORT)}")
-    given = read_preset(preset) if preset else preset_beside(source)
+    given = read_preset(preset) if preset else None
     chosen = _chosen(columns or {}, effort)
     stem = source.name.removesuffix(".gz").rsplit(".", 1)[0] if source.is_file() else source.name
     recordings = []
@@ -73,30 +72,34 @@ def import_table(
         table = table.without(skip_rows)
         if not len(table.values):
             raise NotAFile(f"{source} has no samples behind the {skip_rows} rows to skip (--skip-rows)")
-        look = partial(Columns, source, table, model.robot, joints)
-        used = (given or preset_like(look)).naming(effort)
-        if used.name in preset_names():
-            used = used.without_missing(look(chosen, used.columns))
+        found = Columns(source, table, model.robot, joints)
+        used = (given or preset_for(source, found)).of_log(found, chosen, effort)
         _check_still(table, used, source)
-        found = look(chosen, used.columns, used.name, not used.still)
-        time = None if used.rate and "time" not in chosen else found.time()
-        places = dict(found.signals())
+        names = {**{signal: one.column for signal, one in used.signals.items()}, **chosen}
+        where = f"{source} (preset {Path(used.name).name})" if used.name else str(source)
+        time = None if used.rate and "time" not in chosen else found.time(names, where)
+        # Numbers count joints that the robot does not have where some are still.
+        places = found.signals(names, chosen, not used.still, where)
         stamps = _stamps(found, time, used, time_scale)
-        signals = {
-            signal: Signal(stamps - stamps[0], _values(found, where, signal, used, degrees))
-            for signal, where in places.items()
-        }
         known = {"source": source.name, "first_time_stamp_s": repr(float(stamps[0]))}
         known |= {"preset": used.name} if used.name else {}
         recording = Recording(
             name=f"{name or stem}{table.run and '/'}{table.run}",
             model=model,
-            signals=signals,
+            signals={
+                signal: Signal(stamps - stamps[0], _values(found, where, signal, used, degrees))
+                for signal, where in places.items()
+            },
             payload=payload,
             settings={**known, **(settings or {})},
         )
-        recording = to_axes_of_robot(joint_side(recording, motor_side), sign, zero)
-        recordings.append(_checked(recording, found, stamps))
+        try:
+            recordings.append(check(to_axes_of_robot(joint_side(recording, motor_side), sign, zero)))
+        except NotFinite as error:  # named by its place in the file
+            if error.time is None:
+                raise
+            row = table.place(int(np.argmin(np.abs(stamps - stamps[0] - error.time))))
+            raise NotFinite(f"{source} {row}: {error}", error.time) from error
     return recordings
 
 
@@ -155,19 +158,8 @@ def _values(found: Columns, places: list[int], signal: str, used: Preset, degree
     factor, offset = factors(si, reading.unit, where)
     if degrees:
         factor = np.where(np.isin(si, ANGLES), np.pi / 180, factor)
-    if len(reading.sign) not in (1, robot.dof):
-        raise WrongShape(f"{where}: {len(reading.sign)} signs, but {robot.name} has {robot.dof} joints")
+    if len(reading.signs) not in (1, robot.dof):
+        raise WrongShape(f"{where}: {len(reading.signs)} signs, but {robot.name} has {robot.dof} joints")
     picked = found.table.values[:, [max(place, 0) for place in places]]
     picked[:, [place < 0 for place in places]] = np.nan
-    return reading.sign * (picked * factor + offset)
-
-
-def _checked(recording: Recording, found: Columns, stamps: np.ndarray) -> Recording:
-    """The recording, if it can be one; what is no number is named by its place in the file."""
-    try:
-        return check(recording)
-    except NotFinite as error:
-        if error.time is None:
-            raise
-        row = int(np.argmin(np.abs(stamps - stamps[0] - error.time)))
-        raise NotFinite(f"{found.source} {found.table.place(row)}: {error}", error.time) from error
+    return reading.signs * (picked * factor + offset)

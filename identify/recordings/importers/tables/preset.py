@@ -1,13 +1,17 @@
 """Presets: what the columns of one kind of log are called, their units and signs, as a TOML file."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import cache
 from importlib import resources
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Annotated, Any
+
+from msgspec import Meta, Struct, defstruct
 
 from ....errors import RobotError
-from ....robot_files.toml_fields import check_keys, number, numbers, parse_toml, read_text, string
+from ....robot_files.toml_fields import parse_toml, read_text
+from ....schema import Name, Number, Size, check, checked
 from ...recording import SIGNALS
 from .columns import Columns, Names
 
@@ -15,12 +19,32 @@ BESIDE = "preset.toml"
 """Name under which a log's own preset is found beside it."""
 
 
-class Reading(NamedTuple):
+class Reading(Struct, frozen=True, forbid_unknown_fields=True):
     """How one signal is read: what its columns are called, their unit and their sign, one of each a joint."""
 
-    column: Names
-    unit: Names = ""
-    sign: Sequence[float] = (1.0,)
+    column: Name | Annotated[list[Name], Meta(min_length=1)]
+    unit: str | Annotated[list[str], Meta(min_length=1)] = ""
+    sign: Number | Annotated[list[Number], Meta(min_length=1)] = 1.0
+
+    def __post_init__(self) -> None:
+        expected = "1 or -1, or one of them for each joint"
+        check(set(self.signs) <= {1.0, -1.0}, "sign", self.sign, expected)
+
+    @property
+    def signs(self) -> list[float]:
+        """One for all joints, or one each."""
+        return self.sign if isinstance(self.sign, list) else [self.sign]
+
+
+_FILE: Any = defstruct(
+    "Preset",
+    [
+        ("rate", Size, 0.0),
+        ("still", dict[str, tuple[Number, Number]], {}),
+        *((name, Reading | None, None) for name in ("time", "effort", *SIGNALS)),
+    ],
+    forbid_unknown_fields=True,
+)
 
 
 @dataclass(frozen=True)
@@ -39,27 +63,26 @@ class Preset:
     rate: float = 0.0
     still: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
-    def naming(self, effort: str) -> "Preset":
-        """The same where "effort" is that signal, torque or current."""
-        return replace(
-            self, signals={effort if name == "effort" else name: one for name, one in self.signals.items()}
-        )
+    def of_log(self, columns: Columns, chosen: Mapping[str, Names], effort: str) -> "Preset":
+        """The same where "effort" is that signal; one of exidyn's also without signals that a log lacks.
 
-    @property
-    def columns(self) -> dict[str, Names]:
-        """Names of the columns by signal."""
-        return {name: one.column for name, one in self.signals.items()}
-
-    def without_missing(self, columns: Columns) -> "Preset":
-        """The same without the signals that a log lacks; time and positions are always needed."""
-        kept = {n: one for n, one in self.signals.items() if n in ("time", "position") or columns.has(n)}
-        return replace(self, signals=kept)
+        Time and positions are always needed; `chosen` are columns that were named for this log.
+        """
+        signals = {effort if name == "effort" else name: one for name, one in self.signals.items()}
+        if self.name in preset_names():
+            signals = {
+                name: one
+                for name, one in signals.items()
+                if name in ("time", "position") or columns.has(name, chosen.get(name, one.column))
+            }
+        return replace(self, signals=signals)
 
 
-def preset_names() -> list[str]:
+@cache
+def preset_names() -> tuple[str, ...]:
     """Names of the presets that come with exidyn."""
     files = resources.files(__package__).joinpath("presets").iterdir()
-    return sorted(file.name.removesuffix(".toml") for file in files if file.name.endswith(".toml"))
+    return tuple(sorted(file.name.removesuffix(".toml") for file in files if file.name.endswith(".toml")))
 
 
 def read_preset(source: str | Path) -> Preset:
@@ -86,62 +109,26 @@ def parse_preset(text: str, where: str) -> Preset:
         RobotError: The text is wrong; the message names the key, what was found and what is valid.
     """
     table = parse_toml(text, where)
-    check_keys(table, ("rate", "time", "effort", "still", *SIGNALS), where)
-    if "rate" in table and "time" in table:
+    if not isinstance(still := table.get("still", {}), dict):
+        raise RobotError(f"{where}: [still] is {still!r}; expected a table of COLUMN = [LOWEST, HIGHEST]")
+    given = checked(table, _FILE, where, RobotError)
+    if given.rate and given.time:
         raise RobotError(f"{where}: rate is for logs without time; give it or [time], not both")
-    rate = number(table.pop("rate", 0.0), f"{where}: rate", 0.0)
-    still = _ranges(table.pop("still", {}), f"{where}: [still]")
-    signals = {name: _reading(keys, f"{where}: [{name}]") for name, keys in table.items()}
-    return Preset(where, signals, rate, still)
+    signals = {name: one for name in ("time", "effort", *SIGNALS) if (one := getattr(given, name))}
+    return Preset(where, signals, given.rate, given.still)
 
 
-def _ranges(table: Any, where: str) -> dict[str, tuple[float, float]]:
-    if not isinstance(table, dict):
-        raise RobotError(f"{where} is {table!r}; expected a table of COLUMN = [LOWEST, HIGHEST]")
-    found = {column: numbers(value, 2, f"{where} {column}").tolist() for column, value in table.items()}
-    return {column: (low, high) for column, (low, high) in found.items()}
-
-
-def _reading(table: Any, where: str) -> Reading:
-    check_keys(table, Reading._fields, where)
-    if "column" not in table:
-        raise RobotError(f"{where}: key 'column' is missing; it names a column, or one a joint")
-    given = table.get("sign", 1.0)
-    signs = [number(one, f"{where} sign") for one in (given if isinstance(given, list) else [given])]
-    if not signs or not set(signs) <= {1.0, -1.0}:
-        raise RobotError(f"{where} sign: {given}; expected 1 or -1, or one of them for each joint")
-    column, unit = (_texts(table.get(key, ""), f"{where} {key}", key == "unit") for key in ("column", "unit"))
-    return Reading(column, unit, signs)
-
-
-def _texts(value: Any, where: str, empty: bool) -> Names:
-    """A text, or one a joint."""
-    if isinstance(value, list):
-        if not value:
-            raise RobotError(f"{where}: an empty list; expected a text, or one for each joint")
-        return [string(one, where) for one in value]
-    return string(value, where, empty)
-
-
-def preset_beside(source: Path) -> Preset | None:
-    """The preset in a log's folder, if there is one.
+def preset_for(source: Path, columns: Columns) -> Preset:
+    """The preset in a log's folder; else that of exidyn's which has its time and first joint; else none.
 
     Raises:
         RobotError: It is wrong.
     """
     path = (source if source.is_dir() else source.parent) / BESIDE
-    return read_preset(path) if path.is_file() else None
-
-
-def preset_like(look: Callable[..., Columns]) -> Preset:
-    """The preset that comes with exidyn and has a table's time and first joint; else that of usual names.
-
-    Args:
-        look: Looks up columns of the table, as `Columns` does behind its first arguments.
-    """
-    for name in preset_names():
-        preset = read_preset(name)
-        columns = look(preset=preset.columns)
-        if columns.has("time") and columns.has("position", 1):
+    if path.is_file():
+        return read_preset(path)
+    for preset in map(read_preset, preset_names()):
+        time, position = (preset.signals[name].column for name in ("time", "position"))
+        if columns.has("time", time) and columns.has("position", position, 1):
             return preset
     return Preset()

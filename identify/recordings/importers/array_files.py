@@ -1,0 +1,141 @@
+"""Files of named arrays: MATLAB, HDF5, NumPy, Parquet, and LeRobot's folders of Parquet files."""
+
+import json
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...errors import NotAFile
+from ...notebook import optional
+from .tables.table import Table, refused_as, table_of
+
+HDF5 = b"\x89HDF"
+"""How an HDF5 file begins, or one of MATLAB behind its own 512 bytes."""
+STATE = "observation.state"
+"""LeRobot's column of joint positions."""
+
+
+def read_matlab(source: Path) -> list[Table]:
+    """Read variables: version 5 by scipy, 7.3, which is HDF5, by h5py.
+
+    A field of a structure is called by both names, such as `data.q`.
+
+    Raises:
+        NotAFile: It is no such file, or holds no arrays of numbers.
+        MissingPackage: h5py is needed and not installed.
+    """
+    from scipy.io import loadmat
+
+    with open(source, "rb") as file:
+        begin = file.read(512 + len(HDF5))
+    if HDF5 in (begin[: len(HDF5)], begin[512:]):
+        return read_hdf5(source, between=".")
+    with refused_as(source, "a MATLAB file"):
+        return [table_of(source, loadmat(source))]
+
+
+def read_hdf5(source: Path, between: str = "/") -> list[Table]:
+    """Read data sets; what lies in groups is called by its path, such as `arm/q`.
+
+    Raises:
+        NotAFile: It is no such file, or holds no arrays of numbers.
+        MissingPackage: h5py is not installed.
+    """
+    h5py = optional("h5py", "an HDF5 file", "hdf5")
+    arrays: dict[str, Any] = {}
+
+    def collect(name: str, found: Any) -> None:
+        if isinstance(found, h5py.Dataset) and not name.startswith("#"):  # #refs# is MATLAB's
+            arrays[name.replace("/", between)] = found
+
+    with refused_as(source, "HDF5"), h5py.File(source) as file:
+        file.visititems(collect)
+        return [table_of(source, arrays, between)]
+
+
+def read_npz(source: Path) -> list[Table]:
+    """Read arrays as `numpy.savez` and `savez_compressed` write them; objects are refused.
+
+    Raises:
+        NotAFile: It is no such file, or holds no arrays of numbers.
+    """
+    with refused_as(source, "a NumPy file"), open(source, "rb") as file, np.load(file) as arrays:
+        return [table_of(source, dict(arrays))]
+
+
+def read_parquet(source: Path) -> list[Table]:
+    """Read columns of numbers, times, and lists of numbers of one length, which become `name1`, `name2`, ….
+
+    Raises:
+        NotAFile: It is no such file, or holds no columns of numbers.
+        MissingPackage: pyarrow is not installed.
+    """
+    return [table_of(source, _parquet_columns(source))]
+
+
+def read_lerobot(source: Path) -> list[Table]:
+    """Read a folder with meta/info.json, version 2 or 3: a run an episode, its time by frames a second.
+
+    Raises:
+        NotAFile: A file is missing or is not of such a data set.
+        MissingPackage: pyarrow is not installed.
+    """
+    rate, joints = _lerobot_info(source / "meta" / "info.json")
+    tables = []
+    for path in sorted(source.glob("data/**/*.parquet")):
+        columns = _parquet_columns(path)
+        if not {"episode_index", "frame_index", STATE} <= set(columns):
+            raise NotAFile(f"{path} lacks episode_index, frame_index or {STATE}; it has {', '.join(columns)}")
+        # Its own time stamps are the same, in single precision.
+        columns["timestamp"] = columns["frame_index"] / rate
+        for episode in np.unique(columns["episode_index"]).astype(int).tolist():
+            rows = columns["episode_index"] == episode
+            named = {name: column[rows] for name, column in columns.items()}
+            tables.append(table_of(path, named, run=f"episode_{episode:06d}", joints=joints))
+    if not tables:
+        raise NotAFile(f"{source} has no episodes in data/*.parquet")
+    return tables
+
+
+def _parquet_columns(source: Path) -> dict[str, np.ndarray]:
+    """Columns of numbers by name, shape (t,), or (t, c) of lists of one length."""
+    types = optional("pyarrow", "a Parquet file", "parquet").types
+    parquet = optional("pyarrow.parquet", "a Parquet file", "parquet")
+    columns = {}
+    with refused_as(source, "Parquet"), parquet.ParquetFile(source) as file:
+        names = [one.name for one in file.schema_arrow if _numeric(types, one.type)]
+        table = file.read(columns=names)
+        for name in names:
+            column = table[name].to_numpy()
+            lists = column.dtype == object and len({np.shape(one) for one in column}) == 1
+            columns[name] = np.stack(column.tolist()) if lists else column
+    return columns
+
+
+def _numeric(types: Any, kind: Any) -> bool:
+    if types.is_list(kind) or types.is_large_list(kind) or types.is_fixed_size_list(kind):
+        return _numeric(types, kind.value_type)
+    tests = (types.is_integer, types.is_floating, types.is_boolean, types.is_timestamp)
+    return any(test(kind) for test in tests)
+
+
+def _lerobot_info(path: Path) -> tuple[float, tuple[str, ...]]:
+    """Frames a second, and the names of what the state holds; none where the data set does not name it."""
+    try:
+        info = json.loads(path.read_text(encoding="utf-8"))
+        rate, state = float(info["fps"]), info["features"][STATE]
+        if not rate > 0.0:
+            raise ValueError(f"fps is {rate}")
+        return rate, tuple(name.removesuffix(".pos") for name in _texts(state.get("names")))
+    except (OSError, KeyError, TypeError, ValueError, AttributeError) as error:
+        raise NotAFile(f"{path} is no description of a LeRobot data set: {error!r}") from error
+
+
+def _texts(value: Any) -> Iterator[str]:
+    """All texts in lists or mappings, however deep: versions of the format differ."""
+    if isinstance(value, str):
+        yield value
+    for one in value.values() if isinstance(value, Mapping) else value if isinstance(value, list) else ():
+        yield from _texts(one)
