@@ -55,11 +55,7 @@ DRIVERS: dict[str, Entry] = {
 
 
 def known_drivers() -> dict[str, Entry]:
-    """`DRIVERS`, and those of installed packages.
-
-    Raises:
-        BadDriver: A package has a driver of a name that is taken.
-    """
+    """`DRIVERS`, and those of installed packages. Raises BadDriver if a name of theirs is taken."""
     known = dict(DRIVERS)
     for point in metadata.entry_points(group=GROUP):
         package = point.dist.name if point.dist else "an unknown package"
@@ -112,21 +108,12 @@ def _installed(name: str, entry: Entry) -> type[Driver]:
 
 
 def create(name: str, table: Mapping[str, Any], arm: Arm) -> Driver:
-    """A driver that is not open yet, from its settings.
-
-    Raises:
-        DriverError: As by `driver_class`.
-        BadSettings: What the driver cannot be set to.
-    """
+    """A driver that is not open yet. Raises as `driver_class`, and BadSettings for wrong settings."""
     cls = driver_class(name)
     return cls(read_settings(cls.Settings, table, arm.dof, f"driver {name}"), arm)
 
 
 def explain(name: str) -> str:
-    """A TOML file with all settings of a driver, to be filled in.
-
-    Raises:
-        DriverError: As by `driver_class`.
-    """
+    """A TOML file with all settings of a driver, to be filled in. Raises as `driver_class`."""
     settings = template(driver_class(name).Settings)
     return f'# {known_drivers()[name].purpose}\ndriver = "{name}"\n\n[settings]\n{settings}'

@@ -13,12 +13,7 @@ DRIFT = 1e-4
 
 
 class ControllerSamples:
-    """Base of what makes the samples of one session; their times never go back.
-
-    Args:
-        joints: Number n.
-        state: Number k of parts of the controller's state.
-    """
+    """Base of what makes the samples of n joints and k parts of a state; their times never go back."""
 
     def __init__(self, joints: int, state: int = 0) -> None:
         self.unknown, self.fresh = np.full(joints, np.nan), np.zeros(joints, bool)
@@ -28,13 +23,7 @@ class ControllerSamples:
         self._ahead = np.inf
 
     def _skipped(self, time: int, arrival: int, cycles: int) -> int:
-        """Cycles that nobody has reported, when a measurement comes so many cycles after the last one.
-
-        Args:
-            time: Of the controller [ns].
-            arrival: Time of the host [ns].
-            cycles: Since the last measurement; 1 where none is missing.
-        """
+        """Cycles not reported yet, when a measurement comes so many after the last one; times in [ns]."""
         skipped = max(cycles - 1 - self._gone, 0)
         self._gone, self._time = 0, time
         self._host_time = max(self._host_time + 1, arrival)
@@ -43,9 +32,7 @@ class ControllerSamples:
     def _lateness(self, arrival: int, time: int) -> float:
         """By how much a measurement came later after its time stamp than the quickest one [s].
 
-        Args:
-            arrival: Time of the host [ns].
-            time: Of the controller, before `_skipped` is told of it [ns].
+        Times of host and controller are in [ns]; `_skipped` is told of the latter afterwards.
         """
         ahead = 1e-9 * arrival - 1e-9 * time
         self._ahead = min(self._ahead + DRIFT * max(1e-9 * (time - self._time), 0.0), ahead)
@@ -70,12 +57,7 @@ class ControllerSamples:
 
 
 class Remarks:
-    """Remembers what was reported already.
-
-    Args:
-        state: Parts of the controller's state and what their codes mean, as in `Info`.
-        reported: Those whose changes are events; others change too often.
-    """
+    """Reports changes of parts of a controller's state, as in `Info`; all but `reported` change too often."""
 
     def __init__(self, state: Mapping[str, Mapping[int, str]], reported: Sequence[str]) -> None:
         self._rows = [(list(state).index(name), name, state[name]) for name in reported]

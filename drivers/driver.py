@@ -74,7 +74,6 @@ class Arm:
 
     @property
     def dof(self) -> int:
-        """Number of joints n."""
         return len(self.joints)
 
 
@@ -132,11 +131,7 @@ class Driver(ABC):
 
     @classmethod
     def controller_file(cls, address: str) -> str:
-        """Text of the file that the controller itself needs, for a host of this address.
-
-        Raises:
-            BadSettings: It needs none.
-        """
+        """Text of the file that the controller needs, for a host's address. Raises BadSettings for none."""
         raise BadSettings("this controller needs no file of its own; its settings are all in the host's")
 
     @property
@@ -153,8 +148,7 @@ class Driver(ABC):
     def open(self) -> Info:
         """Find the controller, configure and verify it. Nothing moves, nothing is powered.
 
-        Raises:
-            DriverError: One of its kinds, with what to try.
+        Raises DriverError, one of its kinds, with what to try.
         """
 
     def open_to_read(self) -> Info:
@@ -167,8 +161,7 @@ class Driver(ABC):
     def find(self) -> None:
         """See whether the controller answers, and leave it as it is; nothing where to ask could move the arm.
 
-        Raises:
-            DriverError: It does not.
+        Raises DriverError if it does not.
         """
         if self.risk_of_reading:
             return
@@ -197,9 +190,7 @@ class Driver(ABC):
     def arm_drives(self) -> None:  # noqa: B027 - many controllers have nothing to do
         """Power the drives, which then hold where they stand.
 
-        Raises:
-            NotReady: They refuse.
-            LinkLost: They do not answer.
+        Raises NotReady if they refuse, LinkLost if they do not answer.
         """
 
     @property

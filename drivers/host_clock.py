@@ -27,11 +27,7 @@ class Tick(NamedTuple):
 
 
 class HostClock:
-    """Ticks at start + k cycles. After a late one the missed are skipped, never run after in a burst.
-
-    Args:
-        cycle: Time between ticks [s].
-    """
+    """Ticks at start + k cycles [s]. After a late one the missed are skipped, never run after in a burst."""
 
     def __init__(self, cycle: float) -> None:
         self._cycle = round(cycle * 1e9)

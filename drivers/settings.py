@@ -18,15 +18,7 @@ _NAMES = {int: "a whole number", float: "a number", str: "a text", bool: "true o
 
 @dataclass(frozen=True)
 class About:
-    """What a setting means.
-
-    Attributes:
-        text: In a line.
-        unit: Of the number, if it has one.
-        low: Smallest valid number.
-        high: Largest valid number.
-        choices: Valid values.
-    """
+    """A setting's meaning in a line, unit, bounds of a number, and valid values."""
 
     text: str
     unit: str = ""
@@ -45,16 +37,9 @@ def setting(default: Any, text: str, **about: Any) -> Any:
 
 
 def read_settings(cls: type[Any], table: Mapping[str, Any], joints: int, where: str) -> Any:
-    """An instance of a driver's settings.
+    """An instance of a driver's settings for n joints; `where` is what messages call the table.
 
-    Args:
-        cls: The driver's `Settings`.
-        table: Name -> value.
-        joints: Number of joints n.
-        where: What to call the table in messages.
-
-    Raises:
-        BadSettings: An unknown name, a value that cannot be, or one that is missing.
+    Raises BadSettings for an unknown name, a value that cannot be, or one that is missing.
     """
     known, kinds = {f.name: f for f in fields(cls)}, get_type_hints(cls)
     unknown = next((name for name in table if name not in known), None)

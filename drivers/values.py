@@ -84,15 +84,7 @@ def any_of(flags: np.ndarray) -> bool:
 
 
 def nanoseconds(name: str, seconds: float) -> int:
-    """A controller's time [ns].
-
-    Args:
-        name: What the controller calls it.
-        seconds: From its zero [s].
-
-    Raises:
-        Unreadable: It is no number, negative, or later than any controller runs.
-    """
+    """A controller's time [ns] of that name. Raises Unreadable for what no controller's clock shows."""
     if not 0.0 <= seconds <= LATEST:
         raise Unreadable(f"{name} is {seconds:g} s; expected 0 to {LATEST:g} s")
     return round(1e9 * seconds)
@@ -101,8 +93,7 @@ def nanoseconds(name: str, seconds: float) -> int:
 def checked(sample: Sample) -> Sample:
     """The sample, with NaN and an event in place of values that nothing can have.
 
-    Raises:
-        Unreadable: A time that no clock shows, or arrays of another shape.
+    Raises Unreadable for a time that no clock shows, or arrays of another shape.
     """
     for name in ("host_time", "controller_time"):
         if not 0 <= getattr(sample, name) < _LAST:

@@ -52,7 +52,6 @@ class CanBus:
     Attributes:
         trouble: Why the bus can no longer be used; empty while it can.
         unreadable: Frames so far that could not be read, or that were not of data.
-        channel_info: What python-can calls it.
 
     Raises:
         BadSettings: No such interface, or options that are none.
@@ -113,7 +112,6 @@ class CanBus:
         return received
 
     def recv(self, timeout: float | None = 0.0) -> can.Message | None:
-        """As `receive`, in python-can's words."""
         received = self.receive(timeout or 0.0)
         return None if received is None else message(*received)
 
@@ -123,7 +121,7 @@ class CanBus:
         return events
 
     def fileno(self) -> int:
-        """None is given away: a reading thread is to use `recv`."""
+        """Not given away: a reading thread is to use `recv`."""
         raise NotImplementedError
 
     def shutdown(self) -> None:
@@ -156,21 +154,13 @@ class CanBus:
 
 
 def require_interface(name: str) -> None:
-    """Raise where python-can has no such interface.
-
-    Raises:
-        BadSettings: It has not; the message lists what it has.
-    """
+    """Raise BadSettings, with a list of all interfaces, where python-can has no such one."""
     if name not in can.VALID_INTERFACES:
         raise BadSettings(f"interface is '{name}'. Valid: {', '.join(sorted(can.VALID_INTERFACES))}")
 
 
 def read_options(text: str) -> dict[str, Any]:
-    """Name -> value of "name=value, name=value"; numbers and true or false are taken for what they are.
-
-    Raises:
-        BadSettings: What is not of that form.
-    """
+    """Name -> number, flag or text, of "name=value, name=value". Raises BadSettings for another form."""
     options = {}
     for part in filter(None, (part.strip() for part in text.split(","))):
         name, equals, value = (piece.strip() for piece in part.partition("="))
@@ -219,7 +209,7 @@ FULL = 0.95
 
 
 def frame_bits(data: int) -> int:
-    """Bits that a classic frame with an 11-bit identifier and so many bytes of data has at most.
+    """Largest number of bits of a classic frame with an 11-bit identifier and so many bytes of data.
 
     These are 44 of frame, 3 of silence after it, 8 a byte, and a stuffing bit after every four of those that
     are stuffed (identifier, length, data and checksum).
@@ -228,23 +218,15 @@ def frame_bits(data: int) -> int:
 
 
 def bus_load(frames: Sequence[int], cycle: float, bitrate: int, others: float = 0.0) -> float:
-    """Worst-case share of the bus that is in use [-]; above one it cannot be carried.
+    """Worst-case share of the bus [-] that frames with so many bytes of data take, once a cycle [s].
 
-    Args:
-        frames: Bytes of data of every frame in a cycle.
-        cycle: Time between cycles [s].
-        bitrate: Of the bus [bit/s].
-        others: Frames a second besides, of one byte each [1/s].
+    `others` are frames of one byte besides [1/s]. A share above one cannot be carried.
     """
     return (sum(frame_bits(data) for data in frames) / cycle + others * frame_bits(1)) / bitrate
 
 
 def require_room(frames: Sequence[int], cycle: float, bitrate: int, others: float = 0.0) -> float:
-    """The load, where the bus can carry it.
-
-    Raises:
-        BadSettings: It cannot.
-    """
+    """The load as by `bus_load`. Raises BadSettings if the bus cannot carry it."""
     load = bus_load(frames, cycle, bitrate, others)
     if load > FULL:
         fits = math.ceil(1e3 * cycle * load / FULL) * 1e-3

@@ -25,11 +25,7 @@ FORGET = 0.1
 
 
 class CanRound(ABC):
-    """What a question makes the joints answer.
-
-    Args:
-        bus: Open.
-        names: Of the joints, for messages.
+    """A question to all joints and their answers, once a cycle.
 
     Attributes:
         fresh: Whether each joint answered the last question.
@@ -48,14 +44,7 @@ class CanRound(ABC):
 
     @abstractmethod
     def cycle(self, patience: float) -> int:
-        """Ask everybody, and wait for the answers.
-
-        Args:
-            patience: How long they are waited for [s].
-
-        Returns:
-            When they were asked to measure [ns since 1970].
-        """
+        """Ask all joints, wait so long for answers [s], and return when they measured [ns since 1970]."""
 
     @abstractmethod
     def _understand(self, identifier: int, data: bytes) -> bool:
@@ -145,12 +134,7 @@ Round = TypeVar("Round", bound=CanRound)
 
 
 class CanDriver(Driver, Generic[Round]):
-    """A driver whose joints answer once a cycle on a CAN bus.
-
-    Args:
-        settings: With interface, channel, bitrate, options, cycle and at_close.
-        arm: What it needs to know of the arm.
-    """
+    """A driver whose joints answer once a cycle on a CAN bus."""
 
     def __init__(self, settings: Any, arm: Arm) -> None:
         super().__init__(settings, arm)
@@ -206,7 +190,7 @@ class CanDriver(Driver, Generic[Round]):
         """Leave joints that no longer miss the host."""
 
     def exchange(self, command: Command | None) -> Sample:
-        """As in `Driver`: a command, or the last one again, and what is answered in the same cycle."""
+        """A command, or the last one again, and what is answered in the same cycle."""
         talk = self._opened()
         if self._clock is None:
             self._begin(talk)
@@ -224,7 +208,7 @@ class CanDriver(Driver, Generic[Round]):
         return self._sample(talk, tick, sent)
 
     def close(self) -> None:
-        """As in `Driver`: quick stop until at rest, then held or switched off by `at_close`."""
+        """Quick stop until at rest, then held or switched off by `at_close`."""
         try:
             if self._round is not None:
                 if self._armed:
@@ -249,7 +233,6 @@ class CanDriver(Driver, Generic[Round]):
         return self._bus
 
     def _begin(self, talk: Round) -> None:
-        """Begin to exchange, after a pause."""
         self._clock = HostClock(self.settings.cycle)
         talk.begin()
 

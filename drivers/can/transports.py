@@ -38,37 +38,27 @@ class Transport(Protocol):
         """Hand frames over, each within a time-out [s]; after one that fails the others are tried."""
 
     def receive(self, timeout: float) -> Frame | None:
-        """The next frame, waited for at most so long [s]; None if there is none.
-
-        Raises:
-            ValueError: What came is not a frame. Also other errors, by interface.
-        """
+        """The next frame, waited for so long [s], or None. Raises ValueError for what is none, and others."""
 
     def close(self) -> None:
         """Let go of what is its own; the bus is closed by python-can."""
 
 
 class PythonCanTransport:
-    """Any interface, by the methods that python-can gives all of them.
-
-    Args:
-        bus: Open.
-    """
+    """Any interface, by the methods that python-can gives all of them."""
 
     def __init__(self, bus: can.BusABC) -> None:
         self._bus = bus
 
     def send(self, frames: Sequence[Frame], timeout: float) -> None:
-        """As in `Transport`."""
         send_each(frames, lambda identifier, data: self._bus.send(message(identifier, data), timeout))
 
     def receive(self, timeout: float) -> Frame | None:
-        """As in `Transport`."""
         received = self._bus.recv(timeout)
         return None if received is None else (flagged(received), bytes(received.data))
 
     def close(self) -> None:
-        """As in `Transport`."""
+        pass
 
 
 def send_each(frames: Sequence[Frame], send: Callable[[int, bytes], None]) -> None:
@@ -118,11 +108,7 @@ KINDS = {
 
 
 class SlcanTransport:
-    """An adapter on a serial port.
-
-    Args:
-        port: Of python-can's bus, with the file descriptor that POSIX systems have.
-    """
+    """An adapter on a serial port, of which python-can's has the file descriptor of POSIX systems."""
 
     def __init__(self, port: Any) -> None:
         self._port, self._waited_for = port, [port.fd]
@@ -134,7 +120,6 @@ class SlcanTransport:
         self._port.write("".join(lines).encode())
 
     def receive(self, timeout: float) -> Frame | None:
-        """As in `Transport`."""
         end = time.monotonic() + timeout
         while True:
             while self._lines:
@@ -146,7 +131,7 @@ class SlcanTransport:
             self._read()
 
     def close(self) -> None:
-        """As in `Transport`."""
+        pass
 
     def _read(self) -> None:
         data = os.read(self._waited_for[0], READ)
@@ -159,11 +144,7 @@ class SlcanTransport:
 
 
 def _frame(line: str) -> Frame | None:
-    """The frame in a line; None for a line that has none.
-
-    Raises:
-        ValueError: A line that is broken.
-    """
+    """The frame in a line; None for a line that has none. Raises ValueError for a broken line."""
     if line[:1] not in KINDS:
         return None
     digits, flags = KINDS[line[0]]
@@ -181,11 +162,7 @@ LONGEST = 400
 
 
 class SocketTransport(ABC):
-    """Frames over a socket; the socket stays python-can's, and is not closed here.
-
-    Args:
-        link: Open. Whether it blocks does not matter.
-    """
+    """Frames over an open socket, which stays python-can's and is not closed here."""
 
     def __init__(self, link: socket.socket) -> None:
         self._socket, self._waited_for = link, [link.fileno()]
@@ -196,22 +173,13 @@ class SocketTransport(ABC):
 
     @abstractmethod
     def _decode(self, datagram: bytes) -> Frame | None:
-        """The frame in a datagram; None for one to be passed over.
-
-        Raises:
-            ValueError: It has none. Also KeyError and TypeError.
-        """
+        """The frame in a datagram; None to pass it over. Raises ValueError, KeyError, TypeError for none."""
 
     @abstractmethod
     def _hand_over(self, datagram: bytes) -> None:
-        """Give a datagram to the socket without waiting.
-
-        Raises:
-            BlockingIOError: The socket does not take it now.
-        """
+        """Give a datagram to the socket without waiting. Raises BlockingIOError if it is not taken now."""
 
     def send(self, frames: Sequence[Frame], timeout: float) -> None:
-        """As in `Transport`."""
 
         def send(identifier: int, data: bytes) -> None:
             datagram = self._encode(identifier, data)
@@ -224,7 +192,6 @@ class SocketTransport(ABC):
         send_each(frames, send)
 
     def receive(self, timeout: float) -> Frame | None:
-        """As in `Transport`."""
         if timeout > 0.0 and not select.select(self._waited_for, [], [], timeout)[0]:
             return None
         frame = None
@@ -267,14 +234,7 @@ class SocketcanTransport(SocketTransport):
 
 
 def transport_of(bus: can.BusABC, interface: str, channel: str, options: Mapping[str, Any]) -> Transport:
-    """The quickest transport that an open bus allows.
-
-    Args:
-        bus: Of python-can.
-        interface: As python-can names it.
-        channel: As that interface names it.
-        options: With which the bus was opened.
-    """
+    """The quickest transport that an open bus allows, by the interface, channel and options of python-can."""
     link = getattr(bus, "socket", None)
     if interface == "socketcan" and channel and isinstance(link, socket.socket):
         return SocketcanTransport(link)

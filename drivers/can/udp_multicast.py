@@ -89,5 +89,4 @@ class UdpMulticastTransport(SocketTransport):
         self._socket.sendto(datagram, socket.MSG_DONTWAIT, self._address)
 
     def close(self) -> None:
-        """As in `Transport`."""
         self._socket.close()

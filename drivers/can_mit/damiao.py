@@ -21,13 +21,7 @@ TRIES, ANSWER = 3, 0.1
 
 
 class Register(NamedTuple):
-    """One register.
-
-    Attributes:
-        number: Of the register.
-        form: Of its value, as `struct` writes it.
-        name: As its maker calls it.
-    """
+    """A register: its number, the form of its value as `struct` writes it, and its maker's name for it."""
 
     number: int
     form: str
@@ -81,7 +75,7 @@ class Found:
 
     Attributes:
         guarded: Whether it is verified that it switches off when the host falls silent.
-        timeout: What its TIMEOUT was before; None if it did not answer.
+        timeout: Its TIMEOUT before the set-up; None if it did not answer.
         facts: What explains the measurement later.
         warnings: Warnings, a sentence each.
     """
@@ -93,15 +87,10 @@ class Found:
 
 
 def set_up(bus: CanBus, motor: Motor, dead_man: float | None) -> Found:
-    """Look at a motor's registers, and make it switch off after so long a silence of the host.
+    """Check a motor's registers, and make it switch off after so long a silence of the host [s].
 
-    Args:
-        bus: Open.
-        motor: Of Damiao.
-        dead_man: That silence [s]; None for a motor that is only read, of which nothing is changed.
-
-    Raises:
-        NotReady: Its ranges are not those that were set, or it does not take the MIT mode.
+    Without `dead_man`, for a motor that is only read, nothing is changed. Raises NotReady if its ranges are
+    not those that were set, or it does not take the MIT mode.
     """
     found = Found()
     if _reading(bus, motor, MODE) is None:

@@ -45,23 +45,21 @@ class CanMit(CanDriver[MotorRound]):
         self._attempts = [0] * arm.dof
 
     def open(self) -> Info:
-        """As in `Driver`: check the motors' registers and read all of them; nothing is switched on."""
         return self._open(self.settings.dead_man)
 
     def open_to_read(self) -> Info:
-        """As in `Driver`: without a dead-man, which would switch off what another program left on."""
+        """Without a dead-man, which would switch off what another program left on."""
         return self._open(None)
 
     @property
     def sent_to_read(self) -> str:
-        """As in `Driver`."""
         asked = "questions for states and registers" if DAMIAO in self._families else ""
         limp = "commands with zero gains (T-Motor)" if T_MOTOR in self._families else ""
         return " and ".join(filter(None, (asked, limp)))
 
     @property
     def risk_of_reading(self) -> str:
-        """As in `Driver`: T-Motor has no question that is not a command."""
+        """T-Motor has no question that is not a command."""
         if T_MOTOR not in self._families:
             return ""
         names = [motor.name for motor in self._motors if motor.family is T_MOTOR]
@@ -71,7 +69,7 @@ class CanMit(CanDriver[MotorRound]):
         )
 
     def states(self) -> tuple[str, ...]:
-        """As in `Driver`; a T-Motor without fault does not report whether it is on."""
+        """A T-Motor without fault does not report whether it is on."""
         return tuple(
             error_text(motor.family, state.error)
             or (("on" if state.error == ON else "off") if motor.family is DAMIAO else "")
@@ -99,7 +97,7 @@ class CanMit(CanDriver[MotorRound]):
         return info_of(self.settings, self._motors, self._found, self._round.state, *scales)
 
     def arm_drives(self) -> None:
-        """As in `Driver`: switch on with zero gains, then hold each joint where it stands."""
+        """Switch on with zero gains, then hold each joint where it stands."""
         talk = self._opened()
         self._begin(talk)
         self._level, self._attempts, self._armed = 0, [0] * self.arm.dof, True
@@ -122,13 +120,12 @@ class CanMit(CanDriver[MotorRound]):
         talk.watching = True
 
     def held(self) -> np.ndarray | None:
-        """As in `Driver`: where the springs are fixed."""
         if not self._armed:
             return None
         return np.array(self._opened().target) * self._sign + self._zero
 
     def stop(self, level: StopLevel) -> None:
-        """As in `Driver`: QUICK holds where each joint was last seen, OFF switches the motors off.
+        """QUICK holds where each joint was last seen, OFF switches the motors off.
 
         A held joint is braked by its damper and carried by its spring. Damping alone would let an arm sink
         under its weight, with nothing to end it.
@@ -156,11 +153,7 @@ class CanMit(CanDriver[MotorRound]):
         )
 
     def _read_all(self, talk: MotorRound) -> None:
-        """Wait until every motor has answered once.
-
-        Raises:
-            LinkLost: One does not.
-        """
+        """Wait until every motor has answered once. Raises LinkLost if one does not."""
         self._begin(talk)
         end, silent = time.monotonic() + ANSWERS, list(self._motors)
         while silent and time.monotonic() < end:
@@ -193,7 +186,6 @@ class CanMit(CanDriver[MotorRound]):
             talk.request[joint] = Request.LIMP if self._attempts[joint] <= LIMP else Request.ENABLE
 
     def _not_enabled(self, talk: MotorRound) -> str:
-        """Which motor does not switch on, and why."""
         joint = next(j for j, request in enumerate(talk.request) if request is not Request.COMMAND)
         motor, state = self._motors[joint], talk.state[joint]
         if not talk.fresh[joint]:
@@ -214,7 +206,7 @@ class CanMit(CanDriver[MotorRound]):
         talk.target, talk.velocity = positions, velocities
 
     def _look(self, talk: MotorRound) -> None:
-        """Errors are seen where they are received."""
+        pass
 
     def _sample(self, talk: MotorRound, tick: Tick, sent: int) -> Sample:
         # One array of five rows would take longer than these of one row each.

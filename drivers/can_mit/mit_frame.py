@@ -15,13 +15,7 @@ ENABLE, DISABLE, CLEAR = (b"\xff" * 7 + bytes([last]) for last in (0xFC, 0xFD, 0
 
 
 class Ranges(NamedTuple):
-    """Largest numbers that fit into a motor's frames, either way.
-
-    Attributes:
-        position: [rad].
-        velocity: [rad/s].
-        torque: [N m], or [A] where the motor answers with its current.
-    """
+    """Largest position [rad], velocity [rad/s], and torque [N m] or current [A] in a frame, either way."""
 
     position: float
     velocity: float
@@ -29,12 +23,7 @@ class Ranges(NamedTuple):
 
 
 class Family(NamedTuple):
-    """What a maker does differently.
-
-    Attributes:
-        name: Of the maker.
-        registers: Whether settings of the motor can be read and written over the bus.
-    """
+    """A maker, and whether settings of its motors can be read and written over the bus."""
 
     name: str
     registers: bool
@@ -60,7 +49,7 @@ MODELS: dict[str, tuple[Family, Ranges]] = {
 
 
 class Motor(NamedTuple):
-    """One motor.
+    """A motor: identifiers of its commands and answers, their ranges, and its gains.
 
     Attributes:
         name: For messages.
@@ -163,11 +152,11 @@ OFF, ON = 0, 1
 ERRORS = {
     DAMIAO: {
         5: "encoder", 6: "parameters", 8: "over-voltage", 9: "under-voltage", 10: "over-current",
-        11: "power stage too hot", 12: "rotor too hot", 13: "host silent", 14: "overload",
+        11: "power stage too hot", 12: "rotor too hot", 13: "host silent", 14: "overload"
     },
     T_MOTOR: {
         1: "motor too hot", 2: "over-current", 3: "over-voltage", 4: "under-voltage", 5: "encoder",
-        6: "power stage too hot or phases unbalanced", 7: "motor blocked",
+        6: "power stage too hot or phases unbalanced", 7: "motor blocked"
     },
 }  # fmt: skip
 

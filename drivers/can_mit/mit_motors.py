@@ -41,11 +41,7 @@ UNKNOWN = State(0, *[float("nan")] * 4)
 
 
 class MotorRound(CanRound):
-    """What goes to the motors and comes from them, at their outputs and with their signs.
-
-    Args:
-        bus: Open.
-        motors: In the order of the joints.
+    """Commands to the motors and their answers, at their outputs and with their signs.
 
     Attributes:
         request: What each is sent from now on.
@@ -70,7 +66,7 @@ class MotorRound(CanRound):
             answers[m.master, answering(m.family, bytes([m.number & 0xFF]))] = joint
 
     def cycle(self, patience: float) -> int:
-        """As in `CanRound`; a motor measures when it is reached by its question."""
+        """A motor measures when it is reached by its question."""
         self._read_late()
         now = host_time()
         self._bus.send_frames(
@@ -115,7 +111,6 @@ class MotorRound(CanRound):
 
 
 def _others(motor: Motor) -> dict[Request, Frame]:
-    """Frames for a motor that do not change."""
     limp = motor.number, pack(motor.commanded, 0.0, 0.0, 0.0, 0.0)
     listen = (TO_ALL, refresh(motor.number)) if motor.family.registers else limp
     fixed = {Request.CLEAR: CLEAR, Request.ENABLE: ENABLE, Request.DISABLE: DISABLE}

@@ -55,7 +55,6 @@ class MitSettings:
     )
 
     def motors(self, names: tuple[str, ...]) -> list[Motor]:
-        """The motors of joints with these names."""
         return [self._motor(joint, name) for joint, name in enumerate(names)]
 
     def _motor(self, joint: int, name: str) -> Motor:
@@ -92,11 +91,7 @@ class MitSettings:
 
 
 def require_sound(s: MitSettings, arm: Arm) -> None:
-    """Raise where the settings fit neither each other, nor the arm, nor the bus.
-
-    Raises:
-        BadSettings: They do not.
-    """
+    """Raise BadSettings where the settings fit neither each other, nor the arm, nor the bus."""
     require_interface(s.interface)
     read_options(s.options)
     _require_distinct(s)
@@ -148,13 +143,7 @@ def info_of(
 ) -> Info:
     """All that explains the measurement later, and what to warn about now.
 
-    Args:
-        s: Settings.
-        motors: In the order of the joints.
-        found: Data of each.
-        states: First answer of each.
-        to_current: Current per what is answered, shape (n,) [A]; NaN where unknown.
-        to_torque: Torque, likewise [N m].
+    `to_current` [A] and `to_torque` [N m], shape (n,), are per what is answered; NaN where unknown.
     """
     known = {
         "position": True,

@@ -9,14 +9,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Entry:
-    """One value in a drive's object dictionary.
-
-    Attributes:
-        index: Of the object.
-        sub: Index in it.
-        form: Of the value, as `struct` writes it.
-        name: For messages.
-    """
+    """A value in a drive's object dictionary; its form is that of `struct`, its name for messages."""
 
     index: int
     sub: int

@@ -29,12 +29,7 @@ class Refused(NotReady):
 
 
 class Drive:
-    """What can be read from a drive and written to it; nothing is ever stored beyond the next power-off.
-
-    Args:
-        node: Of a network that is being read.
-        name: For messages.
-    """
+    """What can be read from a drive and written to it; nothing is ever stored beyond the next power-off."""
 
     def __init__(self, node: canopen.RemoteNode, name: str) -> None:
         self.name = name
@@ -42,12 +37,7 @@ class Drive:
         self._sdo.RESPONSE_TIMEOUT = ANSWER
 
     def read(self, entry: Entry) -> int:
-        """The value.
-
-        Raises:
-            NotReady: The drive refuses, or has no such object.
-            LinkLost: It does not answer.
-        """
+        """The value. Raises NotReady if the drive refuses or has no such object, LinkLost if it is silent."""
         try:
             data = self._upload(entry)
         except Refused as refusal:
@@ -59,28 +49,21 @@ class Drive:
         return int(struct.unpack(entry.form, data[:size])[0])
 
     def look_up(self, entry: Entry) -> int | None:
-        """The value of an object that the driver can do without; None where the drive does not have it.
-
-        Raises:
-            LinkLost: The drive does not answer.
-        """
+        """The value; None where the drive refuses or has no such object. Raises LinkLost."""
         try:
             return self.read(entry)
         except NotReady:
             return None
 
     def size(self, entry: Entry) -> int | None:
-        """Bytes of an object's value; None where there is no such object, 0 where it has no value now.
-
-        Raises as `look_up`.
-        """
+        """Bytes of an object's value; None without such an object, 0 without a value now. Raises LinkLost."""
         try:
             return len(self._upload(entry))
         except Refused as refusal:
             return None if refusal.absent else 0
 
     def text(self, entry: Entry = DEVICE_NAME) -> str:
-        """A text; empty where the drive has none. Raises as `look_up`."""
+        """A text; empty where the drive has none. Raises LinkLost."""
         try:
             data = self._upload(entry)
         except Refused:
@@ -176,7 +159,7 @@ class EffortWish:
 
 
 class Effort(NamedTuple):
-    """Measure of a motor's effort.
+    """Object that measures a motor's effort.
 
     Attributes:
         entry: The object.
@@ -205,14 +188,9 @@ TORQUE_WORDS = Words("torque", "N m", "rated_torque", "rated_torque [N m, of the
 
 
 def read_object(text: str, name: str) -> c.Entry:
-    """The object that "index:sub type" names, such as "0x30D1:2 int32".
+    """The object that "index:sub type" names, such as "0x30D1:2 int32", which measures what `name` says.
 
-    Args:
-        text: What was set.
-        name: What the object measures.
-
-    Raises:
-        BadSettings: The text is not of that form, or the object is none that can be in a PDO.
+    Raises BadSettings if the text is of another form, or the object is none that can be in a PDO.
     """
     place, _, kind = text.strip().partition(" ")
     index, _, sub = place.partition(":")
@@ -231,15 +209,10 @@ def read_object(text: str, name: str) -> c.Entry:
 
 
 def kind_of_all(drives: Sequence[Drive], wishes: Sequence[EffortWish], kind: str) -> tuple[str, list[str]]:
-    """What is measured of all drives, "current" or "torque", and the facts about it.
+    """What all drives have an object of, "current" or "torque", and the facts about it.
 
-    Args:
-        drives: Of the arm.
-        wishes: For each.
-        kind: "current", "torque", or "auto": torque is used where a drive has no current object.
-
-    Raises:
-        NotReady: There is neither; the message names what to set.
+    With "auto", torque is used where a drive has no current object. Raises NotReady, with what to set, if one
+    has neither.
     """
     if kind != "auto":
         return kind, []
@@ -258,10 +231,8 @@ def kind_of_all(drives: Sequence[Drive], wishes: Sequence[EffortWish], kind: str
 def find_effort(drive: Drive, wish: EffortWish, kind: str) -> Effort:
     """The object of a drive that measures "current" or "torque", and its unit.
 
-    Raises:
-        NotReady: There is none, it has another size, or its meaning is unknown; the message names what to
-            set.
-        LinkLost: The drive does not answer.
+    Raises NotReady, with what to set, if there is none, it has another size, or its meaning is unknown, and
+    LinkLost if the drive does not answer.
     """
     if kind == "torque":
         _require_object(drive, c.TORQUE, 'Set effort = "current"')

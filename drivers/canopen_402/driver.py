@@ -42,7 +42,7 @@ class Canopen402(CanDriver[Frames]):
         self._kind = ""
 
     def open(self) -> Info:
-        """As in `Driver`: set all drives up and start the network; motors stay without power."""
+        """Set all drives up and start the network; motors stay without power."""
         s = self.settings
         bus = self._open_bus()
         try:
@@ -67,7 +67,7 @@ class Canopen402(CanDriver[Frames]):
         return self._info(made)
 
     def arm_drives(self) -> None:
-        """As in `Driver`: from any state to operation enabled, holding where each joint stands."""
+        """From any state to operation enabled, holding where each joint stands."""
         frames = self._opened()
         self._begin(frames)
         self._level = 0
@@ -84,16 +84,16 @@ class Canopen402(CanDriver[Frames]):
 
     @property
     def sent_to_read(self) -> str:
-        """As in `Driver`: drives answer SYNC in any state."""
+        """Drives answer SYNC in any state."""
         return "SYNC, and the set-up of a run over SDO; no controlword and no target"
 
     def states(self) -> tuple[str, ...]:
-        """As in `Driver`: by the last statusword, in the words of CiA 402."""
+        """By the last statusword, in the words of CiA 402."""
         frames = self._opened()
         return tuple("" if word < 0 else c.state(word) for word in frames.status)
 
     def stop(self, level: StopLevel) -> None:
-        """As in `Driver`: QUICK is a quick stop by 0x605A, OFF takes the voltage away."""
+        """QUICK is a quick stop by 0x605A, OFF takes the voltage away."""
         frames = self._round
         if frames is None or not frames.commanding or level <= max(self._level, StopLevel.BRAKE):
             return
@@ -133,7 +133,6 @@ class Canopen402(CanDriver[Frames]):
         ]
 
     def _explain(self, made: SetUp) -> dict[str, str]:
-        """What explains the measurement later."""
         s = self.settings
         meaning = {
             "current": f"amperes {s.ampere}, of the object and by the scale beside each joint",
@@ -163,7 +162,6 @@ class Canopen402(CanDriver[Frames]):
                 frames.control[joint] = c.TOWARDS_ENABLED.get(state, frames.control[joint])
 
     def _not_enabled(self, frames: Frames) -> str:
-        """Which drive does not get enabled, and why."""
         joint = next(j for j in range(self.arm.dof) if not _enabled(frames.status[j]))
         name, word, state = self._names[joint], frames.status[joint], frames.state(joint)
         if word < 0:
@@ -224,5 +222,4 @@ def _all_enabled(frames: Frames) -> bool:
 
 
 def _without_power(statusword: int) -> str:
-    """That the power stage has lost its supply, where the statusword says so."""
     return "" if statusword & c.VOLTAGE else ": its power stage has lost its supply (voltage enabled is off)"

@@ -37,7 +37,7 @@ def measured_sizes(effort: c.Entry) -> list[int]:
 
 
 class Frames(CanRound):
-    """What goes to the drives and comes from them, in their own units.
+    """Frames to the drives and from them, in their own units.
 
     Args:
         bus: Open.
@@ -54,7 +54,7 @@ class Frames(CanRound):
         target: Counts of each.
         commanding: Whether controlwords and targets are sent.
         status: Statusword of each; -1 before the first.
-        position: Counts of each, where they were at the last SYNC they answered.
+        position: Counts of each at the last SYNC that it answered.
         effort: Counts of each effort, likewise.
     """
 
@@ -95,13 +95,12 @@ class Frames(CanRound):
             self._readers[c.HEARTBEAT + node] = (self._heartbeat, joint)
 
     def begin(self) -> None:
-        """As in `CanRound`."""
         super().begin()
         self.status = [-1] * len(self._nodes)
         self._alive = self._all_alive()
 
     def cycle(self, patience: float) -> int:
-        """As in `CanRound`: targets, then SYNC, which makes them valid and everybody measure."""
+        """Targets, then SYNC, which makes them valid and everybody measure."""
         self.send()
         self._read_late()
         self._missing = list(self._parts)
@@ -133,12 +132,10 @@ class Frames(CanRound):
         self._bus.send_frames([(c.SDO_TO_NODE + self._nodes[joint], head + data.ljust(4, b"\0"))])
 
     def manage(self, command: int) -> None:
-        """Send all nodes a command of network management."""
         for node in self._nodes:
             self._bus.send_frames([(c.NMT, bytes([command, node]))])
 
     def state(self, joint: int) -> str:
-        """The state by a drive's last statusword."""
         return c.state(self.status[joint])
 
     def _understand(self, identifier: int, data: bytes) -> bool:

@@ -18,7 +18,7 @@ from .setup import Found, Wish, inspect, require_not_enabled, set_up
 
 
 class SetUp(NamedTuple):
-    """What drives are once they are set up.
+    """Drives once they are set up.
 
     Attributes:
         kind: "current" or "torque", of all drives.
@@ -38,11 +38,6 @@ class DriveNetwork:
 
     A thread of canopen's reads the bus within `set_up_all` and `error_of`, and only there; it has the
     scheduling of the caller. At other times the bus is the caller's.
-
-    Args:
-        bus: Open.
-        settings: Of the driver.
-        names: Of the drives, for messages.
     """
 
     def __init__(self, bus: CanBus, settings: CanopenSettings, names: Sequence[str]) -> None:
@@ -55,9 +50,7 @@ class DriveNetwork:
     def set_up_all(self, arm: Arm) -> SetUp:
         """Set all drives up and start them; nothing moves and nothing is powered.
 
-        Raises:
-            NotReady: A drive does not take what it must.
-            LinkLost: A drive does not answer.
+        Raises NotReady if a drive does not take what it must, LinkLost if one does not answer.
         """
         with self._reading():
             with suppress(LinkLost):  # absent, or stopped: then it is not enabled, and is asked again

@@ -126,11 +126,7 @@ class CanopenSettings:
 
 
 def require_sound(s: CanopenSettings, arm: Arm) -> None:
-    """Raise where the settings fit neither each other, nor the arm, nor the bus.
-
-    Raises:
-        BadSettings: They do not.
-    """
+    """Raise BadSettings where the settings fit neither each other, nor the arm, nor the bus."""
     require_interface(s.interface)
     read_options(s.options)
     numbers = [*s.nodes, s.host_node]

@@ -64,9 +64,7 @@ class Found:
 def inspect(drive: Drive) -> Found:
     """Ask a drive what it is; of what is old in it only the error history is cleared.
 
-    Raises:
-        NotReady: It is no such drive, or in use elsewhere.
-        LinkLost: It does not answer.
+    Raises NotReady if it is no such drive or in use elsewhere, LinkLost if it does not answer.
     """
     found = Found()
     _identify(drive, found)
@@ -76,17 +74,9 @@ def inspect(drive: Drive) -> Found:
 
 
 def set_up(drive: Drive, wish: Wish, effort: Effort, found: Found) -> None:
-    """Set a drive up. It must be pre-operational; nothing moves and nothing is powered.
+    """Set a pre-operational drive up, and add to its data; nothing moves and nothing is powered.
 
-    Args:
-        drive: The drive.
-        wish: What it is to be set to.
-        effort: What it is to send besides its position.
-        found: Its data so far; is added to.
-
-    Raises:
-        NotReady: It does not take what it must.
-        LinkLost: It does not answer.
+    Raises NotReady if it does not take what it must, LinkLost if it does not answer.
     """
     found.facts.append(effort.fact)
     found.warnings += effort.warnings
@@ -111,11 +101,9 @@ def _identify(drive: Drive, found: Found) -> None:
 
 
 def require_not_enabled(drive: Drive) -> None:
-    """Raise where a drive follows another controller, whose network must not be restarted.
+    """Raise NotReady where a drive follows another controller, whose network must not be restarted.
 
-    Raises:
-        NotReady: It does.
-        LinkLost: It does not answer.
+    Raises LinkLost if it does not answer.
     """
     word = drive.read(c.STATUSWORD)
     if c.state(word) == c.ENABLED:
@@ -225,7 +213,6 @@ def _set_limits(drive: Drive, wish: Wish, found: Found) -> None:
 
 
 def _set_or_advise(drive: Drive, entry: c.Entry, value: int, without: str) -> None:
-    """Set what was asked for, or name how to go on without it."""
     why = drive.offer(entry, value)
     if why:
         raise NotReady(f"{why}. Set {without} to go on without")
@@ -248,7 +235,6 @@ def _map_pdos(drive: Drive, wish: Wish, effort: c.Entry, found: Found) -> None:
 
 
 def _switch_off(drive: Drive, communication: int) -> None:
-    """Switch a PDO off where the drive has it."""
     switch = c.Entry(communication, 1, "<I", "identifier of a spare PDO")
     if drive.size(switch) is None:
         return
@@ -258,7 +244,6 @@ def _switch_off(drive: Drive, communication: int) -> None:
 
 
 def _map(drive: Drive, communication: int, mapping: int, identifier: int, what: tuple[c.Entry, ...]) -> None:
-    """Switch a PDO off, define what is in it, and switch it on with every SYNC."""
     switch = c.Entry(communication, 1, "<I", "identifier of a PDO")
     others = drive.read(switch) & NO_REMOTE
     drive.write(switch, INVALID | others | identifier)

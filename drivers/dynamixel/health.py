@@ -25,33 +25,20 @@ from .registers import (
 
 
 class Found(NamedTuple):
-    """Data of a servo.
-
-    Attributes:
-        model: Its number, a key of `MODELS` if it is known.
-        firmware: Version.
-    """
+    """Data of a servo: number of its model, a key of `MODELS` if it is known, and version of its firmware."""
 
     model: int
     firmware: int
 
 
 def find(bus: ServoBus, baudrate: int) -> list[Found]:
-    """All servos, in the order of the joints.
-
-    Raises:
-        LinkLost: Some do not answer.
-    """
+    """All servos, in the order of the joints. Raises LinkLost if some do not answer."""
     data = bus.find(baudrate, BAUDRATES)
     return [Found(int.from_bytes(one[:2], "little"), one[2]) for one in data]
 
 
 def require_healthy(bus: ServoBus, shutdown: Sequence[int]) -> None:
-    """Nothing, if no servo has an error for which it switches its torque off.
-
-    Raises:
-        NotReady: One has.
-    """
+    """Raise NotReady where a servo has an error for which it switches its torque off."""
     for servo, bits, mask in zip(bus.servos, bus.read(HARDWARE_ERROR), shutdown, strict=True):
         if bits & mask:
             raise NotReady(
@@ -61,11 +48,7 @@ def require_healthy(bus: ServoBus, shutdown: Sequence[int]) -> None:
 
 
 def require_mode(bus: ServoBus, name: str) -> None:
-    """Nothing, if all servos are in this operating mode.
-
-    Raises:
-        NotReady: One is in another.
-    """
+    """Raise NotReady where a servo is in another operating mode."""
     for servo, found in zip(bus.servos, bus.read(MODE), strict=True):
         if found != MODES[name]:
             modes = ", ".join(f"{word} is {number}" for word, number in MODES.items())
@@ -78,8 +61,7 @@ def require_mode(bus: ServoBus, name: str) -> None:
 def set_return_delay(bus: ServoBus, seconds: float) -> None:
     """Set it where it is another: servos keep it for good, and take it only while torque is off.
 
-    Raises:
-        NotReady: Torque is on.
+    Raises NotReady if torque is on.
     """
     wanted = [round(seconds / RETURN_DELAY_UNIT)] * len(bus.servos)
     if bus.read(RETURN_DELAY) == wanted:
@@ -96,8 +78,7 @@ def set_return_delay(bus: ServoBus, seconds: float) -> None:
 def current_units(bus: ServoBus, found: Sequence[Found], given: Sequence[float]) -> np.ndarray:
     """[A] a count, shape (n,), as given or else by model; zero for servos that measure none.
 
-    Raises:
-        BadSettings: An unknown model, and no unit given.
+    Raises BadSettings for an unknown model if no unit is given.
     """
     for servo, one, unit in zip(bus.servos, found, given, strict=True):
         if not unit and one.model not in MODELS:
@@ -132,14 +113,7 @@ class DynamixelHealth:
     def look(self, answers: Sequence[Status | None], now: int, armed: bool, events: list[str]) -> str:
         """Why servos have stopped themselves; empty if none has, or if it is not known yet.
 
-        Args:
-            answers: Of a cycle, in the order of the servos.
-            now: Host's clock [ns].
-            armed: Whether torque is on.
-            events: Warnings of servos are added here.
-
-        Raises:
-            LinkLost: The port is gone.
+        Warnings of servos are added to `events`. Raises LinkLost if the port is gone.
         """
         return self._errors(answers, events) or self._gaps(answers, now, armed)
 

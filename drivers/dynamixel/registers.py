@@ -65,12 +65,7 @@ def hardware_errors(bits: int) -> str:
 
 
 class Model(NamedTuple):
-    """A servo.
-
-    Attributes:
-        name: As printed on it.
-        current_unit: [A] a count; zero where it measures none.
-    """
+    """A servo's name, as printed on it, and unit of its current [A a count]; zero where it measures none."""
 
     name: str
     current_unit: float

@@ -40,7 +40,7 @@ PRESENT = Register(56, 2, "present position")
 MEASURED = np.dtype(
     [
         ("position", "<u2"), ("velocity", "<u2"), ("load", "<u2"), ("voltage", "u1"), ("temperature", "u1"),
-        ("between", "V5"), ("current", "<u2"),
+        ("between", "V5"), ("current", "<u2")
     ]
 )  # fmt: skip
 """Registers 56 to 70, read in every cycle; bit 15 is the sign of the first two and of the current."""

@@ -137,7 +137,7 @@ class Franka(Driver):
         return self._held
 
     def exchange(self, command: Command | None) -> Sample:
-        """As in `Driver`: of each state in turn, also of those that came while this program was late.
+        """Of each state in turn, also of those that came while this program was late.
 
         For a state that was lost there is a sample without a measurement, whose command goes out: the
         controller takes one for each of its milliseconds. `lateness` is by how much a state is looked at
@@ -189,18 +189,13 @@ class Franka(Driver):
         return command is not None
 
     def _found(self, record: np.void) -> str:
-        """Why the arm can no longer be commanded; empty while it can."""
         reason = self._opened().fault or obstacle(record)
         if reason or self._target is None or self._stopped:
             return reason
         return "the motion was ended at the controller" if int(record["motion"]) == ENDED else ""
 
     def _silent(self) -> Sample:
-        """A sample of nothing, so that monitors may decide.
-
-        Raises:
-            LinkLost: There has been nothing for too long.
-        """
+        """A sample of nothing, so that monitors may decide. Raises LinkLost after too long."""
         quiet = time.monotonic() - self._heard
         if quiet > LOST:
             raise LinkLost(

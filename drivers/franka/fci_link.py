@@ -28,9 +28,6 @@ LEAVING = 5.0
 class FciLink:
     """A running process.
 
-    Args:
-        settings: Of the driver.
-
     Attributes:
         version: Of the library.
         fault: Why commands are not taken any more; empty while they are.
@@ -75,11 +72,7 @@ class FciLink:
             self._receive(end - time.monotonic())
 
     def state(self) -> np.void:
-        """The controller's state now.
-
-        Raises:
-            LinkLost: None comes.
-        """
+        """The controller's state now. Raises LinkLost if none comes."""
         self._records.clear()
         self.send(ASK)
         self._until(lambda: bool(self._records), "no state of the controller")
@@ -94,11 +87,7 @@ class FciLink:
         return True
 
     def next(self, patience: float) -> np.void | None:
-        """The oldest state that was not taken yet; None if none comes in time [s].
-
-        Raises:
-            LinkLost: The process has ended.
-        """
+        """The oldest state not taken yet; None if none comes in time [s]. Raises LinkLost."""
         self._receive(0.0)
         if not self._records:
             self._receive(patience)
@@ -111,7 +100,6 @@ class FciLink:
             self._records.popleft()
 
     def _receive(self, patience: float) -> None:
-        """Take in what is there, or what comes first."""
         try:
             select.select([self._socket], [], [], max(patience, 0.0))
             while True:
@@ -151,7 +139,6 @@ class FciLink:
         )
 
     def close(self) -> None:
-        """Let the process stop the arm and end."""
         self._socket.close()
         try:
             self._process.wait(LEAVING)
@@ -161,7 +148,6 @@ class FciLink:
 
 
 def _words(settings: FrankaSettings) -> list[str]:
-    """Arguments of the process."""
     held_back = max(round(settings.buffer / CYCLE), 1)
     switches = [str(int(one)) for one in (settings.real_time, settings.recover)]
     numbers = [str(one) for one in (settings.collision_torque, settings.collision_force)]

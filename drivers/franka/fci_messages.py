@@ -164,10 +164,6 @@ def record(**fields: Any) -> bytes:
 
 
 def read_record(body: bytes) -> np.void:
-    """A state.
-
-    Raises:
-        ValueError: It is none.
-    """
+    """A state. Raises ValueError if it is none."""
     found: np.void = np.frombuffer(body, RECORD)[0]
     return found

@@ -48,14 +48,7 @@ REFUSED = (
 
 
 class FciProcess:
-    """Serves one driver.
-
-    Args:
-        link: To the driver.
-        address: Of the controller.
-        held_back: Commands that wait before the first is given out.
-        real_time: Whether to refuse a computer without a real-time kernel.
-    """
+    """Serves one driver; so many commands wait before the first is given out."""
 
     def __init__(self, link: socket.socket, address: str, held_back: int, real_time: bool) -> None:
         self._link, self._held_back = link, held_back
@@ -86,7 +79,6 @@ class FciProcess:
             self._report(state)
 
     def _read(self) -> Any:
-        """The next state; a motion that the controller has ended is reported."""
         if self._control is None:
             return self._robot.read_once()
         try:
@@ -97,7 +89,6 @@ class FciProcess:
             return self._robot.read_once()
 
     def _listen(self, state: Any) -> None:
-        """Take what the driver wants."""
         while not self._ended:
             try:
                 message = self._link.recv(READ)
@@ -124,7 +115,6 @@ class FciProcess:
             self._asked = True
 
     def _follow(self, position: np.ndarray, state: Any) -> None:
-        """A command; the first begins a motion."""
         if self._motion == IDLE:
             self._stream = TargetStream(np.array(state.q_d), self._held_back)
             try:
@@ -168,12 +158,10 @@ class FciProcess:
             self._control, self._motion = None, ENDED
 
     def _over(self, text: str) -> None:
-        """The controller has ended the motion."""
         self._control, self._motion = None, ENDED
         self._tell(FAULT, text.encode())
 
     def _report(self, state: Any) -> None:
-        """Hand a state over."""
         self._tell_untold()
         if self._untold or not (self._flowing or self._asked):
             return

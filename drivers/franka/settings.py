@@ -76,7 +76,6 @@ def _thresholds(settings: FrankaSettings) -> str:
 
 
 def _wider(arm: Arm) -> list[str]:
-    """Warnings of limits that the robot file has wider than the controller."""
     wider = {
         "position": (arm.position_lower < LOWER) | (arm.position_upper > UPPER),
         "velocity": arm.velocity > VELOCITY,

@@ -37,10 +37,7 @@ def fastest(way: np.ndarray) -> np.ndarray:
 
 
 class LimitCheck:
-    """Looks at each command of a stream with one each millisecond.
-
-    Args:
-        start: Where it begins at rest, shape (n,) [rad].
+    """Looks at each command of a stream with one each millisecond, which begins at rest.
 
     Attributes:
         position: Last that was taken, shape (n,) [rad].
@@ -125,12 +122,7 @@ def _way(velocity: np.ndarray, acceleration: np.ndarray, time: np.ndarray, secon
 
 
 class Step(NamedTuple):
-    """What the controller is given next.
-
-    Attributes:
-        position: Shape (n,) [rad].
-        finished: Whether that is the end.
-    """
+    """What the controller is given next: a position, shape (n,) [rad], and whether that is the end."""
 
     position: np.ndarray
     finished: bool
@@ -181,7 +173,6 @@ class TargetStream:
             self._row += 1
 
     def _follow(self) -> None:
-        """Take the next command, or begin a stop."""
         self._begun = self._begun or len(self._waiting) >= self._held_back
         if not self._begun:
             return

@@ -46,7 +46,7 @@ class RsiConfig:
 
     Attributes:
         address: Where the controller sends to: an address of this computer (IP_NUMBER).
-        port: Likewise.
+        port: Where it sends to.
         sentype: What answers must call themselves (SENTYPE).
         only_send: Whether the controller expects no answers (ONLYSEND).
         send: From the controller.
@@ -82,7 +82,7 @@ def standard_config(
     torque: bool = False,
     stop: bool = True,
 ) -> RsiConfig:
-    """The configuration that suits identification best.
+    """The configuration that suits identification best, for an address of this computer.
 
     Args:
         address: Of this computer, in the controller's network.
@@ -103,11 +103,7 @@ def standard_config(
 
 
 def read_config(path: Path | str) -> RsiConfig:
-    """Read a configuration file.
-
-    Raises:
-        BadSettings: A file that is missing, no XML, or that a controller would not take either.
-    """
+    """Read a configuration file. Raises BadSettings if a controller would not take it either."""
     try:
         root = ElementTree.fromstring(Path(path).read_bytes())
     except OSError as error:
@@ -174,14 +170,10 @@ def _element(where: str, element: ElementTree.Element) -> Element:
 
 
 def config_text(config: RsiConfig, generation: str = "KRC4") -> str:
-    r"""The text of RSI_EthernetConfig.xml.
+    r"""The text of RSI_EthernetConfig.xml; a KRC2 wants a protocol and a unit too.
 
     It goes to C:\KRC\ROBOTER\Config\User\Common\SensorInterface on a KRC4 or KRC5, under the name that
     the ETHERNET object of the RSI context has.
-
-    Args:
-        config: Such as from `standard_config`.
-        generation: KRC2, KRC4 or KRC5; a KRC2 wants a protocol and a unit too.
     """
     old = generation == "KRC2"
     facts = {"IP_NUMBER": config.address, "PORT": str(config.port)}

@@ -24,30 +24,24 @@ _OLDEST = 10_000_000_000
 
 
 class Link:
-    """A UDP socket bound to one address of this computer.
+    """A UDP socket bound to one address of this computer, for one controller.
 
-    Args:
-        address: Of this computer.
-        port: Where the controller sends to.
-        controller: The only address that is listened to and answered.
+    Attributes:
+        strangers: Datagrams from other addresses, which were ignored.
+        stranger: The last of those addresses.
+        strange: What came from there last.
 
     Raises:
         BadSettings: An address that this computer does not have, or that is none.
         NotReady: A port that is in use.
     """
 
-    strangers: int
-    """Datagrams from other addresses, which were ignored."""
-    stranger: str
-    """The last of those addresses."""
-    strange: Datagram
-    """What came from there last."""
-
     def __init__(self, address: str, port: int, controller: str) -> None:
         self._controller = controller
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self.strangers = 0
         self.stranger = ""
+        self.strange = Datagram(b"", 0, 0)
         try:
             self._bind(address, port)
         except BaseException:
@@ -105,7 +99,6 @@ class Link:
         return data, [], sender
 
     def answer(self, data: bytes, port: int) -> bool:
-        """Send to the controller; whether the network took it."""
         try:
             self._socket.sendto(data, (self._controller, port))
         except OSError:
@@ -113,7 +106,6 @@ class Link:
         return True
 
     def close(self) -> None:
-        """Let go of the port."""
         self._socket.close()
 
 
@@ -222,12 +214,7 @@ def lateness(fresh: Fresh) -> float:
 
 
 class Keeper:
-    """A thread that keeps a conversation up between exchanges.
-
-    Args:
-        conversation: Not to be used elsewhere until `end`.
-        cycle: Of the controller [s].
-    """
+    """A thread that keeps a conversation up between exchanges; no one else uses it until `end`."""
 
     def __init__(self, conversation: Conversation, cycle: float) -> None:
         self._conversation, self._cycle = conversation, cycle
@@ -240,6 +227,5 @@ class Keeper:
             self._conversation.turn(self._cycle)
 
     def end(self) -> None:
-        """Leave the conversation to the caller."""
         self._enough.set()
         self._thread.join()

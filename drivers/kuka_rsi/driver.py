@@ -81,7 +81,7 @@ class KukaRsi(Driver):
 
     @property
     def sent_to_read(self) -> str:
-        """As in `Driver`: a controller that gets no answers ends its program with an error."""
+        """A controller that gets no answers ends its program with an error."""
         if not self._commanding:
             return "nothing (ONLYSEND)"
         ending = ", and Stop at the end, which ends RSI_MOVECORR" * bool(self._layout.switch)
@@ -123,7 +123,7 @@ class KukaRsi(Driver):
         return simulated(info, self._cycle) if counting else info
 
     def find(self) -> None:
-        """As in `Driver`: nothing, for it is the controller that begins, once a person has started it."""
+        """Nothing, for it is the controller that begins, once a person has started it."""
 
     def open_to_read(self) -> Info:
         info = self.open()
@@ -132,23 +132,21 @@ class KukaRsi(Driver):
 
     @property
     def ready(self) -> bool:
-        """As in `Driver`: whether it is known what the controller makes of corrections."""
+        """Whether it is known what the controller makes of corrections."""
         return self._probe is None or self._probe.done
 
     def held(self) -> np.ndarray:
-        """As in `Driver`: where corrections of zero hold the arm."""
         return self._axes.joints(np.asarray(self._start))
 
     def exchange(self, command: Command | None) -> Sample:
-        """As in `Driver`; a command beyond the controller's window is not sent and is a fault.
+        """A command beyond the controller's window is not sent and is a fault.
 
         None is sent before the driver is `ready`. `lateness` is the time from the telegram's arrival to its
         answer, or by how much the telegram itself came late after the one before, whichever is more. When all
         is stale there was no telegram, and the command has not been sent.
 
-        Raises:
-            BadSettings: A command where the controller expects no answers.
-            LinkLost: No telegram for as long as the controller waits for answers.
+        Raises BadSettings for a command where the controller expects no answers, LinkLost after no telegram
+        for as long as the controller waits for answers.
         """
         talk = self._taken_over()
         probing = None if self.ready else self._probe
@@ -210,7 +208,6 @@ class KukaRsi(Driver):
         return self._samples.of(fresh, elapsed, self._events(talk, fresh), self._fault, sent)
 
     def _silent(self, talk: Conversation) -> Sample:
-        """A sample of nothing, so that monitors may decide."""
         if talk.quiet > self.settings.timeout * self._cycle:
             raise LinkLost(
                 f"no telegram from {self.settings.controller} for {talk.quiet:.2f} s: RSI has ended there. "

@@ -43,11 +43,7 @@ class Axes:
 
 
 def axes_of(settings: RsiSettings) -> Axes:
-    """How axes and joints are related, as set.
-
-    Raises:
-        BadSettings: Currents in percent of nothing.
-    """
+    """How axes and joints are related, as set. Raises BadSettings for currents in percent of nothing."""
     ampere = []
     for place, (unit, most) in enumerate(zip(settings.current_unit, settings.i_max, strict=True)):
         if unit == "percent" and not most:
@@ -105,11 +101,7 @@ class Layout:
 
 
 def layout_of(config: RsiConfig, settings: RsiSettings, joints: int) -> Layout:
-    """The layout for an arm.
-
-    Raises:
-        BadSettings: The configuration has no place for what is needed.
-    """
+    """The layout for an arm. Raises BadSettings if the configuration has no place for what is needed."""
     axes = _axes(settings, joints)
     where = settings.config or "the configuration"
     wanted = (ACTUAL, PROGRAMMED, settings.current_tag, settings.torque_tag)

@@ -102,12 +102,10 @@ class Probe:
             self.give_up()
 
     def give_up(self) -> None:
-        """Correct nothing any more."""
         self.correction = np.zeros(len(self._axes))
         self.done = True
 
     def events(self) -> tuple[str, ...]:
-        """Messages since the last call."""
         messages, self._messages = tuple(self._messages), []
         return messages
 

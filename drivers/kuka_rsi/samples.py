@@ -138,13 +138,7 @@ def _listed(values: object) -> str:
 
 
 class Samples(ControllerSamples):
-    """Makes the samples of one session.
-
-    Args:
-        layout: Which values of the telegrams belong to which joint.
-        axes: How axes and joints are related.
-        settings: Name the elements of currents and torques.
-    """
+    """Makes the samples of one session."""
 
     def __init__(self, layout: Layout, axes: Axes, settings: RsiSettings) -> None:
         super().__init__(len(layout.axes), len(layout.external))
@@ -181,14 +175,7 @@ FOLLOWS = 0.1
 
 
 class Remarks:
-    """Remembers what was reported already.
-
-    Args:
-        layout: Contents of telegrams.
-        beginning: Of the session.
-        controller: Its address.
-        commanding: Whether the arm is moved by corrections.
-    """
+    """Reports what is worth it of each cycle, once."""
 
     def __init__(self, layout: Layout, beginning: Beginning, controller: str, commanding: bool) -> None:
         self._delay = beginning.delay

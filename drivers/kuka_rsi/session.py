@@ -23,12 +23,9 @@ _TURN = 1 << 32
 
 
 class Datagram(NamedTuple):
-    """What came in.
+    """What came in: bytes, the sender's port, which a controller chooses anew for every session, and when.
 
-    Attributes:
-        data: Bytes.
-        port: The sender's, which a controller chooses anew for every session.
-        arrival: When the network card's driver had it [ns since 1970], on the clock of `host_time`.
+    The time is that at which the network card's driver had it [ns since 1970], on the clock of `host_time`.
     """
 
     data: bytes
@@ -53,11 +50,7 @@ class Fresh(NamedTuple):
 
 
 class Session:
-    """Follows the telegrams of one controller.
-
-    Args:
-        reader: What to read out of them.
-        cycle: Of the controller [ms].
+    """Follows the telegrams of one controller with a cycle in [ms].
 
     Attributes:
         elapsed: Time between the first telegram and the last [ms].
@@ -78,7 +71,6 @@ class Session:
 
     @property
     def last(self) -> Fresh | None:
-        """The newest telegram of all."""
         return self._last
 
     @property

@@ -68,9 +68,7 @@ class RsiSettings:
 def config_of(settings: RsiSettings) -> RsiConfig:
     """The configuration that the controller should have.
 
-    Raises:
-        BadSettings: A file that cannot be read or differs from the settings, or settings that do not
-            fit each other.
+    Raises BadSettings if the file cannot be read or differs from the settings, or they contradict each other.
     """
     _look_over(settings)
     if not settings.config:

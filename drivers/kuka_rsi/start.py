@@ -97,7 +97,6 @@ def _what_came(conversation: Conversation, found: int, seconds: float, controlle
 
 
 def _shown(datagram: Datagram) -> str:
-    """What came, as far as it can be read by a person."""
     text = repr(datagram.data[:SHOWN])[2:-1]
     return f"{len(datagram.data)} bytes ({text}{'...' * (len(datagram.data) > SHOWN)})"
 
@@ -110,11 +109,7 @@ motion."""
 
 
 def cycle_of(telegrams: Sequence[Fresh]) -> float:
-    """Time between telegrams, each of which was answered [s].
-
-    Raises:
-        NotReady: Nothing can be moved like that.
-    """
+    """Time between answered telegrams [s]. Raises NotReady if nothing can be moved like that."""
     arrivals = np.array([fresh.datagram.arrival for fresh in telegrams])
     cycle = float(np.median(np.diff(arrivals))) * 1e-9
     if not SHORTEST <= cycle <= LONGEST:
@@ -161,7 +156,6 @@ class Beginning:
     simulated: bool = False
 
     def warnings(self) -> list[str]:
-        """Warnings."""
         if self.decimals > COARSE or self.simulated:
             return []
         return [
@@ -171,16 +165,9 @@ class Beginning:
 
 
 def look_at(telegrams: Sequence[Fresh], layout: Layout, cycle: float | None, commanding: bool) -> Beginning:
-    """Look the first telegrams over.
+    """Look at least two telegrams over, of a controller with a cycle [s]; None for a simulator without one.
 
-    Args:
-        telegrams: At least two.
-        layout: Their contents.
-        cycle: That the controller should have [s]; None for a simulator, which has none of its own.
-        commanding: Whether the arm is to be moved.
-
-    Raises:
-        NotReady: Another cycle, or an arm that is not where it may be commanded from.
+    Raises NotReady for another cycle, or for an arm that is not where it may be commanded from.
     """
     if cycle is not None:
         _look_at_clock(telegrams, cycle)

@@ -31,13 +31,7 @@ _IS_NUMBER, _IS_WHOLE = re.compile(_NUMBER), re.compile(_WHOLE)
 
 
 class Telegram(NamedTuple):
-    """One telegram from the controller.
-
-    Attributes:
-        stamp: IPOC as it came.
-        time: The same as a number [ms].
-        numbers: What was asked for, in that order and in the controller's units.
-    """
+    """One telegram: its stamp IPOC, the same as a number [ms], and what was asked for, in its units."""
 
     stamp: bytes
     time: int
@@ -53,11 +47,7 @@ class _Value(NamedTuple):
 
 
 class TelegramReader:
-    """Reads the same names out of every telegram.
-
-    Args:
-        names: `element.attribute`, or `element` for its text; the stamp is always read.
-    """
+    """Reads the same names of every telegram: `element.attribute`, `element` for its text, and the stamp."""
 
     def __init__(self, names: Sequence[str]) -> None:
         self._names = (*names, STAMP)
@@ -170,7 +160,6 @@ class Answer:
         return self._template % {**dict(zip(self._tags, corrections, strict=True)), self._switch: stop}
 
     def whole(self, head: bytes, stamp: bytes) -> bytes:
-        """The answer to one telegram."""
         return head + stamp + _END
 
 

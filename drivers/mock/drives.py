@@ -9,13 +9,7 @@ LONGEST_IDLE = 2.0
 
 
 class MockDrives:
-    """Drives of a simulated arm.
-
-    Args:
-        plant: The arm.
-        cycle: Time from command to command [s].
-        deceleration: With which they stop by themselves, shape (n,) [rad/s^2].
-        dead_man: Time without an exchange after which they do [s].
+    """Drives of a simulated arm, which stop by themselves with a deceleration (n,) [rad/s^2].
 
     Attributes:
         stood: Where the arm stood at first, shape (n,) [rad].
@@ -42,7 +36,6 @@ class MockDrives:
         self._began = self._correction = np.zeros(len(self._position))
 
     def measure(self) -> Measured:
-        """What the sensors measure now."""
         return self._plant.measure()
 
     def command(self, position: np.ndarray, velocity: np.ndarray) -> None:
@@ -56,12 +49,10 @@ class MockDrives:
             self._velocity = np.where(idle, self.runaway, velocity)
 
     def hold(self) -> None:
-        """Stay at the last command."""
         if not self.stopped:
             self._velocity = np.where(self._runs, self.runaway, 0.0)
 
     def step(self) -> None:
-        """One cycle goes by."""
         if self.stopped:
             before, slower = self._velocity, self._cycle * self._deceleration
             self._velocity = np.sign(before) * np.maximum(np.abs(before) - slower, 0.0)
@@ -75,7 +66,6 @@ class MockDrives:
 
     @property
     def _runs(self) -> np.ndarray:
-        """Joints that run away, shape (n,)."""
         return (self.runaway != 0.0) & (not self.stopped or (self.deaf and not self._released))
 
     def idle(self, cycles: int) -> None:

@@ -22,17 +22,11 @@ ROUNDING = 1e-9
 
 @dataclass
 class Reply:
-    """What comes back in one cycle, before faults have acted on it and after.
+    """What comes back in one cycle, before faults have acted on it and after; arrays and units of `Sample`.
 
     Attributes:
-        position: Shape (n,) [rad].
-        velocity: Shape (n,) [rad/s].
-        current: Shape (n,) [A].
-        temperature: Shape (n,) [degC].
-        stale: Joints of which nothing fresh came, shape (n,).
         late: Time that it takes longer [s].
         lost: Why nothing comes back at all; empty where something does.
-        events: Sentences.
     """
 
     position: np.ndarray
@@ -45,7 +39,6 @@ class Reply:
     events: list[str] = field(default_factory=list)
 
     def copy(self) -> "Reply":
-        """The same, to be spoiled."""
         arrays = (self.position, self.velocity, self.current, self.temperature, self.stale)
         position, velocity, current, temperature, stale = (array.copy() for array in arrays)
         return Reply(position, velocity, current, temperature, stale)
@@ -81,24 +74,15 @@ class Fault(NamedTuple):
 
     @property
     def where(self) -> int | slice:
-        """The joint, or all of them."""
         return slice(None) if self.joint is None else self.joint
 
     @property
     def one(self) -> int:
-        """The joint, or the first."""
         return self.joint or 0
 
 
 class Kind(NamedTuple):
-    """What faults of a name do.
-
-    Attributes:
-        act: Spoils a reply, or the drives.
-        usual: Default amount.
-        lasts: Default length [s].
-        prepare: What it does before the first exchange.
-    """
+    """What faults of a name do, usual amount and length [s], and what they do before the first exchange."""
 
     act: Callable[[Fault, Reply, MockDrives], None] = lambda fault, reply, drives: None
     usual: float = 0.0
@@ -237,11 +221,7 @@ FAULTS = {
 
 
 def read_faults(texts: str, joints: Sequence[str]) -> tuple[Fault, ...]:
-    """The faults that a setting asks for.
-
-    Raises:
-        BadSettings: A text that is none.
-    """
+    """The faults that a setting asks for. Raises BadSettings for a text that is none."""
     return tuple(_read(text.strip(), joints) for text in texts.split(";") if text.strip())
 
 

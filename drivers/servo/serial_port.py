@@ -69,22 +69,14 @@ class SerialPort:
 
     @property
     def waiting(self) -> int:
-        """Bytes that have come and were not read.
-
-        Raises:
-            LinkLost: The port is gone.
-        """
+        """Bytes that have come and were not read. Raises LinkLost if the port is gone."""
         try:
             return self._port.in_waiting
         except TROUBLE as error:
             raise self._gone(error) from error
 
     def read(self, count: int) -> bytes:
-        """So many bytes, or fewer when patience ends.
-
-        Raises:
-            LinkLost: The port is gone.
-        """
+        """So many bytes, or fewer when patience ends. Raises LinkLost if the port is gone."""
         try:
             if self._direct:
                 return self._read_directly(count)
@@ -109,11 +101,7 @@ class SerialPort:
         return data
 
     def write(self, data: bytes) -> None:
-        """Send bytes.
-
-        Raises:
-            LinkLost: The port is gone, or does not take them.
-        """
+        """Send bytes. Raises LinkLost if the port is gone, or does not take them."""
         try:
             rest = data[os.write(self._port.fd, data) :] if self._direct else data
         except BlockingIOError:
@@ -130,11 +118,7 @@ class SerialPort:
             raise self._gone(error) from error
 
     def drain(self) -> int:
-        """Throw away what has come, and return how many bytes that was.
-
-        Raises:
-            LinkLost: The port is gone.
-        """
+        """Throw away what has come, and return its number of bytes. Raises LinkLost if the port is gone."""
         if not self._direct:
             waiting = self.waiting
             return len(self.read(waiting)) if waiting else 0
@@ -144,7 +128,6 @@ class SerialPort:
             raise self._gone(error) from error
 
     def close(self) -> None:
-        """Let go; never raises."""
         with suppress(*TROUBLE):
             self._port.close()
 
@@ -153,7 +136,6 @@ class SerialPort:
 
 
 def _read_now(descriptor: int, count: int) -> bytes:
-    """What is there; empty for nothing."""
     try:
         return os.read(descriptor, count)
     except BlockingIOError:
@@ -161,12 +143,7 @@ def _read_now(descriptor: int, count: int) -> bytes:
 
 
 def adapter_latency(name: str, adapters: Path = ADAPTERS) -> float:
-    """How long a USB adapter may keep bytes before it hands them over [s]; zero where unknown.
-
-    Args:
-        name: Of the port.
-        adapters: Where the system lists it.
-    """
+    """How long a port's USB adapter may keep bytes before it hands them over [s]; zero where unknown."""
     try:
         text = (adapters / Path(name).resolve().name / "latency_timer").read_text()
         return 1e-3 * int(text)
@@ -185,7 +162,6 @@ def latency_warnings(name: str, latency: float) -> tuple[str, ...]:
 
 
 def _cannot_open(name: str, baudrate: int, error: Exception) -> BadSettings | NotReady:
-    """Message about a port that does not open."""
     text = str(error)
     if "lock" in text or "busy" in text.lower():
         return NotReady(f"{name} is in use by another program. Close it and try again")

@@ -18,12 +18,7 @@ TRIES = 3
 
 
 class ServoBus:
-    """The servos of an arm.
-
-    Args:
-        port: Open.
-        codec: Their protocol.
-        names: Id -> what to call the servo, in the order of the joints.
+    """The servos of an arm on an open port; names by id, in the order of the joints.
 
     Attributes:
         in_step: Whether the last answer was whole, in order, and nothing came behind it.
@@ -35,20 +30,12 @@ class ServoBus:
         self.in_step = True
 
     def send_only(self, packets: bytes) -> None:
-        """Send what has no answer.
-
-        Raises:
-            LinkLost: The port is gone.
-        """
+        """Send what has no answer. Raises LinkLost if the port is gone."""
         if packets:
             self._port.write(packets)
 
     def drain(self) -> int:
-        """Throw away what came unasked, and return how many bytes that was.
-
-        Raises:
-            LinkLost: The port is gone.
-        """
+        """Throw away what came unasked; its number of bytes. Raises LinkLost if the port is gone."""
         return self._port.drain()
 
     def ask(
@@ -100,11 +87,7 @@ class ServoBus:
         return answers
 
     def ping(self, servo: int) -> bytes | None:
-        """Data of a servo; None if it does not answer.
-
-        Raises:
-            LinkLost: The port is gone.
-        """
+        """Data of a servo; None if it does not answer. Raises LinkLost if the port is gone."""
         for _ in range(TRIES):
             self.drain()
             answer = self.ask(self._codec.ping(servo))[0]
@@ -113,15 +96,9 @@ class ServoBus:
         return None
 
     def find(self, baudrate: int, baudrates: Sequence[int]) -> list[bytes]:
-        """Data of all servos.
+        """Data of all servos, which can have these baudrates, at the one of the port [bit/s].
 
-        Args:
-            baudrate: Of the port [bit/s].
-            baudrates: That the servos can have.
-
-        Raises:
-            LinkLost: Some do not answer.
-            NotReady: The adapter answers for them.
+        Raises LinkLost if some do not answer, NotReady if the adapter answers for them.
         """
         self._require_no_echo()
         answers = {servo: self.ping(servo) for servo in self.servos}
@@ -148,11 +125,7 @@ class ServoBus:
             )
 
     def read(self, register: Register) -> list[int]:
-        """A register of all servos.
-
-        Raises:
-            LinkLost: Some do not answer, or refuse.
-        """
+        """A register of all servos. Raises LinkLost if some do not answer, or refuse."""
         for _ in range(TRIES):
             answers = self._answers(register)
             found = [_number(answer, register) for answer in answers]
@@ -167,11 +140,7 @@ class ServoBus:
         raise LinkLost(f"{register} cannot be read: {', '.join(texts)}. Look at plugs and power")
 
     def peek(self, register: Register) -> list[int | None]:
-        """A register of all servos, asked for once; None for each that does not answer.
-
-        Raises:
-            LinkLost: The port is gone.
-        """
+        """A register of all servos, asked for once; None if silent. Raises LinkLost if the port is gone."""
         return [_number(answer, register) for answer in self._answers(register)]
 
     def _answers(self, register: Register) -> list[Status | None]:
@@ -189,16 +158,9 @@ class ServoBus:
         return self._codec.sync_write(register.address, blocks)
 
     def settle(self, register: Register, values: Sequence[int], pause: float = 0.0) -> None:
-        """Set a register of all servos and read it back.
+        """Set a register of all servos and read it back, after a pause for memory that takes its time [s].
 
-        Args:
-            register: To be set.
-            values: One a servo.
-            pause: Before it is read back, for memory that takes its time [s].
-
-        Raises:
-            LinkLost: Some do not answer.
-            NotReady: Some do not take it.
+        Raises LinkLost if some do not answer, NotReady if some do not take it.
         """
         wrong: list[str] = []
         for _ in range(TRIES):
@@ -234,9 +196,6 @@ class ServoTalk:
     After an answer that was not whole, or bytes that were not asked for, nothing is asked for a cycle, only
     goals are sent. The next question is for another number of bytes, so that an answer to an earlier one,
     however late it comes, cannot be taken for the right one.
-
-    Args:
-        bus: Of the servos.
     """
 
     def __init__(self, bus: ServoBus) -> None:
@@ -284,7 +243,6 @@ class ServoTalk:
         return answers
 
     def _report_changes(self, answers: Sequence[Status | None], events: list[str]) -> None:
-        """Report which fell silent or answers again."""
         answering = [answer is not None for answer in answers]
         if answering == self._answering:
             return

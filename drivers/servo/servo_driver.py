@@ -89,7 +89,6 @@ class ServoDriver(Driver):
         self._once, self._held = once, self._units.position(where)
 
     def held(self) -> np.ndarray | None:
-        """As in `Driver`: the goals that were set when torque was switched on."""
         return self._held
 
     def exchange(self, command: Command | None) -> Sample:
@@ -129,11 +128,10 @@ class ServoDriver(Driver):
 
     @property
     def sent_to_read(self) -> str:
-        """As in `Driver`: servos are asked, and torque and goals left as they are."""
+        """Servos are asked, and torque and goals left as they are."""
         return "questions, and the set-up of a run; no goal, and torque is left as it is"
 
     def states(self) -> tuple[str, ...]:
-        """As in `Driver`: whether torque is on, asked for once."""
         bus, port = self._opened()
         port.be_patient(BEFORE_RUN)
         try:
@@ -274,11 +272,7 @@ class ServoDriver(Driver):
         """Counts out of what the servo keeps."""
 
     def _guard(self, bus: ServoBus) -> bytes:
-        """Have the servos stop by themselves when the computer falls silent.
-
-        Returns:
-            What is to be sent with the first cycle.
-        """
+        """Have the servos stop when the computer falls silent; what is to be sent with the first cycle."""
         return b""
 
     def _unguard(self, bus: ServoBus) -> None:  # noqa: B027 - likewise

@@ -9,14 +9,7 @@ from ..errors import BadSettings
 
 
 class Register(NamedTuple):
-    """Where a servo keeps a number.
-
-    Attributes:
-        address: Of its lowest byte.
-        size: Number of bytes.
-        name: What people call it.
-        signed: Whether it can be negative.
-    """
+    """A number in a servo: address of its lowest byte, size [bytes], name, and whether it can be negative."""
 
     address: int
     size: int
@@ -28,13 +21,7 @@ class Register(NamedTuple):
 
 
 class Status(NamedTuple):
-    """One answer of one servo.
-
-    Attributes:
-        servo: Its id.
-        error: Its error byte.
-        data: What was asked for.
-    """
+    """One answer: id of the servo, its error byte, and the data that were asked for."""
 
     servo: int
     error: int
@@ -42,12 +29,7 @@ class Status(NamedTuple):
 
 
 class Parsed(NamedTuple):
-    """What a stretch of bytes contains.
-
-    Attributes:
-        statuses: In the order in which they came.
-        broken: Packets that were begun and are not what they should be.
-    """
+    """Answers in the order in which they came, and the number of packets that were begun and are broken."""
 
     statuses: list[Status]
     broken: int
@@ -93,26 +75,14 @@ USABLE = 0.9
 
 
 class Traffic(NamedTuple):
-    """What goes over the line in a cycle.
-
-    Attributes:
-        sent: By the computer [bytes].
-        received: From the servos [bytes].
-        answers: Servos that wait their return delay before they send.
-    """
+    """Bytes sent and received in a cycle, and the number of answers that wait for a return delay."""
 
     sent: int
     received: int
     answers: int
 
     def seconds(self, baudrate: int, return_delay: float = 0.0, latency: float = 0.0) -> float:
-        """How long it takes [s].
-
-        Args:
-            baudrate: [bit/s].
-            return_delay: Of each servo [s].
-            latency: Of the adapter [s].
-        """
+        """How long it takes [s], at a baudrate [bit/s], with delays of each answer and of the adapter [s]."""
         wire = BITS_A_BYTE * (self.sent + self.received) / baudrate
         return wire + self.answers * return_delay + latency
 
@@ -126,19 +96,7 @@ def shortest_cycle(traffic: Traffic, baudrate: int, return_delay: float = 0.0, l
 def require_rate(
     traffic: Traffic, cycle: float, baudrate: int, return_delay: float, latency: float, advice: str
 ) -> None:
-    """Nothing, if the line can carry it.
-
-    Args:
-        traffic: Of a cycle.
-        cycle: [s].
-        baudrate: [bit/s].
-        return_delay: Of each servo [s].
-        latency: Of the adapter [s].
-        advice: What else to try.
-
-    Raises:
-        BadSettings: It cannot.
-    """
+    """Raise BadSettings where the line cannot carry it in a cycle [s], with advice what else to try."""
     shortest = shortest_cycle(traffic, baudrate, return_delay, latency)
     if shortest <= cycle * (1.0 + 1e-9):
         return

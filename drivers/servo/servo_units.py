@@ -59,14 +59,7 @@ class Measured(NamedTuple):
 
 
 class ServoUnits:
-    """Between the servos' counts and the joints' radians.
-
-    Args:
-        settings: Scales, signs and zeros.
-
-    Attributes:
-        sign: -1 where servo and joint turn against each other, shape (n,).
-    """
+    """Between the servos' counts and the joints' radians; `sign` is -1 where they turn against each other."""
 
     def __init__(self, settings: ServoSettings) -> None:
         turn = np.array(settings.counts_per_turn) * np.array(settings.gear)

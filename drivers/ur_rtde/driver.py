@@ -100,11 +100,7 @@ class UrRtde(Driver):
             raise
 
     def _first(self) -> np.void:
-        """A record, waited for.
-
-        Raises:
-            LinkLost: None comes.
-        """
+        """A record, waited for. Raises LinkLost if none comes."""
         link, session = self._opened()
         end = time.monotonic() + self.settings.wait
         while time.monotonic() < end:
@@ -150,7 +146,7 @@ class UrRtde(Driver):
         return self._held
 
     def exchange(self, command: Command | None) -> Sample:
-        """As in `Driver`; the command goes out as soon as the cycle's package has come.
+        """The command goes out as soon as the cycle's package has come.
 
         `lateness` is by how much a package came later after its time stamp than the quickest one: the
         controller's, the network's and this computer's together.
@@ -198,7 +194,6 @@ class UrRtde(Driver):
         return link.send(package(DATA, session.inputs.written(values)))
 
     def _found(self, record: np.void) -> str:
-        """Why the arm can no longer be commanded; empty while it can."""
         reason = obstacle(record)
         if reason or not self._armed or self._demand != FOLLOW:
             return reason
@@ -216,15 +211,7 @@ class UrRtde(Driver):
         return f" ({self._link.texts[-1]})" if self._link and self._link.texts else ""
 
     def _silent(self, why: tuple[str, ...] = (), sent: bool = False) -> Sample:
-        """A sample of nothing, so that monitors may decide.
-
-        Args:
-            why: Sentences about it.
-            sent: Whether a command went out nevertheless.
-
-        Raises:
-            LinkLost: There has been nothing for too long.
-        """
+        """A sample of nothing, and why, so that monitors may decide. Raises LinkLost after too long."""
         self._quiet = time.monotonic() - self._heard
         if self._quiet > LOST:
             what = f"nothing that can be read ({why[0]})" if why else "nothing"

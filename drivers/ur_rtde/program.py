@@ -40,11 +40,7 @@ class UrSettings:
 
 
 def require_cycle(cycle: float, major: int) -> None:
-    """See that a controller keeps such cycles, by the first number of its version.
-
-    Raises:
-        BadSettings: It does not.
-    """
+    """Raise BadSettings where a controller, by the first number of its version, keeps no such cycle [s]."""
     series, own = ("CB3", 0.008) if major <= 3 else ("e-Series or later", 0.002)
     if cycle < own - 1e-9 or abs(cycle / own - round(cycle / own)) > 1e-6:
         raise BadSettings(
@@ -90,11 +86,7 @@ end
 
 
 class Registers:
-    """Names of the registers that the driver and its program share.
-
-    Args:
-        first: Of each kind.
-    """
+    """Names of the registers that the driver and its program share, from the first of each kind on."""
 
     def __init__(self, first: int) -> None:
         self.first = first
@@ -104,7 +96,6 @@ class Registers:
 
     @property
     def inputs(self) -> list[str]:
-        """Those that the driver writes."""
         return [*self.position, self.count, self.demand]
 
 
@@ -135,13 +126,7 @@ LONGEST = 4096
 
 
 class Dashboard:
-    """A connection to the dashboard server, where there is one; PolyScope X has none.
-
-    Args:
-        address: Of the controller.
-        port: Of the server.
-        patience: How long each answer may take [s].
-    """
+    """A connection to the dashboard server, where there is one; PolyScope X has none."""
 
     def __init__(self, address: str, port: int, patience: float) -> None:
         self._socket: socket.socket | None = None
@@ -153,7 +138,6 @@ class Dashboard:
 
     @property
     def there(self) -> bool:
-        """Whether it answers."""
         return self._socket is not None
 
     def ask(self, question: str) -> str:
@@ -178,7 +162,6 @@ class Dashboard:
         return line.decode("utf-8", "replace").strip()
 
     def close(self) -> None:
-        """Let go."""
         if self._socket is not None:
             self._socket.close()
             self._socket = None
@@ -188,10 +171,7 @@ class Dashboard:
 def program_sent(address: str, port: int, text: str, patience: float) -> Iterator[None]:
     """Hand the controller a program, which it begins at once where it takes programs from here.
 
-    The connection is kept for the block: what is closed at once may be lost.
-
-    Raises:
-        LinkLost: No connection.
+    The connection is kept for the block: what is closed at once may be lost. Raises LinkLost without one.
     """
     try:
         link = socket.create_connection((address, port), patience)

@@ -55,11 +55,7 @@ class Unpacked:
         self._waiting = b""
 
     def add(self, data: bytes) -> Iterator[tuple[bytes, bytes]]:
-        """Kind and body of each package that is whole by now.
-
-        Raises:
-            ValueError: What comes cannot be packages.
-        """
+        """Kind and body of each package that is whole by now. Raises ValueError for what can be none."""
         self._waiting += data
         while len(self._waiting) >= _HEAD.size:
             size, kind = _HEAD.unpack_from(self._waiting)
@@ -72,11 +68,7 @@ class Unpacked:
 
 
 class Recipe:
-    """What the controller made of a list of names.
-
-    Args:
-        names: As they were asked for.
-        answer: Body of the controller's answer.
+    """What the controller made of a list of names, by the body of its answer.
 
     Attributes:
         number: Of the recipe; 0 where it was refused.
@@ -106,15 +98,10 @@ class Recipe:
 
     @property
     def accepted(self) -> bool:
-        """Whether all names were taken."""
         return not self._refused and self.number > 0
 
     def read(self, body: bytes) -> np.void:
-        """The record of a data package, a field a name.
-
-        Raises:
-            ValueError: It is of another recipe or length.
-        """
+        """The record of a data package, a field a name. Raises ValueError for another recipe or length."""
         if len(body) != self._dtype.itemsize or body[0] != self.number:
             raise ValueError(f"{len(body)} bytes; expected {self._dtype.itemsize} of recipe {self.number}")
         record: np.void = np.frombuffer(body, self._dtype)[0]
@@ -142,12 +129,7 @@ READ = 1 << 16
 
 
 class RtdeLink:
-    """A connection.
-
-    Args:
-        address: Of the controller.
-        port: Of its server.
-        patience: How long it may take to connect and to answer [s].
+    """A connection, which may take so long to be made and to answer [s].
 
     Attributes:
         texts: Messages of the controller that were not looked at yet.
@@ -173,11 +155,7 @@ class RtdeLink:
         self.texts: deque[str] = deque(maxlen=100)
 
     def ask(self, kind: bytes, body: bytes = b"") -> bytes:
-        """The answer to a question; data that come before it are thrown away.
-
-        Raises:
-            LinkLost: None comes.
-        """
+        """The answer to a question; data before it are thrown away. Raises LinkLost if none comes."""
         self.send(package(kind, body))
         end = time.monotonic() + self._patience
         while time.monotonic() < end:
@@ -194,8 +172,7 @@ class RtdeLink:
     def newest(self, patience: float) -> tuple[bytes, int] | None:
         """Body of the newest data package and when it came [ns since 1970]; None if none comes in time [s].
 
-        Raises:
-            LinkLost: The connection has ended.
+        Raises LinkLost if the connection has ended.
         """
         end = time.monotonic() + patience
         while True:
@@ -209,11 +186,7 @@ class RtdeLink:
                 return None
 
     def send(self, data: bytes) -> bool:
-        """Whether the network took it all.
-
-        Raises:
-            LinkLost: The connection has ended.
-        """
+        """Whether the network took it all. Raises LinkLost if the connection has ended."""
         try:
             return self._socket.send(data) == len(data)
         except BlockingIOError:
@@ -222,7 +195,6 @@ class RtdeLink:
             raise LinkLost(f"driver ur_rtde: {self._where}: {error.strerror or error}") from error
 
     def _receive(self, patience: float) -> None:
-        """Take in what is there, or what comes first."""
         try:
             if not select.select(self._waited_for, [], [], patience)[0]:
                 return
@@ -245,5 +217,4 @@ class RtdeLink:
             raise LinkLost(f"driver ur_rtde: {self._where} sends what is not RTDE: {error}") from error
 
     def close(self) -> None:
-        """Let go."""
         self._socket.close()

@@ -107,11 +107,7 @@ def _version(answer: bytes) -> str:
 
 
 def start(link: RtdeLink) -> None:
-    """Let data come.
-
-    Raises:
-        NotReady: The controller refuses.
-    """
+    """Let data come. Raises NotReady if the controller refuses."""
     if link.ask(START) != b"\x01":
         raise NotReady("driver ur_rtde: the controller refuses to send data. Try restarting it")
 

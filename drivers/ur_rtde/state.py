@@ -86,12 +86,7 @@ def slowed(record: np.void) -> str:
 
 
 class Samples(ControllerSamples):
-    """Makes the samples of one session.
-
-    Args:
-        joints: Number n.
-        cycle: Time between packages [s].
-    """
+    """Makes the samples of n joints in one session with a cycle [s]."""
 
     def __init__(self, joints: int, cycle: float) -> None:
         super().__init__(joints, len(STATE))
@@ -113,8 +108,7 @@ class Samples(ControllerSamples):
     ) -> Sample:
         """Of a package with the controller's state (k,), which came at a time of the host [ns].
 
-        Raises:
-            Unreadable: Its time is none.
+        Raises Unreadable if its own time is none.
         """
         time = nanoseconds("timestamp", float(record["timestamp"]))
         lateness = self._lateness(arrival, time)
