@@ -85,23 +85,16 @@ def _play(gear: Gear, play: Play) -> Candidate:
         floating = -run.tangent.torque(joint, *twist) @ gear.model.robot.to_motors.T
         return np.stack([floating, gear.stiffness * gear.bent(run)], axis=2)
 
+    bounds = {
+        "gap": Shape("rad", play.gap / STEP, play.gap * STEP),
+        "load_shift": Shape("N m", -gear.load_uncertainty, gear.load_uncertainty),
+        "damping_ratio": Shape("1", 0.05, 1.0),
+    }
     return Candidate(
-        "backlash",
-        (joint,),
-        columns,
-        ("share", "compliance"),
-        ("1", "rad/(N m)"),
-        (0.0, 0.0),
-        play._asdict(),
-        {
-            "gap": Shape("rad", play.gap / STEP, play.gap * STEP),
-            "load_shift": Shape("N m", -gear.load_uncertainty, gear.load_uncertainty),
-            "damping_ratio": Shape("1", 0.05, 1.0),
-        },
-        lambda given: _play(gear, Play(**given)),
-        expected=((1.0, SCATTER), (0.0, 1.0 / gear.stiffness)),
-        loaded=True,
-    )
+        "backlash", (joint,), columns, ("share", "compliance"), ("1", "rad/(N m)"), (0.0, 0.0),
+        play._asdict(), bounds, lambda given: _play(gear, Play(**given)),
+        expected=((1.0, SCATTER), (0.0, 1.0 / gear.stiffness)), loaded=True,
+    )  # fmt: skip
 
 
 def _held(arm: Arm, finding: Finding) -> Arm:

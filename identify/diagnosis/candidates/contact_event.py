@@ -6,7 +6,6 @@ at all other times do.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -36,8 +35,7 @@ APART = 2.0
 """Time from a contact on which a window shows what is usual [s]: longer than any contact."""
 
 
-@dataclass(frozen=True, eq=False)
-class Contact:
+class Contact(NamedTuple):
     """A window of a run, and the force that explains most of what is left in it."""
 
     run: int  # its number among the runs
@@ -46,7 +44,7 @@ class Contact:
     duration: float  # [s]
     force: np.ndarray  # on the flange, in the base's axes, shape (3,) [N]
     gains: np.ndarray  # logarithm of how much more probable the force makes each joint's rows, shape (n,)
-    among: int  # number of windows
+    among: int = 1  # number of windows
 
     @property
     def gain(self) -> float:
@@ -74,19 +72,8 @@ class Reach(NamedTuple):
     @classmethod
     def of(cls, model: Model, run: Driven) -> "Reach":
         """Of the rows of a run."""
-        centres = run.prepared.decimation.centres(len(run.motion))[: run.rows]
-        motion = run.motion[centres[0] : centres[-1] + 1 : run.prepared.decimation.stride]
+        motion = run.motion[run.centres[0] : run.centres[-1] + 1 : run.prepared.decimation.stride]
         return cls(motion.time, -np.einsum("ij,tjk->tik", model.robot.to_motors, jacobian(model, motion)))
-
-
-class Window(NamedTuple):
-    """A piece of a run, the force that explains most of it, shape (3,) [N], and what it gains, (n,)."""
-
-    run: int
-    start: float
-    duration: float
-    force: np.ndarray
-    gains: np.ndarray
 
 
 def contacts(
@@ -95,20 +82,25 @@ def contacts(
     """All windows of all runs, with how much a force explains in each beyond what is usual elsewhere."""
     information = prediction.weighting.independent / prediction.weighting.variance
     stiffness = _usual_force(model) ** -2.0
-    windows: list[Window] = []
+    windows: list[Contact] = []
     for number, (reach, rows) in enumerate(zip(reaches, prediction.rows.runs, strict=True)):
-        weight = prediction.rows.weight[rows] * information
-        windows += _scanned(reach, prediction.residual[rows], weight, number, stiffness)
+        left, weight = prediction.residual[rows], prediction.rows.weight[rows] * information
+        first, last = reach.time[0] + ENDS, reach.time[-1] - ENDS
+        for duration in DURATIONS:
+            starts = np.arange(first, last - duration, duration / PARTS)
+            for some in np.array_split(starts, len(starts) // TOGETHER + 1):
+                for start, force, gain in _pushed(reach, left, weight, stiffness, some, duration):
+                    name = runs[number].prepared.name
+                    windows.append(Contact(number, name, float(start), duration, force, gain))
     every = np.array([one.gains.sum() for one in windows])
     times = np.array([(one.run, one.start + 0.5 * one.duration) for one in windows])
     found = []
     for place in np.argsort(-every):
-        number, start, duration, force, gains = windows[place]
-        same = (times[:, 0] == number) & (np.abs(times[:, 1] - times[place, 1]) < APART)
+        one = windows[place]
+        same = (times[:, 0] == one.run) & (np.abs(times[:, 1] - times[place, 1]) < APART)
         level, scale = _usual(every[~same])
-        beyond = gains * max(every[place] - level, 0.0) / max(every[place], 1e-300) / scale
-        name = runs[number].prepared.name
-        found.append(Contact(number, name, start, duration, force, beyond, len(windows)))
+        beyond = one.gains * max(every[place] - level, 0.0) / max(every[place], 1e-300) / scale
+        found.append(one._replace(gains=beyond, among=len(windows)))
         if found[-1].gain < 0.0:
             break  # no other can stand out more
     return found
@@ -123,34 +115,23 @@ def _usual(gains: np.ndarray) -> tuple[float, float]:
     return level, max(1.0, float(np.mean(above - level)) if len(above) else 1.0)
 
 
-def _scanned(
-    reach: Reach, left: np.ndarray, weight: np.ndarray, number: int, stiffness: float
-) -> Iterator[Window]:
-    """Windows of one run.
+def _pushed(
+    reach: Reach, left: np.ndarray, weight: np.ndarray, stiffness: float, starts: np.ndarray, duration: float
+) -> Iterator[tuple[float, np.ndarray, np.ndarray]]:
+    """Start [s], force (3,) [N] and gains (n,) of windows of one duration [s], solved side by side.
 
     Args:
         reach: Of the run.
         left: What the fit leaves of it, shape (r, n) [N m].
         weight: Information of each row, shape (r, n) [1/(N m)^2].
-        number: Of the run.
         stiffness: Inverse square of the expected force [1/N^2].
+        starts: When the windows begin, shape (w,) [s].
+        duration: [s].
     """
-    first, last = reach.time[0] + ENDS, reach.time[-1] - ENDS
-    for duration in DURATIONS:
-        starts = np.arange(first, last - duration, duration / PARTS)
-        for some in np.array_split(starts, len(starts) // TOGETHER + 1):
-            yield from _pushed(reach, left, weight, number, stiffness, some, duration)
-
-
-def _pushed(
-    reach: Reach, left: np.ndarray, weight: np.ndarray, number: int, stiffness: float,
-    starts: np.ndarray, duration: float,
-) -> Iterator[Window]:  # fmt: skip
-    """Windows of one duration [s] that begin at some times (w,) [s], solved side by side."""
     if not len(starts):
         return
-    rows = np.searchsorted(reach.time, starts)[:, None] + np.arange(_rows(reach.time, duration))
-    rows = np.minimum(rows, len(reach.time) - 1)
+    count = int(np.ceil(duration / float(np.median(np.diff(reach.time))))) + 1
+    rows = np.minimum(np.searchsorted(reach.time, starts)[:, None] + np.arange(count), len(reach.time) - 1)
     own = share(reach.time[rows], starts[:, None], duration)
     columns = reach.torque[rows] * own[:, :, None, None]
     weighted = columns * weight[rows][:, :, :, None]
@@ -160,13 +141,7 @@ def _pushed(
     forces = np.linalg.solve(matrix, slope[:, :, None])[:, :, 0]
     torque = np.einsum("wrnk,wk->wrn", columns, forces)
     gains = np.sum(weight[rows] * (left[rows] * torque - 0.5 * torque**2), axis=1)
-    for start, force, gain in zip(starts, forces, gains, strict=True):
-        yield Window(number, float(start), duration, force, gain)
-
-
-def _rows(time: np.ndarray, duration: float) -> int:
-    """Rows that a duration [s] takes, at most."""
-    return int(np.ceil(duration / float(np.median(np.diff(time))))) + 1
+    yield from zip(starts, forces, gains, strict=True)
 
 
 def candidate(model: Model, contact: Contact) -> Candidate:
@@ -210,16 +185,11 @@ def _usual_force(model: Model) -> float:
     return FORCE * gravity * max(sum(body.mass for body in model.robot.kinematics.inertias), 1.0)
 
 
-def _searched_for(model: Model) -> Iterator[Candidate]:
-    """None beforehand: where and when it happens is searched for (`once.py`)."""
-    return iter(())
-
-
 KINDS = {
     "contact_event": Kind(
         sentence="The arm was in contact with something[ at {start}][ for {duration}]",
         drawn_against=("time", "position"),
-        ask=_searched_for,
+        ask=lambda model: iter(()),  # where and when it happens is searched for in `search/once.py`
         of_body=True,
     )
 }

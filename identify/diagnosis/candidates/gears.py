@@ -38,14 +38,8 @@ def bent(
     """Twist of an elastic gear: inertia'' + damping' + stiffness = load, at each sample with its own numbers.
 
     Newmark's average acceleration, which is stable however stiff the gear is. All steps are one banded
-    system; it begins as if the load had always been what it is at the start.
-
-    Args:
-        inertia: Of the link about the joint, shape (t,) [kg m^2].
-        damping: Shape (t,) [N m s/rad].
-        stiffness: Shape (t,) [N m/rad].
-        load: That the link takes, shape (t,) [N m].
-        step: Between samples [s].
+    system; it begins as if the load had always been what it is at the start. Inertia [kg m^2], damping
+    [N m s/rad], stiffness [N m/rad] and load [N m] are those of the link, (t,), in steps of time [s].
     """
     # A first fit may leave a light link less than no inertia where a payload's moments are unknown, and a
     # soft gear cannot carry any payload: such a gear would have no twist at all, or one without bound.
@@ -82,15 +76,9 @@ def loose(
     A link rests against the teeth that its load is on, as if they were rigid; when the load changes its
     sign, it floats to the other side, strikes, and bounces until the teeth have damped it out.
 
-    Args:
-        inertia: Of the link about the joint, shape (t,) [kg m^2].
-        damping: Of the link without its gear, shape (t,) [N m s/rad].
-        stiffness: Of the link without its gear (gravity), shape (t,) [N m/rad].
-        load: That the link takes, shape (t,) [N m].
-        step: Between samples [s].
-        play: Half of its width [rad].
-        teeth: Resonance of the link on its teeth, at most an eighth of the sample rate [Hz], and its damping
-            ratio [-].
+    Inertia, damping, stiffness (by gravity) and load are those of the link without its gear, as in `bent`.
+    The play is half of its width [rad]. The teeth are the link's resonance on them, at most an eighth of the
+    sample rate [Hz], and its damping ratio [-].
     """
     angular, ratio = 2 * np.pi * teeth[0], teeth[1]
     settled = int(3.0 / (ratio * angular * step))  # e^-3, a twentieth of the stroke, is left then
@@ -132,13 +120,9 @@ POSES = 64
 
 
 def bending(model: Model, run: Driven, joint: int, gear: tuple[float, float]) -> np.ndarray:
-    """Torque of the motors beyond that of a rigid gear, shape (t, n) [N m].
+    """Torque of the motors beyond that of a rigid gear, (t, n) [N m].
 
-    Args:
-        model: For which joints motors turn.
-        run: The motion, and the load.
-        joint: The elastic one.
-        gear: Its stiffness [N m/rad] and damping [N m s/rad].
+    Of one joint's gear: its stiffness [N m/rad] and damping [N m s/rad].
     """
     weight, drag, inertia = run.tangent.own(joint)
     step = float(np.median(np.diff(run.motion.time)))
@@ -147,10 +131,7 @@ def bending(model: Model, run: Driven, joint: int, gear: tuple[float, float]) ->
 
 
 def link_size(model: Model) -> tuple[np.ndarray, np.ndarray]:
-    """Inertia [kg m^2] and load [N m] of each joint, its rotor apart, means over poses, each (n,).
-
-    The load is that of gravity and of 1 rad/s^2.
-    """
+    """Inertia [kg m^2] and load of gravity and 1 rad/s^2 [N m] of each joint, means over poses, each (n,)."""
     kinematics, _ = bodies_apart(model, model.nominal_values, "")
     data, limits = kinematics.createData(), model.robot.limits
     lower, upper = np.maximum(limits.position_lower, -np.pi), np.minimum(limits.position_upper, np.pi)

@@ -70,33 +70,22 @@ def _gear(
     def reshaped(given: Mapping[str, float]) -> Candidate:
         return _gear(model, joint, inertia, given["resonance"], given["damping_ratio"], within)
 
+    within_step = Shape("Hz", resonance / STEP, resonance * STEP)
+    bounds = {"resonance": within or within_step, "damping_ratio": Shape("1", 0.005, 0.5)}
     return Candidate(
-        "joint_elasticity",
-        (joint,),
-        columns,
-        ("share",),
-        ("1",),
-        (LEAST,),
-        {"resonance": resonance, "damping_ratio": ratio, "stiffness": stiffness},
-        {
-            "resonance": within or Shape("Hz", resonance / STEP, resonance * STEP),
-            "damping_ratio": Shape("1", 0.005, 0.5),
-        },
-        reshaped,
-        expected=((1.0, SCATTER),),
-        reported={"stiffness": (stiffness, "N m/rad")},
-        loaded=True,
-    )
+        "joint_elasticity", (joint,), columns, ("share",), ("1",), (LEAST,),
+        {"resonance": resonance, "damping_ratio": ratio, "stiffness": stiffness}, bounds, reshaped,
+        expected=((1.0, SCATTER),), reported={"stiffness": (stiffness, "N m/rad")}, loaded=True,
+    )  # fmt: skip
 
 
 def of_stiffness(model: Model, joint: int, stiffness: float, std: float) -> Candidate:
     """The gear of a stiffness that was measured, with its standard deviation [N m/rad]; refined within it."""
     inertia = max(float(link_size(model)[0][joint]), 1e-9)
     share = min(max(STRANGE * std / stiffness, FORMULA), 1.0 - FORMULA)
-    least, resonance, most = np.sqrt(stiffness * np.array([1.0 - share, 1.0, 1.0 + share]) / inertia) / (
-        2 * np.pi
-    )
-    return _gear(model, joint, inertia, float(resonance), RATIO, Shape("Hz", float(least), float(most)))
+    angular = np.sqrt(stiffness * np.array([1.0 - share, 1.0, 1.0 + share]) / inertia)
+    least, resonance, most = map(float, angular / (2 * np.pi))
+    return _gear(model, joint, inertia, resonance, RATIO, Shape("Hz", least, most))
 
 
 def measured(model: Model, prediction: Prediction, runs: Sequence[Driven]) -> Iterator[tuple[Answer, Answer]]:

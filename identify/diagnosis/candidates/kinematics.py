@@ -65,11 +65,8 @@ def _with_zero(arm: Arm, finding: Finding) -> Arm:
     robot, joint = arm.model.robot, finding.joints[0]
     kinematics, zero = robot.kinematics.copy(), finding.parameters["zero"].value
     one = joints_of(kinematics)[joint]
-    shift = (
-        pin.SE3(pin.exp3(one.axis * zero), np.zeros(3))
-        if one.revolute
-        else pin.SE3(np.eye(3), one.axis * zero)
-    )
+    turned = pin.SE3(pin.exp3(one.axis * zero), np.zeros(3))
+    shift = turned if one.revolute else pin.SE3(np.eye(3), one.axis * zero)
     kinematics.jointPlacements[joint + 1] = kinematics.jointPlacements[joint + 1] * shift
     return _springs_from(arm.on(replace(robot, kinematics=kinematics)), joint, zero)
 
@@ -123,8 +120,7 @@ def across(axis: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def _slopes(run: Driven) -> np.ndarray:
     """Torque of the bodies per angle about both directions across each axis, at knots, (k, n, 2 n) [N m/rad].
 
-    Each axis has two joints before it that stand still; what a torque changes by with them is a part of
-    the derivatives of inverse dynamics.
+    By derivatives of inverse dynamics of an arm with two joints before each axis that stand still.
     """
     kinematics, own, still = _with_still_joints(run.bodies)
     data, motion = kinematics.createData(), run.motion

@@ -1,6 +1,6 @@
 """Time delay: currents that are recorded later than positions, or earlier, of all drives or of one."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -50,10 +50,9 @@ def _little(joints: tuple[int, ...]) -> Candidate:
 
 
 def _whole(joints: tuple[int, ...], delay: float) -> Candidate:
-    """Torque of some drives as it was recorded, less what is recorded later by the delay.
+    """Torque of some drives as it was recorded, less what is recorded later by the delay, there whole.
 
-    To take that away moves the recording to where it belongs, its noise with it. Nothing but the whole of it
-    does so: of a part of it, the part would count that takes away noise.
+    That moves the recording to where it belongs, its noise with it; a part of it would take noise away.
     """
 
     def columns(run: Driven) -> np.ndarray:
@@ -62,13 +61,10 @@ def _whole(joints: tuple[int, ...], delay: float) -> Candidate:
         later = CubicSpline(time, recorded)(np.clip(time + delay, time[0], time[-1]))
         return _of_drives(joints, recorded - later)
 
-    def reshaped(given: Mapping[str, float]) -> Candidate:
-        return _whole(joints, given["delay"])
-
-    nearer, farther = sorted((delay / APART, delay * APART))
+    bounds = {"delay": Shape("s", *sorted((delay / APART, delay * APART)))}
     return Candidate(
-        "time_delay", joints, columns, (UNNAMED,), ("1",), (0.0,), {"delay": delay},
-        {"delay": Shape("s", nearer, farther)}, reshaped, expected=((1.0, WHOLE),),
+        "time_delay", joints, columns, (UNNAMED,), ("1",), (0.0,), {"delay": delay}, bounds,
+        lambda given: _whole(joints, given["delay"]), expected=((1.0, WHOLE),),
         everywhere=not joints, rows=joints or None, loaded=True, reloads=True, prior=RARE if joints else 1.0,
     )  # fmt: skip
 

@@ -67,12 +67,9 @@ def ripples(model: Model, prediction: Prediction, runs: Sequence[Driven]) -> Ite
 
 
 def _peaks(position: np.ndarray, left: np.ndarray, fastest: float) -> Iterator[tuple[float, int]]:
-    """Waves a turn at which a residual (r,) over position (r,) has most power, and among how many.
+    """Waves a turn at which what is left (r,) over position (r,) [rad] has most power, and among how many.
 
-    Args:
-        position: [rad].
-        left: [N m].
-        fastest: Waves a turn beyond which the filter has taken the torque away [-].
+    The fastest is that beyond which the filter has taken the torque away.
     """
     apart = position - position.min()
     span = float(apart.max())
@@ -107,11 +104,7 @@ def _over_their_level(power: np.ndarray, waves: np.ndarray) -> np.ndarray:
 
 def _at_rows(runs: Sequence[Driven], name: str) -> np.ndarray:
     """A quantity of the motion at the rows of all runs, shape (r, n)."""
-    pieces = []
-    for run in runs:
-        centres = run.prepared.decimation.centres(len(run.motion))[: run.rows]
-        pieces.append(getattr(run.motion, name)[centres])
-    return np.concatenate(pieces)
+    return np.concatenate([getattr(run.motion, name)[run.centres] for run in runs])
 
 
 def amplitude(finding: Finding, known: Mapping[str, Any]) -> dict[str, Any]:

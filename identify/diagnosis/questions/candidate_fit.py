@@ -57,11 +57,8 @@ class Products:
 
 def _with_itself(pieces: Sequence[slice], values: np.ndarray) -> np.ndarray:
     """Products of columns (r, i, p) of each candidate, shape (k, i, p, p)."""
-    found = []
-    for piece in pieces:
-        own = values[piece].transpose(1, 2, 0)
-        found.append(own @ own.transpose(0, 2, 1))
-    return np.stack(found)
+    every = (values[piece].transpose(1, 2, 0) for piece in pieces)
+    return np.stack([own @ own.transpose(0, 2, 1) for own in every])
 
 
 FORMULA = 0.1
@@ -78,10 +75,7 @@ class Fitted(NamedTuple):
 
 
 def fitted(matrix: np.ndarray, right: np.ndarray, candidate: Candidate, columns: Thinned) -> Fitted | None:
-    """Coefficients of one candidate; None where the effect cannot be.
-
-    Those that physics does not let below a limit stay there.
-    """
+    """Coefficients of one candidate, held at their limits of physics; None where the effect cannot be."""
     precision, lower = prior_std(candidate, columns) ** -2.0, np.array(candidate.lower)
     matrix, right = matrix + np.diag(precision), right + precision * columns.mean
     free, values = np.ones(len(lower), bool), np.zeros(len(lower))
@@ -108,7 +102,7 @@ def beside_limits(
     torque it may, since no formula is better.
 
     Args:
-        prediction: Without it.
+        prediction: Without the candidate.
         apart: By how much less the other unknowns are per unit of each coefficient, shape (b, p).
         matrix: Normal matrix of the coefficients beside the others, shape (p, p).
         columns: Of the coefficients.

@@ -16,9 +16,13 @@ SEEN = 1.0
 
 def colouring(prediction: Prediction, answer: Answer) -> Answer:
     """The answer with as many independent rows as the effect has through what it leaves."""
+    return weighed(prediction, answer, _independent(prediction, answer))
+
+
+def _independent(prediction: Prediction, answer: Answer) -> np.ndarray:
     torque = np.zeros(prediction.rows.difference.shape)
     torque[:, answer.columns.joints] = answer.torque
-    return weighed(prediction, answer, prediction.independent_of(torque))
+    return prediction.independent_of(torque)
 
 
 def weighed(prediction: Prediction, answer: Answer, independent: np.ndarray) -> Answer:
@@ -30,9 +34,9 @@ def weighed(prediction: Prediction, answer: Answer, independent: np.ndarray) -> 
 
 
 def levelled(prediction: Prediction, answers: Sequence[Answer]) -> list[Answer]:
-    """The answers with as many independent rows of each joint as what the foremost of that joint leaves has.
+    """The answers with as many independent rows of each joint as the best of that joint leaves.
 
-    Weighed each with its own, what leaves more of a misfit could come out ahead, only because it is faster.
+    Weighed each with its own, one that leaves more of a misfit could be ahead only because it is faster.
     """
     if not answers:
         return []
@@ -41,9 +45,7 @@ def levelled(prediction: Prediction, answers: Sequence[Answer]) -> list[Answer]:
     for joint in range(prediction.joints):
         first = max(range(len(answers)), key=lambda place: float(answers[place].by_joint[joint]))
         if first not in coloured:
-            torque = np.zeros(prediction.rows.difference.shape)
-            torque[:, answers[first].columns.joints] = answers[first].torque
-            coloured[first] = prediction.independent_of(torque)
+            coloured[first] = _independent(prediction, answers[first])
         independent[joint] = coloured[first][joint]
     return [weighed(prediction, one, independent) for one in answers]
 
@@ -60,15 +62,10 @@ def competing(one: Answer, other: Answer) -> bool:
 
 
 def by_blocks(prediction: Prediction, one: Answer, other: Answer) -> float:
-    """Logarithm of the odds that blocks left out have what one predicts, and not what another does.
+    """Logarithm of the odds that blocks left out have what one answer predicts, and not what another does.
 
-    Where two predict differently, a block shows how much of the difference it has: all of it if it is as the
-    one says, nothing if as the other. Joints that see neither do not count.
-
-    Args:
-        prediction: Without either.
-        one: The one.
-        other: The other.
+    Where two predict differently, a block shows how much of the difference it has: all of it if the first is
+    right, nothing if the other is. Joints that see neither do not count. The prediction is without either.
     """
     first, second = predicted_change(prediction, one), predicted_change(prediction, other)
     apart = (first - second) * prediction.rows.weight
@@ -87,16 +84,10 @@ def by_blocks(prediction: Prediction, one: Answer, other: Answer) -> float:
 
 
 def better(one: Answer, other: Answer, blocks: float, prior: float = 0.0) -> float:
-    """Logarithm of the odds that one predicts better than another.
+    """Logarithm of the odds that one predicts better than another, by those of `by_blocks` and of priors.
 
     Blocks speak for the one that makes them more probable, against the other and against a misfit that is
     neither and differs from block to block. What shapes cost and what priors say is known without blocks.
-
-    Args:
-        one: The one.
-        other: The other.
-        blocks: Logarithm of the odds by how blocks scatter, as of `by_blocks`.
-        prior: Logarithm of the odds before.
     """
     gain = float(one.by_joint.sum() - other.by_joint.sum())
     sign = 1.0 if gain > 0.0 else -1.0

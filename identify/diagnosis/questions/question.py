@@ -20,7 +20,7 @@ def ask(
 ) -> list[Answer]:
     """Answers of all blocks, each left out in turn, without those that physics excludes.
 
-    With `strange`, those are among them whose coefficients only this shape excludes: another may not.
+    With `strange`, those are included that physics excludes only in this shape.
     """
     groups: dict[tuple[int, ...], list[tuple[Candidate, Thinned]]] = {}
     for pair in asked:
@@ -113,10 +113,10 @@ def _relief(prediction: Prediction, apart: np.ndarray, one: Fitted, candidate: C
 
 
 def _freed(matrix: np.ndarray, informed: np.ndarray, one: Fitted) -> float:
-    """How many directions of the model's unknowns are not held by their priors any more beside a candidate.
+    """How many directions of the model's unknowns a candidate takes from their priors.
 
-    What fits a prior better by so many free coefficients does so by half of each even where nothing is
-    missing, and predicts worse by as much: the optimism of a fit, one for each (Akaike).
+    So many free coefficients fit priors better than they predict, by one each, even where nothing is missing:
+    the optimism of a fit (Akaike).
     """
     free = np.ix_(one.free, one.free)
     held = (matrix + np.diag(one.precision))[free]

@@ -34,10 +34,9 @@ def refined(
 ) -> Answer:
     """The answer in its best shape between the neighbours on its grid.
 
-    It costs as much as the grid, or as the number of shapes that blocks distinguish within the bounds. The
-    nearer it comes, the more rows of what it leaves are independent, and the finer shapes are distinguished.
-    That number is too large where the numbers of a shape replace one another; by how much the shapes of
-    the grid do worse on average is then the lower of the two.
+    It costs as much as the number of shapes that blocks distinguish within the bounds. That number is too
+    large where the numbers of a shape replace one another: it costs no more than the grid's mean does worse.
+    The nearer the search comes, the more rows are independent, so that they are counted anew in each sweep.
     """
     best, choices = answer, dict.fromkeys(answer.candidate.bounds, 0.0)
     for _ in range(SWEEPS):
@@ -104,20 +103,17 @@ def _together(prediction: Prediction, start: Answer, runs: Sequence[Driven]) -> 
         tried.extend([] if one is None else [one])
         return 1e9 if one is None else -one.gain
 
-    corners = np.vstack(
-        [at, at + np.diag(np.minimum(FIRST * size, 0.5 * np.maximum(np.abs(at), FIRST * size)))]
-    )
+    steps = np.minimum(FIRST * size, 0.5 * np.maximum(np.abs(at), FIRST * size))
+    corners = np.vstack([at, at + np.diag(steps)])
     options = {"maxfev": TOGETHER, "initial_simplex": corners}
     optimize.minimize(loss, at, method="Nelder-Mead", options=options)
     return max(tried, key=lambda one: one.gain)
 
 
 def _choice(tried: Sequence[tuple[float, float]], whole: float) -> float:
-    """Logarithm of the number of shapes that are distinguished within the whole range of a number.
+    """Logarithm of the number of shapes that blocks distinguish within the whole range of a number.
 
-    Args:
-        tried: Distance from the best, and by how much less probable the blocks are there.
-        whole: Range of the number.
+    Tried are distances from the best, and by how much less probable the blocks are there.
     """
     apart = [(distance, loss) for distance, loss in tried if loss > APART]
     if not apart:

@@ -1,7 +1,6 @@
 """Budget: where the misfit of the nominal model goes, and what each candidate alone would change of it."""
 
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 
@@ -13,17 +12,9 @@ from ..search.selected import Selected
 NOISE, OTHER = "sensor noise", "nothing that was recorded"
 
 
-class _Left(NamedTuple):
-    """Power left on each joint with none, one, two ... findings, shape (f + 1, n) [(N m)^2]."""
-
-    powers: np.ndarray
-    which: np.ndarray
-
-
 def budget(problem: Problem, found: tuple[Selected, ...], left: list[Answer], noise: np.ndarray) -> Budget:
     """Shares of the power that the fitted nominal model leaves of blocks which it did not see.
 
-    Those are the runs held out; without any, the blocks of the fitted runs, each predicted by the others.
     Findings count in the order in which they were found. What is left is split by how much smooth functions
     of position, velocity, load, time ... predict of it; the sum is one.
 
@@ -33,7 +24,10 @@ def budget(problem: Problem, found: tuple[Selected, ...], left: list[Answer], no
         left: Answers of smooth functions beside all findings.
         noise: Of each joint's torque, shape (n,) [N m]; zero where it is not known.
     """
-    powers, which = _powers(problem, found)
+    which, answers = _judging(problem), [one.answer for one in found]
+    predictions = (problem.prediction(answers[:count]) for count in range(len(found) + 1))
+    # Left on each joint with none, one, two ... findings, shape (f + 1, n) [(N m)^2].
+    powers = np.array([one.power(one.errors, which) for one in predictions])
     total = np.maximum(powers[0], 1e-300)
     steps = np.maximum(powers[:-1] - powers[1:], 0.0)
     # A finding that costs a joint something takes it from the others.
@@ -48,14 +42,9 @@ def budget(problem: Problem, found: tuple[Selected, ...], left: list[Answer], no
     return Budget(np.sqrt(total), np.sqrt(powers[-1]), tuple(shares), bool(len(problem.held_out)))
 
 
-def _powers(problem: Problem, found: tuple[Selected, ...]) -> _Left:
-    which = ~problem.blocks.fitted if len(problem.held_out) else np.ones(len(problem.blocks), bool)
-    answers = [one.answer for one in found]
-    every = []
-    for count in range(len(found) + 1):
-        prediction = problem.prediction(answers[:count])
-        every.append(prediction.power(prediction.errors, which))
-    return _Left(np.array(every), which)
+def _judging(problem: Problem) -> np.ndarray:
+    """Blocks that judge, shape (k,): those of runs held out; without any, all."""
+    return ~problem.blocks.fitted if len(problem.held_out) else np.ones(len(problem.blocks), bool)
 
 
 def _kinds(
@@ -79,13 +68,8 @@ MOST = 20
 
 
 def changes(problem: Problem, single: Sequence[Answer]) -> list[Change]:
-    """The candidates that alone predict most, with the change of the joint that gains most.
-
-    Args:
-        problem: The runs.
-        single: Answers of all candidates, each beside nothing else.
-    """
-    which = ~problem.blocks.fitted if len(problem.held_out) else np.ones(len(problem.blocks), bool)
+    """The candidates that alone predict most, by their answers beside nothing else."""
+    which = _judging(problem)
     found = [_change(one, which) for one in single if one.gain > 0.0]
     return sorted(found, key=lambda one: one.change)[:MOST]
 

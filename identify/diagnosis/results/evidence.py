@@ -31,13 +31,7 @@ class Residuals:
 
 
 def evidence(found: SearchResult, residuals: Residuals, noise: np.ndarray) -> Evidence:
-    """What the answer rests on, runs held out first.
-
-    Args:
-        found: Result of the search.
-        residuals: Of all its rows.
-        noise: Noise floor of each joint's torque, shape (n,) [N m].
-    """
+    """What the answer rests on, runs held out first; the noise floor of the joints is (n,) [N m]."""
     model, word, fitted = found.problem.model, nominal_unknowns(found), found.prediction.values
     runs, count = found.problem.runs, len(model.names)
     traces = [
@@ -86,7 +80,7 @@ def _gains(found: SearchResult, values: np.ndarray) -> np.ndarray:
 
 def _trace(model: Model, run: Driven, left: Residuals, rows: slice, weight: np.ndarray) -> Trace:
     prepared, robot, motion = run.prepared, model.robot, run.motion
-    places = prepared.decimation.centres(len(motion))[: run.rows]
+    places = run.centres
     return Trace(
         name=prepared.name,
         role=run.role,

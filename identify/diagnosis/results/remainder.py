@@ -13,6 +13,7 @@ from scipy import ndimage
 from ...effects.smooth_sign import smooth_sign
 from ...model import Model
 from ..blocks.prediction import Prediction
+from ..candidates.parts import on_joint
 from ..findings.finding import UNCERTAIN, Remainder
 from ..questions.block_answer import CERTAIN_ODDS, Answer
 from ..questions.candidate import Candidate, Thinned
@@ -24,90 +25,10 @@ from ..search.search import SearchResult
 from ..search.selected import odds_of
 
 Feature = Callable[[Driven, int], list[np.ndarray]]
+SIGN = 0.003
+"""Speed within which dry friction reverses [rad/s]."""
 WAVES = 6
 """Half waves over a run of what wanders with time; faster than seconds it is noise."""
-
-
-def features(model: Model) -> Iterator[Candidate]:
-    """All kinds of features on each joint."""
-    for joint in range(model.robot.dof):
-        for kind, make in KINDS.items():
-            count = _count(kind, model.robot.dof)
-            if not count:
-                continue
-
-            def columns(run: Driven, joint: int = joint, make: Feature = make) -> np.ndarray:
-                own = np.stack(make(run, joint), axis=1)
-                whole = np.zeros((*run.torque.shape, own.shape[1]))
-                whole[:, joint] = own
-                return whole
-
-            yield Candidate(kind, (joint,), columns, ("",) * count, ("",) * count, (-np.inf,) * count)
-
-
-def _position(run: Driven, joint: int) -> list[np.ndarray]:
-    q = run.motion.position[:, joint]
-    return [f(k * q) for k in (1, 2, 3) for f in (np.cos, np.sin)]
-
-
-def _velocity(run: Driven, joint: int) -> list[np.ndarray]:
-    v = run.motion.velocity[:, joint]
-    return [*(smooth_sign(v, width) for width in (0.01, 0.03, 0.1, 0.3)), np.abs(v), v**3]
-
-
-def _position_and_direction(run: Driven, joint: int) -> list[np.ndarray]:
-    sign = smooth_sign(run.motion.velocity[:, joint], 0.003)
-    return [sign * one for one in _position(run, joint)]
-
-
-def _load(run: Driven, joint: int) -> list[np.ndarray]:
-    load, v = run.motion.load[:, joint], run.motion.velocity[:, joint]
-    share, sign = load / max(float(run.most[joint]), 1e-9), smooth_sign(v, 0.003)
-    return [share, share**2, share**3, sign * share, sign * np.abs(share), sign * share**2]
-
-
-def _acceleration(run: Driven, joint: int) -> list[np.ndarray]:
-    return [run.motion.acceleration[:, k] for k in range(run.torque.shape[1])]
-
-
-def _time(run: Driven, joint: int) -> list[np.ndarray]:
-    """Offsets and dry friction that wander, in half waves over the run."""
-    t = run.motion.time - run.motion.time[0]
-    turn = np.pi * t / max(float(t[-1]), 1e-9)
-    sign = smooth_sign(run.motion.velocity[:, joint], 0.003)
-    return [kind * np.cos(k * turn) for k in range(1, WAVES + 1) for kind in (np.ones_like(sign), sign)]
-
-
-def _other_joints(run: Driven, joint: int) -> list[np.ndarray]:
-    others = [k for k in range(run.torque.shape[1]) if k != joint]
-    torques = [run.torque[:, k] for k in others]
-    signs = [smooth_sign(run.motion.velocity[:, k], 0.003) for k in others]
-    return torques + signs
-
-
-def _other_positions(run: Driven, joint: int) -> list[np.ndarray]:
-    others = [k for k in range(run.torque.shape[1]) if k != joint]
-    q = run.motion.position
-    return [f(q[:, k]) for k in others for f in (np.cos, np.sin)]
-
-
-KINDS: dict[str, Feature] = {
-    "position": _position,
-    "velocity": _velocity,
-    "position and direction": _position_and_direction,
-    "load": _load,
-    "acceleration": _acceleration,
-    "time": _time,
-    "other joints' torque or direction": _other_joints,
-    "other joints' position": _other_positions,
-}
-
-
-def _count(kind: str, dof: int) -> int:
-    fixed = {"position": 6, "velocity": 6, "position and direction": 6, "load": 6, "time": 2 * WAVES}
-    return fixed.get(kind, {"acceleration": dof}.get(kind, 2 * (dof - 1)))
-
-
 CREDIBLE = 0.99
 """Probability from which on something is taken to be left."""
 MATERIAL = 0.3
@@ -128,6 +49,78 @@ LINES = 1e-4
 """Probability with which noise alone has a spectral line that stands out as far."""
 
 
+def _position(run: Driven, joint: int) -> list[np.ndarray]:
+    q = run.motion.position[:, joint]
+    return [f(k * q) for k in (1, 2, 3) for f in (np.cos, np.sin)]
+
+
+def _velocity(run: Driven, joint: int) -> list[np.ndarray]:
+    v = run.motion.velocity[:, joint]
+    return [*(smooth_sign(v, width) for width in (0.01, 0.03, 0.1, 0.3)), np.abs(v), v**3]
+
+
+def _sign(run: Driven, joint: int) -> np.ndarray:
+    return smooth_sign(run.motion.velocity[:, joint], SIGN)
+
+
+def _position_and_direction(run: Driven, joint: int) -> list[np.ndarray]:
+    return [_sign(run, joint) * one for one in _position(run, joint)]
+
+
+def _load(run: Driven, joint: int) -> list[np.ndarray]:
+    share, sign = run.motion.load[:, joint] / max(float(run.most[joint]), 1e-9), _sign(run, joint)
+    return [share, share**2, share**3, sign * share, sign * np.abs(share), sign * share**2]
+
+
+def _acceleration(run: Driven, joint: int) -> list[np.ndarray]:
+    return list(run.motion.acceleration.T)
+
+
+def _time(run: Driven, joint: int) -> list[np.ndarray]:
+    """Offsets and dry friction that wander, in half waves over the run."""
+    t, sign = run.motion.time - run.motion.time[0], _sign(run, joint)
+    turn = np.pi * t / max(float(t[-1]), 1e-9)
+    return [kind * np.cos(k * turn) for k in range(1, WAVES + 1) for kind in (np.ones_like(sign), sign)]
+
+
+def _other_joints(run: Driven, joint: int) -> list[np.ndarray]:
+    others = [k for k in range(run.torque.shape[1]) if k != joint]
+    return [*(run.torque[:, k] for k in others), *(_sign(run, k) for k in others)]
+
+
+def _other_positions(run: Driven, joint: int) -> list[np.ndarray]:
+    others = [k for k in range(run.torque.shape[1]) if k != joint]
+    return [f(run.motion.position[:, k]) for k in others for f in (np.cos, np.sin)]
+
+
+KINDS: dict[str, Feature] = {
+    "position": _position,
+    "velocity": _velocity,
+    "position and direction": _position_and_direction,
+    "load": _load,
+    "acceleration": _acceleration,
+    "time": _time,
+    "other joints' torque or direction": _other_joints,
+    "other joints' position": _other_positions,
+}
+
+
+def features(model: Model) -> Iterator[Candidate]:
+    """All kinds of features on each joint."""
+    dof = model.robot.dof
+    counts = {"position": 6, "velocity": 6, "position and direction": 6, "load": 6}
+    counts |= {"acceleration": dof, "time": 2 * WAVES}
+    for joint in range(dof):
+        for kind, make in KINDS.items():
+            count = counts.get(kind, 2 * (dof - 1))
+
+            def columns(run: Driven, joint: int = joint, make: Feature = make) -> np.ndarray:
+                return on_joint(run, joint, np.stack(make(run, joint), axis=1))
+
+            if count:
+                yield Candidate(kind, (joint,), columns, ("",) * count, ("",) * count, (-np.inf,) * count)
+
+
 def discrepancies(problem: Problem, prediction: Prediction) -> list[Answer]:
     """Answers of all kinds of features on each joint, beside what the prediction has."""
     asked = [(one, Thinned.of(one, problem.runs)) for one in features(problem.model)]
@@ -138,13 +131,13 @@ def discrepancies(problem: Problem, prediction: Prediction) -> list[Answer]:
 def remainders(
     prediction: Prediction, every: list[Answer], noise: np.ndarray, rested: bool, material: float = MATERIAL
 ) -> list[Remainder]:
-    """Joints on which something is left, with what it depends on.
+    """Joints on which something is left beside all findings, with what it depends on.
 
     Args:
         prediction: With all findings.
         every: Answers of features on each joint.
         noise: Noise floor of each joint's torque, shape (n,) [N m].
-        rested: Whether it was measured at rest, and not guessed.
+        rested: Whether the noise was measured at rest, and not guessed.
         material: Share of the noise floor below which what is left is not worth a run.
     """
     residual = rms(prediction.residual, prediction.rows.weight)
@@ -166,12 +159,7 @@ def remainders(
 
 
 def beside_unnamed(found: SearchResult, every: list[Answer]) -> SearchResult:
-    """The result with how large, for each finding, what is left on its joint without a name is beside it.
-
-    Args:
-        found: With all findings.
-        every: Answers of features on each joint.
-    """
+    """The result with what is left without a name on the joint of each finding, over what that explains."""
     prediction, joints = found.prediction, found.prediction.joints
     left = np.zeros(joints)
     for feature in every:
@@ -188,10 +176,9 @@ def beside_unnamed(found: SearchResult, every: list[Answer]) -> SearchResult:
 
 
 def _explained(prediction: Prediction, answer: Answer, joint: int) -> float:
-    """Root mean square of what it takes from a joint's blocks as the others predict them [N m].
+    """Root mean square of what it takes from a joint's predicted blocks [N m], by the variance they share.
 
-    Its own torque may be far more: the parameters of the model take most of a smooth function back. By the
-    variance that blocks share: where one alone reaches, a smooth function is predicted badly.
+    Its own torque may be far more: the parameters of the model take most of a smooth function back.
     """
     assert answer.independent is not None
     errors = np.stack([answer.predicted, answer.errors])
@@ -200,14 +187,10 @@ def _explained(prediction: Prediction, answer: Answer, joint: int) -> float:
 
 
 def line(prediction: Prediction, joint: int) -> float:
-    """Frequency of a line that two runs have and noise has not [Hz]; zero for none.
+    """Frequency of a spectral line in a joint's residual that two runs have [Hz]; zero for none.
 
     What vibrates does so in every run; a line of one run alone is a swept sine that passed. The residual is
     taken as it is: what makes noise white takes lines away.
-
-    Args:
-        prediction: Whose residual it is.
-        joint: From 0.
     """
     # Runs of different lengths are compared frequency by frequency.
     rate, runs = prediction.rate, prediction.rows.runs

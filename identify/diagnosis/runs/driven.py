@@ -142,6 +142,11 @@ class Driven:
         """Rows after thinning out."""
         return len(self.prepared.decimation.centres(len(self.motion)))
 
+    @property
+    def centres(self) -> np.ndarray:
+        """Samples that the rows are about, shape (r,)."""
+        return np.asarray(self.prepared.decimation.centres(len(self.motion))[: self.rows])
+
     @cached_property
     def coarse(self) -> "Driven":
         """The same at a lower rate, for what is no more abrupt than the motion."""

@@ -16,6 +16,15 @@ WORSE = 1.02
 """Residual of a joint held out, over that without any finding, which is no harm yet: noise does that [-]."""
 
 
+def again_beside(
+    problem: Problem, answer: Answer, others: Sequence[Answer], near: Prediction
+) -> Answer | None:
+    """The answer of the same candidate beside some others; None where physics excludes it there."""
+    prediction = problem.prediction(others, near)
+    again = ask(prediction, [(answer.candidate, answer.columns)])
+    return colouring(prediction, again[0]).chosen_as(answer) if again else None
+
+
 def in_shape(problem: Problem, prediction: Prediction, answer: Answer) -> Answer:
     """The answer refined in shape beside everything else; it was chosen at the cost that it has."""
     if not answer.candidate.bounds:
@@ -32,15 +41,14 @@ def judged_by_held_out(
 ) -> list[Selected]:
     """Findings that runs held out do not contradict; no other name is chosen in place of one that goes.
 
-    One goes that makes them less probable beside all others, or with which the joint that is predicted worst
-    gains by its absence more than any other loses, and in every other shape of it that fitted blocks show.
+    A finding goes that makes those runs less probable beside all others. So does one without which the joint
+    that is predicted worst gains more than any other loses, unless another shape of it does no harm.
     """
     whole = problem.prediction(answers_of(selected))
     for one in sorted((one for one in selected if not one.once), key=lambda one: one.certainty):
         others = [other for other in selected if other is not one]
-        prediction = problem.prediction(answers_of(others), whole)
-        again = ask(prediction, [(one.answer.candidate, one.answer.columns)])
-        if again and contradicted(colouring(prediction, again[0])):
+        again = again_beside(problem, one.answer, answers_of(others), whole)
+        if again and contradicted(again):
             selected = others
     reshaped = list[Selected]()
     while np.max(now := _held_out(problem, selected, without_findings), initial=0.0) > WORSE**2:

@@ -34,19 +34,17 @@ def only_once(problem: Problem, found: list[Selected]) -> tuple[Problem, list[Se
 def _contact(problem: Problem, prediction: Prediction) -> tuple[Problem, Selected] | None:
     """The most credible contact, and the problem without the time that it takes; None without any.
 
-    At least two joints feel it: what one joint alone feels is its own affair. What they feel is more than
-    the sensors' error of their usual torque.
+    At least two joints must feel more than the sensors' error of their usual torque.
     """
     best = next(iter(contacts(problem.model, prediction, problem.runs, problem.reaches)), None)
-    if best is None or np.count_nonzero(_torque(problem, best) > LINEAR * _usual(problem)) < 2:
+    if best is None:
         return None
-    prior = np.log(len(problem.tried))
-    odds = min(best.gain, best.without_one) - prior
-    if not odds > CERTAIN_ODDS:
+    usual = np.sqrt(np.mean(np.concatenate([run.torque for run in problem.runs]) ** 2, axis=0))
+    odds = min(best.gain, best.without_one) - np.log(len(problem.tried))
+    if np.count_nonzero(_torque(problem, best) > LINEAR * usual) < 2 or not odds > CERTAIN_ODDS:
         return None
-    return problem.without(_during(problem, prediction, best)), Selected(
-        _answer(problem, prediction, best), odds, (), True
-    )
+    found = Selected(_answer(problem, prediction, best), odds, (), True)
+    return problem.without(_during(problem, prediction, best)), found
 
 
 def _torque(problem: Problem, one: Contact) -> np.ndarray:
@@ -58,16 +56,10 @@ def _torque(problem: Problem, one: Contact) -> np.ndarray:
     return np.asarray(np.sqrt(np.mean(torque**2, axis=0)))
 
 
-def _usual(problem: Problem) -> np.ndarray:
-    """Root mean square of the torque of each joint in all runs, shape (n,) [N m]."""
-    return np.asarray(np.sqrt(np.mean(np.concatenate([run.torque for run in problem.runs]) ** 2, axis=0)))
-
-
 def moments(problem: Problem, prediction: Prediction) -> list[Moment]:
     """Windows of all runs in which a force explains far more than at other times, the greatest first."""
-    every = contacts(problem.model, prediction, problem.runs, problem.reaches)
     found: list[Contact] = []
-    for one in every:
+    for one in contacts(problem.model, prediction, problem.runs, problem.reaches):
         if one.gain < CERTAIN_ODDS or len(found) == MOST:
             break
         if not any(one.run == other.run and _overlap(one, other) for other in found):
@@ -93,21 +85,18 @@ def _during(problem: Problem, prediction: Prediction, one: Contact) -> np.ndarra
     """Rows of a contact, shape (r,)."""
     found = np.zeros(len(prediction.rows.difference), bool)
     run, rows = problem.runs[one.run], prediction.rows.runs[one.run]
-    time = run.motion.time[run.prepared.decimation.centres(len(run.motion))[: run.rows]]
+    time = run.motion.time[run.centres]
     found[rows] = (time > one.start - MARGIN) & (time < one.start + one.duration + MARGIN)
     return found
 
 
 def _answer(problem: Problem, prediction: Prediction, one: Contact) -> Answer:
     """As columns whose coefficients are what they were where it happened."""
-    pushed = candidate(problem.model, one)
-    gains = np.zeros(prediction.errors.shape)
+    pushed, errors = candidate(problem.model, one), prediction.errors
+    gains, still = np.zeros(errors.shape), np.zeros(len(errors))
     during = np.flatnonzero(_during(problem, prediction, one))
     gains[prediction.blocks.number[during[len(during) // 2]]] = one.gains
-    still = np.zeros(len(gains))
-    columns = Thinned.of(pushed, problem.runs)
-    held = np.zeros(len(one.force), bool)
-    errors = prediction.errors
+    columns, held = Thinned.of(pushed, problem.runs), np.zeros(len(one.force), bool)
     return Answer(
         pushed, columns, one.force, held, errors, errors, still, still, gains, float(np.log(one.among))
     )

@@ -23,6 +23,12 @@ from ..runs.usable import HELD_OUT
 
 ALIKE = 2e-3
 """Change of a load over the load [-] that moves no link: its play is crossed some milliseconds sooner."""
+RECENT = 4
+"""Predictions that are kept, of tens of megabytes each."""
+FREE = (REVERSAL, CLOCK)
+"""How nuisances begin that are fitted even where the model is taken as nominal."""
+
+Asked = list[tuple[Candidate, Thinned]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,13 +44,11 @@ class Known:
     @classmethod
     def after(cls, model: Model, unknowns: np.ndarray, found: Sequence[Answer] = ()) -> "Known":
         """From unknowns (b,) the last of which are what was found."""
-        count = sum(len(one.values) for one in found)
-        own = np.split(unknowns[len(unknowns) - count :], np.cumsum([len(one.values) for one in found]))
-        carried = [
-            (one.candidate, values) for one, values in zip(found, own, strict=False) if one.candidate.carried
-        ]
-        values = model.nominal_values + unknowns[: len(model.names)]
-        return cls(model, values, not found, tuple(carried))
+        ends = np.cumsum([len(one.values) for one in found], dtype=int)
+        own = np.split(unknowns[len(unknowns) - (ends[-1] if found else 0) :], ends)
+        pairs = zip(found, own, strict=False)
+        carried = tuple((one.candidate, values) for one, values in pairs if one.candidate.carried)
+        return cls(model, model.nominal_values + unknowns[: len(model.names)], not found, carried)
 
     def of(self, runs: Sequence[Driven]) -> "Known":
         """The same with the largest torques of these runs."""
@@ -56,7 +60,8 @@ class Known:
         fresh = run.after(self.model, self.values)
         for candidate, values in self.carried:
             torque = candidate.columns(fresh) @ values
-            fresh = fresh.bearing(_on_joints(self.model, torque), torque)
+            on_joints = np.linalg.solve(self.model.robot.to_motors, torque.T).T
+            fresh = fresh.bearing(on_joints, torque)
         return replace(fresh, peak=self.peak)
 
 
@@ -72,18 +77,6 @@ def anew(candidate: Candidate, columns: Thinned, runs: Sequence[Driven]) -> Thin
     """Columns of a candidate over runs whose load has changed; those of a measured gear are zero at any."""
     changed = candidate.loaded and bool(np.any(columns.values))
     return Thinned.of(candidate, runs) if changed else columns
-
-
-def _on_joints(model: Model, torque: np.ndarray) -> np.ndarray:
-    """Torque of motors (t, n) [N m], seen from the joints."""
-    return np.linalg.solve(model.robot.to_motors, torque.T).T
-
-
-Asked = list[tuple[Candidate, Thinned]]
-RECENT = 4
-"""Predictions that are kept, of tens of megabytes each."""
-FREE = (REVERSAL, CLOCK)
-"""How nuisances begin that are fitted even where the model is taken as nominal."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,10 +97,8 @@ class Problem:
         """With the load of a first fit; shapes that were found before are asked for too."""
         runs = sorted(runs, key=lambda run: run.role == HELD_OUT)
         blocks, base = Blocks.of(runs, HELD_OUT), model_rows(model, runs)
-        fitted = [run for run in runs if run.role != HELD_OUT]
-        first = _predicted(base, blocks, runs)
-        values = model.nominal_values + first.values[: len(model.names)]
-        known = Known(model, values).of(fitted)
+        first = Known.after(model, _predicted(base, blocks, runs).values)
+        values, known = first.values, first.of([run for run in runs if run.role != HELD_OUT])
         loaded = tuple(known.on(run) for run in runs)
         grid = list(candidates(model))
         every = [*grid, *asked_again(grid, before)]

@@ -41,12 +41,7 @@ def ranked(
 ) -> list[Answer]:
     """One answer for each hypothesis beside findings, the most probable first.
 
-    Args:
-        problem: The runs.
-        prediction: With the findings.
-        selected: The findings.
-        shapes: Asked for beside the grid; those that are refined here are put in.
-        joints: Whose hypotheses are asked; all by default.
+    Of all joints, or of some. Shapes are asked for beside the grid; those that are refined here are put in.
     """
     taken = keys_of(selected)
     near = np.arange(prediction.joints) if joints is None else joints
@@ -95,10 +90,7 @@ def _with_known_shapes(grid: Sequence[Answer], known: Sequence[Answer]) -> list[
 
 
 def _worth_refining(foremost: Sequence[Answer], before: Sequence[Candidate]) -> list[int]:
-    """Places of those whose finer shape may be the foremost, and of those that only this shape excludes.
-
-    Each so many at most, of those that may explain the same as the foremost; none that was refined before.
-    """
+    """Places of those, not refined before, whose finer shape may be the foremost, or may not be excluded."""
     least = max(NEAR * foremost[0].gain, 0.0) if foremost else 0.0
     near = [k for k, one in enumerate(foremost) if one.gain > least and competing(one, foremost[0])]
     places = dict.fromkeys([*near[:REFINE], *[k for k in near if foremost[k].strange][:REFINE]])

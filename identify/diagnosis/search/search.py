@@ -14,7 +14,7 @@ from ..questions.candidate_fit import FORMULA
 from ..questions.comparison import by_blocks, colouring, competing, seeing
 from ..questions.question import ask
 from ..questions.shape import refined
-from .checks import in_shape, judged_by_held_out, nominal_where_better
+from .checks import again_beside, in_shape, judged_by_held_out, nominal_where_better
 from .once import only_once
 from .problem import Problem
 from .ranking import Shapes, ranked, total_prior
@@ -119,7 +119,7 @@ def _added(
 ) -> tuple[Problem, list[Selected], list[Answer]]:
     """Findings with all that is credible beside them, the problem at their load, and what was not taken.
 
-    What the joints of the latest see is asked for until nothing is credible there, then everything is.
+    Hypotheses that the latest finding's joints see are asked until none is credible, then all are.
     """
     out: set[object] = set()
     best, joints = list[Answer](), None
@@ -147,7 +147,7 @@ def _added(
 def _chosen_anew(
     problem: Problem, selected: list[Selected], total: float, changed: np.ndarray, shapes: Shapes
 ) -> list[Selected]:
-    """Findings, each the most probable given all others of what its joints see; one not credible goes.
+    """Each finding replaced by the most probable hypothesis beside all others; one not credible goes.
 
     Those on whose joints nothing has changed since they were chosen stay.
     """
@@ -188,8 +188,8 @@ def _less_probable(problem: Problem, some: Sequence[Selected], others: Sequence[
 def _material(one: Answer, prediction: Prediction) -> bool:
     """Whether an effect explains more of what is left than the formulas of others may be wrong by.
 
-    On the joint that shows it best, by the variance that blocks share: one that goes where no other goes is
-    predicted badly by any effect. A smooth torque is more than the sensors' error of the usual one, too.
+    On the joint that shows it best, by the variance that blocks share. A smooth torque must also be more than
+    the sensors' error of the joint's usual torque.
     """
     assert one.independent is not None
     joint = int(np.argmax(one.by_joint))
@@ -215,13 +215,8 @@ def _settled(problem: Problem, selected: list[Selected], total: float) -> tuple[
             selected = others
             continue
         # Beside others a coefficient may have come to a limit of physics, or left it.
-        bounded = replace(
-            one.answer,
-            candidate=again.candidate,
-            columns=again.columns,
-            values=again.values,
-            free=again.free,
-        )
+        own = {name: getattr(again, name) for name in ("candidate", "columns", "values", "free")}
+        bounded = replace(one.answer, **own)
         selected = [other._replace(answer=bounded) if other is one else other for other in selected]
     return problem, selected
 
@@ -232,22 +227,10 @@ def _bearing(problem: Problem, selected: Sequence[Selected]) -> tuple[Problem, l
     return problem, [one._replace(answer=answer) for one, answer in zip(selected, answers, strict=True)]
 
 
-def again_beside(
-    problem: Problem, answer: Answer, others: Sequence[Answer], near: Prediction
-) -> Answer | None:
-    """The answer of the same candidate beside some others; None where physics excludes it there."""
-    prediction = problem.prediction(others, near)
-    again = ask(prediction, [(answer.candidate, answer.columns)])
-    return colouring(prediction, again[0]).chosen_as(answer) if again else None
-
-
 def _in_allowed_shape(
     problem: Problem, answer: Answer, others: Sequence[Answer], near: Prediction
 ) -> Answer | None:
-    """The same effect in its most probable shape that physics allows beside some others, if any.
-
-    The most probable shape is often the last that is allowed: beside others it is not.
-    """
+    """The same effect in its most probable shape that physics allows beside some others, if any."""
     shapes = [pair for pair in problem.asked if pair[0].key == answer.candidate.key]
     if len(shapes) < 2:
         return None

@@ -77,22 +77,22 @@ def _place(candidate: Candidate) -> tuple[str, tuple[int, ...]]:
 
 
 def log_prior(answer: Answer, total: float) -> float:
-    """Logarithm of the prior odds of one hypothesis; all together are as likely as nothing.
+    """Logarithm of the prior odds of one hypothesis, of all hypotheses' total weight.
 
-    Args:
-        answer: Of the hypothesis.
-        total: Sum of the prior weights of all hypotheses.
+    All together are as likely as nothing.
     """
     return float(np.log(answer.candidate.prior / total))
 
 
 def odds_of(answer: Answer, total: float) -> float:
-    """Logarithm of the odds that left-out blocks have an effect against that they have the opposite or none.
+    """Logarithm of the odds that an effect is there, with the prior of its hypothesis.
 
-    By how the blocks of the fitted runs scatter, with priors. What acts on the whole arm is not there unless
-    it is seen without the joint that sees most of it, too.
+    What acts on the whole arm is not there unless it is also seen without the joint that sees most of it.
     """
-    return _odds(answer, total) if _beyond_one_joint(answer) else -np.inf
+    if not answer.candidate.joints and len(answer.by_joint) > 1:
+        if not answer.gain - max(float(answer.by_joint.max()), 0.0) > CERTAIN_ODDS:
+            return -np.inf
+    return _odds(answer, total)
 
 
 def contradicted(answer: Answer) -> bool:
@@ -100,15 +100,8 @@ def contradicted(answer: Answer) -> bool:
     return answer.held_out < -answer.scatter_held_out
 
 
-def _beyond_one_joint(answer: Answer) -> bool:
-    """Whether other joints show it as well, of what acts on the whole arm."""
-    if answer.candidate.joints or len(answer.by_joint) == 1:
-        return True
-    return answer.gain - max(float(answer.by_joint.max()), 0.0) > CERTAIN_ODDS
-
-
 def _odds(answer: Answer, total: float) -> float:
-    """The same, whatever other joints say alone: what explains the same does not need them."""
+    """The same, whether or not one joint alone sees it: so what else may explain a finding is weighed."""
     everywhere = not answer.candidate.everywhere or _everywhere(answer)
     return answer.odds + log_prior(answer, total) if everywhere and answer.gain > 0.0 else -np.inf
 
@@ -125,10 +118,10 @@ def _everywhere(answer: Answer) -> bool:
 
 
 def judged(best: Sequence[Answer], total: float, blocks: ByBlocks) -> Selected | None:
-    """The foremost hypothesis that is credible, with what else may explain the same.
+    """The most probable hypothesis that is credible, with what else may explain the same.
 
     Another counts for no more than the odds that it is there at all. Where no name is certain the likeliest
-    comes first, be it that one joint alone shows it.
+    comes first, even if one joint alone shows it.
 
     Args:
         best: One answer for each hypothesis, the most probable first.
