@@ -10,8 +10,8 @@ from exidyn.identify.errors import RecordingError
 from exidyn.identify.fit.fit import Fit
 from exidyn.identify.fit.fit_file import read_fit
 from exidyn.identify.model import Model
+from exidyn.identify.recordings.align import nearest
 from exidyn.identify.recordings.importers import import_source
-from exidyn.identify.recordings.importers.align import nearest
 from exidyn.identify.recordings.recording import Recording
 from exidyn.identify.robot_files.robot_file import model_text, read_model
 from exidyn.identify.simulation.comparison import Comparison, compare

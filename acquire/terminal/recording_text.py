@@ -6,9 +6,8 @@ from typing import Any
 import numpy as np
 
 from exidyn.identify.effects import name_of
-from exidyn.identify.recordings.following import follows_by
-from exidyn.identify.recordings.recording import SIGNALS, Recording, Signal
-from exidyn.identify.recordings.run_log import ControllerState, Event, Timing
+from exidyn.identify.recordings.align import follows_by
+from exidyn.identify.recordings.recording import SIGNALS, ControllerState, Event, Recording, Signal, Timing
 from exidyn.identify.text_table import INDENT, WIDTH, digits, paragraph, table
 
 from .json_output import plain

@@ -8,7 +8,7 @@ import numpy as np
 from ..arm.robot import Robot
 from ..errors import RecordingError, listed
 from ..recordings.recording import EFFORT
-from ..recordings.unread_effort import UNMEASURED, unread
+from ..recordings.recording_checks import UNMEASURED, unread
 from ..text_table import digits
 from .agreement import LONG, Sampled, runs_of
 from .column_names import MEASURED, STAMPS, Family, families, unit_of, words_of

@@ -1,4 +1,4 @@
-"""Recording: one run of one arm, as it was measured."""
+"""Recording: one run of one arm as measured, with events, the loop's timing and the controller's state."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -11,7 +11,6 @@ from ..arm.robot import Robot
 from ..errors import RecordingError, WrongShape
 from ..model import Model
 from ..notebook import InNotebook, counted, optional
-from .run_log import ControllerState, Event, Timing
 
 SIGNALS: dict[str, str] = {
     "position": "rad",
@@ -25,21 +24,30 @@ SIGNALS: dict[str, str] = {
 }
 """What can be measured on each joint, and its unit; for joints that slide read m for rad and N for N m.
 
-`current` is the motor's, `torque` the joint's; `position` comes from the motor's encoder and
-`link_position` from a second one behind the gear, both in joint coordinates. `command` and
-`command_velocity` are what was asked for.
+`current` is the motor's, `torque` the joint's; `position` comes from the motor's encoder and `link_position`
+from a second one behind the gear, both in joint coordinates; `command` and its velocity were asked for.
 """
-
 RATE_AGREES = 0.02
 """Share by which samples a second may differ from one over the median period and count as the same."""
-
 SIMULATED = "simulated"
 """Setting of a run that a model made; its text is of what."""
 JOG = "jog"
 """Setting of a run in which one joint was moved slowly; its text is which, and how far."""
-
 EFFORT = ("current", "torque")
 """Signals of which a recording needs at least one."""
+
+
+def _to_nanoseconds(time: np.ndarray) -> np.ndarray:
+    """Times [s] as whole nanoseconds, as files keep them; what is no number is found by the checks."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        return np.array(np.rint(np.asarray(time, float) * 1e9) / 1e9)
+
+
+def _set_arrays(value: object, **arrays: np.ndarray) -> None:
+    """Set fields of a frozen dataclass to arrays that nobody changes."""
+    for name, array in arrays.items():
+        array.setflags(write=False)
+        object.__setattr__(value, name, array)
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +55,7 @@ class Signal:
     """One quantity of all joints at its own rate.
 
     Attributes:
-        time: Shape (t,) from the start of the run [s], rounded to the nanosecond that files keep.
+        time: Shape (t,) from the start of the run [s].
         values: Shape (t, n) in the unit of `SIGNALS`; a joint that was not measured is NaN throughout.
     """
 
@@ -55,16 +63,12 @@ class Signal:
     values: np.ndarray
 
     def __post_init__(self) -> None:
-        with np.errstate(over="ignore", invalid="ignore"):  # what is no number is found by the checks
-            time = np.array(np.rint(np.asarray(self.time, float) * 1e9) / 1e9)
-        values = np.array(self.values, float)
+        time, values = _to_nanoseconds(self.time), np.array(self.values, float)
         if time.ndim != 1 or values.ndim != 2 or len(time) != len(values):
             raise WrongShape(
                 f"signal: time has shape {time.shape} and values {values.shape}, expected (t,) and (t, n)"
             )
-        for name, array in (("time", time), ("values", values)):
-            array.setflags(write=False)
-            object.__setattr__(self, name, array)
+        _set_arrays(self, time=time, values=values)
 
     def __len__(self) -> int:
         return len(self.time)
@@ -80,10 +84,8 @@ class Signal:
     @property
     def rate(self) -> float:
         """Samples a second [Hz]: of the median period, or of all where gaps or jitter make that another."""
-        if not self.period:
-            return 0.0
-        if self.time[-1] <= self.time[0]:
-            return 1.0 / self.period
+        if not self.period or self.time[-1] <= self.time[0]:
+            return 1.0 / self.period if self.period else 0.0
         mean = (len(self) - 1) / float(self.time[-1] - self.time[0])
         return mean if abs(mean * self.period - 1.0) > RATE_AGREES else 1.0 / self.period
 
@@ -94,20 +96,94 @@ class KnownPayload:
 
     Attributes:
         name: What the columns of its unknown parameters are called after.
-        known: Pairs of a name in `INERTIAL` and its value, about the flange's origin in its axes; the
-            whole body, or just (("M", 175.0),).
+        known: Names in `INERTIAL` and values, about the flange's origin in its axes; all, or (("M", 175.0),).
     """
 
     name: str = "L"
     known: tuple[tuple[str, float], ...] = ()
 
     def __post_init__(self) -> None:
-        unknown = [name for name, _ in self.known if name not in INERTIAL]
-        if unknown:
+        if unknown := [name for name, _ in self.known if name not in INERTIAL]:
+            valid = ", ".join(INERTIAL)
             raise RecordingError(
-                f"payload {self.name}: unknown parameters {', '.join(unknown)}. Valid: {', '.join(INERTIAL)}"
+                f"payload {self.name}: unknown parameters {', '.join(unknown)}. Valid: {valid}"
             )
         object.__setattr__(self, "known", tuple((name, float(value)) for name, value in self.known))
+
+
+@dataclass(frozen=True)
+class Event:
+    """Something that happened.
+
+    Attributes:
+        time: On the recording's axis [s].
+        kind: A word: "driver", "stage", "stop", "late", "warning".
+        text: A sentence.
+        details: Joint, value, limit, unit and level of a stop, where it has them.
+    """
+
+    time: float
+    kind: str
+    text: str
+    details: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, eq=False)
+class Timing:
+    """How each cycle of the control loop went, arrays of shape (t,).
+
+    Attributes:
+        time: On the recording's axis [s].
+        lateness: By how much each began too late [s].
+        skipped: Cycles that were missed before each.
+        stage: What the arm was doing: indices into the names `stages`.
+    """
+
+    time: np.ndarray
+    lateness: np.ndarray
+    skipped: np.ndarray
+    stage: np.ndarray
+    stages: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        arrays = {name: np.array(getattr(self, name), np.int64) for name in ("skipped", "stage")}
+        arrays |= {"time": _to_nanoseconds(self.time), "lateness": np.array(self.lateness, float)}
+        for name, array in arrays.items():
+            if array.shape != np.shape(self.time):
+                raise WrongShape(f"timing: {name} has shape {array.shape}, time {np.shape(self.time)}")
+        _set_arrays(self, **arrays)
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+
+@dataclass(frozen=True, eq=False)
+class ControllerState:
+    """What the controller reported about itself, such as its safety mode.
+
+    Attributes:
+        time: Shape (t,) on the recording's axis [s].
+        values: Shape (t, k), a column a name; NaN where unknown.
+        words: Name -> what its codes mean; nothing for a plain number.
+    """
+
+    time: np.ndarray
+    values: np.ndarray
+    words: Mapping[str, Mapping[int, str]]
+
+    def __post_init__(self) -> None:
+        time, values = _to_nanoseconds(self.time), np.array(self.values, float)
+        expected = (*np.shape(time), len(self.words))
+        if values.shape != expected:
+            raise WrongShape(f"controller state: values have shape {values.shape}, expected {expected}")
+        _set_arrays(self, time=time, values=values)
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+    def of(self, name: str) -> np.ndarray:
+        """One of `words`, shape (t,)."""
+        return np.asarray(self.values[:, list(self.words).index(name)])
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,13 +198,13 @@ class Recording(InNotebook):
         trajectory: Text of the trajectory's file, if there was one.
         settings: Role, controller, source and whatever else explains the run.
         host_time: Host's clock at each position sample, shape (t,) [ns]; None if it was not recorded.
-        events: What happened, in order.
-        timing: How the cycles of the control loop went; None if that was not recorded.
-        controller: What the controller reported about itself; None where its driver reads none of that.
+        events: In order.
+        timing: Of the control loop; None if that was not recorded.
+        controller: Its own state; None where its driver reads none of that.
         outcome: How the run ended, by name; empty if unknown.
         warnings: Warnings about this recording, in sentences.
-        recorded: Whether it is read from a file of exidyn's own. What cannot be in it is evidence of what
-            went wrong, and a warning; in other people's files it is a wrong unit, and refused.
+        recorded: Whether exidyn wrote its file. What cannot be in it is then evidence of what went wrong, and
+            a warning; in other people's files it is a wrong unit, and refused.
     """
 
     name: str
@@ -146,38 +222,29 @@ class Recording(InNotebook):
     recorded: bool = False
 
     def __post_init__(self) -> None:
-        self._check_names()
-        for name, signal in self.signals.items():
-            found = signal.values.shape[1]
-            if found != self.robot.dof:
-                raise WrongShape(
-                    f"{self.name}: {name} has {found} columns, but {self.robot.name} has {self.robot.dof} "
-                    f"joints: {', '.join(self.robot.joints)}"
-                )
-        if self.host_time is not None:
-            self._check_host_time()
-
-    def _check_names(self) -> None:
-        unknown = [name for name in self.signals if name not in SIGNALS]
-        if unknown:
-            raise WrongShape(
-                f"{self.name}: unknown signals {', '.join(unknown)}. Valid: {', '.join(SIGNALS)}"
-            )
+        if unknown := [name for name in self.signals if name not in SIGNALS]:
+            valid = ", ".join(SIGNALS)
+            raise WrongShape(f"{self.name}: unknown signals {', '.join(unknown)}. Valid: {valid}")
         if "position" not in self.signals or not any(name in self.signals for name in EFFORT):
             raise WrongShape(
                 f"{self.name}: a recording needs position and one of {', '.join(EFFORT)}; "
                 f"it has {', '.join(self.signals) or 'nothing'}"
             )
-
-    def _check_host_time(self) -> None:
-        host_time = np.array(self.host_time, np.int64)
-        if host_time.shape != self.signals["position"].time.shape:
-            raise WrongShape(
-                f"{self.name}: host_time has shape {host_time.shape}, expected one for each of "
-                f"{len(self.signals['position'])} position samples"
-            )
-        host_time.setflags(write=False)
-        object.__setattr__(self, "host_time", host_time)
+        for name, signal in self.signals.items():
+            if (found := signal.values.shape[1]) != self.robot.dof:
+                raise WrongShape(
+                    f"{self.name}: {name} has {found} columns, but {self.robot.name} has {self.robot.dof} "
+                    f"joints: {', '.join(self.robot.joints)}"
+                )
+        if self.host_time is not None:
+            host_time = np.array(self.host_time, np.int64)
+            count = len(self.signals["position"])
+            if host_time.shape != (count,):
+                raise WrongShape(
+                    f"{self.name}: host_time has shape {host_time.shape}, expected one for each of {count} "
+                    "position samples"
+                )
+            _set_arrays(self, host_time=host_time)
 
     @property
     def robot(self) -> Robot:
@@ -199,23 +266,23 @@ class Recording(InNotebook):
         carried = f", payload {self.payload.name}" if self.payload else ""
         size = f"{self.duration:.4g} s, {self.robot.dof} joints{carried}"
         lines = [f"Recording {self.name} of {self.robot.name}: {size}"]
-        for name, signal in self.signals.items():
-            lines.append(f"  {name:16} {len(signal):8} samples  {signal.rate:.4g} Hz  [{SIGNALS[name]}]")
+        lines += [
+            f"  {name:16} {len(signal):8} samples  {signal.rate:.4g} Hz  [{SIGNALS[name]}]"
+            for name, signal in self.signals.items()
+        ]
         if self.warnings:
-            number = counted(len(self.warnings), "warning")
-            lines.append(f"  {number}, the first: {self.warnings[0]}")
+            lines.append(f"  {counted(len(self.warnings), 'warning')}, the first: {self.warnings[0]}")
         return "\n".join(lines)
 
     def to_dataframe(self) -> Any:
         """All signals as a pandas table: a row for each position sample, columns (signal, joint).
 
-        Signals of other rates are interpolated; before their first and after their last sample they are NaN.
+        Signals of other rates are interpolated, and NaN before their first and after their last sample.
 
         Raises:
             MissingPackage: pandas is not installed.
         """
-        pandas = optional("pandas", "a table")
-        time = self.signals["position"].time
+        pandas, time = optional("pandas", "a table"), self.signals["position"].time
         columns = {
             (name, joint): np.interp(time, signal.time, values, np.nan, np.nan)
             for name, signal in self.signals.items()

@@ -12,9 +12,9 @@ from dataclasses import replace
 import numpy as np
 
 from ..errors import BadUnit, NotRecorded
-from .recording import EFFORT, Recording
+from ..schema import LARGEST
+from .recording import EFFORT, Recording, Signal
 from .recording_findings import findings, finite, is_number
-from .unread_effort import UNMEASURED, unread
 
 GAP = 1.5
 """A step of more median periods than this misses at least one sample, if the clock is regular."""
@@ -28,6 +28,20 @@ CLIPPED_SAMPLES = 20
 CLIPPED_CROWD = 10.0
 """How many times more samples lie at the extreme than at the values next to it. At the crest of a smooth
 quantised signal it is at most five; a limiter collects everything that would have been beyond."""
+
+TAKEN_SLOWLY = ("temperature",)
+"""Signals that change over minutes: controllers ask one motor after another, and what is asked in the next
+tenth of a second may be taken for now."""
+
+UNREAD = 0.5
+"""Share of samples in motion at one value from which on the value is the median, whatever the joint does."""
+UNMEASURED = "efforts at one value in most samples in which their joint moves, as if they were not measured"
+WINDOW = 0.1
+"""Time over which a joint's motion is looked at [s]; over less, the steps of an encoder look like rest."""
+FEWEST = 50
+"""Samples in motion, at least: of a few, most may well be alike."""
+SLOW = 0.03
+"""Share of a joint's usual speed below which it may as well rest."""
 
 
 def check(recording: Recording) -> Recording:
@@ -191,3 +205,74 @@ def _clipped(column: np.ndarray, extreme: float) -> int:
     order = np.sort(np.abs(column[column != extreme] - extreme))
     neighbours = np.unique(order[: 10 * at], return_counts=True)[1][:10]
     return at if at > CLIPPED_CROWD * neighbours.mean() else 0
+
+
+def unread(time: np.ndarray, position: np.ndarray, effort: np.ndarray) -> np.ndarray:
+    """Share of the samples in motion at which each effort has its most frequent value, shape (n,).
+
+    Args:
+        time: Of the samples, shape (t,) [s].
+        position: Shape (t, n).
+        effort: In any unit, shape (t, n).
+
+    Returns:
+        Zero where a joint does not move, or up to `UNREAD`.
+    """
+    shares = [_share(time, one, measured) for one, measured in zip(position.T, effort.T, strict=True)]
+    return np.where(np.array(shares) > UNREAD, shares, 0.0)
+
+
+def _share(time: np.ndarray, position: np.ndarray, effort: np.ndarray) -> float:
+    known = np.abs(position) < LARGEST
+    if known.sum() < FEWEST:
+        return 0.0
+    later, before = (np.interp(time + x * WINDOW / 2, time[known], position[known]) for x in (1, -1))
+    moved = np.abs(later - before)
+    there = (moved > SLOW * np.percentile(moved, 90)) & np.isfinite(effort)
+    if there.sum() < FEWEST:
+        return 0.0
+    return float(np.unique(effort[there], return_counts=True)[1].max() / there.sum())
+
+
+def without_stale(recording: Recording) -> Recording:
+    """The recording without samples that lack a joint, and with a warning that gives their number and joints.
+
+    What the other joints sent in the same cycle is left out with them: dynamics couples the joints, so that a
+    row with a hole is of no use, and one that was filled in would pretend to have been measured. A joint
+    that never sent a value is left for `check` to judge.
+    """
+    filled, fresh, warnings = {}, {}, []
+    for name, signal in recording.signals.items():
+        silent = np.isnan(signal.values)
+        silent[:, silent.all(axis=0)] = False
+        stale = silent.any(axis=1)
+        if name in TAKEN_SLOWLY:
+            filled[name] = _filled(signal) if stale.any() else signal
+            continue
+        fresh[name] = ~stale
+        if np.isfinite(signal.values[stale]).any():
+            warnings.append(_stale_warning(recording, name, silent, stale))
+    whole = replace(recording, signals={**recording.signals, **filled})
+    return whole.keeping(fresh).with_warnings(*warnings)
+
+
+def _filled(signal: Signal) -> Signal:
+    """A straight line between the samples of a joint before and after."""
+    values = np.array(signal.values)
+    for column in values.T:
+        known = np.isfinite(column)
+        if known.any():
+            column[:] = np.interp(signal.time, signal.time[known], column[known])
+    return Signal(signal.time, values)
+
+
+def _stale_warning(recording: Recording, name: str, silent: np.ndarray, stale: np.ndarray) -> str:
+    joints = [
+        f"{joint} in {count}"
+        for joint, count in zip(recording.robot.joints, silent.sum(axis=0), strict=True)
+        if count
+    ]
+    return (
+        f"{name}: a joint was silent in {stale.sum()} of {len(stale)} samples ({', '.join(joints)}); they "
+        "are left out"
+    )

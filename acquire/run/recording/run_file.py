@@ -5,33 +5,31 @@ from typing import IO
 
 import numpy as np
 
-from exidyn.identify.recordings import run_log
-from exidyn.identify.recordings.mcap.mcap_run_log import (
+from exidyn.identify.recordings import recording
+from exidyn.identify.recordings.mcap.mcap_topics import (
+    ARRAY,
+    ARRAY_TOPICS,
+    COMMAND_FIELDS,
     EVENTS,
+    JOINT_STATE,
+    STATE_FIELDS,
+    TRANSFORMS,
+    Topic,
     event_message,
     state_messages,
     state_topic,
     timing_messages,
     timing_topic,
 )
-from exidyn.identify.recordings.mcap.mcap_streams import (
+from exidyn.identify.recordings.mcap.mcap_writer import (
+    Head,
+    RecordingWriter,
     Stream,
     of_any_length,
     pose_messages,
     ticks,
     write_merged,
 )
-from exidyn.identify.recordings.mcap.mcap_topics import (
-    ARRAY,
-    ARRAY_TOPICS,
-    COMMAND_FIELDS,
-    JOINT_STATE,
-    STATE_FIELDS,
-    TRANSFORMS,
-    Topic,
-)
-from exidyn.identify.recordings.mcap.mcap_writer import Head, RecordingWriter
-from exidyn.identify.recordings.recording import Signal
 
 from ..pipe.frames import ARRAYS, STAGES, Cycle, Event
 from ..pipe.run_head import RunHead
@@ -92,7 +90,7 @@ class RunFile:
     def _happened(self, events: Sequence[Event]) -> Stream:
         since = np.array([event.controller_time - self._head.zero for event in events], np.int64)
         messages = [
-            event_message(run_log.Event(1e-9 * time, event.kind, event.text, event.details))
+            event_message(recording.Event(1e-9 * time, event.kind, event.text, event.details))
             for time, event in zip(since.tolist(), events, strict=True)
         ]
         logged = np.array([event.host_time for event in events], np.int64)
@@ -106,10 +104,10 @@ class RunFile:
         for topic in self._signals:
             values = {signal: arrays[:, _row(signal)] for signal in topic.fields}
             rows = np.any([np.isfinite(each).any(axis=1) for each in values.values()], axis=0)
-            signals = {signal: Signal(time[rows], each[rows]) for signal, each in values.items()}
+            signals = {signal: recording.Signal(time[rows], each[rows]) for signal, each in values.items()}
             streams.append((topic, rows, topic.messages(self._robot.joints, signals)))
         streams.append(self._poses(time, arrays[:, _row("position")]))
-        timing = run_log.Timing(
+        timing = recording.Timing(
             time,
             np.array([cycle.lateness for cycle in cycles]),
             np.array([cycle.skipped for cycle in cycles]),

@@ -9,9 +9,8 @@ import numpy as np
 
 from ...errors import NotAFile, RecordingError
 from ...model import Model
-from ..recording import KnownPayload, Recording, Signal
+from ..recording import ControllerState, KnownPayload, Recording, Signal
 from ..recording_checks import check
-from ..run_log import ControllerState
 from ..units import UNITS, joint_side, to_axes_of_robot, unit_named
 from .diadem_file import DiademChannel, read_diadem
 

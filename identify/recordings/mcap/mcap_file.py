@@ -16,24 +16,42 @@ import numpy as np
 from ...errors import NotAFile, RecordingError
 from ...model import Model
 from ...robot_files.robot_file import parse_model
-from ..recording import EFFORT, KnownPayload, Recording, Signal
-from ..recording_checks import check_recorded
-from ..stale_samples import without_stale
+from ..recording import EFFORT, ControllerState, Event, KnownPayload, Recording, Signal, Timing
+from ..recording_checks import check_recorded, without_stale
+from . import cdr
 from .mcap_records import Contents, read_contents
-from .mcap_run_log import (
+from .mcap_topics import (
+    ARRAY,
     EVENTS,
+    NAME,
+    STATE,
+    TIMING_FIELDS,
+    TRANSFORMS,
+    Topic,
     event_message,
-    read_events,
-    read_state,
-    read_timing,
+    nanoseconds,
     state_messages,
     state_topic,
     timing_messages,
     timing_topic,
+    topic_of,
+    topics_of,
 )
-from .mcap_streams import Stream, of_any_length, pose_messages, ticks, write_merged
-from .mcap_topics import TRANSFORMS, Topic, nanoseconds, topic_of, topics_of
-from .mcap_writer import CHUNK, EPOCH, FORMAT, Head, RecordingWriter
+from .mcap_writer import (
+    CHUNK,
+    EPOCH,
+    FORMAT,
+    Head,
+    RecordingWriter,
+    Stream,
+    of_any_length,
+    pose_messages,
+    ticks,
+    write_merged,
+)
+
+MOST = 1e9
+"""Number in the timing of a cycle, at most: seconds late, cycles missed; what is above is damage."""
 
 
 def write_recording(recording: Recording, path: Path | str) -> None:
@@ -124,9 +142,9 @@ def read_recording(path: Path | str) -> Recording:
         trajectory=head.trajectory,
         settings=head.settings,
         host_time=host_time if head.host_clock else None,
-        events=read_events(contents, head.epoch),
-        timing=read_timing(contents, head.epoch),
-        controller=read_state(contents, head.epoch),
+        events=_events(contents, head.epoch),
+        timing=_timing(contents, head.epoch),
+        controller=_state(contents, head.epoch),
         outcome=contents.metadata.get("outcome", {}),
         warnings=head.warnings,
     )
@@ -213,3 +231,62 @@ def _losses(contents: Contents, head: Head, signals: Mapping[str, Signal]) -> li
             0, f"file ends abruptly: {until}; what the recorder still held, at most {CHUNK} bytes, is lost"
         )
     return losses
+
+
+def _timing(contents: Contents, epoch: int) -> Timing | None:
+    """The timing of a run; None if it was not recorded."""
+    number = _channel(contents, "/timing", ARRAY)
+    if number is None:
+        return None
+    rows = contents.rows(number, cdr.double_array(len(TIMING_FIELDS)).dtype)
+    time = (rows["publish_time"].astype(np.int64) - epoch) / 1e9
+    stages = contents.channels[number].metadata.get("stages", "")
+    data = np.nan_to_num(rows["body"]["data"], nan=0.0, posinf=0.0, neginf=0.0)
+    data[np.abs(data) > MOST] = 0.0
+    lateness, skipped, stage = data.T
+    return Timing(time, lateness, skipped, stage, tuple(stages.split(",")) if stages else ())
+
+
+def _state(contents: Contents, epoch: int) -> ControllerState | None:
+    """The controller's own state; None where it was not recorded, or what explains it is damaged."""
+    number = _channel(contents, STATE, ARRAY)
+    if number is None:
+        return None
+    metadata = contents.channels[number].metadata
+    try:
+        given = json.loads(metadata["words"])
+        words = {
+            str(name): {int(code): str(word) for code, word in given[name].items()}
+            for name in metadata["fields"].split(",")
+        }
+    except (KeyError, ValueError, TypeError, AttributeError):
+        contents.lost.append("what the controller's state means")
+        return None
+    rows = contents.rows(number, cdr.double_array(len(words)).dtype)
+    time = (rows["publish_time"].astype(np.int64) - epoch) / 1e9
+    return ControllerState(time, rows["body"]["data"], words)
+
+
+def _events(contents: Contents, epoch: int) -> tuple[Event, ...]:
+    """The events of a run, in the order in which they were recorded; damaged ones are counted as lost."""
+    number = _channel(contents, EVENTS.name, EVENTS.schema)
+    found: list[Event] = []
+    for published, body in contents.bodies(number) if number is not None else ():
+        try:
+            message = cdr.read_log(body)
+            details = json.loads(message.function) if message.function else {}
+            found.append(
+                Event((published - epoch) / 1e9, message.name.removeprefix(NAME), message.text, details)
+            )
+        except ValueError:
+            contents.lost.append("an event that is damaged")
+    return tuple(found)
+
+
+def _channel(contents: Contents, topic: str, schema: str) -> int | None:
+    """Number of the channel of a topic, if its messages are what we write there."""
+    for number, channel in contents.channels.items():
+        described = contents.schemas.get(channel.schema_id)
+        if channel.topic == topic and described is not None and described.name == schema:
+            return number
+    return None

@@ -1,11 +1,17 @@
-"""Which signal goes to which topic of an MCAP file, and what its messages look like."""
+"""Which signal goes to which topic of an MCAP file, and what its messages look like.
 
+Events, timing and the controller's state are topics, too: /events, /timing, /controller_state. An event is a
+rcl_interfaces/msg/Log, which viewers show as a line of text; its numbers are JSON in its field `function`.
+The others are arrays of numbers, whose meaning is in their channels' metadata.
+"""
+
+import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..recording import SIGNALS, Signal
+from ..recording import SIGNALS, Event, Signal, Timing
 from . import cdr
 
 JOINT_STATE, ARRAY = "sensor_msgs/msg/JointState", "std_msgs/msg/Float64MultiArray"
@@ -72,6 +78,14 @@ class Topic:
 DESCRIPTION = Topic("/robot_description", "std_msgs/msg/String", {})
 TRANSFORMS = Topic("/tf", "tf2_msgs/msg/TFMessage", {})
 """What shows the arm in viewers, and carries no signal."""
+EVENTS = Topic("/events", "rcl_interfaces/msg/Log", {})
+STATE = "/controller_state"
+TIMING_FIELDS = ("lateness", "skipped", "stage")
+NAME = "exidyn."
+"""Prefix of an event's kind: viewers of logs show the sender."""
+
+LEVELS = {"stop": cdr.ERROR, "fault": cdr.ERROR, "warning": cdr.WARN, "late": cdr.WARN}
+"""How serious an event is, by its kind; all others only inform."""
 
 
 def topic_of(name: str, metadata: Mapping[str, str]) -> Topic | None:
@@ -111,3 +125,36 @@ def _sharing(signals: Mapping[str, Signal], first: str, fields: Mapping[str, str
 def nanoseconds(time: np.ndarray) -> np.ndarray:
     """Seconds (t,) as whole nanoseconds."""
     return np.rint(time * 1e9).astype(np.int64)
+
+
+def timing_topic(stages: Sequence[str]) -> Topic:
+    """/timing, with the names of the stages."""
+    metadata = {"fields": ",".join(TIMING_FIELDS), "unit": "s,,", "stages": ",".join(stages)}
+    return Topic("/timing", ARRAY, {}, metadata)
+
+
+def timing_messages(timing: Timing) -> np.ndarray:
+    """One message a cycle, shape (t,)."""
+    records = np.repeat(cdr.double_array(len(TIMING_FIELDS)), len(timing))
+    records["data"] = np.stack([getattr(timing, name) for name in TIMING_FIELDS], axis=1)
+    return records
+
+
+def state_topic(words: Mapping[str, Mapping[int, str]]) -> Topic:
+    """/controller_state, with its names and what their codes mean."""
+    return Topic(STATE, ARRAY, {}, {"fields": ",".join(words), "words": json.dumps(words)})
+
+
+def state_messages(values: np.ndarray) -> np.ndarray:
+    """One message a row of values (t, k), shape (t,)."""
+    records = np.repeat(cdr.double_array(values.shape[1]), len(values))
+    records["data"] = values
+    return records
+
+
+def event_message(event: Event) -> bytes:
+    """An event as a message, at its time."""
+    stamp = int(nanoseconds(np.array(event.time)))
+    level = LEVELS.get(event.kind, cdr.INFO)
+    details = json.dumps(dict(event.details)) if event.details else ""
+    return cdr.log_message(stamp, level, NAME + event.kind, event.text, details)

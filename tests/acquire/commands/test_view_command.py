@@ -26,7 +26,7 @@ from exidyn.identify.diagnosis import Remainder
 from exidyn.identify.fit.fit_file import read_fit, write_fit
 from exidyn.identify.preparation.prepare import prepare
 from exidyn.identify.recordings.mcap.mcap_file import read_recording
-from exidyn.identify.recordings.run_log import Event
+from exidyn.identify.recordings.recording import Event
 
 from ...parts.pages.browser import headless_browser, wait_for
 from ...parts.pages.report_pages import known_fit

@@ -11,7 +11,7 @@ from exidyn.drivers import Arm, Command, StopLevel, create
 from exidyn.drivers.errors import BadSettings, LinkLost, NotReady
 from exidyn.drivers.ur_rtde.program import UrSettings, program_text
 from exidyn.drivers.ur_rtde.state import STATE
-from exidyn.identify.recordings.following import follows_by
+from exidyn.identify.recordings.align import follows_by
 from exidyn.identify.recordings.recording import Signal
 
 from ...peers.peer_process import Peer

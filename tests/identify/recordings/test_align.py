@@ -7,8 +7,8 @@ import pytest
 
 from exidyn.acquire.command_line import main
 from exidyn.identify.errors import DifferentRobot, RecordingError
+from exidyn.identify.recordings.align import align, aligned
 from exidyn.identify.recordings.importers import import_source
-from exidyn.identify.recordings.importers.align import align, aligned
 from exidyn.identify.recordings.mcap.mcap_file import read_recording, write_recording
 from exidyn.identify.recordings.recording import KnownPayload, Recording, Signal
 from exidyn.identify.robot_files.robot_file import read_model

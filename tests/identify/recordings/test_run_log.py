@@ -8,7 +8,7 @@ import pytest
 from exidyn.identify.errors import WrongShape
 from exidyn.identify.recordings.mcap import cdr
 from exidyn.identify.recordings.mcap.mcap_file import read_recording, write_recording
-from exidyn.identify.recordings.run_log import Event, Timing
+from exidyn.identify.recordings.recording import Event, Timing
 
 from ...parts.runs.full_run import recording
 

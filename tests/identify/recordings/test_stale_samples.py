@@ -9,8 +9,7 @@ from exidyn.identify.errors import NotFinite
 from exidyn.identify.fit.identification import identify
 from exidyn.identify.recordings.mcap.mcap_file import read_recording, write_recording
 from exidyn.identify.recordings.recording import Signal
-from exidyn.identify.recordings.recording_checks import check
-from exidyn.identify.recordings.stale_samples import without_stale
+from exidyn.identify.recordings.recording_checks import check, without_stale
 from exidyn.identify.simulation.simulate import simulate
 
 from ...parts.small import two_joints

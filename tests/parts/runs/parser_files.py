@@ -24,8 +24,7 @@ from exidyn.drivers.ur_rtde.state import FIELDS
 from exidyn.identify.fit.fit_file import fit_text
 from exidyn.identify.recordings.mcap.mcap_file import write_recording
 from exidyn.identify.recordings.mcap.mcap_records import Contents, read_contents
-from exidyn.identify.recordings.recording import Recording, Signal
-from exidyn.identify.recordings.run_log import Event, Timing
+from exidyn.identify.recordings.recording import Event, Recording, Signal, Timing
 from exidyn.identify.robot_files.robot_file import builtin_names, model_text
 from exidyn.trajectories.plans.plan_file import plan_text
 

@@ -8,7 +8,7 @@ import pytest
 from exidyn.acquire.terminal.recording_text import describe, recording_table
 from exidyn.identify.errors import WrongShape
 from exidyn.identify.recordings.mcap.mcap_file import read_recording, write_recording
-from exidyn.identify.recordings.run_log import ControllerState
+from exidyn.identify.recordings.recording import ControllerState
 
 from ....parts.runs.recorded import cycle, end, head, record
 

@@ -1,7 +1,8 @@
 """Aligning a recording to another one of the same run that was made by another recorder with another clock.
 
 A controller's trace and the run that was commanded to it both have the positions, from the same encoders:
-where these agree best is the offset between the clocks.
+where these agree best is the offset between the clocks. In the same way it is seen how late an arm follows
+its commands, which is of drives and their smoothing, and in no measurement.
 """
 
 from dataclasses import dataclass, replace
@@ -10,8 +11,8 @@ import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft
 from scipy.interpolate import CubicSpline
 
-from ...errors import DifferentRobot, RecordingError
-from ..recording import Recording, Signal
+from ..errors import DifferentRobot, RecordingError
+from .recording import Recording, Signal
 
 OVERLAP = 0.25
 """Least share of the shorter recording that lies within the other; less is found by chance."""
@@ -29,6 +30,14 @@ STEPS = 20
 """Of Gauss and Newton, at most; three do, from a grid."""
 BLOCKS = 20
 """Pieces of the overlap whose disagreement is taken as independent of each other's."""
+LONGEST = 0.3
+"""Latency up to which is looked for [s]: more than any drive has that can be streamed to."""
+LATENCY_STEP = 0.001
+"""Between latencies that are tried; a parabola finds what lies between [s]."""
+SAMPLES = 4000
+"""Positions that are looked at, at most."""
+LEAST_WAY = 1e-3
+"""Way of commands below which none can be seen [rad]."""
 
 
 @dataclass(frozen=True)
@@ -221,3 +230,32 @@ def _host_time(run: Recording, time: np.ndarray) -> np.ndarray | None:
     late = run.host_time - run.host_time[0] - 1e9 * (known - known[0])
     since = 1e9 * (time - known[0]) + np.interp(time, known, late)
     return run.host_time[0] + np.rint(since).astype(np.int64)
+
+
+def follows_by(command: Signal, position: Signal) -> float:
+    """By how much positions are behind commands, in least squares over all joints [s]; NaN where unseen.
+
+    A steady distance, as of a joint that bears a load, does not count.
+    """
+    if len(command) < 2 or np.nanmax(np.ptp(command.values, axis=0)) < LEAST_WAY:
+        return float("nan")
+    inside = (position.time >= command.time[0] + LONGEST) & (position.time <= command.time[-1])
+    rows = np.flatnonzero(inside & np.isfinite(position.values).all(axis=1))
+    rows = rows[:: max(len(rows) // SAMPLES, 1)]
+    if len(rows) < 10:
+        return float("nan")
+    time, values = position.time[rows], position.values[rows]
+    latencies = np.arange(0.0, LONGEST + 0.5 * LATENCY_STEP, LATENCY_STEP)
+    left = np.array([_distance(command, time - latency, values) for latency in latencies])
+    best = int(np.argmin(left))
+    if best in (0, len(left) - 1):
+        return float(latencies[best]) if best == 0 else float("nan")
+    before, here, after = left[best - 1 : best + 2]
+    return float(latencies[best] + 0.5 * LATENCY_STEP * (before - after) / (before - 2.0 * here + after))
+
+
+def _distance(command: Signal, time: np.ndarray, values: np.ndarray) -> float:
+    """Sum of squares of positions away from commands at a time, but for the mean of each joint [rad^2]."""
+    commanded = np.column_stack([np.interp(time, command.time, joint) for joint in command.values.T])
+    away = values - commanded
+    return float(np.sum((away - away.mean(axis=0)) ** 2))
