@@ -137,13 +137,12 @@ def _write(fit: Fit, given: argparse.Namespace) -> None:
     folder = given.output
     write_fit(fit, folder / "fit.json")
     write_report(fit, folder / "report.html")
-    written = [folder / "fit.json", folder / "report.html"]
+    print_written(folder / "fit.json", folder / "report.html")
     if given.view or given.save:
-        from exidyn.identify.pages.views.view import open_rerun, save_rerun  # Rerun takes a second to import
+        from ..views.fit_view import fit_view  # Rerun takes a second to import
+        from ..views.live_view import Targets
+        from ..views.viewers import show
 
+        show(fit_view(fit), Targets(view=given.view, save=given.save))
         if given.save:
-            save_rerun(fit, given.save)
-            written.append(given.save)
-        if given.view:
-            open_rerun(fit)
-    print_written(*written)
+            print_written(given.save)

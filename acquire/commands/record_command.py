@@ -25,7 +25,6 @@ from ..arguments.record_arguments import parser as parser
 from ..arguments.run_length import check_length
 from ..arguments.run_options import body_of, facts_of, require_mock, stops_of
 from ..files.recorded_run import alarm, code_of, free_path, print_where, run_head, run_recorded, warn
-from ..live.live_view import Targets, require_showable, start_view
 from ..run.arms import make_driver, simulated_arm
 from ..run.before import Checked, checked
 from ..run.perform import Job, Outcome
@@ -37,6 +36,7 @@ from ..terminal import run_summary
 from ..terminal.json_output import hand_over, json_text
 from ..terminal.progress import start_progress
 from ..terminal.run_summary import confirm, require_attended
+from ..views.live_view import Targets, require_showable, start_view
 
 
 def main(arguments: Sequence[str]) -> int:

@@ -123,10 +123,9 @@ def _show_moving(plan: Plan, given: argparse.Namespace, model: Model) -> list[Pa
     """Open or save the view; Rerun takes a second to import, so only then."""
     if not (given.view or given.save):
         return []
-    from exidyn.trajectories.plans.view import open_rerun, save_rerun
+    from ..views.live_view import Targets
+    from ..views.plan_view import plan_view
+    from ..views.viewers import show
 
-    if given.save:
-        save_rerun(plan, model, given.save)
-    if given.view:
-        open_rerun(plan, model)
+    show(plan_view(plan, model), Targets(view=given.view, save=given.save))
     return [given.save] if given.save else []

@@ -8,8 +8,8 @@ from exidyn.identify.robot_files.robot_file import read_model
 
 from ..arguments.common import add_robot, command_parser
 from ..arguments.outputs import require_apart
-from ..live.targets import LOCAL, PORT, Targets
 from ..terminal.json_output import print_written
+from ..views.live_view import LOCAL, PORT, Targets
 
 EXAMPLES = (
     "exidyn view run.mcap other.mcap",
@@ -24,7 +24,7 @@ def main(arguments: Sequence[str]) -> int:
     if given.save is not None:
         require_apart(given.save, "--save", given.files)
     from ..views.kinds import view_of  # Rerun takes a second to import, and a help text can do without
-    from ..views.screen import show
+    from ..views.viewers import show
 
     model = read_model(given.robot) if given.robot else None
     window = given.save is None and given.serve is None

@@ -1,5 +1,1 @@
-"""Recordings, fits and diagnoses in Rerun, one layout a kind.
-
-In: files.
-Out: a view.
-"""
+"""Runs as they go on, recordings, plans, fits and diagnoses in Rerun, one layout a kind."""

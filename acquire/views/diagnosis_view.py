@@ -9,17 +9,26 @@ import rerun.blueprint as rrb
 from exidyn.identify.arm.link_frames import link_frames
 from exidyn.identify.diagnosis.findings.quantities import SLIDING, TURNING
 from exidyn.identify.diagnosis.findings.trace import Trace
-from exidyn.identify.pages.views.view_arm import arm_view
-from exidyn.identify.pages.views.view_parts import GREY, TIMELINE, send
 
 from ..files.names import role_words
 from ..files.traces_file import Traces
-from ..live.live_arm import LiveArm
-from ..live.live_log import COLOURS
-from .diagnosis_words import budget_markdown, parameters_markdown, residuals_markdown, verdict_markdown
-from .moments import lasting
-from .screen import View
-from .suspects import Suspect, suspects
+from .markdown import budget_markdown, diagnosis_verdict, findings_markdown, residuals_markdown
+from .parts import (
+    GREY,
+    TIMELINE,
+    Arm,
+    arm_name,
+    arm_view,
+    entity,
+    joint_colours,
+    log_lines,
+    log_markdown,
+    plot,
+    reach,
+    screen,
+)
+from .suspects import Suspect, lasting, suspects
+from .viewers import View
 
 BEFORE, AFTER = (213, 94, 0), (86, 180, 233)
 """Colours of residuals, as in the report: vermilion without a finding, blue with it."""
@@ -37,8 +46,8 @@ COLUMNS = rrb.TextLogColumns(
 """Of the list of moments: the time, on which one clicks to go there, and the words."""
 TEXTS = {
     "budget": budget_markdown,
-    "verdict": verdict_markdown,
-    "parameters": parameters_markdown,
+    "verdict": diagnosis_verdict,
+    "parameters": findings_markdown,
     "residuals": residuals_markdown,
 }
 
@@ -55,8 +64,7 @@ def diagnosis_view(table: dict[str, Any], traces: Traces | None) -> View:
 
     def log(stream: rr.RecordingStream) -> None:
         for name, words in texts.items():
-            text = rr.TextDocument(words, media_type="text/markdown")
-            stream.log(f"texts/{name}", text, static=True)
+            log_markdown(stream, f"texts/{name}", words)
         if traces is not None:
             for trace in traces.traces:
                 _log_run(stream, table, traces, trace, known)
@@ -74,8 +82,7 @@ def diagnosis_view(table: dict[str, Any], traces: Traces | None) -> View:
     if traces is not None and traces.traces:
         runs = [_tab(table, traces, trace, known) for trace in traces.traces]
         layout = rrb.Horizontal(rrb.Tabs(*runs, active_tab=0), found, column_shares=[3, 1])
-    panel = rrb.TimePanel(state="collapsed", timeline=TIMELINE, play_state="paused")
-    return View("diagnosis", log, rrb.Blueprint(layout, panel, collapse_panels=True))
+    return View("diagnosis", log, screen(layout))
 
 
 def _tab(table: dict[str, Any], traces: Traces, trace: Trace, known: list[Suspect]) -> rrb.Container:
@@ -88,7 +95,7 @@ def _tab(table: dict[str, Any], traces: Traces, trace: Trace, known: list[Suspec
     scale = "over noise" if table.get("noise_measured_at_rest", True) else "[N m] or [N]"
     every = [_plot(trace, which, f"every joint, {which}, {scale}", True) for which in ("after", "before")]
     views += [rrb.Tabs(*every, active_tab=0)] if known else every[::-1]
-    arm = arm_view(traces.model, _arm(trace))
+    arm = arm_view(traces.model, arm_name(trace.name))
     beside: rrb.View | rrb.Container = arm
     if known:
         times = rrb.TextLogView(
@@ -101,18 +108,12 @@ def _tab(table: dict[str, Any], traces: Traces, trace: Trace, known: list[Suspec
 
 
 def _plot(trace: Trace, what: str, title: str, legend: bool) -> rrb.TimeSeriesView:
-    where = rrb.PlotLegend(rrb.Corner2D.LeftTop, visible=legend)
-    return rrb.TimeSeriesView(origin=_entity(trace, "residuals", what), name=title, plot_legend=where)
+    return plot(_entity(trace, "residuals", what), title, legend)
 
 
 def _entity(trace: Trace, *parts: str) -> str:
-    """Entity path below a run, whose own name may hold any sign."""
-    return str(rr.new_entity_path(["runs", trace.name, *parts]))
-
-
-def _arm(trace: Trace) -> str:
-    """Name of a run's arm: one part of an entity path, and the prefix of its link frames."""
-    return f"arm in {trace.name}"
+    """Entity path below a run."""
+    return entity("runs", trace.name, *parts)
 
 
 def _log_run(
@@ -120,15 +121,13 @@ def _log_run(
 ) -> None:
     """Everything about one run."""
     measured = bool(table.get("noise_measured_at_rest", True))
-    colours = [COLOURS[joint % len(COLOURS)] for joint in range(len(traces.noise))]
+    colours = joint_colours(len(traces.noise))
     for which in ("before", "after"):
-        entity = _entity(trace, "residuals", which)
-        lines = rr.SeriesLines(names=list(table["joints"]), colors=colours, widths=1.2)
-        stream.log(entity, lines, static=True)
-        level = traces.noise if measured else np.ones(len(traces.noise))
-        shown = getattr(trace, which) / level
-        send(stream, entity, trace.time, lasting(trace.time, shown, trace.weight))
-    LiveArm(stream, traces.model, colours, _arm(trace)).move(trace.time, trace.position)
+        residual = getattr(trace, which) / (traces.noise if measured else 1.0)
+        shown = lasting(trace.time, residual, trace.weight)
+        path = _entity(trace, "residuals", which)
+        log_lines(stream, path, table["joints"], colours, trace.time, shown, 1.2)
+    Arm(stream, traces.model, arm_name(trace.name)).move(trace.time, trace.position)
     for suspect in known:
         _log_residual(stream, trace, suspect, float(traces.noise[suspect.joint]) if measured else None)
         _log_moments(stream, traces, trace, suspect, measured)
@@ -141,14 +140,13 @@ def _log_residual(stream: rr.RecordingStream, trace: Trace, suspect: Suspect, no
     # a line on a line hides it: the wider ones are drawn first, by their names
     lines = {"1 before": (suspect.before(trace), BEFORE, 2.2), "2 after": (with_it, AFTER, 1.4)}
     for name, (values, colour, width) in lines.items():
-        entity = _entity(trace, "residuals", suspect.name, name)
-        stream.log(entity, rr.SeriesLines(names=name[2:], colors=colour, widths=width), static=True)
-        send(stream, entity, trace.time, np.where(slides, values, np.nan))
-    if noise is None:
-        return
-    entity = _entity(trace, "residuals", suspect.name, "3 noise")
-    stream.log(entity, rr.SeriesLines(names=["noise", "noise"], colors=[FAINT] * 2, widths=1.0), static=True)
-    send(stream, entity, trace.time[[0, -1]], np.array([[noise, -noise]] * 2))
+        path = _entity(trace, "residuals", suspect.name, name)
+        shown = np.where(slides, values, np.nan)
+        log_lines(stream, path, [name[2:]], [colour], trace.time, shown, width)
+    if noise is not None:
+        path, levels = _entity(trace, "residuals", suspect.name, "3 noise"), [[noise, -noise]] * 2
+        ends = trace.time[[0, -1]]
+        log_lines(stream, path, ["noise", "noise"], [FAINT, FAINT], ends, np.array(levels), 1.0)
 
 
 def _log_moments(
@@ -166,13 +164,12 @@ def _log_moments(
         stream.log(_entity(trace, "moments", suspect.name), row)
         _resize(stream, ball, moment.end, 0.0)
     bar = _entity(trace, "residuals", suspect.name, "4 moments")
-    looks = rr.SeriesLines(names="shows most", colors=suspect.colour, widths=7.0)
-    stream.log(bar, looks, static=True)
     height = BELOW * float(np.max(np.abs(suspect.before(trace) * trace.weight[:, suspect.joint])))
     within = np.zeros(len(trace.time), bool)
     for moment in found:
         within |= (trace.time >= moment.begin) & (trace.time <= moment.end)
-    send(stream, bar, trace.time, np.where(within, height, np.nan))
+    shown = np.where(within, height, np.nan)
+    log_lines(stream, bar, ["shows most"], [suspect.colour], trace.time, shown, 7.0)
 
 
 def _resize(stream: rr.RecordingStream, ball: str, time: float, radius: float) -> None:
@@ -185,12 +182,10 @@ def _log_ball(
     stream: rr.RecordingStream, traces: Traces, trace: Trace, suspect: Suspect
 ) -> tuple[str, float]:
     """A ball in the joint's frame, and how large it is when it is seen [m]."""
-    kinematics = traces.model.robot.kinematics
-    reach = float(sum(np.linalg.norm(place.translation) for place in kinematics.jointPlacements)) or 1.0
-    name = _arm(trace)
-    entity = str(rr.new_entity_path([name, "marks", suspect.name]))
-    frame = f"{name}/{link_frames(kinematics)[suspect.joint].child}"
-    stream.log(entity, rr.CoordinateFrame(frame), static=True)
+    name = arm_name(trace.name)
+    path = entity(name, "marks", suspect.name)
+    frame = f"{name}/{link_frames(traces.model.robot.kinematics)[suspect.joint].child}"
+    stream.log(path, rr.CoordinateFrame(frame), static=True)
     ball = rr.Points3D.from_fields(positions=[[0.0, 0.0, 0.0]], colors=[suspect.colour])
-    stream.log(entity, ball, static=True)
-    return entity, MARK * reach
+    stream.log(path, ball, static=True)
+    return path, MARK * reach(traces.model)

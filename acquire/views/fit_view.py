@@ -1,52 +1,97 @@
-"""View of a fit: what it predicts of recordings, or of a fit alone its parameters beside the arm."""
+"""View of a fit: a tab a run with one plot a joint, the arm as it moved, and all residuals over their noise.
 
-from collections.abc import Sequence
+Beside them stand the verdict, the parameters as a table, and their intervals as a bar chart.
+"""
 
 import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 
-from exidyn.identify.fit.fit import Fit
-from exidyn.identify.pages.views.view import blueprint, log_fit
-from exidyn.identify.pages.views.view_arm import arm_view
-from exidyn.identify.recordings.recording import Recording
-from exidyn.identify.simulation.predicted import predicted
+from exidyn.identify.arm.robot import Robot
+from exidyn.identify.fit.fit import Agreement, Fit
+from exidyn.identify.fit.warnings.verdict import NORMAL_95
+from exidyn.identify.pages.fit.report_plots import measured_unit
 
-from ..live.live_arm import ARM, LiveArm
-from ..live.live_log import COLOURS
-from .screen import View
+from .markdown import fit_verdict, parameters_markdown
+from .parts import (
+    Arm,
+    arm_name,
+    arm_view,
+    entity,
+    joint_colours,
+    log_lines,
+    log_markdown,
+    plot,
+    screen,
+)
+from .viewers import View
 
-
-def fit_view(fit: Fit, recordings: Sequence[Recording]) -> View:
-    """A view of a fit.
-
-    Args:
-        fit: As read from its file, which has no samples.
-        recordings: What it is asked to predict.
-
-    Raises:
-        DifferentRobot: Of other joints.
-        RecordingError: One that is too short for the fit's filters.
-    """
-    fit = predicted(fit, recordings)
-    if not recordings:
-        return View("fit", lambda stream: _log_alone(stream, fit), _layout_alone(fit))
-    return View("fit", lambda stream: log_fit(stream, fit), blueprint(fit))
+LINES = {"measured": (3.5, 230, 159, 0), "predicted": (1.2, 86, 180, 233), "residual": (1.0, 213, 94, 0)}
+"""Width in pixels and colour of each line: Okabe and Ito's, on Rerun's dark ground."""
+CAPPED = 100.0
+"""Per cent at which a bar ends: beyond it not even the sign is known, and others would look like none."""
 
 
-def _log_alone(stream: rr.RecordingStream, fit: Fit) -> None:
-    """The fit, and the arm with all joints at zero."""
-    log_fit(stream, fit)
-    dof = fit.model.robot.dof
-    arm = LiveArm(stream, fit.model, [COLOURS[joint % len(COLOURS)] for joint in range(dof)])
-    arm.move(np.zeros(1), np.zeros((1, dof)))
+def fit_view(fit: Fit) -> View:
+    """A view of a fit, of measured and predicted torque in its runs; without a run, with the arm alone."""
+    runs = [*fit.validation, *fit.agreement, *fit.apart]  # those held out are the ones that judge
+
+    def log(stream: rr.RecordingStream) -> None:
+        log_markdown(stream, "verdict", fit_verdict(fit))
+        log_markdown(stream, "parameters/table", parameters_markdown(fit))
+        stream.log("parameters/interval", _interval_bars(fit), static=True)
+        for run in runs:
+            _log_run(stream, fit.model.robot, run)
+            if run.position is not None:
+                Arm(stream, fit.model, arm_name(run.run)).move(run.time, run.position)
+        if not runs:
+            Arm(stream, fit.model).move(np.zeros(1), np.zeros((1, fit.model.robot.dof)))
+
+    return View("fit", log, _layout(fit, runs))
 
 
-def _layout_alone(fit: Fit) -> rrb.Blueprint:
+def _layout(fit: Fit, runs: list[Agreement]) -> rrb.Blueprint:
+    """One screen: a tab a run on the left, what was identified on the right."""
+    verdict = rrb.TextDocumentView(origin="verdict", name="verdict")
+    parameters = rrb.TextDocumentView(origin="parameters/table", name="parameters")
     intervals = rrb.BarChartView(origin="parameters/interval", name="95 % interval [% of value]")
-    layout = rrb.Horizontal(
-        rrb.Vertical(arm_view(fit.model, ARM), intervals, row_shares=[3, 2]),
-        rrb.TextDocumentView(origin="parameters/table", name="parameters"),
-        rrb.TextDocumentView(origin="verdict", name="verdict"),
-    )
-    return rrb.Blueprint(layout, rrb.TimePanel(state="hidden"), collapse_panels=True)
+    if not runs:
+        arm = rrb.Vertical(arm_view(fit.model), intervals, row_shares=[3, 2])
+        layout = rrb.Horizontal(arm, parameters, verdict)
+        return rrb.Blueprint(layout, rrb.TimePanel(state="hidden"), collapse_panels=True)
+    beside = rrb.Vertical(verdict, rrb.Tabs(parameters, intervals), row_shares=[2, 3])
+    tabs = rrb.Tabs(*(_run_tab(fit, run) for run in runs), active_tab=0)
+    return screen(rrb.Horizontal(tabs, beside, column_shares=[3, 1]))
+
+
+def _run_tab(fit: Fit, run: Agreement) -> rrb.Container:
+    plots = [
+        plot(_entity(run, "torque", joint), f"{joint}: torque [{measured_unit(fit, index)}]", index == 0)
+        for index, joint in enumerate(fit.model.robot.joints)
+    ]
+    ratio = plot(_entity(run, "over_noise"), "residual / noise", legend=True)
+    content = rrb.Grid(*plots, grid_columns=2)
+    if run.position is None:
+        return rrb.Vertical(content, ratio, row_shares=[3, 1], name=run.run)
+    beside = rrb.Vertical(arm_view(fit.model, arm_name(run.run)), ratio, row_shares=[3, 2])
+    return rrb.Horizontal(content, beside, column_shares=[2, 1], name=run.run)
+
+
+def _entity(run: Agreement, *parts: str) -> str:
+    """Entity path below a run."""
+    return entity("runs", run.run, *parts)
+
+
+def _log_run(stream: rr.RecordingStream, robot: Robot, run: Agreement) -> None:
+    for index, joint in enumerate(robot.joints):
+        for name, (width, *colour) in LINES.items():
+            path, values = _entity(run, "torque", joint, name), getattr(run, name)[:, index]
+            log_lines(stream, path, [name], [tuple(colour)], run.time, values, width)
+    ratio = run.residual / run.noise
+    log_lines(stream, _entity(run, "over_noise"), robot.joints, joint_colours(robot.dof), run.time, ratio)
+
+
+def _interval_bars(fit: Fit) -> rr.BarChart:
+    """Half-width of each 95 % interval in per cent of the value, in the order of the table."""
+    size = np.maximum(np.abs(fit.estimate.values), np.finfo(float).tiny)
+    return rr.BarChart(np.minimum(100.0 * NORMAL_95 * fit.estimate.std / size, CAPPED))

@@ -8,6 +8,7 @@ from exidyn.identify.fit.fit_file import read_fit
 from exidyn.identify.fit.json_file import read_json
 from exidyn.identify.model import Model
 from exidyn.identify.recordings.importers import import_source
+from exidyn.identify.simulation.predicted import predicted
 
 from ..files.names import renamed
 from ..files.report_files import FORMAT, read_diagnosis
@@ -15,7 +16,7 @@ from ..files.traces_file import traces_beside
 from .diagnosis_view import diagnosis_view
 from .fit_view import fit_view
 from .recording_view import recording_view
-from .screen import View
+from .viewers import View
 
 
 def view_of(paths: Sequence[Path], model: Model | None = None) -> View:
@@ -27,7 +28,8 @@ def view_of(paths: Sequence[Path], model: Model | None = None) -> View:
 
     Raises:
         NotAFile: One is nothing that can be shown, or not together with others.
-        RecordingError: A recording that cannot be read.
+        RecordingError: A recording that cannot be read, or is too short for the filters of the fit.
+        DifferentRobot: A recording is of other joints than the fit.
     """
     results = [path for path in paths if path.suffix == ".json"]
     if len(results) > 1:
@@ -40,7 +42,7 @@ def view_of(paths: Sequence[Path], model: Model | None = None) -> View:
     if not isinstance(table, dict):
         raise NotAFile(f"{results[0]} is neither a fit nor a diagnosis")
     if "exidyn_fit" in table:
-        return fit_view(read_fit(results[0]), recordings)
+        return fit_view(predicted(read_fit(results[0]), recordings))
     if table.get("exidyn_diagnosis") != FORMAT:
         raise NotAFile(f"{results[0]} is neither a fit nor a diagnosis of format {FORMAT}; update exidyn")
     if recordings:

@@ -6,16 +6,27 @@ import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 
-from exidyn.identify.pages.views.view_arm import arm_view
-from exidyn.identify.pages.views.view_parts import GREY, TIMELINE, send
 from exidyn.identify.recordings.recording import EFFORT, Recording, Signal
 
-from ..live.live_arm import LiveArm
-from ..live.live_layout import EVENT_COLUMNS
-from ..live.live_log import COLOURS, FAINT, FRAMES, log_event
-from ..live.residual import LiveResidual, Samples, joint_torque
 from ..terminal.recording_text import describe
-from .screen import View
+from .parts import (
+    FAINT,
+    FRAMES,
+    GREY,
+    Arm,
+    arm_name,
+    arm_view,
+    entity,
+    event_list,
+    joint_colours,
+    log_event,
+    log_lines,
+    log_markdown,
+    plot,
+    screen,
+)
+from .residual import LiveResidual, Samples, joint_torque
+from .viewers import View
 
 CHUNK = 2000
 """Samples whose regressor is held at once; a few megabytes."""
@@ -37,9 +48,7 @@ def recording_view(recordings: Sequence[Recording]) -> View:
             _log_run(stream, recording)
 
     tabs = [_tab(recording) for recording in recordings]
-    layout = rrb.Tabs(*tabs, active_tab=0) if len(tabs) > 1 else tabs[0]
-    panel = rrb.TimePanel(state="collapsed", timeline=TIMELINE, play_state="paused")
-    return View("recording", log, rrb.Blueprint(layout, panel, collapse_panels=True))
+    return View("recording", log, screen(rrb.Tabs(*tabs, active_tab=0) if len(tabs) > 1 else tabs[0]))
 
 
 def _tab(recording: Recording) -> rrb.Container:
@@ -59,74 +68,48 @@ def _tab(recording: Recording) -> rrb.Container:
     if "link_position" in recording.signals:
         plots.append(_plot(name, "twist", f"second encoder less motor's [{small}]"))
     plots.append(_plot(name, "residual", f"torque that the model inside leaves [{force}]"))
-    texts: list[rrb.View | rrb.Container] = [
-        rrb.TextDocumentView(origin=_entity(name, "inside"), name="what is inside")
-    ]
+    texts: list[rrb.View] = [rrb.TextDocumentView(origin=entity(name, "inside"), name="what is inside")]
     if recording.events:
-        texts.insert(0, rrb.TextLogView(origin=_entity(name, "events"), name="events", columns=EVENT_COLUMNS))
-    beside = rrb.Vertical(
-        arm_view(recording.model, _arm(name)), rrb.Tabs(*texts, active_tab=0), row_shares=[3, 2]
-    )
+        texts.insert(0, event_list(entity(name, "events")))
+    arm = arm_view(recording.model, arm_name(name))
+    beside = rrb.Vertical(arm, rrb.Tabs(*texts, active_tab=0), row_shares=[3, 2])
     grid = rrb.Grid(*plots, grid_columns=2)
     return rrb.Horizontal(grid, beside, column_shares=[5, 3], name=name)
 
 
 def _plot(run: str, quantity: str, title: str) -> rrb.TimeSeriesView:
-    """A plot; the first has the legend of the joints for all."""
-    legend = rrb.PlotLegend(rrb.Corner2D.LeftTop, visible=quantity == "residual")
-    return rrb.TimeSeriesView(origin=_entity(run, quantity), name=title, plot_legend=legend)
-
-
-def _entity(*parts: str) -> str:
-    """Entity path of parts that may hold any sign."""
-    return str(rr.new_entity_path(list(parts)))
-
-
-def _arm(run: str) -> str:
-    """Name of a run's arm: one part of an entity path, and the prefix of its link frames."""
-    return f"arm in {run}"
+    """A plot; one has the legend of the joints for all."""
+    return plot(entity(run, quantity), title, legend=quantity == "residual")
 
 
 def _log_run(stream: rr.RecordingStream, recording: Recording) -> None:
     """Everything about one run."""
     name, signals, position = recording.name, recording.signals, recording.signals["position"]
-    colours = [COLOURS[joint % len(COLOURS)] for joint in range(recording.robot.dof)]
+    joints, colours = recording.robot.joints, joint_colours(recording.robot.dof)
+
+    def log(signal: Signal, *parts: str) -> None:
+        log_lines(stream, entity(name, *parts), joints, colours, signal.time, signal.values)
+
     if "command" in signals:
         # below what is measured, by name and so by width: a seam of grey is seen where they differ
-        grey = [(*GREY, FAINT)] * recording.robot.dof
-        _log_lines(stream, _entity(name, "position", "commanded"), recording, signals["command"], grey, 3.2)
-        error = Signal(position.time, 1e3 * (_at(signals["command"], position.time) - position.values))
-        _log_lines(stream, _entity(name, "tracking error"), recording, error, colours)
-    if "link_position" in signals:
-        twist = Signal(position.time, 1e3 * (_at(signals["link_position"], position.time) - position.values))
-        _log_lines(stream, _entity(name, "twist"), recording, twist, colours)
+        path, command = entity(name, "position", "commanded"), signals["command"]
+        grey = [(*GREY, FAINT)] * len(joints)
+        log_lines(stream, path, joints, grey, command.time, command.values, 3.2)
+    for other, title in (("command", "tracking error"), ("link_position", "twist")):
+        if other in signals:
+            less = _at(signals[other], position.time) - position.values
+            log(Signal(position.time, 1e3 * less), title)
     for signal in MEASURED:
         if signal in signals:
-            _log_lines(stream, _entity(name, signal, "measured"), recording, signals[signal], colours)
+            log(signals[signal], signal, "measured")
     velocity, residual = _derived(recording)
-    _log_lines(stream, _entity(name, "residual"), recording, residual, colours)
+    log(residual, "residual")
     if "velocity" not in signals:
-        _log_lines(stream, _entity(name, "velocity", "measured"), recording, velocity, colours)
-    _log_arm(stream, recording, colours)
+        log(velocity, "velocity", "measured")
+    _log_arm(stream, recording)
     for event in recording.events:
         log_event(stream, (name, "events"), event.time, event.kind, event.text)
-    words = f"```\n{describe(recording)}\n```"
-    text = rr.TextDocument(words, media_type="text/markdown")
-    stream.log(_entity(name, "inside"), text, static=True)
-
-
-def _log_lines(
-    stream: rr.RecordingStream,
-    entity: str,
-    recording: Recording,
-    signal: Signal,
-    colours: Sequence[tuple],
-    width: float = 1.5,
-) -> None:
-    """One line a joint."""
-    lines = rr.SeriesLines(names=list(recording.robot.joints), colors=list(colours), widths=width)
-    stream.log(entity, lines, static=True)
-    send(stream, entity, signal.time, signal.values)
+    log_markdown(stream, entity(name, "inside"), f"```\n{describe(recording)}\n```")
 
 
 def _at(signal: Signal, time: np.ndarray) -> np.ndarray:
@@ -159,12 +142,12 @@ def _derived(recording: Recording) -> tuple[Signal, Signal]:
     )
 
 
-def _log_arm(stream: rr.RecordingStream, recording: Recording, colours: Sequence[tuple]) -> None:
+def _log_arm(stream: rr.RecordingStream, recording: Recording) -> None:
     """The arm where all of its joints are known, as often as the eye wants it."""
     position = recording.signals["position"]
     step = max(round(1.0 / (FRAMES * position.period)), 1) if position.period else 1
     shown = position[np.arange(0, len(position), step)]
     shown = shown[np.isfinite(shown.values).all(axis=1)]
-    arm = LiveArm(stream, recording.model, colours, _arm(recording.name))
+    arm = Arm(stream, recording.model, arm_name(recording.name))
     if len(shown):
         arm.move(shown.time, shown.values)

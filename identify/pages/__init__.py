@@ -1,5 +1,5 @@
-"""Pages: HTML, pictures and views.
+"""Pages: HTML and pictures.
 
 In: fits, diagnoses, recordings.
-Out: text of HTML and SVG; entities of a Rerun view.
+Out: text of HTML and SVG.
 """

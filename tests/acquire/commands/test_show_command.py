@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from exidyn.acquire.command_line import REFUSED, main
+from exidyn.acquire.views.live_view import Targets
 from exidyn.identify.robot_files.robot_file import model_text
 from exidyn.trajectories.plans.exports import EXPORTS
-from exidyn.trajectories.plans.plan import Plan
 from exidyn.trajectories.plans.plan_file import write_plan
 from exidyn.trajectories.plans.plan_page import plan_page
 
@@ -92,12 +92,10 @@ def test_a_view_can_be_saved(folder, capsys):
 def test_a_view_can_be_opened(folder, monkeypatch):
     opened = []
     monkeypatch.setattr(
-        "exidyn.trajectories.plans.view.open_rerun", lambda plan, model: opened.append((plan, model))
+        "exidyn.acquire.views.viewers.show", lambda view, targets: opened.append((view.kind, targets))
     )
     assert show(folder, "plan.toml", "--robot", "robot.toml", "--view") == 0
-    ((plan, model),) = opened
-    assert isinstance(plan, Plan)
-    assert model.robot.joints == plan.joints
+    assert opened == [("plan", Targets(view=True))]
 
 
 @pytest.mark.parametrize(

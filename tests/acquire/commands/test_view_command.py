@@ -16,11 +16,11 @@ import pytest
 from exidyn.acquire.command_line import REFUSED, main
 from exidyn.acquire.files.diagnosis_files import write_diagnosis
 from exidyn.acquire.files.traces_file import NAME, read_traces
-from exidyn.acquire.live import viewers
-from exidyn.acquire.live.live_log import COLOURS
+from exidyn.acquire.views import viewers
 from exidyn.acquire.views.diagnosis_view import BEFORE
 from exidyn.acquire.views.kinds import view_of
-from exidyn.acquire.views.moments import MOST, lasting, moments
+from exidyn.acquire.views.parts import COLOURS
+from exidyn.acquire.views.suspects import MOST, lasting, moments
 from exidyn.identify.arm.link_frames import link_poses
 from exidyn.identify.diagnosis import Remainder
 from exidyn.identify.fit.fit_file import read_fit, write_fit
@@ -41,7 +41,7 @@ from ...parts.pages.rerun_viewer import (
 )
 from ...parts.small.small_diagnosis import diagnosis, nominal_model, recordings
 from ...parts.small.two_joint_files import run, write
-from ..live.test_live_view import coloured, free_port
+from ..views.test_live_view import coloured, free_port
 
 NAMED = "Joint spring of joint 2 (elbow)"
 

@@ -7,6 +7,7 @@ from functools import cache
 import numpy as np
 import pytest
 
+from exidyn.acquire.views.markdown import parameters_markdown
 from exidyn.identify.errors import DifferentRobot, RecordingError
 from exidyn.identify.fit.fit import Fit
 from exidyn.identify.fit.fit_file import fit_text, read_fit
@@ -16,7 +17,6 @@ from exidyn.identify.fit.warnings.fit_warnings import FACTOR, far_gains, impossi
 from exidyn.identify.fit.warnings.verdict import UNTESTED, joint_verdicts, verdict
 from exidyn.identify.pages.fit.fit_summary import summary
 from exidyn.identify.pages.fit.report import report_html
-from exidyn.identify.pages.views.view_text import parameters_markdown
 from exidyn.identify.preparation.prepare import Filtering, choose
 from exidyn.identify.recordings.recording import KnownPayload, Recording, Signal
 

@@ -1,4 +1,4 @@
-"""Viewers: Rerun's own programs that show what they are sent, in a window or to browsers."""
+"""Viewers: Rerun's own programs that show what they are sent, in a window or to browsers; files for later."""
 
 import os
 import re
@@ -8,16 +8,17 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import IO, NamedTuple
 
 import rerun as rr
+import rerun.blueprint as rrb
 import rerun_cli
 
 from exidyn.identify.child_processes import start_program
 
-from .targets import LOCAL, Address, CannotShow, Targets
+from .live_view import LOCAL, Address, CannotShow, Targets, require_showable
 
 MEMORY = "2GB"
 """What a window may hold before it forgets the oldest: an hour of six joints at 500 Hz, and not Rerun's
@@ -28,6 +29,57 @@ NOISE = re.compile(r"\x1b\[[0-9;]*m|os error at \S+: ")
 """In Rerun's output: colours, and places in its source."""
 SETTLE = 1.0
 """How long after that a window might still find that there is no screen [s]."""
+PATIENCE = 60.0
+"""How long a viewer may take to take everything in [s]."""
+
+
+class View(NamedTuple):
+    """What is shown.
+
+    Attributes:
+        kind: A word; viewers keep a layout by it.
+        log: Writes everything to an open recording.
+        blueprint: The layout.
+    """
+
+    kind: str
+    log: Callable[[rr.RecordingStream], None]
+    blueprint: rrb.Blueprint
+
+
+def show(view: View, targets: Targets) -> None:
+    """Show a view at all targets; with a server among them, until that ends or Ctrl-C.
+
+    Raises:
+        CannotShow: A target cannot be opened, or takes too long.
+    """
+    require_showable(targets)
+    opened = open_targets(targets)
+    try:
+        _log(view, opened)
+        if opened.server is not None:
+            print(f"view: {opened.page} (Ctrl-C ends it)", file=sys.stderr, flush=True)
+            opened.server.wait()
+    except KeyboardInterrupt:
+        pass  # that is how it ends
+    finally:
+        if opened.server is not None:
+            opened.server.terminate()
+            opened.server.wait()
+
+
+def _log(view: View, opened: "Opened") -> None:
+    recording = rr.RecordingStream(f"exidyn_{view.kind}")
+    recording.set_sinks(*opened.sinks, default_blueprint=view.blueprint)
+    view.log(recording)
+    try:
+        recording.flush(timeout_sec=PATIENCE)
+    except RuntimeError as error:
+        raise CannotShow(
+            f"the viewer has not taken everything within {PATIENCE:.0f} s: {error}. "
+            "On a busy machine, or one without a screen, try --save FILE"
+        ) from error
+    recording.disconnect()  # writes the footer of a file, without which readers complain
 
 
 class Opened(NamedTuple):
@@ -59,7 +111,7 @@ def open_targets(targets: Targets) -> Opened:
         opened.sinks.append(rr.GrpcSink(open_window()))
     if targets.serve is not None:
         address = Address.read(targets.serve)
-        opened = opened._replace(server=serve(address), page=address.page)
+        opened = opened._replace(server=_serve(address), page=address.page)
         opened.sinks.append(rr.GrpcSink(address.local))
     return opened
 
@@ -70,16 +122,16 @@ def open_window() -> str:
     Raises:
         CannotShow: It does not open.
     """
-    port = free_port(LOCAL)
+    port = _free_port(LOCAL)
     options = ["--bind", LOCAL, "--port", str(port), "--memory-limit", MEMORY, "--hide-welcome-screen"]
     try:
-        _start("the viewer", options, [(LOCAL, port)], lives_on=True)
+        _start_program("the viewer", options, [(LOCAL, port)], lives_on=True)
     except CannotShow as error:
         raise CannotShow(f"{error}. Without a screen, try --serve (in a browser) or --save FILE") from error
     return f"rerun+http://{LOCAL}:{port}/proxy"
 
 
-def serve(address: Address) -> "subprocess.Popen[bytes]":
+def _serve(address: Address) -> "subprocess.Popen[bytes]":
     """Serve pages that show the data sent to `address.data`, until this process or that one ends.
 
     Rerun can also do this within a process, but then its page listens on every address of the machine.
@@ -90,27 +142,21 @@ def serve(address: Address) -> "subprocess.Popen[bytes]":
     ports = (address.port, address.port + 1)
     for port in ports:
         _require_free(address.host, port)
-    options = [
-        "--serve-web",
-        "--bind",
-        address.host,
-        "--web-viewer-port",
-        str(ports[0]),
-        "--port",
-        str(ports[1]),
-    ]
+    options = ["--serve-web", "--bind", address.host]
+    options += ["--web-viewer-port", str(ports[0]), "--port", str(ports[1])]
     if address.host != LOCAL:
         options += ["--cors-allow-origin", f"http://{address.seen}:{address.port}"]
-    return _start(f"--serve {address.host}:{address.port}", options, [(address.host, port) for port in ports])
+    listens = [(address.host, port) for port in ports]
+    return _start_program(f"--serve {address.host}:{address.port}", options, listens)
 
 
 def end_servers() -> None:
-    """End what `serve` has started: it is in the group of this process, which ignores the signal."""
+    """End what `_serve` has started: it is in the group of this process, which ignores the signal."""
     if os.getpgrp() == os.getpid():
         os.killpg(0, signal.SIGTERM)
 
 
-def free_port(host: str) -> int:
+def _free_port(host: str) -> int:
     """A port that is not in use."""
     with socket.create_server((host, 0)) as probe:
         return int(probe.getsockname()[1])
@@ -127,12 +173,12 @@ def _require_free(host: str, port: int) -> None:
         ) from error
 
 
-def _start(
+def _start_program(
     name: str, options: Sequence[str], listens: Sequence[tuple[str, int]], lives_on: bool = False
 ) -> "subprocess.Popen[bytes]":
     """Start one of Rerun's programs and wait until it listens."""
     with tempfile.TemporaryFile() as output:
-        process = start_program([str(rerun_program()), *options], output, lives_on)
+        process = start_program([str(_rerun_program()), *options], output, lives_on)
         deadline = time.monotonic() + START
         while not all(_listening(host, port) for host, port in listens):
             if process.poll() is not None or time.monotonic() > deadline:
@@ -143,7 +189,7 @@ def _start(
     return process
 
 
-def rerun_program() -> Path:
+def _rerun_program() -> Path:
     """Rerun's program, which `python -m rerun_cli` starts as a child that would not end with this process."""
     if named := os.environ.get("RERUN_CLI_PATH"):
         return Path(named)

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from exidyn.acquire.live.scale import MOST, Scale
+from exidyn.acquire.views.residual import MARKS, Scale
 
 
 @pytest.mark.parametrize(
@@ -15,7 +15,7 @@ from exidyn.acquire.live.scale import MOST, Scale
 def test_a_power_of_ten_is_marked_that_an_axis_has_room_for(values, mark):
     found = Scale(15.0).add(np.zeros(1), np.array([values]))
     assert found == pytest.approx(mark)
-    assert np.ptp([*values, 0.0]) <= MOST * found < 10.0 * np.ptp([*values, 0.0])
+    assert np.ptp([*values, 0.0]) <= MARKS * found < 10.0 * np.ptp([*values, 0.0])
 
 
 def test_what_is_no_longer_shown_is_forgotten():

@@ -17,7 +17,7 @@ from ..run.pipe.pipe_source import PipeSource
 from ..run.pipe.run_head import RunHead
 from . import viewers
 from .live_log import LiveLog
-from .targets import CannotShow, Targets
+from .live_view import CannotShow, Targets
 
 BATCH = 0.05
 """How long frames are gathered [s]: the cost is by the batch, and the eye sees no difference."""
@@ -37,15 +37,15 @@ def main(arguments: Sequence[str]) -> int:
     source = PipeSource(arguments)
     targets = Targets.read(source.arguments[0])
     try:
-        recording, where = start(targets)
+        recording, where = _start(targets)
     except CannotShow as error:
         source.fail(str(error))
         viewers.end_servers()
         return 1
-    warm_up()
+    _warm_up()
     source.ready(where)
     View(recording, BATCH if targets.serve is None else PAGE_BATCH).show(source)
-    finish(recording)
+    _finish(recording)
     if targets.serve is not None:
         time.sleep(LAST_PAGE)
     source.done("shown")
@@ -53,7 +53,7 @@ def main(arguments: Sequence[str]) -> int:
     return 0
 
 
-def start(targets: Targets) -> tuple[rr.RecordingStream, str]:
+def _start(targets: Targets) -> tuple[rr.RecordingStream, str]:
     """A recording that goes to all targets, and in words where it is seen.
 
     Raises:
@@ -68,7 +68,7 @@ def start(targets: Targets) -> tuple[rr.RecordingStream, str]:
     return recording, f"live view: {opened.page}" if opened.page else ""
 
 
-def warm_up() -> None:
+def _warm_up() -> None:
     """Log once unseen: the first time takes a second of imports."""
     recording = rr.RecordingStream("exidyn_warm_up")
     memory = recording.memory_recording()
@@ -146,7 +146,7 @@ class View:
         self._cycles, self._events = [], []
 
 
-def finish(recording: rr.RecordingStream) -> None:
+def _finish(recording: rr.RecordingStream) -> None:
     """Hand the last over, and write what a file ends with; a viewer that is gone is no matter."""
     try:
         recording.flush(timeout_sec=PATIENCE)

@@ -5,14 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pinocchio as pin
 import pytest
-import rerun as rr
 
+from exidyn.acquire.views import viewers
+from exidyn.acquire.views.live_view import Targets
+from exidyn.acquire.views.parts import FRAMES
+from exidyn.acquire.views.plan_view import plan_view
 from exidyn.identify.arm.link_frames import link_poses
 from exidyn.identify.arm.robot import Limits
 from exidyn.identify.effects import Payload
-from exidyn.trajectories.plans import view
 from exidyn.trajectories.plans.plan_check import nominal_torque
-from exidyn.trajectories.plans.plan_plots import plan_curves
 
 from ...parts.pages.rerun_viewer import (
     complaints,
@@ -25,9 +26,8 @@ from ...parts.pages.rerun_viewer import (
     settled,
 )
 from ...parts.plans.plans import fourier, known_plan
-from ...parts.runs.robots import six_axis
 from ...parts.small import two_joints
-from .test_plan_plots import BODY
+from ...trajectories.plans.test_plan_plots import BODY
 
 MODEL = two_joints.model(Payload("L", BODY))
 
@@ -41,7 +41,7 @@ def plan():
 @pytest.fixture(scope="module")
 def chunks(plan, tmp_path_factory):
     path = tmp_path_factory.mktemp("view") / "plan.rrd"
-    view.save_rerun(plan, MODEL, path)
+    viewers.show(plan_view(plan, MODEL), Targets(save=path))
     return read(path)
 
 
@@ -77,13 +77,12 @@ def test_shares_are_of_the_limits(chunks, plan):
 
 
 def test_arm_moves_as_planned(chunks, plan):
-    position = plan.trajectory.every(1.0 / view.FRAMES).position
+    position = plan.trajectory.every(1.0 / FRAMES).position
     poses = link_poses(MODEL.robot.kinematics, position)
-    for k, joint in enumerate(plan.joints):
-        place = numbers_nested(chunks, f"/arm/moves/{joint}", "Transform3D:translation", 3)
-        turn = numbers_nested(chunks, f"/arm/moves/{joint}", "Transform3D:quaternion", 4)
-        np.testing.assert_allclose(place, poses[:, k, :3], atol=1e-6)
-        np.testing.assert_allclose(np.abs(np.sum(turn * poses[:, k, 3:], axis=1)), 1.0, atol=1e-6)
+    place = numbers_nested(chunks, "/arm/moves", "Transform3D:translation", 3)
+    turn = numbers_nested(chunks, "/arm/moves", "Transform3D:quaternion", 4)
+    np.testing.assert_allclose(place, poses[..., :3].reshape(-1, 3), atol=1e-6)
+    np.testing.assert_allclose(np.abs(np.sum(turn * poses[..., 3:].reshape(-1, 4), axis=1)), 1.0, atol=1e-6)
 
 
 def test_summary_reports_what_is_beyond(chunks):
@@ -92,31 +91,27 @@ def test_summary_reports_what_is_beyond(chunks):
     assert "BEYOND: shoulder: velocity" in text
 
 
-def test_flange_goes_along_its_path():
-    robot = six_axis()
-    position = np.random.default_rng(0).uniform(-1, 1, (4, 6))
-    kinematics = robot.kinematics.copy()
-    frame = kinematics.addFrame(pin.Frame("flange", 6, 0, robot.flange, pin.FrameType.OP_FRAME))
-    for pose, place in zip(position, view.flange_path(robot, position), strict=True):
-        data = kinematics.createData()
+def test_flange_goes_along_its_path(chunks, plan):
+    position = plan.trajectory.every(1.0 / FRAMES).position
+    kinematics = MODEL.robot.kinematics.copy()
+    frame = kinematics.addFrame(pin.Frame("flange", 2, 0, MODEL.robot.flange, pin.FrameType.OP_FRAME))
+    (way,) = chunks["/arm/path of the flange", "LineStrips3D:strips"][0].to_pylist()[0]
+    data = kinematics.createData()
+    for pose, place in zip(position, way, strict=True):
         pin.framesForwardKinematics(kinematics, data, pose)
-        np.testing.assert_allclose(place, data.oMf[frame].translation, atol=1e-12)
+        np.testing.assert_allclose(place, data.oMf[frame].translation, atol=1e-6)
 
 
 @pytest.mark.parametrize("limited", [True, False])
-def test_viewer_shows_every_view_without_complaint(plan, limited):
+def test_viewer_shows_every_view_without_complaint(plan, limited, monkeypatch):
     plan = plan if limited else replace(plan, limits=Limits.none(2))
-    curves = plan_curves(plan, nominal_torque(plan, MODEL))
-    end = plan.trajectory.every(1.0 / view.FRAMES).time[-1]
+    end = plan.trajectory.every(plan.tick).time[-1]
     # five quantities together, five of each of two joints, the arm and the summary
     expected = 5 + 5 * 2 + 2
-    recording = rr.RecordingStream("exidyn_plan")
     with headless_viewer() as (client, address):
-        recording.connect_grpc(address, default_blueprint=view.blueprint(plan, MODEL, curves))
-        view.log_plan(recording, plan, MODEL, curves)
-        recording.flush()
+        monkeypatch.setattr(viewers, "open_window", lambda: address)
+        viewers.show(plan_view(plan, MODEL), Targets(view=True))
         state = settled(client, end, expected)
-        recording.disconnect()
     assert last_time(state) == pytest.approx(end, abs=1e-6)
     assert len(state.views) == expected
     assert not complaints(state)

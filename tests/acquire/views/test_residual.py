@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from exidyn.acquire.live.residual import LiveResidual, Samples, Torques, joint_torque
+from exidyn.acquire.views.residual import LiveResidual, Samples, Torques, joint_torque
 from exidyn.identify.effects import Hysteresis, Payload, Prior, RigidBody, known_parameters
 from exidyn.identify.model import Model
 from exidyn.identify.recordings.recording import KnownPayload

@@ -1,36 +1,40 @@
-"""Live log: what a run's cycles and events become in Rerun."""
+"""Live log: what a run's cycles and events become in Rerun, a plot a quantity, limits that were stated."""
 
 from collections.abc import Sequence
-from textwrap import wrap
+from typing import NamedTuple
 
 import numpy as np
 import rerun as rr
+import rerun.blueprint as rrb
 
-from exidyn.identify.pages.views.view_parts import GREY, JOINTS, TIMELINE, send
+from exidyn.identify.arm.robot import Robot
+from exidyn.identify.model import Model
 
 from ..run.pipe.frames import Cycle, Event
 from ..run.pipe.run_head import RunHead
-from .live_arm import LiveArm
-from .live_layout import SHOWN, finite_limits, layout
-from .residual import LiveResidual, Samples, joint_torque
-from .scale import Scale
+from .parts import (
+    COLOURS,
+    FAINT,
+    FRAMES,
+    GREY,
+    RED,
+    TIMELINE,
+    Arm,
+    arm_view,
+    event_list,
+    joint_colours,
+    log_event,
+    plot,
+    screen,
+    send,
+    style_lines,
+)
+from .residual import LiveResidual, Samples, Scale, joint_torque
 
-FRAMES = 50.0
-"""Pictures of the arm a second [Hz]."""
+SHOWN = 15.0
+"""Seconds of the past that the plots show."""
 LIMITS = 0.25
 """How often limits are drawn further [s]."""
-COLUMNS = 64
-"""Width of an event's text: what is longer goes on in a row of its own, since a view cuts rows off."""
-INDENT = 12 * " "
-"""Of such rows."""
-RED = (255, 90, 60)
-"""Of a stop, and of cycles that were skipped."""
-FAINT = 110
-"""Opacity of limits and commands, of 255: there, and not in the way."""
-COLOURS = (*JOINTS, (213, 94, 0))
-"""Of the joints, on dark ground and on light; from an eighth joint on they begin anew."""
-LOOKS = {"stop": ("CRITICAL", RED), "late": ("WARN", JOINTS[1]), "warning": ("WARN", JOINTS[1])}
-"""What Rerun calls an event of a kind, and its colour; the others are INFO and have the colour of text."""
 
 
 class LiveLog:
@@ -49,34 +53,29 @@ class LiveLog:
         self._effort = "current" if "current" in head.signals else "torque"
         self._residual = LiveResidual(head.model, self._cycle, head.payload)
         self._limits = finite_limits(head.model.robot, self._effort)
-        self._colours = [COLOURS[joint % len(COLOURS)] for joint in range(head.model.robot.dof)]
-        self._arm = LiveArm(recording, head.model, self._colours)
+        self._arm = Arm(recording, head.model)
         self._scale = Scale(SHOWN)
         self._pictured = self._limited = -np.inf
-        self._explain()
+        self._log_styles()
+        recording.send_blueprint(_layout(head.model, self._effort, self._residual.delay))
 
-    def _explain(self) -> None:
-        """Log all that stands still: names, colours and the layout."""
-        robot, colours = self._model.robot, self._colours
+    def _log_styles(self) -> None:
+        """Log names and colours of all lines."""
+        robot, recording, faint = self._model.robot, self._recording, (*GREY, FAINT)
+        colours = joint_colours(robot.dof)
         effort = f"{self._effort}/measured"
-        for entity in ("position/measured", "tracking_error", "velocity/measured", effort, "residual"):
-            self._lines(entity, robot.joints, colours, 1.8)
+        for path in ("position/measured", "tracking_error", "velocity/measured", effort, "residual"):
+            style_lines(recording, path, robot.joints, colours, 1.8)
         # below what is measured, by name and so by width: a seam of grey is seen where they differ
-        self._lines("position/commanded", ["commanded"] * robot.dof, [(*GREY, FAINT)] * robot.dof, 3.2)
-        self._lines("lateness/late", ["late"], [JOINTS[0]], 1.5)
+        style_lines(recording, "position/commanded", ["commanded"] * robot.dof, [faint] * robot.dof, 3.2)
+        style_lines(recording, "lateness/late", ["late"], COLOURS[:1])
         points = rr.SeriesPoints(names="skipped", colors=RED, marker_sizes=4.0)
-        self._recording.log("lateness/skipped", points, static=True)
-        self._lines("residual/scale", ["scale"] * 2, [(*GREY, FAINT)] * 2, 1.0)
+        recording.log("lateness/skipped", points, static=True)
+        style_lines(recording, "residual/scale", ["scale"] * 2, [faint] * 2, 1.0)
         for quantity, limits in self._limits.items():
             names = [f"limit of {robot.joints[joint]}" for joint in limits.joints]
-            self._lines(
-                f"{quantity}/limit", names, [(*colours[joint], FAINT) for joint in limits.joints], 1.0
-            )
-        self._recording.send_blueprint(layout(self._model, self._effort, self._residual.delay))
-
-    def _lines(self, entity: str, names: Sequence[str], colours: Sequence[tuple], width: float) -> None:
-        lines = rr.SeriesLines(names=list(names), colors=list(colours), widths=width)
-        self._recording.log(entity, lines, static=True)
+            colour = [(*colours[joint], FAINT) for joint in limits.joints]
+            style_lines(recording, f"{quantity}/limit", names, colour, 1.0)
 
     def cycles(self, cycles: Sequence[Cycle]) -> None:
         """Log some cycles in order, one at least."""
@@ -128,26 +127,14 @@ class LiveLog:
     def event(self, event: Event) -> None:
         """Log what happened."""
         time = max(float(self._time(event.host_time)), 0.0)
-        log_event(self._recording, ("events",), time, event.kind, event.text)
+        log_event(self._recording, ["events"], time, event.kind, event.text)
 
     def _time(self, host_time: np.ndarray | int) -> np.ndarray:
         """Time since the run's first cycle [s]."""
         return 1e-9 * np.asarray(host_time - self._start)
 
-    def _send(self, entity: str, time: np.ndarray, values: np.ndarray) -> None:
-        send(self._recording, entity, time, values)
-
-
-def log_event(
-    recording: rr.RecordingStream, origin: Sequence[str], time: float, kind: str, text: str
-) -> None:
-    """Log what happened at a time [s], in rows below an entity path, given by its parts."""
-    level, colour = LOOKS.get(kind, ("INFO", None))
-    recording.set_time(TIMELINE, duration=time)
-    # an entity a kind, since one without a colour gets that of the one before
-    entity = rr.new_entity_path([*origin, kind])
-    for line in wrap(f"{time:.2f} s  {kind}: {text}", COLUMNS, subsequent_indent=INDENT):
-        recording.log(entity, rr.TextLog(line, level=level, color=colour))
+    def _send(self, path: str, time: np.ndarray, values: np.ndarray) -> None:
+        send(self._recording, path, time, values)
 
 
 def usual_cycle(cycles: Sequence[Cycle]) -> float:
@@ -156,3 +143,71 @@ def usual_cycle(cycles: Sequence[Cycle]) -> float:
     clocks = ([cycle.controller_time for cycle in cycles], [cycle.host_time for cycle in cycles])
     steps = (1e-9 * float(np.median(np.diff(clock) / whole)) for clock in clocks if whole)
     return next((step for step in steps if step > 0.0), 1e-3)
+
+
+class DrawnLimits(NamedTuple):
+    """Limits of one quantity that are finite, the lower ones before the upper.
+
+    Attributes:
+        joints: Which joint each belongs to, shape (k,).
+        values: Shape (k,) in the unit of the quantity.
+    """
+
+    joints: np.ndarray
+    values: np.ndarray
+
+
+def finite_limits(robot: Robot, effort: str) -> dict[str, DrawnLimits]:
+    """Limits that are drawn, by quantity; without those that are not given.
+
+    Args:
+        robot: The arm.
+        effort: "torque", or "current" for those that make the largest torque.
+    """
+    limits = robot.limits
+    largest = limits.torque / np.abs(robot.drive_gain) if effort == "current" else limits.torque
+    both = {
+        "position": np.concatenate([limits.position_lower, limits.position_upper]),
+        "velocity": np.concatenate([limits.velocity_lower, limits.velocity]),
+        effort: np.concatenate([-largest, largest]),
+    }
+    finite = {quantity: np.flatnonzero(np.isfinite(values)) for quantity, values in both.items()}
+    return {
+        quantity: DrawnLimits(places % robot.dof, both[quantity][places])
+        for quantity, places in finite.items()
+        if len(places)
+    }
+
+
+def _layout(model: Model, effort: str, delay: float) -> rrb.Blueprint:
+    """Plots on the left, the arm and what happened on the right.
+
+    Args:
+        model: What the arm looks like.
+        effort: What the controller measures of it: "current" or "torque".
+        delay: Age of velocity and residual [s].
+    """
+    revolute = bool(model.robot.revolute.all())
+    angle, small = ("rad", "mrad") if revolute else ("rad, m", "mrad, mm")
+    torque = "/".join(dict.fromkeys(model.robot.units("N m")))
+    old = f"{1e3 * delay:.0f} ms old"
+    plots = rrb.Grid(
+        _plot("position", f"position, commanded in grey [{angle}]"),
+        _plot("tracking_error", f"tracking error [{small}]", legend=True),
+        _plot("velocity", f"velocity, {old} [{angle}/s]"),
+        _plot(effort, f"{effort} [{'A' if effort == 'current' else torque}]"),
+        _plot("residual", f"residual torque, {old} [{torque}]"),
+        _plot("lateness", "lateness of cycles [ms]", legend=True),
+        grid_columns=2,
+    )
+    beside = rrb.Vertical(arm_view(model), event_list("events"), row_shares=[3, 2])
+    return screen(rrb.Horizontal(plots, beside, column_shares=[5, 3]), "following")
+
+
+def _plot(origin: str, name: str, legend: bool = False) -> rrb.TimeSeriesView:
+    past = rr.VisibleTimeRange(
+        TIMELINE,
+        start=rr.TimeRangeBoundary.cursor_relative(seconds=-SHOWN),
+        end=rr.TimeRangeBoundary.cursor_relative(),
+    )
+    return plot(origin, name, legend, time_ranges=[past])

@@ -18,14 +18,14 @@ import rerun_cli
 from PIL import Image
 from rerun.experimental import ViewerClient
 
-from exidyn.acquire.live.live_layout import finite_limits
-from exidyn.acquire.live.live_log import COLOURS, COLUMNS, RED, usual_cycle
-from exidyn.acquire.live.live_view import CannotShow, Targets, start_view
-from exidyn.acquire.live.view_process import ABANDONED
-from exidyn.acquire.live.viewers import open_window
 from exidyn.acquire.run.pipe.frames import EVENT, HEAD, SAMPLE, Cycle, text_frame
 from exidyn.acquire.run.pipe.pipe_sink import SinkFailed
 from exidyn.acquire.run.pipe.run_head import RunHead
+from exidyn.acquire.views.live_log import finite_limits, usual_cycle
+from exidyn.acquire.views.live_view import CannotShow, Targets, start_view
+from exidyn.acquire.views.parts import COLOURS, COLUMNS, RED
+from exidyn.acquire.views.view_process import ABANDONED
+from exidyn.acquire.views.viewers import open_window
 from exidyn.identify.arm.link_frames import link_frames, link_poses
 from exidyn.identify.robot_files.robot_file import read_model
 

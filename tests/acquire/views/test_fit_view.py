@@ -1,17 +1,16 @@
 """The Rerun recording of a fit: read back, its values are the fit's own; a viewer takes all of it."""
 
 import struct
-import sys
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
-import rerun as rr
 
+from exidyn.acquire.views import viewers
+from exidyn.acquire.views.fit_view import CAPPED, fit_view
+from exidyn.acquire.views.live_view import Targets
 from exidyn.identify.arm.link_frames import link_poses
 from exidyn.identify.fit.warnings.verdict import verdict
-from exidyn.identify.pages.views.view import CAPPED, blueprint, log_fit, open_rerun, save_rerun
 
 from ...parts.pages.report_pages import known_fit
 from ...parts.pages.rerun_viewer import (
@@ -34,7 +33,11 @@ def fit():
 @pytest.fixture(scope="module")
 def chunks(fit, tmp_path_factory):
     path = tmp_path_factory.mktemp("view") / "fit.rrd"
-    save_rerun(fit, path)
+    return saved(fit, path)
+
+
+def saved(fit, path):
+    viewers.show(fit_view(fit), Targets(save=path))
     return read(path)
 
 
@@ -61,13 +64,12 @@ def test_arm_moves_as_in_the_run(chunks, fit):
     robot = fit.model.robot
     for run in runs_of(fit):
         poses = link_poses(robot.kinematics, run.position)
-        for k, joint in enumerate(robot.joints):
-            entity = f"/arm in {run.run}/moves/{joint}"
-            place = numbers_nested(chunks, entity, "Transform3D:translation", 3)
-            turn = numbers_nested(chunks, entity, "Transform3D:quaternion", 4)
-            np.testing.assert_allclose(place, poses[:, k, :3], atol=1e-6)
-            alike = np.abs(np.sum(turn * poses[:, k, 3:], axis=1))  # a quaternion and its negative turn alike
-            np.testing.assert_allclose(alike, 1.0, atol=1e-6)
+        entity = f"/arm in {run.run}/moves"
+        place = numbers_nested(chunks, entity, "Transform3D:translation", 3).reshape(-1, robot.dof, 3)
+        turn = numbers_nested(chunks, entity, "Transform3D:quaternion", 4).reshape(-1, robot.dof, 4)
+        np.testing.assert_allclose(place, poses[:, :, :3], atol=1e-6)
+        alike = np.abs(np.sum(turn * poses[:, :, 3:], axis=2))  # a quaternion and its negative turn alike
+        np.testing.assert_allclose(alike, 1.0, atol=1e-6)
 
 
 def test_texts_hold_verdict_and_every_parameter(chunks, fit):
@@ -95,43 +97,28 @@ def test_bars_are_the_intervals_in_per_cent(chunks, fit):
 
 
 def test_fit_without_samples_saves_what_it_has(fit, tmp_path):
-    save_rerun(replace(fit, agreement=(), validation=()), tmp_path / "bare.rrd")
-    entities = {entity for entity, _ in read(tmp_path / "bare.rrd")}
-    assert {"/verdict", "/parameters/table", "/parameters/interval"} <= entities
-    assert not any(entity.startswith(("/runs", "/arm")) for entity in entities)
+    chunks = saved(replace(fit, agreement=(), validation=()), tmp_path / "bare.rrd")
+    entities = {entity for entity, _ in chunks}
+    assert {"/verdict", "/parameters/table", "/parameters/interval", "/arm/moves"} <= entities
+    assert not any(entity.startswith("/runs") for entity in entities)
 
 
 def test_run_without_positions_has_no_arm(fit, tmp_path):
     still = replace(fit, agreement=(), validation=(replace(fit.validation[0], position=None),))
-    save_rerun(still, tmp_path / "still.rrd")
-    entities = {entity for entity, _ in read(tmp_path / "still.rrd")}
+    entities = {entity for entity, _ in saved(still, tmp_path / "still.rrd")}
     assert any(entity.startswith("/runs") for entity in entities)
     assert not any(entity.startswith("/arm") for entity in entities)
 
 
-def test_viewer_is_opened_with_the_fit_on_this_machine_only(fit, monkeypatch):
-    started = []
-    monkeypatch.setattr("exidyn.identify.pages.views.view_parts.subprocess.Popen", started.append)
-    open_rerun(fit)
-    ((*command, path),) = started
-    assert command == [sys.executable, "-m", "rerun", "--bind", "127.0.0.1"]
-    run = fit.validation[0]
-    entity = f"/runs/{run.run}/torque/elbow/measured"
-    np.testing.assert_array_equal(numbers(read(Path(path)), entity), run.measured[:, 1])
-
-
-def test_viewer_shows_every_view_without_complaint(fit, tmp_path):
+def test_viewer_shows_every_view_without_complaint(fit, tmp_path, monkeypatch):
     end = max(run.time[-1] for run in runs_of(fit))
     # a plot a joint, the ratio and the arm of each run, and three views beside them
     expected = len(runs_of(fit)) * 4 + 3
-    recording = rr.RecordingStream("exidyn_fit")
     with headless_viewer() as (client, address):
-        recording.connect_grpc(address, default_blueprint=blueprint(fit))
-        log_fit(recording, fit)
-        recording.flush()
+        monkeypatch.setattr(viewers, "open_window", lambda: address)
+        viewers.show(fit_view(fit), Targets(view=True))
         state = settled(client, end, expected)
         picture = client.take_screenshot()
-        recording.disconnect()
     assert last_time(state) == pytest.approx(end, abs=1e-6)
     assert len(state.views) == expected
     assert not complaints(state)

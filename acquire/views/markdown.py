@@ -1,4 +1,4 @@
-"""A diagnosis in Markdown, out of the tables of diagnosis.json."""
+"""A fit, and a diagnosis out of the tables of diagnosis.json, in Markdown."""
 
 from typing import Any
 
@@ -8,15 +8,50 @@ from exidyn.identify.diagnosis.findings.quantities import TURNING, with_interval
 from exidyn.identify.diagnosis.words.misfit import from_table, lumped, percents, sentences
 from exidyn.identify.diagnosis.words.naming import joint_words, named
 from exidyn.identify.diagnosis.words.numbers import value_of
+from exidyn.identify.fit.fit import Fit
+from exidyn.identify.fit.warnings.verdict import NORMAL_95, gains_estimated, verdict
+from exidyn.identify.pages.report_html import rounded
 from exidyn.identify.text_table import digits
 
 
-def verdict_markdown(table: dict[str, Any]) -> str:
+def fit_verdict(fit: Fit) -> str:
+    """The verdict as a list."""
+    return "\n".join(["## Verdict", *(f"- {line}" for line in verdict(fit))])
+
+
+def parameters_markdown(fit: Fit) -> str:
+    """Gains and parameters as Markdown tables."""
+    estimate, (nominal, deviation) = fit.estimate, fit.prior
+    lines = ["## Drive gains", "| joint | gain | \u00b1 95 % | nominal |", "|---|---|---|---|"]
+    for k, (joint, stated) in enumerate(zip(fit.model.robot.joints, fit.model.robot.drive_gain, strict=True)):
+        half = rounded(NORMAL_95 * estimate.gain_std[k], 2) if gains_estimated(fit) else "as stated"
+        gain = "not stated" if fit.gains_unstated else rounded(stated)
+        half = "unknown" if fit.unscaled else half
+        lines.append(f"| {joint} | {rounded(estimate.gain[k], 5)} | {half} | {gain} |")
+    lines += [
+        "## Parameters",
+        "| | parameter | value | \u00b1 95 % | "
+        + (f"unit per {', '.join(dict.fromkeys(fit.model.robot.units('N m/A')))}" if fit.unscaled else "unit")
+        + " | nominal |",
+        "|---|---|---|---|---|---|",
+    ]
+    for k, (name, unit) in enumerate(zip(fit.names, fit.base.units, strict=True)):
+        prior = (
+            f"{rounded(nominal[k])} \u00b1 {rounded(deviation[k], 2)}"
+            if np.isfinite(deviation[k]) and not fit.unscaled
+            else ""
+        )
+        value, half = rounded(estimate.values[k], 5), rounded(NORMAL_95 * estimate.std[k], 2)
+        lines.append(f"| {k} | {name} | {value} | {half} | {unit} | {prior} |")
+    return "\n".join(lines)
+
+
+def diagnosis_verdict(table: dict[str, Any]) -> str:
     """The verdict as a list."""
     return "\n".join([f"## {table['name']}", *(f"- {line}" for line in table["verdict"])])
 
 
-def parameters_markdown(table: dict[str, Any]) -> str:
+def findings_markdown(table: dict[str, Any]) -> str:
     """What was found, with intervals, and what it might be instead."""
     every = [*table["findings"], *table.get("undecided", ())]
     if not every:

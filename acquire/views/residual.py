@@ -6,6 +6,7 @@ Measured and nominal torque of that moment are then both averaged over a longer 
 the moments at which friction reverses do not hide what stays. So what is shown is half of both windows old.
 """
 
+from collections import deque
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -26,6 +27,8 @@ RATE = 50.0
 """Averages a second [Hz]: five a window, and enough for the eye."""
 HOLES = 0.6
 """Cycles by which a window may be longer than it should be: a skipped one is a jolt, no quadratic."""
+MARKS = 8
+"""Steps of a power of ten between lowest and highest value: as many numbers have room beside a plot."""
 
 
 class Samples(NamedTuple):
@@ -165,3 +168,33 @@ def joint_torque(model: Model, current: np.ndarray, torque: np.ndarray) -> np.nd
     """
     by_current = (current * model.robot.drive_gain) @ model.robot.coupling
     return np.where(np.isnan(by_current), torque, by_current)
+
+
+class Scale:
+    """The power of ten at which an axis of some past is marked, on both sides of zero.
+
+    Rerun numbers an axis without limits at powers of ten, and at zero alone if none is near.
+
+    Args:
+        past: That is shown [s].
+    """
+
+    def __init__(self, past: float) -> None:
+        self._past = past
+        self._ranges: deque[tuple[float, float, float]] = deque()
+
+    def add(self, time: np.ndarray, values: np.ndarray) -> float:
+        """The mark once these are shown too; NaN while nothing but NaN is.
+
+        Args:
+            time: In order, shape (t,) [s].
+            values: Shape (t, n).
+        """
+        known = values[np.isfinite(values)]
+        if len(known):
+            self._ranges.append((float(time[-1]), float(known.min()), float(known.max())))
+        while self._ranges and self._ranges[0][0] < time[-1] - self._past:
+            self._ranges.popleft()
+        _, lowest, highest = np.array(self._ranges).reshape(-1, 3).T
+        span = np.ptp([*lowest, *highest, 0.0])
+        return float(10.0 ** np.ceil(np.log10(span / MARKS))) if span > 0.0 else float("nan")

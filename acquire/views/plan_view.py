@@ -1,0 +1,122 @@
+"""View of a plan: the arm moving beside plots of all joints against their limits."""
+
+import numpy as np
+import rerun as rr
+import rerun.blueprint as rrb
+
+from exidyn.identify.arm.link_frames import flange_position
+from exidyn.identify.model import Model
+from exidyn.trajectories.plans.plan import Plan
+from exidyn.trajectories.plans.plan_check import nominal_torque, violations
+from exidyn.trajectories.plans.plan_plots import Curve, plan_curves
+from exidyn.trajectories.plans.plan_summary import summary
+from exidyn.trajectories.trajectory import unit_of
+
+from .parts import (
+    ARM,
+    FRAMES,
+    RED,
+    Arm,
+    arm_view,
+    base_frame,
+    entity,
+    joint_colours,
+    log_lines,
+    log_markdown,
+    plot,
+    screen,
+    send,
+)
+from .viewers import View
+
+LINES = ((86, 180, 233), (230, 159, 0))
+"""Colours of the first run and of the second."""
+PATH = (0, 158, 115)
+"""Of the way that the flange takes."""
+
+
+def plan_view(plan: Plan, model: Model) -> View:
+    """A view of a plan for an arm."""
+    torque = nominal_torque(plan, model)
+    curves = plan_curves(plan, torque)
+
+    def log(stream: rr.RecordingStream) -> None:
+        uses = [curve.use for curve in curves]
+        log_markdown(stream, "summary", f"```\n{summary(plan, uses, violations(plan, torque))}\n```")
+        for curve in curves:
+            _log_share(stream, plan, curve)
+            for joint, name in enumerate(plan.joints):
+                _log_joint(stream, curve, joint, name)
+        states = plan.trajectory.every(1.0 / FRAMES)
+        Arm(stream, model).move(states.time, states.position)
+        _log_flange_path(stream, model, states.position)
+
+    return View("plan", log, _layout(plan, model, curves))
+
+
+def _layout(plan: Plan, model: Model, curves: list[Curve]) -> rrb.Blueprint:
+    """One screen: plots on the left, of all joints together or of each quantity; the arm on the right."""
+    shares = [
+        plot(
+            entity("share", curve.use.name),
+            f"{curve.use.name} [% of limit]",
+            legend=place == 0,
+            axis_y=rrb.ScalarAxis(range=_percents(curve)),
+        )
+        for place, curve in enumerate(curves)
+    ]
+    quantities = [_quantity_tab(plan, curve) for curve in curves]
+    tabs = rrb.Tabs(rrb.Vertical(*shares, name="all joints"), *quantities, active_tab=0)
+    words = rrb.TextDocumentView(origin="summary", name="summary")
+    beside = rrb.Vertical(arm_view(model), words, row_shares=[3, 2])
+    return screen(rrb.Horizontal(tabs, beside, column_shares=[1, 1]), play_state=None)
+
+
+def _percents(curve: Curve) -> tuple[float, float]:
+    """Both limits, and all that is beyond them."""
+    largest = float(np.nanmax(curve.use.share, initial=1.0))
+    return -110.0 * largest, 110.0 * largest
+
+
+def _quantity_tab(plan: Plan, curve: Curve) -> rrb.Container:
+    name = curve.use.name
+    plots = [
+        plot(entity(name, joint), f"{joint}: {name} [{unit_of(name, unit)}]", legend=place == 0)
+        for place, (joint, unit) in enumerate(zip(plan.joints, plan.units, strict=True))
+    ]
+    return rrb.Grid(*plots, grid_columns=2, name=name)
+
+
+def _log_share(stream: rr.RecordingStream, plan: Plan, curve: Curve) -> None:
+    """All joints on one scale: from -100 % at the lower limit to 100 % at the upper one."""
+    path, time = entity("share", curve.use.name), curve.time
+    shares = 100.0 * curve.use.shares(curve.runs[-1][1])
+    log_lines(stream, path, plan.joints, joint_colours(len(plan.joints)), time, shares)
+    path, limits = entity("share", curve.use.name, "limit"), np.array([[-100.0, 100.0]] * 2)
+    log_lines(stream, path, ["limit", "limit"], [RED, RED], time[[0, -1]], limits, 1.0)
+
+
+def _log_joint(stream: rr.RecordingStream, curve: Curve, joint: int, name: str) -> None:
+    """A joint's curve of each run, its limits, and where it is beyond them."""
+    for colour, (run, values) in zip(LINES, curve.runs, strict=False):
+        path = entity(curve.use.name, name, run)
+        log_lines(stream, path, [run], [colour], curve.time, values[:, joint])
+        beyond = curve.use.beyond(values[:, joint], joint)
+        if np.any(beyond):
+            path = entity(curve.use.name, name, f"{run} beyond")
+            stream.log(path, rr.SeriesPoints(names="beyond", colors=RED, marker_sizes=3), static=True)
+            send(stream, path, curve.time[beyond], values[beyond, joint])
+    for side in ("lower", "upper"):
+        limit = getattr(curve.use, side)[joint]
+        if np.isfinite(limit):
+            path = entity(curve.use.name, name, f"{side} limit")
+            log_lines(stream, path, ["limit"], [RED], curve.time[[0, -1]], np.full(2, limit), 1.0)
+
+
+def _log_flange_path(stream: rr.RecordingStream, model: Model, position: np.ndarray) -> None:
+    """The way of the flange along positions (t, n), as a line in the frame of the base."""
+    robot, path = model.robot, entity(ARM, "path of the flange")
+    data = robot.kinematics.createData()
+    way = [flange_position(robot.kinematics, robot.flange, pose, data) for pose in position]
+    stream.log(path, rr.CoordinateFrame(base_frame(model)), static=True)
+    stream.log(path, rr.LineStrips3D([way], colors=PATH, radii=rr.Radius.ui_points(1.0)), static=True)

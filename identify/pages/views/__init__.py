@@ -1,5 +1,0 @@
-"""Arms and recordings in Rerun.
-
-In: models, recordings.
-Out: what is logged.
-"""
