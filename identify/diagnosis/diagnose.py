@@ -15,10 +15,11 @@ from ..recordings.recording import Recording
 from .candidates import kind_of
 from .findings.finding import Alternative, Diagnosis, Finding, Improvement, Quantity
 from .findings.quantities import quantities
+from .findings.trace import Evidence
 from .questions.block_answer import Answer
 from .questions.shape import Shaped
 from .results.budget import budget, changes
-from .results.evidence import Residuals, deviations, evidence, places_of
+from .results.evidence import deviations, evidence, places_of
 from .results.remainder import MAIN, MATERIAL, beside_unnamed, discrepancies, remainders, rms
 from .runs.driven import Driven
 from .runs.usable import usable
@@ -99,7 +100,6 @@ def _diagnosed(
     progress("weigh what was found")
     left = discrepancies(found.problem, found.prediction)
     found = beside_unnamed(found, left)
-    fitted, apart = found.problem.fitted, found.problem.held_out
     noise, rested = noise_floor(found.problem.runs)
     material = MATERIAL
     if pooled_noise([run.prepared for run in found.problem.runs])[0].noise_source in SMOOTHED_SOURCES:
@@ -107,7 +107,7 @@ def _diagnosed(
         noise = np.maximum(noise, rms(found.prediction.residual, found.prediction.rows.weight))
         rested, material = False, MAIN
         warnings = [*warnings, SMOOTH.format(found.problem.runs[0].prepared.decimation.cutoff)]
-    residuals = Residuals.of(found)
+    proof = evidence(found, noise)
     spread, named = deviations(found), sum(one.named for one in found.selected)
     every = [_finding(found, place, spread[place]) for place in range(len(found.selected))]
     diagnosis = Diagnosis(
@@ -116,10 +116,10 @@ def _diagnosed(
         findings=tuple(every[:named]),
         undecided=tuple(every[named:]),
         remainders=tuple(remainders(found.prediction, left, noise, rested, material)),
-        improvement=_improvement(found, residuals, apart, noise),
-        runs=tuple(run.prepared.name for run in fitted),
+        improvement=_improvement(proof, found.problem.held_out),
+        runs=tuple(run.prepared.name for run in found.problem.fitted),
         warnings=tuple(warnings),
-        evidence=evidence(found, residuals, noise),
+        evidence=proof,
         seconds=time.monotonic() - began,
         tried=found.problem.tried,
         budget=budget(found.problem, found.selected, left, noise if rested else np.zeros_like(noise)),
@@ -172,14 +172,15 @@ def _range(answer: Answer, values: np.ndarray) -> dict[str, Quantity]:
     return {name: Quantity(value, float("nan"), unit) for name, value in ends.items()}
 
 
-def _improvement(
-    found: SearchResult, residuals: Residuals, runs: Sequence[Driven], noise: np.ndarray
-) -> Improvement | None:
+def _improvement(known: Evidence, runs: Sequence[Driven]) -> Improvement | None:
+    """What the findings change on runs held out; None without any."""
     if not runs:
         return None
-    blocks = found.problem.blocks
-    rows = ~blocks.fitted[blocks.number]
-    weight = found.problem.base.weight[rows]
-    before, after = (rms(one[rows], weight) for one in (residuals.before, residuals.after))
+    traces = known.traces[: len(runs)]
+    weight = np.concatenate([one.weight for one in traces])
+    before, after = (
+        rms(np.concatenate(left), weight)
+        for left in ([one.before for one in traces], [one.after for one in traces])
+    )
     band = min(run.prepared.decimation.cutoff for run in runs)
-    return Improvement(tuple(run.prepared.name for run in runs), before, after, noise, band)
+    return Improvement(tuple(run.prepared.name for run in runs), before, after, known.noise, band)

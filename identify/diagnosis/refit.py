@@ -15,6 +15,9 @@ from .runs.usable import HELD_OUT
 from .words.measures import by_kind, slides
 from .words.sentences import sentence
 
+RIGID = "a fit has rigid gears, so that this is no part of it"
+NOT_THE_ARM = "no part of this fit, which is of the arm and not of how it was measured"
+
 
 def refit(
     diagnosis: Diagnosis,
@@ -47,20 +50,20 @@ def refit(
         filtering=filtering,
         progress=progress,
     )
-    warnings = [
-        f"{sentence(finding, diagnosis.joints, slides(diagnosis, finding))}: {_why(finding)}"
-        for place, finding in enumerate(by_kind(diagnosis).findings)
-        if kind_of(finding.effect).gear or kind_of(finding.effect).undo or place in left_out
-    ]
+    warnings = []
+    for place, finding in enumerate(by_kind(diagnosis).findings):
+        kind = kind_of(finding.effect)
+        if kind.gear or kind.undo or place in left_out:
+            why = kind.undo.words if kind.undo else RIGID if kind.gear else NOT_THE_ARM
+            warnings.append(f"{sentence(finding, diagnosis.joints, slides(diagnosis, finding))}: {why}")
     return replace(fit, warnings=(*warnings, *fit.warnings))
 
 
 def model_to_fit(diagnosis: Diagnosis) -> Model:
     """The nominal model with the effects found, and gains by what was found of them."""
     assert diagnosis.evidence is not None
-    evidence = diagnosis.evidence
-    arm = as_found(evidence, diagnosis.findings)
-    share = arm.gain / evidence.gain_after
+    arm = as_found(diagnosis.evidence, diagnosis.findings)
+    share = arm.gain / diagnosis.evidence.gain_after
     return replace(arm.model, robot=replace(arm.model.robot, drive_gain=arm.model.robot.drive_gain * share))
 
 
@@ -70,12 +73,3 @@ def undone(recording: Recording, findings: Sequence[Finding]) -> Recording:
         if (undo := kind_of(finding.effect).undo) is not None:
             recording = undo.undone(recording, finding)
     return recording
-
-
-def _why(finding: Finding) -> str:
-    kind = kind_of(finding.effect)
-    if kind.undo is not None:
-        return kind.undo.words
-    if kind.gear:
-        return "a fit has rigid gears, so that this is no part of it"
-    return "no part of this fit, which is of the arm and not of how it was measured"

@@ -54,24 +54,17 @@ class Arm:
         return replace(self, model=replace(self.model, robot=robot))
 
     def with_gear(self, joint: int, stiffness: float, damping: float, play: float) -> "Arm":
-        """With one gear that is not rigid; two findings add: the softer spring, the wider play.
+        """With one gear that is not rigid; of two findings the softer spring and the wider play.
 
-        Args:
-            joint: Which, from 0.
-            stiffness: [N m/rad].
-            damping: [N m s/rad].
-            play: Whole width [rad].
+        Stiffness is in N m/rad, damping in N m s/rad, play the whole width [rad].
         """
-        arm, old = self._with_rotor(joint), self.transmission
-        place = np.arange(len(old.stiffness)) == joint
-        return replace(
-            arm,
-            transmission=Transmission(
-                np.where(place, np.minimum(old.stiffness, stiffness), old.stiffness),
-                np.where(place, np.maximum(old.damping, damping), old.damping),
-                np.where(place, np.maximum(old.backlash, play), old.backlash),
-            ),
+        old, place = self.transmission, np.arange(len(self.gain)) == joint
+        gears = Transmission(
+            np.where(place, np.minimum(old.stiffness, stiffness), old.stiffness),
+            np.where(place, np.maximum(old.damping, damping), old.damping),
+            np.where(place, np.maximum(old.backlash, play), old.backlash),
         )
+        return replace(self._with_rotor(joint), transmission=gears)
 
     def _with_rotor(self, joint: int) -> "Arm":
         """With a motor that can be moved apart from its link, be the model without rotor inertia."""

@@ -21,6 +21,8 @@ SCALES: dict[str, tuple[float, str]] = {
 """Name of a unit for people -> how many of it are one of SI, and how it is written."""
 
 
+ROUNDING = 1e-6
+"""Of a solution, over its standard deviation [-]."""
 FINEST = 6
 """Places behind the point from which on numbers are written with powers of ten."""
 
@@ -89,20 +91,12 @@ def _plain(name: str) -> str:
     return name[:cut].rstrip("_") or name
 
 
-ROUNDING = 1e-6
-"""Of a solution, over its standard deviation [-]."""
-
-
 def quantities(
     candidate: Candidate, values: np.ndarray, std: np.ndarray, shape: Mapping[str, float]
 ) -> dict[str, Quantity]:
     """What people are given of a finding.
 
-    Args:
-        candidate: In the shape that was found.
-        values: Its coefficients, shape (p,).
-        std: Their standard deviations, shape (p,).
-        shape: Those of the numbers of its shape, and of what follows from it, by name.
+    By its coefficients (p,), their standard deviations (p,), and those of its shape and what follows from it.
     """
     # What is held at a limit is there to the rounding of the solution.
     within = np.where(
@@ -117,14 +111,9 @@ def quantities(
     }
     shape = {**shape, **candidate.known}
     units = {name: bounds.unit for name, bounds in candidate.bounds.items()}
-    return (
-        numbers
-        | {
-            name: Quantity(value, shape.get(name, float("nan")), units.get(name, "1"))
-            for name, value in candidate.shape.items()
-        }
-        | {
-            name: Quantity(value, shape.get(name, float("nan")), unit)
-            for name, (value, unit) in candidate.reported.items()
-        }
-    )
+    own = {name: (value, units.get(name, "1")) for name, value in candidate.shape.items()}
+    more = {
+        name: Quantity(value, shape.get(name, float("nan")), unit)
+        for name, (value, unit) in (own | dict(candidate.reported)).items()
+    }
+    return numbers | more

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...recordings.recording import Recording
+from ...recordings.recording import Recording, Signal
+from ...simulation.follow import follow
 from ...simulation.plant import DriveControl, Plant, Thermal
 from ...simulation.plant.typical import typical_size
 from ..candidates import kind_of
@@ -84,59 +85,39 @@ def forward(diagnosis: Diagnosis, recording: Recording) -> Forward | None:
     arms = as_nominal(known), as_found(known, findings)
     # An arm that diverges ends in infinity; what follows is no number, and reported as none.
     with np.errstate(over="ignore", invalid="ignore"):
-        (before, _), (after, missed) = (_simulated(arm, run) for arm in arms)
+        before, after = (_followed(arm, run) for arm in arms)
+        torques = [run.thinned(run.prepared.gain * one["current"].values) for one in (before, after)]
+        missed = run.motion.position - after["position"].values
     wrong = [place for place in arms[1].left_out if kind_of(findings[place].effect).sensor]
     for trace in known.traces:
         if trace.name == recording.name:
-            after = after + trace.explained[wrong].sum(axis=0)
+            torques[1] = torques[1] + trace.explained[wrong].sum(axis=0)
     time = run.prepared.decimated_time
     left_out = [place for place in arms[1].left_out if place not in wrong]
     return Forward(
         run=recording.name,
         time=time,
         measured=run.prepared.gain * run.prepared.decimated_current,
-        torque_before=before,
-        torque_after=after,
+        torque_before=torques[0],
+        torque_after=torques[1],
         weight=run.prepared.weight * (time > run.motion.time[0] + SETTLED)[:, None],
         missed=_difference(missed, np.ones_like(missed)),
         left_out=tuple(findings[place].effect for place in left_out),
     )
 
 
-def _simulated(arm: Arm, run: Driven) -> tuple[np.ndarray, np.ndarray]:
-    """Torque as the recording would show it (r, n) [N m], and the motion missed (t, n) [rad]."""
-    current, reached = follow(arm, run, run.motion.position, run.motion.velocity)
-    return run.thinned(run.prepared.gain * current), run.motion.position - reached
-
-
-def follow(
-    arm: Arm, run: Driven, position: np.ndarray, velocity: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Currents (t, n) and positions (t, n) [rad] of an arm that follows a motion [rad], [rad/s]."""
-    plant = _plant(arm, run)
-    tick = 1.0 / run.prepared.decimation.rate
-    first, then = plant.measure(), plant.follow(position[1:], velocity[1:], tick)
-    current, reached = (
-        np.vstack([one, rest])
-        for one, rest in ((first.current, then.current), (first.position, then.position))
-    )
-    return current, reached
-
-
-def _plant(arm: Arm, run: Driven) -> Plant:
-    """The arm at the beginning of the run, as warm as it was in its middle."""
-    n = arm.model.robot.dof
-    inertia = typical_size(arm.model)[0]
-    control = DriveControl.tuned(inertia, BANDWIDTH, np.full(n, np.inf), feed_forward=1.0)
-    warmth = np.nanmean(run.motion.temperature) if np.any(np.isfinite(run.motion.temperature)) else 25.0
-    thermal = Thermal.constant(n, float(warmth))
-    return Plant(
+def _followed(arm: Arm, run: Driven) -> dict[str, Signal]:
+    """What sensors of the arm measure along the run's motion; it is as warm as it was in the run's middle."""
+    inertia, temperature = typical_size(arm.model)[0], run.motion.temperature
+    warmth = np.nanmean(temperature) if np.any(np.isfinite(temperature)) else 25.0
+    plant = Plant(
         arm.model,
         arm.values,
         arm.gain,
         run.motion.position[0],
-        control,
+        DriveControl.tuned(inertia, BANDWIDTH, np.full(len(inertia), np.inf), feed_forward=1.0),
         transmission=arm.transmission,
-        thermal=thermal,
+        thermal=Thermal.constant(len(inertia), float(warmth)),
         payload=run.motion.payload,
     )
+    return follow(plant, run.motion.position, run.motion.velocity, 1.0 / run.prepared.decimation.rate)

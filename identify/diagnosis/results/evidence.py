@@ -1,7 +1,6 @@
 """Evidence: traces of all runs out of a search's result, and how far the numbers of findings may be off."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -14,30 +13,15 @@ from ..runs.rows import CLOCK, Rows
 from ..search.search import SearchResult
 
 
-@dataclass(frozen=True, eq=False)
-class Residuals:
-    """What is left of the torque of all runs, shape (r, n) each [N m]."""
-
-    before: np.ndarray  # by the nominal model, friction, offsets and what is unstated fitted
-    after: np.ndarray  # with everything that was found
-    explained: np.ndarray  # torque of each finding, shape (f, r, n) [N m]
-
-    @classmethod
-    def of(cls, found: SearchResult) -> "Residuals":
-        """Of a search."""
-        rows, values = found.prediction.rows, found.prediction.values
-        before = rows.difference - rows.columns @ nominal_unknowns(found)
-        return cls(before, found.prediction.residual, explained(found, rows, values))
-
-
-def evidence(found: SearchResult, residuals: Residuals, noise: np.ndarray) -> Evidence:
+def evidence(found: SearchResult, noise: np.ndarray) -> Evidence:
     """What the answer rests on, runs held out first; the noise floor of the joints is (n,) [N m]."""
     model, word, fitted = found.problem.model, nominal_unknowns(found), found.prediction.values
-    runs, count = found.problem.runs, len(model.names)
-    traces = [
-        _trace(model, run, residuals, rows, found.problem.base.weight[rows])
-        for run, rows in zip(runs, found.prediction.rows.runs, strict=True)
-    ]
+    rows, count = found.prediction.rows, len(model.names)
+    before, parts = rows.difference - rows.columns @ word, explained(found, rows, fitted)
+    traces = []
+    for run, own in zip(found.problem.runs, rows.runs, strict=True):
+        left = before[own], found.prediction.residual[own], parts[:, own], found.problem.base.weight[own]
+        traces.append(_trace(model, run, *left))
     fitted_runs = len(found.problem.fitted)
     return Evidence(
         model=model,
@@ -47,7 +31,7 @@ def evidence(found: SearchResult, residuals: Residuals, noise: np.ndarray) -> Ev
         gain_after=_gains(found, fitted),
         noise=noise,
         traces=(*traces[fitted_runs:], *traces[:fitted_runs]),
-        filtering=runs[0].filtering,
+        filtering=found.problem.runs[0].filtering,
     )
 
 
@@ -78,9 +62,10 @@ def _gains(found: SearchResult, values: np.ndarray) -> np.ndarray:
     return nominal * (1.0 + np.array([places.get(f"gain{joint + 1}", 0.0) for joint in range(len(nominal))]))
 
 
-def _trace(model: Model, run: Driven, left: Residuals, rows: slice, weight: np.ndarray) -> Trace:
-    prepared, robot, motion = run.prepared, model.robot, run.motion
-    places = run.centres
+def _trace(
+    model: Model, run: Driven, before: np.ndarray, after: np.ndarray, parts: np.ndarray, weight: np.ndarray
+) -> Trace:
+    prepared, robot, motion, places = run.prepared, model.robot, run.motion, run.centres
     return Trace(
         name=prepared.name,
         role=run.role,
@@ -92,9 +77,9 @@ def _trace(model: Model, run: Driven, left: Residuals, rows: slice, weight: np.n
         temperature=motion.temperature[places],
         motor_angle=motion.position[places] @ robot.coupling.T * robot.gear_ratio,
         measured=prepared.gain * prepared.decimated_current[: run.rows],
-        before=left.before[rows],
-        after=left.after[rows],
-        explained=left.explained[:, rows],
+        before=before,
+        after=after,
+        explained=parts,
         weight=weight,
     )
 
@@ -133,7 +118,7 @@ def deviations(found: SearchResult) -> list[tuple[np.ndarray, dict[str, float]]]
 
 def _of_reported(candidate: Candidate, std: Mapping[str, float]) -> dict[str, float]:
     """Of what follows from the shape, to first order."""
-    changes = {name: 0.0 for name in candidate.reported}
+    changes = dict.fromkeys(candidate.reported, 0.0)
     for name, deviation in std.items():
         low, high = (_shaped(candidate, name, sign * deviation * STEP) for sign in (-1, 1))
         for one in changes:
