@@ -28,7 +28,7 @@ from exidyn.identify.robot_files.robot_file import read_model
 from exidyn.identify.simulation.comparison import Comparison
 from exidyn.identify.simulation.comparison import compare as _compare
 from exidyn.identify.simulation.plant import Transmission
-from exidyn.trajectories.planning import plan as _plan
+from exidyn.trajectories.planning.planner import plan as _plan
 from exidyn.trajectories.plans.plan import Plan
 from exidyn.trajectories.plans.plan_file import read_plan
 from exidyn.trajectories.planning.wishes import Wishes

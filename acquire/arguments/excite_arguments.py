@@ -6,8 +6,8 @@ from pathlib import Path
 
 from exidyn.identify.effects import EFFECTS
 from exidyn.identify.robot_files.robot_file import builtin_names
-from exidyn.trajectories.kinds import KINDS
-from exidyn.trajectories.search.information.criteria import CRITERIA
+from exidyn.trajectories.kinds.by_rule import KINDS
+from exidyn.trajectories.search.criteria import CRITERIA
 
 from .common import any_number, command_parser, integer, positive
 from .outputs import add_json, add_output

@@ -17,21 +17,20 @@ from exidyn.identify.robot_files.robot_file import read_model
 from exidyn.identify.robot_files.toml_fields import check_keys, parse_toml, read_text
 from exidyn.identify.text_table import paragraph
 from exidyn.trajectories.clearances.clearance import Clearance
-from exidyn.trajectories.clearances.region_rows import read_regions
+from exidyn.trajectories.clearances.region import read_regions
 from exidyn.trajectories.clearances.self_collision import SelfCollision
 from exidyn.trajectories.discrimination.discriminate import Discriminate
 from exidyn.trajectories.discrimination.distinction import distinguish, sentences
 from exidyn.trajectories.errors import BadLimits
 from exidyn.trajectories.kinds.by_rule import by_rule
 from exidyn.trajectories.limits.usable_limits import Margins, usable
+from exidyn.trajectories.planning.goals import two_models
 from exidyn.trajectories.planning.planner import plan
-from exidyn.trajectories.planning.two_models import two_models
 from exidyn.trajectories.planning.wishes import Wishes, rows_of
 from exidyn.trajectories.plans.plan import Plan
-from exidyn.trajectories.plans.plan_check import nominal_torque, violations
+from exidyn.trajectories.plans.plan_check import limit_use, nominal_torque, violations
 from exidyn.trajectories.plans.plan_file import write_plan
 from exidyn.trajectories.plans.plan_summary import summary
-from exidyn.trajectories.plans.plan_use import limit_use
 
 from ..arguments.excite_arguments import OPTIMISED, excite_options
 from ..arguments.excite_arguments import parser as parser

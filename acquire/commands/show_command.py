@@ -10,11 +10,10 @@ from exidyn.identify.robot_files.robot_file import read_model
 from exidyn.trajectories.errors import TrajectoryError, UnknownChoice
 from exidyn.trajectories.plans.exports import EXPORTS
 from exidyn.trajectories.plans.plan import Plan, fits
-from exidyn.trajectories.plans.plan_check import nominal_torque, violations
+from exidyn.trajectories.plans.plan_check import limit_use, nominal_torque, violations
 from exidyn.trajectories.plans.plan_file import read_plan
 from exidyn.trajectories.plans.plan_page import plan_page
 from exidyn.trajectories.plans.plan_summary import summary
-from exidyn.trajectories.plans.plan_use import limit_use
 
 from ..arguments.common import add_plan, add_robot, command_parser, complaint, positive, table_help
 from ..arguments.outputs import add_json, require_file, require_json

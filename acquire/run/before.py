@@ -8,7 +8,7 @@ import numpy as np
 from exidyn.identify.arm.robot import Limits, Robot
 from exidyn.identify.model import Model
 from exidyn.identify.recordings.recording import KnownPayload
-from exidyn.trajectories.families.slowed import Slowed
+from exidyn.trajectories.families.sequence import Slowed
 from exidyn.trajectories.limits.usable_limits import Margins, usable
 from exidyn.trajectories.plans.plan import Plan, model_differences, robot_differences
 from exidyn.trajectories.plans.plan_check import Torque, nominal_torque, violations

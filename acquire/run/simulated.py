@@ -11,7 +11,7 @@ from exidyn.identify.simulation.plant import Plant, Sensors, Transmission
 from exidyn.identify.simulation.plant.plant import Watched
 from exidyn.identify.simulation.plant.typical import typical_parts
 from exidyn.trajectories.errors import TrajectoryError
-from exidyn.trajectories.families.slowed import Slowed
+from exidyn.trajectories.families.sequence import Slowed
 from exidyn.trajectories.limits.usable_limits import usable
 from exidyn.trajectories.plans.plan import Plan, robot_differences
 from exidyn.trajectories.plans.plan_file import plan_text

@@ -8,8 +8,8 @@ from typing import Any
 from exidyn.drivers import StopLevel
 from exidyn.identify.text_table import paragraph
 from exidyn.trajectories.plans.plan import Plan
+from exidyn.trajectories.plans.plan_check import Use, limit_use
 from exidyn.trajectories.plans.plan_summary import use_table
-from exidyn.trajectories.plans.plan_use import Use, limit_use
 from exidyn.trajectories.trajectory import unit_of
 
 from ..run.before import Checked

@@ -8,7 +8,7 @@ from exidyn.identify.arm.link_frames import flange_position
 from exidyn.identify.model import Model
 from exidyn.trajectories.plans.plan import Plan
 from exidyn.trajectories.plans.plan_check import nominal_torque, violations
-from exidyn.trajectories.plans.plan_plots import Curve, plan_curves
+from exidyn.trajectories.plans.plan_page import Curve, plan_curves
 from exidyn.trajectories.plans.plan_summary import summary
 from exidyn.trajectories.trajectory import unit_of
 

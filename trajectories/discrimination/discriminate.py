@@ -19,11 +19,10 @@ from exidyn.identify.effects import MotionGradient
 from exidyn.identify.model import Model
 
 from ..errors import NotComparable
-from ..search.information.design_model import design_model
-from ..search.information.experiment import loaded_runs, whitening
-from ..search.information.objective import Objective
-from .hypothesis import Hypothesis
-from .separation import Explanation, Observation, explain, probability
+from ..search.experiment import loaded_runs, whitening
+from ..search.goals import Objective
+from ..search.unknowns import design_model
+from .separation import Explanation, Hypothesis, Observation, explain, probability
 
 FLOOR = 1e-6
 """Separation that is added to each, so that it has a logarithm: it is a probability of 50.02 per cent,

@@ -16,9 +16,8 @@ from exidyn.identify.arm.robot import Robot
 from exidyn.identify.effects import Effect, Parameter, Payload, Prior, known_parameters
 from exidyn.identify.model import Model
 
-from ..search.information.unknowns import DriveGains
-from .hypothesis import Hypothesis
-from .separation import Observation
+from ..search.unknowns import DriveGains
+from .separation import Hypothesis, Observation
 
 TILT = np.deg2rad(15.0)
 """Of the base [rad]: a quarter of the weight across, and still within what wedges under a base plate do."""

@@ -1,11 +1,11 @@
-"""Sequence: motions one after another."""
+"""Motions made of motions: one after another, or at a share of the speed."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
-from ..errors import NotContinuous
-from ..trajectory import UNITS, Extremes, State, States, Trajectory, widest
+from ..errors import BadLimits, NotContinuous
+from ..trajectory import UNITS, Extremes, Range, State, States, Trajectory, widest
 
 JOIN = 1e-6
 """Step in position [rad], velocity [rad/s] or acceleration [rad/s^2] between two parts that is rounding: a
@@ -68,3 +68,41 @@ def _require_join(number: int, before: State, after: State) -> None:
                 f"between parts {number} and {number + 1}; a part must begin as the one before it ends. "
                 "Try a move between"
             )
+
+
+@dataclass(frozen=True, eq=False)
+class Slowed(Trajectory):
+    """A motion through the same positions in more time.
+
+    Attributes:
+        full: The motion at full speed.
+        speed: Share of its speed, above 0 and up to 1 [-].
+    """
+
+    full: Trajectory
+    speed: float
+
+    def __post_init__(self) -> None:
+        if not 0.0 < self.speed <= 1.0:
+            raise BadLimits(f"a speed of {self.speed:g}; it must be above 0 and at most 1, such as 0.1")
+
+    @property
+    def duration(self) -> float:
+        return self.full.duration / self.speed
+
+    @property
+    def dof(self) -> int:
+        return self.full.dof
+
+    def at(self, time: np.ndarray) -> States:
+        time = self.inside(time)
+        states = self.full.at(np.minimum(time * self.speed, self.full.duration))
+        powers = (states[1 + order] * self.speed**order for order in range(4))
+        return States(time, *powers)
+
+    def extremes(self) -> Extremes:
+        slower = []
+        for order, (lower, upper, *times) in enumerate(self.full.extremes()):
+            share = self.speed**order
+            slower.append(Range(lower * share, upper * share, *(time / self.speed for time in times)))
+        return Extremes(*slower)

@@ -1,14 +1,90 @@
-"""A run of one kind as a plan."""
+"""Kinds of run beside the optimised one, one function a kind, and a run of one kind as a plan."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import NamedTuple
 
+import numpy as np
+
+from exidyn.identify.arm.robot import Limits
 from exidyn.identify.model import Model
 
-from ..joint_names_in_errors import in_words_of
+from ..clearances.configurations import clear_position
+from ..errors import in_words_of
 from ..limits.usable_limits import usable
+from ..planning.planner import plan
 from ..planning.wishes import Wishes
 from ..plans.plan import Plan
-from . import KINDS
+from ..trajectory import Trajectory
+from .single_joint import single_joint_runs
+from .static_poses import static_poses
+from .sweeps import constant_velocity_sweeps
+from .with_chirp import with_chirp
+
+POSES = 15
+"""Poses of a static run: gravity has some ten base parameters on six joints, each seen more than once."""
+CALM = 0.5
+"""Share of velocity, acceleration and jerk that the motion under a chirp leaves to it."""
+UNDER_CHIRP = 12.0
+"""Length of that motion [s]: long enough for two octaves a chirp needs, short enough to warm nothing up."""
+SEARCH = 12.0
+"""Of search for it [s]: a calm motion need not be the best."""
+
+
+class Made(NamedTuple):
+    """A run made by rule.
+
+    Attributes:
+        trajectory: The motion.
+        notes: What was left out of it and why, a sentence each.
+    """
+
+    trajectory: Trajectory
+    notes: tuple[str, ...] = ()
+
+
+Kind = Callable[[Model, Wishes, Limits, Sequence[int]], Made]
+
+
+def sweeps(model: Model, wishes: Wishes, limits: Limits, joints: Sequence[int]) -> Made:
+    """Constant velocities back and forth, joint by joint: friction curves."""
+    pose = _pose(model, wishes, limits)
+    return Made(constant_velocity_sweeps(limits, joints, pose, wishes.tick, clearances=wishes.clearances))
+
+
+def poses(model: Model, wishes: Wishes, limits: Limits, joints: Sequence[int]) -> Made:
+    """Rests at poses reached from both sides: gravity and offsets."""
+    run = static_poses(
+        limits, POSES, wishes.tick, clearances=wishes.clearances, model=model, start=wishes.start
+    )
+    return Made(run.trajectory, tuple(run.notes))
+
+
+def single_joint(model: Model, wishes: Wishes, limits: Limits, joints: Sequence[int]) -> Made:
+    """One joint at a time, slow and fast: what each does without the others."""
+    pose = _pose(model, wishes, limits)
+    return Made(single_joint_runs(limits, joints, pose, wishes.tick, clearances=wishes.clearances))
+
+
+def chirp(model: Model, wishes: Wishes, limits: Limits, joints: Sequence[int]) -> Made:
+    """A swept sine on a calm motion of all joints: elasticity, backlash, delay."""
+    calm = replace(wishes.margins, velocity=CALM, acceleration=CALM, jerk=CALM)
+    under = replace(wishes, margins=calm, seconds=UNDER_CHIRP)
+    motion = plan(model, under, starts=1, seconds=SEARCH)[0].trajectory
+    return Made(with_chirp(motion, joints, limits, wishes.tick, clearances=wishes.clearances))
+
+
+def _pose(model: Model, wishes: Wishes, limits: Limits) -> np.ndarray:
+    """Where the other joints rest: the start if one is given, else the middle, or a place that is clear."""
+    if wishes.start is not None:
+        return wishes.start
+    if wishes.clearances:
+        return clear_position(replace(model.robot, limits=limits), wishes.clearances)
+    return np.asarray(0.5 * (limits.position_lower + limits.position_upper))
+
+
+KINDS: dict[str, Kind] = {"sweeps": sweeps, "poses": poses, "single-joint": single_joint, "chirp": chirp}
+"""By the name that the command line gives them."""
 
 
 def by_rule(kind: str, model: Model, wishes: Wishes, joints: Sequence[int] = ()) -> Plan:

@@ -7,8 +7,7 @@ import numpy as np
 
 from exidyn.identify.arm.robot import Limits, Robot
 
-from ..errors import BadLimits, Infeasible
-from ..joint_names_in_errors import in_words_of
+from ..errors import BadLimits, Infeasible, in_words_of
 
 HALF_TURN = np.pi
 """How far a joint without position limits is turned each way, so that cables do not wind up [rad]."""

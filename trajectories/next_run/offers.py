@@ -16,11 +16,10 @@ from exidyn.identify.model import Model
 from exidyn.identify.recordings.recording import KnownPayload, Recording, Signal
 from exidyn.identify.simulation.simulate import simulate
 
-from ..kinds import KINDS
-from ..kinds.by_rule import by_rule
+from ..kinds.by_rule import KINDS, by_rule
 from ..limits.usable_limits import usable
+from ..planning.goals import two_models
 from ..planning.planner import plan
-from ..planning.two_models import two_models
 from ..planning.wishes import Wishes, rows_of
 from ..plans.plan import Plan
 

@@ -1,3 +1,1 @@
 """Planning: a model and wishes come in, a plan goes out that a recorder can run."""
-
-from .planner import plan as plan

@@ -1,14 +1,122 @@
-"""A plan as the text of other programs' files: a function a format, in a table."""
+"""A plan as the text of other programs' files (CSV, ROS, KRL): a function a format, in a table."""
 
 import json
+import re
 from collections.abc import Callable
 
 import numpy as np
 
+from exidyn.identify.text_table import WIDTH
+
+from ..errors import BadLimits
 from ..trajectory import States
-from .export_points import fixed, points
-from .krl import krl_text
 from .plan import Plan
+
+
+def points(plan: Plan, rate: float, end: bool = True) -> States:
+    """States at a rate [Hz], with the end of the motion as the last one if it is asked for."""
+    states = plan.trajectory.every(1.0 / rate)
+    left = plan.trajectory.duration - states.time[-1]
+    # under a thousandth of a step the end is the last sample, but for rounding
+    if not end or left < 1e-3 / rate:
+        return states
+    return plan.trajectory.at(np.append(states.time, plan.trajectory.duration))
+
+
+def fixed(value: float, digits: int) -> str:
+    """Digits behind a point and no exponent, which YAML 1.1 and KRL read alike; no minus before zero."""
+    return f"{round(float(value), digits) + 0.0:.{digits}f}"
+
+
+KRL_RATE = 2.0
+"""Points a second: a motion from point to point cannot follow faster swings anyway [Hz]."""
+KRL_AXES = (*(f"A{i}" for i in range(1, 7)), *(f"E{i}" for i in range(1, 7)))
+"""Axes of an E6AXIS."""
+KRL_NAME = 24
+"""Longest name of a KRL module."""
+WITHIN = 50
+"""Instants between two points at which the speed is looked at."""
+
+
+def krl_text(plan: Plan, rate: float | None = None) -> str:
+    """KUKA KRL program (.src) of PTP points in degrees, for the way there and slow checks; 2 points a second.
+
+    Raises:
+        BadLimits: Too many joints, or a speed that is no share of a velocity limit.
+    """
+    states = points(plan, rate or KRL_RATE)
+    percent = _percent(plan, states.time)
+    scale = np.array([180.0 / np.pi if unit == "rad" else 1000.0 for unit in plan.units])
+    name = krl_name(plan.robot)
+    lines = [
+        f"&COMMENT {name}: points of a motion planned by exidyn",
+        f"DEF {name}( )",
+        *_krl_remarks(plan),
+        "GLOBAL INTERRUPT DECL 3 WHEN $STOPMESS==TRUE DO IR_STOPM( )",
+        "INTERRUPT ON 3",
+        "BAS(#INITMOV, 0)",
+        "BAS(#ACC_PTP, 50)",
+        "$APO.CPTP=50",
+        "BAS(#VEL_PTP, 10)",
+        f"PTP {_axes(scale * states.position[0])}",
+    ]
+    before = None
+    for row in range(1, len(states.time)):
+        speed = int(percent[row - 1])
+        if speed != before:
+            lines.append(f"BAS(#VEL_PTP, {speed})")
+            before = speed
+        blended = " C_PTP" if row < len(states.time) - 1 else ""
+        lines.append(f"PTP {_axes(scale * states.position[row])}{blended}")
+    return "\n".join([*lines, "END"]) + "\n"
+
+
+def _krl_remarks(plan: Plan) -> list[str]:
+    names = ", ".join(f"{axis} {joint}" for axis, joint in zip(KRL_AXES, plan.joints, strict=False))
+    return [
+        ";The controller times these points itself: this is no identification motion.",
+        ";It is for the way to the start and for slow checks of where the arm goes. The motion itself",
+        ";goes through RSI, cycle by cycle. Between points, and where it rounds them, the arm takes other",
+        ";ways than planned: those are not checked for collisions. Begin with a low override.",
+        f";Axes: {names}"[:WIDTH],
+        ";Degrees (mm where a joint slides), counted and zeroed as the robot's description has them:",
+        ";compare a few points with the pendant in T1 before anything moves fast.",
+        ";Speeds in per cent of the description's velocity limits.",
+    ]
+
+
+def krl_name(robot: str) -> str:
+    """A name that KRL accepts: letters, digits and underscores, no digit first."""
+    plain = re.sub(r"\W+", "_", robot, flags=re.ASCII).strip("_")
+    return f"exidyn_{plain}"[:KRL_NAME]
+
+
+def _percent(plan: Plan, times: np.ndarray) -> np.ndarray:
+    """Fastest joint's speed between points in whole per cent of its limit, shape (points - 1,)."""
+    unlimited = np.flatnonzero(~np.isfinite(plan.limits.velocity) | ~np.isfinite(plan.limits.velocity_lower))
+    if plan.trajectory.dof > len(KRL_AXES) or len(unlimited):
+        raise BadLimits(_krl_refusal(plan, unlimited))
+    share = np.linspace(0.0, 1.0, WITHIN)
+    dense = times[:-1, None] + np.diff(times)[:, None] * share
+    velocity = plan.trajectory.at(dense.ravel()).velocity
+    used = np.maximum(velocity / plan.limits.velocity, velocity / plan.limits.velocity_lower)
+    fastest = np.max(used.reshape(len(dense), -1), axis=1)
+    return np.clip(np.ceil(100.0 * fastest), 1, 100)
+
+
+def _krl_refusal(plan: Plan, unlimited: np.ndarray) -> str:
+    if plan.trajectory.dof > len(KRL_AXES):
+        return f"KRL: {plan.trajectory.dof} joints; a KUKA controller has the axes {', '.join(KRL_AXES)}"
+    return (
+        f"KRL: {plan.joints[unlimited[0]]} has no velocity limit, so that its speed cannot be given in per "
+        "cent; state limits.velocity in the robot file and plan again"
+    )
+
+
+def _axes(values: np.ndarray) -> str:
+    pairs = zip(KRL_AXES, values, strict=False)
+    return "{" + ", ".join(f"{axis} {fixed(value, 4)}" for axis, value in pairs) + "}"
+
 
 ROS_RATE = 50.0
 """Points a second: a controller that joins them by quintic splines meets them within a thousandth of the

@@ -1,6 +1,10 @@
-"""A plan as one HTML page that needs nothing else: no script, no network, light and dark, fit to print."""
+"""A plan as one HTML page with pictures of each joint's motion against its limits.
+
+It needs nothing else: no script, no network, light and dark, fit to print.
+"""
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from markupsafe import Markup
@@ -16,13 +20,125 @@ from exidyn.identify.pages.report_html import (
     table,
 )
 from exidyn.identify.pages.report_page import page
+from exidyn.identify.pages.svg import COLUMNS, Panel, legend, picture, text
+from exidyn.identify.pages.svg_scale import Span
 
 from ..trajectory import unit_of
 from .plan import Plan
-from .plan_check import Torque
-from .plan_plots import STYLE, joint_plot, plan_curves
+from .plan_check import Torque, Use, limit_use, percent
 from .plan_summary import plan_facts, span
-from .plan_use import Use, percent
+
+LEFT, WIDTH, RIGHT = 64.0, 512.0, 56.0
+"""Pixels: where a panel begins, beside its labels, how wide it is, and what is left for its percentage."""
+HEIGHT, GAP = 84.0, 13.0
+"""Pixels: of a panel, and between two."""
+TOP, BOTTOM = 22.0, 32.0
+"""Pixels for the legend above and the time axis below."""
+PLANNED = "planned"
+STYLES = ("moved", "loaded")
+"""Of the lines of a first and a second run."""
+STYLE = """
+svg .limit { stroke: var(--bad); stroke-width: 1.3px; stroke-dasharray: 6 4; stroke-linecap: butt; }
+svg .forbidden { fill: var(--bad); fill-opacity: 0.11; stroke: none; }
+svg .moved { stroke: var(--predicted); stroke-width: 1.4px; }
+svg .loaded { stroke: var(--measured); stroke-width: 1.4px; }
+svg .beyond { stroke: var(--bad); stroke-width: 5px; }
+svg .inside { fill: var(--ink); } svg .over { fill: var(--bad); font-weight: 600; }
+@media print { svg .beyond { stroke-width: 3px; } .two figure svg { height: auto; } }
+"""
+"""What a report's style sheet does not have."""
+
+
+class Curve(NamedTuple):
+    """One quantity of all joints over time.
+
+    Attributes:
+        time: Shape (t,) [s].
+        runs: Name of a run and its values, shape (t, n).
+        use: Of the limits.
+    """
+
+    time: np.ndarray
+    runs: tuple[tuple[str, np.ndarray], ...]
+    use: Use
+
+
+def plan_curves(plan: Plan, torque: Torque | None = None) -> list[Curve]:
+    """Position, velocity, acceleration, jerk at every tick, and torque if it is known."""
+    states = plan.trajectory.every(plan.tick)
+    curves = [Curve(states.time, ((PLANNED, getattr(states, use.name)),), use) for use in limit_use(plan)]
+    return curves if torque is None else [*curves, Curve(*torque)]
+
+
+def joint_plot(plan: Plan, joint: int, curves: list[Curve], columns: int = COLUMNS) -> str:
+    """A joint's quantities one below the other, from position to jerk or torque."""
+    keys = [("moved", PLANNED), ("limit", "limit")]
+    keys += [("loaded", f"with payload {name}") for curve in curves for name, _ in curve.runs[1:]]
+    if any(curve.use.violated[joint] for curve in curves):
+        keys.append(("beyond", "beyond the limit"))
+    content = legend(LEFT, 14, keys)
+    for place, curve in enumerate(curves):
+        top, last = TOP + place * (HEIGHT + GAP), place == len(curves) - 1
+        content += _panel(curve, joint, plan.units[joint], top, last, columns)
+    height = TOP + len(curves) * (HEIGHT + GAP) - GAP + BOTTOM
+    names = ", ".join(curve.use.name for curve in curves)
+    return picture(LEFT + WIDTH + RIGHT, height, f"{plan.joints[joint]}: {names} over time", content)
+
+
+def _panel(curve: Curve, joint: int, unit: str, top: float, last: bool, columns: int) -> str:
+    use, values = curve.use, [run[:, joint] for _, run in curve.runs]
+    limits = np.array([use.lower[joint], use.upper[joint]])
+    spread = Span.around(*values, limits, use.reached.lower[joint], use.reached.upper[joint])
+    panel = Panel(Span.around(curve.time, margin=0.0), spread, LEFT, top, WIDTH, HEIGHT)
+    lines = [panel.line(curve.time, v, style, columns) for v, style in zip(values, STYLES, strict=False)]
+    return (
+        panel.axes("time [s]" if last else "", _label(use.name, unit), x_ticks=last)
+        + "".join(_limit(panel, limit, side) for limit, side in zip(limits, (-1, 1), strict=True))
+        + "".join(lines)
+        + panel.dots(*_beyond(curve, joint, columns), "beyond")
+        + _used(use, joint, top)
+    )
+
+
+def _beyond(curve: Curve, joint: int, columns: int) -> tuple[np.ndarray, np.ndarray]:
+    """Times and values beyond the limits: some of the ticks, and the extremes, which may lie between."""
+    times, values = [], []
+    for _, run in curve.runs:
+        ticks = np.flatnonzero(curve.use.beyond(run[:, joint], joint))
+        shown = ticks[np.linspace(0, len(ticks) - 1, min(columns, len(ticks))).astype(int)]
+        times.append(curve.time[shown])
+        values.append(run[shown, joint])
+    reached = curve.use.reached
+    ends = np.array([reached.lower[joint], reached.upper[joint]])
+    worst = curve.use.beyond(ends, joint)
+    times.append(np.array([reached.lower_time[joint], reached.upper_time[joint]])[worst])
+    return np.concatenate(times), np.concatenate([*values, ends[worst]])
+
+
+def _limit(panel: Panel, limit: float, side: int) -> str:
+    """A limit as a line, and what lies beyond it shaded; nothing where there is none."""
+    if not np.isfinite(limit):
+        return ""
+    edges = np.array([panel.x.low, panel.x.high])
+    edge = panel.y.high if side > 0 else panel.y.low
+    level = np.full(2, limit)
+    return panel.band(edges, level, np.full(2, edge), "forbidden") + panel.line(edges, level, "limit")
+
+
+def _label(name: str, unit: str) -> str:
+    short = {"acceleration": "accel."}.get(name, name)
+    return f"{short} [{unit_of(name, unit).replace('^2', '²').replace('^3', '³')}]"
+
+
+def _used(use: Use, joint: int, top: float) -> str:
+    """How much of the limit is used, beside the panel."""
+    share, left, middle = use.share[joint], LEFT + WIDTH + 6, top + HEIGHT / 2
+    if not np.isfinite(share):
+        return text(left, middle + 4, "no limit", "tick")
+    style = "over" if use.violated[joint] else "inside"
+    used = text(left, middle - 2, f"{percent(share, '')} %", style)
+    return used + text(left, middle + 11, "of limit", "tick")
+
 
 NEAR = 0.9
 """Share of a limit from which a number is coloured as one that is near it."""

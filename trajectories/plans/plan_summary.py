@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 from exidyn.identify.text_table import digits, fixed, paragraph, table
 
 from .plan import Plan
-from .plan_use import Use, percent
+from .plan_check import Use, percent
 from .trajectory_rows import family_words
 
 BYTES, POSE_BYTES, HEAD_BYTES = 55.0, 3000.0, 20e3

@@ -15,16 +15,14 @@ from ..clearances.configurations import clear_position
 from ..errors import BadLimits, Infeasible
 from ..families.fourier import Fourier
 from ..limits.usable_limits import ranges
-from .bounds.clearance_bound import ClearanceBound
-from .bounds.kinematic_bounds import kinematic_bounds
-from .bounds.torque_bound import TorqueBound
-from .information.design_model import design_model
-from .information.goals import Goal
+from .bounds import ClearanceBound, kinematic_bounds
+from .goals import Goal
 from .parallel import Stop, report, run_all
+from .problem import Basis, Problem
 from .shrink import inside_kinematics, shrink_inside
-from .solver.basis import Basis
-from .solver.problem import Problem
-from .solver.solve import Search, solve
+from .solve import Search, solve
+from .torque_bound import TorqueBound
+from .unknowns import design_model
 
 PER_HARMONIC = 20
 """Samples of the objective a period of the highest harmonic: inertial torque has up to four times its

@@ -11,8 +11,8 @@ from ..errors import Infeasible
 from ..families.fourier import Fourier
 from ..limits.check import Violation, check
 from ..limits.usable_limits import ranges
-from .bounds.torque_bound import TorqueBound
-from .information.goals import Goal
+from .goals import Goal
+from .torque_bound import TorqueBound
 
 STEP = 0.99
 """Share of the excursion left after a step where no ratio gives the excess."""

@@ -24,13 +24,18 @@ from exidyn.identify.robot_files.robot_file import read_model
 from exidyn.identify.text_table import paragraph
 from exidyn.trajectories.discrimination.discriminate import Discriminate
 from exidyn.trajectories.discrimination.distinction import distinguish, sentences
-from exidyn.trajectories.discrimination.hypothesis import Hypothesis
-from exidyn.trajectories.discrimination.separation import Observation, probability, separation, separation_for
+from exidyn.trajectories.discrimination.separation import (
+    Hypothesis,
+    Observation,
+    probability,
+    separation,
+    separation_for,
+)
 from exidyn.trajectories.limits.usable_limits import usable
 from exidyn.trajectories.search.excite import Setting, excite
-from exidyn.trajectories.search.information.experiment import Experiment
-from exidyn.trajectories.search.information.goals import Goal, Identify
-from exidyn.trajectories.search.information.unknowns import DriveGains
+from exidyn.trajectories.search.experiment import Experiment
+from exidyn.trajectories.search.goals import Goal, Identify
+from exidyn.trajectories.search.unknowns import DriveGains
 
 PERIOD, RATE = 10.0, 20.0
 """Length of a run [s], and independent rows a second."""

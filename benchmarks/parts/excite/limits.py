@@ -20,7 +20,7 @@ from exidyn.identify.arm.robot import Limits
 from exidyn.identify.effects import RigidBody
 from exidyn.identify.model import Model
 from exidyn.identify.robot_files.robot_file import read_model
-from exidyn.trajectories.clearances.region_rows import read_regions
+from exidyn.trajectories.clearances.region import read_regions
 from exidyn.trajectories.errors import Infeasible
 from exidyn.trajectories.limits.check import check
 from exidyn.trajectories.limits.moves import brake_reach

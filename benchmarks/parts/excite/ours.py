@@ -14,10 +14,10 @@ from exidyn.trajectories.clearances.self_collision import SelfCollision
 from exidyn.trajectories.errors import Infeasible
 from exidyn.trajectories.families.fourier import Fourier
 from exidyn.trajectories.search.excite import Setting, excite, problem_of, random_start
-from exidyn.trajectories.search.information.experiment import Experiment
-from exidyn.trajectories.search.information.goals import Identify
+from exidyn.trajectories.search.experiment import Experiment
+from exidyn.trajectories.search.goals import Identify
 from exidyn.trajectories.search.shrink import shrink_inside
-from exidyn.trajectories.search.solver.solve import Search, solve
+from exidyn.trajectories.search.solve import Search, solve
 
 from .arm import RATE, Arm, States
 from .peers import DURATION, HARMONICS, Best, Clock, PeerResult

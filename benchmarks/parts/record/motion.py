@@ -13,8 +13,7 @@ from exidyn.identify.model import Model
 from exidyn.identify.robot_files.robot_file import read_model
 from exidyn.trajectories.families.fourier import Fourier
 from exidyn.trajectories.limits.usable_limits import Margins, usable
-from exidyn.trajectories.planning.planner import plan
-from exidyn.trajectories.planning.run_with_leads import whole_run
+from exidyn.trajectories.planning.planner import plan, whole_run
 from exidyn.trajectories.planning.wishes import Wishes
 from exidyn.trajectories.search.shrink import inside_kinematics
 from exidyn.trajectories.trajectory import Trajectory

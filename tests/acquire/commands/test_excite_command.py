@@ -15,7 +15,7 @@ from exidyn.identify.robot_files.robot_file import model_text
 from exidyn.trajectories.clearances.region import Region, box
 from exidyn.trajectories.limits.check import check
 from exidyn.trajectories.plans.plan_file import read_plan
-from exidyn.trajectories.search.bounds.torque_bound import TorqueBound
+from exidyn.trajectories.search.torque_bound import TorqueBound
 
 from ...parts.plans.excitation import limits
 from ...parts.small import two_joints

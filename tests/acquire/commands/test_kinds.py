@@ -9,7 +9,7 @@ from exidyn.acquire.command_line import REFUSED, main
 from exidyn.identify.effects import JointSpring, Prior
 from exidyn.identify.robot_files.robot_file import model_text
 from exidyn.trajectories.clearances.region import Region, box
-from exidyn.trajectories.kinds import KINDS
+from exidyn.trajectories.kinds.by_rule import KINDS
 from exidyn.trajectories.limits.check import check
 from exidyn.trajectories.plans.plan_file import read_plan
 

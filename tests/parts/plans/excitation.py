@@ -8,9 +8,9 @@ from exidyn.identify.effects import CoulombFriction, CurrentOffset, RigidBody, V
 from exidyn.identify.model import Model
 from exidyn.trajectories.limits.usable_limits import usable
 from exidyn.trajectories.search.excite import Setting
-from exidyn.trajectories.search.information.experiment import Experiment
-from exidyn.trajectories.search.information.goals import Identify
-from exidyn.trajectories.search.solver.basis import Basis
+from exidyn.trajectories.search.experiment import Experiment
+from exidyn.trajectories.search.goals import Identify
+from exidyn.trajectories.search.problem import Basis
 
 from ..small import two_joints
 

@@ -18,10 +18,9 @@ from exidyn.identify.effects import (
     known_parameters,
 )
 from exidyn.identify.model import Model
-from exidyn.trajectories.discrimination.hypothesis import Hypothesis
-from exidyn.trajectories.discrimination.separation import Observation, separation
-from exidyn.trajectories.search.information.unknowns import DriveGains
-from exidyn.trajectories.search.solver.basis import Basis
+from exidyn.trajectories.discrimination.separation import Hypothesis, Observation, separation
+from exidyn.trajectories.search.problem import Basis
+from exidyn.trajectories.search.unknowns import DriveGains
 
 from ..small.two_joints import arm
 

@@ -6,8 +6,7 @@ from exidyn.identify.errors import RobotError
 from exidyn.identify.robot_files.toml_fields import parse_toml
 from exidyn.trajectories.clearances.clearance import RESOLUTION
 from exidyn.trajectories.clearances.configurations import clear_position, random_positions
-from exidyn.trajectories.clearances.region import HalfSpace, Region, box
-from exidyn.trajectories.clearances.region_rows import read_regions
+from exidyn.trajectories.clearances.region import HalfSpace, Region, box, read_regions
 from exidyn.trajectories.clearances.self_collision import SelfCollision
 from exidyn.trajectories.errors import BadLimits, Infeasible
 

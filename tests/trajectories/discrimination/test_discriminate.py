@@ -11,11 +11,10 @@ from exidyn.identify.effects import (
     SpringBalancer,
 )
 from exidyn.trajectories.discrimination.discriminate import FLOOR, Discriminate, Separate
-from exidyn.trajectories.discrimination.hypothesis import Hypothesis
-from exidyn.trajectories.discrimination.separation import Observation, probability, separation
+from exidyn.trajectories.discrimination.separation import Hypothesis, Observation, probability, separation
 from exidyn.trajectories.errors import NotComparable
 from exidyn.trajectories.search.excite import FINE, Setting, excite, random_start
-from exidyn.trajectories.search.solver.basis import Basis
+from exidyn.trajectories.search.problem import Basis
 
 from ...parts.plans.hypotheses import (
     NOISE,

@@ -12,8 +12,13 @@ from exidyn.identify.effects import (
     StribeckFriction,
 )
 from exidyn.trajectories.discrimination.discriminate import Discriminate
-from exidyn.trajectories.discrimination.distinction import SURE, distinguish, sentences
-from exidyn.trajectories.discrimination.most_informative import most_informative, states_within
+from exidyn.trajectories.discrimination.distinction import (
+    SURE,
+    distinguish,
+    most_informative,
+    sentences,
+    states_within,
+)
 from exidyn.trajectories.discrimination.remedies import known_payload, link_encoders, tilted
 from exidyn.trajectories.discrimination.separation import explain, probability, separation
 

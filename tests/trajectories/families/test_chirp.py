@@ -6,8 +6,8 @@ import pytest
 from exidyn.trajectories.clearances.region import Region, box
 from exidyn.trajectories.errors import BadLimits, Infeasible
 from exidyn.trajectories.families.chirp import Chirp
+from exidyn.trajectories.families.chirp_wave import derivatives, exponential, power, product, sine
 from exidyn.trajectories.families.fourier import Fourier
-from exidyn.trajectories.families.jets import derivatives, exponential, power, product, sine
 from exidyn.trajectories.families.phases import Phases
 from exidyn.trajectories.kinds.with_chirp import STEPS, with_chirp
 from exidyn.trajectories.limits.check import check

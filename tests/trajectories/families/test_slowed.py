@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from exidyn.trajectories.errors import BadLimits
-from exidyn.trajectories.families.slowed import Slowed
+from exidyn.trajectories.families.sequence import Slowed
 
 from ...parts.runs.run_parts import motion
 

@@ -10,8 +10,7 @@ from exidyn.trajectories.clearances.clearance import Clearance
 from exidyn.trajectories.clearances.configurations import random_positions
 from exidyn.trajectories.clearances.self_collision import SelfCollision
 from exidyn.trajectories.errors import BadLimits, Infeasible, NothingToIdentify
-from exidyn.trajectories.kinds.pose_choice import informative, spread_out
-from exidyn.trajectories.kinds.static_poses import APPROACH, static_poses
+from exidyn.trajectories.kinds.static_poses import APPROACH, informative, spread_out, static_poses
 from exidyn.trajectories.limits.check import check
 from exidyn.trajectories.limits.leads import with_leads
 from exidyn.trajectories.limits.usable_limits import usable

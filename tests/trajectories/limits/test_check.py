@@ -8,8 +8,7 @@ from exidyn.trajectories.families.fourier import Fourier
 from exidyn.trajectories.families.phases import Phases
 from exidyn.trajectories.limits import check as check_module
 from exidyn.trajectories.limits.brake import Reach
-from exidyn.trajectories.limits.check import VIOLATED, Violation, check
-from exidyn.trajectories.limits.torque_peaks import torque_peaks
+from exidyn.trajectories.limits.check import VIOLATED, Violation, check, torque_peaks
 from exidyn.trajectories.trajectory import Extremes, Range, State, States, Trajectory
 
 from ...parts.small.two_joints import arm, model, true_values

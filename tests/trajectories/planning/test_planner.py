@@ -14,16 +14,11 @@ from exidyn.trajectories.errors import BadLimits, Infeasible, NothingToIdentify,
 from exidyn.trajectories.families.fourier import Fourier
 from exidyn.trajectories.limits.check import check
 from exidyn.trajectories.limits.usable_limits import usable
-from exidyn.trajectories.planning.goal_after_fit import learned
-from exidyn.trajectories.planning.identification_goal import (
-    NOISE,
-    identification_goal,
-    nominal_noise,
-)
+from exidyn.trajectories.planning.goals import NOISE, identification_goal, learned, nominal_noise
 from exidyn.trajectories.planning.planner import plan
 from exidyn.trajectories.planning.wishes import Wishes, periods_of
-from exidyn.trajectories.search.bounds.torque_bound import TorqueBound
-from exidyn.trajectories.search.information.criteria import Focus, average, condition, worst
+from exidyn.trajectories.search.criteria import Focus, average, condition, worst
+from exidyn.trajectories.search.torque_bound import TorqueBound
 
 from ...parts.plans.excitation import TICK, limits, smooth_model
 from ...parts.small import two_joints

@@ -11,9 +11,9 @@ from exidyn.trajectories.errors import Infeasible
 from exidyn.trajectories.families.fourier import Fourier
 from exidyn.trajectories.limits.check import check
 from exidyn.trajectories.limits.leads import with_leads
-from exidyn.trajectories.planning.run_with_leads import whole_run
-from exidyn.trajectories.search.bounds.torque_bound import TorqueBound
+from exidyn.trajectories.planning.planner import whole_run
 from exidyn.trajectories.search.shrink import inside_kinematics
+from exidyn.trajectories.search.torque_bound import TorqueBound
 
 from ...parts.plans.excitation import TICK, limits
 from ...parts.small import two_joints

@@ -9,8 +9,7 @@ from ruamel.yaml import YAML
 
 from exidyn.identify.arm.robot import Limits
 from exidyn.trajectories.errors import BadLimits
-from exidyn.trajectories.plans.exports import EXPORTS, csv_text, krl_text, ros_text
-from exidyn.trajectories.plans.krl import KRL_AXES
+from exidyn.trajectories.plans.exports import EXPORTS, KRL_AXES, csv_text, krl_text, ros_text
 
 from ...parts.plans.plans import SAMPLES, fourier, known_plan, phases
 

@@ -10,11 +10,9 @@ from exidyn.identify.arm.robot import Limits
 from exidyn.identify.effects import Payload
 from exidyn.trajectories.families.fourier import Fourier
 from exidyn.trajectories.families.phases import Phases
-from exidyn.trajectories.plans.plan_check import nominal_torque, violations
-from exidyn.trajectories.plans.plan_page import plan_page
-from exidyn.trajectories.plans.plan_plots import joint_plot, plan_curves
+from exidyn.trajectories.plans.plan_check import limit_use, nominal_torque, violations
+from exidyn.trajectories.plans.plan_page import joint_plot, plan_curves, plan_page
 from exidyn.trajectories.plans.plan_summary import plan_facts, summary
-from exidyn.trajectories.plans.plan_use import limit_use
 from exidyn.trajectories.trajectory import State
 
 from ...parts.pages.report_pages import Page, dots_of, points_of

@@ -13,7 +13,7 @@ from exidyn.trajectories.errors import BadLimits, Infeasible
 from exidyn.trajectories.limits.check import check
 from exidyn.trajectories.limits.usable_limits import ranges, usable
 from exidyn.trajectories.search import excite as searching
-from exidyn.trajectories.search.bounds.torque_bound import TorqueBound
+from exidyn.trajectories.search.criteria import volume
 from exidyn.trajectories.search.excite import (
     FINE,
     excite,
@@ -23,9 +23,9 @@ from exidyn.trajectories.search.excite import (
     problem_of,
     random_start,
 )
-from exidyn.trajectories.search.information.criteria import volume
-from exidyn.trajectories.search.solver.basis import Basis
-from exidyn.trajectories.search.solver.solve import Search
+from exidyn.trajectories.search.problem import Basis
+from exidyn.trajectories.search.solve import Search
+from exidyn.trajectories.search.torque_bound import TorqueBound
 
 from ...parts.plans.excitation import TICK, goal, limits, setting, smooth_model
 from ...parts.runs.robots import kinematics

@@ -11,8 +11,8 @@ from exidyn.trajectories.errors import Infeasible
 from exidyn.trajectories.families.fourier import Fourier
 from exidyn.trajectories.limits.check import check
 from exidyn.trajectories.search import shrink
-from exidyn.trajectories.search.bounds.torque_bound import TorqueBound
 from exidyn.trajectories.search.shrink import inside_kinematics, shrink_inside
+from exidyn.trajectories.search.torque_bound import TorqueBound
 
 from ...parts.plans.excitation import TICK, goal, limits, smooth_model
 from ...parts.runs.robots import kinematics

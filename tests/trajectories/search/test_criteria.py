@@ -5,16 +5,9 @@ from functools import partial
 import numpy as np
 import pytest
 
-from exidyn.trajectories.search.information.criteria import (
-    CRITERIA,
-    Focus,
-    average,
-    condition,
-    volume,
-    worst,
-)
+from exidyn.trajectories.search.criteria import CRITERIA, Focus, average, condition, volume, worst
 
-from ....parts.plans.excitation import along
+from ...parts.plans.excitation import along
 
 COLUMNS = 7
 CASES = {

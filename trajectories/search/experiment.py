@@ -11,7 +11,7 @@ from exidyn.identify.errors import RobotError
 from exidyn.identify.fit.base_parameters import BaseParameters, base_parameters
 from exidyn.identify.model import Model
 
-from ...errors import NothingToIdentify
+from ..errors import NothingToIdentify
 
 
 @dataclass(frozen=True, eq=False)

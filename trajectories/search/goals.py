@@ -1,20 +1,58 @@
 """Goals: what a trajectory is to be best for, as objectives that come nearer to it one after the other."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Protocol
 
 import numpy as np
 
+from exidyn.identify.arm.motion import Motion
 from exidyn.identify.arm.robot import Limits
+from exidyn.identify.effects import MotionGradient
 from exidyn.identify.fit.base_parameters import rich_motion
 from exidyn.identify.model import Model
 
 from .criteria import Criterion, condition, name_of, volume
-from .design_model import design_model
 from .experiment import Experiment
-from .objective import Informative, Objective
+from .unknowns import design_model
+
+
+class Objective(Protocol):
+    """A number that a motion makes, to be minimised."""
+
+    def __call__(self, motion: Motion) -> tuple[float, Callable[[], MotionGradient]]:
+        """Value, and what computes its gradient by the motion: a line search asks for the value alone."""
+
+    def value(self, motion: Motion) -> float:
+        """Value alone."""
+        return self(motion)[0]
+
+
+@dataclass(frozen=True, eq=False)
+class Informative(Objective):
+    """Objective: a criterion of the information that an experiment gives per run of unit length.
+
+    Attributes:
+        experiment: Unknowns and runs.
+        criterion: Of the information.
+        size: Of each base parameter, shape (b,).
+        rows: Independent rows a second that count, times the seconds of the run; only their sum with
+            earlier information depends on it.
+    """
+
+    experiment: Experiment
+    criterion: Criterion
+    size: np.ndarray
+    rows: float = 1.0
+
+    def __call__(self, motion: Motion) -> tuple[float, Callable[[], MotionGradient]]:
+        share = self.rows / len(motion)
+        columns = self.experiment.columns(motion)
+        information = self.experiment.gathered(columns, share)
+        value, by = self.criterion(information, self.size)
+        return value, lambda: self.experiment.pull(motion, columns, by, share)
+
 
 LADDER: dict[Criterion, tuple[Criterion, ...]] = {
     condition: (partial(condition, power=8.0), partial(condition, power=32.0))

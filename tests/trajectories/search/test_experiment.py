@@ -10,12 +10,12 @@ from exidyn.identify.effects import Payload
 from exidyn.identify.effects import known_parameters as known
 from exidyn.identify.model import Model
 from exidyn.trajectories.errors import NothingToIdentify
-from exidyn.trajectories.search.information.experiment import Experiment
-from exidyn.trajectories.search.information.unknowns import with_drive_gains
+from exidyn.trajectories.search.experiment import Experiment
+from exidyn.trajectories.search.unknowns import with_drive_gains
 
-from ....parts.plans.excitation import smooth_model
-from ....parts.runs.robots import kinematics, random_motion, six_axis
-from ....parts.small import two_joints
+from ...parts.plans.excitation import smooth_model
+from ...parts.runs.robots import kinematics, random_motion, six_axis
+from ...parts.small import two_joints
 
 NOISE = np.array([0.7, 0.2])
 STEP = 1e-6

@@ -2,8 +2,7 @@ import pinocchio as pin
 import pytest
 
 from exidyn.identify.arm.robot import Robot
-from exidyn.trajectories.errors import BadLimits, Infeasible
-from exidyn.trajectories.joint_names_in_errors import in_words_of, named
+from exidyn.trajectories.errors import BadLimits, Infeasible, in_words_of, named
 
 from ..parts.small.two_joints import arm
 

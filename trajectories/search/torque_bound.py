@@ -11,8 +11,8 @@ from exidyn.identify.arm.motion import Motion
 from exidyn.identify.model import Model
 from exidyn.identify.simulation.plant.bodies_apart import bodies_apart
 
-from ...trajectory import States
-from .kinematic_bounds import Bound, Margins, Slopes
+from ..trajectory import States
+from .bounds import Bound, Margins, Slopes
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,9 +1,10 @@
-"""Basis: the motion of several Fourier series as a linear function of their coefficients.
+"""Problem: what excitation minimises, under which bounds, as functions of Fourier coefficients.
 
 Coefficients are the rows centre, sines, cosines of every series, shape (k, n) with k = series times
 (1 + 2 harmonics); position is basis @ coefficients, and so are its derivatives.
 """
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -12,8 +13,10 @@ import numpy as np
 from exidyn.identify.arm.motion import Motion
 from exidyn.identify.effects import MotionGradient
 
-from ...families.fourier import Fourier
-from ...trajectory import States
+from ..families.fourier import Fourier
+from ..trajectory import States
+from .bounds import Bound, Margins
+from .goals import Objective
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,3 +81,52 @@ class Basis:
         """Inverse of `fourier`."""
         blocks = [np.concatenate([f.centre[:, None], f.sine, f.cosine], axis=1) for f in series]
         return np.concatenate(blocks, axis=1).T
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """An objective under bounds over a basis.
+
+    Attributes:
+        basis: What the coefficients mean, sampled for the objective.
+        objectives: One after the other, each from where the last ended: smooth ones first.
+        bounds: What must hold.
+        every: One sample in so many is kept to the bounds.
+        scale: Size of each coefficient, shape (k, n), or of each joint's, shape (n,) [rad].
+    """
+
+    basis: Basis
+    objectives: Sequence[Objective]
+    bounds: Sequence[Bound]
+    every: int
+    scale: np.ndarray
+
+    def coefficients(self, unknowns: np.ndarray) -> np.ndarray:
+        """Coefficients (k, n) of the solver's unknowns, shape (k n,)."""
+        return unknowns.reshape(self.basis.rows, -1) * self.scale
+
+    def unknowns(self, coefficients: np.ndarray) -> np.ndarray:
+        """Inverse of `coefficients`."""
+        return np.asarray((coefficients / self.scale).ravel())
+
+    def value(self, unknowns: np.ndarray, objective: Objective) -> tuple[float, Callable[[], np.ndarray]]:
+        """Objective, and what computes its gradient by the unknowns, shape (k n,)."""
+        value, gradient = objective(self.basis.motion(self.coefficients(unknowns)))
+        return value, lambda: (self.basis.pull(gradient()) * self.scale).ravel()
+
+    def margins(self, unknowns: np.ndarray) -> tuple[np.ndarray, Callable[[], np.ndarray]]:
+        """Margins of all bounds, (r,), and what computes their derivatives by the unknowns, (r, k n)."""
+        matrices = [matrix[:: self.every] for matrix in self.basis.matrices]
+        coefficients = self.coefficients(unknowns)
+        states = States(self.basis.time[:: self.every], *(matrix @ coefficients for matrix in matrices))
+        found = [bound.margins(states) for bound in self.bounds]
+
+        def slopes(one: Margins) -> np.ndarray:
+            used = [(m, by) for m, by in zip(matrices, one.slopes(), strict=True) if by is not None]
+            by = np.stack([by for _, by in used], axis=-1)
+            slope = by.reshape(len(by), -1, len(used)) @ np.stack([m for m, _ in used], axis=1)
+            slope = slope.reshape(*by.shape[:3], -1).swapaxes(2, 3) * self.scale
+            return slope.reshape(one.value.size, -1)
+
+        values = np.concatenate([one.value.ravel() for one in found])
+        return values, lambda: np.concatenate([slopes(one) for one in found])

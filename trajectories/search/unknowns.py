@@ -1,17 +1,47 @@
-"""Unknowns beyond a model's linear parameters, as effects: their columns are first derivatives."""
+"""The model as a search sees it: unknowns beyond linear parameters, and reversals that have a gradient.
+
+Unknowns are effects whose columns are first derivatives.
+"""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from exidyn.identify.arm.motion import Motion
-from exidyn.identify.arm.robot import Robot
+from exidyn.identify.arm.robot import Limits, Robot
 from exidyn.identify.effects import EFFECTS, Effect, MotionGradient, Parameter, Prior
 from exidyn.identify.effects.effect import differences
 from exidyn.identify.model import Model
 
-from ...errors import UnknownChoice
+from ..errors import UnknownChoice
+
+WIDEST = 0.1
+"""Velocity over which friction reverses in a design at most [rad/s]: beyond, viscous friction is like it."""
+
+
+def design_model(model: Model, limits: Limits, spacing: float) -> Model:
+    """The model with every reversal as wide as what a velocity changes between two samples.
+
+    Friction that reverses within milliradians a second is a step between two samples, whose gradient is zero
+    everywhere else. A row of the equations is a mean over its time, in which it reverses as gradually as
+    here.
+
+    Args:
+        model: Nominal.
+        limits: Finite accelerations.
+        spacing: Time between samples [s].
+    """
+    change = 0.5 * float(np.median(limits.acceleration)) * spacing  # half of it: a sinusoid's mean
+    effects = []
+    for effect in model.effects:
+        shapes = effect.shapes()
+        if "reversal" in shapes:
+            stated = float(getattr(effect, "reversal"))  # noqa: B009
+            width = max(stated, min(change, WIDEST, shapes["reversal"].high))
+            effect = replace(effect, reversal=width)  # type: ignore[call-arg]
+        effects.append(effect)
+    return replace(model, effects=tuple(effects))
 
 
 @dataclass(frozen=True, eq=False)

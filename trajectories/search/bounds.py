@@ -12,9 +12,10 @@ import numpy as np
 
 from exidyn.identify.arm.robot import Limits
 
-from ...limits.brake import stopping_reach, stopping_reach_gradient
-from ...limits.usable_limits import ranges
-from ...trajectory import States
+from ..clearances.clearance import Clearance
+from ..limits.brake import stopping_reach, stopping_reach_gradient
+from ..limits.usable_limits import ranges
+from ..trajectory import States
 
 Slopes = tuple[np.ndarray | None, np.ndarray | None, np.ndarray | None, np.ndarray | None]
 """Derivatives by position, velocity, acceleration and jerk, each (t, m, n), or None for zero."""
@@ -123,3 +124,18 @@ def kinematic_bounds(limits: Limits, highest: float = np.inf) -> list[Bound]:
             bounds.append(RateBound(order, lower, upper, joints))
         steepest = highest * np.minimum(np.maximum(-lower, upper), steepest)
     return bounds
+
+
+SCALE = 0.1
+"""Distance that counts like the whole range of a joint [m]: about a link's thickness."""
+
+
+@dataclass(frozen=True, eq=False)
+class ClearanceBound(Bound):
+    """Margins of a clearance at every sample."""
+
+    clearance: Clearance
+
+    def margins(self, states: States) -> Margins:
+        value, slope = self.clearance.gradient(states.position)
+        return Margins(value / SCALE, lambda: (slope / SCALE, None, None, None))

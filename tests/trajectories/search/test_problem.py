@@ -18,26 +18,16 @@ from exidyn.identify.model import Model
 from exidyn.identify.robot_files.robot_file import read_model
 from exidyn.trajectories.clearances.region import Region, box
 from exidyn.trajectories.families.fourier import Fourier
-from exidyn.trajectories.search.bounds.clearance_bound import ClearanceBound
-from exidyn.trajectories.search.bounds.kinematic_bounds import kinematic_bounds
-from exidyn.trajectories.search.bounds.torque_bound import TorqueBound
-from exidyn.trajectories.search.information.criteria import (
-    Focus,
-    average,
-    condition,
-    volume,
-    worst,
-)
-from exidyn.trajectories.search.information.design_model import design_model
-from exidyn.trajectories.search.information.experiment import Experiment
-from exidyn.trajectories.search.information.goals import parameter_sizes
-from exidyn.trajectories.search.information.objective import Informative
-from exidyn.trajectories.search.information.unknowns import with_drive_gains, with_shapes
-from exidyn.trajectories.search.solver.basis import Basis
-from exidyn.trajectories.search.solver.problem import Problem
+from exidyn.trajectories.search.bounds import ClearanceBound, kinematic_bounds
+from exidyn.trajectories.search.criteria import Focus, average, condition, volume, worst
+from exidyn.trajectories.search.experiment import Experiment
+from exidyn.trajectories.search.goals import Informative, parameter_sizes
+from exidyn.trajectories.search.problem import Basis, Problem
+from exidyn.trajectories.search.torque_bound import TorqueBound
+from exidyn.trajectories.search.unknowns import design_model, with_drive_gains, with_shapes
 
-from ....parts.plans.excitation import along, coefficients, limits, small_basis, smooth_model
-from ....parts.runs.robots import sliding
+from ...parts.plans.excitation import along, coefficients, limits, small_basis, smooth_model
+from ...parts.runs.robots import sliding
 
 KINDS = ("position", "velocity", "acceleration", "jerk")
 BODY = known_parameters(3.0, (0.1, 0.0, 0.05))

@@ -10,17 +10,12 @@ from exidyn.identify.effects import LoadDependentFriction, Payload, Prior, known
 from exidyn.trajectories.clearances.region import Region, box
 from exidyn.trajectories.families.fourier import Fourier
 from exidyn.trajectories.limits.brake import stoppable
-from exidyn.trajectories.search.bounds.clearance_bound import SCALE, ClearanceBound
-from exidyn.trajectories.search.bounds.kinematic_bounds import (
-    RateBound,
-    StopBound,
-    kinematic_bounds,
-)
-from exidyn.trajectories.search.bounds.torque_bound import TorqueBound
+from exidyn.trajectories.search.bounds import SCALE, ClearanceBound, RateBound, StopBound, kinematic_bounds
+from exidyn.trajectories.search.torque_bound import TorqueBound
 from exidyn.trajectories.trajectory import States
 
-from ....parts.plans.excitation import smooth_model
-from ....parts.small import two_joints
+from ...parts.plans.excitation import smooth_model
+from ...parts.small import two_joints
 
 STEP = 1e-6
 ORDERS = ("position", "velocity", "acceleration", "jerk")

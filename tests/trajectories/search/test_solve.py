@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from exidyn.identify.effects import MotionGradient
-from exidyn.trajectories.search.bounds.kinematic_bounds import kinematic_bounds
-from exidyn.trajectories.search.information.objective import Objective
-from exidyn.trajectories.search.solver import solve as solver
-from exidyn.trajectories.search.solver.problem import Problem
-from exidyn.trajectories.search.solver.solve import TOLERANCE, solve
+from exidyn.trajectories.search import solve as solver
+from exidyn.trajectories.search.bounds import kinematic_bounds
+from exidyn.trajectories.search.goals import Objective
+from exidyn.trajectories.search.problem import Problem
+from exidyn.trajectories.search.solve import TOLERANCE, solve
 
-from ....parts.plans.excitation import coefficients, goal, limits, small_basis
+from ...parts.plans.excitation import coefficients, goal, limits, small_basis
 
 
 @pytest.fixture(scope="module")

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import eigh
 
-from ...errors import UnknownChoice
+from ..errors import UnknownChoice
 
 Criterion = Callable[[np.ndarray, np.ndarray], tuple[float, np.ndarray]]
 

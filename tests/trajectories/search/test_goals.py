@@ -16,26 +16,21 @@ from exidyn.identify.effects import (
 )
 from exidyn.identify.model import Model
 from exidyn.trajectories.errors import UnknownChoice
-from exidyn.trajectories.search.information.criteria import (
-    CRITERIA,
-    Focus,
-    average,
-    condition,
-    worst,
-)
-from exidyn.trajectories.search.information.design_model import WIDEST, design_model
-from exidyn.trajectories.search.information.experiment import Experiment
-from exidyn.trajectories.search.information.goals import Identify, parameter_sizes
-from exidyn.trajectories.search.information.unknowns import (
+from exidyn.trajectories.search.criteria import CRITERIA, Focus, average, condition, worst
+from exidyn.trajectories.search.experiment import Experiment
+from exidyn.trajectories.search.goals import Identify, parameter_sizes
+from exidyn.trajectories.search.unknowns import (
+    WIDEST,
     DriveGains,
     ShapesOf,
+    design_model,
     with_drive_gains,
     with_shapes,
 )
 
-from ....parts.plans.excitation import goal, limits, smooth_model
-from ....parts.runs.robots import random_motion
-from ....parts.small import two_joints
+from ...parts.plans.excitation import goal, limits, smooth_model
+from ...parts.runs.robots import random_motion
+from ...parts.small import two_joints
 
 BODY = known_parameters(3.0, (0.1, 0.0, 0.05))
 FRICTION = {

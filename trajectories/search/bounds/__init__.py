@@ -1,1 +1,0 @@
-"""What a search must keep: states come in, margins and their slopes go out."""

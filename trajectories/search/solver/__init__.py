@@ -1,1 +1,0 @@
-"""One start of a search: objectives, bounds and a start come in, the best coefficients go out."""
