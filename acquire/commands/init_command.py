@@ -26,8 +26,7 @@ from exidyn.identify.recordings.importers.tables.preset import BESIDE
 from exidyn.identify.recordings.importers.tables.table import Table
 from exidyn.identify.recordings.recording import EFFORT, Recording
 from exidyn.identify.robot_files.robot_file import read_model
-from exidyn.identify.robot_files.urdf import movable_joints
-from exidyn.identify.robot_files.urdf_file import ENDINGS, read_urdf
+from exidyn.identify.robot_files.urdf import ENDINGS, movable_joints, read_urdf
 
 from ..arguments.common import command_parser, positive
 from ..arguments.outputs import add_json, add_output, require_file, require_json

@@ -13,7 +13,7 @@ from exidyn.identify.recordings.importers import import_source, kind_of
 from exidyn.identify.recordings.importers.case_folder import nominal_model
 from exidyn.identify.recordings.recording import Recording
 from exidyn.identify.robot_files.robot_file import builtin_names, read_model
-from exidyn.identify.robot_files.urdf_file import ENDINGS
+from exidyn.identify.robot_files.urdf import ENDINGS
 
 from .payload_runs import carrying, distinct_bodies
 

@@ -13,7 +13,7 @@ import rerun.urdf
 
 from exidyn.identify.arm.link_frames import link_frames, link_poses
 from exidyn.identify.model import Model
-from exidyn.identify.robot_files.urdf_text import urdf_text
+from exidyn.identify.robot_files.robot_text import urdf_text
 
 TIMELINE = "time"
 COLOURS = (

@@ -21,7 +21,7 @@ from ..arm.newton_euler import Joint, joints_of
 from ..arm.robot import Robot
 from ..effects.simulator_terms import Spring
 from ..positive_definite import inverse
-from ..robot_files.urdf_text import words
+from ..robot_files.robot_text import words
 from .portable import Portable
 
 FEATURES = ("gravity", "armature", "damping", "dry", "reversal", "stiffness", "constant", "balancers")

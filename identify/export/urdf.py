@@ -3,7 +3,7 @@
 from xml.etree import ElementTree
 from xml.etree.ElementTree import SubElement
 
-from ..robot_files.urdf_text import urdf_text
+from ..robot_files.robot_text import urdf_text
 from .portable import Portable
 
 FEATURES = ("damping", "dry")

@@ -9,7 +9,7 @@ import numpy as np
 from ..arm.robot import Robot
 from ..model import Model
 from ..robot_files.robot_text import model_text
-from ..robot_files.toml_text import block, lines
+from ..robot_files.toml_fields import block, lines
 from ..text_table import digits, paragraph, table
 from .hypotheses import units_of
 from .mounting import under, unit

@@ -9,7 +9,6 @@ import pinocchio as pin
 
 from ..arm.robot import Limits
 from ..errors import BrokenTree, RobotError, UnknownJoint
-from .plausible import check_center, inertia_doubt
 from .toml_fields import check_keys, matrix, number, numbers, string
 
 PLACEMENT_KEYS = ("origin", "rotation", "rpy")
@@ -17,6 +16,11 @@ LINK_KEYS = ("joint", "link", "parent", "kind", "axis", *PLACEMENT_KEYS, "mass",
 KINDS = ("revolute", "prismatic")
 INERTIA_PLACES = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
 """Row and column of xx, xy, xz, yy, yz, zz."""
+FARTHEST_CENTER = 10.0
+"""Distance of a body's centre of mass from its frame that no arm has [m]: the largest reach 5 m."""
+FLAT = 0.02
+"""By how much the largest principal moment may exceed the sum of the others [-]: what two digits make of a
+flat plate, of which the two are equal."""
 
 
 @dataclass(frozen=True)
@@ -62,6 +66,30 @@ def rigid_inertia(mass: float, center_of_mass: np.ndarray, inertia: np.ndarray, 
         return pin.Inertia(mass, center_of_mass, about_center)
     except (RuntimeError, ValueError) as error:
         raise BrokenTree(f"{where}: {error}") from error
+
+
+def check_center(mass: float, center_of_mass: np.ndarray, where: str) -> None:
+    """Refuse a body whose centre of mass (3,) [m] is farther away than an arm is long.
+
+    Raises:
+        RobotError: It is.
+    """
+    distance = float(np.linalg.norm(center_of_mass))
+    if mass > 0.0 and distance > FARTHEST_CENTER:
+        raise RobotError(
+            f"{where}: centre of mass {distance:g} m from its frame; in an arm it is at most "
+            f"{FARTHEST_CENTER:g} m away. Is it in millimetres?"
+        )
+
+
+def inertia_doubt(inertia: np.ndarray, where: str) -> str:
+    """Why no body has an inertia (3, 3) about its centre of mass [kg m^2]; empty where one can."""
+    low, middle, high = np.linalg.eigvalsh(inertia)
+    if high - low - middle <= FLAT * abs(high) and low >= -FLAT * abs(high):
+        return ""
+    moments = f"principal moments of inertia {low:.3g}, {middle:.3g}, {high:.3g} kg m^2"
+    why = "none can be negative" if low < 0.0 else "the largest can be at most the sum of the others"
+    return f"{where}: {moments}; {why}"
 
 
 def read_placement(row: Mapping[str, Any], where: str) -> pin.SE3:

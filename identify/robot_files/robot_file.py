@@ -1,6 +1,7 @@
 """Read a robot: a robot.toml (docs/robot-toml.md), a bare URDF, or the name of a built-in one."""
 
-from collections.abc import Mapping, Sequence
+import warnings
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import fields
 from importlib import resources
 from pathlib import Path
@@ -13,14 +14,12 @@ import pinocchio as pin
 from ..arm.newton_euler import joints_of
 from ..arm.robot import Limits, Robot
 from ..effects import EFFECTS
-from ..errors import RobotError
+from ..errors import RobotError, RobotWarning
 from ..model import Model
 from .effect_rows import read_effects, read_priors
-from .held_joints import read_choice
 from .kinematics import PLACEMENT_KEYS, Kinematics, link_kinematics, read_placement
 from .mdh import mdh_kinematics, parse_mdh
-from .plausible import read_gravity, value_doubts, warn_of
-from .robot_text import FORMAT, RIGID_BODY, model_text
+from .robot_text import FORMAT, RIGID_BODY, model_text, urdf_text
 from .toml_fields import (
     boolean,
     check_keys,
@@ -33,9 +32,7 @@ from .toml_fields import (
     strings,
     tables,
 )
-from .urdf import parse_urdf
-from .urdf_file import ENDINGS, read_urdf
-from .urdf_text import urdf_text
+from .urdf import ENDINGS, parse_urdf, read_choice, read_urdf
 
 __all__ = ["builtin_names", "model_text", "parse_model", "read_model", "urdf_text"]
 
@@ -59,6 +56,8 @@ BACKWARD_KEYS = ("velocity_lower", "acceleration_lower")
 DRIVE_KEYS = ("gain", "gain_tolerance", "gear_ratio", "direct_drive", "coupling")
 USUAL_EFFECTS = ("rotor_inertia", "viscous_friction", "coulomb_friction", "current_offset")
 """What nearly every geared arm has, and so what a URDF or MDH table is taken to mean that names no effect."""
+STRONGEST_GRAVITY = 30.0
+"""Size of gravity under which no arm is [m/s^2]: three times the Earth's, and more than Jupiter's 24.8."""
 
 
 def builtin_names() -> list[str]:
@@ -97,10 +96,12 @@ def read_model(
         )
     if path.suffix.lower() not in ENDINGS:
         model, doubts = _parse(read_text(path), path.parent, str(path))
-        warn_of((*doubts, *value_doubts(model, str(path))))
+        for doubt in (*doubts, *_value_doubts(model, str(path))):
+            warnings.warn(doubt, RobotWarning, stacklevel=2)
         return model
     kinematics = parse_urdf(read_urdf(path), str(path), joints, held)
-    warn_of(kinematics.doubts)
+    for doubt in kinematics.doubts:
+        warnings.warn(doubt, RobotWarning, stacklevel=2)
     limits = kinematics.limits or Limits.none(kinematics.model.nv)
     robot = Robot(path.stem, kinematics.model, limits, flange=kinematics.flange, inertias_stated=False)
     return Model(robot, tuple(EFFECTS[name]() for name in (RIGID_BODY, *USUAL_EFFECTS)))
@@ -156,7 +157,7 @@ def _robot(table: Mapping[str, Any], kinematics: Kinematics) -> Robot:
     model = kinematics.model
     model.name = string(table.get("name", model.name), "name")
     if "gravity" in table:
-        model.gravity = pin.Motion(read_gravity(table["gravity"]), np.zeros(3))
+        model.gravity = pin.Motion(_gravity(table["gravity"]), np.zeros(3))
     flange = kinematics.flange
     if "flange" in table:
         check_keys(table["flange"], PLACEMENT_KEYS, "[flange]")
@@ -236,3 +237,31 @@ def _effect_rows(table: Mapping[str, Any], kinematics: Kinematics, robot: Robot)
         if others and given is None:
             implied.append({"name": "rotor_inertia", "joints": others})
     return implied + [{"name": name} for name in usual] + rows
+
+
+def _gravity(value: object) -> np.ndarray:
+    """Gravity in the frame of the base, (3,) [m/s^2], at most that of a planet with ground to stand on."""
+    if not isinstance(value, list | tuple):
+        raise RobotError(
+            f"gravity: expected a vector in the frame of the base, such as [0.0, 0.0, -9.81]; found {value!r}"
+        )
+    gravity = numbers(value, 3, "gravity")
+    if (size := float(np.linalg.norm(gravity))) > STRONGEST_GRAVITY:
+        raise RobotError(
+            f"gravity: {size:g} m/s^2; an arm is under at most {STRONGEST_GRAVITY:g}. On the Earth it is 9.81"
+        )
+    return gravity
+
+
+def _value_doubts(model: Model, where: str) -> Iterator[str]:
+    """Which nominal values are below what physics allows."""
+    for effect in model.effects:
+        friction = "friction" in type(effect).__name__.lower()
+        why = "friction takes energy out of a motion" if friction else "no body or spring has less"
+        for parameter in effect.parameters(model.robot):
+            stated = model.stated.get(parameter.name)
+            if stated is not None and stated.value < parameter.minimum:
+                yield (
+                    f"{where}: {parameter.name} = {stated.value:g} {parameter.unit}; it is at least "
+                    f"{parameter.minimum:g}, as {why}"
+                )

@@ -1,8 +1,11 @@
-"""Read values out of a parsed TOML table; a `RobotError` names the key, what was found and what is valid."""
+"""Read values out of a parsed TOML table, and write TOML.
+
+What is wrong is a `RobotError`, which names the key, what was found and what is valid.
+"""
 
 import re
 import tomllib
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -145,3 +148,45 @@ def tables(value: object, where: str) -> list[Mapping[str, Any]]:
     if not isinstance(value, list) or not value or not all(isinstance(row, Mapping) for row in value):
         raise RobotError(f"{where}: expected rows headed [[{where}]]; found {value!r}")
     return value
+
+
+def block(heading: str, table: Mapping[str, Any], tall: bool = False) -> str:
+    """A heading such as [drive] or [[link]], and its keys below."""
+    return f"{heading}\n{lines(table, tall)}" if table else heading
+
+
+def lines(table: Mapping[str, Any], tall: bool = False) -> str:
+    """One line a key; where they are `tall`, matrices take one a row."""
+    return "\n".join(
+        f"{_key(key)} = {_rows(value) if tall and np.ndim(value) == 2 else value_text(value)}"
+        for key, value in table.items()
+    )
+
+
+def value_text(value: Any) -> str:
+    """A TOML value; `repr` of a float reads back as the same float."""
+    if isinstance(value, bool | np.bool_):
+        return "true" if value else "false"
+    if isinstance(value, str):
+        return _string(value)
+    if isinstance(value, Mapping):
+        return f"{{ {', '.join(f'{_key(key)} = {value_text(item)}' for key, item in value.items())} }}"
+    if isinstance(value, Sequence | np.ndarray):
+        return f"[{', '.join(value_text(item) for item in value)}]"
+    if isinstance(value, int | np.integer):
+        return str(int(value))
+    return repr(float(value))
+
+
+def _rows(matrix: Sequence | np.ndarray) -> str:
+    return "[\n" + "".join(f"  {value_text(row)},\n" for row in matrix) + "]"
+
+
+def _key(key: str) -> str:
+    plain = key.isascii() and key.replace("_", "").replace("-", "").isalnum()
+    return key if plain else _string(key)
+
+
+def _string(text: str) -> str:
+    escaped = text.replace("\\", "\\\\").replace('"', '\\"')
+    return '"' + "".join(c if c.isprintable() else f"\\U{ord(c):08x}" for c in escaped) + '"'

@@ -1,8 +1,9 @@
-"""URDF: kinematics, inertias and limits, through Pinocchio, after a check that names what is wrong."""
+"""URDF, or the xacro macros that make one: kinematics, inertias and limits, through Pinocchio."""
 
-from collections import Counter
 from collections.abc import Collection, Mapping
+from pathlib import Path
 from types import MappingProxyType
+from typing import Any
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 
@@ -10,24 +11,39 @@ import numpy as np
 import pinocchio as pin
 
 from ..arm.robot import Limits
-from ..errors import BrokenTree, listed
-from .held_joints import MOVING, axis_of, hold
+from ..errors import BrokenTree, RobotError, UnknownJoint
+from ..notebook import optional
 from .kinematics import INERTIA_PLACES, Kinematics, rigid_inertia
-from .plausible import check_urdf_centers, urdf_doubts
-from .toml_fields import LARGEST
+from .toml_fields import number, read_text, strings
+from .urdf_checks import MOVING, axis_of, check_joint, check_urdf, link_at, numbers_of, read_tree, urdf_doubts
 
+XACRO = ".xacro"
+ENDINGS = (".urdf", XACRO)
 FLANGES = ("flange", "tool0", "tool_flange", "ee_link", "end_effector", "tcp", "link_ee")
 """Names (or ends of names) of links that people hang payloads on, the likeliest first."""
-NUMBERED = (
-    "xyz", "rpy", "value", "ixx", "ixy", "ixz", "iyy", "iyz", "izz", "lower", "upper", "velocity", "effort",
-)  # fmt: skip
-"""Attributes that hold numbers."""
 FAR = 1e300
 """A limit that urdfdom can read and no joint reaches; it knows no infinity."""
 
-HELD = "To hold it still, name the joints that move in a robot.toml: urdf = ..., joints = [...]"
-DEEPEST = 100
-"""Elements within elements; parsers that call themselves for each level end at thousands."""
+
+def read_urdf(path: Path) -> str:
+    """Text of a URDF; macros are expanded, with the defaults of their arguments, by the package xacro.
+
+    Raises:
+        RobotError: The file cannot be read.
+        BrokenTree: The macros cannot be expanded.
+        MissingPackage: xacro is not installed.
+    """
+    text = read_text(path)
+    if path.suffix.lower() != XACRO:
+        return text
+    xacro = optional("xacro", f"{path.name}, a file of macros,", "xacro")
+    try:
+        return xacro.process_file(str(path)).toxml()
+    except Exception as error:  # its expressions are Python's, and raise whatever that does
+        raise BrokenTree(
+            f"{path}: xacro: {error}. Where it needs arguments or ROS packages, expand it where these are: "
+            f"xacro {path.name} NAME:=VALUE > arm.urdf"
+        ) from error
 
 
 def parse_urdf(
@@ -48,16 +64,12 @@ def parse_urdf(
         BrokenTree: It is not one tree of joints with one degree of freedom; the message names the culprit.
         UnknownJoint: One of `moving` or `held` is not in it.
     """
-    root = _parse(text, where)
+    root = read_tree(text, where)
     joints = {joint.get("name", ""): joint for joint in root.findall("joint")}
-    _check_names(root, where)
-    _check_tree(root, where)
-    for element in root.iter():
-        _check_numbers(element, where)
-    check_urdf_centers(root, where)
-    hold(joints, moving, held, where)
+    check_urdf(root, where)
+    _hold(joints, moving, held, where)
     for name, joint in joints.items():
-        _check_joint(joint, f"{where}: joint '{name}'")
+        check_joint(joint, f"{where}: joint '{name}'")
     limits = {name: _limits(joint) for name, joint in joints.items()}
     for joint in joints.values():
         _make_plain(joint)
@@ -77,115 +89,67 @@ def movable_joints(text: str, where: str = "URDF") -> tuple[list[str], list[str]
     """
     free: list[str] = []
     bound: list[str] = []
-    for joint in _parse(text, where).findall("joint"):
+    for joint in read_tree(text, where).findall("joint"):
         if joint.get("type") != "fixed":
             plain = joint.get("type") in MOVING and joint.find("mimic") is None
             (free if plain else bound).append(joint.get("name", ""))
     return free, bound
 
 
-def _parse(text: str, where: str) -> Element:
-    try:
-        root = ElementTree.fromstring(text)
-    except (ElementTree.ParseError, ValueError) as error:
-        raise BrokenTree(f"{where}: not well-formed XML: {error}") from error
-    _check_depth(root, where)
-    if root.tag != "robot":
-        raise BrokenTree(f"{where}: the outermost element is <{root.tag}>, expected <robot>")
-    macro = next((e.tag for e in root.iter() if "xacro" in str(e.tag)), None)
-    if macro is not None:
-        raise BrokenTree(
-            f"{where}: contains xacro macros; expand it first (xacro robot.xacro > robot.urdf), "
-            "or name it .xacro"
-        )
-    return root
+def read_choice(table: Mapping[str, Any], where: str) -> tuple[list[str] | None, dict[str, float]]:
+    """Keys `joints`, which move, None for all; and `held`, joints with their positions [rad, m].
+
+    Raises:
+        RobotError: They are not as they should be, or name a joint both.
+    """
+    moving = strings(table["joints"], "joints") if "joints" in table else None
+    held = table.get("held", {})
+    if not isinstance(held, dict):
+        raise RobotError(f"{where}: held is {held!r}; expected held = {{ JOINT = POSITION, ... }} [rad, m]")
+    both = sorted(set(moving or ()) & set(held))
+    if both:
+        raise RobotError(f"{where}: {', '.join(both)} in joints, which move, and in held")
+    return moving, {joint: number(value, f"held: {joint}") for joint, value in held.items()}
 
 
-def _check_depth(root: Element, where: str) -> None:
-    level, depth = [root], 0
-    while level:
-        level, depth = [inner for element in level for inner in element], depth + 1
-        if depth > DEEPEST:
-            raise BrokenTree(f"{where}: elements within elements, more than {DEEPEST} deep; URDF has 5")
+def _hold(
+    joints: Mapping[str, Element], moving: Collection[str] | None, held: Mapping[str, float], where: str
+) -> None:
+    """Fix every joint that is not named as moving, at its position in `held` or at zero.
+
+    Raises:
+        UnknownJoint: One that is named is not there.
+        RobotError: One with a position has not one degree of freedom.
+    """
+    for name in (*(moving or ()), *held):
+        if name not in joints:
+            raise UnknownJoint(name, where, list(joints))
+    for name in joints.keys() - set(joints if moving is None else moving) | held.keys():
+        joint = joints[name]
+        if name in held:
+            _place(joint, held[name], f"{where}: joint '{name}'")
+        joint.set("type", "fixed")
+        for element in joint.findall("mimic"):
+            joint.remove(element)
 
 
-def _check_names(root: Element, where: str) -> None:
-    for kind in ("link", "joint"):
-        names = [element.get("name", "") for element in root.findall(kind)]
-        if "" in names:
-            raise BrokenTree(f"{where}: a {kind} has no name")
-        twice = [name for name, count in Counter(names).items() if count > 1]
-        if twice:
-            raise BrokenTree(f"{where}: {kind} name used twice: {listed(twice)}")
-    if not root.findall("link"):
-        raise BrokenTree(f"{where}: there is no link")
-
-
-def _end(joint: Element, side: str) -> str:
-    element = joint.find(side)
-    return "" if element is None else element.get("link", "")
-
-
-def _check_tree(root: Element, where: str) -> None:
-    """One root, one parent a link, no loop."""
-    links = [link.get("name", "") for link in root.findall("link")]
-    parent: dict[str, str] = {}
-    for joint in root.findall("joint"):
-        name = joint.get("name")
-        for side in ("parent", "child"):
-            if _end(joint, side) not in links:
-                raise BrokenTree(
-                    f"{where}: joint '{name}' has {side} link '{_end(joint, side)}', which does "
-                    f"not exist. Links: {listed(links, _end(joint, side))}"
-                )
-        child = _end(joint, "child")
-        if child in parent:
-            raise BrokenTree(f"{where}: link '{child}' has two parents, the second through joint '{name}'")
-        parent[child] = _end(joint, "parent")
-    for link in links:
-        _check_reaches_root(link, parent, where)
-    roots = [link for link in links if link not in parent]
-    if len(roots) > 1:
-        raise BrokenTree(f"{where}: {len(roots)} roots, expected one: {listed(roots)}")
-
-
-def _check_reaches_root(link: str, parent: dict[str, str], where: str) -> None:
-    path = [link]
-    while path[-1] in parent:
-        above = parent[path[-1]]
-        if above in path:
-            raise BrokenTree(
-                f"{where}: links form a loop: {' <- '.join([*path[path.index(above) :], above])}"
-            )
-        path.append(above)
-
-
-def _check_numbers(element: Element, where: str) -> None:
-    """Every number a number, and masses not negative."""
-    for key in NUMBERED:
-        text = element.get(key)
-        if text is None or element.tag not in ("origin", "axis", "mass", "inertia", "limit"):
-            continue
-        try:
-            values = [float(word) for word in text.split()]
-        except ValueError:
-            values = []
-        expected = 3 if key in ("xyz", "rpy") else 1
-        known = np.isfinite(values) if element.tag == "limit" else np.abs(values) <= LARGEST
-        if len(values) != expected or not np.all(known):
-            raise BrokenTree(f'{where}: <{element.tag} {key}="{text}">: expected {expected} finite number(s)')
-        if element.tag == "mass" and values[0] < 0:
-            raise BrokenTree(f"{where}: mass {text} kg; a mass is at least 0")
-
-
-def _check_joint(joint: Element, where: str) -> None:
-    kind = joint.get("type")
-    if kind not in (*MOVING, "fixed"):
-        raise BrokenTree(f"{where} is {kind}; valid types: {', '.join(MOVING)}, fixed. {HELD}")
-    if joint.find("mimic") is not None:
-        raise BrokenTree(f"{where} mimics another joint, which no model here can. {HELD}")
-    if kind != "fixed" and not np.any(axis_of(joint)):
-        raise BrokenTree(f"{where} has an axis of length 0")
+def _place(joint: Element, position: float, where: str) -> None:
+    """Move a joint's origin to where its position takes it [rad, m]."""
+    axis, kind = axis_of(joint), joint.get("type")
+    if kind not in MOVING or not np.any(axis):
+        raise RobotError(f"{where} cannot be held at a position: it is {kind}, axis {axis.tolist()}")
+    axis = axis / np.linalg.norm(axis)
+    origin = joint.find("origin")
+    if origin is None:
+        origin = ElementTree.SubElement(joint, "origin")
+    xyz, rpy = (numbers_of(origin.get(key, "0 0 0")) for key in ("xyz", "rpy"))
+    rotation = pin.rpy.rpyToMatrix(rpy)
+    if kind == "prismatic":
+        xyz = xyz + rotation @ axis * position
+    else:
+        rotation = rotation @ pin.exp3(axis * position)
+    for key, values in (("xyz", xyz), ("rpy", pin.rpy.matrixToRpy(rotation))):
+        origin.set(key, " ".join(repr(float(value)) for value in values))
 
 
 def _limits(joint: Element) -> tuple[float, float, float, float]:
@@ -238,7 +202,7 @@ def _gather(limits: dict[str, tuple[float, float, float, float]], joints: tuple[
 
 def _flange(model: pin.Model, root: Element) -> pin.SE3:
     """Placement, in the last joint's frame, of the leaf link that is called like a flange."""
-    parents = {_end(joint, "parent") for joint in root.findall("joint")}
+    parents = {link_at(joint, "parent") for joint in root.findall("joint")}
     leaves = {
         frame.name: frame.placement
         for frame in model.frames

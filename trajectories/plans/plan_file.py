@@ -15,8 +15,7 @@ from typing import Any
 
 from exidyn.identify.arm.robot import Limits
 from exidyn.identify.errors import RobotError
-from exidyn.identify.robot_files.toml_fields import check_keys, number, numbers, parse_toml
-from exidyn.identify.robot_files.toml_text import block, lines
+from exidyn.identify.robot_files.toml_fields import block, check_keys, lines, number, numbers, parse_toml
 
 from ..errors import NotATrajectory
 from .plan import Plan

@@ -10,7 +10,7 @@ import numpy as np
 from exidyn.identify.arm.motion import Motion
 from exidyn.identify.recordings.importers import read_tables
 from exidyn.identify.robot_files.robot_file import read_model
-from exidyn.identify.robot_files.urdf_text import urdf_text
+from exidyn.identify.robot_files.robot_text import urdf_text
 
 from ..real.data import DE_LUCA, FOLDER, KR300_TURNS
 

@@ -33,8 +33,7 @@ from ...robot_files.toml_fields import (
     string,
     tables,
 )
-from ...robot_files.urdf import parse_urdf
-from ...robot_files.urdf_file import read_urdf
+from ...robot_files.urdf import parse_urdf, read_urdf
 from ..recording import KnownPayload, Recording
 from .tables.import_table import import_table
 from .tables.table import read_csv

@@ -11,7 +11,7 @@ import pytest
 from exidyn.acquire.command_line import REFUSED, main
 from exidyn.identify.errors import RobotError, RobotWarning
 from exidyn.identify.recordings.mcap.mcap_file import read_recording, write_recording
-from exidyn.identify.robot_files.plausible import inertia_doubt
+from exidyn.identify.robot_files.kinematics import inertia_doubt
 from exidyn.identify.robot_files.robot_file import builtin_names, model_text, parse_model, read_model
 
 from ...parts.small import two_joints
