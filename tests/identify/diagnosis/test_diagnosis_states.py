@@ -177,9 +177,8 @@ def windows(push, white=0.5, seed=3):
         weighting=SimpleNamespace(independent=np.ones(2), variance=np.full(2, white**2)),
         residual=residual,
     )
-    decimation = SimpleNamespace(centres=np.arange, stride=1)
-    prepared = SimpleNamespace(name="run", decimation=decimation)
-    run = SimpleNamespace(prepared=prepared, motion=motion, rows=1000, torque=residual)
+    prepared = SimpleNamespace(name="run", decimation=SimpleNamespace(stride=1))
+    run = SimpleNamespace(prepared=prepared, motion=motion, centres=np.arange(1000), torque=residual)
     return (
         model,
         run,
