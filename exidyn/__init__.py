@@ -7,39 +7,36 @@
     print(fit)
     ex.report(fit, "report.html")
 
-The folders of the repository are linked in here, so that every tool sees one package. Names are imported when
-they are asked for, so that `exidyn --help` need not load Pinocchio.
+These names, all of `exidyn.api`, are imported when they are asked for, so that `exidyn --help` need not load
+Pinocchio.
 """
 
 from importlib import import_module, metadata
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from .api import EFFECTS as EFFECTS
-    from .api import ESTIMATORS as ESTIMATORS
-    from .api import compare as compare
-    from .api import diagnose as diagnose
-    from .api import identify as identify
-    from .api import plan as plan
-    from .api import read as read
-    from .api import read_all as read_all
-    from .api import report as report
-    from .api import robot as robot
-    from .api import simulate as simulate
+    from .api import *  # noqa: F403
 
 __version__ = metadata.version("exidyn")
-_OFFERED = (
-    "EFFECTS", "ESTIMATORS", "compare", "diagnose", "identify", "plan", "read", "read_all", "report", "robot",
-    "simulate",
-)  # fmt: skip
+
+if not Path(__file__).with_name("identify").exists():
+    # A checkout: the packages lie beside this folder (see setup.py), where Python started there finds them.
+    __path__.append(str(Path(__file__).parents[1]))  # noqa: F405
+
+# `exidyn.identify` is a package and a function. Importing the package binds the name here, the first time:
+# unbound again, it is left to the function, and `from exidyn.identify.model import Model` works as ever.
+import_module(".identify", __name__)
+del globals()["identify"]
 
 
 def __getattr__(name: str) -> Any:
-    if name not in _OFFERED:
-        raise AttributeError(f"exidyn has no '{name}'. It has: {', '.join(_OFFERED)}, __version__")
-    found = getattr(import_module(".api", __name__), name)
-    return import_module(".identify", __name__) if name == "identify" else found
+    if name.startswith("_"):  # asked for by Python's own tools
+        raise AttributeError(name)
+    if name not in __dir__():
+        raise AttributeError(f"exidyn has no '{name}'. It has: {', '.join(__dir__())}")
+    return getattr(import_module(".api", __name__), name)
 
 
 def __dir__() -> list[str]:
-    return [*_OFFERED, "__version__"]
+    return [*import_module(".api", __name__).__all__, "__version__"]

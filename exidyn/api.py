@@ -13,9 +13,9 @@ from exidyn.acquire.run.simulated import simulated
 from exidyn.identify.diagnosis import Diagnosis
 from exidyn.identify.diagnosis.diagnose import diagnose as _diagnose
 from exidyn.identify.diagnosis.runs.usable import HELD_OUT
-from exidyn.identify.effects import EFFECTS as EFFECTS
+from exidyn.identify.effects import EFFECTS
 from exidyn.identify.errors import ExidynError, RecordingError, UnknownKey
-from exidyn.identify.fit.estimators import ESTIMATORS as ESTIMATORS
+from exidyn.identify.fit.estimators import ESTIMATORS
 from exidyn.identify.fit.fit import Fit
 from exidyn.identify.fit.identification import identify as _identify
 from exidyn.identify.model import Model
@@ -29,9 +29,14 @@ from exidyn.identify.simulation.comparison import Comparison
 from exidyn.identify.simulation.comparison import compare as _compare
 from exidyn.identify.simulation.plant import Transmission
 from exidyn.trajectories.planning.planner import plan as _plan
+from exidyn.trajectories.planning.wishes import Wishes
 from exidyn.trajectories.plans.plan import Plan
 from exidyn.trajectories.plans.plan_file import read_plan
-from exidyn.trajectories.planning.wishes import Wishes
+
+__all__ = [
+    "EFFECTS", "ESTIMATORS", "compare", "diagnose", "identify", "plan", "read", "read_all", "report", "robot",
+    "simulate",
+]  # fmt: skip
 
 Run = Recording | Path | str
 Arm = Model | Path | str
@@ -112,7 +117,7 @@ def identify(
         robot: In place of the one inside the recordings.
         estimator: A name in `ESTIMATORS`; maximum likelihood with a known payload by default, else weighted.
         filtering: Filters; chosen from the data where none is given.
-        options: Further ones of `exidyn.identify.identify`: drop, fitted_shapes, progress.
+        options: Further ones of `exidyn.identify.fit.identification.identify`: drop, fitted_shapes, progress.
 
     Raises:
         UnknownKey: There is no such estimator.

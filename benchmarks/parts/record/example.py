@@ -11,7 +11,8 @@ import numpy as np
 from common import show
 
 from exidyn.acquire.examples.example_arm import BODY
-from exidyn.identify import Fit, read_fit
+from exidyn.identify.fit.fit import Fit
+from exidyn.identify.fit.fit_file import read_fit
 from exidyn.identify.robot_files.robot_file import read_model
 
 INSIDE = 1.96

@@ -277,12 +277,3 @@ def test_shapes_are_fitted_where_asked(files, tmp_path, capsys):
     assert all(1e-4 <= value < 0.02 for value in found)
     assert main([*command, "stribeck_friction"]) == REFUSED
     assert "stribeck_friction" in capsys.readouterr().err
-
-
-def test_every_folder_with_python_files_is_a_package_and_linked():
-    """Without either it is missing in what is installed."""
-    root = Path(__file__).parents[3]
-    tops = [link.name for link in (root / "exidyn").iterdir() if link.is_symlink()]
-    assert sorted(tops) == ["acquire", "drivers", "identify", "trajectories"]
-    folders = {path.parent for top in tops for path in (root / top).rglob("*.py")}
-    assert [folder for folder in folders if not (folder / "__init__.py").is_file()] == []

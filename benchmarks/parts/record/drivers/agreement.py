@@ -9,7 +9,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from common import show
 
-from exidyn.identify import Fit, identify, read_recording
+from exidyn.identify.fit.fit import Fit
+from exidyn.identify.fit.identification import identify
+from exidyn.identify.recordings.mcap.mcap_file import read_recording
 
 from ..controllers import ARMS, SEVEN, NoBus, controller
 from ..motion import COBOT, job
