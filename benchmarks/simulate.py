@@ -19,7 +19,7 @@ from parts.simulate.torques import round_trips
 from exidyn.identify.arm.motion import Motion
 from exidyn.identify.export import FORMATS, Portable
 from exidyn.identify.robot_files.robot_file import read_model
-from exidyn.identify.simulation.plant import compiled, steps
+from exidyn.identify.simulation.plant import steps
 from exidyn.identify.simulation.plant.typical import typical_parts
 
 FINE = 2.5e-4
@@ -35,7 +35,7 @@ def against_mujoco(seconds: float, repeats: int) -> dict[str, float]:
         we, they = ours(model, control, motion), theirs(text, control, motion)
         taken.append((we.seconds, they.seconds, bare(text, motion)))
     least, length = np.min(taken, axis=0), motion.time[-1]
-    how = "without Numba" if compiled.through() is steps.through else "compiled"
+    how = "without Numba" if steps.compiled(steps.through) is steps.through else "compiled"
     names = (f"exidyn, {how}", "MuJoCo, loop closed in Python", "MuJoCo, steps alone")
     rows = [[name, t, length / t, 1e6 * t / len(motion)] for name, t in zip(names, least, strict=True)]
     head = ["simulator", "CPU s", "times real time", "us a tick"]

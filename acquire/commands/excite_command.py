@@ -10,7 +10,7 @@ import numpy as np
 from exidyn.identify.effects import known_parameters
 from exidyn.identify.errors import RobotError
 from exidyn.identify.fit.fit_file import read_fit
-from exidyn.identify.fit.warnings.excitation_warnings import WORST
+from exidyn.identify.fit.fit_warnings import WORST
 from exidyn.identify.model import Model
 from exidyn.identify.robot_files.geometry import read_geometry
 from exidyn.identify.robot_files.robot_file import read_model

@@ -7,8 +7,7 @@ from pathlib import Path
 from urllib.parse import quote
 
 from exidyn.identify.fleet.drift import LEAST
-from exidyn.identify.fleet.report import KindReport
-from exidyn.identify.fleet.words import change_words, difference_words
+from exidyn.identify.fleet.report import KindReport, change_words, difference_words
 from exidyn.identify.notebook import counted
 
 from ..arguments.common import command_parser, whole

@@ -13,7 +13,7 @@ from exidyn.identify.model import Model
 from exidyn.identify.recordings.recording import KnownPayload
 from exidyn.identify.robot_files.geometry import read_geometry
 from exidyn.identify.robot_files.robot_file import read_model
-from exidyn.identify.simulation.as_built import as_built
+from exidyn.identify.simulation.simulate import as_built
 from exidyn.trajectories.clearances.clearance import Clearance
 from exidyn.trajectories.clearances.self_collision import SelfCollision
 from exidyn.trajectories.plans.plan_file import plan_text, read_plan

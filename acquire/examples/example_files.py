@@ -7,8 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from exidyn.identify.robot_files.robot_file import read_model
-from exidyn.identify.simulation.as_built import as_built
-from exidyn.identify.simulation.simulate import simulate
+from exidyn.identify.simulation.simulate import as_built, simulate
 from exidyn.identify.text_table import table
 from exidyn.trajectories.random_motion import random_fourier
 

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from exidyn.identify.diagnosis.candidates.springs import LEVERS, PRELOAD, STIFFNESS
-from exidyn.identify.fit.warnings.verdict import NORMAL_95
+from exidyn.identify.fit.verdict import NORMAL_95
 from exidyn.identify.text_table import WIDTH, at_point, digits, paragraph, table
 
 from .example_result import EFFECT, IMPROVED, Result, Spring

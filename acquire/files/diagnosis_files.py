@@ -11,8 +11,7 @@ from exidyn.identify.diagnosis.words.answer import answer
 from exidyn.identify.diagnosis.words.naming import effect_words
 from exidyn.identify.errors import NotAFile
 from exidyn.identify.fit.fit import Fit
-from exidyn.identify.fit.fit_file import write_fit
-from exidyn.identify.fit.json_file import read_json
+from exidyn.identify.fit.fit_file import read_json, write_fit
 from exidyn.identify.model import Model
 from exidyn.identify.pages.diagnosis import report_html
 from exidyn.identify.pages.diagnosis.page_data import whole

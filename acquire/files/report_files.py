@@ -9,7 +9,7 @@ import numpy as np
 
 from exidyn.identify.diagnosis.words.diagnosis_schema import DiagnosisFile
 from exidyn.identify.errors import NotAFile
-from exidyn.identify.fit.json_file import read_json
+from exidyn.identify.fit.fit_file import read_json
 from exidyn.identify.pages.combined import Compared
 from exidyn.identify.pages.diagnosis.page_data import PageData, from_table
 from exidyn.identify.recordings.importers import kind_of

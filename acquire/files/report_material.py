@@ -9,7 +9,7 @@ from exidyn.identify.diagnosis.runs.usable import HELD_OUT
 from exidyn.identify.errors import DifferentRobot, NotAFile
 from exidyn.identify.fit.fit import Fit
 from exidyn.identify.fit.fit_file import read_fit
-from exidyn.identify.fit.warnings.verdict import counted
+from exidyn.identify.fit.verdict import counted
 from exidyn.identify.model import Model
 from exidyn.identify.pages.combined import Fitted, Material, Run
 from exidyn.identify.pages.diagnosis.page_data import PageData

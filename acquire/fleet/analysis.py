@@ -10,9 +10,8 @@ from exidyn.identify.errors import RecordingError
 from exidyn.identify.fleet.compared import Difference, compared
 from exidyn.identify.fleet.expected import Expected
 from exidyn.identify.fleet.learned import Learned, learned
-from exidyn.identify.fleet.report import KindReport, temperature_of
+from exidyn.identify.fleet.report import KindReport, change_words, temperature_of
 from exidyn.identify.fleet.runs import ArmRuns, Frame, Run
-from exidyn.identify.fleet.words import change_words
 
 from .store import CHANGES, DAY, Store, place_of, utc, write_table
 

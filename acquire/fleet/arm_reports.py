@@ -7,7 +7,7 @@ from typing import Any
 
 from exidyn.identify.errors import ExidynError
 from exidyn.identify.file_names import unique_stem
-from exidyn.identify.fit.estimators.posterior import posterior
+from exidyn.identify.fit.estimators.bayesian import posterior
 from exidyn.identify.fit.identification import identify
 from exidyn.identify.pages.fit.report import report_html
 from exidyn.identify.recordings.mcap.mcap_file import read_recording

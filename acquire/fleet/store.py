@@ -18,8 +18,8 @@ from uuid import uuid4
 import numpy as np
 from msgspec import Struct
 
+from exidyn.identify.fit.fit_file import read_json
 from exidyn.identify.fit.fit_schema import Measures
-from exidyn.identify.fit.json_file import read_json
 from exidyn.identify.fleet.kind import Kind
 from exidyn.identify.fleet.runs import Run
 from exidyn.identify.fleet.summary import Summary

@@ -6,10 +6,10 @@ from exidyn import __version__
 from exidyn.identify.errors import RobotError
 from exidyn.identify.model import Model
 from exidyn.identify.recordings.recording import SIMULATED, KnownPayload, Recording
-from exidyn.identify.simulation.follow import follow
 from exidyn.identify.simulation.plant import Plant, Sensors, Transmission
 from exidyn.identify.simulation.plant.plant import Watched
 from exidyn.identify.simulation.plant.typical import typical_parts
+from exidyn.identify.simulation.simulate import follow
 from exidyn.trajectories.errors import TrajectoryError
 from exidyn.trajectories.families.sequence import Slowed
 from exidyn.trajectories.limits.usable_limits import usable

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from exidyn.identify.errors import NotAFile
-from exidyn.identify.fit.json_file import read_json
+from exidyn.identify.fit.fit_file import read_json
 from exidyn.identify.recordings.importers import import_source
 from exidyn.identify.recordings.recording import Recording
 from exidyn.trajectories.next_run.choice import RUN

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from exidyn.identify.fit.warnings.verdict import MISSING
+from exidyn.identify.fit.verdict import MISSING
 from exidyn.identify.simulation.comparison import NAMES, Comparison, Mismatch, Regions
 from exidyn.identify.text_table import WIDTH, at_point, digits, paragraph, table
 

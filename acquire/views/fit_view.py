@@ -8,8 +8,9 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from exidyn.identify.arm.robot import Robot
-from exidyn.identify.fit.fit import Agreement, Fit
-from exidyn.identify.fit.warnings.verdict import NORMAL_95
+from exidyn.identify.fit.agreement import Agreement
+from exidyn.identify.fit.fit import Fit
+from exidyn.identify.fit.verdict import NORMAL_95
 from exidyn.identify.pages.fit.report_plots import measured_unit
 
 from .markdown import fit_verdict, parameters_markdown

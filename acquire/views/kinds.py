@@ -4,8 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from exidyn.identify.errors import NotAFile
-from exidyn.identify.fit.fit_file import read_fit
-from exidyn.identify.fit.json_file import read_json
+from exidyn.identify.fit.fit_file import read_fit, read_json
 from exidyn.identify.model import Model
 from exidyn.identify.recordings.importers import import_source
 from exidyn.identify.simulation.predicted import predicted

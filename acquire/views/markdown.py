@@ -9,7 +9,7 @@ from exidyn.identify.diagnosis.words.misfit import from_table, lumped, percents,
 from exidyn.identify.diagnosis.words.naming import joint_words, named
 from exidyn.identify.diagnosis.words.numbers import value_of
 from exidyn.identify.fit.fit import Fit
-from exidyn.identify.fit.warnings.verdict import NORMAL_95, gains_estimated, verdict
+from exidyn.identify.fit.verdict import NORMAL_95, gains_estimated, verdict
 from exidyn.identify.pages.report_html import rounded
 from exidyn.identify.text_table import digits
 

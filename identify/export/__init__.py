@@ -3,9 +3,11 @@
 from collections.abc import Callable
 from typing import NamedTuple
 
-from . import json, mjcf, toml, urdf
-from .left_out import left_out
+from .left_out import FEATURES, left_out
+from .mjcf import FEATURES as OF_MJCF
+from .mjcf import mjcf
 from .portable import Portable
+from .texts import json, toml, urdf
 
 
 class Format(NamedTuple):
@@ -27,10 +29,10 @@ class Format(NamedTuple):
 
 
 FORMATS: dict[str, Format] = {
-    "urdf": Format(urdf.urdf, urdf.FEATURES, ".urdf"),
-    "mjcf": Format(mjcf.mjcf, mjcf.FEATURES, ".xml"),
-    "json": Format(json.json, json.FEATURES, ".json"),
-    "toml": Format(toml.toml, toml.FEATURES, ".toml"),
+    "urdf": Format(urdf, ("damping", "dry"), ".urdf"),
+    "mjcf": Format(mjcf, OF_MJCF, ".xml"),
+    "json": Format(json, tuple(FEATURES), ".json"),
+    "toml": Format(toml, tuple(FEATURES), ".toml"),
 }
 """Name -> how; the first line of each function's docstring states what is in the file."""
 

@@ -1,4 +1,9 @@
-"""Portable: a model in the terms that simulators share, and what they cannot represent."""
+r"""Portable: a model in the terms that simulators share, and what they cannot represent.
+
+They accept bodies only that can exist: ten parameters are moved, where they must be, to those of one. About
+the centre of mass, :math:`\Sigma = \tfrac12 \mathrm{tr}(I) E - I` is the second moment of the mass, and so
+positive definite; that is the triangle inequality of the principal moments of inertia.
+"""
 
 from dataclasses import dataclass, replace
 
@@ -9,8 +14,8 @@ from ..effects import Effect
 from ..effects.rigid_body import inertial_parameters, with_bodies
 from ..effects.simulator_terms import JointTerms, Spring
 from ..errors import RobotError
+from ..fit.estimators.consistent import of_pseudo_inertia, pseudo_inertia
 from ..model import Model
-from .bodies import possible
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,3 +102,37 @@ def _carried(model: Model, payload: str) -> np.ndarray:
     raise RobotError(
         f"{model.robot.name}: payload '{payload}' has a mass of 0 or less; identify it, or give it"
     )
+
+
+NOTHING = 1e-6
+"""Least mass over the largest parameter of the arm's bodies: a link that is hardly there."""
+EXTENT = 1e-3
+"""Root mean square distance of the mass from its centre, in each direction, at least [m]; what is identified
+under physical consistency has as much."""
+ENOUGH = 0.5
+"""Share of the least mass and of the least moment that is left alone. What was moved to the least is computed
+again with rounding, which differs between processors: cancellation about the centre of mass leaves about
+machine precision times the largest moment, a billionth of the least moment of usual links. Half is far from
+that, and a body with half the least is still one that simulators accept."""
+
+
+def possible(values: np.ndarray, largest: float) -> np.ndarray:
+    """Ten parameters of a body with mass and extent in all directions; unchanged if they are that already.
+
+    Mass and its centre are kept, unless there is no mass; second moments that are too small are raised, the
+    least change in their sum of squares.
+
+    Args:
+        values: In `INERTIAL` order, shape (10,).
+        largest: Of all parameters of the arm's bodies.
+    """
+    pseudo, nothing = pseudo_inertia(values), NOTHING * largest
+    if pseudo[3, 3] < ENOUGH * nothing:
+        pseudo = np.diag([0.0, 0.0, 0.0, nothing])
+    around = np.outer(pseudo[:3, 3], pseudo[:3, 3]) / pseudo[3, 3]
+    moments, axes = np.linalg.eigh(pseudo[:3, :3] - around)
+    least = EXTENT**2 * pseudo[3, 3]
+    if values[9] >= ENOUGH * nothing and moments[0] >= ENOUGH * least:
+        return values
+    pseudo[:3, :3] = (axes * np.maximum(moments, least)) @ axes.T + around
+    return of_pseudo_inertia(pseudo)

@@ -10,99 +10,13 @@ from ..errors import FitError
 from ..model import Model
 from ..notebook import InNotebook, counted, optional
 from ..preparation.prepare import Filtering, Prepared
+from .agreement import Agreement, Scores, agreement, figure
 from .base_parameters import BaseParameters
 from .equations import decimated_regressor
 from .estimators import Estimate
-from .torque_figure import figure
 
 NORMAL_95 = 1.96
 """Deviations on each side of a value within which it lies with 95 % probability."""
-
-
-@dataclass(frozen=True, eq=False)
-class Agreement:
-    """How well a fit predicts one run, all behind the decimation filter.
-
-    Attributes:
-        run: Name of the run.
-        time: Shape (r,) [s].
-        measured: Torque from currents and drive gains, shape (r, n) [N m].
-        predicted: Torque of the model, shape (r, n) [N m].
-        weight: 0 where a joint sticks, else 1, shape (r, n).
-        noise: Noise floor of the measured torque, shape (n,) [N m].
-        velocity: Shape (r, n) [rad/s].
-        position: Shape (r, n) [rad]; None where it was not kept.
-        noise_source: Where the noise floor is from, as of `Prepared`.
-    """
-
-    run: str
-    time: np.ndarray
-    measured: np.ndarray
-    predicted: np.ndarray
-    weight: np.ndarray
-    noise: np.ndarray
-    velocity: np.ndarray
-    position: np.ndarray | None = None
-    noise_source: str = ""
-
-    @property
-    def residual(self) -> np.ndarray:
-        """What the model leaves, shape (r, n) [N m]."""
-        return self.measured - self.predicted
-
-    @property
-    def residual_rms(self) -> np.ndarray:
-        """Root mean square of the residual while the joint slides, shape (n,) [N m]."""
-        return np.sqrt(self._mean(self.residual**2))
-
-    @property
-    def relative(self) -> np.ndarray:
-        """Norm of the residual over norm of the measured torque, shape (n,) [-]; NaN without motion."""
-        return _over(self.residual_rms, np.sqrt(self._mean(self.measured**2)))
-
-    @property
-    def r_squared(self) -> np.ndarray:
-        """Share of the torque's variance explained, shape (n,) [-]."""
-        variance = self._mean((self.measured - self._mean(self.measured)) ** 2)
-        return 1.0 - _over(self._mean(self.residual**2), variance)
-
-    @property
-    def over_noise(self) -> np.ndarray:
-        """Residual over the noise floor, shape (n,) [-]; about one where nothing is missing."""
-        return self.residual_rms / self.noise
-
-    def _mean(self, values: np.ndarray) -> np.ndarray:
-        return np.sum(values * self.weight, axis=0) / np.maximum(self.weight.sum(axis=0), 1.0)
-
-
-def _over(part: np.ndarray, whole: np.ndarray) -> np.ndarray:
-    """Ratios, shape (n,); NaN for joints that do not move in the run."""
-    return np.divide(part, whole, out=np.full(len(whole), np.nan), where=whole > 0.0)
-
-
-@dataclass(frozen=True, eq=False)
-class Scores:
-    """How well a fit predicted one run, where the samples were not kept; see `Agreement`.
-
-    Attributes:
-        run: Name of the run.
-        held_out: Whether it was only predicted.
-        relative: Shape (n,) [-].
-        r_squared: Shape (n,) [-].
-        residual_rms: Shape (n,) [N m].
-        noise: Shape (n,) [N m].
-        over_noise: Shape (n,) [-].
-        noise_source: Where the noise floor is from, as of `Prepared`; empty where unknown.
-    """
-
-    run: str
-    held_out: bool
-    relative: np.ndarray
-    r_squared: np.ndarray
-    residual_rms: np.ndarray
-    noise: np.ndarray
-    over_noise: np.ndarray
-    noise_source: str = ""
 
 
 class Moved(NamedTuple):
@@ -281,19 +195,3 @@ class Fit(InNotebook):
     def agree(self, run: Prepared) -> Agreement:
         """Compare the fit with a prepared run."""
         return agreement(run, self.estimate, *decimated_regressor(self.model, self.base, run, run.motion))
-
-
-def agreement(run: Prepared, estimate: Estimate, regressor: np.ndarray, known: np.ndarray) -> Agreement:
-    """Compare an estimate with a run whose regressor (r, n, b) and known torque (r, n) are at hand."""
-    gain = estimate.gain if run.measures == "current" else np.ones_like(estimate.gain)
-    return Agreement(
-        run=run.name,
-        time=run.decimated_time,
-        measured=gain * run.decimated_current,
-        predicted=regressor @ estimate.values + known,
-        weight=run.weight,
-        noise=np.abs(gain) * run.noise,
-        velocity=run.decimation.apply(run.motion.velocity),
-        position=run.decimation.apply(run.motion.position),
-        noise_source=run.noise_source,
-    )

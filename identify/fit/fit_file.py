@@ -8,6 +8,7 @@ no `agreement`: `Fit.agree` makes it anew, and predicts the same as before.
 
 import json
 import os
+import re
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
@@ -20,11 +21,11 @@ from ..errors import NotAFile, RobotError
 from ..model import Model
 from ..robot_files.robot_file import model_text, parse_model
 from ..schema import Disagreement, checked
+from .agreement import Agreement, Scores
 from .base_parameters import BaseParameters
 from .estimators import Estimate
-from .fit import Agreement, Fit, Scores
+from .fit import Fit
 from .fit_schema import SCORES, BaseParameterRow, FitFile, check_with_model
-from .json_file import read_json
 
 FORMAT = 1
 """Goes up when a reader of the former version would misunderstand a file."""
@@ -225,3 +226,27 @@ def _base(
         for name, weight in row.sum_of.items():
             regrouping[place, columns[name]] = weight
     return BaseParameters(parameters, np.array([row.column for row in rows]), regrouping, gap)
+
+
+HALF = re.compile(r"\\u[dD][89a-fA-F]")
+"""How half of a character is written; without its other half no file or terminal takes it."""
+
+
+def read_json(path: Path) -> Any:
+    """What a JSON file holds.
+
+    Raises:
+        NotAFile: It is missing, cut off, or no JSON.
+    """
+    try:
+        text = path.read_text(encoding="utf-8")
+        table = json.loads(text)
+        if HALF.search(text):
+            json.dumps(table, ensure_ascii=False).encode()
+        return table
+    except OSError as error:
+        raise NotAFile(f"{path} cannot be read: {error.strerror}") from error
+    except RecursionError:
+        raise NotAFile(f"{path} is not valid JSON: nested too deeply") from None
+    except ValueError as error:
+        raise NotAFile(f"{path} is not JSON, or was cut off: {error}") from error

@@ -22,17 +22,15 @@ from ..preparation.prepare import (
 )
 from ..recordings.recording import Recording
 from ..recordings.recording_checks import check, check_alive
+from .agreement import agreement
 from .base_parameters import BaseParameters, base_parameters
 from .equations import Equations, assemble
-from .essential import as_uncertain, unsupported
 from .estimators import Estimate, Estimator, maximum_likelihood, weighted
-from .fit import Fit, agreement
+from .fit import Fit
+from .fit_warnings import excitation_warnings, fit_warnings, repeated_motions, repeated_runs, unclear
 from .identified import exported
+from .settled_gains import as_uncertain, unsupported
 from .shapes import fit_shapes
-from .warnings.excitation_warnings import excitation_warnings
-from .warnings.fit_warnings import fit_warnings, repeated_runs
-from .warnings.hints import unclear
-from .warnings.repeated_motion import repeated_motions
 
 Progress = Callable[[str], None]
 BEST = (REST, ABOVE, SMOOTHED_REST, SMOOTHED)

@@ -24,7 +24,7 @@ from .base_parameters import BaseParameters
 from .estimators.consistent import Held, drawn, nearest, sizes, whitening
 from .fit import NORMAL_95, Fit
 from .settled_gains import Settled, settled
-from .warnings.verdict import gains_estimated
+from .verdict import gains_estimated
 
 WITHOUT_PRIOR = 1e3
 """Deviation of what has no prior, over the size of what was identified: so wide that it

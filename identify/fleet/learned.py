@@ -5,8 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .gaussian import Population, population, scattered
-from .runs import ArmRuns, Frame, Run
+from .runs import ArmRuns, Frame, Population, Run, population, scattered
 
 PASSES = 3
 """Of scatter, units and the point of linearisation, each from the others: the third moves none by a tenth."""

@@ -6,9 +6,9 @@ import numpy as np
 
 from ..effects import Prior
 from ..fit.equations import Equations, assemble
+from ..fit.estimators.bayesian import posterior, slowness
 from ..fit.estimators.compressed import Compressed
 from ..fit.estimators.maximum_likelihood import linearised
-from ..fit.estimators.posterior import posterior, slowness
 from ..fit.identification import solvable, with_payloads
 from ..model import Model
 from ..preparation.prepare import prepare

@@ -1,12 +1,17 @@
-"""A recording of a model that follows a motion exactly: torque by inverse dynamics, noise on top."""
+"""Simulated recordings, of a model that follows a motion exactly or of a plant that is commanded along it."""
 
 from dataclasses import dataclass, replace
+from zlib import crc32
 
 import numpy as np
 
 from ..arm.motion import Motion
+from ..arm.robot import Robot
+from ..effects import Prior
 from ..model import Model
 from ..recordings.recording import KnownPayload, Recording, Signal
+from .plant import Measured, Plant
+from .plant.plant import Watched
 
 CHUNK = 2000
 """Samples whose regressor is held at once: a few megabytes."""
@@ -78,3 +83,70 @@ def exact_current(plant: Model, values: np.ndarray, gain: np.ndarray, motion: Mo
         columns = plant.regressor(piece, {place: every[rows] for place, every in remembered.items()})
         pieces.append(columns @ values + plant.known_torque(piece))
     return np.concatenate(pieces) @ plant.robot.to_motors.T / gain
+
+
+USUAL = 0.1
+"""Relative deviation of values without a stated tolerance: what data sheets of drive gains are off by."""
+MOST = 0.1
+"""Largest relative change: limits and monitors of the nominal arm still fit."""
+
+
+def as_built(model: Model) -> Model:
+    """The same effects with other values, drawn within the tolerances of the nominal ones.
+
+    The same model always gives the same arm, whatever else is added to it: each value is drawn by its name.
+    Masses change with all moments of their link, so that every body can exist.
+    """
+    stated = {
+        name: Prior(prior.value * _factor(name, _share(prior)), prior.std)
+        for name, prior in model.stated.items()
+    }
+    return replace(model, robot=_robot(model.robot), stated=stated)
+
+
+def _robot(robot: Robot) -> Robot:
+    tolerances = zip(robot.joints, robot.drive_gain_tolerance, strict=True)
+    factors = [_factor(f"gain {joint}", tolerance) for joint, tolerance in tolerances]
+    kinematics = robot.kinematics.copy()
+    for link, joint in enumerate(robot.joints, start=1):
+        body = kinematics.inertias[link]
+        factor = _factor(f"link {joint}", robot.inertial_tolerance)
+        body.mass, body.inertia = factor * body.mass, factor * body.inertia
+        kinematics.inertias[link] = body
+    return replace(robot, kinematics=kinematics, drive_gain=np.array(factors) * robot.drive_gain)
+
+
+def _share(prior: Prior) -> float:
+    """Relative deviation of a prior."""
+    return prior.std / abs(prior.value) if prior.value and np.isfinite(prior.std) else USUAL
+
+
+def _factor(name: str, tolerance: float) -> float:
+    """One, less or more by up to the tolerance; the same for the same name."""
+    drawn = np.random.default_rng(crc32(name.encode())).uniform(-1.0, 1.0)
+    return 1.0 + drawn * min(tolerance, MOST)
+
+
+def follow(
+    plant: Plant,
+    position: np.ndarray,
+    velocity: np.ndarray,
+    tick: float,
+    watched: Watched = iter,
+) -> dict[str, Signal]:
+    """Signals of a run as a controller would have measured them, keys from `SIGNALS`.
+
+    Args:
+        plant: The arm, standing where the motion begins.
+        position: Commanded, one a tick, shape (t, n) [rad].
+        velocity: Commanded, shape (t, n) [rad/s].
+        tick: Time from command to command [s]; each is reached at its own time.
+        watched: Hands on the commands one by one, and may show how far that is.
+    """
+    seen = [plant.measure()]
+    if len(position) > 1:
+        seen.append(plant.follow(position[1:], velocity[1:], tick, watched))
+    measured = zip(Measured._fields, map(np.vstack, zip(*seen, strict=True)), strict=True)
+    every = dict(measured) | {"command": position, "command_velocity": velocity}
+    time = tick * np.arange(len(position))
+    return {name: Signal(time, values) for name, values in every.items()}

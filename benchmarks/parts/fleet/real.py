@@ -14,8 +14,7 @@ from exidyn.acquire.fleet.source import Source
 from exidyn.acquire.fleet.store import Store
 from exidyn.acquire.fleet.work import identify_new, left_out
 from exidyn.identify.errors import ExidynError
-from exidyn.identify.fleet.report import KindReport
-from exidyn.identify.fleet.words import change_words, date_words
+from exidyn.identify.fleet.report import KindReport, change_words, date_words
 from exidyn.identify.recordings.mcap.mcap_file import write_recording
 from exidyn.identify.recordings.recording import KnownPayload
 

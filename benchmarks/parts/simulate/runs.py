@@ -9,8 +9,8 @@ import numpy as np
 from exidyn.identify.arm.motion import Motion
 from exidyn.identify.export.mjcf import STEP
 from exidyn.identify.model import Model
-from exidyn.identify.simulation.follow import follow
 from exidyn.identify.simulation.plant import DriveControl, Plant
+from exidyn.identify.simulation.simulate import follow
 from exidyn.trajectories.random_motion import random_fourier
 
 TICK = 0.002

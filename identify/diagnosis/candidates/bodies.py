@@ -12,7 +12,7 @@ from ...arm.rigid_regressor import INERTIAL
 from ...effects import Payload, RigidBody
 from ...effects.rigid_body import inertial_priors
 from ...fit.estimators.consistent import of_pseudo_inertia, pseudo_inertia
-from ...fit.warnings.verdict import NORMAL_95
+from ...fit.verdict import NORMAL_95
 from ...model import Model
 from ..findings.arm import Arm
 from ..findings.finding import Finding

@@ -8,7 +8,7 @@ import numpy as np
 import pinocchio as pin
 
 from ...effects import Effect, SpringBalancer
-from ...fit.warnings.verdict import NORMAL_95
+from ...fit.verdict import NORMAL_95
 from ...model import Model
 from ...text_table import digits
 from ..findings.finding import Finding

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from ...fit.warnings.verdict import NORMAL_95
+from ...fit.verdict import NORMAL_95
 from ..questions.candidate import UNNAMED, Candidate
 from .finding import Finding, Quantity
 

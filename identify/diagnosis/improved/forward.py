@@ -9,9 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...recordings.recording import Recording, Signal
-from ...simulation.follow import follow
 from ...simulation.plant import DriveControl, Plant, Thermal
 from ...simulation.plant.typical import typical_size
+from ...simulation.simulate import follow
 from ..candidates import kind_of
 from ..findings.arm import Arm
 from ..findings.finding import Diagnosis

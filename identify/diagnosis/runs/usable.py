@@ -6,9 +6,8 @@ from dataclasses import replace
 import numpy as np
 
 from ...errors import DifferentRobot, RecordingError
+from ...fit.fit_warnings import excitation_warnings, repeated_motions
 from ...fit.identification import common_filtering, of_these_joints
-from ...fit.warnings.excitation_warnings import excitation_warnings
-from ...fit.warnings.repeated_motion import repeated_motions
 from ...model import Model
 from ...preparation.even import torque_off_warnings
 from ...preparation.prepare import Filtering

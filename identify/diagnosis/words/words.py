@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ...fit.warnings.verdict import TO_NOISE
+from ...fit.verdict import TO_NOISE
 from ..candidates import kind_of, kinds
 from ..findings.finding import Alternative, Diagnosis, Finding, Remainder
 from ..improved.improved import FOUND, Rival, rivals

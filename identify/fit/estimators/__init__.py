@@ -1,12 +1,10 @@
 """Estimators: equations in, estimate out, all with one signature."""
 
-from .bayesian import bayesian
+from .bayesian import bayesian, posterior
+from .compressed import Estimate, Estimator
 from .consistent import consistent
-from .estimate import Estimate, Estimator
-from .instrumental import instrumental
-from .least_squares import ordinary, reweighted, weighted
+from .least_squares import instrumental, ordinary, reweighted, weighted
 from .maximum_likelihood import maximum_likelihood
-from .posterior import posterior
 from .total_least_squares import literal, mixed, total
 
 ESTIMATORS: dict[str, Estimator] = {

@@ -20,8 +20,7 @@ from ...positive_definite import spectrum
 from ..base_parameters import BaseParameters
 from ..equations import Equations
 from .bayesian import finite_tolerance
-from .compressed import Compressed
-from .estimate import Estimate
+from .compressed import Compressed, Estimate
 from .least_squares import weighted
 
 MARGIN = 1e-6

@@ -8,9 +8,8 @@ least squares in torque, where noisy currents are regressors and pull the gains 
 import numpy as np
 
 from ..equations import Equations
-from .compressed import Compressed, solve
+from .compressed import Compressed, Estimate, solve
 from .covariance import sandwich_with_gains
-from .estimate import Estimate
 from .least_squares import weighted_values
 from .total_least_squares import mixed, require_payload
 

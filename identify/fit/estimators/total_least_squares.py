@@ -16,9 +16,8 @@ from scipy import linalg
 
 from ...errors import NeedsPayload
 from ..equations import Equations
-from .compressed import Compressed
+from .compressed import Compressed, Estimate
 from .covariance import sandwich_with_gains
-from .estimate import Estimate
 
 
 def literal(equations: Equations) -> Estimate:

@@ -1,6 +1,6 @@
 """Joined: robot, runs, fits, diagnosis and comparisons as one page that needs nothing else."""
 
-from ...fit.warnings.verdict import counted
+from ...fit.verdict import counted
 from ..diagnosis import sections as diagnosis_sections
 from ..fit.report_sections import SECTIONS, verdict_section
 from ..report_page import Chapter, page

@@ -4,7 +4,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ...fit.fit import Agreement, Fit
+from ...fit.agreement import Agreement
+from ...fit.fit import Fit
 from ..diagnosis.plots import bars
 from ..diagnosis.sections import forward_section, improvement
 from ..report_html import figure, grid, paragraph, section

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from markupsafe import Markup
 
-from ...fit.warnings.verdict import EXPLAINED, LITTLE, MISSING, TO_NOISE
+from ...fit.verdict import EXPLAINED, LITTLE, MISSING, TO_NOISE
 from ...simulation.comparison import NAMES, Comparison, Mismatch
 from ..diagnosis.plots import bars
 from ..report_html import figure, grid, heading, listing, number, paragraph, section, table

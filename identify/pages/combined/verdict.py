@@ -4,7 +4,7 @@ from collections.abc import Collection, Iterator
 
 import numpy as np
 
-from ...fit.warnings.verdict import MISSING, counted, verdict
+from ...fit.verdict import MISSING, counted, verdict
 from ..diagnosis.page_data import PageData
 from ..diagnosis.sections import findings_table, verdict_list
 from ..fit.report_tables import joint_table

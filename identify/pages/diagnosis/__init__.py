@@ -2,7 +2,7 @@
 
 from ...diagnosis.findings.finding import Diagnosis
 from ...diagnosis.improved.forward import Forward
-from ...fit.warnings.verdict import counted
+from ...fit.verdict import counted
 from ..report_page import page
 from .page_data import PageData, page_data
 from .sections import SECTIONS

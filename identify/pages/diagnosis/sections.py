@@ -9,7 +9,7 @@ from ...diagnosis.candidates import kind_of
 from ...diagnosis.findings.finding import Improvement
 from ...diagnosis.findings.quantities import SLIDING, TURNING
 from ...diagnosis.words.naming import effect_words, joint_words, named
-from ...fit.warnings.verdict import NORMAL_95
+from ...fit.verdict import NORMAL_95
 from ..report_html import figure, grid, heading, listing, number, paragraph, section, table, unit
 from .budget_section import budget_section
 from .candidates_section import changes_section, moments_section

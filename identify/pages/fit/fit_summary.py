@@ -8,17 +8,11 @@ from typing import Any
 import numpy as np
 
 from ...effects import Effect, name_of
+from ...fit.agreement import Agreement
 from ...fit.base_parameters import BaseParameters
-from ...fit.fit import Agreement, Fit
-from ...fit.warnings.hints import OPEN
-from ...fit.warnings.verdict import (
-    NORMAL_95,
-    TO_NOISE,
-    gains_estimated,
-    gains_sentence,
-    open_gain_sentences,
-    verdict,
-)
+from ...fit.fit import Fit
+from ...fit.fit_warnings import OPEN
+from ...fit.verdict import NORMAL_95, TO_NOISE, gains_estimated, gains_sentence, open_gain_sentences, verdict
 from ...model import Model
 from ...text_table import WIDTH, at_point, digits, paragraph, table
 from .parameter_table import joints_of, parameter_table, unit_of

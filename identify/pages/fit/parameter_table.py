@@ -7,9 +7,8 @@ import numpy as np
 
 from ...effects import Effect, name_of
 from ...fit.fit import Fit
-from ...fit.payload_centre import payload_centres
-from ...fit.warnings.hints import OPEN
-from ...fit.warnings.verdict import NORMAL_95, SURPRISE, surprises
+from ...fit.fit_warnings import OPEN
+from ...fit.verdict import NORMAL_95, SURPRISE, payload_centres, surprises
 from ...model import Model
 from ...text_table import at_point, digits, paragraph, table
 

@@ -4,7 +4,7 @@ import re
 from pathlib import Path
 
 from ...fit.fit import Fit
-from ...fit.warnings.verdict import counted
+from ...fit.verdict import counted
 from ..report_page import page
 from .report_sections import SECTIONS
 

@@ -4,8 +4,9 @@ import numpy as np
 from markupsafe import Markup
 
 from ...arm.robot import Robot
-from ...fit.fit import Agreement, Fit
-from ...fit.warnings.verdict import NORMAL_95
+from ...fit.agreement import Agreement
+from ...fit.fit import Fit
+from ...fit.verdict import NORMAL_95
 from ..svg import COLUMNS, Panel, legend, picture
 from ..svg_scale import Span, stretch
 from .friction_curve import friction_curve

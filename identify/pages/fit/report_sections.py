@@ -3,8 +3,9 @@
 import numpy as np
 from markupsafe import Markup
 
-from ...fit.fit import Agreement, Fit
-from ...fit.warnings.verdict import gains_estimated, gains_sentence, verdict
+from ...fit.agreement import Agreement
+from ...fit.fit import Fit
+from ...fit.verdict import gains_estimated, gains_sentence, verdict
 from ..report_html import figure, grid, heading, listing, number, paragraph, section
 from ..svg import COLUMNS
 from .friction_curve import ROOM_TEMPERATURE

@@ -5,8 +5,9 @@ from collections.abc import Collection
 import numpy as np
 from markupsafe import Markup
 
-from ...fit.fit import Agreement, Fit, Scores
-from ...fit.warnings.verdict import (
+from ...fit.agreement import Agreement, Scores
+from ...fit.fit import Fit
+from ...fit.verdict import (
     EXPLAINED,
     LITTLE,
     NORMAL_95,

@@ -6,8 +6,7 @@ from markupsafe import Markup
 
 from ...diagnosis.words.naming import named
 from ...fleet.drift import LEAST, ArmDrift
-from ...fleet.report import KindReport
-from ...fleet.words import amount_words, change_words, date_words
+from ...fleet.report import KindReport, amount_words, change_words, date_words
 from ...notebook import counted
 from ..report_html import NAMELESS, listing, paragraph, section, table
 from ..report_page import page

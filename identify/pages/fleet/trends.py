@@ -4,8 +4,7 @@ import numpy as np
 from markupsafe import Markup
 
 from ...fleet.drift import Found
-from ...fleet.report import KindReport, temperature_of
-from ...fleet.words import date_words, subject
+from ...fleet.report import KindReport, date_words, subject, temperature_of
 from ..report_html import figure, grid
 from ..svg import Panel, picture
 from ..svg_scale import Span

@@ -11,14 +11,11 @@ from ...errors import WrongShape
 from ...model import Model
 from .arm_forces import ArmForces
 from .command_path import CommandPath, Cut
-from .drive_control import DriveControl
+from .drives import DriveControl, Servo, State, Stepping, require_inertia
 from .effect_sum import Joints
+from .gears import Thermal, Transmission
 from .sensors import Past, Readings, Sensors
-from .servo import Servo
-from .stepping import State, Stepping, require_inertia
 from .steps import springs
-from .thermal import Thermal
-from .transmission import Transmission
 
 ROUNDS = 5
 """In which friction by load and acceleration agree: each leaves a tenth, its coefficient, of the gap."""

@@ -6,7 +6,7 @@ from math import exp, pi, sqrt
 
 import numpy as np
 
-from . import compiled
+from .steps import compiled, fading
 
 FINEST = 1e-12
 """What a step of zero is beside others that are not."""
@@ -90,7 +90,7 @@ class Readings:
     """
 
     def __init__(self, sensors: Sensors, position: np.ndarray, current: np.ndarray, seed: int) -> None:
-        self._sensors, self._random, self._fading = sensors, np.random.default_rng(seed), compiled.fading()
+        self._sensors, self._random, self._fading = sensors, np.random.default_rng(seed), compiled(fading)
         self._quiet = not np.any((sensors.encoder_noise, sensors.current_noise, sensors.current_drift))
         n = len(position)
         self._counts = _rounding(sensors.encoder_step)

@@ -4,12 +4,11 @@ import numpy as np
 
 from ...model import Model
 from .arm_forces import ArmForces
-from .drive_control import DriveControl
+from .drives import DriveControl
 from .effect_sum import Joints
+from .gears import Thermal, Transmission
 from .plant import Plant
 from .sensors import Sensors
-from .thermal import Thermal
-from .transmission import Transmission
 
 BANDWIDTH = 25.0
 """Of the velocity loop [Hz]. With gears as elastic as robots', drives reach 20 to 40."""

@@ -23,10 +23,10 @@ from exidyn.identify.effects import (
 )
 from exidyn.identify.errors import FitError, RobotError
 from exidyn.identify.export import FORMATS, Portable
-from exidyn.identify.export.bodies import possible
 from exidyn.identify.export.left_out import left_out
+from exidyn.identify.export.portable import possible
+from exidyn.identify.fit.agreement import agreement
 from exidyn.identify.fit.estimators.consistent import of_pseudo_inertia, pseudo_inertia
-from exidyn.identify.fit.fit import agreement
 from exidyn.identify.fit.identified import identified
 from exidyn.identify.model import Model
 from exidyn.identify.robot_files.robot_file import parse_model

@@ -8,10 +8,10 @@ import pytest
 from exidyn.identify.effects import Prior
 from exidyn.identify.errors import NotExcited
 from exidyn.identify.fit.base_parameters import base_parameters
-from exidyn.identify.fit.essential import unsupported
 from exidyn.identify.fit.estimators import Estimate, weighted
+from exidyn.identify.fit.fit_warnings import SMALLEST, WORST, excitation_warnings
 from exidyn.identify.fit.identification import priors_away_from_zero, solvable
-from exidyn.identify.fit.warnings.excitation_warnings import SMALLEST, WORST, excitation_warnings
+from exidyn.identify.fit.settled_gains import unsupported
 from exidyn.identify.preparation.filters import Decimation
 from exidyn.identify.preparation.noise import quantisation
 

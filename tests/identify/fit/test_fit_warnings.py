@@ -11,10 +11,9 @@ from exidyn.acquire.views.markdown import parameters_markdown
 from exidyn.identify.errors import DifferentRobot, RecordingError
 from exidyn.identify.fit.fit import Fit
 from exidyn.identify.fit.fit_file import fit_text, read_fit
+from exidyn.identify.fit.fit_warnings import FACTOR, far_gains, impossible_values, repeated_runs
 from exidyn.identify.fit.identification import identify
-from exidyn.identify.fit.payload_centre import payload_centres
-from exidyn.identify.fit.warnings.fit_warnings import FACTOR, far_gains, impossible_values, repeated_runs
-from exidyn.identify.fit.warnings.verdict import UNTESTED, joint_verdicts, verdict
+from exidyn.identify.fit.verdict import UNTESTED, joint_verdicts, payload_centres, verdict
 from exidyn.identify.pages.fit.fit_summary import summary
 from exidyn.identify.pages.fit.report import report_html
 from exidyn.identify.preparation.prepare import Filtering, choose

@@ -4,7 +4,7 @@ import pytest
 from exidyn.identify.effects import RigidBody, RotorInertia, ViscousFriction
 from exidyn.identify.fit.base_parameters import base_parameters
 from exidyn.identify.fit.estimators import Estimate
-from exidyn.identify.fit.warnings.hints import OPEN, unclear
+from exidyn.identify.fit.fit_warnings import OPEN, unclear
 from exidyn.identify.model import Model
 
 from ...parts.small.two_joints import GAIN, arm

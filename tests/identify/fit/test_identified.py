@@ -10,7 +10,7 @@ from exidyn.acquire.command_line import main
 from exidyn.identify.fit.fit import NORMAL_95
 from exidyn.identify.fit.fit_file import fit_text, read_fit
 from exidyn.identify.fit.identified import exported, identified
-from exidyn.identify.fit.warnings.verdict import verdict
+from exidyn.identify.fit.verdict import verdict
 from exidyn.identify.pages.fit.fit_summary import summary
 from exidyn.identify.pages.fit.report import report_html
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from exidyn.identify.fit.warnings.repeated_motion import repeated_motions
+from exidyn.identify.fit.fit_warnings import repeated_motions
 from exidyn.identify.preparation.prepare import prepare
 from exidyn.identify.recordings.recording import Recording, Signal
 

@@ -10,14 +10,15 @@ import pytest
 from exidyn.identify.arm.robot import Limits, Robot
 from exidyn.identify.effects import CoulombFriction, Payload, RigidBody, RotorInertia, ViscousFriction
 from exidyn.identify.export import Portable
-from exidyn.identify.export.toml import toml
+from exidyn.identify.export.texts import toml
+from exidyn.identify.fit.agreement import agreement
 from exidyn.identify.fit.equations import decimated_regressor
-from exidyn.identify.fit.estimators import ESTIMATORS
-from exidyn.identify.fit.fit import Fit, agreement
+from exidyn.identify.fit.estimators import ESTIMATORS, maximum_likelihood
+from exidyn.identify.fit.fit import Fit
 from exidyn.identify.fit.identification import identify
 from exidyn.identify.fit.identified import identified
 from exidyn.identify.fit.settled_gains import open_gains, settled
-from exidyn.identify.fit.warnings.verdict import verdict
+from exidyn.identify.fit.verdict import verdict
 from exidyn.identify.model import Model
 from exidyn.identify.pages.fit.fit_summary import summary
 from exidyn.identify.pages.fit.report import report_html
@@ -83,6 +84,21 @@ def test_maximum_likelihood_follows_the_runs_though_a_gain_is_open():
         assert np.all(one.over_noise < 1.3)
     ratio = kept.value("Fc2") / kept.estimate.gain[1]
     assert ratio == pytest.approx(TRUE["Fc2"] / GAIN[1], rel=0.02)
+
+
+@pytest.mark.parametrize("factor", [0.2, 5.0])
+def test_a_common_factor_of_the_stated_gains_changes_nothing(factor):
+    """A payload's mass sets the scale, of the gain too that its torque does not show."""
+
+    def scaled(equations):
+        return maximum_likelihood(replace(equations, gain=factor * equations.gain))
+
+    runs = [run("empty", 0), run("loaded", 1, ON_AXIS)]
+    plain = identify(runs, estimator=maximum_likelihood, drop=False).estimate
+    other = identify(runs, estimator=scaled, drop=False).estimate
+    np.testing.assert_allclose(other.gain, plain.gain, rtol=1e-4)
+    np.testing.assert_allclose(other.gain_std, plain.gain_std, rtol=1e-4)
+    np.testing.assert_allclose(other.values, plain.values, rtol=1e-4)
 
 
 def test_the_first_lines_name_the_open_gain_and_the_cure_that_is_true():

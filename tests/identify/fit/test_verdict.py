@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from exidyn.identify.fit.fit import Fit
-from exidyn.identify.fit.warnings.verdict import joint_verdicts, surprises, verdict
+from exidyn.identify.fit.verdict import joint_verdicts, surprises, verdict
 from exidyn.identify.preparation.prepare import SMOOTHED
 
 from ...parts.pages.report_pages import known_fit

@@ -6,11 +6,9 @@ import pytest
 from exidyn.identify.fleet.compared import compared
 from exidyn.identify.fleet.drift import CREEP, STEP
 from exidyn.identify.fleet.expected import SECONDS_A_YEAR, Expected
-from exidyn.identify.fleet.gaussian import scattered
-from exidyn.identify.fleet.learned import learned
-from exidyn.identify.fleet.report import KindReport
+from exidyn.identify.fleet.learned import learned, scattered
+from exidyn.identify.fleet.report import KindReport, amount_words, change_words
 from exidyn.identify.fleet.runs import Frame
-from exidyn.identify.fleet.words import amount_words, change_words
 
 from ...parts.small.fleet_runs import SCATTER, START, kind_and_equations, season
 

@@ -5,7 +5,7 @@ import pytest
 
 from exidyn.identify.effects import Payload, known_parameters
 from exidyn.identify.robot_files.robot_file import read_model
-from exidyn.identify.simulation.as_built import MOST, as_built
+from exidyn.identify.simulation.simulate import MOST, as_built
 
 
 @pytest.fixture(scope="module")

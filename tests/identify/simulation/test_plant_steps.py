@@ -8,7 +8,7 @@ import pytest
 from exidyn.identify.effects import EFFECTS
 from exidyn.identify.errors import RobotError
 from exidyn.identify.robot_files.robot_file import read_model
-from exidyn.identify.simulation.plant import DriveControl, Plant, Transmission, compiled, steps
+from exidyn.identify.simulation.plant import DriveControl, Plant, Transmission, drives, steps
 
 from ...parts.runs.robots import random_motion, six_axis
 from ..effects.test_effects import default
@@ -36,9 +36,9 @@ def test_compiled_steps_are_the_same(monkeypatch, elastic, limit):
     numba = pytest.importorskip("numba")
     if numba.config.DISABLE_JIT:
         pytest.skip("another test has switched compilation off in this process")
-    assert compiled.through() is not steps.through
+    assert steps.compiled(steps.through) is not steps.through
     fast = swung(elastic, limit)
-    monkeypatch.setattr(compiled, "through", lambda: steps.through)
+    monkeypatch.setattr(drives, "compiled", lambda function: function)
     np.testing.assert_allclose(fast, swung(elastic, limit), rtol=1e-9, atol=1e-12)
 
 

@@ -9,7 +9,7 @@ import pytest
 from exidyn.identify.arm.rigid_regressor import INERTIAL
 from exidyn.identify.fit.fit_file import fit_text, read_fit
 from exidyn.identify.fit.identification import identify
-from exidyn.identify.fit.warnings.verdict import NOT_FOUND, joint_verdicts, verdict
+from exidyn.identify.fit.verdict import NOT_FOUND, joint_verdicts, verdict
 from exidyn.identify.recordings.recording import JOG, SIMULATED, KnownPayload
 from exidyn.identify.simulation.comparison import compare
 from exidyn.identify.simulation.predicted import predicted

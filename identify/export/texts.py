@@ -1,8 +1,10 @@
-"""JSON: everything, for programs of one's own."""
+"""Formats of text: JSON and robot.toml, which have everything, and URDF."""
 
 import json as standard
 from dataclasses import fields
 from typing import Any
+from xml.etree import ElementTree
+from xml.etree.ElementTree import SubElement
 
 import numpy as np
 import pinocchio as pin
@@ -13,10 +15,9 @@ from ..arm.robot import Limits
 from ..effects import Effect, name_of
 from ..model import Model
 from ..robot_files.effect_rows import key_of
-from .left_out import FEATURES as EVERY
+from ..robot_files.robot_text import model_text, urdf_text
 from .portable import Portable
 
-FEATURES = tuple(EVERY)
 FORMAT = 1
 """Goes up when a reader of the former version would misunderstand a file."""
 
@@ -86,3 +87,20 @@ def _plain(value: Any) -> Any:
         return value
     number = float(value)
     return None if not np.isfinite(number) else int(number) if isinstance(value, int) else number
+
+
+def toml(portable: Portable) -> str:
+    """A robot file with the identified model in it, which every command takes."""
+    return model_text(portable.model)
+
+
+def urdf(portable: Portable) -> str:
+    """Links as cylinders; `<dynamics>` has viscous and dry friction."""
+    root = ElementTree.fromstring(urdf_text(portable.model))
+    places = {name: place for place, name in enumerate(portable.robot.joints)}
+    for joint in root.findall("joint"):
+        if (place := places.get(joint.get("name", ""))) is not None:
+            damping, friction = portable.joints.damping[place], portable.joints.dry[place]
+            SubElement(joint, "dynamics", damping=repr(float(damping)), friction=repr(float(friction)))
+    ElementTree.indent(root)
+    return '<?xml version="1.0"?>\n' + ElementTree.tostring(root, encoding="unicode") + "\n"

@@ -1,18 +1,19 @@
-"""The verdict on a fit in plain words."""
+"""The verdict on a fit in plain words, and where the centre of mass of each payload is."""
 
 from collections.abc import Collection, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from ...notebook import counted as counted
-from ...preparation.prepare import ABOVE, SMOOTHED, SMOOTHED_REST
-from ...text_table import digits
-from ..fit import NORMAL_95 as NORMAL_95
-from ..fit import Agreement, Fit, Scores
-from ..settled_gains import cure, open_by_gain, open_gains, settled
-from .fit_warnings import unknown_scale
-from .hints import OPEN
+from ..effects import Effect
+from ..notebook import counted as counted
+from ..preparation.prepare import ABOVE, SMOOTHED, SMOOTHED_REST
+from ..text_table import digits
+from .agreement import Agreement, Scores
+from .fit import NORMAL_95 as NORMAL_95
+from .fit import Fit
+from .fit_warnings import OPEN, unknown_scale
+from .settled_gains import cure, open_by_gain, open_gains, settled
 
 TO_NOISE = 1.3
 """Residual over noise up to which nothing can be missing but less than the noise itself: what remains
@@ -56,11 +57,11 @@ class JointVerdict(NamedTuple):
 
 def judged(fit: Fit) -> Sequence[Agreement | Scores]:
     """Runs that count: those held out, or else those used; with their samples where there are any."""
-    return fit.validation or _scores_held_out(fit) or fit.agreement or fit.scores
+    return _held_out(fit) or fit.agreement or fit.scores
 
 
-def _scores_held_out(fit: Fit) -> tuple[Scores, ...]:
-    return tuple(one for one in fit.scores if one.held_out)
+def _held_out(fit: Fit) -> Sequence[Agreement | Scores]:
+    return fit.validation or tuple(one for one in fit.scores if one.held_out)
 
 
 def joint_verdicts(fit: Fit, missing: Collection[str] | None = None) -> list[JointVerdict]:
@@ -71,13 +72,13 @@ def joint_verdicts(fit: Fit, missing: Collection[str] | None = None) -> list[Joi
         missing: Joints on which a diagnosis of the same runs finds something, which then decides what is
             missing; None without a diagnosis.
     """
-    runs = judged(fit)
-    if not runs:
-        return []
+    found: list[JointVerdict] = []
+    if not (runs := judged(fit)):
+        return found
     ratios = np.array([run.over_noise for run in runs])
     worst = np.argmax(ratios, axis=0)
-    tested = _tested(runs)
-    found = []
+    with np.errstate(divide="ignore", invalid="ignore"):  # a joint that never slides has no R^2
+        tested = np.any([run.r_squared >= TESTED for run in runs], axis=0)
     for j, joint in enumerate(fit.model.robot.joints):
         run, over = runs[worst[j]], float(ratios[worst[j], j])
         words = _words(over, bool(tested[j]), run.noise_source)
@@ -87,18 +88,12 @@ def joint_verdicts(fit: Fit, missing: Collection[str] | None = None) -> list[Joi
     return found
 
 
-def _tested(runs: Sequence[Agreement | Scores]) -> np.ndarray:
-    """Whether some run distinguishes each joint from noise, shape (n,); a joint that never slides is not."""
-    with np.errstate(divide="ignore", invalid="ignore"):
-        return np.any([run.r_squared >= TESTED for run in runs], axis=0)
-
-
 def verdict(fit: Fit, missing: Collection[str] | None = None) -> list[str]:
     """Sentences, the most important first: the joints, the gains, the parameters, the warnings.
 
     Args:
         fit: To be judged.
-        missing: As of `joint_verdicts`.
+        missing: Joints on which a diagnosis finds something; None without one.
     """
     joints, gains = _joints(fit, missing), gains_sentence(fit)
     first = (gains, joints) if fit.unscaled else (joints, gains)
@@ -155,8 +150,7 @@ def _joints(fit: Fit, missing: Collection[str] | None) -> str:
             "How well the joints are explained is unknown: this fit was loaded without its samples. "
             "Identify again from the recordings to see it."
         )
-    held_out = fit.validation or _scores_held_out(fit)
-    kind = "runs held out" if held_out else "runs used (no run was held out: this flatters the fit)"
+    kind = "runs held out" if _held_out(fit) else "runs used (no run was held out: this flatters the fit)"
     open_ones = [v for v in found if v.words != EXPLAINED]
     worst = max(found, key=lambda v: v.over_noise)
     if not open_ones:
@@ -273,3 +267,43 @@ def _unclear(fit: Fit) -> str:
     shown = [f"{u.name} ({u.std_percent:.0f} %; {u.hint})" for u in worst[:LISTED]]
     more = len(worst) - len(shown)
     return ", ".join(shown) + (f", and {more} more" if more else "")
+
+
+def payload_centres(fit: Fit) -> list[str]:
+    """A sentence for each body whose mass is known or identified.
+
+    None where first moments are per unit of drive gain: a mass in kilograms does not divide those.
+    """
+    sentences = []
+    for body in () if fit.unscaled else fit.model.payloads.values():
+        mass = _value(fit, body, "M")
+        if mass is not None and mass > 0.0:
+            axes = [f"{axis.lower()} {_coordinate(fit, body, axis, mass)}" for axis in "XYZ"]
+            at = ", ".join(axes)
+            sentences.append(f"payload {body.payload}: centre of mass in the flange's frame [m]: {at}")
+    return sentences
+
+
+def _coordinate(fit: Fit, body: Effect, axis: str, mass: float) -> str:
+    """First moment over mass, with its standard deviation where either was estimated."""
+    moment = _value(fit, body, f"M{axis}")
+    if moment is None:
+        return "open"
+    if f"M{axis}{body.payload}" in fit.dropped:
+        return "0 (dropped)"
+    slope = np.zeros(len(fit.names))
+    for name, derivative in ((f"M{axis}", 1.0 / mass), ("M", -moment / mass**2)):
+        if f"{name}{body.payload}" in fit.names:
+            slope[fit.names.index(f"{name}{body.payload}")] = derivative
+    std = float(np.sqrt(slope @ fit.estimate.covariance[: len(slope), : len(slope)] @ slope))
+    return digits(moment / mass) + (f" \N{PLUS-MINUS SIGN} {digits(std)}" if std else " (known)")
+
+
+def _value(fit: Fit, body: Effect, name: str) -> float | None:
+    """A parameter of the body: as known, as identified alone, zero if dropped; None if only in a sum."""
+    if name in dict(body.known):
+        return dict(body.known)[name]
+    own = f"{name}{body.payload}"
+    if own in fit.names:
+        return float(fit.estimate.values[fit.names.index(own)])
+    return 0.0 if own in fit.dropped else None

@@ -1,5 +1,0 @@
-"""Warnings about a fit.
-
-In: `Fit` and its runs.
-Out: sentences.
-"""
