@@ -4,7 +4,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import TypeVar
 
-from exidyn.identify.diagnosis.findings.trace import Trace
+from exidyn.identify.diagnosis.findings.finding import Trace
 from exidyn.identify.diagnosis.runs.usable import HELD_OUT
 from exidyn.identify.recordings.recording import Recording
 

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from exidyn.identify.diagnosis.candidates import kind_of
-from exidyn.identify.diagnosis.findings.trace import Trace
+from exidyn.identify.diagnosis.findings.finding import Trace
 from exidyn.identify.diagnosis.runs.usable import HELD_OUT
 from exidyn.identify.errors import DifferentRobot, NotAFile
 from exidyn.identify.fit.fit import Fit

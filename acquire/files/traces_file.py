@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from exidyn.identify.diagnosis.findings.trace import Evidence, Trace
+from exidyn.identify.diagnosis.findings.finding import Evidence, Trace
 from exidyn.identify.diagnosis.improved.forward import Forward
 from exidyn.identify.errors import ExidynError, NotAFile
 from exidyn.identify.model import Model

@@ -7,8 +7,8 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from exidyn.identify.arm.link_frames import link_frames
+from exidyn.identify.diagnosis.findings.finding import Trace
 from exidyn.identify.diagnosis.findings.quantities import SLIDING, TURNING
-from exidyn.identify.diagnosis.findings.trace import Trace
 
 from ..files.names import role_words
 from ..files.traces_file import Traces

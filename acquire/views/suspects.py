@@ -5,8 +5,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from exidyn.identify.arm.robot import Robot
+from exidyn.identify.diagnosis.findings.finding import Trace
 from exidyn.identify.diagnosis.findings.quantities import SLIDING, TURNING
-from exidyn.identify.diagnosis.findings.trace import Trace
 from exidyn.identify.diagnosis.words.naming import effect_words, joint_words, lower
 
 from ..files.names import distinct_names

@@ -13,9 +13,8 @@ from ..model import Model
 from ..preparation.prepare import SMOOTHED_SOURCES, Filtering
 from ..recordings.recording import Recording
 from .candidates import kind_of
-from .findings.finding import Alternative, Diagnosis, Finding, Improvement, Quantity
+from .findings.finding import Alternative, Diagnosis, Evidence, Finding, Improvement, Quantity
 from .findings.quantities import quantities
-from .findings.trace import Evidence
 from .questions.block_answer import Answer
 from .questions.shape import Shaped
 from .results.budget import budget, changes

@@ -1,4 +1,4 @@
-"""Finding: one effect that the model leaves out, with its numbers and what else it might be."""
+"""Finding: one effect that the model leaves out, with its numbers; evidence, and all of a diagnosis."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -6,10 +6,45 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...model import Model
 from ...notebook import InNotebook, counted
+from ...preparation.prepare import Filtering
 from ..questions.block_answer import Answer
 from ..questions.candidate import Candidate
-from .trace import Evidence
+
+
+@dataclass(frozen=True, eq=False)
+class Trace:
+    """One run, thinned out as it was compared."""
+
+    name: str  # of the run
+    role: str  # what it was for; "validate" was predicted only
+    time: np.ndarray  # shape (r,) [s]
+    position: np.ndarray  # shape (r, n) [rad]
+    velocity: np.ndarray  # shape (r, n) [rad/s]
+    acceleration: np.ndarray  # shape (r, n) [rad/s^2]
+    load: np.ndarray  # torque that the gears transmit, nominal, shape (r, n) [N m]
+    temperature: np.ndarray  # shape (r, n) [degC]; NaN where it was not measured
+    motor_angle: np.ndarray  # angle of each motor's shaft, shape (r, n) [rad]
+    measured: np.ndarray  # torque by currents and nominal gains, shape (r, n) [N m]
+    before: np.ndarray  # what the nominal model leaves, friction and offsets fitted, shape (r, n) [N m]
+    after: np.ndarray  # what is left with everything that was found, shape (r, n) [N m]
+    explained: np.ndarray  # torque of each finding, shape (f, r, n) [N m]
+    weight: np.ndarray  # 0 where a joint sticks, else 1, shape (r, n)
+
+
+@dataclass(frozen=True, eq=False)
+class Evidence:
+    """What a diagnosis rests on, for those who draw it, simulate it or build on it."""
+
+    model: Model  # nominal, with the payloads of the runs
+    before: np.ndarray  # its parameters nominal, friction and offsets fitted, shape (p,)
+    after: np.ndarray  # fitted within their tolerances beside what was found, shape (p,)
+    gain_before: np.ndarray  # nominal drive gains, shape (n,) [N m/A]; 1 where torque was recorded
+    gain_after: np.ndarray  # the same, fitted within their tolerance, shape (n,) [N m/A]
+    noise: np.ndarray  # noise floor of each joint's torque behind the filter, shape (n,) [N m]
+    traces: tuple[Trace, ...]  # runs held out first
+    filtering: Filtering = Filtering()  # noqa: RUF009  # of all runs
 
 
 class Quantity(NamedTuple):
@@ -102,75 +137,45 @@ class Remainder(NamedTuple):
 
 
 class Share(NamedTuple):
-    """One part of the budget.
+    """One part of the budget."""
 
-    Attributes:
-        finding: Place of the finding whose share it is, undecided ones behind the others; None for what has
-            no name.
-        kind: What it depends on, or that it is noise; empty for a finding.
-        shares: Of the misfit's power on each joint, shape (n,) [-].
-    """
-
-    finding: int | None
-    kind: str
-    shares: np.ndarray
+    finding: int | None  # place of the finding, undecided ones behind the others; None for no finding
+    kind: str  # what it depends on, or that it is noise; empty for a finding
+    shares: np.ndarray  # of the misfit's power on each joint, shape (n,) [-]
 
 
 class Budget(NamedTuple):
-    """Where the misfit of the nominal model goes.
+    """Where the misfit of the nominal model goes."""
 
-    Attributes:
-        before: Misfit of the model fitted without any finding, root mean square, shape (n,) [N m].
-        after: With all findings, likewise.
-        shares: Their sum is one on every joint.
-        held_out: Whether it is of runs held out; else of blocks of fitted runs, each predicted by the others.
-    """
-
-    before: np.ndarray
-    after: np.ndarray
-    shares: tuple[Share, ...]
-    held_out: bool
+    before: np.ndarray  # misfit of the model fitted without any finding, root mean square, shape (n,) [N m]
+    after: np.ndarray  # with all findings, likewise
+    shares: tuple[Share, ...]  # their sum is one on every joint
+    held_out: bool  # whether it is of runs held out; else of left-out blocks
 
 
 class Change(NamedTuple):
-    """What one candidate alone would change.
+    """What one candidate alone would change."""
 
-    Attributes:
-        effect: Its name.
-        joints: Where it acts, from 0.
-        joint: The joint that gains most.
-        change: Of that joint's squared prediction error, relative [-]; below zero it is less.
-        std: Its standard deviation over blocks.
-        gain: Logarithm of how much more probable all blocks are.
-    """
-
-    effect: str
-    joints: tuple[int, ...]
-    joint: int
-    change: float
-    std: float
-    gain: float
+    effect: str  # its name
+    joints: tuple[int, ...]  # where it acts, from 0
+    joint: int  # the joint that gains most
+    change: float  # of that joint's squared prediction error, relative [-]; below zero it is less
+    std: float  # its standard deviation over blocks
+    gain: float  # logarithm of how much more probable all blocks are
 
 
 class Moment(NamedTuple):
     """A time at which a run differs from the model as at no other.
 
-    Attributes:
-        run: Its name.
-        start: By the run's time [s].
-        end: [s].
-        joints: That see it, from 0.
-        direction: Of the force on the flange that explains most of it, in the base's axes, shape (3,) [-];
-            NaN where one joint alone sees it.
-        force: Its size [N], or NaN.
+    The force on the flange that explains most of it is in the base's axes; NaN where one joint alone sees it.
     """
 
-    run: str
-    start: float
-    end: float
-    joints: tuple[int, ...]
-    direction: np.ndarray
-    force: float
+    run: str  # its name
+    start: float  # by the run's time [s]
+    end: float  # [s]
+    joints: tuple[int, ...]  # that see it, from 0
+    direction: np.ndarray  # of the force, shape (3,) [-]
+    force: float  # its size [N]
 
 
 @dataclass(frozen=True, eq=False)

@@ -28,27 +28,16 @@ SETTLED = 0.5
 
 @dataclass(frozen=True, eq=False)
 class Forward:
-    """One run in simulation; all behind the filter of the comparison.
+    """One run in simulation; all behind the filter of the comparison."""
 
-    Attributes:
-        run: Its name.
-        time: Shape (r,) [s].
-        measured: Torque by currents and nominal gains, shape (r, n) [N m].
-        torque_before: Of the nominal arm, shape (r, n) [N m].
-        torque_after: Of the arm with what was found, shape (r, n) [N m].
-        weight: 0 where a joint sticks, else 1, shape (r, n).
-        missed: Root mean square of what simulated motors miss of the measured motion, shape (n,) [rad].
-        left_out: Effects that were found and that the simulation does not have.
-    """
-
-    run: str
-    time: np.ndarray
-    measured: np.ndarray
-    torque_before: np.ndarray
-    torque_after: np.ndarray
-    weight: np.ndarray
-    missed: np.ndarray
-    left_out: tuple[str, ...]
+    run: str  # its name
+    time: np.ndarray  # shape (r,) [s]
+    measured: np.ndarray  # torque by currents and nominal gains, shape (r, n) [N m]
+    torque_before: np.ndarray  # of the nominal arm, shape (r, n) [N m]
+    torque_after: np.ndarray  # of the arm with what was found, shape (r, n) [N m]
+    weight: np.ndarray  # 0 where a joint sticks, else 1, shape (r, n)
+    missed: np.ndarray  # RMS of what simulated motors miss of the measured motion, shape (n,) [rad]
+    left_out: tuple[str, ...]  # effects that were found and that the simulation does not have
 
     @property
     def before(self) -> np.ndarray:

@@ -11,8 +11,7 @@ from ...model import Model
 from ...simulation.plant import Transmission
 from ..candidates import kind_of
 from ..findings.arm import Arm
-from ..findings.finding import Alternative, Diagnosis, Finding, Quantity
-from ..findings.trace import Evidence
+from ..findings.finding import Alternative, Diagnosis, Evidence, Finding, Quantity
 
 FOUND = "found.toml"
 """File of the model with all findings."""

@@ -6,7 +6,7 @@ import numpy as np
 
 from ...model import Model
 from ..blocks.prediction import Prediction
-from ..findings.trace import Evidence, Trace
+from ..findings.finding import Evidence, Trace
 from ..questions.candidate import Candidate, Thinned
 from ..runs.driven import Driven
 from ..runs.rows import CLOCK, Rows
@@ -15,9 +15,9 @@ from ..search.search import SearchResult
 
 def evidence(found: SearchResult, noise: np.ndarray) -> Evidence:
     """What the answer rests on, runs held out first; the noise floor of the joints is (n,) [N m]."""
-    model, word, fitted = found.problem.model, nominal_unknowns(found), found.prediction.values
+    model, nominal, fitted = found.problem.model, nominal_unknowns(found), found.prediction.values
     rows, count = found.prediction.rows, len(model.names)
-    before, parts = rows.difference - rows.columns @ word, explained(found, rows, fitted)
+    before, parts = rows.difference - rows.columns @ nominal, explained(found, rows, fitted)
     traces = []
     for run, own in zip(found.problem.runs, rows.runs, strict=True):
         left = before[own], found.prediction.residual[own], parts[:, own], found.problem.base.weight[own]
@@ -25,9 +25,9 @@ def evidence(found: SearchResult, noise: np.ndarray) -> Evidence:
     fitted_runs = len(found.problem.fitted)
     return Evidence(
         model=model,
-        before=model.nominal_values + word[:count],
+        before=model.nominal_values + nominal[:count],
         after=model.nominal_values + fitted[:count],
-        gain_before=_gains(found, word),
+        gain_before=_gains(found, nominal),
         gain_after=_gains(found, fitted),
         noise=noise,
         traces=(*traces[fitted_runs:], *traces[:fitted_runs]),
@@ -37,8 +37,8 @@ def evidence(found: SearchResult, noise: np.ndarray) -> Evidence:
 
 def nominal_unknowns(found: SearchResult) -> np.ndarray:
     """Unknowns (b,) of the nominal model, without any finding; what is unstated is fitted."""
-    word = found.problem.nominal_unknowns(found.without_findings)
-    return np.append(word, np.zeros(len(found.prediction.rows.names) - len(word)))
+    nominal = found.problem.nominal_unknowns(found.without_findings)
+    return np.append(nominal, np.zeros(len(found.prediction.rows.names) - len(nominal)))
 
 
 def places_of(found: SearchResult, place: int) -> np.ndarray:

@@ -110,9 +110,11 @@ def _held_out(problem: Problem, found: Sequence[Selected], without_findings: Pre
     which = ~problem.blocks.fitted
     if not np.any(which):
         return np.zeros(0)
-    word = without_findings.sums.errors(np.tile(problem.nominal_unknowns(without_findings), (len(which), 1)))
+    nominal = without_findings.sums.errors(
+        np.tile(problem.nominal_unknowns(without_findings), (len(which), 1))
+    )
     least = np.minimum(
-        without_findings.power(without_findings.errors, which), without_findings.power(word, which)
+        without_findings.power(without_findings.errors, which), without_findings.power(nominal, which)
     )
     now = problem.prediction(answers_of(found))
     return now.power(now.errors, which) / least

@@ -6,9 +6,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...diagnosis.findings.finding import Alternative, Change, Diagnosis, Improvement, Moment, Quantity
+from ...diagnosis.findings.finding import Alternative, Change, Diagnosis, Improvement, Moment, Quantity, Trace
 from ...diagnosis.findings.quantities import TURNING
-from ...diagnosis.findings.trace import Trace
 from ...diagnosis.improved.forward import Forward
 from ...diagnosis.words.answer import plain
 from ...diagnosis.words.changes_words import from_table as changes_of

@@ -4,9 +4,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ...diagnosis.findings.finding import Moment
+from ...diagnosis.findings.finding import Moment, Trace
 from ...diagnosis.findings.quantities import TURNING
-from ...diagnosis.findings.trace import Trace
 from ...diagnosis.improved.forward import Forward
 from ..svg import Panel, legend, picture, text
 from ..svg_scale import Span, stretch

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...diagnosis.findings.trace import Trace
+from ...diagnosis.findings.finding import Trace
 from ...diagnosis.words.measures import in_unit
 
 BINS = 28

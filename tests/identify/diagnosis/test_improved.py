@@ -10,7 +10,7 @@ from exidyn.identify.diagnosis import Finding, Quantity
 from exidyn.identify.diagnosis.candidates import KINDS, hypotheses
 from exidyn.identify.diagnosis.candidates.backlash import plays
 from exidyn.identify.diagnosis.candidates.joint_elasticity import gears
-from exidyn.identify.diagnosis.findings.trace import Evidence
+from exidyn.identify.diagnosis.findings.finding import Evidence
 from exidyn.identify.diagnosis.improved.forward import forward
 from exidyn.identify.diagnosis.improved.improved import as_found, as_nominal, found_model, rivals
 from exidyn.identify.diagnosis.questions.candidate import Candidate
