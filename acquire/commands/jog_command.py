@@ -39,11 +39,11 @@ from ..jog.there_and_back import (
     there_and_back,
 )
 from ..run.arms import make_driver, standing_arm, with_body
+from ..run.before import StartRules
 from ..run.errors import NotAllowed
 from ..run.lines import print_line
 from ..run.perform import FEWEST, LISTEN, Job, Outcome
-from ..run.recording.recorder import require_free
-from ..run.start import StartRules
+from ..run.recorder import require_free
 from ..terminal import run_summary
 from ..terminal.json_output import hand_over, json_text
 from ..terminal.progress import start_progress

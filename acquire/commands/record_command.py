@@ -26,12 +26,11 @@ from ..arguments.run_length import check_length
 from ..arguments.run_options import body_of, facts_of, require_mock, stops_of
 from ..files.recorded_run import alarm, code_of, free_path, print_where, run_head, run_recorded, warn
 from ..run.arms import make_driver, simulated_arm
-from ..run.before import Checked, checked
+from ..run.before import Checked, StartRules, checked
 from ..run.perform import Job, Outcome
-from ..run.pipe.pipe_sink import PipeSink
-from ..run.recording.recorder import require_free
-from ..run.rehearsal import rehearse
-from ..run.start import StartRules
+from ..run.pipe import PipeSink
+from ..run.recorder import require_free
+from ..run.simulated import rehearse
 from ..terminal import run_summary
 from ..terminal.json_output import hand_over, json_text
 from ..terminal.progress import start_progress

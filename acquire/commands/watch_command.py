@@ -23,7 +23,7 @@ from ..arguments.fleet_options import FOLDER, add_alarms
 from ..arguments.outputs import add_json, require_json
 from ..run.arms import make_driver, standing_arm
 from ..run.listener import Listener, Reading
-from ..run.stopping.stop_requests import StopRequests
+from ..run.stopping.stop import StopRequests
 from ..terminal.joint_units import JointUnits
 from ..terminal.json_output import SCREEN
 from ..terminal.run_summary import confirm_reading

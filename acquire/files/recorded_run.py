@@ -14,15 +14,14 @@ from exidyn.identify.recordings.recording import KnownPayload
 
 from ..arguments.common import complaint
 from ..arguments.exit_codes import DONE, STOPPED, UNSAFE
+from ..run.frames import END, text_frame
 from ..run.lines import print_line
 from ..run.perform import Job, Outcome, perform
-from ..run.pipe.frames import END, text_frame
-from ..run.pipe.pipe_sink import PipeSink, Sink
-from ..run.pipe.run_head import RunHead
+from ..run.pipe import PipeSink, Sink
 from ..run.realtime import realtime
-from ..run.recording.recorder import part_of, start_recorder
+from ..run.recorder import RunHead, part_of, start_recorder
 from ..run.stopping.standstill import Standstill
-from ..run.stopping.stop_requests import StopRequests
+from ..run.stopping.stop import StopRequests
 from ..terminal import run_summary
 from ..terminal.json_output import print_written
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..run.pipe.frames import SAMPLE, Unframed, read_cycle
+from ..run.frames import SAMPLE, Unframed, read_cycle
 from ..run.player import BRAKING, RUNNING
 
 

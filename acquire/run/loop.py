@@ -15,16 +15,14 @@ from exidyn.drivers import Command, Driver, DriverError, Sample, StopLevel
 from exidyn.drivers.values import any_of, checked
 from exidyn.trajectories.trajectory import Trajectory
 
-from .pipe.frames import STAGES, Event, event_frame, sample_frame
-from .pipe.pipe_sink import Nobody, Sink
+from .frames import STAGES, Event, event_frame, sample_frame
+from .pipe import Nobody, Sink
 from .player import BRAKING, LISTENING, Player
-from .stopping.command_check import CommandCheck
 from .stopping.escalation import escalate, state_of
 from .stopping.signs import Signs
 from .stopping.standstill import Standstill, unknown_at_end
-from .stopping.stop import Stop, harder
-from .stopping.stops import Stops
-from .stopping.watch import Watch
+from .stopping.stop import Stop, Stops, harder
+from .stopping.watch import CommandCheck, Watch
 
 LISTEN_ON = 2.0
 """How long is listened after each stop that is left to the controller, which takes its own time, and at most

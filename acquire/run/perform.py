@@ -15,17 +15,16 @@ from exidyn.identify.errors import ExidynError
 from exidyn.trajectories.families.phases import Phases
 from exidyn.trajectories.trajectory import Trajectory
 
+from .before import StartRules, plan_start
 from .errors import CannotStart
 from .loop import Counts, Loop, of_failure
-from .pipe.pipe_sink import Sink
+from .pipe import Sink
 from .player import Player
 from .realtime import yield_to_the_loop
-from .start import StartRules, plan_start
-from .stopping.command_check import CommandCheck
 from .stopping.signs import Signs
 from .stopping.standstill import Standstill
 from .stopping.stop import Stop
-from .stopping.watch import Watch, WatchLimits
+from .stopping.watch import CommandCheck, Watch, WatchLimits
 
 LISTEN = 0.1
 """How long the arm is listened to before anything is commanded [s]; its position is the median of that."""

@@ -11,7 +11,7 @@ from exidyn.trajectories.limits.leads import lead_in
 from exidyn.trajectories.limits.moves import brake
 from exidyn.trajectories.trajectory import State, States, Trajectory
 
-from .pipe.frames import STAGES
+from .frames import STAGES
 
 LISTENING, APPROACHING, RUNNING, BRAKING, HOLDING = range(len(STAGES))
 

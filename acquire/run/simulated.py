@@ -1,4 +1,9 @@
-"""A planned motion played on a simulated arm in closed loop, as a recording."""
+"""Runs on a simulated arm: a planned motion as a recording, and the rehearsal before the real arm moves."""
+
+from collections.abc import Sequence
+from contextlib import ExitStack, closing
+from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -17,8 +22,13 @@ from exidyn.trajectories.plans.plan import Plan, robot_differences
 from exidyn.trajectories.plans.plan_file import plan_text
 from exidyn.trajectories.trajectory import Trajectory
 
+from .arms import make_driver, simulated_arm
 from .before import NO_MARGIN
+from .errors import NotAllowed
+from .frames import END, text_frame
 from .lines import explained_if_slow
+from .perform import Job, Outcome, perform
+from .pipe import Nobody, Sink
 from .player import Player
 
 
@@ -90,3 +100,34 @@ def commands(motion: Trajectory, speed: float, arm: Model, tick: float) -> tuple
         given.append((command.position, command.velocity))
     position, velocity = np.moveaxis(np.array(given), 1, 0)
     return position, velocity
+
+
+def rehearse(job: Job, model: Model, cycle: float, payload: str = "", shown: Sequence[Sink] = ()) -> Outcome:
+    """Play the job on the mock, which is the nominal arm and stands where the motion begins.
+
+    Args:
+        job: What to do.
+        model: The nominal arm, with its payload.
+        cycle: Of the controller that is rehearsed for [s].
+        payload: Name of the body that it carries; empty for none.
+        shown: Who shows how far it is; closed in the end.
+
+    Raises:
+        NotAllowed: The simulated arm had to be stopped.
+    """
+    start = job.motion.state_at(0.0).position
+    settings = {"cycle": cycle, "clock": "stepped"}
+    plant = partial(simulated_arm, model, start, payload=payload)
+    driver = make_driver("mock", settings, model.robot, plant)
+    watch = replace(job.watch, temperature=float("inf"))  # the temperature of the real arm is unknown
+    with ExitStack() as stack:
+        sinks = [stack.enter_context(closing(sink)) for sink in (Nobody(), *shown)]
+        outcome = perform(driver, replace(job, settle=cycle, watch=watch), sinks)
+        for sink in sinks:
+            sink.put(text_frame(END, {}))
+    if outcome.stop is not None:
+        raise NotAllowed(
+            f"in a rehearsal on the simulated arm the run was stopped: {outcome.stop.text}. Look at the "
+            "limits and drive gains of the robot file, or play it slower (exidyn record --speed)"
+        )
+    return outcome

@@ -26,7 +26,7 @@ from exidyn.trajectories.plans.plan import Plan
 from exidyn.trajectories.plans.plan_file import plan_text, read_plan, write_plan
 
 from ..run.before import checked
-from ..run.recording.recorder import part_of
+from ..run.recorder import part_of
 from ..terminal.stopwatch import with_bar
 from .asking import ask, tell
 from .rounds import NEXT, Round

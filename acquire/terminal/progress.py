@@ -4,10 +4,9 @@ import sys
 import time
 from collections.abc import Sequence
 
+from ..run.frames import END, EVENT, SAMPLE, STAGES, read_cycle, read_event
 from ..run.lines import CLEAR
-from ..run.pipe.frames import END, EVENT, SAMPLE, STAGES, read_cycle, read_event
-from ..run.pipe.pipe_sink import PipeSink, SinkFailed
-from ..run.pipe.pipe_source import PipeSource
+from ..run.pipe import PipeSink, PipeSource, SinkFailed
 from ..run.player import BRAKING, HOLDING, RUNNING
 
 PROCESS = "exidyn.acquire.terminal.progress"

@@ -10,8 +10,8 @@ import rerun.blueprint as rrb
 from exidyn.identify.arm.robot import Robot
 from exidyn.identify.model import Model
 
-from ..run.pipe.frames import Cycle, Event
-from ..run.pipe.run_head import RunHead
+from ..run.frames import Cycle, Event
+from ..run.recorder import RunHead
 from .parts import (
     COLOURS,
     FAINT,

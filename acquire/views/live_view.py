@@ -13,7 +13,7 @@ from typing import NamedTuple
 from urllib.parse import quote, urlsplit
 
 from ..run.errors import RunError
-from ..run.pipe.pipe_sink import PipeSink
+from ..run.pipe import PipeSink
 
 LOCAL, PORT = "127.0.0.1", 9090
 """What only this machine reaches."""

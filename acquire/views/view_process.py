@@ -12,9 +12,9 @@ from collections.abc import Sequence
 
 import rerun as rr
 
-from ..run.pipe.frames import END, EVENT, HEAD, SAMPLE, Cycle, Event, read_cycle, read_event
-from ..run.pipe.pipe_source import PipeSource
-from ..run.pipe.run_head import RunHead
+from ..run.frames import END, EVENT, HEAD, SAMPLE, Cycle, Event, read_cycle, read_event
+from ..run.pipe import PipeSource
+from ..run.recorder import RunHead
 from . import viewers
 from .live_log import LiveLog
 from .live_view import CannotShow, Targets

@@ -14,9 +14,8 @@ from pathlib import Path
 
 import numpy as np
 
-from exidyn.acquire.run.pipe.frames import END, Event, event_frame, sample_frame, text_frame
-from exidyn.acquire.run.pipe.run_head import RunHead
-from exidyn.acquire.run.recording.recorder import start_recorder
+from exidyn.acquire.run.frames import END, Event, event_frame, sample_frame, text_frame
+from exidyn.acquire.run.recorder import RunHead, start_recorder
 from exidyn.drivers import Command, Sample
 from exidyn.drivers.host_clock import HostClock, host_time
 from exidyn.identify.robot_files.robot_file import read_model

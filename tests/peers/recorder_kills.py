@@ -9,7 +9,7 @@ import time
 from pathlib import Path
 from typing import NamedTuple
 
-from exidyn.acquire.run.recording.recorder import part_of
+from exidyn.acquire.run.recorder import part_of
 from exidyn.identify.recordings.mcap.mcap_file import read_recording
 
 SOURCE = Path(__file__).with_name("frame_source.py")

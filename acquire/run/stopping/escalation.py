@@ -20,7 +20,7 @@ import numpy as np
 
 from exidyn.drivers import StopLevel
 
-from ..pipe.frames import STAGES
+from ..frames import STAGES
 from .stop import Stop
 
 
@@ -144,13 +144,6 @@ def escalate(state: State, sights: Mapping[Sign, Sight]) -> Stop | None:
             level = RULES[state, sign].level
             return Stop(level, sign.value, text, seen.joint, seen.value, seen.limit, seen.unit)
     return None
-
-
-def after_failure(level: StopLevel, why: Exception) -> Stop | None:
-    """What to ask of a driver at once that could not do what was asked; None where nothing is left."""
-    if level == StopLevel.OFF:
-        return None
-    return Stop(StopLevel(level + 1), "stop failed", f"the driver failed at {level.name}: {why}")
 
 
 REACTION = 0.15

@@ -12,10 +12,9 @@ from exidyn.drivers import Command, Sample
 from exidyn.drivers.values import any_of
 from exidyn.identify.arm.robot import Limits
 
-from .drift import RESTING, Drift
 from .escalation import SETTLED, UNITS, Sight, Sign, State, allowed_speed, overdue, watched
 from .monitors import TrackingError
-from .standstill import Standstill, silent_at_end, speed_at_end
+from .standstill import RESTING, Drift, Standstill, silent_at_end, speed_at_end
 from .stop import UnitOf, turning
 from .watch import WatchLimits
 

@@ -16,14 +16,12 @@ import numpy as np
 from common import imports_as_here
 from frame_source import CYCLE, head, sample
 
-from exidyn.acquire.run.pipe.frames import END, read_cycle, sample_frame, text_frame
-from exidyn.acquire.run.pipe.pipe_sink import PipeSink
-from exidyn.acquire.run.pipe.run_head import RunHead
+from exidyn.acquire.run.frames import END, read_cycle, sample_frame, text_frame
+from exidyn.acquire.run.pipe import PipeSink
 from exidyn.acquire.run.realtime import realtime
-from exidyn.acquire.run.recording.disk_file import DiskFile
-from exidyn.acquire.run.recording.recorder import start_recorder
-from exidyn.acquire.run.recording.recorder_process import FLUSH
-from exidyn.acquire.run.recording.run_file import RunFile
+from exidyn.acquire.run.recorder import RunHead, start_recorder
+from exidyn.acquire.run.recorder_process import FLUSH
+from exidyn.acquire.run.run_file import DiskFile, RunFile
 from exidyn.drivers.host_clock import HostClock, host_time
 
 from .busy import busy

@@ -7,12 +7,11 @@ from contextlib import ExitStack, closing
 from pathlib import Path
 from typing import NamedTuple
 
+from exidyn.acquire.run.frames import END, text_frame
 from exidyn.acquire.run.perform import Job, Outcome, perform
-from exidyn.acquire.run.pipe.frames import END, text_frame
-from exidyn.acquire.run.pipe.pipe_sink import PipeSink, Sink
-from exidyn.acquire.run.pipe.run_head import RunHead
+from exidyn.acquire.run.pipe import PipeSink, Sink
 from exidyn.acquire.run.realtime import realtime
-from exidyn.acquire.run.recording.recorder import start_recorder
+from exidyn.acquire.run.recorder import RunHead, start_recorder
 from exidyn.acquire.run.stopping.stop import Stop
 from exidyn.acquire.terminal import run_summary
 from exidyn.drivers import Driver, Info, Sample

@@ -6,9 +6,9 @@ import pytest
 
 from exidyn.acquire.run import perform as performing
 from exidyn.acquire.run.arms import make_driver
+from exidyn.acquire.run.before import StartRules
+from exidyn.acquire.run.frames import HEAD, STAGES, text_frame
 from exidyn.acquire.run.perform import perform
-from exidyn.acquire.run.pipe.frames import HEAD, STAGES, text_frame
-from exidyn.acquire.run.start import StartRules
 from exidyn.acquire.run.stopping.stop import Stop
 from exidyn.acquire.run.stopping.watch import WatchLimits
 from exidyn.drivers import StopLevel

@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
+from exidyn.acquire.run.before import StartRules, gentle, plan_start
 from exidyn.acquire.run.errors import CannotStart
 from exidyn.acquire.run.player import Player
-from exidyn.acquire.run.start import StartRules, gentle, plan_start
 from exidyn.drivers import Info
 from exidyn.identify.arm.robot import SLIDING
 from exidyn.trajectories.clearances.clearance import Clearance

@@ -18,9 +18,9 @@ import rerun_cli
 from PIL import Image
 from rerun.experimental import ViewerClient
 
-from exidyn.acquire.run.pipe.frames import EVENT, HEAD, SAMPLE, Cycle, text_frame
-from exidyn.acquire.run.pipe.pipe_sink import SinkFailed
-from exidyn.acquire.run.pipe.run_head import RunHead
+from exidyn.acquire.run.frames import EVENT, HEAD, SAMPLE, Cycle, text_frame
+from exidyn.acquire.run.pipe import SinkFailed
+from exidyn.acquire.run.recorder import RunHead
 from exidyn.acquire.views.live_log import finite_limits, usual_cycle
 from exidyn.acquire.views.live_view import CannotShow, Targets, start_view
 from exidyn.acquire.views.parts import COLOURS, COLUMNS, RED

@@ -10,21 +10,19 @@ from parts.record.escalation.cases import CASES
 from parts.record.escalation.run import ran
 from parts.record.escalation.table import wrong
 
-from exidyn.acquire.run.pipe.frames import STAGES
+from exidyn.acquire.run.frames import STAGES
 from exidyn.acquire.run.stopping.escalation import (
     RULES,
     Sight,
     Sign,
     State,
-    after_failure,
     allowed_speed,
     escalate,
     overdue,
     state_of,
     watched,
 )
-from exidyn.acquire.run.stopping.stop import Stop
-from exidyn.acquire.run.stopping.stops import Stops
+from exidyn.acquire.run.stopping.stop import Stop, Stops, after_failure
 from exidyn.drivers import StopLevel
 
 NONE, BRAKE, QUICK, OFF = 0, *StopLevel

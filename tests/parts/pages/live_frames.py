@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from exidyn.acquire.run.pipe.frames import END, Event, event_frame, sample_frame, text_frame
-from exidyn.acquire.run.pipe.run_head import RunHead
+from exidyn.acquire.run.frames import END, Event, event_frame, sample_frame, text_frame
+from exidyn.acquire.run.recorder import RunHead
 from exidyn.drivers import Command, Sample
 from exidyn.identify.effects import Payload
 from exidyn.identify.simulation.simulate import Sensors, exact_current

@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from exidyn.acquire.run.frames import EVENT, SAMPLE, Unframed, read_cycle
 from exidyn.acquire.run.perform import Job
-from exidyn.acquire.run.pipe.frames import EVENT, SAMPLE, Unframed, read_cycle
 from exidyn.acquire.run.stopping.watch import WatchLimits
 from exidyn.drivers import Driver, Info, Sample
 from exidyn.identify.robot_files.robot_file import read_model

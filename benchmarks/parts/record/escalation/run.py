@@ -7,9 +7,9 @@ from typing import NamedTuple
 import numpy as np
 
 from exidyn.acquire.run.arms import make_driver
+from exidyn.acquire.run.before import StartRules
+from exidyn.acquire.run.frames import EVENT, SAMPLE, Event, Unframed, read_cycle, read_event
 from exidyn.acquire.run.perform import Job, perform
-from exidyn.acquire.run.pipe.frames import EVENT, SAMPLE, Event, Unframed, read_cycle, read_event
-from exidyn.acquire.run.start import StartRules
 from exidyn.acquire.run.stopping.stop import Stop
 from exidyn.drivers import Driver, StopLevel
 from exidyn.drivers.driver import Plant

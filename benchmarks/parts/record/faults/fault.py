@@ -7,11 +7,11 @@ from pathlib import Path
 
 import numpy as np
 
+from exidyn.acquire.run.frames import SAMPLE, Unframed, read_cycle
 from exidyn.acquire.run.perform import Job
-from exidyn.acquire.run.pipe.frames import SAMPLE, Unframed, read_cycle
 from exidyn.acquire.run.player import RUNNING
-from exidyn.acquire.run.recording.recorder import part_of
-from exidyn.acquire.run.stopping.stop_requests import StopRequests
+from exidyn.acquire.run.recorder import part_of
+from exidyn.acquire.run.stopping.stop import StopRequests
 from exidyn.drivers import DriverError
 from exidyn.identify.errors import ExidynError
 from exidyn.identify.recordings.mcap.mcap_file import read_recording

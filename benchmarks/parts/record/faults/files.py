@@ -21,9 +21,9 @@ from common import imports_as_here
 
 from exidyn.acquire import command_line
 from exidyn.acquire.run.before import checked
-from exidyn.acquire.run.pipe.pipe_sink import PipeSink, Sink
-from exidyn.acquire.run.recording.disk_file import KEPT_BACK
-from exidyn.acquire.run.recording.recorder import part_of
+from exidyn.acquire.run.pipe import PipeSink, Sink
+from exidyn.acquire.run.recorder import part_of
+from exidyn.acquire.run.run_file import KEPT_BACK
 from exidyn.acquire.views.live_view import Targets, start_view
 from exidyn.drivers import StopLevel
 from exidyn.identify.errors import ExidynError

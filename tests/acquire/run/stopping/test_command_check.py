@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from exidyn.acquire.run.stopping.command_check import CommandCheck
+from exidyn.acquire.run.stopping.watch import CommandCheck
 from exidyn.drivers import Command
 from exidyn.identify.arm.robot import SLIDING
 

@@ -3,7 +3,6 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from exidyn.acquire.run.stopping.controller_clock import ControllerClock
 from exidyn.acquire.run.stopping.monitors import (
     Lateness,
     Outside,
@@ -12,6 +11,7 @@ from exidyn.acquire.run.stopping.monitors import (
     Tracking,
     TrackingError,
 )
+from exidyn.acquire.run.stopping.watch import ControllerClock
 from exidyn.drivers import Command
 from exidyn.identify.arm.robot import SLIDING
 

@@ -3,7 +3,7 @@ import signal
 
 import pytest
 
-from exidyn.acquire.run.stopping.stop_requests import StopRequests
+from exidyn.acquire.run.stopping.stop import StopRequests
 from exidyn.drivers import StopLevel
 
 

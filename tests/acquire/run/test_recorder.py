@@ -9,13 +9,13 @@ import pytest
 from mcap.reader import make_reader
 
 from exidyn.acquire.run.errors import RunError
-from exidyn.acquire.run.pipe.frames import EVENT, SAMPLE, STAGES, sample_frame, text_frame
-from exidyn.acquire.run.recording.recorder import part_of, start_recorder
+from exidyn.acquire.run.frames import EVENT, SAMPLE, STAGES, sample_frame, text_frame
+from exidyn.acquire.run.recorder import part_of, start_recorder
 from exidyn.acquire.terminal.recording_text import describe
 from exidyn.drivers import Sample
 from exidyn.identify.recordings.mcap.mcap_file import read_recording
 
-from ....parts.runs.recorded import (
+from ...parts.runs.recorded import (
     CONTROLLER,
     HOST,
     MODEL,
@@ -29,7 +29,7 @@ from ....parts.runs.recorded import (
     record,
     record_until_failure,
 )
-from ....peers.recorder_kills import kill
+from ...peers.recorder_kills import kill
 
 CYCLES = 1000
 LISTENED = 100

@@ -6,14 +6,14 @@ import signal
 
 import pytest
 
-from exidyn.acquire.run.pipe.pipe_sink import PipeSink, SinkFailed
+from exidyn.acquire.run.pipe import PipeSink, SinkFailed
 from exidyn.acquire.run.realtime import realtime
-from exidyn.acquire.run.recording.recorder import part_of, start_recorder
+from exidyn.acquire.run.recorder import part_of, start_recorder
 from exidyn.identify.recordings.mcap.mcap_file import read_recording
 
-from ....parts.runs.recorded import cycle, end, event, head
+from ...parts.runs.recorded import cycle, end, event, head
 
-RECORDER = "exidyn.acquire.run.recording.recorder_process"
+RECORDER = "exidyn.acquire.run.recorder_process"
 
 
 def test_a_stalled_reader_fails_the_run_and_yet_loses_nothing(tmp_path):

@@ -1,6 +1,6 @@
 import numpy as np
 
-from exidyn.acquire.run.pipe.frames import (
+from exidyn.acquire.run.frames import (
     EVENT,
     SAMPLE,
     Event,

@@ -2,11 +2,11 @@
 
 from dataclasses import replace
 
-from exidyn.acquire.run.pipe import run_head
-from exidyn.acquire.run.pipe.frames import HEAD, Unframed
-from exidyn.acquire.run.pipe.run_head import RunHead
+from exidyn.acquire.run import recorder
+from exidyn.acquire.run.frames import HEAD, Unframed
+from exidyn.acquire.run.recorder import RunHead
 
-from ....parts.runs.recorded import head
+from ...parts.runs.recorded import head
 
 
 def read(frame):
@@ -16,8 +16,8 @@ def read(frame):
 
 
 def test_only_two_numbers_are_left_to_write_when_the_first_sample_is_there(monkeypatch):
-    written, real = [], run_head.model_text
-    monkeypatch.setattr(run_head, "model_text", lambda model: written.append(model) or real(model))
+    written, real = [], recorder.model_text
+    monkeypatch.setattr(recorder, "model_text", lambda model: written.append(model) or real(model))
     begun = replace(head(), epoch=0, zero=0).written()
     assert len(written) == 1
     frames = [begun(10**18 + number, -number) for number in range(3)]

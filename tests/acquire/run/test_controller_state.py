@@ -10,7 +10,7 @@ from exidyn.identify.errors import WrongShape
 from exidyn.identify.recordings.mcap.mcap_file import read_recording, write_recording
 from exidyn.identify.recordings.recording import ControllerState
 
-from ....parts.runs.recorded import cycle, end, head, record
+from ...parts.runs.recorded import cycle, end, head, record
 
 WORDS = {"safety_mode": {1: "normal", 3: "protective stop"}, "override": {}}
 STATE = np.array([[1.0, 1.0]] * 6 + [[np.nan, np.nan]] * 2 + [[3.0, 0.5]] * 4)
