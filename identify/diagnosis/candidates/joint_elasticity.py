@@ -119,8 +119,10 @@ def _twist_rows(prediction: Prediction, runs: Sequence[Driven]) -> Rows:
         prediction.rows.weight * known,
         columns,
         tuple(f"twist{place}" for place in range(count)),
-        np.full(count, np.inf),
-        np.zeros(count),
+        std=np.full(count, np.inf),
+        mean=np.zeros(count),
+        lower=np.full(count, -np.inf),
+        bounded=np.zeros(count, bool),
     )
 
 

@@ -49,9 +49,9 @@ class Answer:
     along: np.ndarray  # of each block, its residual along the predicted effect, over noise, shape (k,)
     size: np.ndarray  # of each block, square of the predicted effect, over noise, shape (k,)
     gains: np.ndarray  # logarithm of how much more probable each block is on each joint, shape (k, n)
+    independent: np.ndarray  # independent rows over all rows for the gains, shape (n,)
+    fitted: np.ndarray  # whether a block is fitted, shape (k,); the others are only predicted
     cost: float = 0.0  # logarithm of the number of shapes it was chosen of, less that of excluded signs
-    independent: np.ndarray | None = None  # independent rows over all rows for the gains, shape (n,)
-    fitted: np.ndarray | None = None  # whether a block is fitted, shape (k,); the others are only predicted
     relief: float = 0.0  # logarithm of how much more probable all priors are, beside it
     choice: float = 0.0  # what choosing the shape costs the odds by scatter, on a logarithm
 
@@ -73,12 +73,12 @@ class Answer:
     @cached_property
     def by_joint(self) -> np.ndarray:
         """The same of each joint, shape (n,)."""
-        return np.asarray((self.gains if self.fitted is None else self.gains[self.fitted]).sum(axis=0))
+        return np.asarray(self.gains[self.fitted].sum(axis=0))
 
     @cached_property
     def held_out(self) -> float:
         """The same of blocks that are only predicted; zero without any."""
-        return 0.0 if self.fitted is None else float(self.gains[~self.fitted].sum())
+        return float(self.gains[~self.fitted].sum())
 
     @property
     def scatter_held_out(self) -> float:
@@ -86,19 +86,12 @@ class Answer:
 
         Half for each that is free (Akaike), by the number of those blocks over that of the fitted.
         """
-        if self.fitted is None:
-            return 0.0
         return 0.5 * float(self.free.sum()) * float((~self.fitted).sum() / max(self.fitted.sum(), 1))
-
-    @property
-    def _fitted_blocks(self) -> tuple[np.ndarray, np.ndarray]:
-        which = slice(None) if self.fitted is None else self.fitted
-        return self.along[which], self.size[which]
 
     @cached_property
     def amplitude(self) -> Amplitude:
         """How much of the predicted effect the blocks have."""
-        return amplitude(*self._fitted_blocks)
+        return amplitude(self.along[self.fitted], self.size[self.fitted])
 
     @cached_property
     def log_odds(self) -> float:
@@ -107,7 +100,7 @@ class Answer:
         One whose size physics gives is there as predicted or not at all; of any other, some is.
         """
         if np.any(self.columns.mean != 0.0):
-            return all_or_nothing(*self._fitted_blocks)
+            return all_or_nothing(self.along[self.fitted], self.size[self.fitted])
         return self.amplitude.log_odds
 
     @property

@@ -90,12 +90,14 @@ class Thinned:
         """Columns as they are compared."""
         dof = runs[0].torque.shape[1]
         joints = np.array(range(dof) if candidate.rows is None else candidate.rows)
+        nothing = cls(joints[:0], np.zeros((0, 0, 0)), np.zeros(0), np.zeros(0))
         if candidate.span and _span(candidate, runs) < candidate.span:
-            return cls(joints[:0], np.zeros((0, 0, 0)), np.zeros(0), np.zeros(0))
+            return nothing
         try:
-            values = np.concatenate([_thinned(candidate, run, joints) for run in runs])
+            given = [run.coarse if candidate.smooth else run for run in runs]
+            values = np.concatenate([run.thinned(candidate.columns(run)[:, joints]) for run in given])
         except NotRecorded:
-            return cls(joints[:0], np.zeros((0, 0, 0)), np.zeros(0), np.zeros(0))
+            return nothing
         if candidate.expected is not None:
             mean, deviation = np.array(candidate.expected).T
             return cls(joints, values, deviation, mean)
@@ -126,14 +128,8 @@ class Thinned:
         return whole
 
 
-def _thinned(candidate: Candidate, run: Driven, joints: np.ndarray) -> np.ndarray:
-    given = run.coarse if candidate.smooth else run
-    return given.thinned(candidate.columns(given)[:, joints])
-
-
 def _span(candidate: Candidate, runs: Sequence[Driven]) -> float:
     """Range of the position of its first joint over all runs [rad]; without a joint, any."""
     if not candidate.joints:
         return float("inf")
-    positions = [run.motion.position[:, candidate.joints[0]] for run in runs]
-    return max(float(one.max()) for one in positions) - min(float(one.min()) for one in positions)
+    return float(np.ptp(np.concatenate([run.motion.position[:, candidate.joints[0]] for run in runs])))

@@ -111,7 +111,7 @@ def beside_limits(
     places = prediction.rows.limited
     if one is None or not len(places):
         return one
-    lower, before = prediction.rows.least[places], prediction.values[places]
+    lower, before = prediction.rows.lower[places], prediction.values[places]
     after = before - apart[places] @ one.values
     free = matrix[np.ix_(one.free, one.free)] + np.diag(one.precision[one.free])
     moved = apart[np.ix_(places, one.free)]

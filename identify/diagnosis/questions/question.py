@@ -55,8 +55,7 @@ def _answers(prediction: Prediction, alike: Sequence[tuple[Candidate, Thinned]])
     return [
         Answer(
             candidate, columns, one.values, one.free, prediction.errors, errors[i], along[i], size[i],
-            gains[i], _cost(candidate), share,
-            prediction.blocks.fitted,
+            gains[i], share, prediction.blocks.fitted, _cost(candidate),
             _relief(prediction, apart[:, i], one, candidate)
             - _freed(matrix[i], informed[i], one)
             - _surprise(prediction, errors[i], candidate, columns),

@@ -48,7 +48,6 @@ def refined(
             break
     if len(choices) > 1:
         best = _together(prediction, colouring(prediction, best), runs)
-    assert answer.independent is not None
     best = weighed(prediction, best, answer.independent)
     cost = max(best.cost, float(np.log(best.candidate.among)) + sum(choices.values()))
     return replace(best, cost=min(cost, _over_grid(prediction, best, grid)))
@@ -56,7 +55,6 @@ def refined(
 
 def _over_grid(prediction: Prediction, best: Answer, grid: Sequence[tuple[Candidate, Thinned]]) -> float:
     """By how much the mean probability of a grid's shapes is less than that of the best, on a logarithm."""
-    assert best.independent is not None
     every = [weighed(prediction, one, best.independent) for one in ask(prediction, grid)]
     gains = [one.gain + one.cost for one in every]
     mean = np.logaddexp.reduce(gains) - np.log(len(grid)) if gains else -np.inf
@@ -132,7 +130,6 @@ def with_shape(
     if not found:
         return None
     # Weighed as the answer is: of two shapes the faster one would have more independent rows.
-    assert answer.independent is not None
     return weighed(prediction, found[0], answer.independent).chosen_as(answer)
 
 

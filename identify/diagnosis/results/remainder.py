@@ -180,7 +180,6 @@ def _explained(prediction: Prediction, answer: Answer, joint: int) -> float:
 
     Its own torque may be far more: the parameters of the model take most of a smooth function back.
     """
-    assert answer.independent is not None
     errors = np.stack([answer.predicted, answer.errors])
     before, after = prediction.common_variance(errors, answer.independent)[:, joint]
     return float(np.sqrt(max(before - after, 0.0)))

@@ -26,23 +26,13 @@ class Rows:
     names: tuple[str, ...]  # of the unknowns
     std: np.ndarray  # how far each may be from its mean, (b,); infinite without a prior
     mean: np.ndarray  # prior mean, (b,); not zero for what was found and has a known size
-    lower: np.ndarray | None = None  # smallest value that physics allows, (b,); None for no limits
-    bounds: np.ndarray | None = None  # whether each deviation is that of a bound, (b,); None for none
+    lower: np.ndarray  # smallest value that physics allows, (b,)
+    bounded: np.ndarray  # whether each is certain to be within the square root of three deviations, (b,)
 
     @property
     def limited(self) -> np.ndarray:
         """Places of the unknowns that physics limits."""
-        return np.flatnonzero(np.isfinite(self.least))
-
-    @property
-    def least(self) -> np.ndarray:
-        """Smallest value of each, shape (b,); minus infinity without a limit."""
-        return np.full(len(self.names), -np.inf) if self.lower is None else self.lower
-
-    @property
-    def bounded(self) -> np.ndarray:
-        """Whether each is certain to be within the square root of three deviations, shape (b,)."""
-        return np.zeros(len(self.names), bool) if self.bounds is None else self.bounds
+        return np.flatnonzero(np.isfinite(self.lower))
 
     def plus(
         self,
@@ -53,18 +43,15 @@ class Rows:
         lower: Sequence[float] | None = None,
         bounded: bool = False,
     ) -> "Rows":
-        """The same with more unknowns: columns (r, n, p), deviations (p,) from a mean (p,), and limits.
-
-        Deviations may be those of bounds.
-        """
+        """The same with more unknowns: columns (r, n, p), deviations (p,) from a mean (p,), and limits."""
         return replace(
             self,
             columns=np.concatenate([self.columns, columns], axis=2),
             names=(*self.names, *names),
             std=np.concatenate([self.std, std]),
             mean=np.concatenate([self.mean, np.zeros(len(std)) if mean is None else mean]),
-            lower=np.append(self.least, np.full(len(std), -np.inf) if lower is None else lower),
-            bounds=np.append(self.bounded, np.full(len(std), bounded)),
+            lower=np.append(self.lower, np.full(len(std), -np.inf) if lower is None else lower),
+            bounded=np.append(self.bounded, np.full(len(std), bounded)),
         )
 
 

@@ -97,6 +97,7 @@ def _answer(problem: Problem, prediction: Prediction, one: Contact) -> Answer:
     during = np.flatnonzero(_during(problem, prediction, one))
     gains[prediction.blocks.number[during[len(during) // 2]]] = one.gains
     columns, held = Thinned.of(pushed, problem.runs), np.zeros(len(one.force), bool)
+    weighed = prediction.weighting.independent, np.ones(len(errors), bool)
     return Answer(
-        pushed, columns, one.force, held, errors, errors, still, still, gains, float(np.log(one.among))
+        pushed, columns, one.force, held, errors, errors, still, still, gains, *weighed, np.log(one.among)
     )

@@ -191,7 +191,6 @@ def _material(one: Answer, prediction: Prediction) -> bool:
     On the joint that shows it best, by the variance that blocks share. A smooth torque must also be more than
     the sensors' error of the joint's usual torque.
     """
-    assert one.independent is not None
     joint = int(np.argmax(one.by_joint))
     variance = prediction.common_variance(np.stack([one.predicted, one.errors]), one.independent)
     before, after = variance[:, joint]

@@ -61,6 +61,7 @@ def test_what_is_left_is_the_main_part_by_what_it_explains_and_not_by_its_torque
         size=size,
         gains=np.full((blocks, 1), 2.0),
         independent=np.ones(1),
+        fitted=np.ones(blocks, bool),
     )
     assert len(remainders(prediction, [answer], np.ones(1), False, 0.7)) == found
 

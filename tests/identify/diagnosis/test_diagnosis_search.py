@@ -40,7 +40,7 @@ def answer(gains, effect="something", joints=(0,), rows=None, held_out=0, **more
     along = np.linspace(90.0, 110.0, BLOCKS)
     return Answer(
         candidate, columns, np.ones(1), np.ones(1, bool), whole, whole, along, np.full(BLOCKS, 100.0),
-        whole * np.array(gains) / BLOCKS, fitted=np.arange(BLOCKS) < BLOCKS - held_out,
+        whole * np.array(gains) / BLOCKS, np.ones(len(gains)), np.arange(BLOCKS) < BLOCKS - held_out,
     )  # fmt: skip
 
 

@@ -42,8 +42,9 @@ def searched(candidate: Candidate, torque: np.ndarray) -> SimpleNamespace:
     prediction = predicted(given, blocks((COUNT // 40,) * 40))
     nothing, still = np.zeros((40, 1)), np.zeros(40)
     answer = Answer(
-        candidate, columns, np.array([2.0]), np.ones(1, bool), nothing, nothing, still, still, nothing
-    )
+        candidate, columns, np.array([2.0]), np.ones(1, bool), nothing, nothing, still, still, nothing,
+        np.ones(1), np.ones(40, bool),
+    )  # fmt: skip
     problem = SimpleNamespace(runs=(run,))
     return SimpleNamespace(prediction=prediction, selected=(Selected(answer, 100.0),), problem=problem)
 

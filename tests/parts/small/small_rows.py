@@ -40,6 +40,8 @@ def rows(
         tuple(f"x{k}" for k in range(columns.shape[2])),
         std,
         np.zeros(len(std)) if mean is None else mean,
+        np.full(len(std), -np.inf),
+        np.zeros(len(std), bool),
     )
 
 
