@@ -47,6 +47,11 @@ class Contact(NamedTuple):
     among: int = 1  # number of windows
 
     @property
+    def middle(self) -> float:
+        """Of the window [s]."""
+        return self.start + 0.5 * self.duration
+
+    @property
     def gain(self) -> float:
         """Logarithm of the probability gained, less what choosing the window cost."""
         return float(self.gains.sum() - np.log(self.among))
@@ -93,7 +98,7 @@ def contacts(
                     name = runs[number].prepared.name
                     windows.append(Contact(number, name, float(start), duration, force, gain))
     every = np.array([one.gains.sum() for one in windows])
-    times = np.array([(one.run, one.start + 0.5 * one.duration) for one in windows])
+    times = np.array([(one.run, one.middle) for one in windows])
     found = []
     for place in np.argsort(-every):
         one = windows[place]

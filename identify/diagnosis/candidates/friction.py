@@ -86,10 +86,7 @@ def _asymmetric(finding: Finding, known: Mapping[str, Any]) -> dict[str, Any]:
     if "Fa" not in known:
         return {}
     unit = "rad" if known["Fa"].unit == TURNING else "m"
-    return {
-        "more": together(known, "Fa", "Fva"),
-        "speed": f" at 1 {unit}/s" if "Fva" in known else "",
-    }
+    return {"more": together(known, "Fa", "Fva"), "speed": f" at 1 {unit}/s" if "Fva" in known else ""}
 
 
 def _warming(finding: Finding, known: Mapping[str, Any]) -> dict[str, Any]:

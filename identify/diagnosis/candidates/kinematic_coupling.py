@@ -37,14 +37,7 @@ def couplings(model: Model) -> Iterator[Candidate]:
             names = (model.robot.joints[motor], model.robot.joints[other])
             for ratio in RATIOS:
                 effect = KinematicCoupling(*names, ratio=ratio)
-                yield of_effect(
-                    model,
-                    NAME,
-                    effect,
-                    KINDS[NAME],
-                    (first, second),
-                    _one_motor,
-                )
+                yield of_effect(model, NAME, effect, KINDS[NAME], (first, second), _one_motor)
             for ratio in MOVED:
                 yield _elsewhere(model, motor, other, ratio)
 
@@ -69,25 +62,18 @@ def _elsewhere(model: Model, motor: int, other: int, ratio: float) -> Candidate:
     back[motor, other] = -ratio
 
     def columns(run: Driven) -> np.ndarray:
-        more = links(run, back) @ back - run.of_links
+        motion = run.motion
+        states = (one @ back.T for one in (motion.position, motion.velocity, motion.acceleration))
+        more = link_torque(run.bodies, *states) @ back - run.of_links
         return on_motors(model.robot, more[:, :, None])
-
-    def reshaped(given: Mapping[str, float]) -> Candidate:
-        return _elsewhere(model, motor, other, given["ratio"])
 
     bounds = {"ratio": Shape("1", ratio - 0.5, ratio + 0.5)}
     return Candidate(
         NAME, (min(motor, other), max(motor, other)), columns, (UNNAMED,), ("1",), (0.0,),
-        {"ratio": ratio, "moved": motor + 1.0}, bounds, reshaped, smooth=True, expected=((1.0, SCATTER),),
-        carried=True,
+        {"ratio": ratio, "moved": motor + 1.0}, bounds,
+        lambda given: _elsewhere(model, motor, other, given["ratio"]), smooth=True,
+        expected=((1.0, SCATTER),), carried=True,
     )  # fmt: skip
-
-
-def links(run: Driven, back: np.ndarray) -> np.ndarray:
-    """Torque of the nominal bodies, shape (t, n) [N m], where joints are the motors' angles times (n, n)."""
-    motion = run.motion
-    states = (one @ back.T for one in (motion.position, motion.velocity, motion.acceleration))
-    return link_torque(run.bodies, *states)
 
 
 def _derived(finding: Finding, known: Mapping[str, Any]) -> dict[str, Any]:

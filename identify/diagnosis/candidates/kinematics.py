@@ -30,6 +30,10 @@ MISSET = 0.03
 """How far a joint may be from its encoder's reading [rad]: a tooth of a belt, a mark set by eye."""
 ZERO_STEP = 1e-4
 """Of the difference by an encoder's zero [rad]."""
+MISALIGNED = 0.005
+"""How far an axis may be from where the model has it [rad]: tenths of a degree, as of an arm that was never
+calibrated."""
+NAMES = ("first", "second")
 
 
 def encoder_zeros(model: Model) -> Iterator[Candidate]:
@@ -61,22 +65,22 @@ def _by_position(springs: Model, model: Model, run: Driven, joint: int) -> np.nd
 
 
 def _with_zero(arm: Arm, finding: Finding) -> Arm:
-    """A joint whose zero is elsewhere: it hangs on its parent, and on springs, as at the encoder's zero."""
-    robot, joint = arm.model.robot, finding.joints[0]
-    kinematics, zero = robot.kinematics.copy(), finding.parameters["zero"].value
-    one = joints_of(kinematics)[joint]
+    """A joint whose zero is elsewhere: link and springs are where they are at the encoder's zero."""
+    [joint], zero = finding.joints, finding.parameters["zero"].value
+    one = joints_of(arm.model.robot.kinematics)[joint]
     turned = pin.SE3(pin.exp3(one.axis * zero), np.zeros(3))
-    shift = turned if one.revolute else pin.SE3(np.eye(3), one.axis * zero)
-    kinematics.jointPlacements[joint + 1] = kinematics.jointPlacements[joint + 1] * shift
-    return _springs_from(arm.on(replace(robot, kinematics=kinematics)), joint, zero)
-
-
-def _springs_from(arm: Arm, joint: int, zero: float) -> Arm:
-    """With the springs of a joint where they are at the encoder's zero."""
+    arm = _shifted(arm, joint, turned if one.revolute else pin.SE3(np.eye(3), one.axis * zero))
     effects = tuple(_turned(effect, arm.model.robot.joints[joint], zero) for effect in arm.model.effects)
     arm = replace(arm, model=replace(arm.model, effects=effects))
     stiffness = arm.by_name.get(f"Ks{joint + 1}", 0.0)
     return arm.with_values({f"Ts{joint + 1}": stiffness * zero}) if stiffness else arm
+
+
+def _shifted(arm: Arm, joint: int, shift: pin.SE3) -> Arm:
+    """The arm with a joint elsewhere on its parent."""
+    kinematics = arm.model.robot.kinematics.copy()
+    kinematics.jointPlacements[joint + 1] = kinematics.jointPlacements[joint + 1] * shift
+    return arm.on(replace(arm.model.robot, kinematics=kinematics))
 
 
 def _turned(effect: Effect, joint: str, angle: float) -> Effect:
@@ -85,12 +89,6 @@ def _turned(effect: Effect, joint: str, angle: float) -> Effect:
         return effect
     turned = effect.phi + angle
     return replace(effect, phi=float(np.arctan2(np.sin(turned), np.cos(turned))))
-
-
-MISALIGNED = 0.005
-"""How far an axis may be from where the model has it [rad]: tenths of a degree, as of an arm that was never
-calibrated."""
-NAMES = ("first", "second")
 
 
 def misalignments(model: Model) -> Iterator[Candidate]:
@@ -158,13 +156,10 @@ def _off(finding: Finding, known: Mapping[str, Any]) -> dict[str, Any]:
 
 def _with_axis(arm: Arm, finding: Finding) -> Arm:
     """An arm whose axis is elsewhere."""
-    robot, [joint] = arm.model.robot, finding.joints
-    kinematics = robot.kinematics.copy()
-    pairs = zip(NAMES, across(joints_of(kinematics)[joint].axis), strict=True)
+    [joint] = finding.joints
+    pairs = zip(NAMES, across(joints_of(arm.model.robot.kinematics)[joint].axis), strict=True)
     angle = np.sum([finding.parameters[name].value * direction for name, direction in pairs], axis=0)
-    shift = pin.SE3(pin.exp3(angle), np.zeros(3))
-    kinematics.jointPlacements[joint + 1] = kinematics.jointPlacements[joint + 1] * shift
-    return arm.on(replace(robot, kinematics=kinematics))
+    return _shifted(arm, joint, pin.SE3(pin.exp3(angle), np.zeros(3)))
 
 
 KINDS = {

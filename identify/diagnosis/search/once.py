@@ -62,14 +62,10 @@ def moments(problem: Problem, prediction: Prediction) -> list[Moment]:
     for one in contacts(problem.model, prediction, problem.runs, problem.reaches):
         if one.gain < CERTAIN_ODDS or len(found) == MOST:
             break
-        if not any(one.run == other.run and _overlap(one, other) for other in found):
+        same = [other for other in found if other.run == one.run]
+        if all(abs(one.middle - other.middle) >= one.duration + other.duration for other in same):
             found.append(one)
     return [_moment(one) for one in found]
-
-
-def _overlap(one: Contact, other: Contact) -> bool:
-    apart = abs(one.start + 0.5 * one.duration - other.start - 0.5 * other.duration)
-    return apart < one.duration + other.duration
 
 
 def _moment(one: Contact) -> Moment:
